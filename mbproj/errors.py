@@ -1,0 +1,79 @@
+"""Errors as values: each has a place or a time, a cause and a next step, and an exit code for the command line."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from enum import IntEnum
+
+
+class ExitCode(IntEnum):
+    """What the command `mbproj` returns to the shell."""
+
+    DONE = 0
+    INTERNAL = 1
+    BAD_INPUT = 2
+    FAILED = 3
+    CHECK_FAILED = 4
+    INTERRUPTED = 130
+
+
+@dataclass(frozen=True)
+class Place:
+    """Where a value stands: file (or option), line and column (both from 1), and the text of that line."""
+
+    file: str
+    line: int | None = None
+    column: int | None = None
+    text: str | None = None
+
+    def __str__(self) -> str:
+        return ":".join(str(part) for part in (self.file, self.line, self.column) if part is not None)
+
+
+@dataclass(frozen=True)
+class Problem:
+    """One thing wrong with the input, where it stands, and what to try."""
+
+    message: str
+    place: Place | None = None
+    hint: str | None = None
+
+    def __str__(self) -> str:
+        """`file:line:column: error: message; hint`, then the line itself and a caret below the column."""
+        prefix = f"{self.place}: " if self.place else ""
+        head = f"{prefix}error: {self.message}" + (f"; {self.hint}" if self.hint else "")
+        if self.place is None or self.place.text is None or self.place.column is None:
+            return head
+        before = self.place.text[: self.place.column - 1]
+        indent = "".join("\t" if character == "\t" else " " for character in before)
+        return f"{head}\n    {self.place.text}\n    {indent}^"
+
+
+class MbprojError(Exception):
+    """What every error that is the user's to mend derives from; `exit_code` is for the shell."""
+
+    exit_code = ExitCode.INTERNAL
+
+
+class InputError(MbprojError):
+    """The input is wrong: every problem found, in the order of the text."""
+
+    exit_code = ExitCode.BAD_INPUT
+
+    def __init__(self, problems: Sequence[Problem] | Problem | str) -> None:
+        if isinstance(problems, str):
+            problems = Problem(problems)
+        self.problems: tuple[Problem, ...] = (problems,) if isinstance(problems, Problem) else tuple(problems)
+        super().__init__("\n".join(str(problem) for problem in self.problems))
+
+
+class SimulationError(MbprojError):
+    """The simulation cannot go on: the time in s, the cause, the joint at fault where there is one, what to try."""
+
+    exit_code = ExitCode.FAILED
+
+    def __init__(self, time: float, cause: str, *, joint: str | None = None, hint: str | None = None) -> None:
+        self.time, self.cause, self.joint, self.hint = time, cause, joint, hint
+        where = f" at joint '{joint}'" if joint else ""
+        super().__init__(f"stopped at t = {time:.6g} s{where}: {cause}" + (f"; {hint}" if hint else ""))

@@ -1,0 +1,74 @@
+"""What a user may choose, by name: projection methods, integrators, formulations. Names only, so importing it is cheap.
+
+A new projection method is one file under `mbproj/projection` and one entry here; a new integrator is one tableau under
+`mbproj/integrate/tableaus`. The reader, the command line, did-you-mean, the tests and the README's tables ask here.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
+from types import MappingProxyType
+
+
+@dataclass(frozen=True)
+class ProjectionEntry:
+    """A projection method: its module in `mbproj.projection`, the paper's equations, one line on it, its own options."""
+
+    module: str
+    equations: str
+    summary: str
+    options: tuple[str, ...] = ()
+    corrects: bool = True
+
+
+PROJECTIONS: Mapping[str, ProjectionEntry] = MappingProxyType(
+    {
+        "none": ProjectionEntry("none", "14", "no correction: shows the drift", corrects=False),
+        "baumgarte": ProjectionEntry(
+            "baumgarte",
+            "ref. 9",
+            "stabilised accelerations, C̈ + 2αĊ + β²C = 0; no correction",
+            ("gains",),
+            corrects=False,
+        ),
+        "gopm": ProjectionEntry("gopm", "39, 41", "geometric: the smallest correction of the coordinates"),
+        "popm": ProjectionEntry("popm", "44, 45", "physical: weighted by M, which must be positive definite"),
+        "mass-orthogonal": ProjectionEntry(
+            "mass_orthogonal", "52, 55", "penalty α on the violation, iterated", ("alpha",)
+        ),
+        "mmopm": ProjectionEntry("mmopm", "60, 61", "weighted by M + α C_qᵀC_q with a large α", ("alpha",)),
+        "gpopm": ProjectionEntry("gpopm", "73, 74", "physical for singular M: the smallest correction in energy"),
+        "gpopm-pinv": ProjectionEntry("gpopm_pinv", "62-66", "GPOPM by a rank-revealing pseudo-inverse"),
+    }
+)
+
+#: How the coordinates are chosen; `auto` takes the best that is there for the scene.
+FORMULATIONS = ("auto", "full")
+#: How the accelerations are solved for: the bordered system, Eq. 14, or without multipliers, Eqs. 80-81.
+ACCELERATIONS = ("bordered", "eliminated")
+#: When a position correction is accepted: |C|∞ <= tolerance, or the paper's ΔqᵀMΔq <= tolerance.
+STOP_TESTS = ("violation", "paper")
+
+
+@dataclass(frozen=True)
+class IntegratorEntry:
+    """An integrator's order, whether it estimates its error (an embedded pair), one line on it, its tableau's file."""
+
+    order: int
+    embedded: bool
+    summary: str
+    tableau: Path
+
+
+@cache
+def integrators() -> Mapping[str, IntegratorEntry]:
+    """Every integrator by name, from the tableaus on disk, by order."""
+    found = {}
+    for path in (Path(__file__).parent / "integrate" / "tableaus").glob("*.json"):
+        data = json.loads(path.read_text(encoding="utf-8"))
+        found[path.stem] = IntegratorEntry(data["order"], "error" in data, data["summary"], path)
+    return MappingProxyType(dict(sorted(found.items(), key=lambda item: item[1].order)))

@@ -1,0 +1,133 @@
+"""What the user wrote, in SI units and radians, as frozen records. No arrays here: those begin with the System."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from mbproj.errors import Place
+
+Vector = tuple[float, float, float]
+Quaternion = tuple[float, float, float, float]
+Matrix = tuple[Vector, Vector, Vector]
+#: A value's way through the scene file, e.g. ("joints", "A", "axis").
+KeyPath = tuple[str | int, ...]
+
+GROUND = "ground"
+
+
+@dataclass(frozen=True)
+class Body:
+    """A rigid body: mass in kg, inertia tensor in kg m² about the centre of mass in body axes, and its pose at the start.
+
+    `position` is the centre of mass in m, `orientation` the unit Euler parameters (scalar first, body to global),
+    `velocity` global in m/s, `angular_velocity` in body axes in rad/s. Poses and velocities are the guess of assembly.
+    """
+
+    name: str
+    mass: float
+    inertia: Matrix
+    position: Vector
+    orientation: Quaternion = (1.0, 0.0, 0.0, 0.0)
+    velocity: Vector = (0.0, 0.0, 0.0)
+    angular_velocity: Vector = (0.0, 0.0, 0.0)
+
+
+@dataclass(frozen=True)
+class Pair:
+    """A point or a direction as each of a joint's two bodies has it.
+
+    `local` says in which axes: each body's own (from its centre of mass), or global at the pose that `bodies` gives.
+    One global vector serves both bodies: first == second.
+    """
+
+    first: Vector
+    second: Vector
+    local: bool = False
+
+
+@dataclass(frozen=True)
+class Joint:
+    """A joint of type `type` (a name in `mbproj.joints.JOINTS`) from bodies[0] to bodies[1].
+
+    `axes` is None where the type's frame is "point". `start` are hard conditions on its coordinates at t = 0 (rad, m),
+    `speed` on their rates (rad/s, m/s), by coordinate name.
+    """
+
+    name: str
+    type: str
+    bodies: tuple[str, str]
+    points: Pair
+    axes: Pair | None = None
+    start: Mapping[str, float] = field(default_factory=dict)
+    speed: Mapping[str, float] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class Marker:
+    """A point of a body whose path is recorded: `location` global at the scene's pose, or from the body's centre of
+    mass in its own axes where `local`."""
+
+    name: str
+    body: str
+    location: Vector
+    local: bool = False
+
+
+@dataclass(frozen=True)
+class ProjectionSettings:
+    """How the constraints are enforced. `tolerance` None: max(1e-13, 4 ε × the largest coordinate) for the violation
+    test, 1e-12 for the paper's. `threshold` (violation) None: by `every` alone. `alpha`, `gains`: None where the
+    method has no such option."""
+
+    method: str = "gpopm"
+    tolerance: float | None = None
+    test: str = "violation"
+    every: int = 1
+    threshold: float | None = None
+    position: bool = True
+    velocity: bool = True
+    max_iterations: int = 25
+    alpha: float | None = None
+    gains: tuple[float, float] | None = None
+
+
+@dataclass(frozen=True)
+class Settings:
+    """The `simulation` block with defaults resolved. Exactly one of `step` and `tolerance` is set in a run; `duration`
+    and both may be None in a scene that leaves them to the command line."""
+
+    duration: float | None = None
+    step: float | None = None
+    tolerance: float | None = None
+    integrator: str = "rk4"
+    formulation: str = "auto"
+    acceleration: str = "bordered"
+    output_step: float | None = None
+    projection: ProjectionSettings = field(default_factory=ProjectionSettings)
+
+
+@dataclass(frozen=True)
+class Scene:
+    """A whole scene file. `text` is the file as read, `path` its path (None for text from elsewhere), `overrides` what
+    --set changed, `places` where each key stands."""
+
+    title: str
+    gravity: Vector
+    bodies: tuple[Body, ...]
+    joints: tuple[Joint, ...]
+    markers: tuple[Marker, ...]
+    parameters: Mapping[str, float]
+    settings: Settings
+    text: str = field(repr=False)
+    path: Path | None
+    overrides: Mapping[str, str]
+    places: Mapping[KeyPath, Place] = field(repr=False, compare=False)
+
+    def place(self, *path: str | int) -> Place | None:
+        """Where the value at `path` stands, or the nearest value around it."""
+        for length in range(len(path), -1, -1):
+            if path[:length] in self.places:
+                return self.places[path[:length]]
+        return None
