@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass, replace
 from enum import IntEnum
 
 
@@ -77,3 +78,12 @@ class SimulationError(MbprojError):
         self.time, self.cause, self.joint, self.hint = time, cause, joint, hint
         where = f" at joint '{joint}'" if joint else ""
         super().__init__(f"stopped at t = {time:.6g} s{where}: {cause}" + (f"; {hint}" if hint else ""))
+
+
+@contextmanager
+def placed_at(place: Place | None) -> Iterator[None]:
+    """Gives `place` to problems that have none: for checks of settings, which know no file."""
+    try:
+        yield
+    except InputError as error:
+        raise InputError([problem if problem.place else replace(problem, place=place) for problem in error.problems]) from error

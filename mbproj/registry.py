@@ -16,7 +16,7 @@ from types import MappingProxyType
 
 @dataclass(frozen=True)
 class ProjectionEntry:
-    """A projection method: its module in `mbproj.projection`, the paper's equations, one line on it, its own options."""
+    """A projection method: its module in `mbproj.projection`, the equations, one line on it, its own options."""
 
     module: str
     equations: str

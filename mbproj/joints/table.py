@@ -10,6 +10,7 @@ component along a vector) in m.
           "axes"     z1 fixed in body 1, z2 in body 2; x1 is z2 and x2 is z1, made normal to their own z
 
 `coordinates` are what the joint leaves free and can be counted, each a primitive whose value is the coordinate.
+`aligned` lists pairs of vectors that the rows make parallel, and that must not end up opposite.
 """
 
 from __future__ import annotations
@@ -27,11 +28,12 @@ COORDINATE_UNITS = MappingProxyType({"angle": "rad", "along": "m"})
 
 @dataclass(frozen=True)
 class JointType:
-    """One kind of joint: its frame ("point", "axis" or "axes"), its constraint rows, its coordinates by name."""
+    """One kind of joint: frame ("point", "axis" or "axes"), constraint rows, coordinates by name, aligned vectors."""
 
     frame: str
     rows: tuple[Row, ...]
     coordinates: Mapping[str, Row] = field(default_factory=dict)
+    aligned: tuple[tuple[str, str], ...] = ()
 
 
 TURN: Row = ("angle", "x1", "y1", "x2")
@@ -42,7 +44,7 @@ COINCIDENT: Row = ("coincident", "p1", "p2")
 
 JOINTS: Mapping[str, JointType] = MappingProxyType(
     {
-        "revolute": JointType("axis", (COINCIDENT, *AXES_PARALLEL), {"angle": TURN}),
+        "revolute": JointType("axis", (COINCIDENT, *AXES_PARALLEL), {"angle": TURN}, (("z1", "z2"),)),
         "spherical": JointType("point", (COINCIDENT,)),
         "universal": JointType(
             "axes",
@@ -53,6 +55,7 @@ JOINTS: Mapping[str, JointType] = MappingProxyType(
             "axis",
             (*ON_THE_AXIS, *AXES_PARALLEL, ("perpendicular", "x1", "y2")),
             {"displacement": SLIDE},
+            (("z1", "z2"), ("x1", "x2")),
         ),
     }
 )

@@ -1,0 +1,65 @@
+"""mbproj: constrained spatial mechanisms in absolute coordinates, with constraints enforced by projection.
+
+    scene = read_scene("five_bar.yaml")                 # what the user wrote          (InputError)
+    system = compile_system(scene)                      # names -> arrays
+    state = assemble(system, initial_guess(scene, system))   # a consistent start      (InputError)
+    with ResultsWriter("results.h5", scene, system.names.as_mapping()) as recorder:
+        report = simulate(system, state, settings_to_run(scene), recorder)   #        (SimulationError)
+
+Names are imported when they are first used, so that `import mbproj` is cheap.
+"""
+
+from __future__ import annotations
+
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from mbproj.dynamics import State, assemble, mobility
+    from mbproj.errors import InputError, SimulationError
+    from mbproj.integrate import Report, simulate
+    from mbproj.model import System, compile_system, initial_guess
+    from mbproj.results import Results, ResultsWriter, open_results
+    from mbproj.scene import Scene, read_scene, read_scene_text, settings_to_run
+
+__version__ = "0.1.0"
+
+_HOMES = {
+    "mbproj.dynamics": ("State", "assemble", "mobility"),
+    "mbproj.errors": ("InputError", "SimulationError"),
+    "mbproj.integrate": ("Report", "simulate"),
+    "mbproj.model": ("System", "compile_system", "initial_guess"),
+    "mbproj.results": ("Results", "ResultsWriter", "open_results"),
+    "mbproj.scene": ("Scene", "read_scene", "read_scene_text", "settings_to_run"),
+}
+_HOME_OF = {name: home for home, names in _HOMES.items() for name in names}
+
+__all__ = [
+    "InputError",
+    "Report",
+    "Results",
+    "ResultsWriter",
+    "Scene",
+    "SimulationError",
+    "State",
+    "System",
+    "assemble",
+    "compile_system",
+    "initial_guess",
+    "mobility",
+    "open_results",
+    "read_scene",
+    "read_scene_text",
+    "settings_to_run",
+    "simulate",
+]
+
+
+def __getattr__(name: str) -> Any:
+    if name not in _HOME_OF:
+        raise AttributeError(f"module 'mbproj' has no attribute '{name}'")
+    return getattr(import_module(_HOME_OF[name]), name)
+
+
+def __dir__() -> list[str]:
+    return sorted([*globals(), *__all__])

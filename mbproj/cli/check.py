@@ -1,0 +1,95 @@
+"""`mbproj check`: what a scene is, whether it closes, and whether it can run."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from mbproj.cli.scene_options import overrides, parameters, scene_options
+from mbproj.errors import ExitCode, InputError, Problem
+
+if TYPE_CHECKING:
+    from mbproj.dynamics import Mobility
+    from mbproj.scene import Scene
+
+
+@click.command("check")
+@scene_options
+@click.option("--json", "as_json", is_flag=True, help="Print one JSON object.")
+def command(scene: str, settings: tuple[str, ...], as_json: bool, **options: Any) -> int:
+    """Reads and assembles SCENE without running it.
+
+    Exit code 0: it can run; 2: the input is wrong or does not close; 4: its equations have no unique solution.
+    """
+    import json
+
+    from mbproj.dynamics import assemble, mobility
+    from mbproj.dynamics.constraint_equations import constraint_at, constraint_velocity_at
+    from mbproj.dynamics.kinematics import pose_of
+    from mbproj.dynamics.rank import unsolvable
+    from mbproj.integrate.full import FullFormulation
+    from mbproj.model import compile_system, initial_guess
+    from mbproj.scene import read_scene
+
+    what = read_scene(scene, parameters(settings), overrides(options))
+    system = compile_system(what)
+    state = assemble(system, initial_guess(what, system))
+    ranks = mobility(system, pose_of(state.q))
+    problems = unsolvable(system, ranks)
+    try:
+        FullFormulation.of(system, state, what.settings)
+    except InputError as error:
+        place = what.place("simulation", "projection")
+        problems += [Problem(problem.message, place, problem.hint) for problem in error.problems]
+    facts = {
+        "scene": scene,
+        "title": what.title,
+        "coordinates": ranks.coordinates,
+        "constraints": ranks.constraints,
+        "rank": ranks.rank,
+        "degrees_of_freedom": ranks.degrees_of_freedom,
+        "position_violation": float(abs(constraint_at(system, state.q)).max()),
+        "velocity_violation": float(abs(constraint_velocity_at(system, state.q, state.v)).max()),
+        "can_run": not problems,
+        "problems": [str(problem) for problem in problems],
+    }
+    if as_json:
+        click.echo(json.dumps(facts))
+    else:
+        click.echo("\n".join([what.title or Path(scene).stem, *_sizes(what, ranks), *_start(what, facts)]))
+        for problem in problems:
+            click.echo(str(problem), err=True)
+    return int(ExitCode.CHECK_FAILED if problems else ExitCode.DONE)
+
+
+def _sizes(scene: Scene, ranks: Mobility) -> list[str]:
+    from mbproj.joints import JOINTS
+
+    width = max((len(joint.name) for joint in scene.joints), default=0)
+    joints = [
+        f"    {joint.name:{width}}  {joint.type} of {joint.bodies[0]} and {joint.bodies[1]}"
+        + (f", {' and '.join(JOINTS[joint.type].coordinates)}" if JOINTS[joint.type].coordinates else "")
+        for joint in scene.joints
+    ]
+    return [
+        f"  {len(scene.bodies)} bodies, {len(scene.joints)} joints, {len(scene.markers)} markers",
+        *joints,
+        f"  {ranks.coordinates} coordinates, {ranks.constraints} constraints of rank {ranks.rank}: "
+        f"{ranks.degrees_of_freedom} degrees of freedom",
+    ]
+
+
+def _start(scene: Scene, facts: dict[str, Any]) -> list[str]:
+    from mbproj.cli.summary import step_words
+
+    settings = scene.settings
+    duration = "no duration" if settings.duration is None else f"{settings.duration:g} s"
+    step = "no step" if settings.step is None and settings.tolerance is None else step_words(settings)
+    return [
+        f"  assembled: open by {facts['position_violation']:.1e} (m, rad), "
+        f"moving apart at {facts['velocity_violation']:.1e} per s",
+        f"  {settings.projection.method}, {settings.integrator}, {step}, {duration}",
+        "  can run" if facts["can_run"] else "  cannot run",
+    ]

@@ -1,0 +1,73 @@
+"""The group of commands, and how an error becomes a message and an exit code."""
+
+from __future__ import annotations
+
+import os
+import sys
+import traceback
+from importlib import import_module
+
+import click
+
+from mbproj import __version__
+from mbproj.errors import ExitCode, MbprojError
+
+#: Commands in the order of the help; each is the object `command` of the module of its name.
+COMMANDS = ("run", "check", "plot", "info", "paper", "examples")
+
+
+class CommandsOnDemand(click.Group):
+    """A group that imports a command's module when the command is used or listed."""
+
+    def list_commands(self, ctx: click.Context) -> list[str]:
+        return list(COMMANDS)
+
+    def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
+        if cmd_name not in COMMANDS:
+            return None
+        command: click.Command = import_module(f"mbproj.cli.{cmd_name}").command
+        return command
+
+
+@click.group(cls=CommandsOnDemand, context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 120})
+@click.version_option(__version__, prog_name="mbproj")
+def mbproj() -> None:
+    """Simulates constrained spatial mechanisms and shows that every joint stays closed.
+
+    A YAML scene describes bodies and joints; results go to HDF5; plots are drawn from there. First steps:
+
+    \b
+      mbproj examples --copy .
+      mbproj run five_bar.yaml --projection gpopm
+      mbproj plot results.h5
+    """
+
+
+def main() -> None:
+    """The entry point: runs a command and exits with a code of `mbproj.errors.ExitCode`."""
+    # Matrices here are small: threads would only cost, and results must not depend on their number.
+    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+    os.environ.setdefault("OMP_NUM_THREADS", "1")
+    try:
+        code = mbproj.main(standalone_mode=False)
+    except MbprojError as error:
+        _complain(str(error) if str(error).find("error:") >= 0 else f"error: {error}")
+        code = error.exit_code
+    except click.ClickException as error:
+        error.show()
+        code = ExitCode.BAD_INPUT
+    except (KeyboardInterrupt, click.Abort):
+        _complain("interrupted")
+        code = ExitCode.INTERRUPTED
+    except BrokenPipeError:
+        sys.stderr.close()
+        code = ExitCode.DONE
+    except Exception:
+        traceback.print_exc()
+        _complain("error: this is a fault of mbproj, not of your input; please report it with the lines above")
+        code = ExitCode.INTERNAL
+    sys.exit(int(code or 0))
+
+
+def _complain(message: str) -> None:
+    click.echo(message, err=True)

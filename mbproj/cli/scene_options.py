@@ -1,0 +1,62 @@
+"""The options that commands on a scene share: --set, and one for each key of the scene's `simulation` block.
+
+They are handed to the reader as text, which reads them by the same rules as the scene, units and did-you-mean included.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import Any, TypeVar
+
+import click
+
+from mbproj.errors import InputError, Place, Problem
+from mbproj.registry import ACCELERATIONS, FORMULATIONS, PROJECTIONS, STOP_TESTS, integrators
+
+Command = TypeVar("Command", bound=Callable[..., Any])
+
+#: Option, what it takes, help. The parameter's name is the key that the reader knows.
+_OPTIONS: tuple[tuple[str, str, str], ...] = (
+    ("--duration", "TIME", "How long to simulate."),
+    ("--step", "TIME", "Fixed step of the integrator (or --tolerance)."),
+    ("--tolerance", "NUMBER", "Error tolerance of an integrator with an error estimate (or --step)."),
+    ("--integrator", "|".join(integrators()), "Explicit Runge-Kutta method."),
+    ("--formulation", "|".join(FORMULATIONS), "Coordinates to compute in."),
+    ("--acceleration", "|".join(ACCELERATIONS), "Eq. 14, or Eqs. 80-81 without multipliers."),
+    ("--output-step", "TIME", "Time between recorded samples, a multiple of the step."),
+    ("--projection", "|".join(PROJECTIONS), "How the constraints are enforced."),
+    ("--projection-tolerance", "NUMBER", "When a position counts as closed."),
+    ("--projection-test", "|".join(STOP_TESTS), "What the tolerance is compared with."),
+    ("--every", "K", "Project after every K-th step only."),
+    ("--threshold", "NUMBER", "Project only where the violation exceeds this."),
+    ("--project-position", "BOOL", "Whether positions are projected."),
+    ("--project-velocity", "BOOL", "Whether velocities are projected."),
+    ("--max-iterations", "N", "Iterations of one projection at most."),
+    ("--alpha", "NUMBER", "Penalty factor of mass-orthogonal and mmopm."),
+    ("--gains", "A[,B]", "Baumgarte's gains α and β in 1/s."),
+)
+
+
+def scene_options(command: Command) -> Command:
+    """Adds the argument SCENE and all of these options to a command; `overrides` collects them."""
+    for option, metavar, text in reversed(_OPTIONS):
+        command = click.option(option, metavar=metavar, help=text)(command)
+    command = click.option("--set", "settings", multiple=True, metavar="NAME=VALUE", help="Changes a parameter.")(command)
+    return click.argument("scene", type=click.Path())(command)
+
+
+def overrides(options: Mapping[str, Any]) -> dict[str, str]:
+    """The simulation keys that were given on the command line, out of a command's parameters."""
+    keys = [option.removeprefix("--").replace("-", "_") for option, _, _ in _OPTIONS]
+    return {key: options[key] for key in keys if options.get(key) is not None}
+
+
+def parameters(settings: tuple[str, ...]) -> dict[str, str]:
+    """What --set changes. Raises InputError where one is not NAME=VALUE."""
+    changed = {}
+    for text in settings:
+        name, equals, value = text.partition("=")
+        if not equals or not name.strip() or not value.strip():
+            raise InputError(Problem(f"'{text}' is not NAME=VALUE", Place("--set"), "e.g. --set crank_length=0.1"))
+        changed[name.strip()] = value.strip()
+    return changed

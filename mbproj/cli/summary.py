@@ -1,0 +1,86 @@
+"""The end of a run in words and as one JSON object."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import click
+
+from mbproj.integrate.report import Report, Worst
+from mbproj.model.system import System
+from mbproj.scene.records import Settings
+
+#: Relative energy drift from which on a run is told that its step may be too large.
+SUSPICIOUS_DRIFT = 1e-4
+
+
+def summary(scene: str, output: str, report: Report, total_seconds: float) -> dict[str, Any]:
+    """What --json prints and the results file keeps as attributes."""
+    worst = max(report.position_violation, report.velocity_violation, key=lambda violation: violation.value)
+    return {
+        "scene": str(scene),
+        "output": str(output),
+        "formulation": report.formulation,
+        "projection": report.settings.projection.method,
+        "integrator": report.settings.integrator,
+        "degrees_of_freedom": report.degrees_of_freedom,
+        **report.counters,
+        "integration_seconds": report.integration_seconds,
+        "total_seconds": total_seconds,
+        "position_violation_max": report.position_violation.value,
+        "velocity_violation_max": report.velocity_violation.value,
+        "worst_joint": worst.joint,
+        "energy_drift": report.energy_drift,
+        "energy_drift_relative": report.energy_drift_relative,
+        "status": "complete",
+    }
+
+
+def print_summary(title: str, system: System, report: Report, numbers: dict[str, Any]) -> None:
+    """The summary for a reader, on stdout; what should worry him, on stderr."""
+    counts, settings = report.counters, report.settings
+    seconds = report.integration_seconds
+    lines = [
+        title,
+        f"  {7 * system.bodies} coordinates, {system.constraints} constraints, "
+        f"{report.degrees_of_freedom} degrees of freedom; {report.formulation} formulation",
+        f"  {settings.projection.method}, {settings.integrator}, {step_words(settings)}",
+        f"  {counts['steps']} steps to t = {settings.duration:g} s in {seconds:.2f} s "
+        f"({1e3 * seconds / max(counts['steps'], 1):.2g} ms a step), {counts['evaluations']} evaluations, "
+        f"{counts['rejected_steps']} steps rejected",
+        f"  position violation  {_worst(report.position_violation)}",
+        f"  velocity violation  {_worst(report.velocity_violation)}",
+        f"  energy drift        {report.energy_drift:.2e} J "
+        f"({report.energy_drift_relative:.1e} of the largest kinetic energy + |ΔV|)",
+        f"  projection          {counts['projections']} times, {counts['projection_iterations']} position and "
+        f"{counts['velocity_iterations']} velocity iterations, {counts['projection_failures']} failures",
+        f"  written to {numbers['output']}",
+    ]
+    click.echo("\n".join(lines))
+    for warning in warnings(report):
+        click.echo(f"note: {warning}", err=True)
+
+
+def warnings(report: Report) -> list[str]:
+    """What a user should not overlook."""
+    found = []
+    if report.energy_drift_relative > SUSPICIOUS_DRIFT:
+        found.append(
+            f"the energy drifted by {100 * report.energy_drift_relative:.2g} %: the joints may be closed and the motion "
+            "still wrong; compare with a smaller --step, or with --integrator dop853 --tolerance 1e-10"
+        )
+    if report.counters["projection_failures"]:
+        found.append(
+            f"{report.counters['projection_failures']} projections missed their tolerance; the largest violation "
+            f"is {report.position_violation.value:.1e}"
+        )
+    return found
+
+
+def step_words(settings: Settings) -> str:
+    """The step or the tolerance, as one reads it."""
+    return f"step {settings.step:g} s" if settings.step is not None else f"tolerance {settings.tolerance:g}"
+
+
+def _worst(violation: Worst) -> str:
+    return f"{violation.value:.1e}  ({violation.joint} at t = {violation.time:.4g} s)"

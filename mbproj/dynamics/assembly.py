@@ -1,0 +1,169 @@
+"""Assembly: the consistent start nearest to what the scene guesses, or an error that names the joint.
+
+Near means geometrically near: Σ |Δr|² + length² |Δθ|², with the size of the system to weigh turns against shifts. The
+guess carries no energy meaning, so the mass matrix has no say here (Nikravesh 2007).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from mbproj.arrays import Array, Integers
+from mbproj.dynamics.constraint_equations import constraint, jacobian, set_jacobian
+from mbproj.dynamics.kinematics import Pose, attached, pose_of, slots_of
+from mbproj.errors import InputError, Problem
+from mbproj.model.guess import Guess
+from mbproj.model.system import Conditions, System
+
+MAX_ITERATIONS = 100
+#: The violation, in units of the system's length and in rad, at which a pose counts as closed.
+CLOSED = 1e-10
+
+
+@dataclass(frozen=True, eq=False)
+class State:
+    """Time in s, coordinates q and velocities v = q' (7n,), whole turns (nc,) of each joint coordinate."""
+
+    t: float
+    q: Array
+    v: Array
+    turns: Integers
+
+
+def assemble(system: System, guess: Guess) -> State:
+    """The consistent state nearest to the guess with the joints' `start` and `speed` conditions met.
+
+    Raises InputError that names the worst joint with its residual in metres and radians.
+    """
+    q = _close(system, guess.q, guess.start)
+    pose = pose_of(q)
+    _refuse_flips(system, pose)
+    v = _consistent_velocity(system, pose, guess)
+    angles = coordinate_values(system, pose)
+    turns = np.zeros(len(angles), dtype=np.intp)
+    turns[guess.start.index] = np.round((guess.start.value - angles[guess.start.index]) / (2 * np.pi))
+    return State(0.0, q, v, turns * is_angle(system))
+
+
+def coordinate_values(system: System, pose: Pose) -> Array:
+    """The joints' coordinates (..., nc): displacements in m, angles in rad within (-π, π]."""
+    return system.coordinates.value(attached(pose, *slots_of(system.coordinates)))
+
+
+def is_angle(system: System) -> Integers:
+    """1 for joint coordinates that count turns, 0 for displacements, (nc,)."""
+    return np.array([unit == "rad" for unit in system.names.coordinate_units], dtype=np.intp)
+
+
+def _close(system: System, q: Array, start: Conditions) -> Array:
+    """Gauss-Newton with the shortest weighted step, halved until the violation falls."""
+    weights = _inverse_weights(system)
+    residual = _residual(system, q, start)
+    for _ in range(MAX_ITERATIONS):
+        if np.abs(residual).max(initial=0.0) <= 1e-15:
+            break
+        rows = _rows(system, pose_of(q), start)
+        change = weights * np.linalg.lstsq(rows * weights, -residual, rcond=1e-12)[0]
+        step = 1.0
+        while step > 1e-4:
+            trial = _normalised(q + step * change)
+            trial_residual = _residual(system, trial, start)
+            if np.linalg.norm(trial_residual) < (1.0 - 0.1 * step) * np.linalg.norm(residual):
+                break
+            step *= 0.5
+        else:
+            break
+        q, residual = trial, trial_residual
+    if np.abs(residual).max(initial=0.0) > CLOSED:
+        raise _not_closed(system, residual)
+    return q
+
+
+def _residual(system: System, q: Array, start: Conditions) -> Array:
+    """Joint and start rows, lengths in units of the system's length, (m + c,)."""
+    pose = pose_of(q)
+    rows = constraint(system, pose)[system.bodies :] / np.where(system.joints.is_length, system.length, 1.0)
+    excess = coordinate_values(system, pose)[start.index] - start.value
+    angle = is_angle(system)[start.index].astype(bool)
+    excess = np.where(angle, np.arctan2(np.sin(excess), np.cos(excess)), excess / system.length)
+    return np.concatenate([rows, excess])
+
+
+def _rows(system: System, pose: Pose, start: Conditions) -> Array:
+    joints = jacobian(system, pose)[system.bodies :] / np.where(system.joints.is_length, system.length, 1.0)[:, None]
+    wanted = set_jacobian(system.coordinates, pose)[start.index]
+    wanted = wanted / np.where(is_angle(system)[start.index], 1.0, system.length)[:, None]
+    rows = np.concatenate([joints, wanted]).reshape(-1, system.bodies, 7)
+    # Only turns that keep |Λ|: Λ is normalised after each step.
+    Λ = pose.orientation[:-1]
+    rows[..., 3:] -= np.sum(rows[..., 3:] * Λ, axis=-1, keepdims=True) * Λ
+    return rows.reshape(len(rows), -1)
+
+
+def _inverse_weights(system: System) -> Array:
+    """Lengths in units of the system's length, and |Δθ| = 2 |ΔΛ|, (7n,)."""
+    return np.tile([system.length] * 3 + [0.5] * 4, system.bodies)
+
+
+def _normalised(q: Array) -> Array:
+    rows = q.reshape(-1, 7).copy()
+    rows[:, 3:] /= np.linalg.norm(rows[:, 3:], axis=1, keepdims=True)
+    return rows.ravel()
+
+
+def _not_closed(system: System, residual: Array) -> InputError:
+    joints = residual[: system.joints.size]
+    owner, is_length = system.joints.owner, system.joints.is_length
+    if np.abs(joints).max(initial=0.0) > 0.1 * np.abs(residual).max():
+        worst = int(owner[np.argmax(np.abs(joints))])
+        message = "the mechanism does not close"
+    else:
+        wanted = np.argmax(np.abs(residual[system.joints.size :]))
+        worst = int(system.coordinates.owner[wanted])
+        message = "the mechanism cannot reach the coordinates that its joints ask for"
+    length = np.abs(joints[(owner == worst) & is_length]).max(initial=0.0) * system.length
+    angle = np.abs(joints[(owner == worst) & ~is_length]).max(initial=0.0)
+    return InputError(
+        Problem(
+            f"{message}: joint '{system.names.joints[worst]}' stays open by {length:.3g} m and {angle:.3g} rad",
+            system.joint_places[worst],
+            "check its location and axes, the lengths of its bodies, and the pose that 'bodies' gives as a guess",
+        )
+    )
+
+
+def _refuse_flips(system: System, pose: Pose) -> None:
+    cosines = system.alignment.value(attached(pose, *slots_of(system.alignment)))
+    if np.any(cosines < 0.0):
+        worst = int(system.alignment.owner[np.argmin(cosines)])
+        raise InputError(
+            Problem(
+                f"assembly turned the axis of joint '{system.names.joints[worst]}' by 180 degrees",
+                system.joint_places[worst],
+                "give a pose in 'bodies' that is nearer to the closed one, or reverse the axis in one body",
+            )
+        )
+
+
+def _consistent_velocity(system: System, pose: Pose, guess: Guess) -> Array:
+    """The velocity nearest to the guess with C_q v = 0 and the joints' speeds."""
+    weights = _inverse_weights(system)
+    speeds = set_jacobian(system.coordinates, pose)[guess.speed.index]
+    rows = np.concatenate([jacobian(system, pose), speeds])
+    wanted = np.concatenate([np.zeros(system.constraints), guess.speed.value])
+    v = guess.v + weights * np.linalg.lstsq(rows * weights, wanted - rows @ guess.v, rcond=1e-12)[0]
+    v = v + weights * np.linalg.lstsq(rows * weights, wanted - rows @ v, rcond=1e-12)[0]
+    left = np.abs(rows @ v - wanted)
+    if left.max(initial=0.0) > 1e-9 * max(1.0, float(np.abs(wanted).max(initial=0.0))):
+        worst = int(system.coordinates.owner[guess.speed.index[np.argmax(left[system.constraints :])]])
+        raise InputError(
+            Problem(
+                f"the mechanism cannot move at the speeds that its joints ask for: joint "
+                f"'{system.names.joints[worst]}' misses its own by {left[system.constraints :].max():.3g}",
+                system.joint_places[worst],
+                "give fewer speeds than degrees of freedom, or speeds that agree",
+            )
+        )
+    return v

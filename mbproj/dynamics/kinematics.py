@@ -1,0 +1,94 @@
+"""Where the bodies are and how they move, from q and q': rotation matrices and everything fixed in the bodies.
+
+q holds (r, Λ) per body (Eq. 1), 7n numbers; leading axes (samples in time) are free. The ground is appended as body n.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from mbproj.arrays import Array, Integers, Numbers
+from mbproj.model.euler_parameters import matrix_E, matrix_L
+from mbproj.model.primitive_set import PrimitiveSet
+
+_GROUND = np.array([[0.0, 0, 0, 1, 0, 0, 0]])
+
+
+@dataclass(frozen=True, eq=False)
+class Pose:
+    """Position (..., n+1, 3), Euler parameters (..., n+1, 4), L and A of each (..., n+1, 3, 4 and 3)."""
+
+    position: Numbers
+    orientation: Numbers
+    L: Numbers
+    rotation: Numbers
+
+
+@dataclass(frozen=True, eq=False)
+class Twist:
+    """r' (..., n+1, 3), Λ' (..., n+1, 4), A' and the part 2 E' L'ᵀ of A'' that has no Λ'' (..., n+1, 3, 3)."""
+
+    velocity: Numbers
+    rate: Numbers
+    L_dot: Numbers
+    rotation_dot: Numbers
+    rotation_bias: Numbers
+
+
+def pose_of(q: Numbers) -> Pose:
+    """The pose of every body and of the ground from q (..., 7n)."""
+    rows = _by_body(q, _GROUND)
+    orientation = rows[..., 3:]
+    L = matrix_L(orientation)
+    return Pose(rows[..., :3], orientation, L, matrix_E(orientation) @ np.swapaxes(L, -1, -2))
+
+
+def twist_of(pose: Pose, v: Numbers) -> Twist:
+    """How every body moves, from its pose and v = q' (..., 7n)."""
+    rows = _by_body(v, np.zeros((1, 7)))
+    rate = rows[..., 3:]
+    L_dot = matrix_L(rate)
+    transposed = 2.0 * np.swapaxes(L_dot, -1, -2)
+    return Twist(
+        velocity=rows[..., :3],
+        rate=rate,
+        L_dot=L_dot,
+        rotation_dot=matrix_E(pose.orientation) @ transposed,
+        rotation_bias=matrix_E(rate) @ transposed,
+    )
+
+
+def attached(pose: Pose, body: Integers, local: Array, is_point: Array) -> Numbers:
+    """Global points r + A s (where `is_point` is 1) and vectors A s (where 0), (..., S, 3)."""
+    return _rotated(pose.rotation, body, local) + is_point[:, None] * pose.position[..., body, :]
+
+
+def attached_velocity(twist: Twist, body: Integers, local: Array, is_point: Array) -> Numbers:
+    """Their velocities, (..., S, 3)."""
+    return _rotated(twist.rotation_dot, body, local) + is_point[:, None] * twist.velocity[..., body, :]
+
+
+def attached_bias(twist: Twist, body: Integers, local: Array) -> Numbers:
+    """The part of their accelerations that does not hold q'', (..., S, 3)."""
+    return _rotated(twist.rotation_bias, body, local)
+
+
+def slots_of(bound: PrimitiveSet) -> tuple[Integers, Array, Array]:
+    """A set's attachments, as the functions above take them."""
+    return bound.body, bound.local, bound.is_point
+
+
+def body_rates(pose: Pose, twist: Twist) -> Numbers:
+    """Angular velocities ω = 2 L Λ' in body axes, (..., n+1, 3) (Eq. 16)."""
+    return 2.0 * (pose.L @ twist.rate[..., None])[..., 0]
+
+
+def _rotated(matrices: Numbers, body: Integers, local: Array) -> Numbers:
+    return (matrices[..., body, :, :] @ local[..., None])[..., 0]
+
+
+def _by_body(flat: Numbers, ground: Array) -> Numbers:
+    rows = flat.reshape(*flat.shape[:-1], -1, 7)
+    return np.concatenate([rows, np.broadcast_to(ground, (*rows.shape[:-2], 1, 7))], axis=-2)

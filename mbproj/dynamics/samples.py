@@ -1,0 +1,52 @@
+"""Samples of a run, as the integration hands them over: consecutive times, with what each formulation knows there."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from mbproj.arrays import Array, Integers
+
+
+@dataclass(frozen=True, eq=False)
+class Sample:
+    """One time t in s: q, v = q', acceleration q'' (7n,), multipliers λ (m,), turns (nc,), step size in s, counters."""
+
+    t: float
+    q: Array
+    v: Array
+    acceleration: Array
+    multipliers: Array
+    turns: Integers
+    step_size: float
+    counters: Mapping[str, int]
+
+
+@dataclass(frozen=True, eq=False)
+class Samples:
+    """T consecutive samples: the fields of `Sample` with a leading axis of length T."""
+
+    t: Array
+    q: Array
+    v: Array
+    acceleration: Array
+    multipliers: Array
+    turns: Integers
+    step_size: Array
+    counters: Mapping[str, Integers]
+
+
+def stack(samples: Sequence[Sample]) -> Samples:
+    """One block of at least one sample."""
+    return Samples(
+        t=np.array([sample.t for sample in samples]),
+        q=np.stack([sample.q for sample in samples]),
+        v=np.stack([sample.v for sample in samples]),
+        acceleration=np.stack([sample.acceleration for sample in samples]),
+        multipliers=np.stack([sample.multipliers for sample in samples]),
+        turns=np.stack([sample.turns for sample in samples]),
+        step_size=np.array([sample.step_size for sample in samples]),
+        counters={key: np.array([sample.counters[key] for sample in samples]) for key in samples[0].counters},
+    )

@@ -1,0 +1,187 @@
+"""The time loop: step, project, check, record; with a fixed step, or with the step that the error allows."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from mbproj.arrays import Array, Integers
+from mbproj.dynamics.assembly import State, is_angle
+from mbproj.dynamics.samples import Sample
+from mbproj.errors import SimulationError
+from mbproj.integrate.full import FullFormulation
+from mbproj.integrate.output import output_every, output_times, whole_steps
+from mbproj.integrate.runge_kutta import Step, continuous_extension, error_estimates, rk_step
+from mbproj.integrate.step_size import Controller, error_norm, first_step
+from mbproj.integrate.tableau import Tableau, load_tableau
+from mbproj.integrate.tally import Tally
+
+#: A position violation (m or rad) that no run goes on with after its projection has failed.
+OPEN = 1e-6
+
+
+@dataclass(frozen=True, eq=False)
+class Point:
+    """An accepted state y = (q, v) at time t, with q'', λ, joint coordinates, their rates, and turns there."""
+
+    t: float
+    y: Array
+    acceleration: Array
+    multipliers: Array
+    coordinate: Array
+    speed: Array
+    turns: Integers
+
+    @property
+    def slope(self) -> Array:
+        """y'."""
+        return np.concatenate([self.y[len(self.acceleration) :], self.acceleration])
+
+    def sample(self, step_size: float, tally: Tally) -> Sample:
+        """This point as it is recorded."""
+        q, v = np.split(self.y, 2)
+        return Sample(
+            self.t, q, v, self.acceleration, self.multipliers, self.turns, step_size, tally.counters()
+        )
+
+
+def march(formulation: FullFormulation, state: State, tally: Tally) -> Iterator[Sample]:
+    """Samples from the start to the end of the duration. Raises SimulationError where the run cannot go on."""
+    settings = formulation.settings
+    tableau = load_tableau(settings.integrator)
+    start = _first(formulation, state, tally)
+    by_error = settings.tolerance is not None
+    yield from (_by_error if by_error else _fixed)(formulation, tableau, start, tally)
+
+
+def _fixed(formulation: FullFormulation, tableau: Tableau, point: Point, tally: Tally) -> Iterator[Sample]:
+    """Steps of one size; the time of step k is t0 + k h, so that it does not drift. The last step may be shorter."""
+    settings, start = formulation.settings, point.t
+    h, end = _required(settings.step), start + _required(settings.duration)
+    steps, every = whole_steps(settings), output_every(settings)
+    yield point.sample(h, tally)
+    for k in range(1, steps + 1):
+        t = end if k == steps else start + k * h
+        step = rk_step(formulation.derivative, tableau, point.t, point.y, t - point.t, point.slope)
+        tally.evaluations += tableau.stages - 1
+        point = _accept(formulation, tally, point, t, step.y_new)
+        if k % every == 0 or k == steps:
+            yield point.sample(step.h, tally)
+
+
+def _by_error(formulation: FullFormulation, tableau: Tableau, point: Point, tally: Tally) -> Iterator[Sample]:
+    """Steps as large as the error estimate allows; outputs in between by the continuous extension."""
+    settings, f = formulation.settings, formulation.derivative
+    end, tolerance = point.t + _required(settings.duration), _required(settings.tolerance)
+    scale, times = _absolute_scale(formulation), output_times(settings, point.t)
+    h = first_step(f, tableau.order, point.t, point.y, point.slope, tolerance, scale, end - point.t)
+    tally.evaluations += 1
+    control = Controller(tableau.error_order)
+    yield point.sample(h, tally)
+    done = 1
+    while done < len(times):
+        h = _fitted(h, point.t, end)
+        step = rk_step(f, tableau, point.t, point.y, h, point.slope)
+        t = end if h == end - point.t else point.t + h
+        last = f(t, step.y_new)
+        tally.evaluations += tableau.stages
+        error = error_norm(error_estimates(tableau, step, last), step.y, step.y_new, tolerance, scale)
+        if not error <= 1.0:
+            tally.rejected_steps += 1
+            h, control = control.after_rejected(error, h)
+            continue
+        before, point = point, _accept(formulation, tally, point, t, step.y_new)
+        between = [time for time in times[done:] if time < t]
+        if between:
+            yield from _in_between(formulation, tableau, tally, before, step, last, between)
+        done += len(between)
+        if done < len(times) and times[done] == t:
+            yield point.sample(h, tally)
+            done += 1
+        h, control = control.after_accepted(error, h)
+
+
+def _in_between(
+    formulation: FullFormulation,
+    tableau: Tableau,
+    tally: Tally,
+    before: Point,
+    step: Step,
+    last: Array,
+    times: list[float],
+) -> Iterator[Sample]:
+    """Samples inside a step: the extension's value, of which a copy is projected; the integration does not see it."""
+    tally.evaluations += len(tableau.extra_c) + len(times)
+    extension = continuous_extension(formulation.derivative, tableau, step, last)
+    for time in times:
+        projected = formulation.project_copy(extension((time - step.t) / step.h))
+        yield _point(formulation, before, time, projected).sample(step.h, tally)
+
+
+def _accept(formulation: FullFormulation, tally: Tally, before: Point, t: float, y: Array) -> Point:
+    """The point after a step: projected, checked, counted."""
+    if not np.all(np.isfinite(y)):
+        raise SimulationError(t, "the solution is no longer finite", hint="try a smaller step or tolerance")
+    tally.steps += 1
+    tally.evaluations += 1
+    projected = formulation.project(tally.steps, t, y)
+    tally.count_projection(projected)
+    point = _point(formulation, before, t, np.concatenate([projected.q, projected.v]))
+    position, velocity = formulation.violations(projected.q, projected.v)
+    tally.watch(position, velocity, t)
+    if projected.failures and not position.max(initial=0.0) <= OPEN:
+        row = int(np.argmax(position))
+        raise SimulationError(
+            t,
+            f"the projection did not close the joints: {position[row]:.3g} left after "
+            f"{projected.position_iterations} iterations",
+            joint=formulation.system.row_name(row),
+            hint="try a smaller step, another method (gopm), or more iterations",
+        )
+    return point
+
+
+def _first(formulation: FullFormulation, state: State, tally: Tally) -> Point:
+    """The start as a point: its turns are those of the state."""
+    tally.evaluations += 1
+    tally.watch(*formulation.violations(state.q, state.v), state.t)
+    coordinate, speed = formulation.coordinates(state.q, state.v)
+    formulation.check_regular(state.t, state.q)
+    acceleration, multipliers = formulation.accelerations(state.t, state.q, state.v)
+    y = np.concatenate([state.q, state.v])
+    return Point(state.t, y, acceleration, multipliers, coordinate, speed, state.turns)
+
+
+def _point(formulation: FullFormulation, before: Point, t: float, y: Array) -> Point:
+    """The point at y. Turns are counted from `before`; the rates at both ends predict the change of an angle, so that
+    more than half a turn in a step is counted right."""
+    q, v = np.split(y, 2)
+    coordinate, speed = formulation.coordinates(q, v)
+    expected = before.coordinate + 0.5 * (t - before.t) * (before.speed + speed)
+    moved = np.round((expected - coordinate) / (2.0 * np.pi)).astype(np.intp) * is_angle(formulation.system)
+    formulation.check_regular(t, q)
+    acceleration, multipliers = formulation.accelerations(t, q, v)
+    return Point(t, y, acceleration, multipliers, coordinate, speed, before.turns + moved)
+
+
+def _absolute_scale(formulation: FullFormulation) -> Array:
+    """What the absolute tolerance is relative to, (14n,): the system's length (per s) for r (r'), 1 (per s) for Λ."""
+    return np.tile([formulation.system.length] * 3 + [1.0] * 4, 2 * formulation.system.bodies)
+
+
+def _fitted(h: float, t: float, end: float) -> float:
+    """h, or what is left to the end, or half of that where one step more would be tiny. Raises where h has vanished."""
+    left = end - t
+    if h < 16.0 * np.finfo(float).eps * max(abs(t), abs(end)):
+        cause = "the error cannot be kept below the tolerance: the step has shrunk to nothing"
+        raise SimulationError(t, cause, hint="loosen the tolerance")
+    if h >= left:
+        return left
+    return 0.5 * left if 2.0 * h > left > 1.01 * h else h
+
+
+def _required(value: float | None) -> float:
+    assert value is not None  # settings_to_run has seen to it
+    return value

@@ -1,0 +1,60 @@
+"""What a run says of itself when it ends."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from mbproj.integrate.tally import Peak
+from mbproj.model.system import System
+from mbproj.scene.records import Settings
+
+
+@dataclass(frozen=True)
+class Worst:
+    """The largest violation of a run (m or rad, or per s), whose row it was, and when (s)."""
+
+    value: float
+    joint: str
+    time: float
+
+
+@dataclass(frozen=True)
+class Report:
+    """The work of a run, its largest violations over all steps, and its energy drift (J, and relative: see
+    design of the results file). `formulation` is the one that was used."""
+
+    formulation: str
+    settings: Settings
+    degrees_of_freedom: int
+    counters: dict[str, int]
+    position_violation: Worst
+    velocity_violation: Worst
+    energy_drift: float
+    energy_drift_relative: float
+    integration_seconds: float
+
+
+def worst(system: System, peak: Peak) -> Worst:
+    """A peak with the name of its row."""
+    return Worst(peak.value, system.row_name(peak.row) if system.constraints else "", peak.time)
+
+
+class EnergyWatch:
+    """Scratch of a run: the largest |balance|, kinetic energy, and range of the potential energy so far."""
+
+    def __init__(self) -> None:
+        self.drift = self.kinetic = 0.0
+        self.lowest, self.highest = float("inf"), float("-inf")
+
+    def take(self, balance: float, kinetic: float, lowest: float, highest: float) -> None:
+        """Takes in a block: its largest |balance| and kinetic energy, and its range of the potential energy."""
+        self.drift, self.kinetic = max(self.drift, balance), max(self.kinetic, kinetic)
+        self.lowest, self.highest = min(self.lowest, lowest), max(self.highest, highest)
+
+    @property
+    def relative(self) -> float:
+        """The drift over the largest kinetic energy + |ΔV| of the run; 0 where nothing moved."""
+        size = self.kinetic + max(self.highest - self.lowest, 0.0)
+        return self.drift / size if size > 0.0 else 0.0
+
+

@@ -1,0 +1,78 @@
+"""An explicit Runge-Kutta method is its coefficients: Butcher's tableau, read from a data file."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+from functools import cache
+
+import numpy as np
+
+from mbproj.arrays import Array
+from mbproj.registry import integrators
+
+
+@dataclass(frozen=True, eq=False)
+class Tableau:
+    """Coefficients of an explicit method of s stages (Hairer, Nørsett & Wanner 1993, sect. II.1-II.6).
+
+    `a` (s, s), `b` (s,), `c` (s,). An embedded pair has one or two rows `error` (e, s+1), weights of the stages and of
+    f at the new point, and `error_order`. `dense` (s+1+x, d) are the coefficients of θ, θ², … of the continuous
+    extension, over the stages, f at the new point, and the x `extra` stages with `extra_a` (x, s+1+x), `extra_c` (x,).
+    Arrays of methods without an estimate or an extension are empty.
+    """
+
+    name: str
+    order: int
+    error_order: int
+    a: Array
+    b: Array
+    c: Array
+    error: Array
+    extra_a: Array
+    extra_c: Array
+    dense: Array
+
+    @property
+    def stages(self) -> int:
+        """s, the number of evaluations a step that needs no error estimate takes."""
+        return len(self.b)
+
+    @property
+    def embedded(self) -> bool:
+        """Whether the method estimates its error."""
+        return len(self.error) > 0
+
+
+@cache
+def load_tableau(name: str) -> Tableau:
+    """The tableau of an integrator by its name in the registry."""
+    data = json.loads(integrators()[name].tableau.read_text(encoding="utf-8"))
+    stages = len(data["b"])
+    extra = data.get("extra_a", [])
+    return Tableau(
+        name=name,
+        order=data["order"],
+        error_order=data.get("error_order", 0),
+        a=_matrix([[], *data["a"]], stages),
+        b=_vector(data["b"]),
+        c=_vector(data["c"]),
+        error=_matrix(data.get("error", []), stages + 1),
+        extra_a=_matrix(extra, stages + 1 + len(extra)),
+        extra_c=_vector(data.get("extra_c", [])),
+        dense=_matrix(data.get("dense", []), len(data["dense"][0]) if "dense" in data else 0),
+    )
+
+
+def _vector(numbers: Sequence[str]) -> Array:
+    return np.array([float(Fraction(number)) for number in numbers])
+
+
+def _matrix(rows: Sequence[Sequence[str]], width: int) -> Array:
+    """Rows of numbers, filled with zeros on the right."""
+    matrix = np.zeros((len(rows), width))
+    for index, row in enumerate(rows):
+        matrix[index, : len(row)] = _vector(row)
+    return matrix

@@ -1,0 +1,55 @@
+"""What a run counts as it goes: work done, and the largest violations at any step, recorded or not."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from mbproj.arrays import Array
+from mbproj.projection import Projected
+
+
+@dataclass(frozen=True)
+class Peak:
+    """The largest value so far, the row of C that had it, and when (s)."""
+
+    value: float = 0.0
+    row: int = 0
+    time: float = 0.0
+
+    def or_larger(self, rows: Array, t: float) -> Peak:
+        """This peak, or the largest of `rows` where that is larger."""
+        row = int(np.argmax(rows)) if len(rows) else 0
+        return Peak(float(rows[row]), row, t) if len(rows) and rows[row] > self.value else self
+
+
+@dataclass
+class Tally:
+    """Counters since the start, and the peaks of |C| and |C'|."""
+
+    steps: int = 0
+    rejected_steps: int = 0
+    evaluations: int = 0
+    projections: int = 0
+    projection_iterations: int = 0
+    velocity_iterations: int = 0
+    projection_failures: int = 0
+    position_peak: Peak = field(default_factory=Peak)
+    velocity_peak: Peak = field(default_factory=Peak)
+
+    def counters(self) -> dict[str, int]:
+        """The counters by name."""
+        return {name: value for name, value in vars(self).items() if isinstance(value, int)}
+
+    def count_projection(self, projected: Projected) -> None:
+        """Adds the work of one projection."""
+        self.projections += projected.projections
+        self.projection_iterations += projected.position_iterations
+        self.velocity_iterations += projected.velocity_iterations
+        self.projection_failures += projected.failures
+
+    def watch(self, position: Array, velocity: Array, t: float) -> None:
+        """Takes in |C| and |C'| (m,) of a step."""
+        self.position_peak = self.position_peak.or_larger(position, t)
+        self.velocity_peak = self.velocity_peak.or_larger(velocity, t)

@@ -1,0 +1,75 @@
+"""The system: everything about a mechanism that does not change while it moves, as arrays."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from mbproj.arrays import Array, Integers
+from mbproj.errors import Place
+from mbproj.model.primitive_set import PrimitiveSet
+
+
+@dataclass(frozen=True, eq=False)
+class Names:
+    """Names in the order of the arrays; coordinates as "joint.coordinate", with their units."""
+
+    bodies: tuple[str, ...]
+    joints: tuple[str, ...]
+    markers: tuple[str, ...]
+    coordinates: tuple[str, ...]
+    coordinate_units: tuple[str, ...]
+
+    def as_mapping(self) -> dict[str, tuple[str, ...]]:
+        """The names by kind, as a results file stores them."""
+        return {kind: getattr(self, kind) for kind in self.__dataclass_fields__}
+
+
+@dataclass(frozen=True, eq=False)
+class Conditions:
+    """Hard conditions at the start: values (c,) of the coordinates `index` (c,) into the system's coordinates."""
+
+    index: Integers
+    value: Array
+
+
+@dataclass(frozen=True, eq=False)
+class System:
+    """A mechanism of n bodies; body index n is the ground.
+
+    `mass` (n,) in kg, `inertia` (n, 3, 3) in kg m² about the centre of mass in body axes, `gravity` (3,) in m/s².
+    `joints`: the constraint rows of all joints; `coordinates`: their free coordinates; `alignment`: scalar products of
+    vectors that must not be flipped by assembly, positive in a right pose. `marker_body` (k,) and
+    `marker_local` (k, 3). `reaction_body` (nj,), `reaction_local` (nj, 3): body 2 of each joint and its point in it.
+    `length` is the size of the mechanism in m: what an absolute tolerance is taken relative to. `joint_places`: where
+    each joint stands in the scene file, for messages.
+    """
+
+    names: Names
+    mass: Array
+    inertia: Array
+    gravity: Array
+    joints: PrimitiveSet
+    coordinates: PrimitiveSet
+    alignment: PrimitiveSet
+    marker_body: Integers
+    marker_local: Array
+    reaction_body: Integers
+    reaction_local: Array
+    length: float
+    joint_places: tuple[Place | None, ...]
+
+    @property
+    def bodies(self) -> int:
+        """n, the number of bodies without the ground."""
+        return len(self.mass)
+
+    @property
+    def constraints(self) -> int:
+        """The number of rows of C: one norm row a body, then the joints' rows (Eq. 3)."""
+        return self.bodies + self.joints.size
+
+    def row_name(self, row: int) -> str:
+        """Whose row of C this is, for messages: a joint's name, or a body's Euler parameters."""
+        if row < self.bodies:
+            return f"Euler parameters of {self.names.bodies[row]}"
+        return self.names.joints[self.joints.owner[row - self.bodies]]

@@ -1,0 +1,20 @@
+"""The results file (HDF5): `ResultsWriter` writes it in blocks during a run, `open_results` reads it."""
+
+from mbproj.results.faults import OutputError
+from mbproj.results.files import check_output, part_path
+from mbproj.results.layout import DATASETS, Dataset
+from mbproj.results.reader import open_results
+from mbproj.results.record import Results
+from mbproj.results.writer import Names, ResultsWriter
+
+__all__ = [
+    "DATASETS",
+    "Dataset",
+    "Names",
+    "OutputError",
+    "Results",
+    "ResultsWriter",
+    "check_output",
+    "open_results",
+    "part_path",
+]

@@ -1,0 +1,53 @@
+"""The errors of results files, each with a next step."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+from mbproj.errors import ExitCode, InputError, MbprojError, Problem
+from mbproj.scene.suggestions import choose_from, did_you_mean
+
+ELSEWHERE = "choose another file with -o"
+KINDS = {"bodies": "body", "markers": "marker", "joints": "joint", "coordinates": "joint coordinate"}
+
+
+class OutputError(MbprojError):
+    """The results could not be written (disk full, device gone). What was flushed before stays in OUT.part."""
+
+    exit_code = ExitCode.FAILED
+
+
+def cannot_write(path: Path, error: OSError) -> InputError:
+    """A results file that cannot be created."""
+    return InputError(Problem(f"cannot write '{path}': {error.strerror or error}", hint=ELSEWHERE))
+
+
+def is_directory(path: Path) -> InputError:
+    """A directory where a file is to be written."""
+    return InputError(Problem(f"'{path}' is a directory", hint=f"give a file in it, e.g. {path / 'results.h5'}"))
+
+
+def not_replaced(path: Path) -> InputError:
+    """Somebody else's file where results are to be written."""
+    message = f"'{path}' exists and is not a results file of mbproj, so it is not replaced"
+    return InputError(Problem(message, hint=f"remove it, or {ELSEWHERE}"))
+
+
+def not_ours(path: Path) -> InputError:
+    """A file to read that is something else."""
+    hint = "results are what 'mbproj run SCENE' writes"
+    return InputError(Problem(f"'{path}' is not a results file of mbproj", hint=hint))
+
+
+def damaged(path: Path, what: str) -> InputError:
+    """A results file whose bytes are wrong."""
+    return InputError(Problem(f"'{path}' is damaged: {what}", hint="repeat the run"))
+
+
+def no_such_name(kind: str, name: str, names: Sequence[str], where: str) -> InputError:
+    """A name that the results do not have, with the nearest and those there are."""
+    if not names:
+        return InputError(Problem(f"no {KINDS[kind]} '{name}': {where} has no {kind}"))
+    close, listed = did_you_mean(name, names), choose_from("", names, kind)
+    return InputError(Problem(f"no {KINDS[kind]} '{name}' in {where}", hint=f"{close} ({listed})" if close else listed))

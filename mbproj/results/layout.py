@@ -1,0 +1,94 @@
+"""What a results file holds, as data: each dataset's path, shape after the time axis, unit, description and frame."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+FORMAT = "mbproj results"
+SCHEMA_VERSION = 1
+
+FLOAT, COUNT = "f8", "i8"
+GLOBAL, BODY = "global axes", "body axes"
+
+
+@dataclass(frozen=True)
+class Dataset:
+    """One array of the file, first axis time. `shape` are the other axes: numbers, or symbols in `SIZES`."""
+
+    path: str
+    shape: tuple[str | int, ...]
+    unit: str
+    description: str
+    frame: str | None = None
+    dtype: str = FLOAT
+
+    @property
+    def symbol(self) -> str | None:
+        """What the columns count ("n", "k", "nj", "nc"); None for a series."""
+        return str(self.shape[0]) if self.shape else None
+
+
+@dataclass(frozen=True)
+class NameList:
+    """A list of names in the file: the symbol of its length, where it stands, what it names."""
+
+    symbol: str
+    path: str
+    description: str
+
+
+#: Lists of names by kind; their lengths are the sizes that `Dataset.shape` names.
+NAMES = {
+    "bodies": NameList("n", "bodies/names", "names of the bodies"),
+    "markers": NameList("k", "markers/names", "names of the markers"),
+    "joints": NameList("nj", "joints/names", "names of the joints"),
+    "coordinates": NameList("nc", "joints/coordinate_names", "names of the joint coordinates, joint.coordinate"),
+    "coordinate_units": NameList("nc", "joints/coordinate_units", "unit of each joint coordinate, rad or m"),
+}
+
+VIOLATION = "largest absolute value of the joint's rows of C"
+REACTION = "the joint exerts on body 2 at the joint's point in body 2"
+PER_COLUMN = "per column in joints/coordinate_units"
+SINCE_START = "since the start of the run"
+
+DATASETS: tuple[Dataset, ...] = (
+    Dataset("time", (), "s", "time of the samples"),
+    Dataset("bodies/position", ("n", 3), "m", "centre of mass", GLOBAL),
+    Dataset("bodies/orientation", ("n", 4), "1", "Euler parameters, scalar first, body to global"),
+    Dataset("bodies/velocity", ("n", 3), "m/s", "velocity of the centre of mass", GLOBAL),
+    Dataset("bodies/angular_velocity", ("n", 3), "rad/s", "angular velocity", BODY),
+    Dataset("bodies/acceleration", ("n", 3), "m/s^2", "acceleration of the centre of mass", GLOBAL),
+    Dataset("bodies/angular_acceleration", ("n", 3), "rad/s^2", "angular acceleration", BODY),
+    Dataset("markers/position", ("k", 3), "m", "position of the marker", GLOBAL),
+    Dataset("markers/velocity", ("k", 3), "m/s", "velocity of the marker", GLOBAL),
+    Dataset("markers/acceleration", ("k", 3), "m/s^2", "acceleration of the marker", GLOBAL),
+    Dataset("joints/violation", ("nj",), "m or rad", VIOLATION),
+    Dataset("joints/violation_length", ("nj",), "m", f"{VIOLATION} that are lengths"),
+    Dataset("joints/violation_angle", ("nj",), "rad", f"{VIOLATION} that are angles"),
+    Dataset("joints/reaction_force", ("nj", 3), "N", f"force that {REACTION}", GLOBAL),
+    Dataset("joints/reaction_torque", ("nj", 3), "N m", f"torque that {REACTION}", GLOBAL),
+    Dataset("joints/coordinate", ("nc",), "rad or m", f"joint coordinate, unwrapped; unit {PER_COLUMN}"),
+    Dataset("joints/speed", ("nc",), "rad/s or m/s", f"rate of the joint coordinate; unit {PER_COLUMN}, per second"),
+    Dataset("diagnostics/position_violation", (), "m or rad", "largest absolute value of C, norm rows included"),
+    Dataset("diagnostics/velocity_violation", (), "m/s or rad/s", "largest absolute value of the time derivative of C"),
+    Dataset("diagnostics/kinetic_energy", (), "J", "kinetic energy"),
+    Dataset("diagnostics/potential_energy", (), "J", "potential energy of gravity and springs"),
+    Dataset("diagnostics/total_energy", (), "J", "kinetic and potential energy"),
+    Dataset("diagnostics/energy_balance", (), "J", "E(t) - E(0) - W + D: zero but for errors of integration"),
+    Dataset("diagnostics/step_size", (), "s", "step that led to the sample"),
+    Dataset("diagnostics/steps", (), "1", f"accepted steps {SINCE_START}", dtype=COUNT),
+    Dataset("diagnostics/rejected_steps", (), "1", f"rejected steps {SINCE_START}", dtype=COUNT),
+    Dataset("diagnostics/evaluations", (), "1", f"evaluations of the accelerations {SINCE_START}", dtype=COUNT),
+    Dataset("diagnostics/projections", (), "1", f"projections {SINCE_START}", dtype=COUNT),
+    Dataset("diagnostics/projection_iterations", (), "1", f"iterations on the position {SINCE_START}", dtype=COUNT),
+    Dataset("diagnostics/velocity_iterations", (), "1", f"iterations on the velocity {SINCE_START}", dtype=COUNT),
+    Dataset("diagnostics/projection_failures", (), "1", f"projections that failed {SINCE_START}", dtype=COUNT),
+)
+
+#: The counters, cumulated since the start of the run.
+COUNTERS = tuple(dataset.path for dataset in DATASETS if dataset.dtype == COUNT)
+
+
+def trailing(dataset: Dataset, sizes: dict[str, int]) -> tuple[int, ...]:
+    """The shape after the time axis, with `sizes` of the symbols."""
+    return tuple(sizes[axis] if isinstance(axis, str) else axis for axis in dataset.shape)

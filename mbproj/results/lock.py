@@ -1,0 +1,46 @@
+"""A lock on OUT.part, so that a second run with the same output is refused instead of mixing with the first.
+
+POSIX record locks, because HDF5 locks with flock and would refuse its own readers. They end with the process.
+"""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+
+try:
+    import fcntl
+except ImportError:  # Windows, where a file that is open cannot be replaced anyway
+    fcntl = None  # type: ignore[assignment]
+
+
+def take_lock(path: Path) -> int | None:
+    """Lock the file for this process; the descriptor to close at the end, None where locks are not to be had."""
+    if fcntl is None:
+        return None
+    descriptor = os.open(path, os.O_RDWR)
+    try:
+        fcntl.lockf(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except OSError:
+        os.close(descriptor)
+        return None
+    return descriptor
+
+
+def is_locked(path: Path) -> bool:
+    """Whether another process holds the lock on the file at `path`."""
+    if fcntl is None or not path.exists():
+        return False
+    try:
+        descriptor = os.open(path, os.O_RDWR)
+    except OSError:
+        return False
+    try:
+        fcntl.lockf(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except (BlockingIOError, PermissionError):
+        return True
+    except OSError:
+        return False
+    finally:
+        os.close(descriptor)
+    return False

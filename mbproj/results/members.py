@@ -1,0 +1,48 @@
+"""What the results say of one body, marker, joint or coordinate: the columns of the layout in its order, by name."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from mbproj.arrays import Array
+
+
+@dataclass(frozen=True)
+class Body:
+    """Arrays (T, 3), orientation (T, 4); units and frames as in the layout."""
+
+    position: Array
+    orientation: Array
+    velocity: Array
+    angular_velocity: Array
+    acceleration: Array
+    angular_acceleration: Array
+
+
+@dataclass(frozen=True)
+class Marker:
+    """Arrays (T, 3) in global axes: m, m/s, m/s²."""
+
+    position: Array
+    velocity: Array
+    acceleration: Array
+
+
+@dataclass(frozen=True)
+class Joint:
+    """Violations (T) in m or rad, in m, in rad; reactions on body 2 (T, 3) in N and N m, global axes."""
+
+    violation: Array
+    violation_length: Array
+    violation_angle: Array
+    reaction_force: Array
+    reaction_torque: Array
+
+
+@dataclass(frozen=True)
+class Coordinate:
+    """Value (T) in rad or m as `unit` says, and its rate."""
+
+    value: Array
+    speed: Array
+    unit: str

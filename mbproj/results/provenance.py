@@ -1,0 +1,75 @@
+"""Where results come from: the attributes of the file and its /scene group, enough to repeat the run."""
+
+from __future__ import annotations
+
+import json
+import platform
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict
+from datetime import datetime
+from importlib.metadata import PackageNotFoundError, version
+from typing import Any
+
+import h5py
+import numpy as np
+
+from mbproj.results.layout import FORMAT, SCHEMA_VERSION
+from mbproj.scene.records import ProjectionSettings, Scene, Settings
+
+#: What an attribute of the file may be.
+Attribute = str | int | float | bool | None
+
+
+def root_attributes() -> dict[str, Attribute]:
+    """The attributes a file begins with."""
+    return {
+        "format": FORMAT,
+        "schema_version": SCHEMA_VERSION,
+        "status": "running",
+        "date": datetime.now().astimezone().isoformat(timespec="seconds"),
+        "host": platform.node(),
+        "mbproj_version": _version("mbproj"),
+        "numpy_version": np.__version__,
+        "h5py_version": h5py.__version__,
+    }
+
+
+def _version(distribution: str) -> str:
+    try:
+        return version(distribution)
+    except PackageNotFoundError:
+        return "not installed"
+
+
+def create_text(group: h5py.Group, path: str, texts: str | Sequence[str], description: str) -> None:
+    """A dataset of UTF-8 strings of one length: they stand in place, where a variable length needs HDF5's heap."""
+    listed = [texts] if isinstance(texts, str) else list(texts)
+    encoded = [text.encode() for text in listed]
+    kind = h5py.string_dtype("utf-8", max([1, *map(len, encoded)]))
+    data = np.array(encoded, dtype=kind)
+    dataset = group.create_dataset(path, data=data.reshape(() if isinstance(texts, str) else (-1,)), dtype=kind)
+    dataset.attrs["description"] = description
+
+
+def write_scene(file: h5py.File, scene: Scene) -> None:
+    """The /scene group: text, path, title, gravity, overrides and the resolved settings (the last two as JSON)."""
+    group = file.create_group("scene")
+    texts = {
+        "text": (scene.text, "the scene file as read (YAML)"),
+        "path": ("" if scene.path is None else str(scene.path), "path of the scene file, if it is one"),
+        "title": (scene.title, "title of the scene"),
+        "settings": (json.dumps(asdict(scene.settings)), "settings of the run, defaults resolved (JSON)"),
+        "overrides": (json.dumps(dict(scene.overrides)), "parameters changed by --set (JSON)"),
+    }
+    for name, (text, description) in texts.items():
+        create_text(group, name, text, description)
+    gravity = group.create_dataset("gravity", data=np.array(scene.gravity, dtype=float))
+    gravity.attrs.update({"units": "m/s^2", "description": "acceleration of gravity", "frame": "global axes"})
+
+
+def settings_from(values: Mapping[str, Any]) -> Settings:
+    """The Settings that `dataclasses.asdict` turned into `values`."""
+    projection = dict(values["projection"])
+    if projection["gains"] is not None:
+        projection["gains"] = tuple(projection["gains"])
+    return Settings(**{**values, "projection": ProjectionSettings(**projection)})

@@ -1,0 +1,208 @@
+"""`Results`: what a run recorded, each array read from the file when it is asked for."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from types import MappingProxyType, TracebackType
+from typing import Any, final
+
+import h5py
+import numpy as np
+import numpy.typing as npt
+
+from mbproj.arrays import Array, Integers
+from mbproj.results.faults import damaged, no_such_name
+from mbproj.results.files import DAMAGE
+from mbproj.results.layout import DATASETS, NAMES, Dataset
+from mbproj.results.members import Body, Coordinate, Joint, Marker
+from mbproj.results.provenance import settings_from
+from mbproj.scene.records import Settings, Vector
+from mbproj.scene.suggestions import choose_from
+
+BY_PATH: Mapping[str, Dataset] = MappingProxyType({dataset.path: dataset for dataset in DATASETS})
+
+
+@dataclass(frozen=True)
+class View:
+    """Which samples and, by symbol of the layout, which columns of the file a Results shows."""
+
+    samples: slice
+    columns: Mapping[str, Integers]
+
+
+@final
+class Results:
+    """A run's results: `results["bodies/position"]`, `results.time`, `results.marker("tip").position`, ...
+
+    Arrays are read from the file on first use, kept, and read-only; the file stays open until `close` or the end of
+    a `with`. `path` is the file that is read; `partial` says that it is OUT.part, of a run that was killed or still
+    goes on. Damage that shows only when an array is read raises InputError, as in `open_results`.
+    """
+
+    def __init__(
+        self,
+        file: h5py.File,
+        path: Path,
+        attributes: Mapping[str, Any],
+        names: Mapping[str, tuple[str, ...]],
+        view: View,
+    ) -> None:
+        self._file, self._view, self._all_names = file, view, names
+        self._arrays: dict[str, npt.NDArray[Any]] = {}
+        self.path = path
+        self.partial = path.name.endswith(".part")
+        self.attributes = attributes
+
+    def __enter__(self) -> Results:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.close()
+
+    def close(self) -> None:
+        """Close the file; arrays that were read before stay valid."""
+        self._file.close()
+
+    def __getitem__(self, path: str) -> npt.NDArray[Any]:
+        """The array of a dataset of the layout, first axis time; floats, or integers where it counts."""
+        if path not in BY_PATH:
+            raise KeyError(f"results have no dataset '{path}'; {choose_from(path, BY_PATH)}")
+        if path not in self._arrays:
+            self._arrays[path] = self._read(BY_PATH[path])
+        return self._arrays[path]
+
+    def _read(self, dataset: Dataset) -> npt.NDArray[Any]:
+        try:
+            values: npt.NDArray[Any] = self._file[dataset.path][self._view.samples]
+        except DAMAGE as error:
+            raise damaged(self.path, f"'{dataset.path}' cannot be read") from error
+        columns = self._view.columns.get(dataset.symbol or "")
+        if columns is not None:
+            values = np.take(values, columns, axis=1)
+        values.flags.writeable = False
+        return values
+
+    @property
+    def time(self) -> Array:
+        """(T), in s."""
+        return self["time"]
+
+    def names(self, kind: str) -> tuple[str, ...]:
+        """Names of the columns by kind: "bodies", "markers", "joints", "coordinates", "coordinate_units"."""
+        columns = self._view.columns.get(NAMES[kind].symbol)
+        names = self._all_names[kind]
+        return names if columns is None else tuple(names[column] for column in columns)
+
+    def body(self, name: str) -> Body:
+        """What a body did. Raises InputError with the nearest name where there is none, as the next three do."""
+        return Body(*self._columns("n", self._find("bodies", name)))
+
+    def marker(self, name: str) -> Marker:
+        """The path of a marker."""
+        return Marker(*self._columns("k", self._find("markers", name)))
+
+    def joint(self, name: str) -> Joint:
+        """A joint's violations and reactions."""
+        return Joint(*self._columns("nj", self._find("joints", name)))
+
+    def coordinate(self, name: str) -> Coordinate:
+        """A joint coordinate by its whole name, e.g. "A.angle"."""
+        column = self._find("coordinates", name)
+        value, speed = self._columns("nc", column)
+        return Coordinate(value, speed, self.names("coordinate_units")[column])
+
+    def _columns(self, symbol: str, column: int) -> list[Array]:
+        return [self[dataset.path][:, column] for dataset in DATASETS if dataset.symbol == symbol]
+
+    def _find(self, kind: str, name: str) -> int:
+        names = self.names(kind)
+        if name not in names:
+            raise no_such_name(kind, name, names, f"'{self.path}'")
+        return names.index(name)
+
+    def select(
+        self,
+        *,
+        start: float = -np.inf,
+        stop: float = np.inf,
+        markers: Sequence[str] | None = None,
+        joints: Sequence[str] | None = None,
+    ) -> Results:
+        """The same results, only with start <= time <= stop and only these markers and joints (None: all)."""
+        columns = dict(self._view.columns)
+        if markers is not None:
+            columns["k"] = self._positions("k", [self._find("markers", name) for name in markers])
+        if joints is not None:
+            columns["nj"] = self._positions("nj", [self._find("joints", name) for name in joints])
+            of_joints = [i for i, name in enumerate(self.names("coordinates")) if name.rpartition(".")[0] in joints]
+            columns["nc"] = self._positions("nc", of_joints)
+        first = self._view.samples.start
+        low, high = np.searchsorted(self.time, start, "left"), np.searchsorted(self.time, stop, "right")
+        view = View(slice(first + int(low), first + max(int(low), int(high))), columns)
+        return Results(self._file, self.path, self.attributes, self._all_names, view)
+
+    def _positions(self, symbol: str, chosen: Sequence[int]) -> Integers:
+        """Columns of the file for columns of this view."""
+        here = np.array(chosen, dtype=np.intp)
+        return self._view.columns[symbol][here] if symbol in self._view.columns else here
+
+    @property
+    def status(self) -> str:
+        """ "running", "complete", "failed: cause" or "interrupted"."""
+        return str(self.attributes["status"])
+
+    @property
+    def title(self) -> str:
+        """Title of the scene."""
+        return self._text("title")
+
+    @property
+    def scene_text(self) -> str:
+        """The scene file as it was read."""
+        return self._text("text")
+
+    @property
+    def scene_path(self) -> Path | None:
+        """Where the scene file stood; None for text from elsewhere."""
+        path = self._text("path")
+        return Path(path) if path else None
+
+    @property
+    def overrides(self) -> dict[str, str]:
+        """Parameters that --set changed."""
+        return dict(self._json("overrides"))
+
+    @property
+    def settings(self) -> Settings:
+        """The settings of the run, defaults resolved."""
+        try:
+            return settings_from(self._json("settings"))
+        except DAMAGE as error:
+            raise damaged(self.path, "'scene/settings' cannot be read") from error
+
+    @property
+    def gravity(self) -> Vector:
+        """Acceleration of gravity in m/s², global."""
+        try:
+            x, y, z = (float(component) for component in self._file["scene/gravity"][()])
+        except DAMAGE as error:
+            raise damaged(self.path, "'scene/gravity' cannot be read") from error
+        return x, y, z
+
+    def _text(self, name: str) -> str:
+        try:
+            return bytes(self._file["scene"][name][()]).decode()
+        except DAMAGE as error:
+            raise damaged(self.path, f"'scene/{name}' cannot be read") from error
+
+    def _json(self, name: str) -> Any:
+        text = self._text(name)
+        try:
+            return json.loads(text)
+        except ValueError as error:
+            raise damaged(self.path, f"'scene/{name}' cannot be read") from error

@@ -1,0 +1,199 @@
+"""Writing a results file: blocks of samples are buffered, flushed about once a second, and renamed over OUT at the end.
+
+The file is in HDF5's SWMR mode from the first sample on: whatever the moment of a kill, OUT.part can be read up to the
+last flush, and `info` and `plot` can read it while the run goes on.
+"""
+
+from __future__ import annotations
+
+import os
+import time
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from types import TracebackType
+from typing import Any, TypeAlias, final
+
+import h5py
+import numpy as np
+import numpy.typing as npt
+
+from mbproj.errors import MbprojError
+from mbproj.results.faults import OutputError, cannot_write
+from mbproj.results.files import check_output, part_path
+from mbproj.results.layout import DATASETS, NAMES, Dataset, trailing
+from mbproj.results.lock import take_lock
+from mbproj.results.provenance import Attribute, create_text, root_attributes, write_scene
+from mbproj.scene.records import Scene
+
+#: Names by kind: "bodies", "markers", "joints", "coordinates" ("A.angle"), "coordinate_units" ("rad" | "m").
+Names: TypeAlias = Mapping[str, Sequence[str]]
+#: Values of T consecutive samples by dataset path, first axis time.
+Block: TypeAlias = Mapping[str, npt.NDArray[Any]]
+
+FLUSH_SECONDS = 1.0
+FLUSH_BYTES = 2**23
+CHUNK_BYTES = 2**18
+CHUNK_SAMPLES = 512
+
+#: Data first and time last: where a kill falls between, the length of `time` counts the samples that are whole.
+WRITING_ORDER = (*DATASETS[1:], DATASETS[0])
+
+
+@final
+class ResultsWriter:
+    """A context manager that records blocks of samples in `path`.
+
+    Leaving it renames OUT.part over OUT with the status "complete", or, where an exception passes through,
+    "failed: cause" or "interrupted" and whatever was computed. Raises InputError where `path` cannot or must not be
+    written (see `check_output`), OutputError where writing fails later.
+    """
+
+    def __init__(self, path: Path | str, scene: Scene, names: Names) -> None:
+        given = Path(path)
+        self.path = given.resolve() if given.is_symlink() else given
+        self.part = part_path(self.path)
+        check_output(self.path)
+        self._scene = scene
+        self._names = {kind: list(names[kind]) for kind in NAMES}
+        self._sizes = {entry.symbol: len(self._names[kind]) for kind, entry in NAMES.items()}
+        self._summary: dict[str, Attribute] = {}
+        self._pending: list[dict[str, npt.NDArray[Any]]] = []
+        self._pending_bytes = 0
+        self._samples = 0
+
+    def __enter__(self) -> ResultsWriter:
+        try:
+            self._file = self._create()
+        except OSError as error:
+            raise cannot_write(self.path, error) from error
+        self._lock = take_lock(self.part)
+        self._flushed = time.monotonic()
+        return self
+
+    def write(self, block: Block) -> None:
+        """Append the samples of `block`, which holds every dataset of the layout. The arrays may be reused after.
+
+        Raises ValueError where a dataset is missing, unknown or of the wrong shape, OutputError where the disk refuses.
+        """
+        unknown = block.keys() - {dataset.path for dataset in DATASETS}
+        if unknown:
+            raise ValueError(f"the layout has no '{min(unknown)}'")
+        samples = len(block["time"])
+        columns = {dataset.path: self._column(dataset, block, samples) for dataset in DATASETS}
+        self._pending.append(columns)
+        self._pending_bytes += sum(values.nbytes for values in columns.values())
+        if self._pending_bytes >= FLUSH_BYTES or time.monotonic() - self._flushed >= FLUSH_SECONDS:
+            self._flush()
+
+    def attributes(self, values: Mapping[str, Attribute]) -> None:
+        """Add attributes (timings, counters, a summary) to the file, written at its end. What is None is left out."""
+        self._summary.update(values)
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        try:
+            if isinstance(error, OutputError):
+                return
+            self._flush()
+            self._finish(_status(error))
+        finally:
+            self._close()
+        self._rename()
+
+    def _create(self) -> h5py.File:
+        # A new file, not the old one emptied: whoever reads a part that a kill left keeps what they read.
+        self.part.unlink(missing_ok=True)
+        # The format of HDF5 1.10: the first that SWMR can use, so that older readers can open the results.
+        file = h5py.File(self.part, "w", libver=("v110", "v110"))
+        file.attrs.update(root_attributes())
+        write_scene(file, self._scene)
+        for kind, entry in NAMES.items():
+            create_text(file, entry.path, self._names[kind], entry.description)
+        for dataset in DATASETS:
+            _create_dataset(file, dataset, trailing(dataset, self._sizes))
+        file.flush()
+        file.swmr_mode = True
+        return file
+
+    def _column(self, dataset: Dataset, block: Block, samples: int) -> npt.NDArray[Any]:
+        expected = (samples, *trailing(dataset, self._sizes))
+        if dataset.path not in block:
+            raise ValueError(f"the block has no '{dataset.path}'")
+        values = np.asarray(block[dataset.path])
+        if values.shape != expected:
+            raise ValueError(f"'{dataset.path}' has the shape {values.shape} where {expected} is due")
+        return values.astype(dataset.dtype, casting="same_kind", copy=True)
+
+    def _flush(self) -> None:
+        """Append what is buffered. What an interruption leaves half done is written again at the same place."""
+        self._flushed = time.monotonic()
+        if not self._pending:
+            return
+        total = self._samples + sum(len(columns["time"]) for columns in self._pending)
+        try:
+            for dataset in WRITING_ORDER:
+                if dataset is DATASETS[0]:
+                    self._file.flush()
+                target = self._file[dataset.path]
+                target.resize(total, axis=0)
+                target[self._samples : total] = np.concatenate([columns[dataset.path] for columns in self._pending])
+            self._file.flush()
+        except (OSError, RuntimeError) as error:
+            raise self._failed(error) from error
+        self._samples, self._pending, self._pending_bytes = total, [], 0
+
+    def _finish(self, status: str) -> None:
+        values = {name: value for name, value in self._summary.items() if value is not None}
+        try:
+            self._file.attrs.update(values)
+            self._file.attrs["status"] = status
+            self._file.flush()
+        except (OSError, RuntimeError) as error:
+            raise self._failed(error) from error
+
+    def _close(self) -> None:
+        try:
+            self._file.close()
+        except (OSError, RuntimeError) as error:
+            raise self._failed(error) from error
+        finally:
+            if self._lock is not None:
+                os.close(self._lock)
+
+    def _rename(self) -> None:
+        try:
+            self.part.replace(self.path)
+        except OSError as error:
+            raise self._failed(error) from error
+
+    def _failed(self, error: Exception) -> OutputError:
+        number = getattr(error, "errno", None)
+        cause = os.strerror(number) if number else str(error)
+        return OutputError(f"error: cannot write '{self.part}': {cause}; what was flushed before is still in it")
+
+
+def _status(error: BaseException | None) -> str:
+    if error is None:
+        return "complete"
+    if isinstance(error, KeyboardInterrupt):
+        return "interrupted"
+    if isinstance(error, MbprojError):
+        return f"failed: {error}"
+    return f"failed: internal error: {type(error).__name__}: {error}"
+
+
+def _create_dataset(file: h5py.File, dataset: Dataset, shape: tuple[int, ...]) -> None:
+    row_bytes = 8 * max(1, int(np.prod(shape)))
+    samples = min(CHUNK_SAMPLES, max(1, CHUNK_BYTES // row_bytes))
+    created = file.create_dataset(
+        dataset.path,
+        shape=(0, *shape),
+        # HDF5 wants chunks of at least one; an axis of none (no markers) must then be open.
+        maxshape=(None, *(size or None for size in shape)),
+        chunks=(samples, *(max(1, size) for size in shape)),
+        dtype=dataset.dtype,
+    )
+    created.attrs.update({"units": dataset.unit, "description": dataset.description})
+    if dataset.frame:
+        created.attrs["frame"] = dataset.frame

@@ -1,0 +1,72 @@
+"""The scene file as nodes: text, sequences and mappings, each with its place. Nothing is a number yet."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import TypeAlias
+
+from mbproj.errors import Place
+
+
+@dataclass(frozen=True)
+class ScalarNode:
+    """A piece of text. `column` (from 1) is where it begins in its line, None where it is not in the file as it reads
+    (several lines, escapes) or comes from the command line."""
+
+    text: str
+    place: Place
+    column: int | None = None
+
+    def place_at(self, offset: int) -> Place:
+        """The place of the character number `offset` (from 0), or of the whole where that is not defined."""
+        if self.column is None:
+            return self.place
+        return Place(self.place.file, self.place.line, self.column + offset, self.place.text)
+
+
+@dataclass(frozen=True)
+class SequenceNode:
+    items: tuple[Node, ...]
+    place: Place
+
+
+@dataclass(frozen=True)
+class MappingNode:
+    """Values by key in the order of the text, and where each key stands. A mapping that is the value of a key has the
+    key's place, so that what is missing in it is reported there."""
+
+    values: Mapping[str, Node]
+    keys: Mapping[str, Place]
+    place: Place
+
+
+Node: TypeAlias = "ScalarNode | SequenceNode | MappingNode"
+
+
+def describe(node: Node) -> str:
+    """What the node is, for a message: "'abc'", "nothing", "a list of 3", "a mapping"."""
+    match node:
+        case ScalarNode():
+            shown = node.text if len(node.text) <= 40 else node.text[:37] + "..."
+            return f"'{shown}'" if node.text else "nothing"
+        case SequenceNode():
+            return f"a list of {len(node.items)}"
+        case MappingNode():
+            return "a mapping"
+
+
+def as_mapping(node: Node) -> MappingNode | None:
+    """The node as a mapping: a key with nothing after it (its entries commented out, say) is an empty one."""
+    if isinstance(node, ScalarNode) and not node.text:
+        return MappingNode({}, {}, node.place)
+    return node if isinstance(node, MappingNode) else None
+
+
+def from_value(value: object, place: Place) -> Node:
+    """What was given on the command line or by a Python caller (text, number, flag, list of them) as a node."""
+    if isinstance(value, (list, tuple)):
+        return SequenceNode(tuple(from_value(item, place) for item in value), place)
+    if isinstance(value, bool):
+        return ScalarNode(str(value).lower(), place)
+    return ScalarNode(value if isinstance(value, str) else repr(value), place)

@@ -1,0 +1,100 @@
+"""Units as data: what a number with a unit is in SI and radians, and which dimension it has."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from types import MappingProxyType
+from typing import NamedTuple
+
+
+class Dimension(NamedTuple):
+    """The exponents of metre, kilogram, second and radian."""
+
+    length: float = 0
+    mass: float = 0
+    time: float = 0
+    angle: float = 0
+
+    def __mul__(self, other: Dimension) -> Dimension:  # type: ignore[override]
+        return Dimension(*(mine + its for mine, its in zip(self, other, strict=True)))
+
+    def __pow__(self, exponent: float) -> Dimension:
+        return Dimension(*(exponent * mine for mine in self))
+
+    def agrees(self, other: Dimension) -> bool:
+        """Whether a number of one dimension may stand for the other: a radian is dropped beside any other unit
+        (6 rad/s x 0.1 m is a velocity), and a number without unit is in SI."""
+        if BARE in (self, other):
+            return True
+        return self[:3] == other[:3] and (any(self[:3]) or self.angle == other.angle)
+
+
+@dataclass(frozen=True)
+class Unit:
+    """A number x in this unit is x * multiply / divide in SI. Two factors, because 7 * 0.001 is not 7 / 1000."""
+
+    dimension: Dimension
+    multiply: float = 1.0
+    divide: float = 1.0
+
+
+BARE = Dimension()
+LENGTH, MASS, TIME, ANGLE = Dimension(length=1), Dimension(mass=1), Dimension(time=1), Dimension(angle=1)
+VELOCITY, ANGULAR_VELOCITY = Dimension(length=1, time=-1), Dimension(angle=1, time=-1)
+ACCELERATION, INERTIA = Dimension(length=1, time=-2), Dimension(mass=1, length=2)
+
+UNITS: Mapping[str, Unit] = MappingProxyType(
+    {
+        "m": Unit(LENGTH),
+        "mm": Unit(LENGTH, divide=1000.0),
+        "cm": Unit(LENGTH, divide=100.0),
+        "km": Unit(LENGTH, 1000.0),
+        "kg": Unit(MASS),
+        "g": Unit(MASS, divide=1000.0),
+        "s": Unit(TIME),
+        "ms": Unit(TIME, divide=1000.0),
+        "min": Unit(TIME, 60.0),
+        "rad": Unit(ANGLE),
+        "deg": Unit(ANGLE, math.pi, 180.0),
+        "rad/s": Unit(ANGULAR_VELOCITY),
+        "deg/s": Unit(ANGULAR_VELOCITY, math.pi, 180.0),
+        "rpm": Unit(ANGULAR_VELOCITY, math.pi, 30.0),
+        "m/s": Unit(VELOCITY),
+        "mm/s": Unit(VELOCITY, divide=1000.0),
+        "cm/s": Unit(VELOCITY, divide=100.0),
+        "m/s^2": Unit(ACCELERATION),
+        "kg*m^2": Unit(INERTIA),
+    }
+)
+
+#: What a number is when it is in none of the named dimensions: its SI unit, put together.
+_SYMBOLS = ("m", "kg", "s", "rad")
+_NAMES: Mapping[Dimension, str] = MappingProxyType(
+    {
+        LENGTH: "a length",
+        MASS: "a mass",
+        TIME: "a time",
+        ANGLE: "an angle",
+        VELOCITY: "a velocity",
+        ANGULAR_VELOCITY: "an angular velocity",
+        ACCELERATION: "an acceleration",
+        INERTIA: "a moment of inertia",
+        BARE: "a number without unit",
+    }
+)
+
+
+def describe(dimension: Dimension) -> str:
+    """The dimension in words: "a length", or "in m^2/s" where it has no name."""
+    if dimension in _NAMES:
+        return _NAMES[dimension]
+    powers = [(symbol, power) for symbol, power in zip(_SYMBOLS, dimension, strict=True) if power]
+    above = "*".join(_power(symbol, power) for symbol, power in powers if power > 0)
+    below = "".join("/" + _power(symbol, -power) for symbol, power in powers if power < 0)
+    return f"in {above or '1'}{below}"
+
+
+def _power(symbol: str, power: float) -> str:
+    return symbol if power == 1 else f"{symbol}^{power:g}"
