@@ -19,6 +19,10 @@ class ExitCode(IntEnum):
     INTERRUPTED = 130
 
 
+#: Of a longer line, a message shows this many characters before the column and as many after.
+CONTEXT = 120
+
+
 @dataclass(frozen=True)
 class Place:
     """Where a value stands: file (or option), line and column (both from 1), and the text of that line."""
@@ -46,9 +50,10 @@ class Problem:
         head = f"{prefix}error: {self.message}" + (f"; {self.hint}" if self.hint else "")
         if self.place is None or self.place.text is None or self.place.column is None:
             return head
-        before = self.place.text[: self.place.column - 1]
+        at = self.place.column - 1
+        before, after = self.place.text[max(0, at - CONTEXT) : at], self.place.text[at : at + CONTEXT]
         indent = "".join("\t" if character == "\t" else " " for character in before)
-        return f"{head}\n    {self.place.text}\n    {indent}^"
+        return f"{head}\n    {before}{after}\n    {indent}^"
 
 
 class MbprojError(Exception):
@@ -70,14 +75,14 @@ class InputError(MbprojError):
 
 
 class SimulationError(MbprojError):
-    """The simulation cannot go on: the time in s, the cause, the joint at fault where there is one, what to try."""
+    """The simulation cannot go on: the time in s, the cause, where ("joint 'A'") if it has a place, what to try."""
 
     exit_code = ExitCode.FAILED
 
-    def __init__(self, time: float, cause: str, *, joint: str | None = None, hint: str | None = None) -> None:
-        self.time, self.cause, self.joint, self.hint = time, cause, joint, hint
-        where = f" at joint '{joint}'" if joint else ""
-        super().__init__(f"stopped at t = {time:.6g} s{where}: {cause}" + (f"; {hint}" if hint else ""))
+    def __init__(self, time: float, cause: str, *, where: str | None = None, hint: str | None = None) -> None:
+        self.time, self.cause, self.where, self.hint = time, cause, where, hint
+        place = f" at {where}" if where else ""
+        super().__init__(f"stopped at t = {time:.6g} s{place}: {cause}" + (f"; {hint}" if hint else ""))
 
 
 @contextmanager

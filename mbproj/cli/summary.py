@@ -29,7 +29,7 @@ def summary(scene: str, output: str, report: Report, total_seconds: float) -> di
         "total_seconds": total_seconds,
         "position_violation_max": report.position_violation.value,
         "velocity_violation_max": report.velocity_violation.value,
-        "worst_joint": worst.joint,
+        "worst_joint": worst.owner,
         "energy_drift": report.energy_drift,
         "energy_drift_relative": report.energy_drift_relative,
         "status": "complete",
@@ -83,4 +83,4 @@ def step_words(settings: Settings) -> str:
 
 
 def _worst(violation: Worst) -> str:
-    return f"{violation.value:.1e}  ({violation.joint} at t = {violation.time:.4g} s)"
+    return f"{violation.value:.1e}  ({violation.owner} at t = {violation.time:.4g} s)"

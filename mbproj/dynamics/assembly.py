@@ -58,27 +58,29 @@ def is_angle(system: System) -> Integers:
 
 
 def _close(system: System, q: Array, start: Conditions) -> Array:
-    """Gauss-Newton with the shortest weighted step, halved until the violation falls."""
+    """Gauss-Newton with the shortest weighted step; where that does not reduce the violation, Levenberg's damping."""
     weights = _inverse_weights(system)
-    residual = _residual(system, q, start)
+    residual, damping = _residual(system, q, start), 0.0
     for _ in range(MAX_ITERATIONS):
-        if np.abs(residual).max(initial=0.0) <= 1e-15:
+        if np.abs(residual).max(initial=0.0) <= 1e-15 or damping > 1e6:
             break
-        rows = _rows(system, pose_of(q), start)
-        change = weights * np.linalg.lstsq(rows * weights, -residual, rcond=1e-12)[0]
-        step = 1.0
-        while step > 1e-4:
-            trial = _normalised(q + step * change)
-            trial_residual = _residual(system, trial, start)
-            if np.linalg.norm(trial_residual) < (1.0 - 0.1 * step) * np.linalg.norm(residual):
-                break
-            step *= 0.5
+        rows = _rows(system, pose_of(q), start) * weights
+        trial = _normalised(q + weights * _damped_solution(rows, -residual, damping))
+        trial_residual = _residual(system, trial, start)
+        if np.linalg.norm(trial_residual) < np.linalg.norm(residual):
+            q, residual, damping = trial, trial_residual, damping / 10.0 if damping > 1e-9 else 0.0
         else:
-            break
-        q, residual = trial, trial_residual
+            damping = max(10.0 * damping, 1e-6)
     if np.abs(residual).max(initial=0.0) > CLOSED:
         raise _not_closed(system, residual)
     return q
+
+
+def _damped_solution(rows: Array, wanted: Array, damping: float) -> Array:
+    """x that minimises |rows x - wanted|² + damping |x|²; the shortest one without damping."""
+    if damping == 0.0:
+        return np.linalg.lstsq(rows, wanted, rcond=1e-12)[0]
+    return rows.T @ np.linalg.solve(rows @ rows.T + damping * np.eye(len(rows)), wanted)
 
 
 def _residual(system: System, q: Array, start: Conditions) -> Array:

@@ -69,7 +69,7 @@ def set_jacobian(bound: PrimitiveSet, pose: Pose) -> Array:
     rows[..., :3] = tangent[..., :3]
     turn = 2.0 * (tangent[..., None, 3:6] @ pose.L)[..., 0, :]
     rows[..., 3:] = (turn + tangent[..., 6:] * pose.orientation) / norm2
-    return np.ascontiguousarray(rows[:, :-1]).reshape(bound.size, -1)
+    return np.ascontiguousarray(rows[:, :-1]).reshape(bound.size, 7 * (len(pose.position) - 1))
 
 
 def tangent_jacobian(bound: PrimitiveSet, pose: Pose) -> Array:

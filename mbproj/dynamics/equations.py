@@ -18,7 +18,7 @@ Solver = Callable[[Array, Array, Array, Array], tuple[Array, Array]]
 def mass_matrix(system: System, pose: Pose) -> Array:
     """M of Eqs. 11-12, (7n, 7n), singular: each body's block is diag(m I, 4 LᵀJL), of rank 6."""
     n = system.bodies
-    M = np.zeros((n, 7, n, 7))
+    M = np.zeros((n, 7, n, 7), dtype=pose.L.dtype)
     index = np.arange(n)
     M[index[:, None], np.arange(3), index[:, None], np.arange(3)] = system.mass[:, None]
     L = pose.L[:-1]

@@ -39,15 +39,13 @@ def mobility(system: System, pose: Pose) -> Mobility:
     """The ranks of C_q and of Eq. 20 at this pose."""
     C_q = scaled_jacobian(system, pose)
     distances = row_distances(C_q)
-    redundant: dict[str, int] = {}
-    for row in np.flatnonzero(distances < DEPENDENT):
-        name = system.row_name(int(row))
-        redundant[name] = redundant.get(name, 0) + 1
+    dependent = np.flatnonzero(distances[system.bodies :] < DEPENDENT)
+    owners = [system.names.joints[owner] for owner in system.joints.owner[dependent]]
     return Mobility(
         coordinates=C_q.shape[1],
         constraints=C_q.shape[0],
         rank=int(np.linalg.matrix_rank(C_q, tol=DEPENDENT)),
-        redundant=redundant,
+        redundant={name: owners.count(name) for name in dict.fromkeys(owners)},
         massless=_massless(system, pose, C_q),
     )
 
@@ -56,7 +54,7 @@ def unsolvable(system: System, ranks: Mobility) -> list[Problem]:
     """Why Eq. 14 has no unique solution at this pose: nothing, or redundant joints, or motions without mass."""
     problems = []
     for name, rows in ranks.redundant.items():
-        place = system.joint_places[system.names.joints.index(name)] if name in system.names.joints else None
+        place = system.joint_places[system.names.joints.index(name)]
         problems.append(
             Problem(
                 f"joint '{name}' is redundant: {rows} of its constraints already follow from the joints before it",

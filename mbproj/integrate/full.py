@@ -99,6 +99,6 @@ class FullFormulation:
         return SimulationError(
             t,
             "the constraints are no longer independent of each other (a singular position)",
-            joint=self.system.row_name(row),
+            where=self.system.row_owner(row),
             hint="start from another pose, or change the lengths a little",
         )

@@ -137,7 +137,7 @@ def _accept(formulation: FullFormulation, tally: Tally, before: Point, t: float,
             t,
             f"the projection did not close the joints: {position[row]:.3g} left after "
             f"{projected.position_iterations} iterations",
-            joint=formulation.system.row_name(row),
+            where=formulation.system.row_owner(row),
             hint="try a smaller step, another method (gopm), or more iterations",
         )
     return point

@@ -11,10 +11,10 @@ from mbproj.scene.records import Settings
 
 @dataclass(frozen=True)
 class Worst:
-    """The largest violation of a run (m or rad, or per s), whose row it was, and when (s)."""
+    """The largest violation of a run (m or rad, or per s), whose row it was ("joint 'A'"), and when (s)."""
 
     value: float
-    joint: str
+    owner: str
     time: float
 
 
@@ -36,7 +36,7 @@ class Report:
 
 def worst(system: System, peak: Peak) -> Worst:
     """A peak with the name of its row."""
-    return Worst(peak.value, system.row_name(peak.row) if system.constraints else "", peak.time)
+    return Worst(peak.value, system.row_owner(peak.row) if system.constraints else "", peak.time)
 
 
 class EnergyWatch:

@@ -68,8 +68,8 @@ class System:
         """The number of rows of C: one norm row a body, then the joints' rows (Eq. 3)."""
         return self.bodies + self.joints.size
 
-    def row_name(self, row: int) -> str:
-        """Whose row of C this is, for messages: a joint's name, or a body's Euler parameters."""
+    def row_owner(self, row: int) -> str:
+        """Whose row of C this is, for messages: "joint 'A'", or "Euler parameters of 'rod'"."""
         if row < self.bodies:
-            return f"Euler parameters of {self.names.bodies[row]}"
-        return self.names.joints[self.joints.owner[row - self.bodies]]
+            return f"Euler parameters of '{self.names.bodies[row]}'"
+        return f"joint '{self.names.joints[self.joints.owner[row - self.bodies]]}'"

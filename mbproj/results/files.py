@@ -10,6 +10,7 @@ from mbproj.errors import InputError, Problem
 from mbproj.results.faults import ELSEWHERE, cannot_write, is_directory, not_replaced
 from mbproj.results.layout import FORMAT
 from mbproj.results.lock import is_locked
+from mbproj.results.superblock import ClosedView, is_open_for_writing
 
 #: What h5py raises where the bytes of a file are not what they should be.
 DAMAGE = (OSError, RuntimeError, KeyError, ValueError, TypeError, AttributeError, MemoryError, OverflowError)
@@ -22,10 +23,11 @@ def part_path(path: Path) -> Path:
 
 def open_file(path: Path) -> h5py.File:
     """The HDF5 file for reading, also while a run writes it or after a kill; one of `DAMAGE` where that cannot be."""
-    try:
+    if not is_open_for_writing(path):
         return h5py.File(path, "r", locking=False)
-    except OSError:
+    if is_locked(path):
         return h5py.File(path, "r", swmr=True, locking=False)
+    return h5py.File(ClosedView(path), "r")
 
 
 def is_ours(path: Path) -> bool:

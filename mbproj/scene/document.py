@@ -12,11 +12,11 @@ from mbproj.scene.nodes import MappingNode, Node, ScalarNode, SequenceNode
 from mbproj.scene.syntax import syntax_problem
 from mbproj.scene.text import lines_of
 
-MAX_NODES = 1_000_000
+MAX_NODES = 500_000
 MAX_DEPTH = 50
 #: A node weighs one more for each of these many characters, for each costs time wherever an alias repeats it.
 _CHARACTERS = 16
-#: libyaml's parser where PyYAML has it: the same events and marks, fifteen times as fast.
+#: libyaml's parser where PyYAML has it: the same events and marks, five times as fast.
 _LOADER = getattr(yaml, "CBaseLoader", yaml.BaseLoader)
 
 
@@ -117,7 +117,7 @@ class _Composer:
         if not isinstance(key, ScalarNode):
             self._report("a key must be text", place)
         elif key.text == "<<":
-            self._report("merge keys ('<<') are not supported", place, "write the keys out, or repeat a whole value by *")
+            self._report("merge keys ('<<') are not supported", place, "write the keys out")
         elif key.text in places:
             self._report(f"duplicate key '{key.text}'", place, f"it is first given in line {places[key.text].line}")
         else:
@@ -132,6 +132,7 @@ class _Composer:
 
     def _place(self, event: yaml.Event) -> Place:
         mark = event.start_mark
+        assert mark is not None
         line = min(mark.line, len(self._lines) - 1)
         return Place(self._file, line + 1, mark.column + 1, self._lines[line])
 

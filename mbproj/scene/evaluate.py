@@ -8,8 +8,9 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from types import MappingProxyType
 
-from mbproj.scene.expressions import Binary, Call, Expression, ExpressionError, Name, Negative, Number, Quantity
-from mbproj.scene.suggestions import did_you_mean
+from mbproj.scene.expressions import Binary, Call, Expression, Name, Negative, Number, Quantity
+from mbproj.scene.suggestions import choose_from, did_you_mean
+from mbproj.scene.tokens import ExpressionError
 from mbproj.scene.units import ANGLE, BARE, UNITS, Dimension, describe
 
 
@@ -132,8 +133,9 @@ def _binary(tree: Binary, left: Value, right: Value) -> Value:
 def _call(tree: Call, arguments: list[Value], names: Mapping[str, Value | None]) -> Value:
     function = FUNCTIONS.get(tree.function)
     if function is None:
-        hint = "write * to multiply" if tree.function in {*names, *CONSTANTS} else did_you_mean(tree.function, FUNCTIONS)
-        raise ExpressionError(f"unknown function '{tree.function}'", tree.at, hint or f"functions are {_LIST}")
+        known = tree.function in {*names, *CONSTANTS}
+        hint = "write * to multiply" if known else choose_from(tree.function, FUNCTIONS, "functions are")
+        raise ExpressionError(f"unknown function '{tree.function}'", tree.at, hint)
     if len(arguments) < function.least or (function.most is not None and len(arguments) > function.most):
         needs = "1 argument" if function.least == 1 else f"{function.least} arguments"
         raise ExpressionError(f"'{tree.function}' takes {needs}, found {len(arguments)}", tree.at)
@@ -144,9 +146,6 @@ def _call(tree: Call, arguments: list[Value], names: Mapping[str, Value | None])
     if function.result is not None:
         return Value(number, function.result)
     return Value(number, common**function.power if common is not None else None)
-
-
-_LIST = ", ".join(FUNCTIONS)
 
 
 def _dimensionless(tree: Call, arguments: list[Value]) -> None:

@@ -19,7 +19,7 @@ GROUND = "ground"
 
 @dataclass(frozen=True)
 class Body:
-    """A rigid body: mass in kg, inertia tensor in kg m² about the centre of mass in body axes, and its pose at the start.
+    """A rigid body: mass in kg, inertia tensor in kg m² about the centre of mass in body axes, and its pose at start.
 
     `position` is the centre of mass in m, `orientation` the unit Euler parameters (scalar first, body to global),
     `velocity` global in m/s, `angular_velocity` in body axes in rad/s. Poses and velocities are the guess of assembly.

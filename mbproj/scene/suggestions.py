@@ -12,14 +12,14 @@ MAX_NAMES = 300
 def did_you_mean(word: str, names: Iterable[str]) -> str | None:
     """A hint that names what is closest to `word`, upper and lower case alike; None where nothing is close."""
     by_folded = {name.casefold(): name for name in names}
-    if len(by_folded) > MAX_NAMES or len(word) > 100:
+    if len(by_folded) > MAX_NAMES or len(word) > 200:
         return None
     close = difflib.get_close_matches(word.casefold(), by_folded, n=1, cutoff=0.6)
     return f"did you mean '{by_folded[close[0]]}'?" if close else None
 
 
 def choose_from(word: str, names: Iterable[str], what: str = "choose from") -> str:
-    """The closest of `names`, or else a list of them (of the first ten)."""
+    """The closest of `names`, or else a list of them (of the first twenty)."""
     names = tuple(names)
-    shown = ", ".join(names[:10]) + (", ..." if len(names) > 10 else "")
+    shown = ", ".join(names[:20]) + (", ..." if len(names) > 20 else "")
     return did_you_mean(word, names) or f"{what}: {shown}"

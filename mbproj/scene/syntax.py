@@ -21,8 +21,8 @@ class Explanation(NamedTuple):
 
 EXPLANATIONS = (
     Explanation(re.compile("quoted scalar: .*end of stream"), "this quote is not closed", None, True),
-    Explanation(re.compile("quoted scalar: .*escape"), "this text has an unknown escape", "use single quotes, in which a "
-                "backslash is a backslash", True),
+    Explanation(re.compile("quoted scalar: .*escape"), "this text has an unknown escape",
+                "in single quotes a backslash is a backslash", True),
     Explanation(re.compile("quoted scalar: "), "this quoted text is not valid YAML", None, True),
     Explanation(re.compile("flow sequence: "), "this list is not closed, or a comma is missing in it", None, True),
     Explanation(re.compile("flow mapping: "), "this mapping is not closed, or a comma is missing in it", None, True),

@@ -1,0 +1,42 @@
+"""Room on the disk is taken before HDF5 writes: a write that fails inside HDF5 leaves it unable to close its file."""
+
+from __future__ import annotations
+
+import errno
+import os
+from pathlib import Path
+
+import h5py
+
+from mbproj.results.layout import DATASETS
+
+#: Room for HDF5's own bookkeeping of one flush, and for the attributes at the end.
+MARGIN = 2**20
+FULL = (errno.ENOSPC, errno.EFBIG, errno.EDQUOT, errno.EIO)
+
+
+def room_for(file: h5py.File, samples: int) -> int:
+    """The size in bytes that the file may reach when its datasets grow to `samples`."""
+    growth = 0
+    for dataset in DATASETS:
+        stored = file[dataset.path]
+        new_chunks = -(-samples // stored.chunks[0]) - -(-stored.shape[0] // stored.chunks[0])
+        row_bytes = stored.dtype.itemsize
+        for size in stored.shape[1:]:
+            row_bytes *= size
+        growth += max(0, new_chunks) * stored.chunks[0] * row_bytes
+    return int(file.id.get_filesize()) + growth + MARGIN
+
+
+def reserve(path: Path, size: int) -> None:
+    """Make the file at least `size` bytes long, on the disk. Raises OSError where there is no room for that."""
+    if not hasattr(os, "posix_fallocate") or path.stat().st_size >= size:
+        return
+    descriptor = os.open(path, os.O_RDWR)
+    try:
+        os.posix_fallocate(descriptor, 0, size)
+    except OSError as error:
+        if error.errno in FULL:
+            raise
+    finally:
+        os.close(descriptor)

@@ -1,0 +1,122 @@
+"""Rules on values: turned into what the records hold, or Unfit; and rules on several values of a joint or marker."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator, Mapping
+
+from mbproj.scene import inertia, rotations
+from mbproj.scene.containers import Complaint
+from mbproj.scene.reading import Unfit
+from mbproj.scene.records import Matrix, Pair, Quaternion, Vector
+from mbproj.scene.suggestions import did_you_mean
+
+#: A point or direction as read: one for both bodies, or one by body in its own axes.
+Placed = Pair | Mapping[str, Vector]
+
+#: The sine below which two axes count as parallel.
+PARALLEL = 1e-9
+
+
+def direction(vector: Vector) -> Vector:
+    """The unit vector along `vector`."""
+    found = rotations.unit(vector)
+    if found is None:
+        raise Unfit("is a zero vector", "a direction needs a length")
+    x, y, z = found
+    return (x, y, z)
+
+
+def unit_quaternion(quaternion: Quaternion) -> Quaternion:
+    """The quaternion over its norm."""
+    found = rotations.unit(quaternion)
+    if found is None:
+        raise Unfit("is zero", "no rotation is [1, 0, 0, 0]")
+    w, x, y, z = found
+    return (w, x, y, z)
+
+
+def orientation_of(matrix: Matrix) -> Quaternion:
+    """The quaternion of a rotation matrix."""
+    error = rotations.orthonormality_error(matrix)
+    if not error <= rotations.ORTHONORMAL:
+        raise Unfit(f"is not orthonormal (off by {error:.2g})", "give 7 digits, or expressions like cos(30 deg)")
+    if rotations.determinant(matrix) < 0:
+        raise Unfit("is a reflection: its determinant is -1", "its columns are the body's axes, right-handed")
+    return rotations.from_matrix(matrix)
+
+
+def inertia_of(matrix: Matrix) -> Matrix:
+    """The tensor, made exactly symmetric, of a body that can be."""
+    symmetric = inertia.symmetric(matrix)
+    if symmetric is None:
+        raise Unfit("is not symmetric", "Ixy stands in row 1, column 2 and in row 2, column 1")
+    reason = inertia.impossible(symmetric)
+    if reason is not None:
+        raise Unfit(reason, "it is about the centre of mass, in kg m^2")
+    return symmetric
+
+
+def two_bodies(names: tuple[str, str]) -> tuple[str, str]:
+    """The names of two different bodies."""
+    if names[0] == names[1]:
+        raise Unfit(f"names '{names[0]}' twice", "a joint connects two different bodies")
+    return names
+
+
+def two_axes(axes: tuple[Vector, Vector]) -> Pair:
+    """A pair of global axes that span a plane."""
+    if math.hypot(*rotations.cross(*axes)) <= PARALLEL:
+        raise Unfit("are parallel", "the two axes must span a plane")
+    return Pair(*axes)
+
+
+def shared(vector: Vector) -> Pair:
+    """One global vector for both bodies."""
+    return Pair(vector, vector)
+
+
+def pair_of(placed: Placed, bodies: tuple[str, str]) -> Pair:
+    """The pair in the order of `bodies`."""
+    return placed if isinstance(placed, Pair) else Pair(placed[bodies[0]], placed[bodies[1]], local=True)
+
+
+def of_these_bodies(key: str) -> Callable[[tuple[str, str] | str, Placed | Vector], Iterator[Complaint]]:
+    """A check that what is given by body under `key` is given for the bodies at hand (one or two), and no other."""
+
+    def find(bodies: tuple[str, str] | str, placed: Placed | Vector) -> Iterator[Complaint]:
+        wanted = (bodies,) if isinstance(bodies, str) else bodies
+        if not isinstance(placed, Mapping):
+            return
+        needs = f"it is given for {' and '.join(repr(name) for name in wanted)}"
+        for name in placed:
+            if name not in wanted:
+                hint = did_you_mean(name, wanted) or needs
+                yield Complaint((key, name), f"unexpected '{name}' in '{key}'", hint)
+        for name in wanted:
+            if name not in placed:
+                yield Complaint((key,), f"'{key}' lacks '{name}'", needs)
+
+    return find
+
+
+def same_kind(key: str) -> Callable[[Placed, Placed], Iterator[Complaint]]:
+    """A check that the location and the axes under `key` are both global or both by body."""
+
+    def find(location: Placed, axes: Placed) -> Iterator[Complaint]:
+        if isinstance(location, Pair) != isinstance(axes, Pair):
+            kinds = ("global", "by body") if isinstance(axes, Pair) else ("by body", "global")
+            yield Complaint((key,), f"'{key}' is {kinds[0]} but 'location' is {kinds[1]}",
+                            "give both as lists (global), or both by body in the bodies' axes")
+
+    return find
+
+
+def one_of(first: str, second: str) -> Callable[[object, object], Iterator[Complaint]]:
+    """A check that two keys are not both given."""
+
+    def find(*_: object) -> Iterator[Complaint]:
+        yield Complaint((second,), f"'{first}' and '{second}' exclude each other", "keep one of them")
+
+    return find
+

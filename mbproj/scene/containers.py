@@ -1,0 +1,145 @@
+"""Fields with keys: records and named items."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from dataclasses import dataclass
+from typing import Any, ClassVar, Generic, NamedTuple
+
+from mbproj.errors import Place
+from mbproj.scene.fields import Field, T_co
+from mbproj.scene.nodes import MappingNode, Node, as_mapping
+from mbproj.scene.reading import Reading, label
+from mbproj.scene.records import KeyPath
+from mbproj.scene.suggestions import did_you_mean
+
+#: A name has to do for files and datasets as well.
+NAME = re.compile(r"[A-Za-z_][A-Za-z0-9_-]*")
+
+
+class Complaint(NamedTuple):
+    """What a check finds wrong at `path` within its record."""
+
+    path: KeyPath
+    message: str
+    hint: str | None = None
+
+
+@dataclass(frozen=True)
+class Check:
+    """A rule on several values of a record: `find` gets those of `keys` by position, where all are given and right."""
+
+    keys: tuple[str, ...]
+    find: Callable[..., Iterable[Complaint]]
+
+
+@dataclass(frozen=True)
+class Record(Field[T_co], Generic[T_co]):
+    """Values by key, handed to `make` by name; with `name` too, the item's own, where `named`.
+
+    `keys` are read in their order here, whatever the order in the text. `elsewhere` are keys that other variants take.
+    """
+
+    what: str
+    keys: Mapping[str, Field[Any]]
+    make: Callable[..., T_co]
+    required: tuple[str, ...] = ()
+    checks: tuple[Check, ...] = ()
+    named: bool = False
+    elsewhere: frozenset[str] = frozenset()
+    node_type: ClassVar[type] = MappingNode
+
+    @property
+    def expects(self) -> str:
+        return "{" + ", ".join(self.keys) + "}"
+
+    def fits(self, node: Node) -> bool:
+        return isinstance(node, MappingNode) and not self.keys.keys().isdisjoint(node.values)
+
+    def read(self, node: Node, path: KeyPath, reading: Reading) -> T_co | None:
+        mapping = as_mapping(node)
+        if mapping is None:
+            self.reject(node, path, reading)
+            return None
+        before = len(reading.problems)
+        self._report_keys(mapping, reading)
+        values = dict(read_keys(self.keys, mapping, path, reading))
+        for check in self.checks:
+            if values.keys() >= {*check.keys}:
+                for complaint in check.find(*(values[key] for key in check.keys)):
+                    where = (*path, *complaint.path)
+                    reading.report(complaint.message, reading.places[where], complaint.hint)
+        if len(reading.problems) > before or len(values) < len(mapping.values):
+            return None
+        name = {"name": path[-1]} if self.named else {}
+        return self.make(**name, **values)
+
+    def _report_keys(self, mapping: MappingNode, reading: Reading) -> None:
+        """Report the keys that are unknown and those that are missing."""
+        for key, place in mapping.keys.items():
+            if key in self.elsewhere and key not in self.keys:
+                reading.report(f"{self.what} has no '{key}'", place, f"it takes {', '.join(self.keys)}")
+            elif key not in self.keys:
+                report_unknown_key(key, place, self.keys, self.what, reading)
+        for key in self.required:
+            if key not in mapping.keys:
+                reading.report(f"missing key '{key}'", mapping.place, f"add it: {self.keys[key].expects}")
+
+
+def read_keys(
+    fields: Mapping[str, Field[Any]], mapping: MappingNode, path: KeyPath, reading: Reading
+) -> Iterator[tuple[str, Any]]:
+    """Each value that is given and right, by key."""
+    for key, field in fields.items():
+        node = mapping.values.get(key)
+        if node is not None:
+            where = (*path, key)
+            reading.places[where] = node.place
+            value = field.read(node, where, reading)
+            if value is not None:
+                yield key, value
+
+
+def report_unknown_key(key: str, place: Place, known: Iterable[str], what: str, reading: Reading) -> None:
+    """Report a key that means nothing, with what it may have been."""
+    known = tuple(known)
+    hint = "put a space after the ':'" if ":" in key else did_you_mean(key, known)
+    reading.report(f"unknown key '{key}'", place, hint or f"{what} takes {', '.join(known)}")
+
+
+@dataclass(frozen=True)
+class Named(Field[Mapping[str, T_co]], Generic[T_co]):
+    """Items of one kind by name; `what` they are, as in "body". Names in `reserved` mean something else."""
+
+    what: str
+    item: Field[T_co]
+    needed: bool = False
+    reserved: frozenset[str] = frozenset()
+    names: re.Pattern[str] = NAME
+    rule: str = "letters, digits, _ and -, and does not begin with a digit or -"
+    node_type: ClassVar[type] = MappingNode
+
+    @property
+    def expects(self) -> str:
+        return f"a mapping {{name: {self.item.expects}}}"
+
+    def read(self, node: Node, path: KeyPath, reading: Reading) -> Mapping[str, T_co] | None:
+        mapping = as_mapping(node)
+        if mapping is None:
+            self.reject(node, path, reading)
+            return None
+        if self.needed and not mapping.values:
+            reading.report(f"{label(path)} is empty", mapping.place, f"a scene needs a {self.what}")
+            return None
+        for name, place in mapping.keys.items():
+            self._report_name(name, place, reading)
+        fields = dict.fromkeys(mapping.values, self.item)
+        found = dict(read_keys(fields, mapping, path, reading))
+        return found if len(found) == len(fields) else None
+
+    def _report_name(self, name: str, place: Place, reading: Reading) -> None:
+        if name in self.reserved:
+            reading.report(f"'{name}' is a reserved name", place, f"give the {self.what} another name")
+        elif not self.names.fullmatch(name):
+            reading.report(f"'{name}' cannot name a {self.what}", place, f"a name has {self.rule}")

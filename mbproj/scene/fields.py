@@ -1,0 +1,138 @@
+"""What a value in a scene may be: small definitions that read a node. Each can say what it expects, so messages, and
+whoever wants to describe the format, need nothing else."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any, ClassVar, Generic, TypeVar
+
+from mbproj.scene.nodes import Node, ScalarNode, SequenceNode, describe
+from mbproj.scene.reading import Reading, Unfit, label
+from mbproj.scene.records import KeyPath
+
+T_co = TypeVar("T_co", covariant=True)
+
+
+class Field(ABC, Generic[T_co]):
+    """One kind of value. `takes` looks at the kind of node, `fits` at its shape as well; both are to choose by."""
+
+    #: The class of node that this reads.
+    node_type: ClassVar[type] = ScalarNode
+
+    @property
+    @abstractmethod
+    def expects(self) -> str:
+        """What belongs here, as in "a number"."""
+
+    @abstractmethod
+    def read(self, node: Node, path: KeyPath, reading: Reading) -> T_co | None:
+        """The value of the node at `path`; None where it is wrong, which is reported."""
+
+    def takes(self, node: Node) -> bool:
+        return isinstance(node, self.node_type)
+
+    def fits(self, node: Node) -> bool:
+        return self.takes(node)
+
+    def reject(self, node: Node, path: KeyPath, reading: Reading) -> None:
+        """Report that the node is not what belongs here."""
+        reading.report(f"{label(path)} needs {self.expects}, found {describe(node)}", node.place)
+
+
+@dataclass(frozen=True)
+class Flag(Field[bool]):
+    """true or false."""
+
+    @property
+    def expects(self) -> str:
+        return "true or false"
+
+    def read(self, node: Node, path: KeyPath, reading: Reading) -> bool | None:
+        if not isinstance(node, ScalarNode) or node.text not in ("true", "false"):
+            self.reject(node, path, reading)
+            return None
+        return node.text == "true"
+
+
+@dataclass(frozen=True)
+class Text(Field[str]):
+    """Any text."""
+
+    @property
+    def expects(self) -> str:
+        return "text"
+
+    def read(self, node: Node, path: KeyPath, reading: Reading) -> str | None:
+        if not isinstance(node, ScalarNode):
+            self.reject(node, path, reading)
+            return None
+        return node.text
+
+
+@dataclass(frozen=True)
+class List(Field[tuple[T_co, ...]]):
+    """Exactly `length` items of one kind; `what` several of them are called, as in "numbers"."""
+
+    item: Field[T_co]
+    length: int
+    what: str = "numbers"
+    node_type: ClassVar[type] = SequenceNode
+
+    @property
+    def expects(self) -> str:
+        return f"{self.length} {self.what}"
+
+    def fits(self, node: Node) -> bool:
+        return isinstance(node, SequenceNode) and len(node.items) == self.length and self.item.fits(node.items[0])
+
+    def read(self, node: Node, path: KeyPath, reading: Reading) -> tuple[T_co, ...] | None:
+        if not isinstance(node, SequenceNode):
+            self.reject(node, path, reading)
+            return None
+        if len(node.items) != self.length:
+            hint = "put an expression that contains a comma in quotes" if _cut_by_a_comma(node) else None
+            reading.report(f"{label(path)} needs {self.expects}, found {len(node.items)}", node.place, hint)
+            return None
+        found = []
+        for index, item in enumerate(node.items):
+            where = (*path, index)
+            reading.places[where] = item.place
+            found.append(self.item.read(item, where, reading))
+        whole = tuple(value for value in found if value is not None)
+        return whole if len(whole) == self.length else None
+
+
+def _cut_by_a_comma(node: SequenceNode) -> bool:
+    """Whether an item looks like a part of an expression, as the items of [0, atan2(1, 2)] do."""
+    texts = (item.text for item in node.items if isinstance(item, ScalarNode))
+    return any(text.count("(") != text.count(")") for text in texts)
+
+
+@dataclass(frozen=True)
+class Converted(Field[T_co], Generic[T_co]):
+    """What `field` reads, turned into what the records hold by `convert`, which raises Unfit for what cannot be."""
+
+    field: Field[Any]
+    convert: Callable[[Any], T_co]
+
+    @property
+    def expects(self) -> str:
+        return self.field.expects
+
+    def takes(self, node: Node) -> bool:
+        return self.field.takes(node)
+
+    def fits(self, node: Node) -> bool:
+        return self.field.fits(node)
+
+    def read(self, node: Node, path: KeyPath, reading: Reading) -> T_co | None:
+        value = self.field.read(node, path, reading)
+        if value is None:
+            return None
+        try:
+            return self.convert(value)
+        except Unfit as unfit:
+            reading.report(f"{label(path)} {unfit.message}", node.place, unfit.hint)
+            return None

@@ -1,0 +1,156 @@
+"""The scene format: what each key is. Everything that is read, refused or said about a key follows from here."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+from typing import Any
+
+from mbproj.joints import COORDINATE_UNITS, JOINTS, JointType
+from mbproj.scene import inertia, rotations
+from mbproj.scene.alternatives import Alternatives, Variants
+from mbproj.scene.checks import (
+    Placed,
+    direction,
+    inertia_of,
+    of_these_bodies,
+    orientation_of,
+    pair_of,
+    same_kind,
+    shared,
+    two_axes,
+    two_bodies,
+    unit_quaternion,
+)
+from mbproj.scene.choices import Choice, Reference
+from mbproj.scene.containers import Check, Named, Record
+from mbproj.scene.fields import Converted, Field, List, Text
+from mbproj.scene.parameters import Parameters
+from mbproj.scene.quantities import Number
+from mbproj.scene.records import GROUND, Body, Joint, Marker, Matrix, Quaternion
+from mbproj.scene.simulation import SIMULATION
+
+
+def _vector(unit: str | None) -> List[float]:
+    return List(Number(unit), 3)
+
+
+POINT: Field[Any] = _vector("m")
+DIRECTION: Field[Any] = Converted(_vector(None), direction)
+ROWS: Field[Any] = List(_vector(""), 3, "rows of 3 numbers")
+
+QUATERNION: Field[Quaternion] = Converted(List(Number(), 4), unit_quaternion)
+
+INERTIA: Field[Matrix] = Converted(
+    Alternatives((
+        Converted(_vector("kg*m^2"), inertia.from_principal),
+        Converted(List(Number("kg*m^2"), 6), inertia.from_elements),
+        List(_vector("kg*m^2"), 3, "rows of 3 numbers"),
+    )),
+    inertia_of,
+)
+
+ORIENTATION: Field[Quaternion] = Converted(
+    Alternatives((
+        Record("a rotation", {"axis": DIRECTION, "angle": Number("rad")}, rotations.from_axis_angle, ("axis", "angle")),
+        Record("a rotation", {"quaternion": QUATERNION}, lambda quaternion: quaternion),
+        Record("a rotation", {"matrix": Converted(ROWS, orientation_of)}, lambda matrix: matrix),
+        Record(
+            "a rotation",
+            {"euler": _vector("rad"), "sequence": Choice("sequence of axes", lambda: rotations.SEQUENCES)},
+            lambda euler, sequence: rotations.from_euler(euler, sequence),
+            ("euler", "sequence"),
+        ),
+    )),
+    unit_quaternion,
+)
+
+BODY: Record[Body] = Record(
+    "a body",
+    {
+        "mass": Number("kg", minimum=0.0),
+        "inertia": INERTIA,
+        "position": POINT,
+        "orientation": ORIENTATION,
+        "velocity": _vector("m/s"),
+        "angular_velocity": _vector("rad/s"),
+    },
+    Body,
+    required=("mass", "inertia", "position"),
+    named=True,
+)
+
+#: Global, or by body in its own axes.
+JOINT_POINT: Field[Placed] = Alternatives((Converted(POINT, shared), Named("body", POINT)))
+AXIS: Field[Placed] = Alternatives((Converted(DIRECTION, shared), Named("body", DIRECTION)))
+AXES: Field[Placed] = Alternatives((Converted(List(DIRECTION, 2, "axes"), two_axes), Named("body", DIRECTION)))
+#: The key that gives the axes, by the frame of the joint type.
+FRAME_KEYS: Mapping[str, Mapping[str, Field[Placed]]] = {"point": {}, "axis": {"axis": AXIS}, "axes": {"axes": AXES}}
+
+JOINT_TYPE = Choice("joint type", lambda: JOINTS)
+TWO_BODIES: Field[Any] = Converted(List(Reference("body", "bodies", (GROUND,)), 2, "names of bodies"), two_bodies)
+
+
+def _joint_variant(type_name: str, kind: JointType) -> Record[Joint]:
+    """What a joint of this type is written as."""
+    units = {name: COORDINATE_UNITS[row[0]] for name, row in kind.coordinates.items()}
+    rates: dict[str, Field[Any]] = {name: Number(f"{unit}/s") for name, unit in units.items()}
+    frame = FRAME_KEYS[kind.frame]
+    keys: dict[str, Field[Any]] = {"type": JOINT_TYPE, "bodies": TWO_BODIES, "location": JOINT_POINT, **frame}
+    if len(rates) == 1:
+        (rate,) = rates.values()
+        keys["speed"] = Converted(rate, lambda speed: dict.fromkeys(rates, speed))
+    elif rates:
+        keys["speed"] = Record("a speed", rates, dict)
+    keys |= {name: Number(unit) for name, unit in units.items()}
+    checks = [Check(("bodies", key), of_these_bodies(key)) for key in ("location", *frame)]
+    checks += [Check(("location", key), same_kind(key)) for key in frame]
+    needed = ("type", "bodies", "location", *frame)
+    return Record(f"a {type_name} joint", keys, _joint, needed, tuple(checks), named=True)
+
+
+def _joint(
+    name: str, type: str, bodies: tuple[str, str], location: Placed, axis: Placed | None = None,
+    axes: Placed | None = None, speed: Mapping[str, float] | None = None, **start: float,
+) -> Joint:
+    directions = axes if axis is None else axis
+    axes_pair = None if directions is None else pair_of(directions, bodies)
+    return Joint(name, type, bodies, pair_of(location, bodies), axes_pair, start, speed or {})
+
+
+def _joint_variants() -> dict[str, Record[Joint]]:
+    """A record for each type, which knows what the others take."""
+    records = {name: _joint_variant(name, kind) for name, kind in JOINTS.items()}
+    every = frozenset(key for record in records.values() for key in record.keys)
+    return {name: replace(record, elsewhere=every) for name, record in records.items()}
+
+
+JOINT: Variants[Joint] = Variants("type", JOINT_TYPE, _joint_variants())
+
+MARKER_POINT: Field[Any] = Alternatives((POINT, Named("body", POINT)))
+MARKER: Record[Marker] = Record(
+    "a marker",
+    {"body": Reference("body", "bodies"), "location": MARKER_POINT},
+    lambda name, body, location: Marker(name, body, location) if isinstance(location, tuple)
+    else Marker(name, body, location[body], local=True),
+    required=("body", "location"),
+    checks=(Check(("body", "location"), of_these_bodies("location")),),
+    named=True,
+)
+
+#: `parameters` comes first: reading it defines what the numbers after it may name.
+SCENE: Record[dict[str, Any]] = Record(
+    "a scene",
+    {
+        "parameters": Parameters(),
+        "mbproj": Choice("format version", lambda: ("1",)),
+        "title": Text(),
+        "gravity": _vector("m/s^2"),
+        "simulation": SIMULATION,
+        "bodies": Named("body", BODY, needed=True, reserved=frozenset({GROUND})),
+        "joints": Named("joint", JOINT),
+        "markers": Named("marker", MARKER),
+    },
+    dict,
+    required=("mbproj", "gravity", "bodies"),
+)

@@ -1,0 +1,97 @@
+"""Fields that are numbers: in a unit, within bounds, whole."""
+
+from __future__ import annotations
+
+import operator
+from dataclasses import dataclass
+
+from mbproj.scene.expressions import Binary, Expression, Quantity
+from mbproj.scene.fields import Field
+from mbproj.scene.nodes import Node, ScalarNode
+from mbproj.scene.reading import Reading, label
+from mbproj.scene.records import KeyPath
+from mbproj.scene.units import BARE, UNITS, Dimension, describe
+
+
+@dataclass(frozen=True)
+class Number(Field[float]):
+    """A finite number in SI and radians, from an expression. `unit`: the SI unit it is in, "" for none, None for any.
+
+    Bounds are inclusive but for `above`.
+    """
+
+    unit: str | None = ""
+    minimum: float | None = None
+    above: float | None = None
+    maximum: float | None = None
+
+    @property
+    def expects(self) -> str:
+        return f"a number in {self.unit}" if self.unit else "a number"
+
+    def read(self, node: Node, path: KeyPath, reading: Reading) -> float | None:
+        if not isinstance(node, ScalarNode) or not node.text.strip():
+            self.reject(node, path, reading)
+            return None
+        tree = reading.parse(node)
+        value = reading.value(node, tree)
+        if value is None:
+            return None
+        if self.unit is not None and not self._agrees(value.dimension):
+            assert value.dimension is not None
+            mine = f"is in {self.unit}" if self.unit else "has no unit"
+            found = f"{label(path)} {mine}, this is {describe(value.dimension)}"
+            reading.report(found, node.place, unit_hint(node.text, tree))
+            return None
+        return self._bounded(value.number, node, path, reading)
+
+    def _agrees(self, found: Dimension | None) -> bool:
+        return found is None or (DIMENSIONS[self.unit or ""].agrees(found) and (bool(self.unit) or found == BARE))
+
+    def _bounded(self, number: float, node: Node, path: KeyPath, reading: Reading) -> float | None:
+        limits = (
+            ("greater than", self.above, operator.gt),
+            ("at least", self.minimum, operator.ge),
+            ("at most", self.maximum, operator.le),
+        )
+        for words, limit, holds in limits:
+            if limit is not None and not holds(number, limit):
+                reading.report(f"{label(path)} must be {words} {limit:g}, found {number:.6g}", node.place)
+                return None
+        return number
+
+
+#: The dimension of each unit that a field can be in; 1/s is one without a name of its own.
+DIMENSIONS = {"": BARE, "1/s": Dimension(time=-1), **{name: unit.dimension for name, unit in UNITS.items()}}
+
+
+def unit_hint(text: str, tree: Expression | None) -> str | None:
+    """For a quotient that ends in a unit, which is its divisor's alone, as in 360/7 deg: how it was meant."""
+    text = text.rstrip()
+    if not isinstance(tree, Binary) or tree.operator != "/" or not isinstance(tree.right, Quantity):
+        return None
+    unit = tree.right
+    return f"write ({text[: unit.at].strip()}) {unit.unit}" if unit.at + len(unit.unit) == len(text) else None
+
+
+@dataclass(frozen=True)
+class Integer(Field[int]):
+    """A whole number without unit, at least `minimum`."""
+
+    minimum: int
+
+    @property
+    def expects(self) -> str:
+        return "a whole number"
+
+    def read(self, node: Node, path: KeyPath, reading: Reading) -> int | None:
+        number = Number().read(node, path, reading)
+        if number is None:
+            return None
+        if not number.is_integer():
+            self.reject(node, path, reading)
+            return None
+        if number < self.minimum:
+            reading.report(f"{label(path)} must be at least {self.minimum}, found {number:.6g}", node.place)
+            return None
+        return int(number)

@@ -1,0 +1,98 @@
+"""Scene file -> Scene, or an InputError with everything that is wrong."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from mbproj.errors import InputError, Place, Problem
+from mbproj.scene.document import compose
+from mbproj.scene.grammar import SCENE
+from mbproj.scene.nodes import MappingNode, ScalarNode, as_mapping, describe
+from mbproj.scene.parameters import override
+from mbproj.scene.reading import Reading, in_text_order
+from mbproj.scene.records import KeyPath, Scene, Settings
+from mbproj.scene.settings import Merged, check_settings, flatten, merge, read_options, settings_of
+from mbproj.scene.simulation import SIMULATION
+from mbproj.scene.text import MAX_BYTES, read_text
+
+#: The blocks whose items other items name.
+_REFERRED = ("bodies",)
+_NOTHING: Mapping[str, Any] = {}
+
+
+def read_scene(
+    path: str | Path, parameters: Mapping[str, object] = _NOTHING, simulation: Mapping[str, object] = _NOTHING
+) -> Scene:
+    """The scene in the file at `path`.
+
+    `parameters` replaces parameters of the scene (text of an expression, or a number). `simulation` replaces settings,
+    by the names in `simulation.OPTIONS`; None is as if not given. Raises InputError with every problem, in text order.
+    """
+    return _read(read_text(Path(path)), str(path), Path(path), parameters, simulation)
+
+
+def read_scene_text(
+    text: str, name: str = "<text>", parameters: Mapping[str, object] = _NOTHING,
+    simulation: Mapping[str, object] = _NOTHING,
+) -> Scene:
+    """The scene in `text`, which messages call `name`; otherwise as `read_scene`."""
+    if len(text) > MAX_BYTES:
+        raise InputError(Problem(f"the text is longer than {MAX_BYTES // 1_000_000} million characters", Place(name)))
+    return _read(text.removeprefix("\ufeff"), name, None, parameters, simulation)
+
+
+def _read(
+    text: str, name: str, path: Path | None, parameters: Mapping[str, object], simulation: Mapping[str, object]
+) -> Scene:
+    root, problems = compose(text, name)
+    if not isinstance(root, MappingNode):
+        wrong = f"a scene is a mapping of keys, found {describe(root)}"
+        raise InputError(in_text_order([*problems, Problem(wrong, root.place, "it begins with 'mbproj: 1'")]))
+    root, wrong_overrides = override(root, parameters)
+    reading = Reading(items=_items(root), places={(): root.place}, problems=[*problems, *wrong_overrides])
+    found = SCENE.read(root, (), reading)
+    settings = _settings(root, simulation, reading)
+    if reading.problems or found is None or settings is None:
+        raise InputError(in_text_order(reading.problems))
+    return Scene(
+        title=found.get("title", ""),
+        gravity=found["gravity"],
+        bodies=tuple(found["bodies"].values()),
+        joints=tuple(found.get("joints", {}).values()),
+        markers=tuple(found.get("markers", {}).values()),
+        parameters=found.get("parameters", {}),
+        settings=settings,
+        text=text,
+        path=path,
+        overrides={key: _written(value) for key, value in parameters.items()},
+        places=reading.places,
+    )
+
+
+def _items(root: MappingNode) -> dict[str, tuple[str, ...]]:
+    """The names of the items of the blocks that are referred to, be the items right or wrong."""
+    blocks = {key: as_mapping(root.values[key]) for key in _REFERRED if key in root.values}
+    return {key: tuple(block.keys) for key, block in blocks.items() if block is not None}
+
+
+def _settings(root: MappingNode, options: Mapping[str, object], reading: Reading) -> Settings | None:
+    """The settings, from the scene's block and the options; None where one of them is wrong, which is reported."""
+    node = root.values.get("simulation", ScalarNode("", root.place))
+    block = SIMULATION.read(node, ("simulation",), Reading(names=reading.names))  # its problems are reported already
+    command = Reading(names=reading.names, problems=reading.problems)
+    commanded = read_options(options, command)
+    if block is None or commanded is None:
+        return None
+    ways: list[KeyPath] = [("simulation", *path) for path in commanded]
+    reading.places.update({way: command.places[way] for way in ways})
+    merged = Merged(merge(flatten(block), commanded), frozenset(commanded), reading.places)
+    found = list(check_settings(merged))
+    reading.problems.extend(found)
+    return None if found else settings_of(merged.values)
+
+
+def _written(value: object) -> str:
+    """An override as text that reads the same."""
+    return value if isinstance(value, str) else repr(value)

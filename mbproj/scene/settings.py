@@ -1,0 +1,158 @@
+"""Command line over scene over defaults: the `Settings` of a scene, and whether a run can begin with them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from mbproj.errors import InputError, Place, Problem
+from mbproj.registry import PROJECTIONS, integrators
+from mbproj.scene.nodes import MappingNode, Node, from_value
+from mbproj.scene.reading import Reading
+from mbproj.scene.records import KeyPath, ProjectionSettings, Scene, Settings
+from mbproj.scene.simulation import LIST_OPTIONS, OPTIONS, SIMULATION
+from mbproj.scene.suggestions import choose_from
+
+#: Values by their way through the `simulation` block.
+Values = Mapping[KeyPath, Any]
+
+METHOD: KeyPath = ("projection", "method")
+#: What a method that corrects takes, whichever it is.
+CORRECTION_OPTIONS = ("tolerance", "test", "every", "threshold", "position", "velocity", "max_iterations")
+#: A method's own options that need a value, where none is given.
+DEFAULTS: Mapping[str, Any] = {"alpha": 1e7, "gains": (25.0, 25.0)}
+#: How far output_step / step may be from a whole number, relatively.
+MULTIPLE = 1e-9
+
+
+@dataclass(frozen=True)
+class Merged:
+    """The values that hold, which of them the command line gave, and where they stand (by the path in the scene)."""
+
+    values: Values
+    commanded: frozenset[KeyPath]
+    places: Mapping[KeyPath, Place]
+
+    def place(self, *paths: KeyPath) -> Place | None:
+        """The place of the first of `paths` that the command line gave, or else of the first."""
+        chosen = next((path for path in paths if path in self.commanded), paths[0])
+        return self.places.get(("simulation", *chosen))
+
+
+def read_options(options: Mapping[str, object], reading: Reading) -> dict[KeyPath, Any] | None:
+    """What the command line says of the simulation, read by the fields of the scene's own keys. None is not given."""
+    values: dict[str, Node] = {}
+    projection: dict[str, Node] = {}
+    for name, value in options.items():
+        place = Place(option_name(name))
+        if name not in OPTIONS:
+            reading.report(f"unknown option '{name}'", place, choose_from(name, OPTIONS))
+        elif value is not None:
+            if name in LIST_OPTIONS and isinstance(value, str) and "," in value:
+                value = value.split(",")
+            (projection if len(OPTIONS[name]) > 1 else values)[str(OPTIONS[name][-1])] = from_value(value, place)
+    if projection:
+        values["projection"] = _mapping(projection)
+    found = SIMULATION.read(_mapping(values), ("simulation",), reading)
+    return None if found is None else flatten(found)
+
+
+def option_name(name: str) -> str:
+    """The option of the command line for a key of OPTIONS."""
+    return "--" + name.replace("_", "-")
+
+
+def _mapping(values: dict[str, Node]) -> MappingNode:
+    return MappingNode(values, {key: node.place for key, node in values.items()}, Place("command line"))
+
+
+def flatten(block: Mapping[str, Any]) -> dict[KeyPath, Any]:
+    """The values of a `simulation` block as read, by their way through it."""
+    inner = block.get("projection", {})
+    flat: dict[KeyPath, Any] = {(key,): value for key, value in block.items() if key != "projection"}
+    return flat | {("projection", key): value for key, value in inner.items()}
+
+
+def merge(scene: Values, options: Values) -> Values:
+    """Options over scene. `step` and `tolerance` replace each other; a method chosen anew leaves behind those options
+    of the scene's method that it does not take."""
+    kept = dict(scene)
+    if ("step",) in options or ("tolerance",) in options:
+        kept.pop(("step",), None)
+        kept.pop(("tolerance",), None)
+    method = options.get(METHOD)
+    if method not in (None, scene.get(METHOD, ProjectionSettings.method)):
+        kept = {path: value for path, value in kept.items() if path[0] != "projection" or takes(method, str(path[1]))}
+    return {**kept, **options}
+
+
+def takes(method: str, option: str) -> bool:
+    """Whether the projection method has this key."""
+    entry = PROJECTIONS[method]
+    return option == "method" or option in entry.options or (entry.corrects and option in CORRECTION_OPTIONS)
+
+
+def check_settings(merged: Merged) -> Iterator[Problem]:
+    """What is wrong with the values taken together."""
+    for check in _CHECKS:
+        yield from check(merged)
+
+
+def _tolerance_needs_an_estimate(merged: Merged) -> Iterator[Problem]:
+    name = merged.values.get(("integrator",), Settings.integrator)
+    if ("tolerance",) in merged.values and not integrators()[name].embedded:
+        able = ", ".join(other for other, entry in integrators().items() if entry.embedded)
+        place = merged.place(("tolerance",), ("integrator",))
+        yield Problem(f"'{name}' has no error estimate, which 'tolerance' needs", place, f"these have one: {able}")
+
+
+def _output_is_a_multiple(merged: Merged) -> Iterator[Problem]:
+    step, output_step = merged.values.get(("step",)), merged.values.get(("output_step",))
+    if step is None or output_step is None:
+        return
+    ratio = output_step / step
+    if not (0.5 < ratio < 1e15 and abs(ratio - round(ratio)) <= MULTIPLE * ratio):
+        place = merged.place(("output_step",), ("step",))
+        yield Problem(f"'output_step' ({output_step:.10g} s) is no whole multiple of 'step' ({step:.10g} s)", place,
+                      f"try {max(round(min(ratio, 1e15)), 1) * step:.10g}")
+
+
+def _method_takes_its_options(merged: Merged) -> Iterator[Problem]:
+    method = merged.values.get(METHOD, ProjectionSettings.method)
+    for path in merged.values:
+        if path[0] == "projection" and not takes(method, str(path[1])):
+            able = ", ".join(other for other in PROJECTIONS if takes(other, str(path[1])))
+            yield Problem(f"projection method '{method}' has no '{path[1]}'", merged.place(path, METHOD),
+                          f"these have: {able}")
+
+
+_CHECKS: tuple[Callable[[Merged], Iterable[Problem]], ...] = (
+    _tolerance_needs_an_estimate, _output_is_a_multiple, _method_takes_its_options,
+)
+
+
+def settings_of(values: Values) -> Settings:
+    """The values with the defaults filled in."""
+    top = {str(path[0]): value for path, value in values.items() if len(path) == 1}
+    inner = {str(path[1]): value for path, value in values.items() if len(path) == 2}
+    method = inner.get("method", ProjectionSettings.method)
+    own = {option: DEFAULTS[option] for option in PROJECTIONS[method].options}
+    return Settings(**top, projection=ProjectionSettings(**{**own, **inner}))
+
+
+def settings_to_run(scene: Scene) -> Settings:
+    """The settings of a scene that says how long, and by which step or to which tolerance, it runs.
+
+    Raises InputError where it does not.
+    """
+    settings, place = scene.settings, scene.place("simulation")
+    problems = []
+    if settings.duration is None:
+        problems.append(Problem("the scene has no duration", place, "add 'duration' to 'simulation', or --duration"))
+    if settings.step is None and settings.tolerance is None:
+        problems.append(Problem("the scene has neither step nor tolerance", place,
+                                "add one of them to 'simulation', or --step or --tolerance"))
+    if problems:
+        raise InputError(problems)
+    return settings

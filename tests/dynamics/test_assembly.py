@@ -1,0 +1,135 @@
+"""Assembly: closing open guesses, hard conditions on joints, refusals that name the joint."""
+
+from __future__ import annotations
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+from mbproj.dynamics import assemble
+from mbproj.dynamics.assembly import coordinate_values
+from mbproj.dynamics.constraint_equations import constraint_at, constraint_velocity_at, set_velocity
+from mbproj.dynamics.kinematics import pose_of, twist_of
+from mbproj.errors import InputError
+from mbproj.joints import JOINTS
+from mbproj.model import compile_system, initial_guess
+from mbproj.scene.records import Body, Joint, Pair
+from tests.support import random_chain, scene_of
+
+ROUND = ((0.01, 0.0, 0.0), (0.0, 0.01, 0.0), (0.0, 0.0, 0.01))
+Y_AXIS = Pair((0.0, 1.0, 0.0), (0.0, 1.0, 0.0), local=True)
+
+
+def assembled(scene):
+    system = compile_system(scene)
+    return system, assemble(system, initial_guess(scene, system))
+
+
+def link(name: str, x: float, z: float = 0.0, turn: float = 0.0) -> Body:
+    return Body(name, 1.0, ROUND, (x, 0.0, z), (np.cos(turn / 2), 0.0, -np.sin(turn / 2), 0.0))
+
+
+def pin(name: str, bodies: tuple[str, str], first: float, second: float, **conditions) -> Joint:
+    """A pin along y, by its place along each body's x axis."""
+    return Joint(name, "revolute", bodies, Pair((first, 0.0, 0.0), (second, 0.0, 0.0), local=True), Y_AXIS, **conditions)
+
+
+def triangle(base: float, guess: float = 0.0):
+    """Two links of 2 m from the ground at 0 and at `base`, pinned together at the top: a rigid triangle."""
+    return scene_of(
+        [link("left", 0.4 * base + guess, 0.9, 1.0), link("right", 0.7 * base, 0.8, 2.0)],
+        [
+            pin("A", ("ground", "left"), 0.0, -1.0),
+            Joint("B", "spherical", ("left", "right"), Pair((1.0, 0.0, 0.0), (1.0, 0.0, 0.0), local=True)),
+            pin("C", ("ground", "right"), base, -1.0),
+        ],
+    )
+
+
+@pytest.mark.parametrize("kind", sorted(JOINTS))
+def test_a_closed_guess_is_kept_and_its_velocities_made_consistent(kind):
+    scene = random_chain(8, [kind] * 3)
+    system, state = assembled(scene)
+    np.testing.assert_allclose(state.q, initial_guess(scene, system).q, atol=1e-13)
+    assert np.abs(constraint_velocity_at(system, state.q, state.v)).max() < 1e-12
+
+
+@pytest.mark.parametrize("kind", sorted(JOINTS))
+def test_a_guess_that_is_open_by_a_tenth_closes(kind):
+    scene = random_chain(8, [kind] * 3)
+    system = compile_system(scene)
+    guess = initial_guess(scene, system)
+    opened = dataclasses.replace(guess, q=guess.q + 0.1 * np.random.default_rng(1).uniform(-1, 1, size=21))
+    state = assemble(system, opened)
+    assert np.abs(constraint_at(system, state.q)).max() < 1e-13
+    assert np.linalg.norm(state.q - guess.q) < 0.6
+
+
+def test_a_loop_with_local_points_closes():
+    system, state = assembled(triangle(2.0, guess=0.15))
+    assert np.abs(constraint_at(system, state.q)).max() < 1e-13
+    top = state.q.reshape(-1, 7)[0, :3] * 2.0  # the left link starts in the origin
+    np.testing.assert_allclose(top, [1.0, 0.0, np.sqrt(3.0)], atol=1e-12)
+
+
+def test_a_loop_that_cannot_close_names_the_joint_and_how_far_it_is_open():
+    with pytest.raises(InputError) as caught:
+        assembled(triangle(5.0))
+    message = str(caught.value)
+    assert message.startswith("error: the mechanism does not close: joint '")
+    assert "' stays open by 0.333 m and " in message  # 5 m over two links of 2 m, shared by three joints
+
+
+def test_a_joint_speed_is_a_hard_condition():
+    scene = random_chain(8, ["revolute", "universal", "prismatic"])
+    joints = [dataclasses.replace(scene.joints[0], speed={"angle": 6.0}), *scene.joints[1:]]
+    joints[2] = dataclasses.replace(joints[2], speed={"displacement": -0.5})
+    system, state = assembled(dataclasses.replace(scene, joints=tuple(joints)))
+    pose = pose_of(state.q)
+    speeds = set_velocity(system.coordinates, pose, twist_of(pose, state.v))
+    assert speeds[system.names.coordinates.index("J0.angle")] == pytest.approx(6.0, abs=1e-12)
+    assert speeds[system.names.coordinates.index("J2.displacement")] == pytest.approx(-0.5, abs=1e-12)
+    assert np.abs(constraint_velocity_at(system, state.q, state.v)).max() < 1e-12
+
+
+def test_start_conditions_move_the_mechanism_and_count_turns():
+    scene = random_chain(8, ["revolute", "prismatic"])
+    joints = (
+        dataclasses.replace(scene.joints[0], start={"angle": 7.0}),
+        dataclasses.replace(scene.joints[1], start={"displacement": 0.25}),
+    )
+    system, state = assembled(dataclasses.replace(scene, joints=joints))
+    values = coordinate_values(system, pose_of(state.q)) + 2.0 * np.pi * state.turns
+    np.testing.assert_allclose(values, [7.0, 0.25], atol=1e-12)
+    np.testing.assert_array_equal(state.turns, [1, 0])
+
+
+def test_speeds_that_contradict_name_the_joint():
+    rigid = triangle(2.0)
+    joints = (dataclasses.replace(rigid.joints[0], speed={"angle": 1.0}), *rigid.joints[1:])
+    with pytest.raises(InputError, match=r"cannot move at the speeds that its joints ask for: joint 'A' misses"):
+        assembled(dataclasses.replace(rigid, joints=joints))
+
+
+def test_a_turned_over_axis_is_refused():
+    """Axes nearly opposite in the guess: the nearest closed pose has them opposite, which is another joint."""
+    scene = scene_of([link("bar", 1.0)], [])
+    joint = Joint(
+        "hinge",
+        "revolute",
+        ("ground", "bar"),
+        Pair((0.0, 0.0, 0.0), (-1.0, 0.0, 0.0), local=True),
+        Pair((0.0, 1.0, 0.0), (0.0, -1.0, 0.01), local=True),
+    )
+    with pytest.raises(InputError, match="assembly turned the axis of joint 'hinge' by 180 degrees"):
+        assembled(dataclasses.replace(scene, joints=(joint,)))
+
+
+def test_nearness_is_geometric_not_energetic():
+    """A body's mass has no say in where the mechanism closes."""
+    light = triangle(2.0, guess=0.15)
+    heavy = dataclasses.replace(
+        light, bodies=(dataclasses.replace(light.bodies[0], mass=1e6), light.bodies[1])
+    )
+    np.testing.assert_array_equal(assembled(light)[1].q, assembled(heavy)[1].q)

@@ -1,0 +1,97 @@
+"""Every tableau: order conditions, orders of the step, the estimate and the extension on a nonlinear equation."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from mbproj.integrate.runge_kutta import continuous_extension, error_estimates, rk_step
+from mbproj.integrate.tableau import load_tableau
+from mbproj.registry import integrators
+
+NAMES = list(integrators())
+EMBEDDED = [name for name, entry in integrators().items() if entry.embedded]
+
+
+E = 0.3  # eccentricity
+
+
+def f(t: float, y: np.ndarray) -> np.ndarray:
+    """Kepler's problem: a planet about a fixed sun, semi-axis 1, period 2π."""
+    return np.concatenate([y[2:], -y[:2] / np.hypot(*y[:2]) ** 3])
+
+
+def exact(t: float) -> np.ndarray:
+    """From the eccentric anomaly u, t = u - e sin u, by Newton's method."""
+    u = t
+    for _ in range(50):
+        u -= (u - E * np.sin(u) - t) / (1.0 - E * np.cos(u))
+    b, rate = np.sqrt(1.0 - E * E), 1.0 / (1.0 - E * np.cos(u))
+    return np.array([np.cos(u) - E, b * np.sin(u), -np.sin(u) * rate, b * np.cos(u) * rate])
+
+
+def one_step(name: str, h: float, t: float = 0.3):
+    y = exact(t)
+    return rk_step(f, load_tableau(name), t, y, h, f(t, y))
+
+
+def slope(errors: list[float], ratio: float = 2.0) -> float:
+    return float(np.log(errors[0] / errors[1]) / np.log(ratio))
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_quadrature_conditions(name):
+    """Σ b_i c_i^k = 1/(k+1) up to the order, and the rows of a sum to c."""
+    tableau = load_tableau(name)
+    for power in range(tableau.order):
+        assert tableau.b @ tableau.c**power == pytest.approx(1.0 / (power + 1), abs=4e-15)
+    np.testing.assert_allclose(tableau.a.sum(axis=1), tableau.c, atol=4e-15)
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_order_of_convergence(name):
+    """The global error falls with the order of the method, within 0.15."""
+    tableau = load_tableau(name)
+    steps = {"heun2": 1280, "bs32": 640, "rk4": 640, "dopri5": 320, "dop853": 100}[name]
+    errors = []
+    for count in (steps, 2 * steps):
+        t, y, h = 0.0, exact(0.0), 8.0 / count
+        for k in range(count):
+            y = rk_step(f, tableau, t, y, h, f(t, y)).y_new
+            t = (k + 1) * h
+        errors.append(float(np.abs(y - exact(8.0)).max()))
+    assert slope(errors) == pytest.approx(tableau.order, abs=0.15)
+
+
+@pytest.mark.parametrize("name", EMBEDDED)
+def test_estimates_are_of_their_orders(name):
+    """Of DOP853's two estimates the first is of order 6 in h, the second of order 4."""
+    tableau = load_tableau(name)
+    estimates = []
+    for h in (0.1, 0.05):
+        step = one_step(name, h)
+        estimates.append(np.abs(error_estimates(tableau, step, f(0.3 + h, step.y_new))).max(axis=1))
+    for row, expected in enumerate({"bs32": [3], "dopri5": [5], "dop853": [6, 4]}[name]):
+        assert slope([float(estimate[row]) for estimate in estimates]) == pytest.approx(expected, abs=0.3)
+
+
+@pytest.mark.parametrize("name", EMBEDDED)
+def test_continuous_extension(name):
+    """It joins both ends, and its error within a step is of order 4 (Hermite), 5 and 8 in h."""
+    tableau, expected = load_tableau(name), {"bs32": 4, "dopri5": 5, "dop853": 8}[name]
+    errors = []
+    coarse = 0.25 if expected == 8 else 0.1
+    for h in (coarse, coarse / 2):
+        step = one_step(name, h)
+        at = continuous_extension(f, tableau, step, f(0.3 + h, step.y_new))
+        np.testing.assert_allclose(at(0.0), step.y, rtol=1e-15)
+        np.testing.assert_allclose(at(1.0), step.y_new, rtol=1e-13)
+        middle = [np.abs(at(theta) - exact(0.3 + theta * h)).max() for theta in (0.2, 0.37, 0.5, 0.81)]
+        errors.append(float(max(middle)))
+    assert slope(errors) == pytest.approx(expected, abs=0.3)
+
+
+def test_registry_knows_which_methods_estimate_their_error():
+    for name, entry in integrators().items():
+        assert load_tableau(name).embedded == entry.embedded
+    assert EMBEDDED == ["bs32", "dopri5", "dop853"]

@@ -1,0 +1,202 @@
+"""simulate(): output times, independence of recording, schedules and counters, turns, failures that name time and joint."""
+
+from __future__ import annotations
+
+import dataclasses
+import os
+import signal
+import threading
+
+import numpy as np
+import pytest
+
+from mbproj.dynamics import assemble
+from mbproj.errors import InputError, SimulationError
+from mbproj.integrate import simulate
+from mbproj.integrate.output import output_times, whole_steps
+from mbproj.model import compile_system, initial_guess
+from mbproj.registry import PROJECTIONS
+from mbproj.scene.records import Body, Joint, Marker, Pair, ProjectionSettings, Settings
+from tests.support import Recorder, random_chain, scene_of
+
+ROUND = ((0.01, 0.0, 0.0), (0.0, 0.01, 0.0), (0.0, 0.0, 0.01))
+
+
+def run(scene, **keys):
+    """(recorder, report) of a scene with these settings; projection keys go by `projection={...}`."""
+    projection = ProjectionSettings(**keys.pop("projection", {}))
+    system = compile_system(scene)
+    recorder = Recorder()
+    settings = Settings(projection=projection, **keys)
+    return recorder, simulate(system, assemble(system, initial_guess(scene, system)), settings, recorder)
+
+
+@pytest.fixture
+def chain():
+    return random_chain(12, ["revolute", "universal", "spherical"])
+
+
+def spinner(speed: float):
+    """A wheel about z without gravity."""
+    wheel = Body("wheel", 1.0, ROUND, (0.0, 0.0, 0.0))
+    axis = Pair((0.0, 0.0, 1.0), (0.0, 0.0, 1.0))
+    joint = Joint("axle", "revolute", ("ground", "wheel"), Pair((0.0,) * 3, (0.0,) * 3), axis, speed={"angle": speed})
+    return scene_of([wheel], [joint], [Marker("rim", "wheel", (1.0, 0.0, 0.0))], gravity=(0.0, 0.0, 0.0))
+
+
+def test_fixed_steps_end_at_the_duration_with_one_shorter_step():
+    recorder, report = run(spinner(1.0), duration=1.0, step=0.03)
+    assert report.counters["steps"] == 34
+    np.testing.assert_allclose(recorder["time"], [*(0.03 * np.arange(34)), 1.0], rtol=1e-15)
+    assert recorder["diagnostics/step_size"][-1] == pytest.approx(0.01)
+
+
+def test_time_does_not_drift():
+    """t = t0 + k h: 0.1 added 100 times is not 10."""
+    recorder, _ = run(spinner(1.0), duration=10.0, step=0.1)
+    assert recorder["time"][30] == 30 * 0.1
+    assert recorder["time"][-1] == 10.0
+    assert whole_steps(Settings(duration=10.0, step=0.1)) == 100
+
+
+@pytest.mark.parametrize("way", [{"step": 0.01, "integrator": "rk4"}, {"tolerance": 1e-6, "integrator": "dopri5"}])
+def test_recording_does_not_change_the_motion(chain, way):
+    fine, fine_report = run(chain, duration=0.4, output_step=0.01, **way)
+    coarse, coarse_report = run(chain, duration=0.4, output_step=0.2, **way)
+    np.testing.assert_array_equal(fine["bodies/position"][-1], coarse["bodies/position"][-1])
+    assert fine_report.counters["steps"] == coarse_report.counters["steps"]
+    assert len(fine["time"]) == 41
+    assert len(coarse["time"]) == 3
+    np.testing.assert_array_equal(fine["bodies/velocity"][20], coarse["bodies/velocity"][1])
+
+
+@pytest.mark.parametrize("integrator", ["bs32", "dopri5", "dop853"])
+def test_error_control_keeps_what_it_promises(chain, integrator):
+    """A hundred times tighter tolerance: a much smaller error at the end, with closed joints at every output."""
+    exact, _ = run(chain, duration=0.5, tolerance=1e-12, integrator="dop853", output_step=0.05)
+    errors = []
+    for tolerance in (1e-5, 1e-7):
+        recorder, _ = run(chain, duration=0.5, tolerance=tolerance, integrator=integrator, output_step=0.05)
+        errors.append(np.abs(recorder["markers/position"] - exact["markers/position"]).max())
+        assert recorder["diagnostics/position_violation"].max() <= 1e-13
+        assert recorder["diagnostics/velocity_violation"].max() <= 1e-12
+    assert errors[0] < 1e-3
+    assert errors[1] < 0.1 * errors[0]
+
+
+def test_output_times_include_the_end_once():
+    times = output_times(Settings(duration=1.0, tolerance=1e-6, output_step=0.3), 0.0)
+    np.testing.assert_allclose(times, [0.0, 0.3, 0.6, 0.9, 1.0])
+    assert len(output_times(Settings(duration=1.0, tolerance=1e-6, output_step=0.1), 0.0)) == 11
+
+
+@pytest.mark.parametrize("name", [name for name in PROJECTIONS if name != "popm"])
+def test_every_method_runs_and_says_what_it_did(chain, name):
+    options = {"alpha": 1e7} if "alpha" in PROJECTIONS[name].options else {}
+    options |= {"gains": (25.0, 25.0)} if name == "baumgarte" else {}
+    recorder, report = run(chain, duration=0.2, step=0.01, projection={"method": name, **options})
+    corrects = PROJECTIONS[name].corrects
+    assert report.counters["projections"] == (20 if corrects else 0)
+    assert report.counters["projection_failures"] == 0
+    assert report.counters["evaluations"] == 4 * 20 + 1
+    assert report.position_violation.value == recorder["diagnostics/position_violation"].max()
+    assert (report.position_violation.value <= 1e-13) == corrects
+
+
+def test_bordered_and_eliminated_accelerations_give_the_same_motion(chain):
+    bordered, _ = run(chain, duration=0.2, step=0.01, acceleration="bordered")
+    eliminated, _ = run(chain, duration=0.2, step=0.01, acceleration="eliminated")
+    np.testing.assert_allclose(eliminated["bodies/position"], bordered["bodies/position"], atol=1e-10)
+    size = np.abs(bordered["joints/reaction_force"]).max()
+    np.testing.assert_allclose(
+        eliminated["joints/reaction_force"], bordered["joints/reaction_force"], atol=1e-8 * size
+    )
+
+
+def test_schedules_save_projections(chain):
+    _, every = run(chain, duration=0.4, step=0.01, projection={"every": 4})
+    assert every.counters["projections"] == 10
+    _, threshold = run(chain, duration=0.4, step=0.01, projection={"threshold": 1e-10})
+    assert 0 < threshold.counters["projections"] < 40
+    assert threshold.position_violation.value <= 1e-10
+
+
+def test_turns_are_counted_even_when_a_step_turns_more_than_half_round():
+    """200 rad/s over steps of 0.02 s is 4 rad a step."""
+    recorder, _ = run(spinner(200.0), duration=1.0, step=0.02, integrator="dop853")
+    np.testing.assert_allclose(recorder["joints/coordinate"][:, 0], 200.0 * recorder["time"], rtol=1e-3)
+    assert np.all(np.abs(np.diff(recorder["joints/coordinate"][:, 0])) > np.pi)
+
+
+def test_energy_drift_falls_with_the_order_of_the_method(chain):
+    drifts = [run(chain, duration=0.4, step=step, integrator="rk4")[1].energy_drift for step in (0.01, 0.005)]
+    assert np.log2(drifts[0] / drifts[1]) > 3.5
+
+
+def test_popm_is_refused(chain):
+    with pytest.raises(InputError, match="'popm' needs a positive definite mass matrix"):
+        run(chain, duration=0.1, step=0.01, projection={"method": "popm"})
+
+
+def test_a_step_far_too_large_stops_with_the_time():
+    with pytest.raises(SimulationError) as caught:
+        run(random_chain(12, ["revolute"] * 3), duration=1000.0, step=20.0, projection={"method": "none"})
+    assert caught.value.time > 0.0
+    assert "no longer finite" in str(caught.value) or "singular" in str(caught.value)
+
+
+def test_a_mechanism_that_runs_into_a_singular_position_stops_with_time_and_joint():
+    """A slider-crank with crank and rod of one length, turned at constant speed without gravity, folds at 90 degrees:
+    there the slider and the rod part ways."""
+    crank = Body("crank", 1.0, ROUND, (0.0, 0.0, 0.5))
+    rod = Body("rod", 1.0, ROUND, (0.0, 0.0, 0.5))
+    block = Body("block", 1.0, ROUND, (0.0, 0.0, 0.0))
+    z = Pair((0.0, 1.0, 0.0), (0.0, 1.0, 0.0))
+    folded = scene_of(
+        [crank, rod, block],
+        [
+            Joint("A", "revolute", ("ground", "crank"), Pair((0.0,) * 3, (0.0,) * 3), z, speed={"angle": 1.0}),
+            Joint("B", "spherical", ("crank", "rod"), Pair((0.0, 0.0, 1.0), (0.0, 0.0, 1.0))),
+            Joint(
+                "C", "universal", ("rod", "block"), Pair((0.0,) * 3, (0.0,) * 3), Pair((0.0, 1.0, 0.0), (1.0, 0.0, 0.0))
+            ),
+            Joint(
+                "D", "prismatic", ("ground", "block"), Pair((0.0,) * 3, (0.0,) * 3), Pair((1.0, 0.0, 0.0), (1.0, 0.0, 0.0))
+            ),
+        ],
+    )
+    with pytest.raises((InputError, SimulationError)) as caught:
+        run(folded, duration=1.0, step=0.01)
+    assert "'" in str(caught.value)
+
+
+@pytest.mark.parametrize("signum", [signal.SIGINT, signal.SIGTERM])
+def test_an_interrupted_run_hands_over_what_it_computed(chain, signum):
+    before = signal.getsignal(signum)
+    recorder = Recorder()
+    system = compile_system(chain)
+    state = assemble(system, initial_guess(chain, system))
+    timer = threading.Timer(0.3, os.kill, (os.getpid(), signum))
+    timer.start()
+    with pytest.raises(KeyboardInterrupt):
+        simulate(system, state, Settings(duration=1e4, step=0.01), recorder)
+    timer.join()
+    times = recorder["time"]
+    assert len(times) > 5
+    np.testing.assert_allclose(np.diff(times), 0.01)
+    assert signal.getsignal(signum) is before
+
+
+def test_a_failed_run_hands_over_what_it_computed(chain):
+    recorder = Recorder()
+    system = compile_system(chain)
+    state = assemble(system, initial_guess(chain, system))
+    with pytest.raises(SimulationError):
+        simulate(
+            system,
+            dataclasses.replace(state, v=1e3 * state.v),
+            Settings(duration=1.0, step=0.05, projection=ProjectionSettings(max_iterations=1)),
+            recorder,
+        )
+    assert len(recorder["time"]) >= 1
+    assert np.all(np.isfinite(recorder["bodies/position"]))

@@ -1,0 +1,189 @@
+"""The corrections as mathematics: they close the linearised constraints, and are the smallest in their metric."""
+
+from __future__ import annotations
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+from mbproj.dynamics.constraint_equations import jacobian
+from mbproj.dynamics.equations import mass_matrix
+from mbproj.dynamics.kinematics import pose_of
+from mbproj.model import compile_system
+from mbproj.projection import Projection, make_method
+from mbproj.registry import PROJECTIONS
+from mbproj.scene.records import ProjectionSettings
+from tests.support import random_chain
+
+OPTIONS = {"alpha": 1e7, "gains": (25.0, 25.0)}
+CORRECTING = sorted(name for name, entry in PROJECTIONS.items() if entry.corrects)
+#: Methods that work where M is singular, and whose correction is exact in one pass.
+EXACT = [name for name in CORRECTING if name not in ("popm", "mass-orthogonal")]
+
+
+def method(name: str, **options):
+    chosen = {key: (OPTIONS | options)[key] for key in PROJECTIONS[name].options}
+    return make_method(ProjectionSettings(method=name, **chosen))
+
+
+@pytest.fixture
+def singular():
+    """M and C_q of a mechanism with Euler parameters at a pose that is open, and a violation."""
+    system = compile_system(random_chain(6, ["revolute", "spherical", "universal", "prismatic"]))
+    rng = np.random.default_rng(5)
+    pose = pose_of(rng.normal(size=28))
+    return mass_matrix(system, pose), jacobian(system, pose), rng.normal(size=system.constraints)
+
+
+@pytest.fixture
+def definite():
+    """A random positive definite M, a random full-rank C_q, and a violation."""
+    rng = np.random.default_rng(9)
+    root = rng.normal(size=(12, 12))
+    return root @ root.T + 0.1 * np.eye(12), rng.normal(size=(7, 12)), rng.normal(size=7)
+
+
+def null_space(C_q):
+    return np.linalg.svd(C_q)[2][len(C_q) :].T
+
+
+@pytest.mark.parametrize("name", EXACT)
+def test_correction_removes_the_violation_in_one_pass(name, singular):
+    M, C_q, violation = singular
+    np.testing.assert_allclose(C_q @ method(name).correction(M, C_q, violation), -violation, atol=1e-9)
+
+
+def test_gopm_is_the_shortest_correction(singular):
+    """Eq. 37: Δ has no part in the null space of C_q."""
+    M, C_q, violation = singular
+    change = method("gopm").correction(M, C_q, violation)
+    assert np.abs(null_space(C_q).T @ change).max() < 1e-12 * np.abs(change).max()
+
+
+@pytest.mark.parametrize("name", ["gpopm", "gpopm-pinv", "mmopm"])
+def test_physical_corrections_are_the_smallest_in_energy(name, singular):
+    """Eq. 43: M Δ has no part in the null space of C_q, though M is singular."""
+    M, C_q, violation = singular
+    change = method(name).correction(M, C_q, violation)
+    bound = 1e-10 if name != "mmopm" else 1e-6  # the round-off of the large penalty
+    assert np.abs(null_space(C_q).T @ M @ change).max() < bound * np.abs(M @ change).max()
+
+
+def test_pseudo_inverse_and_block_inverse_are_the_same_method(singular):
+    """Eqs. 65-66 against Eqs. 73-74."""
+    block, pseudo = (method(name).correction(*singular) for name in ("gpopm", "gpopm-pinv"))
+    np.testing.assert_allclose(pseudo, block, rtol=1e-9, atol=1e-10 * np.abs(block).max())
+
+
+def test_popm_equals_gpopm_where_M_is_definite(definite):
+    """Eq. 75."""
+    physical, generalised = (method(name).correction(*definite) for name in ("popm", "gpopm"))
+    np.testing.assert_allclose(generalised, physical, rtol=1e-11, atol=1e-12)
+
+
+def test_popm_is_the_smallest_in_energy_where_M_is_definite(definite):
+    """Eqs. 43 and 44."""
+    M, C_q, violation = definite
+    change = method("popm").correction(M, C_q, violation)
+    np.testing.assert_allclose(C_q @ change, -violation, atol=1e-12)
+    np.testing.assert_allclose(null_space(C_q).T @ M @ change, 0.0, atol=1e-12)
+    assert method("popm").refusal(M) is None
+
+
+def test_popm_is_refused_where_M_is_singular(singular):
+    reason = method("popm").refusal(singular[0])
+    assert reason.startswith("'popm' needs a positive definite mass matrix")
+    assert "use 'gpopm'" in reason
+
+
+@pytest.mark.parametrize("alpha", [1e-2, 1e0, 1e2, 1e4])
+def test_mmopm_does_not_depend_on_alpha(alpha, singular):
+    """Eq. 78, up to the round-off that grows with α."""
+    expected = method("gpopm").correction(*singular)
+    change = method("mmopm", alpha=alpha).correction(*singular)
+    np.testing.assert_allclose(change, expected, atol=1e-10 * max(alpha, 1.0) ** 0.5 * np.abs(expected).max())
+
+
+def test_mass_orthogonal_leaves_a_part_of_order_one_over_alpha(definite):
+    """Eq. 52: halving 1/α halves what is left, and what is corrected tends to the physical correction."""
+    M, C_q, violation = definite
+    left = [
+        np.linalg.norm(C_q @ method("mass-orthogonal", alpha=alpha).correction(M, C_q, violation) + violation)
+        for alpha in (1e4, 2e4)
+    ]
+    assert left[0] / left[1] == pytest.approx(2.0, rel=0.01)
+    change = method("mass-orthogonal", alpha=1e9).correction(M, C_q, violation)
+    np.testing.assert_allclose(change, method("popm").correction(M, C_q, violation), rtol=1e-5, atol=1e-6)
+
+
+@pytest.mark.parametrize("name", EXACT)
+def test_correcting_twice_corrects_once(name, singular):
+    """The map v -> v + correction(C_q v) is a projector: idempotent, and the identity on admissible velocities."""
+    M, C_q, _ = singular
+    chosen = method(name)
+    v = np.random.default_rng(0).normal(size=len(M))
+    once = v + chosen.correction(M, C_q, C_q @ v)
+    np.testing.assert_allclose(once + chosen.correction(M, C_q, C_q @ once), once, atol=1e-8)
+
+
+def test_gpopm_does_not_depend_on_the_unit_of_length_but_gopm_does():
+    """Millimetres instead of metres: the physical correction is the same motion, the geometrical one is not."""
+    scene = random_chain(6, ["revolute", "spherical"])
+    changes = {}
+    for unit in (1.0, 1000.0):
+        scaled = dataclasses.replace(
+            scene,
+            bodies=tuple(
+                dataclasses.replace(
+                    body,
+                    position=tuple(unit * x for x in body.position),
+                    inertia=tuple(tuple(unit**2 * x for x in row) for row in body.inertia),
+                )
+                for body in scene.bodies
+            ),
+            joints=tuple(
+                dataclasses.replace(
+                    joint,
+                    points=dataclasses.replace(
+                        joint.points,
+                        first=tuple(unit * x for x in joint.points.first),
+                        second=tuple(unit * x for x in joint.points.second),
+                    ),
+                )
+                for joint in scene.joints
+            ),
+        )
+        system = compile_system(scaled)
+        rng = np.random.default_rng(3)
+        q = np.hstack(
+            [
+                np.array([body.position for body in scaled.bodies]),
+                np.array([body.orientation for body in scaled.bodies]),
+            ]
+        )
+        pose = pose_of(q.ravel())
+        violation = rng.normal(size=system.constraints)
+        violation[system.bodies :][system.joints.is_length] *= unit
+        for name in ("gopm", "gpopm"):
+            change = method(name).correction(mass_matrix(system, pose), jacobian(system, pose), violation)
+            rows = change.reshape(-1, 7)
+            rows[:, :3] /= unit
+            changes[name, unit] = rows
+    size = np.abs(changes["gpopm", 1.0]).max()
+    np.testing.assert_allclose(changes["gpopm", 1000.0], changes["gpopm", 1.0], atol=1e-8 * size)
+    assert np.abs(changes["gopm", 1000.0] - changes["gopm", 1.0]).max() > 1e-2 * size
+
+
+@pytest.mark.parametrize("name", sorted(set(PROJECTIONS) - {"baumgarte"}))
+def test_accelerations_are_not_touched(name):
+    chosen = method(name)
+    rhs = np.array([1.0, 2.0])
+    np.testing.assert_array_equal(chosen.stabilised(rhs, rhs, rhs), rhs)
+    assert isinstance(chosen, Projection) == PROJECTIONS[name].corrects
+
+
+def test_baumgarte_adds_its_terms_to_gamma():
+    """C'' = C_q q'' - γ, so that C'' + 2αC' + β²C = 0 is γ - 2αC' - β²C."""
+    gamma, C, C_dot = np.array([1.0]), np.array([0.01]), np.array([0.1])
+    assert method("baumgarte", gains=(25.0, 10.0)).stabilised(gamma, C, C_dot)[0] == pytest.approx(1 - 5 - 1)

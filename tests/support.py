@@ -1,0 +1,92 @@
+"""What several tests need: random mechanisms from the joint table, a recorder in memory, the shipped mechanisms."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from mbproj.joints import JOINTS
+from mbproj.scene.records import Body, Joint, Marker, Pair, Scene, Settings
+
+ROOT = Path(__file__).parents[1]
+DATA = Path(__file__).parent / "data"
+MECHANISMS = sorted((ROOT / "mechanisms").glob("*.yaml"))
+
+
+def vector(rng: np.random.Generator, scale: float = 1.0) -> tuple[float, float, float]:
+    x, y, z = scale * rng.normal(size=3)
+    return float(x), float(y), float(z)
+
+
+def unit(vector: np.ndarray) -> np.ndarray:
+    return vector / np.linalg.norm(vector)
+
+
+def random_body(rng: np.random.Generator, name: str) -> Body:
+    """A body of random pose and motion; its moments obey the triangle inequality."""
+    a, b, c = rng.uniform(0.1, 1.0, size=3)
+    turn = np.linalg.qr(rng.normal(size=(3, 3)))[0]
+    inertia = turn @ np.diag([b + c, a + c, a + b]) @ turn.T
+    inertia = 0.5 * (inertia + inertia.T)
+    orientation = tuple(float(x) for x in unit(rng.normal(size=4)))
+    return Body(
+        name,
+        mass=float(rng.uniform(0.5, 2.0)),
+        inertia=tuple(tuple(float(x) for x in row) for row in inertia),
+        position=vector(rng),
+        orientation=orientation,
+        velocity=vector(rng),
+        angular_velocity=vector(rng),
+    )
+
+
+def random_joint(rng: np.random.Generator, name: str, kind: str, bodies: tuple[str, str]) -> Joint:
+    """A joint of this type, closed at the scene's pose."""
+    point, first = vector(rng), unit(rng.normal(size=3))
+    second = unit(np.cross(first, rng.normal(size=3))) if JOINTS[kind].frame == "axes" else first
+    axes = None
+    if JOINTS[kind].frame != "point":
+        axes = Pair(tuple(float(x) for x in first), tuple(float(x) for x in second))
+    return Joint(name, kind, bodies, Pair(point, point), axes)
+
+
+def scene_of(bodies: list[Body], joints: list[Joint], markers: list[Marker] | None = None, **changes: Any) -> Scene:
+    """A scene without a file."""
+    defaults: dict[str, Any] = {
+        "title": "",
+        "gravity": (0.3, -0.2, -9.8),
+        "parameters": {},
+        "settings": Settings(duration=0.1, step=0.01),
+        "text": "",
+        "path": None,
+        "overrides": {},
+        "places": {},
+    }
+    return Scene(bodies=tuple(bodies), joints=tuple(joints), markers=tuple(markers or []), **(defaults | changes))
+
+
+def random_chain(seed: int, kinds: list[str]) -> Scene:
+    """A chain from the ground with these joints, closed at its pose, moving at random."""
+    rng = np.random.default_rng(seed)
+    bodies = [random_body(rng, f"body{number}") for number in range(len(kinds))]
+    names = ["ground", *(body.name for body in bodies)]
+    joints = [
+        random_joint(rng, f"J{number}", kind, (names[number], names[number + 1])) for number, kind in enumerate(kinds)
+    ]
+    return scene_of(bodies, joints, [Marker("end", bodies[-1].name, vector(rng))])
+
+
+class Recorder:
+    """Keeps the blocks of a run in memory."""
+
+    def __init__(self) -> None:
+        self.blocks: list[Mapping[str, np.ndarray]] = []
+
+    def write(self, block: Mapping[str, np.ndarray]) -> None:
+        self.blocks.append(block)
+
+    def __getitem__(self, path: str) -> np.ndarray:
+        return np.concatenate([block[path] for block in self.blocks])
