@@ -91,4 +91,5 @@ def placed_at(place: Place | None) -> Iterator[None]:
     try:
         yield
     except InputError as error:
-        raise InputError([problem if problem.place else replace(problem, place=place) for problem in error.problems]) from error
+        placed = [problem if problem.place else replace(problem, place=place) for problem in error.problems]
+        raise InputError(placed) from error

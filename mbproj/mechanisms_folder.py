@@ -12,3 +12,8 @@ def mechanisms() -> list[Path]:
         if folder.is_dir():
             return sorted(folder.glob("*.yaml"))
     raise FileNotFoundError("the example mechanisms are not installed")
+
+
+def mechanism(name: str) -> Path:
+    """The example scene of this name, without its ending."""
+    return next(path for path in mechanisms() if path.stem == name)

@@ -41,7 +41,8 @@ def scene_options(command: Command) -> Command:
     """Adds the argument SCENE and all of these options to a command; `overrides` collects them."""
     for option, metavar, text in reversed(_OPTIONS):
         command = click.option(option, metavar=metavar, help=text)(command)
-    command = click.option("--set", "settings", multiple=True, metavar="NAME=VALUE", help="Changes a parameter.")(command)
+    change = click.option("--set", "settings", multiple=True, metavar="NAME=VALUE", help="Changes a parameter.")
+    command = change(command)
     return click.argument("scene", type=click.Path())(command)
 
 

@@ -66,8 +66,8 @@ def warnings(report: Report) -> list[str]:
     found = []
     if report.energy_drift_relative > SUSPICIOUS_DRIFT:
         found.append(
-            f"the energy drifted by {100 * report.energy_drift_relative:.2g} %: the joints may be closed and the motion "
-            "still wrong; compare with a smaller --step, or with --integrator dop853 --tolerance 1e-10"
+            f"the energy drifted by {100 * report.energy_drift_relative:.2g} %: the joints may be closed and the "
+            "motion still wrong; compare with a smaller --step, or with --integrator dop853 --tolerance 1e-10"
         )
     if report.counters["projection_failures"]:
         found.append(

@@ -79,14 +79,14 @@ def _close(system: System, q: Array, start: Conditions) -> Array:
 def _damped_solution(rows: Array, wanted: Array, damping: float) -> Array:
     """x that minimises |rows x - wanted|² + damping |x|²; the shortest one without damping."""
     if damping == 0.0:
-        return np.linalg.lstsq(rows, wanted, rcond=1e-12)[0]
+        return np.asarray(np.linalg.lstsq(rows, wanted, rcond=1e-12)[0], dtype=float)
     return rows.T @ np.linalg.solve(rows @ rows.T + damping * np.eye(len(rows)), wanted)
 
 
 def _residual(system: System, q: Array, start: Conditions) -> Array:
     """Joint and start rows, lengths in units of the system's length, (m + c,)."""
     pose = pose_of(q)
-    rows = constraint(system, pose)[system.bodies :] / np.where(system.joints.is_length, system.length, 1.0)
+    rows = (constraint(system, pose) / system.row_scale)[system.bodies :]
     excess = coordinate_values(system, pose)[start.index] - start.value
     angle = is_angle(system)[start.index].astype(bool)
     excess = np.where(angle, np.arctan2(np.sin(excess), np.cos(excess)), excess / system.length)
@@ -94,7 +94,7 @@ def _residual(system: System, q: Array, start: Conditions) -> Array:
 
 
 def _rows(system: System, pose: Pose, start: Conditions) -> Array:
-    joints = jacobian(system, pose)[system.bodies :] / np.where(system.joints.is_length, system.length, 1.0)[:, None]
+    joints = (jacobian(system, pose) / system.row_scale[:, None])[system.bodies :]
     wanted = set_jacobian(system.coordinates, pose)[start.index]
     wanted = wanted / np.where(is_angle(system)[start.index], 1.0, system.length)[:, None]
     rows = np.concatenate([joints, wanted]).reshape(-1, system.bodies, 7)

@@ -17,9 +17,11 @@ from mbproj.integrate.runge_kutta import Step, continuous_extension, error_estim
 from mbproj.integrate.step_size import Controller, error_norm, first_step
 from mbproj.integrate.tableau import Tableau, load_tableau
 from mbproj.integrate.tally import Tally
+from mbproj.model.system import System
+from mbproj.projection import Projected
 
-#: A position violation (m or rad) that no run goes on with after its projection has failed.
-OPEN = 1e-6
+#: Violations, in rad or in units of the system's length, that no run goes on with: after a failed projection, and ever.
+OPEN, LOST = 1e-6, 1.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -128,19 +130,25 @@ def _accept(formulation: FullFormulation, tally: Tally, before: Point, t: float,
     tally.evaluations += 1
     projected = formulation.project(tally.steps, t, y)
     tally.count_projection(projected)
-    point = _point(formulation, before, t, np.concatenate([projected.q, projected.v]))
     position, velocity = formulation.violations(projected.q, projected.v)
+    limit = OPEN if projected.failures else LOST
+    if not np.all(position <= limit * formulation.system.row_scale):
+        raise _open(formulation.system, t, position, projected)
     tally.watch(position, velocity, t)
-    if projected.failures and not position.max(initial=0.0) <= OPEN:
-        row = int(np.argmax(position))
-        raise SimulationError(
-            t,
-            f"the projection did not close the joints: {position[row]:.3g} left after "
-            f"{projected.position_iterations} iterations",
-            where=formulation.system.row_owner(row),
-            hint="try a smaller step, another method (gopm), or more iterations",
-        )
-    return point
+    return _point(formulation, before, t, np.concatenate([projected.q, projected.v]))
+
+
+def _open(system: System, t: float, position: Array, projected: Projected) -> SimulationError:
+    """The joints are open and will not close again."""
+    row = int(np.argmax(position / system.row_scale))
+    if projected.failures:
+        passes = projected.position_iterations
+        cause = f"the projection did not close it: {position[row]:.3g} is left after {passes} passes"
+        hint = "try a smaller step, another projection method, or more iterations"
+    else:
+        cause = f"it has drifted open by {position[row]:.3g} (m, rad), and what follows would mean nothing"
+        hint = "use a projection method, gpopm for example, or a smaller step"
+    return SimulationError(t, cause, where=system.row_owner(row), hint=hint)
 
 
 def _first(formulation: FullFormulation, state: State, tally: Tally) -> Point:
@@ -158,10 +166,10 @@ def _point(formulation: FullFormulation, before: Point, t: float, y: Array) -> P
     """The point at y. Turns are counted from `before`; the rates at both ends predict the change of an angle, so that
     more than half a turn in a step is counted right."""
     q, v = np.split(y, 2)
+    formulation.check_regular(t, q)
     coordinate, speed = formulation.coordinates(q, v)
     expected = before.coordinate + 0.5 * (t - before.t) * (before.speed + speed)
     moved = np.round((expected - coordinate) / (2.0 * np.pi)).astype(np.intp) * is_angle(formulation.system)
-    formulation.check_regular(t, q)
     acceleration, multipliers = formulation.accelerations(t, q, v)
     return Point(t, y, acceleration, multipliers, coordinate, speed, before.turns + moved)
 

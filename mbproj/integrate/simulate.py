@@ -45,8 +45,9 @@ def simulate(
 ) -> Report:
     """Integrates from `state` over `settings.duration`, and reports.
 
-    Raises InputError where the settings do not fit the system or its equations have no unique solution, SimulationError where the run cannot go on, and
-    KeyboardInterrupt after SIGINT or SIGTERM; the last two after everything computed so far was recorded.
+    Raises InputError where the settings do not fit the system or its equations have no unique solution, SimulationError
+    where the run cannot go on, and KeyboardInterrupt after SIGINT or SIGTERM; the last two after everything computed so
+    far was recorded.
     """
     formulation = FullFormulation.of(system, state, settings)
     ranks = mobility(system, pose_of(state.q))

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+import numpy as np
+
 from mbproj.arrays import Array, Integers
 from mbproj.errors import Place
 from mbproj.model.primitive_set import PrimitiveSet
@@ -67,6 +69,11 @@ class System:
     def constraints(self) -> int:
         """The number of rows of C: one norm row a body, then the joints' rows (Eq. 3)."""
         return self.bodies + self.joints.size
+
+    @property
+    def row_scale(self) -> Array:
+        """What a row of C is measured against, (m,): `length` for rows in metres, 1 for the others."""
+        return np.concatenate([np.ones(self.bodies), np.where(self.joints.is_length, self.length, 1.0)])
 
     def row_owner(self, row: int) -> str:
         """Whose row of C this is, for messages: "joint 'A'", or "Euler parameters of 'rod'"."""

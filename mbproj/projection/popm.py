@@ -25,8 +25,8 @@ class Popm(Projection):
         if eigenvalues[0] > len(M) * np.finfo(float).eps * eigenvalues[-1]:
             return None
         return (
-            "'popm' needs a positive definite mass matrix, and with Euler parameters M is singular (Eq. 12); use 'gpopm': "
-            "it makes the physical correction for singular M, and equals 'popm' where M is definite (Eq. 75)"
+            "'popm' needs a positive definite mass matrix, and with Euler parameters M is singular (Eq. 12); "
+            "use 'gpopm': it makes the physical correction for singular M, and equals 'popm' where M is definite (Eq. 75)"
         )
 
 

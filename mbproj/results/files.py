@@ -39,9 +39,13 @@ def is_ours(path: Path) -> bool:
         return False
 
 
-def check_output(path: Path) -> None:
-    """Raise InputError where a run could not write its results to `path` or must not replace what is there."""
+def check_output(path: Path) -> Path:
+    """Where results for `path` are written: `path`, or what it is a link to.
+
+    Raises InputError where a run could not write there or must not replace what is there.
+    """
     try:
+        path = path.resolve() if path.is_symlink() else path
         _check_directory(path)
         for existing in (path, part_path(path)):
             _check_replaceable(existing)
@@ -49,6 +53,7 @@ def check_output(path: Path) -> None:
         raise cannot_write(path, error) from error
     if is_locked(part_path(path)):
         raise InputError(Problem(f"another run is writing '{part_path(path)}'", hint=f"wait for it, or {ELSEWHERE}"))
+    return path
 
 
 def _check_directory(path: Path) -> None:
@@ -65,5 +70,5 @@ def _check_directory(path: Path) -> None:
 def _check_replaceable(path: Path) -> None:
     if path.is_dir():
         raise is_directory(path)
-    if (path.exists() or path.is_symlink()) and not is_ours(path):
+    if path.exists() and not is_ours(path):
         raise not_replaced(path)

@@ -6,6 +6,7 @@ POSIX record locks, because HDF5 locks with flock and would refuse its own reade
 from __future__ import annotations
 
 import os
+from contextlib import suppress
 from pathlib import Path
 
 try:
@@ -14,17 +15,11 @@ except ImportError:  # Windows, where a file that is open cannot be replaced any
     fcntl = None  # type: ignore[assignment]
 
 
-def take_lock(path: Path) -> int | None:
-    """Lock the file for this process; the descriptor to close at the end, None where locks are not to be had."""
-    if fcntl is None:
-        return None
-    descriptor = os.open(path, os.O_RDWR)
-    try:
-        fcntl.lockf(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
-    except OSError:
-        os.close(descriptor)
-        return None
-    return descriptor
+def lock(descriptor: int) -> None:
+    """Lock the open file for this process, where locks are to be had, until any of its descriptors is closed."""
+    if fcntl is not None:
+        with suppress(OSError):
+            fcntl.lockf(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
 
 
 def is_locked(path: Path) -> bool:

@@ -7,12 +7,12 @@ import platform
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict
 from datetime import datetime
-from importlib.metadata import PackageNotFoundError, version
 from typing import Any
 
 import h5py
 import numpy as np
 
+from mbproj import __version__
 from mbproj.results.layout import FORMAT, SCHEMA_VERSION
 from mbproj.scene.records import ProjectionSettings, Scene, Settings
 
@@ -28,17 +28,10 @@ def root_attributes() -> dict[str, Attribute]:
         "status": "running",
         "date": datetime.now().astimezone().isoformat(timespec="seconds"),
         "host": platform.node(),
-        "mbproj_version": _version("mbproj"),
+        "mbproj_version": __version__,
         "numpy_version": np.__version__,
         "h5py_version": h5py.__version__,
     }
-
-
-def _version(distribution: str) -> str:
-    try:
-        return version(distribution)
-    except PackageNotFoundError:
-        return "not installed"
 
 
 def create_text(group: h5py.Group, path: str, texts: str | Sequence[str], description: str) -> None:

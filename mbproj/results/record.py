@@ -16,13 +16,16 @@ import numpy.typing as npt
 from mbproj.arrays import Array, Integers
 from mbproj.results.faults import damaged, no_such_name
 from mbproj.results.files import DAMAGE
-from mbproj.results.layout import DATASETS, NAMES, Dataset
+from mbproj.results.layout import DATASETS, NAMES, Dataset, trailing
 from mbproj.results.members import Body, Coordinate, Joint, Marker
 from mbproj.results.provenance import settings_from
 from mbproj.scene.records import Settings, Vector
 from mbproj.scene.suggestions import choose_from
 
 BY_PATH: Mapping[str, Dataset] = MappingProxyType({dataset.path: dataset for dataset in DATASETS})
+
+#: Part of the last time by which a sample may miss a window, because 70 × 0.01 is more than 0.7.
+SAME_TIME = 1e-9
 
 
 @dataclass(frozen=True)
@@ -87,6 +90,11 @@ class Results:
         values.flags.writeable = False
         return values
 
+    def shape(self, path: str) -> tuple[int, ...]:
+        """The shape of a dataset's array, without reading it."""
+        sizes = {NAMES[kind].symbol: len(self.names(kind)) for kind in NAMES}
+        return (len(self.time), *trailing(BY_PATH[path], sizes))
+
     @property
     def time(self) -> Array:
         """(T), in s."""
@@ -141,8 +149,9 @@ class Results:
             columns["nj"] = self._positions("nj", [self._find("joints", name) for name in joints])
             of_joints = [i for i, name in enumerate(self.names("coordinates")) if name.rpartition(".")[0] in joints]
             columns["nc"] = self._positions("nc", of_joints)
-        first = self._view.samples.start
-        low, high = np.searchsorted(self.time, start, "left"), np.searchsorted(self.time, stop, "right")
+        first, time = self._view.samples.start, self.time
+        slack = SAME_TIME * float(np.max(np.abs(time), initial=0.0))
+        low, high = np.searchsorted(time, start - slack, "left"), np.searchsorted(time, stop + slack, "right")
         view = View(slice(first + int(low), first + max(int(low), int(high))), columns)
         return Results(self._file, self.path, self.attributes, self._all_names, view)
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import errno
 import os
-from pathlib import Path
 
 import h5py
 
@@ -28,15 +27,12 @@ def room_for(file: h5py.File, samples: int) -> int:
     return int(file.id.get_filesize()) + growth + MARGIN
 
 
-def reserve(path: Path, size: int) -> None:
+def reserve(descriptor: int, size: int) -> None:
     """Make the file at least `size` bytes long, on the disk. Raises OSError where there is no room for that."""
-    if not hasattr(os, "posix_fallocate") or path.stat().st_size >= size:
+    if not hasattr(os, "posix_fallocate") or os.fstat(descriptor).st_size >= size:
         return
-    descriptor = os.open(path, os.O_RDWR)
     try:
         os.posix_fallocate(descriptor, 0, size)
     except OSError as error:
         if error.errno in FULL:
             raise
-    finally:
-        os.close(descriptor)

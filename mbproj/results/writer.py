@@ -8,7 +8,8 @@ from __future__ import annotations
 
 import os
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 from types import TracebackType
 from typing import Any, TypeAlias, final
@@ -21,8 +22,9 @@ from mbproj.errors import MbprojError
 from mbproj.results.faults import OutputError, cannot_write
 from mbproj.results.files import check_output, part_path
 from mbproj.results.layout import DATASETS, NAMES, Dataset, trailing
-from mbproj.results.lock import take_lock
+from mbproj.results.lock import lock
 from mbproj.results.provenance import Attribute, create_text, root_attributes, write_scene
+from mbproj.results.reserve import MARGIN, reserve, room_for
 from mbproj.scene.records import Scene
 
 #: Names by kind: "bodies", "markers", "joints", "coordinates" ("A.angle"), "coordinate_units" ("rad" | "m").
@@ -49,10 +51,8 @@ class ResultsWriter:
     """
 
     def __init__(self, path: Path | str, scene: Scene, names: Names) -> None:
-        given = Path(path)
-        self.path = given.resolve() if given.is_symlink() else given
+        self.path = check_output(Path(path))
         self.part = part_path(self.path)
-        check_output(self.path)
         self._scene = scene
         self._names = {kind: list(names[kind]) for kind in NAMES}
         self._sizes = {entry.symbol: len(self._names[kind]) for kind, entry in NAMES.items()}
@@ -60,13 +60,24 @@ class ResultsWriter:
         self._pending: list[dict[str, npt.NDArray[Any]]] = []
         self._pending_bytes = 0
         self._samples = 0
+        self._last_time = 0.0
+        self._broken = self._finished = False
 
     def __enter__(self) -> ResultsWriter:
         try:
-            self._file = self._create()
+            # A new file, not the old one emptied: whoever reads a part that a kill left keeps what they read.
+            self.part.unlink(missing_ok=True)
+            self._descriptor = os.open(self.part, os.O_RDWR | os.O_CREAT | os.O_EXCL, 0o666)
         except OSError as error:
             raise cannot_write(self.path, error) from error
-        self._lock = take_lock(self.part)
+        try:
+            reserve(self._descriptor, MARGIN)
+            self._file = self._create()
+        except OSError as error:
+            os.close(self._descriptor)
+            self.part.unlink(missing_ok=True)
+            raise cannot_write(self.path, error) from error
+        lock(self._descriptor)
         self._flushed = time.monotonic()
         return self
 
@@ -79,6 +90,8 @@ class ResultsWriter:
         if unknown:
             raise ValueError(f"the layout has no '{min(unknown)}'")
         samples = len(block["time"])
+        if not samples:
+            return
         columns = {dataset.path: self._column(dataset, block, samples) for dataset in DATASETS}
         self._pending.append(columns)
         self._pending_bytes += sum(values.nbytes for values in columns.values())
@@ -93,17 +106,18 @@ class ResultsWriter:
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
         try:
-            if isinstance(error, OutputError):
-                return
-            self._flush()
-            self._finish(_status(error))
+            if not isinstance(error, OutputError):
+                self._flush()
+            if not self._broken:
+                self._finish(_status(error))
+        except OutputError as late:
+            if not self._broken:
+                self._finish(_status(late))
+            raise
         finally:
             self._close()
-        self._rename()
 
     def _create(self) -> h5py.File:
-        # A new file, not the old one emptied: whoever reads a part that a kill left keeps what they read.
-        self.part.unlink(missing_ok=True)
         # The format of HDF5 1.10: the first that SWMR can use, so that older readers can open the results.
         file = h5py.File(self.part, "w", libver=("v110", "v110"))
         file.attrs.update(root_attributes())
@@ -132,6 +146,11 @@ class ResultsWriter:
             return
         total = self._samples + sum(len(columns["time"]) for columns in self._pending)
         try:
+            reserve(self._descriptor, room_for(self._file, total))
+        except OSError as error:
+            what = f"no room for results after t = {self._last_time:.6g} s in '{self.path}': {error.strerror}"
+            raise OutputError(f"{what}; make room and run again, what was written before is kept") from error
+        with self._breaking():
             for dataset in WRITING_ORDER:
                 if dataset is DATASETS[0]:
                     self._file.flush()
@@ -139,38 +158,37 @@ class ResultsWriter:
                 target.resize(total, axis=0)
                 target[self._samples : total] = np.concatenate([columns[dataset.path] for columns in self._pending])
             self._file.flush()
-        except (OSError, RuntimeError) as error:
-            raise self._failed(error) from error
+        self._last_time = float(self._pending[-1]["time"][-1])
         self._samples, self._pending, self._pending_bytes = total, [], 0
 
     def _finish(self, status: str) -> None:
-        values = {name: value for name, value in self._summary.items() if value is not None}
-        try:
-            self._file.attrs.update(values)
+        with self._breaking():
+            self._file.attrs.update({name: value for name, value in self._summary.items() if value is not None})
             self._file.attrs["status"] = status
             self._file.flush()
-        except (OSError, RuntimeError) as error:
-            raise self._failed(error) from error
+        self._finished = True
 
     def _close(self) -> None:
+        """Close the file and, if it is whole, rename it over OUT."""
         try:
-            self._file.close()
-        except (OSError, RuntimeError) as error:
-            raise self._failed(error) from error
+            with self._breaking():
+                self._file.close()
         finally:
-            if self._lock is not None:
-                os.close(self._lock)
+            os.close(self._descriptor)
+        if self._finished:
+            with self._breaking():
+                self.part.replace(self.path)
 
-    def _rename(self) -> None:
+    @contextmanager
+    def _breaking(self) -> Iterator[None]:
+        """What fails here fails for good: HDF5 cannot go on with the file, which stays OUT.part."""
         try:
-            self.part.replace(self.path)
-        except OSError as error:
-            raise self._failed(error) from error
-
-    def _failed(self, error: Exception) -> OutputError:
-        number = getattr(error, "errno", None)
-        cause = os.strerror(number) if number else str(error)
-        return OutputError(f"error: cannot write '{self.part}': {cause}; what was flushed before is still in it")
+            yield
+        except (OSError, RuntimeError) as error:
+            self._broken = True
+            cause = os.strerror(error.errno) if isinstance(error, OSError) and error.errno else str(error)
+            message = f"cannot write '{self.part}': {cause}; what was written before is still in it"
+            raise OutputError(message) from error
 
 
 def _status(error: BaseException | None) -> str:

@@ -14,7 +14,7 @@ def did_you_mean(word: str, names: Iterable[str]) -> str | None:
     by_folded = {name.casefold(): name for name in names}
     if len(by_folded) > MAX_NAMES or len(word) > 200:
         return None
-    close = difflib.get_close_matches(word.casefold(), by_folded, n=1, cutoff=0.6)
+    close = difflib.get_close_matches(word.casefold(), by_folded, n=1, cutoff=0.7)
     return f"did you mean '{by_folded[close[0]]}'?" if close else None
 
 

@@ -28,6 +28,7 @@ EXPLANATIONS = (
     Explanation(re.compile("flow mapping: "), "this mapping is not closed, or a comma is missing in it", None, True),
     Explanation(re.compile("mapping values are not allowed"), "unexpected ':'",
                 "indent the keys of one mapping alike, and quote a text that contains ': '"),
+    Explanation(re.compile("plain scalar: found unexpected ':'"), "unexpected ':'", "put a space after the ':'"),
     Explanation(re.compile("simple key: "), "':' is missing after this key", None, True),
     Explanation(re.compile("block (mapping|collection): "), "unexpected here",
                 "indent the entries of one mapping or list alike"),

@@ -60,7 +60,7 @@ UNITS: Mapping[str, Unit] = MappingProxyType(
         "deg": Unit(ANGLE, math.pi, 180.0),
         "rad/s": Unit(ANGULAR_VELOCITY),
         "deg/s": Unit(ANGULAR_VELOCITY, math.pi, 180.0),
-        "rpm": Unit(ANGULAR_VELOCITY, math.pi, 30.0),
+        "rpm": Unit(ANGULAR_VELOCITY, 2 * math.pi, 60.0),
         "m/s": Unit(VELOCITY),
         "mm/s": Unit(VELOCITY, divide=1000.0),
         "cm/s": Unit(VELOCITY, divide=100.0),

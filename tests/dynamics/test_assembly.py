@@ -32,7 +32,8 @@ def link(name: str, x: float, z: float = 0.0, turn: float = 0.0) -> Body:
 
 def pin(name: str, bodies: tuple[str, str], first: float, second: float, **conditions) -> Joint:
     """A pin along y, by its place along each body's x axis."""
-    return Joint(name, "revolute", bodies, Pair((first, 0.0, 0.0), (second, 0.0, 0.0), local=True), Y_AXIS, **conditions)
+    points = Pair((first, 0.0, 0.0), (second, 0.0, 0.0), local=True)
+    return Joint(name, "revolute", bodies, points, Y_AXIS, **conditions)
 
 
 def triangle(base: float, guess: float = 0.0):

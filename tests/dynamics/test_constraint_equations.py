@@ -109,6 +109,6 @@ def _moved(q):
     turn = np.array([[half, 0, 0, -half], [0, half, -half, 0], [0, half, half, 0], [half, 0, 0, half]])
     rows = q.reshape(-1, 7).copy()
     x, y, z = rows[:, :3].T
-    rows[:, :3] = np.stack([-y, x, z], axis=1) + [1.0, 2.0, 3.0]
+    rows[:, :3] = np.stack([-y + 1.0, x + 2.0, z + 3.0], axis=1)
     rows[:, 3:] = rows[:, 3:] @ turn.T
     return rows.ravel()

@@ -64,7 +64,7 @@ def test_euler(run):
 
 
 def test_joints_without_friction_take_no_torque_about_what_they_leave_free(run):
-    scene, system, record = run
+    scene, _, record = run
     torque = record["joints/reaction_torque"]
     size = np.abs(torque).max()
     rotation = rotation_matrix(record["bodies/orientation"])

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from mbproj.model.euler_parameters import matrix_E, matrix_L, rotation_matrix
 
 NUMBERS = st.floats(-2.0, 2.0, allow_subnormal=False)
-QUATERNIONS = st.tuples(NUMBERS, NUMBERS, NUMBERS, NUMBERS).filter(lambda q: 0.01 < sum(x * x for x in q)).map(np.array)
+QUATERNIONS = st.tuples(NUMBERS, NUMBERS, NUMBERS, NUMBERS).filter(lambda q: sum(x * x for x in q) > 0.01).map(np.array)
 
 
 @given(QUATERNIONS)

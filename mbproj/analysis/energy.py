@@ -1,0 +1,30 @@
+"""How far the energy is from what it should be."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from mbproj.arrays import Array
+
+
+@dataclass(frozen=True)
+class EnergyDrift:
+    """max |E(t) - E(0) - W + D| in J, and the same over the energy that the run exchanged."""
+
+    absolute: float
+    relative: float
+
+
+def energy_drift(balance: Array, kinetic: Array, potential: Array) -> EnergyDrift:
+    """The drift of a run from its series (T) in J, T >= 1.
+
+    The relative drift is over the largest kinetic energy plus the range of the potential energy: E(0) may be zero.
+    Where nothing moved it is 0 without drift and infinite with it; NaN in any series gives NaN.
+    """
+    absolute = float(np.max(np.abs(balance)))
+    exchanged = float(np.max(kinetic) + np.ptp(potential))
+    if exchanged == 0.0:
+        return EnergyDrift(absolute, 0.0 if absolute == 0.0 else float("inf"))
+    return EnergyDrift(absolute, absolute / exchanged)

@@ -1,0 +1,61 @@
+"""A run in a few numbers."""
+
+from __future__ import annotations
+
+from dataclasses import asdict
+from typing import Any
+
+from mbproj.analysis.energy import energy_drift
+from mbproj.analysis.violations import Peak, peak, worst
+from mbproj.results import Results
+from mbproj.results.layout import COUNTERS
+
+
+def summary(results: Results) -> dict[str, Any]:
+    """What a run did, by name: state, sizes, counters, violations with time and joint, energy drift.
+
+    Values are numbers, strings, lists, dictionaries of those, or None where there is nothing to say (no samples, no
+    joints). The names of numbers are those of `mbproj run --json`.
+    """
+    return {
+        "title": results.title,
+        "file": str(results.path),
+        "status": results.status,
+        "partial": results.partial,
+        "bodies": len(results.names("bodies")),
+        "joints": len(results.names("joints")),
+        "markers": len(results.names("markers")),
+        "coordinates": len(results.names("coordinates")),
+        "samples": len(results.time),
+        **(_of_samples(results) if len(results.time) else {}),
+    }
+
+
+def _of_samples(results: Results) -> dict[str, Any]:
+    time = results.time
+    position, velocity = (
+        peak(time, results[f"diagnostics/{kind}_violation"], kind) for kind in ("position", "velocity")
+    )
+    joints = results.names("joints")
+    lengths, angles = (worst(time, results[f"joints/violation_{kind}"], joints) for kind in ("length", "angle"))
+    worst_joint = worst(time, results["joints/violation"], joints)
+    energies = (results[f"diagnostics/{name}"] for name in ("energy_balance", "kinetic_energy", "potential_energy"))
+    drift = energy_drift(*energies)
+    return {
+        "start": float(time[0]),
+        "end": float(time[-1]),
+        **{path.rpartition("/")[2]: int(results[path][-1]) for path in COUNTERS},
+        "position_violation_max": position.value,
+        "position_violation_time": position.time,
+        "velocity_violation_max": velocity.value,
+        "velocity_violation_time": velocity.time,
+        "worst_joint": worst_joint.name if worst_joint else None,
+        "worst_length": _plain(lengths),
+        "worst_angle": _plain(angles),
+        "energy_drift": drift.absolute,
+        "energy_drift_relative": drift.relative,
+    }
+
+
+def _plain(value: Peak | None) -> dict[str, Any] | None:
+    return None if value is None else asdict(value)

@@ -1,0 +1,33 @@
+"""Where the constraints are violated most."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from mbproj.arrays import Array
+
+
+@dataclass(frozen=True)
+class Peak:
+    """The largest value of a series, the time in s when it is first reached, and the name of its column."""
+
+    value: float
+    time: float
+    name: str
+
+
+def peak(time: Array, values: Array, name: str) -> Peak:
+    """The largest of `values` (T), T >= 1; a NaN counts as larger than any number."""
+    row = int(np.argmax(values))
+    return Peak(float(values[row]), float(time[row]), name)
+
+
+def worst(time: Array, values: Array, names: Sequence[str]) -> Peak | None:
+    """The largest of `values` (T, columns) with its column's name, T >= 1; None without columns."""
+    if not names:
+        return None
+    row, column = np.unravel_index(int(np.argmax(values)), values.shape)
+    return Peak(float(values[row, column]), float(time[row]), names[int(column)])

@@ -1,0 +1,132 @@
+"""`mbproj info`: what a results file holds."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+if TYPE_CHECKING:
+    from mbproj.results import Results
+
+#: Attributes that the text shows in its own words; so it does those that are computed from the samples too.
+SHOWN_ELSEWHERE = ("format", "date", "host")
+
+
+@click.command("info")
+@click.argument("results", type=click.Path(path_type=Path))
+@click.option("--json", "as_json", is_flag=True, help="Print one JSON object instead of text.")
+def command(results: Path, as_json: bool) -> None:
+    """Show what RESULTS holds: settings, sizes, violations, energy drift, timings, datasets with shapes and units."""
+    from mbproj.results import open_results
+
+    with open_results(results) as opened:
+        click.echo(_json(opened) if as_json else "\n".join(_lines(opened)))
+
+
+def _contents(results: Results) -> dict[str, Any]:
+    from dataclasses import asdict
+
+    from mbproj.analysis import summary
+    from mbproj.results import DATASETS
+
+    return {
+        **summary(results),
+        "scene": None if results.scene_path is None else str(results.scene_path),
+        "gravity": list(results.gravity),
+        "settings": asdict(results.settings),
+        "overrides": results.overrides,
+        "attributes": dict(results.attributes),
+        "names": {kind: list(results.names(kind)) for kind in ("bodies", "markers", "joints", "coordinates")},
+        "datasets": {
+            dataset.path: {"shape": list(results.shape(dataset.path)), "unit": dataset.unit} for dataset in DATASETS
+        },
+    }
+
+
+def _json(results: Results) -> str:
+    import json
+
+    return json.dumps(_finite(_contents(results)), indent=2, ensure_ascii=False)
+
+
+def _finite(value: Any) -> Any:
+    """`value` with None for what JSON cannot say: infinity and not a number."""
+    if isinstance(value, Mapping):
+        return {key: _finite(part) for key, part in value.items()}
+    if isinstance(value, list | tuple):
+        return [_finite(part) for part in value]
+    is_finite = not isinstance(value, float) or abs(value) < float("inf")
+    return value if is_finite else None
+
+
+def _lines(results: Results) -> Iterator[str]:
+    has = _contents(results)
+    partial = " (partial: the run was killed or still goes on)" if has["partial"] else ""
+    numbers = _numbers(has) if has["samples"] else {"samples": "none"}
+    yield from _table(
+        {
+            "title": has["title"],
+            "file": has["file"],
+            "status": has["status"] + partial,
+            "run": f"{has['attributes'].get('date', '')} on {has['attributes'].get('host', '')}",
+            "scene": has["scene"] or "(not from a file)",
+            "size": ", ".join(f"{kind} {has[kind]}" for kind in ("bodies", "joints", "coordinates", "markers")),
+            **numbers,
+        }
+    )
+    for title, values in (("settings", _settings(has)), ("attributes", _attributes(has)), ("datasets", _datasets(has))):
+        yield f"\n{title}"
+        yield from _table(values, "  ")
+
+
+def _numbers(has: Mapping[str, Any]) -> dict[str, str]:
+    counters = ("steps", "rejected_steps", "evaluations", "projections", "projection_failures")
+    position, velocity = (
+        f"{has[f'{kind}_violation_max']:.3g}{_at(has[f'{kind}_violation_time'])}" for kind in ("position", "velocity")
+    )
+    worst = {
+        f"largest joint {kind}": f"{peak['value']:.3g} {unit} in '{peak['name']}'{_at(peak['time'])}"
+        if peak["value"]
+        else f"0 {unit}"
+        for kind, unit in (("length", "m"), ("angle", "rad"))
+        if (peak := has[f"worst_{kind}"])
+    }
+    return {
+        "samples": f"{has['samples']}, t = {has['start']:.6g} s to {has['end']:.6g} s",
+        "work": ", ".join(f"{has[counter]} {counter.replace('_', ' ')}" for counter in counters),
+        "iterations": f"{has['projection_iterations']} position, {has['velocity_iterations']} velocity",
+        "largest |C|": position,
+        "largest |dC/dt|": velocity,
+        **worst,
+        "energy drift": f"{has['energy_drift']:.3g} J, relative {has['energy_drift_relative']:.3g}",
+    }
+
+
+def _at(time: float) -> str:
+    return f" at t = {time:.6g} s"
+
+
+def _settings(has: Mapping[str, Any]) -> dict[str, str]:
+    plain = {key: value for key, value in has["settings"].items() if key != "projection"}
+    projection = {f"projection.{key}": value for key, value in has["settings"]["projection"].items()}
+    changed = {f"--set {key}": value for key, value in has["overrides"].items()}
+    given = {key: value for key, value in {**plain, **projection, **changed}.items() if value is not None}
+    return {key: str(value) for key, value in given.items()}
+
+
+def _attributes(has: Mapping[str, Any]) -> dict[str, str]:
+    rest = {key: value for key, value in has["attributes"].items() if key not in SHOWN_ELSEWHERE and key not in has}
+    return {key: f"{value:.6g}" if isinstance(value, float) else str(value) for key, value in rest.items()}
+
+
+def _datasets(has: Mapping[str, Any]) -> dict[str, str]:
+    return {path: f"{tuple(entry['shape'])!s:<16} {entry['unit']}" for path, entry in has["datasets"].items()}
+
+
+def _table(values: Mapping[str, str], indent: str = "") -> Iterator[str]:
+    width = max(map(len, values), default=0)
+    for key, value in values.items():
+        yield f"{indent}{key:<{width}}  {value}"

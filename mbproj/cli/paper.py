@@ -1,0 +1,83 @@
+"""`mbproj paper`: the figures of Zhang, Liu & Liu (2015), with what the paper does not say about them."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from mbproj.errors import InputError, Problem
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from mbproj.studies.paper import Example
+
+#: By mechanism: the components of the marker that the paper plots, and the numbers of its four figures.
+FIGURES = {"five_bar": ("xz", (2, 3, 4, 5)), "spatial_slider_crank": ("x", (7, 8, 9, 10))}
+
+
+@click.command("paper")
+@click.option("--output", "-o", required=True, type=click.Path(), metavar="DIR", help="Where the figures go.")
+@click.option("--duration", default=10.0, show_default=True, type=click.FloatRange(min=0, min_open=True), help="In s.")
+@click.option("--format", "ending", default="png", show_default=True, type=click.Choice(["png", "svg", "pdf"]))
+def command(output: str, duration: float, ending: str) -> None:
+    """Draws Figs. 2-5 and 7-10 of the paper, with its settings (RK4, step 0.01 s, tolerance 1e-12; full formulation).
+
+    Takes about a minute. Says for each mechanism from when on the paper's step is not converged.
+    """
+    folder = Path(output)
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        problem = Problem(f"cannot make {folder}: {error.strerror}", hint="choose a folder you can write to")
+        raise InputError(problem) from error
+
+    from mbproj.plot.save import save
+    from mbproj.studies.paper import run_example
+
+    for name in FIGURES:
+        example = run_example(name, duration, lambda message: click.echo(message, err=True))
+        for number, figure in _figures(example).items():
+            click.echo(save(figure, folder / f"paper-fig{number:02d}.{ending}"))
+        for line in convergence(example):
+            click.echo(line)
+
+
+def _figures(example: Example) -> dict[int, Figure]:
+    """The example's four figures by the paper's numbers."""
+    from mbproj.plot import paper_figures
+
+    components, numbers = FIGURES[example.name]
+    shown, since = example.histories["GPOPM"], example.unconverged_from
+    series = example.histories.items()
+    drawn = (
+        paper_figures.position_history(shown.time, shown.position, components=components, unconverged_from=since),
+        paper_figures.velocity_history(shown.time, shown.velocity, components=components, unconverged_from=since),
+        paper_figures.position_errors(
+            {legend: (run.time, run.position_violation) for legend, run in series}, unconverged_from=since
+        ),
+        paper_figures.velocity_errors(
+            {legend: (run.time, run.velocity_violation) for legend, run in series}, unconverged_from=since
+        ),
+    )
+    return dict(zip(numbers, drawn, strict=True))
+
+
+def convergence(example: Example) -> list[str]:
+    """What the figures of the paper do not show: how wrong the motion is at its step, and which runs ended early."""
+    from mbproj.studies.paper import LIMIT
+
+    time, error = example.histories["GPOPM"].time, example.error
+    lines = [f"{example.title}, marker {example.marker}, RK4 + GPOPM at 0.01 s against DOP853 at 1e-11:"]
+    if example.unconverged_from is None:
+        lines.append(f"  converged to {1e3 * LIMIT:g} mm: the largest error is {error.max():.1e} m")
+    else:
+        since = f"t = {example.unconverged_from:.4g} s"
+        lines.append(f"  not converged from {since} on: the error exceeds {1e3 * LIMIT:g} mm")
+        for at in (1.0, 3.0, 5.0, 8.0, 10.0):
+            if at <= time[-1]:
+                lines.append(f"  error at {at:4g} s  {error[abs(time - at).argmin()]:.1e} m")
+    lines += [f"  {legend}: {run.failure}" for legend, run in example.histories.items() if run.failure]
+    return lines

@@ -1,0 +1,143 @@
+"""`mbproj plot`: pictures of results."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from mbproj.errors import InputError, Problem
+from mbproj.plot.kinds import KINDS
+from mbproj.scene.suggestions import choose_from
+
+if TYPE_CHECKING:
+    from mbproj.results import Results
+
+KINDS_HELP = "; ".join(f"{name}: {kind.summary}" for name, kind in KINDS.items())
+
+
+@click.command("plot")
+@click.argument("results", nargs=-1, required=True, type=click.Path(path_type=Path))
+@click.option("--kind", "kinds", multiple=True, metavar="KIND", help=f"Only this kind, repeatable. {KINDS_HELP}.")
+@click.option("-o", "--output", "directory", default=".", type=click.Path(path_type=Path), help="Directory (.).")
+@click.option("--format", "file_format", default="png", type=click.Choice(["png", "svg", "pdf"]), help="Format (png).")
+@click.option("--label", "labels", multiple=True, metavar="TEXT", help="Name in the legend, once for each RESULTS.")
+@click.option("--from", "start", type=float, metavar="T", help="Begin at this time in s.")
+@click.option("--to", "stop", type=float, metavar="T", help="End at this time in s.")
+@click.option("--marker", "markers", multiple=True, metavar="NAME", help="Only this marker, repeatable.")
+@click.option("--joint", "joints", multiple=True, metavar="NAME", help="Only this joint, repeatable.")
+def command(
+    results: tuple[Path, ...],
+    kinds: tuple[str, ...],
+    directory: Path,
+    file_format: str,
+    labels: tuple[str, ...],
+    start: float | None,
+    stop: float | None,
+    markers: tuple[str, ...],
+    joints: tuple[str, ...],
+) -> None:
+    """Draw RESULTS, several overlaid, and print the paths of the pictures: DIR/<first file>-<kind>.<format>.
+
+    All kinds that apply are drawn unless --kind names some.
+    """
+    from mbproj.plot.kinds import draw, why_not
+    from mbproj.plot.labels import derive_labels, stem
+    from mbproj.plot.save import save
+
+    _check(results, kinds, labels)
+    opened = [_open(path) for path in results]
+    names = list(labels) or derive_labels(opened)
+    first = stem(opened[0])
+    shown = _select(opened, start, stop, markers, joints)
+    drawn = _applicable(kinds, {kind: why_not(kind, shown) for kind in KINDS})
+    _make(directory)
+    for kind in drawn:
+        click.echo(save(draw(kind, shown, names), directory / f"{first}-{kind}.{file_format}"))
+
+
+def _check(results: Sequence[Path], kinds: Sequence[str], labels: Sequence[str]) -> None:
+    for kind in kinds:
+        if kind not in KINDS:
+            raise InputError(Problem(f"--kind: unknown kind '{kind}'", hint=choose_from(kind, KINDS)))
+    if labels and len(labels) != len(results):
+        message = f"--label: {len(labels)} for {len(results)} results"
+        raise InputError(Problem(message, hint="give one for each file, in their order, or none"))
+
+
+def _open(path: Path) -> Results:
+    from mbproj.results import open_results
+
+    opened = open_results(path)
+    if opened.partial:
+        click.echo(f"note: reading '{opened.path}', of a run that was killed or still goes on", err=True)
+    elif opened.status != "complete":
+        click.echo(f"note: '{opened.path}': {opened.status}", err=True)
+    return opened
+
+
+def _select(
+    opened: Sequence[Results],
+    start: float | None,
+    stop: float | None,
+    markers: Sequence[str],
+    joints: Sequence[str],
+) -> list[Results]:
+    """The window and the names asked for; a name must be in one of the results, and a sample in each."""
+    from math import inf
+
+    from mbproj.results.faults import no_such_name
+
+    low, high = -inf if start is None else start, inf if stop is None else stop
+    if not low <= high:
+        raise InputError(Problem(f"--from {low:g} is not before --to {high:g}", hint="exchange them"))
+    for kind, wanted in (("markers", markers), ("joints", joints)):
+        present = list(dict.fromkeys(name for results in opened for name in results.names(kind)))
+        for name in wanted:
+            if name not in present:
+                raise no_such_name(kind, name, present, "the results")
+    selected = []
+    for results in opened:
+        chosen = {
+            kind: [name for name in dict.fromkeys(wanted) if name in results.names(kind)] if wanted else None
+            for kind, wanted in (("markers", markers), ("joints", joints))
+        }
+        selected.append(results.select(start=low, stop=high, markers=chosen["markers"], joints=chosen["joints"]))
+        if not len(selected[-1].time):
+            raise _nothing(results, low, high)
+    return selected
+
+
+def _nothing(results: Results, low: float, high: float) -> InputError:
+    if not len(results.time):
+        return InputError(Problem(f"'{results.path}' holds no samples", hint=f"its status: {results.status}"))
+    span = f"its samples go from {results.time[0]:g} s to {results.time[-1]:g} s"
+    window = "".join(f" {word} {at:g} s" for word, at in (("from", low), ("to", high)) if abs(at) < float("inf"))
+    return InputError(Problem(f"'{results.path}' has no sample{window}", hint=span))
+
+
+def _applicable(kinds: Sequence[str], reasons: dict[str, str | None]) -> list[str]:
+    """The kinds to draw. One asked for that does not apply is an error; of all kinds, it is left out with a note."""
+    for kind in kinds:
+        if reasons[kind]:
+            raise InputError(Problem(f"--kind {kind}: {reasons[kind]}", hint=_hint(reasons)))
+    if kinds:
+        return list(dict.fromkeys(kinds))
+    for kind, reason in reasons.items():
+        if reason:
+            click.echo(f"note: no picture '{kind}': {reason}", err=True)
+    return [kind for kind, reason in reasons.items() if not reason]
+
+
+def _hint(reasons: dict[str, str | None]) -> str:
+    return "kinds that apply: " + ", ".join(kind for kind, reason in reasons.items() if not reason)
+
+
+def _make(directory: Path) -> None:
+    try:
+        directory.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        message = f"cannot make the directory '{directory}': {error.strerror}"
+        raise InputError(Problem(message, hint="choose another with -o")) from error

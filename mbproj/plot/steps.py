@@ -1,0 +1,59 @@
+"""What the run did to get on: step size, and iterations of the projection per step."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from mbproj.arrays import Array
+from mbproj.plot import panels
+from mbproj.plot.style import styled
+from mbproj.results import Results
+
+ITERATIONS = (
+    ("diagnostics/projection_iterations", "position iterations\nper step"),
+    ("diagnostics/velocity_iterations", "velocity iterations\nper step"),
+)
+#: From this ratio of the largest step to the smallest on, the axis is logarithmic.
+WIDE = 20.0
+
+
+@styled
+def draw(results: Sequence[Results], labels: Sequence[str]) -> Figure:
+    """Three panels, a line a result. Iterations are averages over the steps between two samples."""
+    figure, axes = panels.panels(3)
+    sizes = [result["diagnostics/step_size"] for result in results]
+    for index, (result, label) in enumerate(zip(results, labels, strict=True)):
+        panels.plot(axes[0, 0], result.time, sizes[index], label, index, drawstyle="steps-pre")
+        for axis, (path, _) in zip(axes[1:, 0], ITERATIONS, strict=True):
+            panels.plot(axis, result.time, per_step(result, path), label, index, drawstyle="steps-pre")
+    for axis, (_, name) in zip(axes[1:, 0], ITERATIONS, strict=True):
+        axis.set_ylabel(name)
+        _from_zero(axis)
+    axes[0, 0].set_ylabel("step size (s)")
+    _scale(axes[0, 0], np.concatenate(sizes))
+    return panels.finish(figure, with_legend=len(results) > 1)
+
+
+def per_step(result: Results, path: str) -> Array:
+    """The counter's growth over the steps' since the sample before (T); NaN where there was no step."""
+    growth, steps = (np.diff(result[name], prepend=np.nan) for name in (path, "diagnostics/steps"))
+    rate: Array = np.divide(growth, steps, out=np.full(len(steps), np.nan), where=steps > 0)
+    return rate
+
+
+def _scale(axis: Axes, sizes: Array) -> None:
+    positive = sizes[sizes > 0]
+    if len(positive) and positive.max() > WIDE * positive.min():
+        axis.set_yscale("log")
+    else:
+        _from_zero(axis)
+
+
+def _from_zero(axis: Axes) -> None:
+    """Show zero and the top a little inside the edges, so that lines there are whole."""
+    high = 1.05 * axis.get_ylim()[1]
+    axis.set_ylim(-0.04 * high, high)

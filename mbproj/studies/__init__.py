@@ -1,0 +1,1 @@
+"""What runs many simulations: the paper's numerical examples."""

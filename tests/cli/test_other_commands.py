@@ -1,0 +1,89 @@
+"""check, examples, paper, help: what they print and how they exit."""
+
+from __future__ import annotations
+
+import json
+
+from mbproj.mechanisms_folder import mechanisms
+from tests.cli.commands import FIVE_BAR, SLIDER_CRANK, mbproj
+
+FOUR_BAR = """\
+mbproj: 1
+gravity: [0, 0, -9.81]
+bodies:
+  left: {mass: 1, inertia: [0.1, 0.1, 0.1], position: [0, 0, 0.5]}
+  top: {mass: 1, inertia: [0.1, 0.1, 0.1], position: [0.5, 0, 1]}
+  right: {mass: 1, inertia: [0.1, 0.1, 0.1], position: [1, 0, 0.5]}
+joints:
+  A: {type: revolute, bodies: [ground, left], location: [0, 0, 0], axis: [0, 1, 0]}
+  B: {type: revolute, bodies: [left, top], location: [0, 0, 1], axis: [0, 1, 0]}
+  C: {type: revolute, bodies: [top, right], location: [1, 0, 1], axis: [0, 1, 0]}
+  D: {type: revolute, bodies: [right, ground], location: [1, 0, 0], axis: [0, 1, 0]}
+"""
+
+
+def test_check_says_what_a_scene_is(tmp_path):
+    done = mbproj("check", SLIDER_CRANK, folder=tmp_path)
+    assert (done.returncode, done.stderr) == (0, "")
+    assert "    C  universal of rod and slider, angle_1 and angle_2\n" in done.stdout
+    assert "21 coordinates, 20 constraints of rank 20: 1 degrees of freedom\n" in done.stdout
+    assert done.stdout.endswith("  can run\n")
+
+
+def test_check_finds_a_redundant_joint_at_its_line(tmp_path):
+    (tmp_path / "four_bar.yaml").write_text(FOUR_BAR)
+    done = mbproj("check", "four_bar.yaml", "--json", folder=tmp_path)
+    assert done.returncode == 4
+    facts = json.loads(done.stdout)
+    assert (facts["can_run"], facts["rank"], facts["degrees_of_freedom"]) == (False, 20, 1)
+    assert facts["problems"][0].startswith("four_bar.yaml:11:")
+    assert "error: joint 'D' is redundant: 3 of its constraints already follow" in facts["problems"][0]
+
+
+def test_run_refuses_what_check_refuses(tmp_path):
+    (tmp_path / "four_bar.yaml").write_text(FOUR_BAR)
+    done = mbproj("run", "four_bar.yaml", "--duration", "1", "--step", "0.01", folder=tmp_path)
+    assert done.returncode == 2
+    assert done.stderr.startswith("four_bar.yaml:11:")
+    assert not (tmp_path / "results.h5").exists()
+
+
+def test_check_of_a_method_that_cannot_work(tmp_path):
+    done = mbproj("check", FIVE_BAR, "--projection", "popm", folder=tmp_path)
+    assert done.returncode == 4
+    assert "'popm' needs a positive definite mass matrix" in done.stderr
+
+
+def test_examples_are_listed_and_copied_but_never_over_others(tmp_path):
+    listed = mbproj("examples", folder=tmp_path)
+    assert listed.returncode == 0
+    assert [line.split()[0] for line in listed.stdout.splitlines()] == [path.name for path in mechanisms()]
+    copied = mbproj("examples", "--copy", "here", folder=tmp_path)
+    assert copied.returncode == 0
+    assert (tmp_path / "here" / "five_bar.yaml").read_bytes() == mechanisms()[0].read_bytes()
+    again = mbproj("examples", "--copy", "here", folder=tmp_path)
+    assert again.returncode == 2
+    assert "here has already five_bar.yaml" in again.stderr
+
+
+def test_every_example_can_run(tmp_path):
+    for path in mechanisms():
+        done = mbproj("check", str(path), folder=tmp_path)
+        assert done.returncode == 0, done.stderr
+        assert done.stdout.endswith("  can run\n")
+
+
+def test_paper_draws_its_eight_figures_and_says_what_is_not_converged(tmp_path):
+    done = mbproj("paper", "--output", "figures", "--duration", "0.3", "--format", "svg", folder=tmp_path)
+    assert done.returncode == 0, done.stderr
+    names = sorted(path.name for path in (tmp_path / "figures").iterdir())
+    assert names == [f"paper-fig{number:02d}.svg" for number in (2, 3, 4, 5, 7, 8, 9, 10)]
+    assert "RK4 + GPOPM at 0.01 s against DOP853 at 1e-11:\n  converged to 1 mm: the largest error is " in done.stdout
+    assert "GPOPM" in (tmp_path / "figures" / "paper-fig04.svg").read_text()
+
+
+def test_help_names_every_command_and_the_methods(tmp_path):
+    text = mbproj("--help", folder=tmp_path).stdout
+    for name in ("run", "check", "plot", "info", "paper", "examples"):
+        assert f"\n  {name} " in text
+    assert "gpopm-pinv" in mbproj("run", "--help", folder=tmp_path).stdout

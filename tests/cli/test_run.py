@@ -1,0 +1,150 @@
+"""`mbproj run`, end to end: the results file, the summary, --json, exit codes, and what is kept when a run fails."""
+
+from __future__ import annotations
+
+import json
+import signal
+import subprocess
+import sys
+import time
+
+import pytest
+
+from mbproj import open_results
+from tests.cli.commands import FIVE_BAR, SLIDER_CRANK, mbproj
+from tests.support import ROOT
+
+KEYS = {
+    "scene",
+    "output",
+    "formulation",
+    "projection",
+    "integrator",
+    "degrees_of_freedom",
+    "steps",
+    "integration_seconds",
+    "total_seconds",
+    "position_violation_max",
+    "velocity_violation_max",
+    "worst_joint",
+    "energy_drift",
+    "energy_drift_relative",
+    "status",
+}
+
+
+def test_the_users_command(tmp_path):
+    done = mbproj("run", FIVE_BAR, "--projection", "gpopm", "--duration", "0.5", folder=tmp_path)
+    assert (done.returncode, done.stderr) == (0, "")
+    assert done.stdout.startswith("Five-bar pendulum (Zhang, Liu & Liu 2015, sect. 5.1)\n")
+    assert "35 coordinates, 30 constraints, 5 degrees of freedom; full formulation" in done.stdout
+    assert "50 steps to t = 0.5 s" in done.stdout
+    assert "0 failures" in done.stdout
+    results = open_results(tmp_path / "results.h5")
+    assert results.status == "complete"
+    assert len(results.time) == 51
+    assert not (tmp_path / "results.h5.part").exists()
+
+
+def test_json_is_one_object_with_the_promised_keys(tmp_path):
+    done = mbproj("run", SLIDER_CRANK, "--duration", "0.1", "--json", "-o", "out.h5", folder=tmp_path)
+    assert done.returncode == 0
+    numbers = json.loads(done.stdout)
+    assert set(numbers) >= KEYS
+    assert numbers["degrees_of_freedom"] == 1
+    assert numbers["steps"] == 10
+    assert numbers["status"] == "complete"
+    assert numbers["position_violation_max"] <= 1e-13
+    assert open_results(tmp_path / "out.h5").attributes["steps"] == 10
+
+
+def test_quiet_prints_nothing(tmp_path):
+    done = mbproj("run", SLIDER_CRANK, "--duration", "0.05", "--quiet", folder=tmp_path)
+    assert (done.returncode, done.stdout, done.stderr) == (0, "", "")
+
+
+def test_options_override_the_scene_with_units(tmp_path):
+    arguments = ["--duration", "100 ms", "--step", "20 ms", "--integrator", "heun2", "--projection", "gopm", "--json"]
+    numbers = json.loads(mbproj("run", SLIDER_CRANK, *arguments, folder=tmp_path).stdout)
+    assert (numbers["steps"], numbers["integrator"], numbers["projection"]) == (5, "heun2", "gopm")
+
+
+def test_set_changes_parameters(tmp_path):
+    done = mbproj("run", SLIDER_CRANK, "--set", "speed=12 rad/s", "--duration", "0.02", folder=tmp_path)
+    assert done.returncode == 0
+    speed = open_results(tmp_path / "results.h5")["joints/speed"]
+    assert speed[0, 0] == pytest.approx(12.0, abs=1e-12)
+
+
+def test_a_drifting_energy_is_said(tmp_path):
+    done = mbproj("run", SLIDER_CRANK, "--duration", "2", folder=tmp_path)
+    assert done.stderr.startswith("note: the energy drifted by 0.")
+    assert "the joints may be closed and the motion still wrong" in done.stderr
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (["--projection", "gpopn"], "--projection: error: "),
+        (["--projection", "popm"], "'popm' needs a positive definite mass matrix"),
+        (["--alpha", "10"], "--alpha: error: "),
+        (["--tolerance", "1e-6"], "--tolerance: error: "),
+        (["--set", "lenght=2"], "did you mean 'length'?"),
+        (["--set", "length"], "--set: error: 'length' is not NAME=VALUE"),
+        (["--step", "0.01 kg"], "--step: error: "),
+        (["-o", "no/such/folder/out.h5"], "no/such/folder"),
+    ],
+)
+def test_wrong_options_are_bad_input_without_a_traceback(tmp_path, arguments, message):
+    done = mbproj("run", FIVE_BAR, *arguments, folder=tmp_path)
+    assert done.returncode == 2
+    assert message in done.stderr
+    assert "Traceback" not in done.stderr
+    assert done.stdout == ""
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_missing_scene_and_an_unknown_command(tmp_path):
+    done = mbproj("run", "nothing.yaml", folder=tmp_path)
+    assert done.returncode == 2
+    assert "nothing.yaml" in done.stderr
+    assert mbproj("rum", folder=tmp_path).returncode == 2
+
+
+def test_a_failed_run_names_the_time_and_keeps_its_results(tmp_path):
+    """Direct integration of the slider-crank diverges at 8.2 s; a longer step brings that forward."""
+    arguments = ["--projection", "none", "--step", "0.04", "--duration", "10"]
+    done = mbproj("run", SLIDER_CRANK, *arguments, folder=tmp_path)
+    assert done.returncode == 3
+    assert "error: stopped at t = " in done.stderr
+    assert "note: what was computed until then is in results.h5" in done.stderr
+    results = open_results(tmp_path / "results.h5")
+    assert results.status.startswith("failed: stopped at t = ")
+    assert len(results.time) > 1
+
+
+def test_an_input_error_leaves_an_existing_results_file_alone(tmp_path):
+    mbproj("run", SLIDER_CRANK, "--duration", "0.02", "--quiet", folder=tmp_path)
+    before = (tmp_path / "results.h5").read_bytes()
+    assert mbproj("run", SLIDER_CRANK, "--projection", "popm", folder=tmp_path).returncode == 2
+    assert (tmp_path / "results.h5").read_bytes() == before
+    assert [path.name for path in tmp_path.iterdir()] == ["results.h5"]
+
+
+@pytest.mark.parametrize("signum", [signal.SIGINT, signal.SIGTERM])
+def test_interrupting_keeps_the_results_and_exits_with_130(tmp_path, signum):
+    program = [sys.executable, "-c", "from mbproj.cli import main; main()", "run", FIVE_BAR, "--duration", "1000"]
+    process = subprocess.Popen(
+        program, cwd=tmp_path, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env={"PYTHONPATH": str(ROOT)}
+    )
+    deadline = time.monotonic() + 60.0
+    while not (tmp_path / "results.h5.part").exists() and time.monotonic() < deadline:
+        time.sleep(0.05)
+    time.sleep(1.0)
+    process.send_signal(signum)
+    _, errors = process.communicate(timeout=60)
+    assert process.returncode == 130
+    assert errors.endswith("interrupted\n")
+    results = open_results(tmp_path / "results.h5")
+    assert results.status == "interrupted"
+    assert len(results.time) > 10

@@ -1,0 +1,205 @@
+"""Reading: by name, in windows, and never anything but an InputError for a file that is not whole."""
+
+from __future__ import annotations
+
+import random
+import shutil
+import struct
+
+import h5py
+import numpy as np
+import pytest
+
+from mbproj.errors import InputError
+from mbproj.results import open_results
+from mbproj.results.superblock import lookup3
+from tests.results.pendulum_blocks import AMPLITUDE, LENGTH, NAMES, PATHS, RATE, block, record, times
+
+
+@pytest.fixture
+def results(tmp_path):
+    with open_results(record(tmp_path / "out.h5")) as opened:
+        yield opened
+
+
+def test_arrays_by_name(results):
+    angle = AMPLITUDE * np.cos(RATE * times())
+    assert np.array_equal(results.coordinate("A.angle").value, angle)
+    assert results.coordinate("A.angle").unit == "rad"
+    assert np.array_equal(results.marker("Mitte").position, 0.5 * results.marker("tip").position)
+    assert np.allclose(np.linalg.norm(results.body("bob").position, axis=1), LENGTH, rtol=1e-14)
+    assert np.array_equal(results.body("bob").angular_velocity[:, 0], results.coordinate("A.angle").speed)
+    joint = results.joint("Gelenk ä")
+    assert np.array_equal(joint.violation_angle, results["joints/violation_angle"][:, 1])
+    assert np.array_equal(joint.reaction_torque, results["joints/reaction_torque"][:, 1])
+
+
+def test_members_have_the_layouts_columns(results):
+    """Each field of a member is the dataset of the same name."""
+    for folder, member in (
+        ("bodies", results.body("bob")),
+        ("markers", results.marker("tip")),
+        ("joints", results.joint("A")),
+    ):
+        for field, values in vars(member).items():
+            assert np.array_equal(values, results[f"{folder}/{field}"][:, 0]), field
+
+
+def test_arrays_are_read_only_and_stay_after_close(results):
+    position = results["markers/position"]
+    with pytest.raises(ValueError, match="read-only"):
+        position[0] = 0.0
+    results.close()
+    assert results["markers/position"] is position
+
+
+def test_select_window_and_names(results):
+    part = results.select(start=0.5, stop=1.0, markers=["Mitte"], joints=["A"])
+    assert np.array_equal(part.time, times()[50:101])
+    assert part.names("markers") == ("Mitte",)
+    assert part.names("coordinates") == ("A.angle",)
+    assert np.array_equal(part["markers/velocity"], results["markers/velocity"][50:101, 1:])
+    assert part["joints/reaction_force"].shape == part.shape("joints/reaction_force") == (51, 1, 3)
+    again = part.select(start=0.6, stop=0.7)
+    assert np.array_equal(again.time, times()[60:71])
+    assert np.array_equal(again.marker("Mitte").position, results.marker("Mitte").position[60:71])
+    assert results.select(joints=["Gelenk ä"]).names("coordinates") == ()
+    assert len(results.select(start=3.0).time) == len(results.select(start=1.0, stop=0.5).time) == 0
+
+
+def test_unknown_names(results):
+    where = f"in '{results.path}'"
+    cases = {
+        lambda: results.marker("tipp"): f"error: no marker 'tipp' {where}; did you mean 'tip'? (markers: tip, Mitte)",
+        lambda: results.joint("Z"): f"error: no joint 'Z' {where}; joints: A, Gelenk ä",
+        lambda: results.coordinate("A.angel"): f"error: no joint coordinate 'A.angel' {where}; "
+        "did you mean 'A.angle'? (coordinates: A.angle)",
+        lambda: results.select(markers=["nix"]): f"error: no marker 'nix' {where}; markers: tip, Mitte",
+    }
+    for call, message in cases.items():
+        with pytest.raises(InputError) as caught:
+            call()
+        assert str(caught.value) == message
+    with pytest.raises(KeyError, match="no dataset 'bodies/positions'; did you mean 'bodies/position'"):
+        results["bodies/positions"]
+
+
+def test_missing_foreign_and_directory(tmp_path):
+    (tmp_path / "scene.yaml").write_text("mbproj: 1\n")
+    with h5py.File(tmp_path / "other.h5", "w") as file:
+        file["x"] = 1.0
+    cases = {
+        "no.h5": f"error: there is no results file '{tmp_path}/no.h5'; "
+        f"write it with: mbproj run SCENE -o {tmp_path}/no.h5",
+        "scene.yaml": f"error: '{tmp_path}/scene.yaml' is not a results file of mbproj; "
+        "results are what 'mbproj run SCENE' writes",
+        "other.h5": f"error: '{tmp_path}/other.h5' is not a results file of mbproj; "
+        "results are what 'mbproj run SCENE' writes",
+        ".": f"error: '{tmp_path}' is a directory; give a results file in it",
+    }
+    for name, message in cases.items():
+        with pytest.raises(InputError) as caught:
+            open_results(tmp_path / name)
+        assert str(caught.value) == message
+    with pytest.raises(InputError, match="File name too long"):
+        open_results(tmp_path / ("x" * 300))
+
+
+def changed(tmp_path, change) -> str:
+    """What the reader says to a file that `change` was done to."""
+    path = record(tmp_path / "changed.h5", block(times(20)))
+    with h5py.File(path, "r+") as file:
+        change(file)
+    with pytest.raises(InputError) as caught:
+        open_results(path)
+    return str(caught.value).replace(str(path), "OUT")
+
+
+def test_another_schema_version(tmp_path):
+    said = changed(tmp_path, lambda file: file.attrs.modify("schema_version", 2))
+    assert said == (
+        "error: 'OUT' has schema version 2, and this mbproj reads version 1; "
+        "repeat the run, or read it with the mbproj that wrote it"
+    )
+
+
+def test_missing_and_misshapen_datasets(tmp_path):
+    def without(file: h5py.File) -> None:
+        del file["joints/speed"]
+
+    def misshapen(file: h5py.File) -> None:
+        del file["bodies/position"]
+        file["bodies/position"] = np.zeros((20, 7))
+
+    assert changed(tmp_path, without) == "error: 'OUT' is damaged: it has no 'joints/speed'; repeat the run"
+    assert changed(tmp_path, misshapen) == (
+        "error: 'OUT' is damaged: 'bodies/position' has the wrong shape or type; repeat the run"
+    )
+
+
+def test_lengths_that_differ_are_cut_to_the_shortest(tmp_path):
+    """As after a kill in the middle of a flush."""
+    path = record(tmp_path / "out.h5", block(times(20)))
+    with h5py.File(path, "r+") as file:
+        file["time"].resize(13, axis=0)
+    with open_results(path) as results:
+        assert {len(results[name]) for name in PATHS} == {13}
+
+
+def read_everything(path) -> None:
+    with open_results(path) as results:
+        for name in PATHS:
+            results[name]
+        for kind in NAMES:
+            results.names(kind)
+        _ = (results.settings, results.title, results.scene_text, results.scene_path, results.overrides)
+        _ = (results.gravity, results.status, results.attributes, results.marker("tip"))
+
+
+@pytest.mark.parametrize("flag", [0, 1, 5], ids=["closed", "opened", "killed"])
+def test_truncated_and_flipped_files(tmp_path, flag):
+    """A damaged file reads, or is refused with an InputError: never another exception, never a hang."""
+    whole = bytearray(record(tmp_path / "out.h5", block(times(20))).read_bytes())
+    whole[11] = flag
+    whole[44:48] = struct.pack("<I", lookup3(bytes(whole[:44])))
+    path, draw, refused = tmp_path / "damaged.h5", random.Random(7), 0
+    for trial in range(150):
+        damaged = bytearray(whole)
+        if trial % 3 == 0:
+            del damaged[draw.randrange(len(damaged)) :]
+        else:
+            for _ in range(draw.choice([1, 3, 20])):
+                damaged[draw.randrange(60_000)] ^= 1 << draw.randrange(8)
+        path.write_bytes(damaged)
+        try:
+            read_everything(path)
+        except InputError as error:
+            assert str(error).startswith(("error: '", "error: no marker"))
+            refused += 1
+    assert 50 < refused < 150
+
+
+def test_checksum_of_the_superblock():
+    """The published value of lookup3 for this text, and HDF5's own for a file that it wrote."""
+    assert lookup3(b"Four score and seven years ago") == 0x17770551
+
+
+def test_checksum_agrees_with_hdf5(tmp_path):
+    head = record(tmp_path / "out.h5").read_bytes()[:48]
+    assert struct.unpack("<I", head[44:])[0] == lookup3(head[:44])
+
+
+def test_part_beside_a_finished_file_is_not_read(tmp_path):
+    path = record(tmp_path / "out.h5", block(times(20)))
+    shutil.copy(record(tmp_path / "new.h5", block(times(30))), tmp_path / "out.h5.part")
+    with open_results(path) as results:
+        assert (len(results.time), results.partial) == (20, False)
+
+
+def test_import_is_light():
+    import subprocess
+    import sys
+
+    code = "import mbproj.results, mbproj.analysis, sys; print('matplotlib' in sys.modules, 'scipy' in sys.modules)"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout == "False False\n"

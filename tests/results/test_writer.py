@@ -1,0 +1,162 @@
+"""What is written is what is read, bit for bit, however the blocks are cut, and every dataset says what it is."""
+
+from __future__ import annotations
+
+import tempfile
+from dataclasses import replace
+from pathlib import Path
+
+import h5py
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from mbproj.results import DATASETS, ResultsWriter, open_results
+from mbproj.results.layout import NAMES as NAME_LISTS
+from mbproj.scene.records import ProjectionSettings, Settings
+from tests.results.pendulum_blocks import NAMES, NO_NAMES, PATHS, SETTINGS, block, part_of, record, scene, times
+
+
+def assert_equal(path: Path, expected: dict) -> None:
+    with open_results(path) as results:
+        for name in PATHS:
+            assert results[name].dtype == expected[name].dtype, name
+            assert results[name].tobytes() == expected[name].tobytes(), name
+
+
+def test_round_trip_is_exact(tmp_path):
+    whole = block(times())
+    whole["diagnostics/energy_balance"][3] = -0.0
+    whole["joints/reaction_force"][4, 1] = np.nan
+    whole["diagnostics/total_energy"][5] = np.inf
+    assert_equal(record(tmp_path / "out.h5", whole), whole)
+
+
+@settings(max_examples=25, deadline=None)
+@given(cuts=st.lists(st.integers(0, 700), max_size=12), every_flush=st.booleans())
+def test_size_of_the_blocks_does_not_matter(cuts, every_flush):
+    whole = block(times(700))
+    edges = [0, *sorted(cuts), 700]
+    with tempfile.TemporaryDirectory() as folder, pytest.MonkeyPatch.context() as patch:
+        patch.setattr("mbproj.results.writer.FLUSH_SECONDS", 0.0 if every_flush else 60.0)
+        path = Path(folder) / "out.h5"
+        with ResultsWriter(path, scene(), NAMES) as recorder:
+            for first, last in zip(edges[:-1], edges[1:], strict=True):
+                recorder.write(part_of(whole, slice(first, last)))
+        assert_equal(path, whole)
+
+
+def test_arrays_may_be_reused_after_write(tmp_path):
+    first, second = block(times(10)), block(times(10) + 0.1)
+    with ResultsWriter(tmp_path / "out.h5", scene(), NAMES) as recorder:
+        scratch = {name: values.copy() for name, values in first.items()}
+        recorder.write(scratch)
+        for name, values in scratch.items():
+            values[...] = second[name]
+        recorder.write(scratch)
+    both = {name: np.concatenate([first[name], second[name]]) for name in PATHS}
+    assert_equal(tmp_path / "out.h5", both)
+
+
+def test_nothing_but_bodies(tmp_path):
+    whole = block(times(20), NO_NAMES)
+    path = record(tmp_path / "out.h5", whole, names=NO_NAMES)
+    assert_equal(path, whole)
+    with open_results(path) as results:
+        assert results["markers/position"].shape == (20, 0, 3)
+        assert results.names("joints") == ()
+
+
+@pytest.mark.parametrize("dataset", DATASETS, ids=lambda dataset: dataset.path)
+def test_every_dataset_says_what_it_is(tmp_path, dataset):
+    with h5py.File(record(tmp_path / "out.h5"), "r") as file:
+        stored = file[dataset.path]
+        assert stored.attrs["units"] == dataset.unit
+        assert stored.attrs["description"] == dataset.description
+        assert stored.attrs.get("frame") == dataset.frame
+        assert stored.shape == (201, *(len(NAMES[kind_of(axis)]) if axis in SYMBOLS else axis for axis in dataset.shape))
+        assert stored.compression is None
+
+
+SYMBOLS = {entry.symbol: kind for kind, entry in NAME_LISTS.items() if kind != "coordinate_units"}
+
+
+def kind_of(axis: str | int) -> str:
+    return SYMBOLS[axis]
+
+
+def test_layout_covers_the_frames_of_vectors():
+    framed = {dataset.path: dataset.frame for dataset in DATASETS if dataset.shape[-1:] == (3,)}
+    assert framed.pop("bodies/angular_velocity") == framed.pop("bodies/angular_acceleration") == "body axes"
+    assert set(framed.values()) == {"global axes"}
+
+
+def test_names_units_and_scene_come_back(tmp_path):
+    projection = ProjectionSettings("baumgarte", gains=(25.0, 0.1 + 0.2), position=False)
+    how = replace(SETTINGS, step=None, tolerance=1e-8, projection=projection)
+    path = record(tmp_path / "out.h5", the_scene=scene(settings=how))
+    with open_results(path) as results:
+        assert results.settings == how
+        assert results.scene_text == scene().text
+        assert results.scene_path == Path("scenes/pendulum.yaml")
+        assert results.title == "Pendulum of 9.8/9 m"
+        assert results.overrides == {"length": "9.8/9"}
+        assert results.gravity == (0.0, 0.0, -9.8)
+        assert results.names("joints") == ("A", "Gelenk ä")
+        assert results.names("coordinate_units") == ("rad",)
+
+
+def test_scene_without_path_title_and_text(tmp_path):
+    path = record(tmp_path / "out.h5", the_scene=scene(path=None, title="", text="", settings=Settings(), overrides={}))
+    with open_results(path) as results:
+        assert (results.scene_path, results.title, results.scene_text) == (None, "", "")
+        assert results.settings == Settings()
+
+
+def test_long_scene_text(tmp_path):
+    text = "# ü\n" * 100_000
+    with open_results(record(tmp_path / "out.h5", the_scene=scene(text=text))) as results:
+        assert results.scene_text == text
+
+
+def test_attributes(tmp_path):
+    path = tmp_path / "out.h5"
+    with ResultsWriter(path, scene(), NAMES) as recorder:
+        recorder.write(block(times(3)))
+        recorder.attributes({"integration_seconds": 0.25, "worst_joint": None, "status": "overwritten below"})
+        recorder.attributes({"integration_seconds": 0.5, "formulation": "full"})
+    with open_results(path) as results:
+        found = results.attributes
+        assert (found["integration_seconds"], found["formulation"]) == (0.5, "full")
+        assert "worst_joint" not in found
+        assert (found["format"], found["schema_version"], found["status"]) == ("mbproj results", 1, "complete")
+        assert (found["numpy_version"], found["h5py_version"]) == (np.__version__, h5py.__version__)
+        assert {"date", "host", "mbproj_version"} <= set(found)
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        (lambda b: b.pop("markers/position"), "the block has no 'markers/position'"),
+        (lambda b: b.update({"bodies/colour": b["time"]}), "the layout has no 'bodies/colour'"),
+        (
+            lambda b: b.update({"joints/violation": b["time"]}),
+            r"'joints/violation' has the shape \(5,\) where \(5, 2\) is due",
+        ),
+    ],
+)
+def test_a_wrong_block_is_refused(tmp_path, change, message):
+    wrong = block(times(5))
+    change(wrong)
+    recorder = ResultsWriter(tmp_path / "out.h5", scene(), NAMES)
+    with pytest.raises(ValueError, match=message), recorder:
+        recorder.write(wrong)
+
+
+def test_counters_must_be_integers(tmp_path):
+    wrong = block(times(5))
+    wrong["diagnostics/steps"] = wrong["time"]
+    recorder = ResultsWriter(tmp_path / "out.h5", scene(), NAMES)
+    with pytest.raises(TypeError, match="Cannot cast"), recorder:
+        recorder.write(wrong)

@@ -1,0 +1,18 @@
+"""What is wrong with a scene, by the rows of `wrong/*.yaml`: one piece of the good scene, what stands there instead,
+and the first message (behind the file's name)."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import yaml
+
+WRONG: dict[str, list[tuple[str, str, str]]] = {
+    path.stem: [
+        (row["old"], row["new"], f"f.yaml:{row['message']}")
+        for row in yaml.load(path.read_text(encoding="utf-8"), Loader=yaml.BaseLoader)
+    ]
+    for path in sorted((Path(__file__).parent / "wrong").glob("*.yaml"))
+}
+ROWS = [row for rows in WRONG.values() for row in rows]
+IDS = [f"{group}-{number}" for group, rows in WRONG.items() for number, _ in enumerate(rows)]
