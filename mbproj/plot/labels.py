@@ -38,9 +38,8 @@ def derive_labels(results: Sequence[Results]) -> list[str]:
     telling = [key for key in differing if key not in MINOR] or differing
     labels = [", ".join(_reads(key, s[key]) for key in telling if s.get(key) is not None) for s in settings]
     if len({result.title for result in results}) > 1 or len(set(labels)) < len(labels) or not all(labels):
-        labels = [f"{name}: {label}" if label else name for name, label in zip(stems, labels, strict=True)]
-    if len(set(labels)) < len(labels):
-        labels = [f"{result.path}: {label}" for result, label in zip(results, labels, strict=True)]
+        names = stems if len(set(stems)) == len(stems) else [str(result.path) for result in results]
+        labels = [f"{name}: {label}" if label else name for name, label in zip(names, labels, strict=True)]
     return labels
 
 

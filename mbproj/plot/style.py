@@ -25,7 +25,7 @@ LINES: tuple[tuple[str, Any], ...] = (
     ("#E69F00", (0, (9, 2))),
     ("#56B4E9", (0, (3, 2))),
 )
-SHADE = "#DDDDDD"
+SHADE = "#ECECEC"
 
 STYLE: Any = {
     "font.family": "sans-serif",

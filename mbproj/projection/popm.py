@@ -26,7 +26,7 @@ class Popm(Projection):
             return None
         return (
             "'popm' needs a positive definite mass matrix, and with Euler parameters M is singular (Eq. 12); "
-            "use 'gpopm': it makes the physical correction for singular M, and equals 'popm' where M is definite (Eq. 75)"
+            "use 'gpopm': it is the physical correction for singular M, and equals 'popm' where M is definite (Eq. 75)"
         )
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
 
 import h5py
@@ -45,7 +46,7 @@ def check_output(path: Path) -> Path:
     Raises InputError where a run could not write there or must not replace what is there.
     """
     try:
-        path = path.resolve() if path.is_symlink() else path
+        path = Path(os.path.realpath(path)) if path.is_symlink() else path
         _check_directory(path)
         for existing in (path, part_path(path)):
             _check_replaceable(existing)

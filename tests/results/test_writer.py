@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import tempfile
 from dataclasses import replace
+from itertools import pairwise
 from pathlib import Path
 
 import h5py
@@ -13,9 +14,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from mbproj.results import DATASETS, ResultsWriter, open_results
-from mbproj.results.layout import NAMES as NAME_LISTS
 from mbproj.scene.records import ProjectionSettings, Settings
 from tests.results.pendulum_blocks import NAMES, NO_NAMES, PATHS, SETTINGS, block, part_of, record, scene, times
+
+#: Bodies, markers, joints and coordinates of the pendulum, by the layout's symbols.
+SIZES = {"n": 1, "k": 2, "nj": 2, "nc": 1}
 
 
 def assert_equal(path: Path, expected: dict) -> None:
@@ -42,7 +45,7 @@ def test_size_of_the_blocks_does_not_matter(cuts, every_flush):
         patch.setattr("mbproj.results.writer.FLUSH_SECONDS", 0.0 if every_flush else 60.0)
         path = Path(folder) / "out.h5"
         with ResultsWriter(path, scene(), NAMES) as recorder:
-            for first, last in zip(edges[:-1], edges[1:], strict=True):
+            for first, last in pairwise(edges):
                 recorder.write(part_of(whole, slice(first, last)))
         assert_equal(path, whole)
 
@@ -75,15 +78,8 @@ def test_every_dataset_says_what_it_is(tmp_path, dataset):
         assert stored.attrs["units"] == dataset.unit
         assert stored.attrs["description"] == dataset.description
         assert stored.attrs.get("frame") == dataset.frame
-        assert stored.shape == (201, *(len(NAMES[kind_of(axis)]) if axis in SYMBOLS else axis for axis in dataset.shape))
+        assert stored.shape == (201, *(SIZES.get(axis, axis) for axis in dataset.shape))
         assert stored.compression is None
-
-
-SYMBOLS = {entry.symbol: kind for kind, entry in NAME_LISTS.items() if kind != "coordinate_units"}
-
-
-def kind_of(axis: str | int) -> str:
-    return SYMBOLS[axis]
 
 
 def test_layout_covers_the_frames_of_vectors():

@@ -1,0 +1,70 @@
+"""What the README says: its tables are the registries', its mechanism and its Python example run as written."""
+
+from __future__ import annotations
+
+import re
+import subprocess
+import sys
+
+import pytest
+
+from mbproj.joints import JOINTS
+from mbproj.registry import PROJECTIONS, integrators
+from tests.cli.commands import mbproj
+from tests.support import ROOT
+
+README = (ROOT / "README.md").read_text(encoding="utf-8")
+
+
+def blocks(language: str) -> list[str]:
+    return re.findall(rf"```{language}\n(.*?)```", README, re.DOTALL)
+
+
+@pytest.mark.parametrize("name", list(PROJECTIONS))
+def test_methods_table(name):
+    entry = PROJECTIONS[name]
+    options = ", ".join(f"`{option}`" for option in entry.options)
+    assert f"| `{name}` | {entry.equations} | {entry.summary} | {options}{' ' if options else ''}|\n" in README
+
+
+@pytest.mark.parametrize("name", list(integrators()))
+def test_integrators_table(name):
+    entry = integrators()[name]
+    assert f"| `{name}` | {entry.order} | {entry.summary} | {'yes ' if entry.embedded else ''}|\n" in README
+
+
+@pytest.mark.parametrize("name", list(JOINTS))
+def test_joints_table(name):
+    row = next(line for line in README.splitlines() if line.startswith(f"| `{name}` | "))
+    for coordinate in JOINTS[name].coordinates:
+        assert f"`{coordinate}`" in row
+
+
+def test_the_first_mechanism_runs_as_written(tmp_path):
+    (tmp_path / "swing.yaml").write_text(blocks("yaml")[0])
+    checked = mbproj("check", "swing.yaml", folder=tmp_path)
+    assert checked.returncode == 0, checked.stderr
+    run = mbproj("run", "swing.yaml", "--duration", "0.2", "-o", "swing.h5", folder=tmp_path)
+    assert (run.returncode, run.stderr) == (0, "")
+    assert run.stdout.splitlines()[:3] == [
+        line for line in README.splitlines() if line in run.stdout.splitlines()[:3] and line
+    ]
+    plots = mbproj("plot", "swing.h5", folder=tmp_path)
+    assert plots.returncode == 0, plots.stderr
+    assert (tmp_path / "swing-markers.png").exists()
+    assert (tmp_path / "swing-violation.png").exists()
+
+
+def test_the_python_example_runs_as_written(tmp_path):
+    code = blocks("python")[0].replace("mechanisms/", f"{ROOT}/mechanisms/").replace('"duration": 2', '"duration": 0.1')
+    done = subprocess.run(
+        [sys.executable, "-c", code], capture_output=True, text=True, cwd=tmp_path, check=False, env={"PYTHONPATH": str(ROOT)}
+    )
+    assert done.returncode == 0, done.stderr
+    assert "Worst(value=" in done.stdout
+
+
+def test_the_set_up_commands_are_what_ci_runs():
+    ci = (ROOT / ".ci" / "run").read_text(encoding="utf-8")
+    for command in blocks("sh")[:2]:
+        assert command in ci
