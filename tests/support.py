@@ -43,14 +43,25 @@ def random_body(rng: np.random.Generator, name: str) -> Body:
     )
 
 
+PARAMETERS = {"pitch": 0.4, "length": 1.3, "teeth": (20.0, -35.0)}
+
+
 def random_joint(rng: np.random.Generator, name: str, kind: str, bodies: tuple[str, str]) -> Joint:
-    """A joint of this type, closed at the scene's pose."""
+    """A joint of this type between two bodies, closed at the scene's pose; a fixed one is kept as a constraint."""
     point, first = vector(rng), unit(rng.normal(size=3))
     second = unit(np.cross(first, rng.normal(size=3))) if JOINTS[kind].frame == "axes" else first
     axes = None
     if JOINTS[kind].frame != "point":
         axes = Pair(tuple(float(x) for x in first), tuple(float(x) for x in second))
-    return Joint(name, kind, bodies, Pair(point, point), axes)
+    points = Pair(point, vector(rng) if JOINTS[kind].separate else point)
+    parameters = {name: PARAMETERS[name] for name in JOINTS[kind].required_parameters}
+    return Joint(name, kind, bodies, points, axes, parameters=parameters, reaction=True)
+
+
+def random_gear(name: str, couples: tuple[str, str], bodies: tuple[str, str]) -> Joint:
+    """A gear on two joints."""
+    nowhere = Pair((0.0, 0.0, 0.0), (0.0, 0.0, 0.0))
+    return Joint(name, "gear", bodies, nowhere, parameters={"teeth": PARAMETERS["teeth"]}, couples=couples)
 
 
 def scene_of(bodies: list[Body], joints: list[Joint], markers: list[Marker] | None = None, **changes: Any) -> Scene:
@@ -69,14 +80,21 @@ def scene_of(bodies: list[Body], joints: list[Joint], markers: list[Marker] | No
 
 
 def random_chain(seed: int, kinds: list[str]) -> Scene:
-    """A chain from the ground with these joints, closed at its pose, moving at random."""
+    """A chain from the ground with these joints, closed at its pose, moving at random.
+
+    A gear is a revolute joint in the chain that is coupled to the one before it.
+    """
     rng = np.random.default_rng(seed)
     bodies = [random_body(rng, f"body{number}") for number in range(len(kinds))]
     names = ["ground", *(body.name for body in bodies)]
-    joints = [
-        random_joint(rng, f"J{number}", kind, (names[number], names[number + 1])) for number, kind in enumerate(kinds)
-    ]
-    return scene_of(bodies, joints, [Marker("end", bodies[-1].name, vector(rng))])
+    joints, gears = [], []
+    for number, kind in enumerate(kinds):
+        own = "revolute" if kind == "gear" else kind
+        joints.append(random_joint(rng, f"J{number}", own, (names[number], names[number + 1])))
+        if kind == "gear" and number:
+            ends = (names[number], names[number + 1])
+            gears.append(random_gear(f"G{number}", (f"J{number - 1}", f"J{number}"), ends))
+    return scene_of(bodies, [*joints, *gears], [Marker("end", bodies[-1].name, vector(rng))])
 
 
 class Recorder:

@@ -57,9 +57,8 @@ def test_the_first_mechanism_runs_as_written(tmp_path):
 
 def test_the_python_example_runs_as_written(tmp_path):
     code = blocks("python")[0].replace("mechanisms/", f"{ROOT}/mechanisms/").replace('"duration": 2', '"duration": 0.1')
-    done = subprocess.run(
-        [sys.executable, "-c", code], capture_output=True, text=True, cwd=tmp_path, check=False, env={"PYTHONPATH": str(ROOT)}
-    )
+    program, environment = [sys.executable, "-c", code], {"PYTHONPATH": str(ROOT)}
+    done = subprocess.run(program, capture_output=True, text=True, cwd=tmp_path, check=False, env=environment)
     assert done.returncode == 0, done.stderr
     assert "Worst(value=" in done.stdout
 

@@ -9,10 +9,12 @@ import click
 
 from mbproj.cli.scene_options import overrides, parameters, scene_options
 from mbproj.errors import ExitCode, InputError, Problem
+from mbproj.joints import JOINTS
 
 if TYPE_CHECKING:
     from mbproj.dynamics import Mobility
     from mbproj.scene import Scene
+    from mbproj.scene.records import Joint
 
 
 @click.command("check")
@@ -41,7 +43,7 @@ def command(scene: str, settings: tuple[str, ...], as_json: bool, **options: Any
     try:
         FullFormulation.of(system, state, what.settings)
     except InputError as error:
-        place = what.place("simulation", "projection")
+        place = what.place("simulation", "projection", "method")
         problems += [Problem(problem.message, place, problem.hint) for problem in error.problems]
     facts = {
         "scene": scene,
@@ -64,15 +66,17 @@ def command(scene: str, settings: tuple[str, ...], as_json: bool, **options: Any
     return int(ExitCode.CHECK_FAILED if problems else ExitCode.DONE)
 
 
-def _sizes(scene: Scene, ranks: Mobility) -> list[str]:
-    from mbproj.joints import JOINTS
+def _joint(joint: Joint) -> str:
+    kind = JOINTS[joint.type]
+    if kind.merges and not joint.reaction:
+        return f"{joint.type}: {joint.bodies[0]} and {joint.bodies[1]} move as one"
+    free = f", free: {', '.join(kind.coordinates)}" if kind.coordinates else ""
+    return f"{joint.type} of {joint.bodies[0]} and {joint.bodies[1]}{free}"
 
+
+def _sizes(scene: Scene, ranks: Mobility) -> list[str]:
     width = max((len(joint.name) for joint in scene.joints), default=0)
-    joints = [
-        f"    {joint.name:{width}}  {joint.type} of {joint.bodies[0]} and {joint.bodies[1]}"
-        + (f", {' and '.join(JOINTS[joint.type].coordinates)}" if JOINTS[joint.type].coordinates else "")
-        for joint in scene.joints
-    ]
+    joints = [f"    {joint.name:{width}}  {_joint(joint)}" for joint in scene.joints]
     return [
         f"  {len(scene.bodies)} bodies, {len(scene.joints)} joints, {len(scene.markers)} markers",
         *joints,

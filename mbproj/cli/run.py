@@ -47,7 +47,7 @@ def command(scene: str, settings: tuple[str, ...], output: str, as_json: bool, q
     state = assemble(system, initial_guess(what, system))
     with (
         _what_is_kept(output),
-        placed_at(what.place("simulation", "projection")),
+        placed_at(what.place("simulation", "projection", "method")),
         ResultsWriter(output, what, system.names.as_mapping()) as recorder,
         progress_bar(how.duration, hidden=quiet or as_json) as progress,
     ):

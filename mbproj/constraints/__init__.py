@@ -1,16 +1,27 @@
 """The constraint primitives (Haug 1989, ch. 9; Nikravesh 1988, ch. 7), each once, by name. Imports nothing of ours."""
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from types import MappingProxyType
 
 from mbproj.constraints.along import Along
 from mbproj.constraints.angle import Angle
 from mbproj.constraints.coincident import Coincident
+from mbproj.constraints.distance import Distance
+from mbproj.constraints.mesh import Gear, Screw
 from mbproj.constraints.perpendicular import Perpendicular
 from mbproj.constraints.primitive import Primitive
 
-PRIMITIVES: Mapping[str, Primitive] = MappingProxyType(
-    {"coincident": Coincident(), "perpendicular": Perpendicular(), "along": Along(), "angle": Angle()}
+#: Each takes its parameters (a screw's pitch, a gear's teeth) by name; most have none.
+PRIMITIVES: Mapping[str, Callable[..., Primitive]] = MappingProxyType(
+    {
+        "coincident": Coincident,
+        "perpendicular": Perpendicular,
+        "along": Along,
+        "distance": Distance,
+        "angle": Angle,
+        "screw": Screw,
+        "gear": Gear,
+    }
 )
 
 __all__ = ["PRIMITIVES", "Primitive"]

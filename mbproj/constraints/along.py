@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import final
 
 import numpy as np
@@ -11,6 +12,7 @@ from mbproj.constraints.primitive import Primitive
 
 
 @final
+@dataclass(frozen=True)
 class Along(Primitive):
     """C = a·(p2 - p1) with a unit vector a, in metres (Haug 1989, Eq. 9.4.7: dot-2).
 

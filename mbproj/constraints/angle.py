@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import final
 
 import numpy as np
@@ -11,6 +12,7 @@ from mbproj.constraints.primitive import Primitive
 
 
 @final
+@dataclass(frozen=True)
 class Angle(Primitive):
     """φ = atan2(u·y, u·x): the angle of u about x × y, from x towards y, in radians within (-π, π].
 

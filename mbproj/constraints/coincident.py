@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import final
 
 import numpy as np
@@ -11,6 +12,7 @@ from mbproj.constraints.primitive import Primitive
 
 
 @final
+@dataclass(frozen=True)
 class Coincident(Primitive):
     """C = p2 - p1, three rows in metres (Haug 1989, Eq. 9.4.9: the spherical constraint)."""
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import final
 
 import numpy as np
@@ -11,6 +12,7 @@ from mbproj.constraints.primitive import Primitive
 
 
 @final
+@dataclass(frozen=True)
 class Perpendicular(Primitive):
     """C = a·b of two unit vectors, in radians to first order (Haug 1989, Eq. 9.4.2: dot-1)."""
 

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from mbproj.arrays import Array, Numbers
+from mbproj.arrays import Array, Integers, Numbers
 from mbproj.dynamics.assembly import coordinate_values, is_angle
 from mbproj.dynamics.constraint_equations import constraint, constraint_velocity, cross, set_velocity
 from mbproj.dynamics.energy import kinetic_energy, potential_energy
@@ -24,6 +24,7 @@ from mbproj.dynamics.kinematics import (
     twist_of,
 )
 from mbproj.dynamics.samples import Samples
+from mbproj.model.euler_parameters import product, rotation_matrix
 from mbproj.model.system import System
 
 #: Values of T samples by the path of their dataset; the first axis is time.
@@ -37,8 +38,8 @@ def observe(system: System, samples: Samples, initial_energy: float) -> Block:
     change = twist_of(pose, samples.acceleration)
     return {
         "time": samples.t,
-        **_bodies(pose, twist, change),
-        **_markers(system, pose, twist, change),
+        **_bodies(system, pose, twist, change),
+        **_points("markers", pose, twist, change, system.marker_body, system.marker_local),
         **_joints(system, pose, twist, samples),
         **_energies(system, pose, twist, initial_energy),
         "diagnostics/position_violation": np.abs(constraint(system, pose)).max(axis=-1),
@@ -54,24 +55,24 @@ def total_energy(system: System, q: Array, v: Array) -> float:
     return float(kinetic_energy(system, pose, twist_of(pose, v)) + potential_energy(system, pose))
 
 
-def _bodies(pose: Pose, twist: Twist, change: Twist) -> Block:
+def _bodies(system: System, pose: Pose, twist: Twist, change: Twist) -> Block:
     """`change` holds the accelerations as a twist does the velocities; ω' = 2 L Λ'' because L' Λ' = 0."""
+    carrier, to_body = system.body_carrier, np.swapaxes(rotation_matrix(system.body_turn), -1, -2)
     return {
-        "bodies/position": pose.position[:, :-1],
-        "bodies/orientation": pose.orientation[:, :-1],
-        "bodies/velocity": twist.velocity[:, :-1],
-        "bodies/angular_velocity": body_rates(pose, twist)[:, :-1],
-        "bodies/acceleration": change.velocity[:, :-1],
-        "bodies/angular_acceleration": body_rates(pose, change)[:, :-1],
+        **_points("bodies", pose, twist, change, carrier, system.body_offset),
+        "bodies/orientation": product(pose.orientation[:, carrier], system.body_turn),
+        "bodies/angular_velocity": (to_body @ body_rates(pose, twist)[:, carrier, :, None])[..., 0],
+        "bodies/angular_acceleration": (to_body @ body_rates(pose, change)[:, carrier, :, None])[..., 0],
     }
 
 
-def _markers(system: System, pose: Pose, twist: Twist, change: Twist) -> Block:
-    body, local, is_point = system.marker_body, system.marker_local, np.ones(len(system.marker_body))
+def _points(kind: str, pose: Pose, twist: Twist, change: Twist, body: Integers, local: Array) -> Block:
+    """Position, velocity and acceleration of points of carriers."""
+    is_point = np.ones(len(body))
     return {
-        "markers/position": attached(pose, body, local, is_point),
-        "markers/velocity": attached_velocity(twist, body, local, is_point),
-        "markers/acceleration": attached_velocity(change, body, local, is_point) + attached_bias(twist, body, local),
+        f"{kind}/position": attached(pose, body, local, is_point),
+        f"{kind}/velocity": attached_velocity(twist, body, local, is_point),
+        f"{kind}/acceleration": attached_velocity(change, body, local, is_point) + attached_bias(twist, body, local),
     }
 
 

@@ -130,4 +130,4 @@ def _massless(system: System, pose: Pose, C_q: Array) -> tuple[str, ...]:
     _, values, vectors = np.linalg.svd(stacked, full_matrices=True)
     free = vectors[np.count_nonzero(values > DEPENDENT) :]
     moving = np.linalg.norm(free.reshape(-1, n, 7), axis=(0, 2)) > 1e-6
-    return tuple(name for name, moves in zip(system.names.bodies, moving, strict=True) if moves)
+    return tuple(name for name, moves in zip(system.names.carriers, moving, strict=True) if moves)

@@ -1,16 +1,21 @@
 """The joint types, each a list of constraint primitives between two frames: the one place that knows a joint's name.
 
 Body 1 and body 2 carry a point p and a right-handed triad x, y, z each; z1 and z2 are the joint's axes. A row names a
-primitive of `mbproj.constraints` and the points and vectors that it binds. The rows are those of Haug (1989), ch. 9:
-three `coincident` rows in m, `perpendicular` rows in rad to first order, `along` rows (the line from p1 to p2 has no
-component along a vector) in m.
+primitive of `mbproj.constraints` and the points and vectors that it binds; "-y2" is minus y2, and "a.x1" is x1 of the
+first of two joints that this one couples. The rows are those of Haug (1989), ch. 9: `coincident` (3 rows), `along` (the
+line from p1 to p2 has no component along a vector) and `distance` in m, `perpendicular` in rad to first order.
 
     frame "point"    no axis (the triads are the global axes at the pose of the scene)
           "axis"     z1 = z2 = the axis, x1 = x2 normal to it
+          "normal"   the axis is fixed in body 1 alone
           "axes"     z1 fixed in body 1, z2 in body 2; x1 is z2 and x2 is z1, made normal to their own z
+          "joints"   no frame of its own: it couples two joints
 
 `coordinates` are what the joint leaves free and can be counted, each a primitive whose value is the coordinate.
-`aligned` lists pairs of vectors that the rows make parallel, and that must not end up opposite.
+`aligned` lists pairs of vectors that the rows make parallel, and that must not end up opposite. `kept` are rows that
+keep the value that they have at the scene's pose, or that of the parameter which they name. `parameters` are what else
+the joint takes, by the names that its primitives have for them; those that no row keeps are required. A joint that
+`merges` makes one rigid body of two unless its reaction is asked for.
 """
 
 from __future__ import annotations
@@ -19,7 +24,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from types import MappingProxyType
 
-#: A primitive's name and the points and vectors it takes, e.g. ("perpendicular", "x1", "z2"); "-y2" is minus y2.
+#: A primitive's name and the points and vectors it takes, e.g. ("perpendicular", "x1", "z2").
 Row = tuple[str, ...]
 
 #: Unit of a coordinate by the primitive that measures it.
@@ -28,34 +33,71 @@ COORDINATE_UNITS = MappingProxyType({"angle": "rad", "along": "m"})
 
 @dataclass(frozen=True)
 class JointType:
-    """One kind of joint: frame ("point", "axis" or "axes"), constraint rows, coordinates by name, aligned vectors."""
+    """One kind of joint; `separate` points in the two bodies are given where it does not bring them together."""
 
     frame: str
     rows: tuple[Row, ...]
     coordinates: Mapping[str, Row] = field(default_factory=dict)
     aligned: tuple[tuple[str, str], ...] = ()
+    separate: bool = False
+    kept: Mapping[int, str | None] = field(default_factory=dict)
+    parameters: tuple[str, ...] = ()
+    merges: bool = False
+
+    @property
+    def required_parameters(self) -> tuple[str, ...]:
+        """The parameters that have no value of their own at the scene's pose."""
+        return tuple(name for name in self.parameters if name not in self.kept.values())
 
 
 TURN: Row = ("angle", "x1", "y1", "x2")
 SLIDE: Row = ("along", "z1", "p1", "p2")
-AXES_PARALLEL: tuple[Row, ...] = (("perpendicular", "x1", "z2"), ("perpendicular", "y1", "z2"))
-ON_THE_AXIS: tuple[Row, ...] = (("along", "x1", "p1", "p2"), ("along", "y1", "p1", "p2"))
+SLIDE_X: Row = ("along", "x1", "p1", "p2")
+SLIDE_Y: Row = ("along", "y1", "p1", "p2")
+IN_PLANE: Mapping[str, Row] = MappingProxyType({"displacement_x": SLIDE_X, "displacement_y": SLIDE_Y})
 COINCIDENT: Row = ("coincident", "p1", "p2")
+AXES_PARALLEL: tuple[Row, ...] = (("perpendicular", "x1", "z2"), ("perpendicular", "y1", "z2"))
+NO_TURN: tuple[Row, ...] = (*AXES_PARALLEL, ("perpendicular", "x1", "y2"))
+ONE_AXIS, ONE_TRIAD = (("z1", "z2"),), (("z1", "z2"), ("x1", "x2"))
 
 JOINTS: Mapping[str, JointType] = MappingProxyType(
     {
-        "revolute": JointType("axis", (COINCIDENT, *AXES_PARALLEL), {"angle": TURN}, (("z1", "z2"),)),
+        "revolute": JointType("axis", (COINCIDENT, *AXES_PARALLEL), {"angle": TURN}, ONE_AXIS),
         "spherical": JointType("point", (COINCIDENT,)),
         "universal": JointType(
             "axes",
             (COINCIDENT, ("perpendicular", "z1", "z2")),
             {"angle_1": ("angle", "x1", "y1", "z2"), "angle_2": ("angle", "x2", "-y2", "z1")},
         ),
-        "prismatic": JointType(
+        "prismatic": JointType("axis", (SLIDE_X, SLIDE_Y, *NO_TURN), {"displacement": SLIDE}, ONE_TRIAD),
+        "cylindrical": JointType(
+            "axis", (SLIDE_X, SLIDE_Y, *AXES_PARALLEL), {"angle": TURN, "displacement": SLIDE}, ONE_AXIS
+        ),
+        "planar": JointType("axis", (SLIDE, *AXES_PARALLEL), {**IN_PLANE, "angle": TURN}, ONE_AXIS),
+        "fixed": JointType("point", (COINCIDENT, *NO_TURN), aligned=ONE_TRIAD, merges=True),
+        "distance": JointType(
+            "point", (("distance", "p1", "p2"),), separate=True, kept={0: "length"}, parameters=("length",)
+        ),
+        "revolute_spherical": JointType(
+            "normal",
+            (SLIDE, ("distance", "p1", "p2")),
+            separate=True,
+            kept={0: None, 1: "length"},
+            parameters=("length",),
+        ),
+        "point_in_plane": JointType("normal", (SLIDE,), IN_PLANE),
+        "point_on_line": JointType("normal", (SLIDE_X, SLIDE_Y), {"displacement": SLIDE}),
+        "screw": JointType(
             "axis",
-            (*ON_THE_AXIS, *AXES_PARALLEL, ("perpendicular", "x1", "y2")),
-            {"displacement": SLIDE},
-            (("z1", "z2"), ("x1", "x2")),
+            (SLIDE_X, SLIDE_Y, *AXES_PARALLEL, ("screw", "z1", "p1", "p2", "x1", "y1", "x2")),
+            {"angle": TURN, "displacement": SLIDE},
+            ONE_AXIS,
+            parameters=("pitch",),
+        ),
+        "gear": JointType(
+            "joints",
+            (("gear", "a.x1", "a.y1", "a.x2", "b.x1", "b.y1", "b.x2"),),
+            parameters=("teeth",),
         ),
     }
 )

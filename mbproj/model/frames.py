@@ -23,6 +23,8 @@ def local_frames(joint: Joint, frame: str, poses: Mapping[str, Pose]) -> Mapping
     first, second = (poses[name] for name in joint.bodies)
     p1, p2 = _points(joint.points, first, second)
     z1, z2 = _directions(joint.axes, first, second) if joint.axes else (np.array([0.0, 0, 1]), np.array([0.0, 0, 1]))
+    if frame == "normal":
+        z2 = z1
     if frame == "axes":
         x1, x2 = _normal_part(z2, z1), _normal_part(z1, z2)
     else:
@@ -61,11 +63,10 @@ def _normal_part(vector: Array, axis: Array) -> Array:
 
 
 def _any_normal(axis: Array) -> Array:
-    """A unit vector normal to `axis`: from the coordinate axis that is farthest from it."""
+    """A unit vector normal to `axis`: the normal part of the coordinate axis that is farthest from it."""
     farthest = np.zeros(3)
     farthest[np.argmin(np.abs(axis))] = 1.0
-    normal = np.cross(axis, farthest)
-    return _unit(normal)
+    return _unit(farthest - (farthest @ axis) * axis)
 
 
 def _turned(vector: Array, start: Array, end: Array) -> Array:

@@ -8,6 +8,7 @@ import numpy as np
 
 from mbproj.arrays import Array
 from mbproj.model.euler_parameters import matrix_L
+from mbproj.model.rigid_groups import rigid_groups
 from mbproj.model.system import Conditions, System
 from mbproj.scene.records import Scene
 
@@ -24,10 +25,11 @@ class Guess:
 
 def initial_guess(scene: Scene, system: System) -> Guess:
     """The guess that the scene's bodies give, and what its joints demand. Λ' = ½ Lᵀ ω (Eq. 16)."""
-    position = np.array([body.position for body in scene.bodies])
-    orientation = np.array([body.orientation for body in scene.bodies])
-    velocity = np.array([body.velocity for body in scene.bodies])
-    omega = np.array([body.angular_velocity for body in scene.bodies])
+    carriers = rigid_groups(scene).carriers
+    position = np.array([carrier.position for carrier in carriers])
+    orientation = np.array([carrier.orientation for carrier in carriers])
+    velocity = np.array([carrier.velocity for carrier in carriers])
+    omega = np.array([carrier.angular_velocity for carrier in carriers])
     rate = 0.5 * np.einsum("nij,ni->nj", matrix_L(orientation), omega)
     return Guess(
         q=np.hstack([position, orientation]).ravel(),

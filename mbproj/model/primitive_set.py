@@ -6,18 +6,21 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+import numpy.typing as npt
 
 from mbproj.arrays import Array, Integers, Numbers
-from mbproj.constraints import PRIMITIVES, Primitive
+from mbproj.constraints import Primitive
 
 
 @dataclass(frozen=True, eq=False)
 class Binding:
-    """One primitive on its way into a set: what it binds, as (body index, side 1 or 2, local vector) per slot."""
+    """One primitive on its way into a set: what it binds, as (body index, side 1 or 2, local vector) per slot; its
+    value counts from `offset`."""
 
-    primitive: str
+    primitive: Primitive
     owner: int
     slots: tuple[tuple[int, int, Array], ...]
+    offset: float = 0.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -35,8 +38,8 @@ class PrimitiveSet:
 
     Per attachment: `body` (S,) (the ground is the last index), `side` (S,) 1 or 2, `local` (S, 3) in body axes,
     `is_point` (S,) 1 for points and 0 for vectors. Per row: `owner` (m,) the joint's index, `is_length` (m,) True for
-    metres and False for radians. `entry_row`, `entry_slot` (e,) list the pairs of a row and an attachment in the order
-    of `gradient_entries`.
+    metres and False for radians, `offset` (m,) what is subtracted from the primitives' values. `entry_row`,
+    `entry_slot` (e,) list the pairs of a row and an attachment in the order of `gradient_entries`.
     """
 
     groups: tuple[Group, ...]
@@ -45,7 +48,8 @@ class PrimitiveSet:
     local: Array
     is_point: Array
     owner: Integers
-    is_length: np.ndarray
+    is_length: npt.NDArray[np.bool_]
+    offset: Array
     entry_row: Integers
     entry_slot: Integers
 
@@ -59,7 +63,7 @@ class PrimitiveSet:
         value = np.empty((*x.shape[:-2], self.size), dtype=x.dtype)
         for group in self.groups:
             value[..., group.rows] = group.primitive.value(x[..., group.slots, :])
-        return value
+        return value - self.offset
 
     def curvature(self, x: Numbers, x_dot: Numbers) -> Numbers:
         """x'ᵀ C_xx x' of shape (..., m)."""
@@ -88,16 +92,12 @@ class PrimitiveSet:
 
 def bind(bindings: Sequence[Binding]) -> PrimitiveSet:
     """The set of these primitives; rows in the order of the bindings."""
-    first_row = np.cumsum([0] + [PRIMITIVES[binding.primitive].rows for binding in bindings])
+    height = [binding.primitive.rows for binding in bindings]
+    first_row, first_slot = np.cumsum([0, *height]), np.cumsum([0] + [len(binding.slots) for binding in bindings])
     attachments = [slot for binding in bindings for slot in binding.slots]
-    first_slot = np.cumsum([0] + [len(binding.slots) for binding in bindings])
-    groups, is_point, is_length, owner = [], np.zeros(len(attachments)), np.zeros(first_row[-1], dtype=bool), []
-    for binding in bindings:
-        owner += [binding.owner] * PRIMITIVES[binding.primitive].rows
-    for name, primitive in PRIMITIVES.items():
-        members = [index for index, binding in enumerate(bindings) if binding.primitive == name]
-        if not members:
-            continue
+    groups, is_point, is_length = [], np.zeros(len(attachments)), np.zeros(first_row[-1], dtype=bool)
+    for primitive in dict.fromkeys(binding.primitive for binding in bindings):
+        members = [index for index, binding in enumerate(bindings) if binding.primitive == primitive]
         slots = first_slot[members][:, None] + np.arange(len(primitive.slots))
         rows = first_row[members][:, None] + np.arange(primitive.rows)
         is_point[slots] = [float(kind == "point") for kind in primitive.slots]
@@ -110,8 +110,9 @@ def bind(bindings: Sequence[Binding]) -> PrimitiveSet:
         side=np.array([slot[1] for slot in attachments], dtype=np.intp),
         local=np.array([slot[2] for slot in attachments], dtype=float).reshape(-1, 3),
         is_point=is_point,
-        owner=np.array(owner, dtype=np.intp),
+        owner=np.repeat(np.array([binding.owner for binding in bindings], dtype=np.intp), height),
         is_length=is_length,
+        offset=np.repeat(np.array([binding.offset for binding in bindings], dtype=float), height),
         entry_row=entry_row,
         entry_slot=entry_slot,
     )

@@ -13,9 +13,13 @@ from mbproj.model.primitive_set import PrimitiveSet
 
 @dataclass(frozen=True, eq=False)
 class Names:
-    """Names in the order of the arrays; coordinates as "joint.coordinate", with their units."""
+    """Names in the order of the arrays; coordinates as "joint.coordinate", with their units.
+
+    `carriers` are what moves: the bodies, but for those that fixed joints have merged, which are called by their first.
+    """
 
     bodies: tuple[str, ...]
+    carriers: tuple[str, ...]
     joints: tuple[str, ...]
     markers: tuple[str, ...]
     coordinates: tuple[str, ...]
@@ -23,7 +27,7 @@ class Names:
 
     def as_mapping(self) -> dict[str, tuple[str, ...]]:
         """The names by kind, as a results file stores them."""
-        return {kind: getattr(self, kind) for kind in self.__dataclass_fields__}
+        return {kind: getattr(self, kind) for kind in self.__dataclass_fields__ if kind != "carriers"}
 
 
 @dataclass(frozen=True, eq=False)
@@ -36,12 +40,13 @@ class Conditions:
 
 @dataclass(frozen=True, eq=False)
 class System:
-    """A mechanism of n bodies; body index n is the ground.
+    """A mechanism of n rigid carriers, most of which are one body of the scene each; index n is the ground.
 
     `mass` (n,) in kg, `inertia` (n, 3, 3) in kg m² about the centre of mass in body axes, `gravity` (3,) in m/s².
-    `joints`: the constraint rows of all joints; `coordinates`: their free coordinates; `alignment`: scalar products of
-    vectors that must not be flipped by assembly, positive in a right pose. `marker_body` (k,) and
-    `marker_local` (k, 3). `reaction_body` (nj,), `reaction_local` (nj, 3): body 2 of each joint and its point in it.
+    `joints`: the constraint rows of all joints; `coordinates`: their free coordinates; `alignment`: scalar products
+    of vectors that must not be flipped by assembly, positive in a right pose. `body_carrier` (N,), `body_offset` (N, 3)
+    and `body_turn` (N, 4): where each of the scene's N bodies sits on its carrier. `marker_body` (k,), `marker_local`
+    (k, 3). `reaction_body` (nj,), `reaction_local` (nj, 3): body 2 of each joint and its point in it.
     `length` is the size of the mechanism in m: what an absolute tolerance is taken relative to. `joint_places`: where
     each joint stands in the scene file, for messages.
     """
@@ -53,6 +58,9 @@ class System:
     joints: PrimitiveSet
     coordinates: PrimitiveSet
     alignment: PrimitiveSet
+    body_carrier: Integers
+    body_offset: Array
+    body_turn: Array
     marker_body: Integers
     marker_local: Array
     reaction_body: Integers
@@ -62,7 +70,7 @@ class System:
 
     @property
     def bodies(self) -> int:
-        """n, the number of bodies without the ground."""
+        """n, the number of bodies that move: carriers, without the ground."""
         return len(self.mass)
 
     @property
@@ -78,5 +86,5 @@ class System:
     def row_owner(self, row: int) -> str:
         """Whose row of C this is, for messages: "joint 'A'", or "Euler parameters of 'rod'"."""
         if row < self.bodies:
-            return f"Euler parameters of '{self.names.bodies[row]}'"
+            return f"Euler parameters of '{self.names.carriers[row]}'"
         return f"joint '{self.names.joints[self.joints.owner[row - self.bodies]]}'"

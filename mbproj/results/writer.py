@@ -18,7 +18,7 @@ import h5py
 import numpy as np
 import numpy.typing as npt
 
-from mbproj.errors import MbprojError
+from mbproj.errors import InputError, MbprojError
 from mbproj.results.faults import OutputError, cannot_write
 from mbproj.results.files import check_output, part_path
 from mbproj.results.layout import DATASETS, NAMES, Dataset, trailing
@@ -46,7 +46,7 @@ class ResultsWriter:
     """A context manager that records blocks of samples in `path`.
 
     Leaving it renames OUT.part over OUT with the status "complete", or, where an exception passes through,
-    "failed: cause" or "interrupted" and whatever was computed. Raises InputError where `path` cannot or must not be
+    "failed: cause" or "interrupted" and whatever was computed. An InputError before the first sample leaves OUT alone. Raises InputError where `path` cannot or must not be
     written (see `check_output`), OutputError where writing fails later.
     """
 
@@ -105,6 +105,9 @@ class ResultsWriter:
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
+        if isinstance(error, InputError) and not (self._samples or self._pending):
+            self._discard()
+            return
         try:
             if not isinstance(error, OutputError):
                 self._flush()
@@ -167,6 +170,13 @@ class ResultsWriter:
             self._file.attrs["status"] = status
             self._file.flush()
         self._finished = True
+
+    def _discard(self) -> None:
+        """Nothing was simulated: OUT stays as it was."""
+        with self._breaking():
+            self._file.close()
+        os.close(self._descriptor)
+        self.part.unlink(missing_ok=True)
 
     def _close(self) -> None:
         """Close the file and, if it is whole, rename it over OUT."""

@@ -48,7 +48,8 @@ class Alternatives(Field[T_co], Generic[T_co]):
 
 @dataclass(frozen=True)
 class Variants(Field[T_co], Generic[T_co]):
-    """A record whose `key` says which of `variants` it is; where it does not, the keys common to all are still read."""
+    """A record whose `key` says which of `variants` it is; where it does not, the keys that mean the same to all
+    that have them are still read."""
 
     key: str
     tag: Choice
@@ -76,7 +77,9 @@ class Variants(Field[T_co], Generic[T_co]):
         return None
 
     def _common(self) -> Mapping[str, Field[Any]]:
-        first, *others = self.variants.values()
+        variants = self.variants.values()
+        every = {key: field for variant in variants for key, field in variant.keys.items()}
         return {
-            key: field for key, field in first.keys.items() if all(other.keys.get(key) is field for other in others)
+            key: field for key, field in every.items()
+            if all(variant.keys.get(key, field) is field for variant in variants)
         }

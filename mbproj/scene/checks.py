@@ -5,10 +5,11 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator, Mapping
 
+from mbproj.joints import JOINTS
 from mbproj.scene import inertia, rotations
 from mbproj.scene.containers import Complaint
 from mbproj.scene.reading import Unfit
-from mbproj.scene.records import Matrix, Pair, Quaternion, Vector
+from mbproj.scene.records import Joint, Matrix, Pair, Quaternion, Vector
 from mbproj.scene.suggestions import did_you_mean
 
 #: A point or direction as read: one for both bodies, or one by body in its own axes.
@@ -57,11 +58,32 @@ def inertia_of(matrix: Matrix) -> Matrix:
     return symmetric
 
 
-def two_bodies(names: tuple[str, str]) -> tuple[str, str]:
-    """The names of two different bodies."""
+def different(names: tuple[str, str]) -> tuple[str, str]:
+    """The names of two different bodies or joints."""
     if names[0] == names[1]:
-        raise Unfit(f"names '{names[0]}' twice", "a joint connects two different bodies")
+        raise Unfit(f"names '{names[0]}' twice", "give two different ones")
     return names
+
+
+def nonzero(number: float) -> float:
+    """A number other than zero."""
+    if number == 0.0:
+        raise Unfit("is zero")
+    return number
+
+
+def tooth_count(number: float) -> float:
+    """A whole number other than zero; its sign says which way the wheel turns."""
+    if number == 0.0 or not number.is_integer():
+        raise Unfit(f"has {number:g} for a number of teeth", "it is whole; a minus makes an internal gear or a belt")
+    return number
+
+
+def two_points(points: tuple[Vector, Vector]) -> Pair:
+    """A pair of global points, the first in the first body, that are not the same."""
+    if points[0] == points[1]:
+        raise Unfit("are one point", "a distance needs two; a spherical joint keeps one")
+    return Pair(*points)
 
 
 def two_axes(axes: tuple[Vector, Vector]) -> Pair:
@@ -77,15 +99,20 @@ def shared(vector: Vector) -> Pair:
 
 
 def pair_of(placed: Placed, bodies: tuple[str, str]) -> Pair:
-    """The pair in the order of `bodies`."""
-    return placed if isinstance(placed, Pair) else Pair(placed[bodies[0]], placed[bodies[1]], local=True)
+    """The pair in the order of `bodies`; what only the first body has stands for both."""
+    if isinstance(placed, Pair):
+        return placed
+    return Pair(placed[bodies[0]], placed.get(bodies[1], placed[bodies[0]]), local=True)
 
 
-def of_these_bodies(key: str) -> Callable[[tuple[str, str] | str, Placed | Vector], Iterator[Complaint]]:
-    """A check that what is given by body under `key` is given for the bodies at hand (one or two), and no other."""
+def of_these_bodies(
+    key: str, alone: bool = False
+) -> Callable[[tuple[str, str] | str, Placed | Vector], Iterator[Complaint]]:
+    """A check that what is given by body under `key` is given for the bodies at hand (one or two), and no other; for
+    the first of two `alone` where only that one has it."""
 
     def find(bodies: tuple[str, str] | str, placed: Placed | Vector) -> Iterator[Complaint]:
-        wanted = (bodies,) if isinstance(bodies, str) else bodies
+        wanted = (bodies,) if isinstance(bodies, str) else bodies[:1] if alone else bodies
         if not isinstance(placed, Mapping):
             return
         needs = f"it is given for {' and '.join(repr(name) for name in wanted)}"
@@ -100,13 +127,24 @@ def of_these_bodies(key: str) -> Callable[[tuple[str, str] | str, Placed | Vecto
     return find
 
 
-def same_kind(key: str) -> Callable[[Placed, Placed], Iterator[Complaint]]:
-    """A check that the location and the axes under `key` are both global or both by body."""
+def couples_angles(joints: Mapping[str, Joint]) -> Iterator[Complaint]:
+    """A check that what gears couple are joints with one angle about one axis."""
+    for joint in joints.values():
+        for index, name in enumerate(joint.couples or ()):
+            kind = joints[name].type if name in joints else None
+            if kind is not None and "angle" not in JOINTS[kind].coordinates:
+                able = ", ".join(name for name, entry in JOINTS.items() if "angle" in entry.coordinates)
+                message = f"joint '{name}' is {kind} and has no angle to couple"
+                yield Complaint(("joints", joint.name, "joints", index), message, f"a gear takes {able}")
+
+
+def same_kind(point: str, key: str) -> Callable[[Placed, Placed], Iterator[Complaint]]:
+    """A check that the points under `point` and the axes under `key` are both global or both by body."""
 
     def find(location: Placed, axes: Placed) -> Iterator[Complaint]:
         if isinstance(location, Pair) != isinstance(axes, Pair):
             kinds = ("global", "by body") if isinstance(axes, Pair) else ("by body", "global")
-            yield Complaint((key,), f"'{key}' is {kinds[0]} but 'location' is {kinds[1]}",
+            yield Complaint((key,), f"'{key}' is {kinds[0]} but '{point}' is {kinds[1]}",
                             "give both as lists (global), or both by body in the bodies' axes")
 
     return find

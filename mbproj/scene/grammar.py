@@ -11,23 +11,27 @@ from mbproj.scene import inertia, rotations
 from mbproj.scene.alternatives import Alternatives, Variants
 from mbproj.scene.checks import (
     Placed,
+    couples_angles,
+    different,
     direction,
     inertia_of,
+    nonzero,
     of_these_bodies,
     orientation_of,
     pair_of,
     same_kind,
     shared,
+    tooth_count,
     two_axes,
-    two_bodies,
+    two_points,
     unit_quaternion,
 )
 from mbproj.scene.choices import Choice, Reference
 from mbproj.scene.containers import Check, Named, Record
-from mbproj.scene.fields import Converted, Field, List, Text
+from mbproj.scene.fields import Converted, Field, Flag, List, Text
 from mbproj.scene.parameters import Parameters
 from mbproj.scene.quantities import Number
-from mbproj.scene.records import GROUND, Body, Joint, Marker, Matrix, Quaternion
+from mbproj.scene.records import GROUND, Body, Joint, Marker, Matrix, Pair, Quaternion
 from mbproj.scene.simulation import SIMULATION
 
 
@@ -84,38 +88,77 @@ BODY: Record[Body] = Record(
 JOINT_POINT: Field[Placed] = Alternatives((Converted(POINT, shared), Named("body", POINT)))
 AXIS: Field[Placed] = Alternatives((Converted(DIRECTION, shared), Named("body", DIRECTION)))
 AXES: Field[Placed] = Alternatives((Converted(List(DIRECTION, 2, "axes"), two_axes), Named("body", DIRECTION)))
+TWO_POINTS: Field[Placed] = Alternatives((Converted(List(POINT, 2, "points"), two_points), Named("body", POINT)))
 #: The key that gives the axes, by the frame of the joint type.
-FRAME_KEYS: Mapping[str, Mapping[str, Field[Placed]]] = {"point": {}, "axis": {"axis": AXIS}, "axes": {"axes": AXES}}
+FRAME_KEYS: Mapping[str, Mapping[str, Field[Placed]]] = {
+    "point": {}, "axis": {"axis": AXIS}, "normal": {"axis": AXIS}, "axes": {"axes": AXES}
+}
+#: What else a joint may take, by the names in the joint table.
+PARAMETERS: Mapping[str, Field[Any]] = {
+    "length": Number("m", above=0.0),
+    "pitch": Converted(Number("m"), nonzero),
+    "teeth": List(Converted(Number(), tooth_count), 2, "numbers of teeth"),
+}
 
 JOINT_TYPE = Choice("joint type", lambda: JOINTS)
-TWO_BODIES: Field[Any] = Converted(List(Reference("body", "bodies", (GROUND,)), 2, "names of bodies"), two_bodies)
+TWO_BODIES: Field[Any] = Converted(List(Reference("body", "bodies", (GROUND,)), 2, "names of bodies"), different)
+TWO_JOINTS: Field[Any] = Converted(List(Reference("joint", "joints"), 2, "names of joints"), different)
 
 
 def _joint_variant(type_name: str, kind: JointType) -> Record[Joint]:
     """What a joint of this type is written as."""
     units = {name: COORDINATE_UNITS[row[0]] for name, row in kind.coordinates.items()}
     rates: dict[str, Field[Any]] = {name: Number(f"{unit}/s") for name, unit in units.items()}
+    if kind.frame == "joints":
+        coupling = {"type": JOINT_TYPE, "joints": TWO_JOINTS, **{name: PARAMETERS[name] for name in kind.parameters}}
+        return Record(f"a {type_name} joint", coupling, _coupling, tuple(coupling), named=True)
     frame = FRAME_KEYS[kind.frame]
-    keys: dict[str, Field[Any]] = {"type": JOINT_TYPE, "bodies": TWO_BODIES, "location": JOINT_POINT, **frame}
+    place = {"locations": TWO_POINTS} if kind.separate else {"location": JOINT_POINT}
+    keys: dict[str, Field[Any]] = {"type": JOINT_TYPE, "bodies": TWO_BODIES, **place, **frame}
+    keys |= {name: PARAMETERS[name] for name in kind.parameters}
+    if kind.merges:
+        keys["reaction"] = Flag()
     if len(rates) == 1:
         (rate,) = rates.values()
         keys["speed"] = Converted(rate, lambda speed: dict.fromkeys(rates, speed))
     elif rates:
         keys["speed"] = Record("a speed", rates, dict)
     keys |= {name: Number(unit) for name, unit in units.items()}
-    checks = [Check(("bodies", key), of_these_bodies(key)) for key in ("location", *frame)]
-    checks += [Check(("location", key), same_kind(key)) for key in frame]
-    needed = ("type", "bodies", "location", *frame)
+    (point,) = place
+    checks = [Check(("bodies", point), of_these_bodies(point))]
+    checks += [Check(("bodies", key), of_these_bodies(key, alone=kind.frame == "normal")) for key in frame]
+    checks += [Check((point, key), same_kind(point, key)) for key in frame]
+    needed = ("type", "bodies", point, *frame, *kind.required_parameters)
     return Record(f"a {type_name} joint", keys, _joint, needed, tuple(checks), named=True)
 
 
 def _joint(
-    name: str, type: str, bodies: tuple[str, str], location: Placed, axis: Placed | None = None,
-    axes: Placed | None = None, speed: Mapping[str, float] | None = None, **start: float,
+    name: str, type: str, bodies: tuple[str, str], speed: Mapping[str, float] | None = None, **given: Any
 ) -> Joint:
-    directions = axes if axis is None else axis
-    axes_pair = None if directions is None else pair_of(directions, bodies)
-    return Joint(name, type, bodies, pair_of(location, bodies), axes_pair, start, speed or {})
+    def pair(*keys: str) -> Pair | None:
+        found = [given[key] for key in keys if key in given]
+        return pair_of(found[0], bodies) if found else None
+
+    kind = JOINTS[type]
+    points = pair("location", "locations")
+    assert points is not None
+    return Joint(
+        name,
+        type,
+        bodies,
+        points,
+        pair("axis", "axes"),
+        start={key: given[key] for key in kind.coordinates if key in given},
+        speed=speed or {},
+        parameters={key: given[key] for key in kind.parameters if key in given},
+        reaction=given.get("reaction", False),
+    )
+
+
+def _coupling(name: str, type: str, joints: tuple[str, str], **parameters: Any) -> Joint:
+    """Its bodies are those of the joints it couples, which `read` fills in."""
+    nowhere = Pair((0.0, 0.0, 0.0), (0.0, 0.0, 0.0))
+    return Joint(name, type, ("", ""), nowhere, parameters=parameters, couples=joints)
 
 
 def _joint_variants() -> dict[str, Record[Joint]]:
@@ -153,4 +196,5 @@ SCENE: Record[dict[str, Any]] = Record(
     },
     dict,
     required=("mbproj", "gravity", "bodies"),
+    checks=(Check(("joints",), couples_angles),),
 )

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -12,13 +13,13 @@ from mbproj.scene.grammar import SCENE
 from mbproj.scene.nodes import MappingNode, ScalarNode, as_mapping, describe
 from mbproj.scene.parameters import override
 from mbproj.scene.reading import Reading, in_text_order
-from mbproj.scene.records import KeyPath, Scene, Settings
+from mbproj.scene.records import Joint, KeyPath, Scene, Settings
 from mbproj.scene.settings import Merged, check_settings, flatten, merge, read_options, settings_of
 from mbproj.scene.simulation import SIMULATION
 from mbproj.scene.text import MAX_BYTES, read_text
 
 #: The blocks whose items other items name.
-_REFERRED = ("bodies",)
+_REFERRED = ("bodies", "joints")
 _NOTHING: Mapping[str, Any] = {}
 
 
@@ -60,7 +61,7 @@ def _read(
         title=found.get("title", ""),
         gravity=found["gravity"],
         bodies=tuple(found["bodies"].values()),
-        joints=tuple(found.get("joints", {}).values()),
+        joints=tuple(_connected(found.get("joints", {}))),
         markers=tuple(found.get("markers", {}).values()),
         parameters=found.get("parameters", {}),
         settings=settings,
@@ -69,6 +70,16 @@ def _read(
         overrides={key: _written(value) for key, value in parameters.items()},
         places=reading.places,
     )
+
+
+def _connected(joints: Mapping[str, Joint]) -> Iterator[Joint]:
+    """The joints, with the bodies of those that couple others: their second bodies."""
+    for joint in joints.values():
+        if joint.couples is None:
+            yield joint
+        else:
+            first, second = (joints[name].bodies[1] for name in joint.couples)
+            yield replace(joint, bodies=(first, second))
 
 
 def _items(root: MappingNode) -> dict[str, tuple[str, ...]]:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Any
 
 from mbproj.errors import Place
 
@@ -51,8 +52,10 @@ class Pair:
 class Joint:
     """A joint of type `type` (a name in `mbproj.joints.JOINTS`) from bodies[0] to bodies[1].
 
-    `axes` is None where the type's frame is "point". `start` are hard conditions on its coordinates at t = 0 (rad, m),
-    `speed` on their rates (rad/s, m/s), by coordinate name.
+    `axes` is None where the type has none. `start` are hard conditions on its coordinates at t = 0 (rad, m), `speed` on
+    their rates (rad/s, m/s), by coordinate name. `parameters`: a pitch, a length (m), numbers of teeth. `reaction`:
+    whether the reaction of a joint that merges its bodies is wanted, so that they stay two. `couples`: the two joints
+    that a gear couples; its `bodies` are then their second bodies.
     """
 
     name: str
@@ -62,6 +65,9 @@ class Joint:
     axes: Pair | None = None
     start: Mapping[str, float] = field(default_factory=dict)
     speed: Mapping[str, float] = field(default_factory=dict)
+    parameters: Mapping[str, Any] = field(default_factory=dict)
+    reaction: bool = False
+    couples: tuple[str, str] | None = None
 
 
 @dataclass(frozen=True)

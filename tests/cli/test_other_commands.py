@@ -25,7 +25,7 @@ joints:
 def test_check_says_what_a_scene_is(tmp_path):
     done = mbproj("check", SLIDER_CRANK, folder=tmp_path)
     assert (done.returncode, done.stderr) == (0, "")
-    assert "    C  universal of rod and slider, angle_1 and angle_2\n" in done.stdout
+    assert "    C  universal of rod and slider, free: angle_1, angle_2\n" in done.stdout
     assert "21 coordinates, 20 constraints of rank 20: 1 degrees of freedom\n" in done.stdout
     assert done.stdout.endswith("  can run\n")
 

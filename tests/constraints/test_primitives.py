@@ -10,9 +10,12 @@ from mbproj.constraints import PRIMITIVES
 STEP = 1e-30
 
 
+PARAMETERS = {"screw": {"pitch": 0.7}, "gear": {"teeth": (20.0, -35.0)}}
+
+
 @pytest.fixture(params=sorted(PRIMITIVES))
 def primitive(request):
-    return PRIMITIVES[request.param]
+    return PRIMITIVES[request.param](**PARAMETERS.get(request.param, {}))
 
 
 @pytest.fixture
@@ -60,9 +63,36 @@ def test_leading_axes_are_samples(primitive, vectors):
 def test_angle_counts_from_x_towards_y():
     angle = 2.5
     x = np.array([[[1.0, 0, 0], [0, 1, 0], [np.cos(angle), np.sin(angle), 0.3]]])
-    np.testing.assert_allclose(PRIMITIVES["angle"].value(x), [[angle]], rtol=1e-15)
+    np.testing.assert_allclose(PRIMITIVES["angle"]().value(x), [[angle]], rtol=1e-15)
 
 
 def test_along_is_the_displacement_from_point_1_to_point_2():
     x = np.array([[[0.0, 0, 1], [1, 1, 1], [5, 5, 4]]])
-    np.testing.assert_array_equal(PRIMITIVES["along"].value(x), [[3.0]])
+    np.testing.assert_array_equal(PRIMITIVES["along"]().value(x), [[3.0]])
+
+
+def test_distance_is_a_length_not_its_square():
+    x = np.array([[[1.0, 2, 3], [1, 5, 7]]])
+    np.testing.assert_array_equal(PRIMITIVES["distance"]().value(x), [[5.0]])
+
+
+@pytest.mark.parametrize("turns", [-1.75, -0.2, 0.0, 0.3, 1.4, 12.3])
+def test_a_screw_advances_its_pitch_a_turn(turns):
+    """z1, p1, p2 of the displacement, x1, y1, x2 of the angle: on the thread the row is zero, whatever the turn."""
+    screw = PRIMITIVES["screw"](pitch=0.25)
+    angle = 2.0 * np.pi * turns
+    turned = [np.cos(angle), np.sin(angle), 0.0]
+    x = np.array([[[0.0, 0, 1], [0, 0, 0], [0, 0, 0.25 * turns], [1, 0, 0], [0, 1, 0], turned]])
+    np.testing.assert_allclose(screw.value(x), 0.0, atol=1e-15)
+    x[0, 2, 2] += 0.01
+    np.testing.assert_allclose(screw.value(x), 0.01, rtol=1e-12)
+
+
+@pytest.mark.parametrize("teeth", [(20.0, 40.0), (20.0, -35.0), (17.0, 5.0)])
+def test_gears_mesh_over_any_number_of_turns(teeth):
+    gear = PRIMITIVES["gear"](teeth=teeth)
+    for first in np.linspace(-20.0, 20.0, 41):
+        second = -first * teeth[0] / teeth[1]
+        vectors = [[1.0, 0, 0], [0, 1, 0], [np.cos(first), np.sin(first), 0]]
+        vectors += [[1.0, 0, 0], [0, 1, 0], [np.cos(second), np.sin(second), 0]]
+        np.testing.assert_allclose(gear.value(np.array([vectors])), 0.0, atol=1e-13)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import pytest
 
 from mbproj.errors import InputError
+from mbproj.joints import JOINTS
 from tests.scene.good_scene import GOOD, changed, errors, read
 from tests.scene.wrong_scenes import IDS, ROWS
 
@@ -99,8 +100,8 @@ def test_a_wrong_parameter_is_reported_where_it_is_given_and_nowhere_else() -> N
 def test_the_checks_of_a_joint_of_unknown_type_go_on() -> None:
     text = changed("type: spherical, bodies: [crank, rod]", "type: ball, bodies: [crank, crank]")
     assert errors(text) == [
-        "f.yaml:25:13: error: unknown joint type 'ball'; choose from: revolute, spherical, universal, prismatic",
-        "f.yaml:25:27: error: 'bodies' names 'crank' twice; a joint connects two different bodies",
+        f"f.yaml:25:13: error: unknown joint type 'ball'; choose from: {', '.join(JOINTS)}",
+        "f.yaml:25:27: error: 'bodies' names 'crank' twice; give two different ones",
     ]
 
 
