@@ -13,7 +13,7 @@ from mbproj import __version__
 from mbproj.errors import ExitCode, MbprojError
 
 #: Commands in the order of the help; each is the object `command` of the module of its name.
-COMMANDS = ("run", "check", "plot", "info", "paper", "examples")
+COMMANDS = ("run", "check", "plot", "info", "export", "rerun", "paper", "examples", "schema")
 
 
 class CommandsOnDemand(click.Group):

@@ -46,8 +46,9 @@ class ResultsWriter:
     """A context manager that records blocks of samples in `path`.
 
     Leaving it renames OUT.part over OUT with the status "complete", or, where an exception passes through,
-    "failed: cause" or "interrupted" and whatever was computed. An InputError before the first sample leaves OUT alone. Raises InputError where `path` cannot or must not be
-    written (see `check_output`), OutputError where writing fails later.
+    "failed: cause" or "interrupted" and whatever was computed; an InputError before the first sample leaves OUT alone.
+    Raises InputError where `path` cannot or must not be written (see `check_output`), OutputError where writing fails
+    later.
     """
 
     def __init__(self, path: Path | str, scene: Scene, names: Names) -> None:

@@ -131,20 +131,43 @@ def test_an_input_error_leaves_an_existing_results_file_alone(tmp_path):
     assert [path.name for path in tmp_path.iterdir()] == ["results.h5"]
 
 
-@pytest.mark.parametrize("signum", [signal.SIGINT, signal.SIGTERM])
-def test_interrupting_keeps_the_results_and_exits_with_130(tmp_path, signum):
+def started(folder, out: str) -> subprocess.Popen[str]:
+    """A long run in a process of its own that has been recording for a second."""
     program = [sys.executable, "-c", "from mbproj.cli import main; main()", "run", FIVE_BAR, "--duration", "1000"]
     process = subprocess.Popen(
-        program, cwd=tmp_path, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env={"PYTHONPATH": str(ROOT)}
+        program, cwd=folder, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env={"PYTHONPATH": str(ROOT)}
     )
     deadline = time.monotonic() + 60.0
-    while not (tmp_path / "results.h5.part").exists() and time.monotonic() < deadline:
+    while not (folder / f"{out}.part").exists() and time.monotonic() < deadline:
         time.sleep(0.05)
-    time.sleep(1.0)
+    time.sleep(2.5)
+    return process
+
+
+@pytest.mark.parametrize("signum", [signal.SIGINT, signal.SIGTERM])
+def test_interrupting_keeps_the_results_and_exits_with_130(tmp_path, signum):
+    process = started(tmp_path, "results.h5")
     process.send_signal(signum)
     _, errors = process.communicate(timeout=60)
     assert process.returncode == 130
-    assert errors.endswith("interrupted\n")
+    assert errors.split("\n")[-4:] == ["note: what was computed until then is in results.h5", "", "interrupted", ""]
     results = open_results(tmp_path / "results.h5")
     assert results.status == "interrupted"
     assert len(results.time) > 10
+
+
+def test_a_killed_run_leaves_out_alone_and_its_part_readable(tmp_path):
+    mbproj("run", SLIDER_CRANK, "--duration", "0.02", "--quiet", folder=tmp_path)
+    before = (tmp_path / "results.h5").read_bytes()
+    process = started(tmp_path, "results.h5")
+    process.kill()
+    process.communicate(timeout=60)
+    assert (tmp_path / "results.h5").read_bytes() == before
+    part = open_results(tmp_path / "results.h5.part")
+    assert (part.status, part.partial) == ("running", True)
+    assert len(part.time) > 10
+    assert part["diagnostics/position_violation"].max() <= 1e-13
+    info = mbproj("info", "results.h5.part", folder=tmp_path)
+    assert info.returncode == 0, info.stderr
+    plots = mbproj("plot", "results.h5.part", "--kind", "violation", folder=tmp_path)
+    assert plots.returncode == 0, plots.stderr

@@ -1,0 +1,55 @@
+"""Results as tables of numbers by time: one for each body, marker and joint, and one of diagnostics."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from mbproj.arrays import Array
+from mbproj.results import DATASETS, Results
+
+#: How the components of a quantity are called, by their number.
+COMPONENTS = {1: ("",), 3: ("_x", "_y", "_z"), 4: ("_0", "_1", "_2", "_3")}
+
+
+@dataclass(frozen=True, eq=False)
+class Table:
+    """A name such as "body-crank", column headings such as "position_x (m)", and their values (T, columns)."""
+
+    name: str
+    headings: tuple[str, ...]
+    values: Array
+
+
+def tables(results: Results) -> Iterator[Table]:
+    """All tables of these results; time is the first column of each."""
+    for kind, symbol, group in (("bodies", "n", "body"), ("markers", "k", "marker"), ("joints", "nj", "joint")):
+        for column, name in enumerate(results.names(kind)):
+            parts = [(dataset.path, dataset.unit) for dataset in DATASETS if dataset.symbol == symbol]
+            blocks = [(path.partition("/")[2], unit, results[path][:, column]) for path, unit in parts]
+            if kind == "joints":
+                blocks += _coordinates(results, name)
+            yield _table(results, f"{group}-{name}", blocks)
+    diagnostics = [entry for entry in DATASETS if entry.path.startswith("diagnostics/")]
+    blocks = [(entry.path.partition("/")[2], entry.unit, results[entry.path]) for entry in diagnostics]
+    yield _table(results, "diagnostics", blocks)
+
+
+def _coordinates(results: Results, joint: str) -> Iterator[tuple[str, str, Array]]:
+    units = results.names("coordinate_units")
+    for column, name in enumerate(results.names("coordinates")):
+        owner, _, coordinate = name.rpartition(".")
+        if owner == joint:
+            yield coordinate, units[column], results["joints/coordinate"][:, column]
+            yield f"{coordinate}_speed", f"{units[column]}/s", results["joints/speed"][:, column]
+
+
+def _table(results: Results, name: str, blocks: list[tuple[str, str, Array]]) -> Table:
+    headings, columns = ["time (s)"], [results.time[:, None]]
+    for quantity, unit, values in blocks:
+        flat = values.reshape(len(values), -1)
+        headings += [f"{quantity}{component} ({unit})" for component in COMPONENTS[flat.shape[1]]]
+        columns.append(flat)
+    return Table(name, tuple(headings), np.concatenate(columns, axis=1))

@@ -1,0 +1,56 @@
+"""What `run` and `rerun` share: from a scene that was read to a results file and a summary."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from time import perf_counter
+from typing import TYPE_CHECKING
+
+import click
+
+from mbproj.errors import SimulationError, placed_at
+
+if TYPE_CHECKING:
+    from mbproj.scene import Scene
+
+
+def execute(scene: Scene, name: str, output: str, *, as_json: bool, quiet: bool) -> None:
+    """Simulates `scene`, which the summary calls `name`, writes `output`, and prints what is asked for."""
+    from mbproj.cli.progress import progress_bar
+    from mbproj.cli.summary import print_summary, summary
+    from mbproj.dynamics import assemble
+    from mbproj.integrate import simulate
+    from mbproj.model import compile_system, initial_guess
+    from mbproj.results import ResultsWriter
+    from mbproj.scene import settings_to_run
+
+    started = perf_counter()
+    settings = settings_to_run(scene)
+    system = compile_system(scene)
+    state = assemble(system, initial_guess(scene, system))
+    with (
+        _what_is_kept(output),
+        placed_at(scene.place("simulation", "projection", "method")),
+        ResultsWriter(output, scene, system.names.as_mapping()) as recorder,
+        progress_bar(settings.duration, hidden=quiet or as_json) as progress,
+    ):
+        report = simulate(system, state, settings, recorder, progress)
+        numbers = summary(name, output, report, total_seconds=perf_counter() - started)
+        recorder.attributes(numbers)
+    if as_json:
+        import json
+
+        click.echo(json.dumps(numbers))
+    elif not quiet:
+        print_summary(scene.title or name, system, report, numbers)
+
+
+@contextmanager
+def _what_is_kept(output: str) -> Iterator[None]:
+    """Says where the results of a run are that did not end well."""
+    try:
+        yield
+    except (SimulationError, KeyboardInterrupt):
+        click.echo(f"note: what was computed until then is in {output}", err=True)
+        raise

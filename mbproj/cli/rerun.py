@@ -1,0 +1,34 @@
+"""`mbproj rerun`: repeats a run from nothing but its results file."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import click
+
+
+@click.command("rerun")
+@click.argument("results", type=click.Path(path_type=Path))
+@click.option("-o", "--output", default="rerun.h5", show_default=True, type=click.Path(), help="New results file.")
+@click.option("--json", "as_json", is_flag=True, help="Print one JSON object instead of the summary.")
+@click.option("-q", "--quiet", is_flag=True, help="Print nothing but errors.")
+def command(results: Path, output: str, as_json: bool, quiet: bool) -> None:
+    """Repeats the run that wrote RESULTS: the same scene text, parameters and settings.
+
+    On the same build and machine the numbers are the same to the last bit.
+    """
+    from mbproj.cli.execute import execute
+    from mbproj.errors import InputError, Place, Problem
+    from mbproj.results import open_results
+    from mbproj.scene import read_scene_text
+
+    with open_results(results) as before:
+        name = str(before.scene_path or results)
+        scene = read_scene_text(before.scene_text, name, before.overrides)
+        scene = replace(scene, path=before.scene_path, settings=before.settings)
+        source = before.path
+    if Path(output).resolve() == source.resolve():
+        problem = Problem(f"'{output}' is the file to repeat", Place("--output"), "choose another name")
+        raise InputError(problem)
+    execute(scene, name, output, as_json=as_json, quiet=quiet)
