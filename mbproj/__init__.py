@@ -14,6 +14,8 @@ from __future__ import annotations
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
+from mbproj.version import __version__
+
 if TYPE_CHECKING:
     from mbproj.dynamics import State, assemble, mobility
     from mbproj.errors import InputError, SimulationError
@@ -21,8 +23,6 @@ if TYPE_CHECKING:
     from mbproj.model import System, compile_system, initial_guess
     from mbproj.results import Results, ResultsWriter, open_results
     from mbproj.scene import Scene, read_scene, read_scene_text, settings_to_run
-
-__version__ = "0.1.0"
 
 _HOMES = {
     "mbproj.dynamics": ("State", "assemble", "mobility"),
@@ -43,6 +43,7 @@ __all__ = [
     "SimulationError",
     "State",
     "System",
+    "__version__",
     "assemble",
     "compile_system",
     "initial_guess",

@@ -9,8 +9,8 @@ from importlib import import_module
 
 import click
 
-from mbproj import __version__
 from mbproj.errors import ExitCode, MbprojError
+from mbproj.version import __version__
 
 #: Commands in the order of the help; each is the object `command` of the module of its name.
 COMMANDS = ("run", "check", "plot", "info", "export", "rerun", "paper", "examples", "schema")

@@ -16,7 +16,6 @@ SUSPICIOUS_DRIFT = 1e-4
 
 def summary(scene: str, output: str, report: Report, total_seconds: float) -> dict[str, Any]:
     """What --json prints and the results file keeps as attributes."""
-    worst = max(report.position_violation, report.velocity_violation, key=lambda violation: violation.value)
     return {
         "scene": str(scene),
         "output": str(output),
@@ -29,7 +28,7 @@ def summary(scene: str, output: str, report: Report, total_seconds: float) -> di
         "total_seconds": total_seconds,
         "position_violation_max": report.position_violation.value,
         "velocity_violation_max": report.velocity_violation.value,
-        "worst_joint": worst.owner,
+        "worst_joint": report.worst_joint,
         "energy_drift": report.energy_drift,
         "energy_drift_relative": report.energy_drift_relative,
         "status": "complete",

@@ -134,7 +134,7 @@ def _accept(formulation: FullFormulation, tally: Tally, before: Point, t: float,
     limit = OPEN if projected.failures else LOST
     if not np.all(position <= limit * formulation.system.row_scale):
         raise _open(formulation.system, t, position, projected)
-    tally.watch(position, velocity, t)
+    tally.watch(position, velocity, formulation.system.bodies, t)
     return _point(formulation, before, t, np.concatenate([projected.q, projected.v]))
 
 
@@ -154,7 +154,7 @@ def _open(system: System, t: float, position: Array, projected: Projected) -> Si
 def _first(formulation: FullFormulation, state: State, tally: Tally) -> Point:
     """The start as a point: its turns are those of the state."""
     tally.evaluations += 1
-    tally.watch(*formulation.violations(state.q, state.v), state.t)
+    tally.watch(*formulation.violations(state.q, state.v), formulation.system.bodies, state.t)
     coordinate, speed = formulation.coordinates(state.q, state.v)
     formulation.check_regular(state.t, state.q)
     acceleration, multipliers = formulation.accelerations(state.t, state.q, state.v)

@@ -20,8 +20,9 @@ class Worst:
 
 @dataclass(frozen=True)
 class Report:
-    """The work of a run, its largest violations over all steps, and its energy drift (J, and relative: see
-    design of the results file). `formulation` is the one that was used."""
+    """The work of a run, its largest violations over all steps, recorded or not, and its energy drift (J, and relative
+    to the largest kinetic energy + |ΔV|). `formulation` is the one that was used, `worst_joint` the name of the joint
+    that was open most; None without joints."""
 
     formulation: str
     settings: Settings
@@ -29,6 +30,7 @@ class Report:
     counters: dict[str, int]
     position_violation: Worst
     velocity_violation: Worst
+    worst_joint: str | None
     energy_drift: float
     energy_drift_relative: float
     integration_seconds: float
@@ -36,7 +38,12 @@ class Report:
 
 def worst(system: System, peak: Peak) -> Worst:
     """A peak with the name of its row."""
-    return Worst(peak.value, system.row_owner(peak.row) if system.constraints else "", peak.time)
+    return Worst(peak.value, system.row_owner(peak.row), peak.time)
+
+
+def worst_joint(system: System, peak: Peak) -> str | None:
+    """The joint that had a peak over the joints' rows."""
+    return system.names.joints[system.joints.owner[peak.row]] if system.joints.size else None
 
 
 class EnergyWatch:

@@ -16,7 +16,7 @@ from mbproj.dynamics.samples import Sample, Samples, stack
 from mbproj.integrate.full import FullFormulation
 from mbproj.integrate.interruption import Interruption, interruption
 from mbproj.integrate.march import march
-from mbproj.integrate.report import EnergyWatch, Report, worst
+from mbproj.integrate.report import EnergyWatch, Report, worst, worst_joint
 from mbproj.integrate.tally import Tally
 from mbproj.model.system import System
 from mbproj.scene.records import Settings
@@ -76,6 +76,7 @@ def simulate(
         counters=tally.counters(),
         position_violation=worst(system, tally.position_peak),
         velocity_violation=worst(system, tally.velocity_peak),
+        worst_joint=worst_joint(system, tally.joint_peak),
         energy_drift=energy.drift,
         energy_drift_relative=energy.relative,
         integration_seconds=perf_counter() - started,

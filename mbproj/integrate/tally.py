@@ -26,7 +26,7 @@ class Peak:
 
 @dataclass
 class Tally:
-    """Counters since the start, and the peaks of |C| and |C'|."""
+    """Counters since the start, and the peaks of |C|, of |C'|, and of |C| over the joints' rows alone."""
 
     steps: int = 0
     rejected_steps: int = 0
@@ -37,6 +37,7 @@ class Tally:
     projection_failures: int = 0
     position_peak: Peak = field(default_factory=Peak)
     velocity_peak: Peak = field(default_factory=Peak)
+    joint_peak: Peak = field(default_factory=Peak)
 
     def counters(self) -> dict[str, int]:
         """The counters by name."""
@@ -49,7 +50,8 @@ class Tally:
         self.velocity_iterations += projected.velocity_iterations
         self.projection_failures += projected.failures
 
-    def watch(self, position: Array, velocity: Array, t: float) -> None:
-        """Takes in |C| and |C'| (m,) of a step."""
+    def watch(self, position: Array, velocity: Array, norms: int, t: float) -> None:
+        """Takes in |C| and |C'| (m,) of a step; the first `norms` rows are not joints'."""
         self.position_peak = self.position_peak.or_larger(position, t)
+        self.joint_peak = self.joint_peak.or_larger(position[norms:], t)
         self.velocity_peak = self.velocity_peak.or_larger(velocity, t)

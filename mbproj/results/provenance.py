@@ -12,9 +12,9 @@ from typing import Any
 import h5py
 import numpy as np
 
-from mbproj import __version__
 from mbproj.results.layout import FORMAT, SCHEMA_VERSION
 from mbproj.scene.records import ProjectionSettings, Scene, Settings
+from mbproj.version import __version__
 
 #: What an attribute of the file may be.
 Attribute = str | int | float | bool | None

@@ -54,6 +54,7 @@ def test_json_is_one_object_with_the_promised_keys(tmp_path):
     assert numbers["degrees_of_freedom"] == 1
     assert numbers["steps"] == 10
     assert numbers["status"] == "complete"
+    assert numbers["worst_joint"] in ("A", "B", "C", "D")
     assert numbers["position_violation_max"] <= 1e-13
     assert open_results(tmp_path / "out.h5").attributes["steps"] == 10
 

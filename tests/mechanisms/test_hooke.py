@@ -1,0 +1,76 @@
+"""Two shafts with Hooke's joint: the transmission, and the exact motion from energy."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from tests.mechanisms.one_degree import time_to_reach
+from tests.mechanisms.running import TIGHT, Run, global_angular_velocity, run
+
+
+@pytest.fixture(scope="module")
+def shafts() -> Run:
+    """A light flywheel, so that the driving shaft does not turn evenly."""
+    return run("hooke_shaft", {"flywheel": "0.02"}, **TIGHT, duration=1.0, output_step=0.02)
+
+
+def axis(done: Run) -> np.ndarray:
+    """Along the driven shaft."""
+    return np.array([np.cos(done.parameters["bend"]), np.sin(done.parameters["bend"]), 0.0])
+
+
+def driven_angle(done: Run) -> np.ndarray:
+    """φ2 (T,) within (-π, π]: how far the driven shaft has turned about its own line."""
+    turned = done.rotation("driven") @ done.rotation("driven")[0].T
+    return np.arctan2(turned[:, 2, :] @ np.cross(axis(done), [0.0, 0.0, 1.0]), turned[:, 2, 2]) * -1.0
+
+
+def ratio(done: Run, φ1):
+    """ω2 / ω1."""
+    β = done.parameters["bend"]
+    return np.cos(β) / (1.0 - np.sin(β) ** 2 * np.cos(φ1) ** 2)
+
+
+def test_angles_obey_hookes_formula(shafts):
+    φ1 = shafts.column("joints/coordinate", "bearing.angle")
+    assert np.ptp(φ1) > 2 * np.pi
+    exact = np.arctan2(np.sin(φ1), np.cos(φ1) * np.cos(shafts.parameters["bend"]))
+    difference = driven_angle(shafts) - exact
+    np.testing.assert_allclose(np.sin(difference / 2), 0.0, atol=1e-13)
+
+
+def test_speeds_obey_hookes_formula(shafts):
+    ω2 = global_angular_velocity(shafts, "driven") @ axis(shafts)
+    exact = shafts.column("joints/speed", "bearing.angle") * ratio(shafts, shafts.column("joints/coordinate", "bearing.angle"))
+    np.testing.assert_allclose(ω2, exact, atol=1e-12)
+
+
+def test_fork_angle_is_that_between_the_cross_and_the_shafts(shafts):
+    """The angles at the cross: sin of each follows from the other shaft's direction and the cross alone."""
+    φ1, β = shafts.column("joints/coordinate", "bearing.angle"), shafts.parameters["bend"]
+    about_first = shafts.column("joints/coordinate", "hooke.angle_1")
+    np.testing.assert_allclose(np.tan(about_first), -np.tan(β) * np.sin(φ1), atol=1e-13)
+
+
+def test_floating_bearing_stays(shafts):
+    np.testing.assert_allclose(shafts.column("joints/coordinate", "floating.displacement"), 0.0, atol=1e-13)
+
+
+def test_shafts_turn_as_their_energy_demands(shafts):
+    driving, driven, _ = shafts.scene.bodies
+
+    def moment(φ1: float) -> float:
+        return driving.inertia[0][0] + driven.inertia[0][0] * ratio(shafts, φ1) ** 2
+
+    φ1 = shafts.column("joints/coordinate", "bearing.angle")[1::10]
+    times = [time_to_reach(angle, 0.0, shafts.parameters["speed"], moment, lambda φ: 0.0) for angle in φ1]
+    np.testing.assert_allclose(times, shafts["time"][1::10], atol=1e-11)
+
+
+def test_a_flywheel_of_1e6_keeps_the_driving_shaft_even():
+    done = run("hooke_shaft", {"flywheel": "1e6"}, **TIGHT, duration=0.7, output_step=0.02)
+    np.testing.assert_allclose(done.column("joints/coordinate", "bearing.angle"), 10.0 * done["time"], atol=1e-8)
+    ω2 = global_angular_velocity(done, "driven") @ axis(done)
+    np.testing.assert_allclose(ω2, 10.0 * ratio(done, 10.0 * done["time"]), atol=1e-7)
+    assert ω2.max() == pytest.approx(10.0 / np.cos(np.radians(30.0)), abs=0.02)
