@@ -161,7 +161,8 @@ def _marker_local(marker: Marker, scene: Scene, groups: RigidGroups) -> Array:
 
 
 def _length(groups: RigidGroups, symbols: Iterable[Symbols]) -> float:
-    """The largest distance of a joint's point from its body's centre of mass, or of a body from the origin; or 1 m."""
+    """The largest distance of a joint's point from its body's centre of mass; without joints the largest radius of
+    gyration; 1 m where there is neither."""
     ground = len(groups.carriers)
     arms = [
         float(np.linalg.norm(local))
@@ -169,5 +170,7 @@ def _length(groups: RigidGroups, symbols: Iterable[Symbols]) -> float:
         for symbol, (body, _, local) in bound.items()
         if symbol.startswith("p") and body != ground
     ]
-    far = max(float(np.linalg.norm(carrier.position)) for carrier in groups.carriers)
-    return max(arms, default=0.0) or far or 1.0
+    gyration = [
+        float(np.sqrt(np.trace(carrier.inertia) / carrier.mass)) for carrier in groups.carriers if carrier.mass > 0.0
+    ]
+    return max(arms, default=0.0) or max(gyration, default=0.0) or 1.0

@@ -74,3 +74,9 @@ def angular_momentum(done: Run, about: str = "centre") -> np.ndarray:
         spin = done.column("bodies/angular_velocity", body.name) @ np.array(body.inertia)
         total += np.einsum("tij,tj->ti", done.rotation(body.name), spin)
     return total
+
+
+def assert_close(found: np.ndarray, exact: np.ndarray | float | list[float], tolerance: float) -> None:
+    """|found - exact| <= tolerance everywhere, absolutely."""
+    error = np.abs(np.asarray(found) - np.asarray(exact)).max()
+    assert error <= tolerance, f"off by {error:.3g}, {tolerance:.3g} is allowed"
