@@ -12,7 +12,8 @@ from mbproj.errors import ExitCode, InputError, Problem
 from mbproj.joints import JOINTS
 
 if TYPE_CHECKING:
-    from mbproj.dynamics import Mobility
+    from mbproj.dynamics import Mobility, State
+    from mbproj.model import System
     from mbproj.scene import Scene
     from mbproj.scene.records import Joint
 
@@ -28,6 +29,7 @@ def command(scene: str, settings: tuple[str, ...], as_json: bool, **options: Any
     import json
 
     from mbproj.dynamics import assemble, mobility
+    from mbproj.dynamics.assembly import moved_by
     from mbproj.dynamics.constraint_equations import constraint_at, constraint_velocity_at
     from mbproj.dynamics.kinematics import pose_of
     from mbproj.dynamics.rank import unsolvable
@@ -37,7 +39,8 @@ def command(scene: str, settings: tuple[str, ...], as_json: bool, **options: Any
 
     what = read_scene(scene, parameters(settings), overrides(options))
     system = compile_system(what)
-    state = assemble(system, initial_guess(what, system))
+    guess = initial_guess(what, system)
+    state = assemble(system, guess)
     ranks = mobility(system, pose_of(state.q))
     problems = unsolvable(system, ranks)
     try:
@@ -54,8 +57,10 @@ def command(scene: str, settings: tuple[str, ...], as_json: bool, **options: Any
         "degrees_of_freedom": ranks.degrees_of_freedom,
         "position_violation": float(abs(constraint_at(system, state.q)).max()),
         "velocity_violation": float(abs(constraint_velocity_at(system, state.q, state.v)).max()),
+        "moved_by": moved_by(guess.q, state.q),
+        "coordinates_at_start": _coordinates(system, state),
         "can_run": not problems,
-        "problems": [str(problem) for problem in problems],
+        "problems": [_problem(problem) for problem in problems],
     }
     if as_json:
         click.echo(json.dumps(facts))
@@ -64,6 +69,25 @@ def command(scene: str, settings: tuple[str, ...], as_json: bool, **options: Any
         for problem in problems:
             click.echo(str(problem), err=True)
     return int(ExitCode.CHECK_FAILED if problems else ExitCode.DONE)
+
+
+def _problem(problem: Problem) -> dict[str, Any]:
+    """A problem for a program to read."""
+    place = problem.place
+    where = {} if place is None else {"file": place.file, "line": place.line, "column": place.column}
+    return {"message": problem.message, "hint": problem.hint, **where}
+
+
+def _coordinates(system: System, state: State) -> dict[str, dict[str, Any]]:
+    """The joints' coordinates and their speeds at the start, by name."""
+    from mbproj.dynamics.assembly import start_coordinates
+
+    values, speeds = start_coordinates(system, state)
+    units, names = system.names.coordinate_units, system.names.coordinates
+    return {
+        name: {"value": float(value), "speed": float(speed), "unit": unit}
+        for name, unit, value, speed in zip(names, units, values, speeds, strict=True)
+    }
 
 
 def _joint(joint: Joint) -> str:
@@ -85,15 +109,29 @@ def _sizes(scene: Scene, ranks: Mobility) -> list[str]:
     ]
 
 
+def _number(value: float) -> str:
+    """A coordinate or speed as one reads it: what is round-off is 0."""
+    return "0" if abs(value) < 1e-12 else f"{value:.6g}"
+
+
 def _start(scene: Scene, facts: dict[str, Any]) -> list[str]:
     from mbproj.cli.summary import step_words
 
     settings = scene.settings
     duration = "no duration" if settings.duration is None else f"{settings.duration:g} s"
     step = "no step" if settings.step is None and settings.tolerance is None else step_words(settings)
+    length, angle = facts["moved_by"]
+    start = facts["coordinates_at_start"]
+    width = max(map(len, start), default=0)
+    rows = [
+        f"    {name:{width}}  {_number(entry['value'])} {entry['unit']}, {_number(entry['speed'])} {entry['unit']}/s"
+        for name, entry in start.items()
+    ]
     return [
         f"  assembled: open by {facts['position_violation']:.1e} (m, rad), "
-        f"moving apart at {facts['velocity_violation']:.1e} per s",
+        f"moving apart at {facts['velocity_violation']:.1e} per s; "
+        f"bodies moved from their guess by up to {length:.2g} m and {angle:.2g} rad",
+        *rows,
         f"  {settings.projection.method}, {settings.integrator}, {step}, {duration}",
         "  can run" if facts["can_run"] else "  cannot run",
     ]

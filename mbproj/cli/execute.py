@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from mbproj.errors import SimulationError, placed_at
+from mbproj.errors import Place, SimulationError, placed_at
 
 if TYPE_CHECKING:
     from mbproj.scene import Scene
@@ -29,10 +29,12 @@ def execute(scene: Scene, name: str, output: str, *, as_json: bool, quiet: bool)
     settings = settings_to_run(scene)
     system = compile_system(scene)
     state = assemble(system, initial_guess(scene, system))
+    with placed_at(Place("--output")):
+        writer = ResultsWriter(output, scene, system.names.as_mapping())
     with (
         _what_is_kept(output),
         placed_at(scene.place("simulation", "projection", "method")),
-        ResultsWriter(output, scene, system.names.as_mapping()) as recorder,
+        writer as recorder,
         progress_bar(settings.duration, hidden=quiet or as_json) as progress,
     ):
         report = simulate(system, state, settings, recorder, progress)

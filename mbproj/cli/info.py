@@ -73,7 +73,8 @@ def _lines(results: Results) -> Iterator[str]:
             "status": has["status"] + partial,
             "run": f"{has['attributes'].get('date', '')} on {has['attributes'].get('host', '')}",
             "scene": has["scene"] or "(not from a file)",
-            "size": ", ".join(f"{kind} {has[kind]}" for kind in ("bodies", "joints", "coordinates", "markers")),
+            "size": f"{has['bodies']} bodies, {has['joints']} joints with {has['coordinates']} coordinates, "
+            f"{has['markers']} markers",
             **numbers,
         }
     )

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 FIGURES = {"five_bar": ("xz", (2, 3, 4, 5)), "spatial_slider_crank": ("x", (7, 8, 9, 10))}
 
 
-@click.command("paper")
+@click.command("paper", short_help="Draws the figures of Zhang, Liu & Liu (2015).")
 @click.option("--output", "-o", required=True, type=click.Path(), metavar="DIR", help="Where the figures go.")
 @click.option("--duration", default=10.0, show_default=True, type=click.FloatRange(min=0, min_open=True), help="In s.")
 @click.option("--format", "ending", default="png", show_default=True, type=click.Choice(["png", "svg", "pdf"]))

@@ -11,9 +11,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from mbproj.arrays import Array, Integers
-from mbproj.dynamics.constraint_equations import constraint, jacobian, set_jacobian
-from mbproj.dynamics.kinematics import Pose, attached, pose_of, slots_of
+from mbproj.dynamics.constraint_equations import constraint, jacobian, set_jacobian, set_velocity
+from mbproj.dynamics.kinematics import Pose, attached, pose_of, slots_of, twist_of
 from mbproj.errors import InputError, Problem
+from mbproj.model.euler_parameters import matrix_L
 from mbproj.model.guess import Guess
 from mbproj.model.system import Conditions, System
 
@@ -50,6 +51,21 @@ def assemble(system: System, guess: Guess) -> State:
 def coordinate_values(system: System, pose: Pose) -> Array:
     """The joints' coordinates (..., nc): displacements in m, angles in rad within (-π, π]."""
     return system.coordinates.value(attached(pose, *slots_of(system.coordinates)))
+
+
+def start_coordinates(system: System, state: State) -> tuple[Array, Array]:
+    """The joints' coordinates, turns included, and their rates (nc,) of a state."""
+    pose = pose_of(state.q)
+    rates = set_velocity(system.coordinates, pose, twist_of(pose, state.v))
+    return coordinate_values(system, pose) + 2.0 * np.pi * state.turns, rates
+
+
+def moved_by(before: Array, after: Array) -> tuple[float, float]:
+    """The largest shift in m and the largest turn in rad of a body between two coordinate vectors (7n,)."""
+    old, new = before.reshape(-1, 7), after.reshape(-1, 7)
+    shift = float(np.linalg.norm(new[:, :3] - old[:, :3], axis=1).max())
+    sine = np.linalg.norm(matrix_L(old[:, 3:]) @ new[:, 3:, None], axis=(1, 2))
+    return shift, float(2.0 * np.arcsin(np.minimum(sine, 1.0)).max())
 
 
 def is_angle(system: System) -> Integers:
@@ -116,22 +132,28 @@ def _normalised(q: Array) -> Array:
 
 
 def _not_closed(system: System, residual: Array) -> InputError:
-    joints = residual[: system.joints.size]
+    joints = np.abs(residual[: system.joints.size])
     owner, is_length = system.joints.owner, system.joints.is_length
-    if np.abs(joints).max(initial=0.0) > 0.1 * np.abs(residual).max():
-        worst = int(owner[np.argmax(np.abs(joints))])
+    if joints.max(initial=0.0) > 0.1 * np.abs(residual).max():
+        worst = int(owner[np.argmax(joints)])
         message = "the mechanism does not close"
     else:
         wanted = np.argmax(np.abs(residual[system.joints.size :]))
         worst = int(system.coordinates.owner[wanted])
         message = "the mechanism cannot reach the coordinates that its joints ask for"
-    length = np.abs(joints[(owner == worst) & is_length]).max(initial=0.0) * system.length
-    angle = np.abs(joints[(owner == worst) & ~is_length]).max(initial=0.0)
+    length = joints[(owner == worst) & is_length].max(initial=0.0) * system.length
+    angle = joints[(owner == worst) & ~is_length].max(initial=0.0)
+    others = [
+        f"'{name}'"
+        for index, name in enumerate(system.names.joints)
+        if index != worst and joints[owner == index].max(initial=0.0) > 0.1 * joints.max()
+    ]
+    shared = f", and the gap is shared with {', '.join(others)}" if others else ""
     return InputError(
         Problem(
-            f"{message}: joint '{system.names.joints[worst]}' stays open by {length:.3g} m and {angle:.3g} rad",
+            f"{message}: joint '{system.names.joints[worst]}' stays open by {length:.3g} m and {angle:.3g} rad{shared}",
             system.joint_places[worst],
-            "check its location and axes, the lengths of its bodies, and the pose that 'bodies' gives as a guess",
+            "check the locations and axes of its loop, the lengths of the bodies, and the pose that 'bodies' guesses",
         )
     )
 

@@ -59,8 +59,8 @@ def unsolvable(system: System, ranks: Mobility) -> list[Problem]:
             Problem(
                 f"joint '{name}' is redundant: {rows} of its constraints already follow from the joints before it",
                 place,
-                "replace it by one that constrains less (spherical or universal for revolute), or start from a pose "
-                "that is not singular",
+                "let a joint of its loop constrain less (a planar loop closes as revolute, spherical, universal, "
+                "revolute), or start from a pose that is not stretched or folded",
             )
         )
     if ranks.massless:

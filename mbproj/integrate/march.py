@@ -144,7 +144,7 @@ def _open(system: System, t: float, position: Array, projected: Projected) -> Si
     if projected.failures:
         passes = projected.position_iterations
         cause = f"the projection did not close it: {position[row]:.3g} is left after {passes} passes"
-        hint = "try a smaller step, another projection method, or more iterations"
+        hint = "try a smaller step or tolerance"
     else:
         cause = f"it has drifted open by {position[row]:.3g} (m, rad), and what follows would mean nothing"
         hint = "use a projection method, gpopm for example, or a smaller step"

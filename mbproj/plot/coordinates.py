@@ -23,5 +23,9 @@ def draw(results: Sequence[Results], labels: Sequence[str]) -> Figure:
                 panels.plot(left, result.time, coordinate.value, label, index)
                 panels.plot(right, result.time, coordinate.speed, label, index)
                 left.set_ylabel(panels.literal(f"{name} ({coordinate.unit})"))
-                right.set_ylabel(f"its speed ({coordinate.unit}/s)")
+                right.set_ylabel(f"speed ({coordinate.unit}/s)")
+    units = [left.get_ylabel().rpartition("(")[2] for left in axes[:, 0]]
+    for unit in set(units):
+        for column in (0, 1):
+            panels.hold_still([axes[row, column] for row, own in enumerate(units) if own == unit])
     return panels.finish(figure, remark=remark, with_legend=len(results) > 1)

@@ -26,6 +26,7 @@ class Kind:
 KINDS: Mapping[str, Kind] = MappingProxyType(
     {
         "markers": Kind("markers", "position and velocity of each marker", "markers"),
+        "paths": Kind("paths", "path of each marker in a plane", "markers"),
         "coordinates": Kind("coordinates", "joint coordinates and their speeds", "coordinates"),
         "violation": Kind("violation", "violation of the constraints, position and velocity"),
         "joints": Kind("joints", "violation of each joint, lengths and angles", "joints"),
@@ -51,4 +52,16 @@ def draw(kind: str, results: Sequence[Results], labels: Sequence[str]) -> Figure
     """The picture of one or several overlaid `results`, each with at least one sample; `labels` name them."""
     module = import_module(f"mbproj.plot.{KINDS[kind].module}")
     figure: Figure = module.draw(results, labels)
+    import_module("mbproj.plot.panels").small_print(figure, caption(results))
     return figure
+
+
+def caption(results: Sequence[Results]) -> str:
+    """What the results are of: their title where it is one, and the settings of a single run."""
+    titles = {result.title for result in results}
+    parts = [titles.pop()] if len(titles) == 1 else []
+    if len(results) == 1:
+        settings = results[0].settings
+        step = f"step {settings.step:g} s" if settings.step is not None else f"tolerance {settings.tolerance:g}"
+        parts.append(f"{settings.projection.method}, {settings.integrator}, {step}")
+    return "; ".join(part for part in parts if part).replace("$", r"\$")

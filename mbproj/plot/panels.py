@@ -18,6 +18,8 @@ FLOOR = 1e-17
 ON_THE_FLOOR = "zero and what is below $10^{-17}$ is drawn at $10^{-17}$"
 #: A motion smaller than this part of the largest is drawn as standing still, not blown up to fill its panel.
 STILL = 1e-6
+#: What the largest motion counts as where there is hardly any: 1e-12 m or rad is round-off.
+LEAST = 1e-6
 
 
 def panels(rows: int, columns: int = 1, *, height: float = PANEL_HEIGHT, share: Any = False) -> tuple[Figure, Any]:
@@ -33,7 +35,7 @@ def panels(rows: int, columns: int = 1, *, height: float = PANEL_HEIGHT, share: 
 def plot(axis: Axes, time: npt.NDArray[Any], values: npt.NDArray[Any], label: str, index: int, **options: Any) -> None:
     """A line; a single sample is a dot, because a line of one point cannot be seen."""
     dot: dict[str, Any] = {"marker": "o", "markersize": 3} if len(time) == 1 else {}
-    axis.plot(time, values, label=literal(label), **line(index), **dot, **options)
+    axis.plot(time, values, label=literal(label), **(line(index) | dot | options))
 
 
 def literal(text: str) -> str:
@@ -62,21 +64,29 @@ def finish(figure: Figure, *, remark: str = "", with_legend: bool = True) -> Fig
     on_the_floor = ON_THE_FLOOR if any(np.any(values == FLOOR) for values in drawn) else ""
     text = "; ".join(part for part in (remark, on_the_floor) if part)
     if text:
-        figure.supxlabel(text, fontsize=7, color="#555555")
+        small_print(figure, text)
     return figure
 
 
-def hold_still(axes: Sequence[Axes]) -> None:
-    """Widen the axes whose lines hardly move, against the largest range among `axes`, so that noise is not blown up."""
-    spans = [_span(axis) for axis in axes]
-    largest = max(high - low for low, high in spans)
+def small_print(figure: Figure, text: str) -> None:
+    """Put `text` below the panels, above what stands there."""
+    below = figure.get_supxlabel()
+    figure.supxlabel("\n".join(part for part in (text, below) if part), fontsize=7, color="#555555")
+
+
+def hold_still(axes: Sequence[Axes], least: float = LEAST) -> None:
+    """Widen the axes whose lines hardly move, so that round-off is not blown up: against the largest range among
+    `axes`, which counts as `least` at the least."""
+    spans = [span(axis) for axis in axes]
+    largest = max(least, *(high - low for low, high in spans))
     for axis, (low, high) in zip(axes, spans, strict=True):
-        if largest > 0 and high - low < STILL * largest:
+        if high - low < STILL * largest:
             middle = (low + high) / 2
             axis.set_ylim(middle - 0.05 * largest, middle + 0.05 * largest)
 
 
-def _span(axis: Axes) -> tuple[float, float]:
+def span(axis: Axes) -> tuple[float, float]:
+    """The lowest and the highest value that is drawn."""
     values = np.concatenate([np.asarray(drawn.get_ydata(), dtype=float) for drawn in axis.lines] or [np.zeros(1)])
     values = values[np.isfinite(values)]
     return (float(values.min()), float(values.max())) if len(values) else (0.0, 0.0)

@@ -13,6 +13,8 @@ from mbproj.plot.style import styled
 from mbproj.results import Results
 
 ROWS = (("reaction_force", "N"), ("reaction_torque", "N m"))
+#: Torques are noise where they are less than a millionth of the forces at this arm, in m.
+FORCE_ARM = 1e-3
 
 
 @styled
@@ -26,6 +28,8 @@ def draw(results: Sequence[Results], labels: Sequence[str]) -> Figure:
                 panels.plot(axes[row, column], result.time, values, text, index)
         if len(results) > 1:
             axes[0, column].set_title(panels.literal(label))
+    forces = max(panels.span(axis)[1] for axis in axes[0])
+    panels.hold_still(list(axes[1]), least=max(panels.LEAST, FORCE_ARM * forces))
     for row, (member, unit) in enumerate(ROWS):
         reaction = member.replace("_", " ")
         what = f"{reaction} of {names[0]}" if len(names) == 1 else f"|{reaction}|"

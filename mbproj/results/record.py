@@ -22,6 +22,7 @@ from mbproj.results.provenance import settings_from
 from mbproj.scene.records import Settings, Vector
 from mbproj.scene.suggestions import choose_from
 
+NAMES_BY_PATH = MappingProxyType({entry.path: kind for kind, entry in NAMES.items()})
 BY_PATH: Mapping[str, Dataset] = MappingProxyType({dataset.path: dataset for dataset in DATASETS})
 
 #: Part of the last time by which a sample may miss a window, because 70 × 0.01 is more than 0.7.
@@ -72,7 +73,10 @@ class Results:
         self._file.close()
 
     def __getitem__(self, path: str) -> npt.NDArray[Any]:
-        """The array of a dataset of the layout, first axis time; floats, or integers where it counts."""
+        """The array of a dataset of the layout, first axis time; floats, or integers where it counts. The names of
+        columns, as "joints/names", are an array of strings. Raises KeyError with the nearest path."""
+        if path in NAMES_BY_PATH:
+            return np.array(self.names(NAMES_BY_PATH[path]))
         if path not in BY_PATH:
             raise KeyError(f"results have no dataset '{path}'; {choose_from(path, BY_PATH)}")
         if path not in self._arrays:

@@ -10,7 +10,7 @@ from mbproj.scene.choices import Choice
 from mbproj.scene.containers import Record, read_keys, report_unknown_key
 from mbproj.scene.fields import Field, T_co
 from mbproj.scene.nodes import MappingNode, Node, ScalarNode, as_mapping
-from mbproj.scene.reading import Reading, label
+from mbproj.scene.reading import Reading, either, label
 from mbproj.scene.records import KeyPath
 
 
@@ -22,8 +22,7 @@ class Alternatives(Field[T_co], Generic[T_co]):
 
     @property
     def expects(self) -> str:
-        *others, last = (way.expects for way in self.ways)
-        return f"{', '.join(others)} or {last}"
+        return either(way.expects for way in self.ways)
 
     def takes(self, node: Node) -> bool:
         return any(way.takes(node) for way in self.ways)

@@ -149,12 +149,3 @@ def same_kind(point: str, key: str) -> Callable[[Placed, Placed], Iterator[Compl
 
     return find
 
-
-def one_of(first: str, second: str) -> Callable[[object, object], Iterator[Complaint]]:
-    """A check that two keys are not both given."""
-
-    def find(*_: object) -> Iterator[Complaint]:
-        yield Complaint((second,), f"'{first}' and '{second}' exclude each other", "keep one of them")
-
-    return find
-

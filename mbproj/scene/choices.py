@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 from mbproj.scene.fields import Field
 from mbproj.scene.nodes import Node, ScalarNode, describe
-from mbproj.scene.reading import Reading
+from mbproj.scene.reading import Reading, either
 from mbproj.scene.records import KeyPath
 from mbproj.scene.suggestions import choose_from
 
@@ -21,8 +21,7 @@ class Choice(Field[str]):
 
     @property
     def expects(self) -> str:
-        *others, last = self.names()
-        return f"{', '.join(others)} or {last}" if others else last
+        return either(self.names())
 
     def read(self, node: Node, path: KeyPath, reading: Reading) -> str | None:
         return _pick(self, node, path, reading, self.names())

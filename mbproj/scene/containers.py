@@ -10,7 +10,7 @@ from typing import Any, ClassVar, Generic, NamedTuple
 from mbproj.errors import Place
 from mbproj.scene.fields import Field, T_co
 from mbproj.scene.nodes import MappingNode, Node, as_mapping
-from mbproj.scene.reading import Reading, label
+from mbproj.scene.reading import Reading, either, label
 from mbproj.scene.records import KeyPath
 from mbproj.scene.suggestions import did_you_mean
 
@@ -34,11 +34,20 @@ class Check:
     find: Callable[..., Iterable[Complaint]]
 
 
+class OneOf(NamedTuple):
+    """Keys that exclude each other, so that one of them is `needed` or at most one may be given."""
+
+    keys: tuple[str, ...]
+    needed: bool = False
+    hint: str = "keep one of them"
+
+
 @dataclass(frozen=True)
 class Record(Field[T_co], Generic[T_co]):
     """Values by key, handed to `make` by name; with `name` too, the item's own, where `named`.
 
-    `keys` are read in their order here, whatever the order in the text. `elsewhere` are keys that other variants take.
+    `keys` are read in their order here, whatever the order in the text. `choices` are groups of keys that exclude each
+    other; `elsewhere` are keys that other variants take.
     """
 
     what: str
@@ -46,6 +55,7 @@ class Record(Field[T_co], Generic[T_co]):
     make: Callable[..., T_co]
     required: tuple[str, ...] = ()
     checks: tuple[Check, ...] = ()
+    choices: tuple[OneOf, ...] = ()
     named: bool = False
     elsewhere: frozenset[str] = frozenset()
     node_type: ClassVar[type] = MappingNode
@@ -85,6 +95,22 @@ class Record(Field[T_co], Generic[T_co]):
         for key in self.required:
             if key not in mapping.keys:
                 reading.report(f"missing key '{key}'", mapping.place, f"add it: {self.keys[key].expects}")
+        for group in self.choices:
+            self._report_choice(group, mapping, reading)
+
+    def _report_choice(self, group: OneOf, mapping: MappingNode, reading: Reading) -> None:
+        """Report the keys of a group that exclude each other, or that one is missing: any that could be added."""
+        given = [key for key in group.keys if key in mapping.keys]
+        for key in given[1:]:
+            reading.report(f"'{given[0]}' and '{key}' exclude each other", mapping.values[key].place, group.hint)
+        if group.needed and not given:
+            able = [key for key in group.keys if not self._excluded(key, mapping)] or group.keys
+            hint = f"add it: {self.keys[able[0]].expects}" if len(able) == 1 else "add one of them"
+            reading.report(f"missing key {either(map(repr, able))}", mapping.place, hint)
+
+    def _excluded(self, key: str, mapping: MappingNode) -> bool:
+        """Whether another key that is given excludes this one."""
+        return any(key in group.keys and not mapping.keys.keys().isdisjoint(group.keys) for group in self.choices)
 
 
 def read_keys(

@@ -73,25 +73,28 @@ class Text(Field[str]):
 
 @dataclass(frozen=True)
 class List(Field[tuple[T_co, ...]]):
-    """Exactly `length` items of one kind; `what` several of them are called, as in "numbers"."""
+    """Exactly `length` items of one kind, or any number but none; `what` several are called, as in "numbers"."""
 
     item: Field[T_co]
-    length: int
+    length: int | None
     what: str = "numbers"
     node_type: ClassVar[type] = SequenceNode
 
     @property
     def expects(self) -> str:
-        return f"{self.length} {self.what}"
+        return f"{self.length or 'a list of'} {self.what}"
 
     def fits(self, node: Node) -> bool:
-        return isinstance(node, SequenceNode) and len(node.items) == self.length and self.item.fits(node.items[0])
+        return isinstance(node, SequenceNode) and self._long_enough(node) and self.item.fits(node.items[0])
+
+    def _long_enough(self, node: SequenceNode) -> bool:
+        return len(node.items) == self.length if self.length is not None else bool(node.items)
 
     def read(self, node: Node, path: KeyPath, reading: Reading) -> tuple[T_co, ...] | None:
         if not isinstance(node, SequenceNode):
             self.reject(node, path, reading)
             return None
-        if len(node.items) != self.length:
+        if not self._long_enough(node):
             hint = "put an expression that contains a comma in quotes" if _cut_by_a_comma(node) else None
             reading.report(f"{label(path)} needs {self.expects}, found {len(node.items)}", node.place, hint)
             return None
@@ -101,7 +104,7 @@ class List(Field[tuple[T_co, ...]]):
             reading.places[where] = item.place
             found.append(self.item.read(item, where, reading))
         whole = tuple(value for value in found if value is not None)
-        return whole if len(whole) == self.length else None
+        return whole if len(whole) == len(node.items) else None
 
 
 def _cut_by_a_comma(node: SequenceNode) -> bool:

@@ -7,82 +7,29 @@ from dataclasses import replace
 from typing import Any
 
 from mbproj.joints import COORDINATE_UNITS, JOINTS, JointType
-from mbproj.scene import inertia, rotations
 from mbproj.scene.alternatives import Alternatives, Variants
+from mbproj.scene.body import BODY
 from mbproj.scene.checks import (
     Placed,
     couples_angles,
     different,
-    direction,
-    inertia_of,
     nonzero,
     of_these_bodies,
-    orientation_of,
     pair_of,
     same_kind,
     shared,
     tooth_count,
     two_axes,
     two_points,
-    unit_quaternion,
 )
 from mbproj.scene.choices import Choice, Reference
 from mbproj.scene.containers import Check, Named, Record
 from mbproj.scene.fields import Converted, Field, Flag, List, Text
 from mbproj.scene.parameters import Parameters
 from mbproj.scene.quantities import Number
-from mbproj.scene.records import GROUND, Body, Joint, Marker, Matrix, Pair, Quaternion
+from mbproj.scene.records import GROUND, Joint, Marker, Pair
 from mbproj.scene.simulation import SIMULATION
-
-
-def _vector(unit: str | None) -> List[float]:
-    return List(Number(unit), 3)
-
-
-POINT: Field[Any] = _vector("m")
-DIRECTION: Field[Any] = Converted(_vector(None), direction)
-ROWS: Field[Any] = List(_vector(""), 3, "rows of 3 numbers")
-
-QUATERNION: Field[Quaternion] = Converted(List(Number(), 4), unit_quaternion)
-
-INERTIA: Field[Matrix] = Converted(
-    Alternatives((
-        Converted(_vector("kg*m^2"), inertia.from_principal),
-        Converted(List(Number("kg*m^2"), 6), inertia.from_elements),
-        List(_vector("kg*m^2"), 3, "rows of 3 numbers"),
-    )),
-    inertia_of,
-)
-
-ORIENTATION: Field[Quaternion] = Converted(
-    Alternatives((
-        Record("a rotation", {"axis": DIRECTION, "angle": Number("rad")}, rotations.from_axis_angle, ("axis", "angle")),
-        Record("a rotation", {"quaternion": QUATERNION}, lambda quaternion: quaternion),
-        Record("a rotation", {"matrix": Converted(ROWS, orientation_of)}, lambda matrix: matrix),
-        Record(
-            "a rotation",
-            {"euler": _vector("rad"), "sequence": Choice("sequence of axes", lambda: rotations.SEQUENCES)},
-            lambda euler, sequence: rotations.from_euler(euler, sequence),
-            ("euler", "sequence"),
-        ),
-    )),
-    unit_quaternion,
-)
-
-BODY: Record[Body] = Record(
-    "a body",
-    {
-        "mass": Number("kg", minimum=0.0),
-        "inertia": INERTIA,
-        "position": POINT,
-        "orientation": ORIENTATION,
-        "velocity": _vector("m/s"),
-        "angular_velocity": _vector("rad/s"),
-    },
-    Body,
-    required=("mass", "inertia", "position"),
-    named=True,
-)
+from mbproj.scene.vectors import DIRECTION, POINT, vector
 
 #: Global, or by body in its own axes.
 JOINT_POINT: Field[Placed] = Alternatives((Converted(POINT, shared), Named("body", POINT)))
@@ -188,7 +135,7 @@ SCENE: Record[dict[str, Any]] = Record(
         "parameters": Parameters(),
         "mbproj": Choice("format version", lambda: ("1",)),
         "title": Text(),
-        "gravity": _vector("m/s^2"),
+        "gravity": vector("m/s^2"),
         "simulation": SIMULATION,
         "bodies": Named("body", BODY, needed=True, reserved=frozenset({GROUND})),
         "joints": Named("joint", JOINT),

@@ -62,6 +62,12 @@ def in_text_order(problems: Iterable[Problem]) -> list[Problem]:
     return sorted(dict.fromkeys(problems), key=position)
 
 
+def either(names: Iterable[str]) -> str:
+    """The names as a choice: "a", "a or b", "a, b or c"."""
+    *others, last = names
+    return f"{', '.join(others)} or {last}" if others else last
+
+
 def label(path: KeyPath) -> str:
     """How messages name the value at `path`: by the nearest key."""
     return next((f"'{key}'" for key in reversed(path) if isinstance(key, str)), "a scene")

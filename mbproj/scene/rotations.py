@@ -1,4 +1,4 @@
-"""Unit Euler parameters (scalar first, body to global) from whatever form a rotation is written in."""
+"""Unit Euler parameters (scalar first, body to global) from whatever form a rotation is written in, and back."""
 
 from __future__ import annotations
 
@@ -67,6 +67,16 @@ def from_matrix(matrix: Matrix) -> Quaternion:
     assert found is not None
     w, x, y, z = found
     return (w, x, y, z) if w >= 0 else (-w, -x, -y, -z)
+
+
+def to_matrix(p: Quaternion) -> Matrix:
+    """The matrix whose columns are the body's axes."""
+    w, x, y, z = p
+    return (
+        (1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)),
+        (2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)),
+        (2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)),
+    )
 
 
 def orthonormality_error(matrix: Matrix) -> float:

@@ -115,7 +115,7 @@ def _output_is_a_multiple(merged: Merged) -> Iterator[Problem]:
     if not (0.5 < ratio < 1e15 and abs(ratio - round(ratio)) <= MULTIPLE * ratio):
         place = merged.place(("output_step",), ("step",))
         yield Problem(f"'output_step' ({output_step:.10g} s) is no whole multiple of 'step' ({step:.10g} s)", place,
-                      f"try {max(round(min(ratio, 1e15)), 1) * step:.10g}")
+                      f"set 'output_step' to {max(round(min(ratio, 1e15)), 1) * step:.10g} s")
 
 
 def _method_takes_its_options(merged: Merged) -> Iterator[Problem]:

@@ -8,9 +8,8 @@ from typing import Any
 
 from mbproj import registry
 from mbproj.scene.alternatives import Alternatives
-from mbproj.scene.checks import one_of
 from mbproj.scene.choices import Choice
-from mbproj.scene.containers import Check, Record
+from mbproj.scene.containers import OneOf, Record
 from mbproj.scene.fields import Converted, Field, Flag, List
 from mbproj.scene.quantities import Integer, Number
 from mbproj.scene.records import KeyPath
@@ -51,7 +50,7 @@ SIMULATION: Record[dict[str, Any]] = Record(
         "projection": PROJECTION,
     },
     dict,
-    checks=(Check(("step", "tolerance"), one_of("step", "tolerance")),),
+    choices=(OneOf(("step", "tolerance")),),
 )
 
 #: The options whose text may be a list, A,B.

@@ -44,6 +44,7 @@ BARE = Dimension()
 LENGTH, MASS, TIME, ANGLE = Dimension(length=1), Dimension(mass=1), Dimension(time=1), Dimension(angle=1)
 VELOCITY, ANGULAR_VELOCITY = Dimension(length=1, time=-1), Dimension(angle=1, time=-1)
 ACCELERATION, INERTIA = Dimension(length=1, time=-2), Dimension(mass=1, length=2)
+DENSITY = Dimension(mass=1, length=-3)
 
 UNITS: Mapping[str, Unit] = MappingProxyType(
     {
@@ -66,6 +67,8 @@ UNITS: Mapping[str, Unit] = MappingProxyType(
         "cm/s": Unit(VELOCITY, divide=100.0),
         "m/s^2": Unit(ACCELERATION),
         "kg*m^2": Unit(INERTIA),
+        "kg/m^3": Unit(DENSITY),
+        "g/cm^3": Unit(DENSITY, 1000.0),
     }
 )
 
@@ -81,6 +84,7 @@ _NAMES: Mapping[Dimension, str] = MappingProxyType(
         ANGULAR_VELOCITY: "an angular velocity",
         ACCELERATION: "an acceleration",
         INERTIA: "a moment of inertia",
+        DENSITY: "a density",
         BARE: "a number without unit",
     }
 )

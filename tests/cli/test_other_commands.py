@@ -28,6 +28,9 @@ def test_check_says_what_a_scene_is(tmp_path):
     assert (done.returncode, done.stderr) == (0, "")
     assert "    C  universal of rod and slider, free: angle_1, angle_2\n" in done.stdout
     assert "21 coordinates, 20 constraints of rank 20: 1 degrees of freedom\n" in done.stdout
+    assert "bodies moved from their guess by up to " in done.stdout
+    assert "    A.angle         0 rad, 6 rad/s\n" in done.stdout
+    assert "    D.displacement  0 m, 0.24 m/s\n" in done.stdout
     assert done.stdout.endswith("  can run\n")
 
 
@@ -37,8 +40,10 @@ def test_check_finds_a_redundant_joint_at_its_line(tmp_path):
     assert done.returncode == 4
     facts = json.loads(done.stdout)
     assert (facts["can_run"], facts["rank"], facts["degrees_of_freedom"]) == (False, 20, 1)
-    assert facts["problems"][0].startswith("four_bar.yaml:11:")
-    assert "error: joint 'D' is redundant: 3 of its constraints already follow" in facts["problems"][0]
+    (problem,) = facts["problems"]
+    assert (problem["file"], problem["line"]) == ("four_bar.yaml", 11)
+    assert problem["message"].startswith("joint 'D' is redundant: 3 of its constraints already follow")
+    assert "revolute, spherical, universal, revolute" in problem["hint"]
 
 
 def test_run_refuses_what_check_refuses(tmp_path):

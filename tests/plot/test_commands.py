@@ -76,6 +76,7 @@ def test_plot_leaves_out_what_does_not_apply(tmp_path):
     assert out.split() == [str(tmp_path / f"run-{kind}.png") for kind in ("violation", "energy", "steps")]
     assert err.splitlines() == [
         "note: no picture 'markers': the results have no markers",
+        "note: no picture 'paths': the results have no markers",
         "note: no picture 'coordinates': the results have no joint coordinates",
         "note: no picture 'joints': the results have no joints",
         "note: no picture 'reactions': the results have no joints",
@@ -142,7 +143,7 @@ def test_info_as_text(path):
     for expected in (
         "title Pendulum of 9.8/9 m",
         "status complete",
-        "size bodies 1, joints 2, coordinates 1, markers 2",
+        "size 1 bodies, 2 joints with 1 coordinates, 2 markers",
         "samples 201, t = 0 s to 2 s",
         "work 200 steps, 0 rejected steps, 800 evaluations, 200 projections, 0 projection failures",
         "iterations 400 position, 200 velocity",

@@ -84,7 +84,7 @@ def test_round_off_is_not_blown_up(two):
 
 def test_coordinates(results):
     figure = draw("coordinates", [results], ["run"])
-    assert ylabels(figure) == ["A.angle (rad)", "its speed (rad/s)"]
+    assert ylabels(figure) == ["A.angle (rad)", "speed (rad/s)"]
     assert np.array_equal(figure.axes[0].lines[0].get_ydata(), results["joints/coordinate"][:, 0])
     assert np.array_equal(figure.axes[1].lines[0].get_ydata(), results["joints/speed"][:, 0])
     assert legend(figure) == []
@@ -97,7 +97,7 @@ def test_violation(two):
     assert legend(figure) == ["one", "two"]
     assert np.array_equal(lines(figure.axes[0])["two"], two[1]["diagnostics/position_violation"])
     assert np.array_equal(lines(figure.axes[1])["one"], two[0]["diagnostics/velocity_violation"])
-    assert figure._supxlabel is None
+    assert len(figure.get_supxlabel().splitlines()) == 1  # what it is of, and nothing of a floor
 
 
 def test_zeros_are_drawn_on_a_floor_that_is_named(tmp_path):
@@ -109,7 +109,7 @@ def test_zeros_are_drawn_on_a_floor_that_is_named(tmp_path):
         drawn = figure.axes[0].lines[0].get_ydata()
     assert drawn[0] == drawn[7] == FLOOR == 1e-17
     assert np.isnan(drawn[9])
-    assert figure._supxlabel.get_text() == "zero and what is below $10^{-17}$ is drawn at $10^{-17}$"
+    assert figure.get_supxlabel().splitlines()[1] == "zero and what is below $10^{-17}$ is drawn at $10^{-17}$"
 
 
 def test_joints(results):
@@ -183,11 +183,12 @@ def test_too_many_names_are_cut_with_a_remark(tmp_path):
     with open_results(record(tmp_path / "run.h5", block(times(), many), names=many)) as results:
         figure = draw("markers", [results], ["run"])
         assert len(figure.axes) == 2 * MAX_ROWS
-        assert figure._supxlabel.get_text() == "the first 8 of 11 markers: choose others with --marker"
+        assert figure.get_supxlabel().splitlines()[1] == "the first 8 of 11 markers: choose others with --marker"
         figure = draw("joints", [results], ["run"])
         # Column i of the block is the first divided by i + 1: the first are the largest.
         assert legend(figure) == [f"j{i}" for i in range(MAX_LINES)]
-        assert figure._supxlabel.get_text().startswith("the 7 largest of 20 joints: choose others with --joint")
+        remark = figure.get_supxlabel().splitlines()[1]
+        assert remark.startswith("the 7 largest of 20 joints: choose others with --joint")
 
 
 @pytest.mark.parametrize("kind", KINDS)
@@ -232,3 +233,23 @@ def test_kinds_are_listed_without_matplotlib_and_drawn_without_pyplot():
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout == "set() False\n"
+
+
+def test_paths_are_drawn_in_the_plane_of_the_motion_with_equal_scales(tmp_path):
+    results = open_results(record(tmp_path / "run.h5", block(times())))
+    figure = draw("paths", [results], ["run"])
+    (axis,) = figure.axes
+    path = results.marker(results.names("markers")[0]).position
+    extent = np.ptp(path, axis=0)
+    first, second = (int(index) for index in np.sort(np.argsort(-extent, kind="stable")[:2]))
+    assert (axis.get_xlabel(), axis.get_ylabel()) == (f"{'xyz'[first]} (m)", f"{'xyz'[second]} (m)")
+    np.testing.assert_array_equal(axis.lines[0].get_xdata(), path[:, first])
+    np.testing.assert_array_equal(axis.lines[0].get_ydata(), path[:, second])
+    assert axis.get_aspect() == 1.0
+
+
+def test_a_picture_says_what_it_is_of(tmp_path):
+    results = open_results(record(tmp_path / "run.h5", block(times())))
+    settings = results.settings
+    caption = draw("energy", [results], ["run"]).get_supxlabel().splitlines()[0]
+    assert caption.startswith(f"{results.title}; {settings.projection.method}, {settings.integrator}, ")

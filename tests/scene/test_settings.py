@@ -80,9 +80,11 @@ WRONG_OPTIONS: tuple[tuple[dict[str, Any], list[str]], ...] = (
     ({"tolerance": 1e-6},
      ["--tolerance: error: 'rk4' has no error estimate, which 'tolerance' needs; these have one: bs32, dopri5, "
       "dop853"]),
-    ({"step": 0.003}, ["--step: error: 'output_step' (0.01 s) is no whole multiple of 'step' (0.003 s); try 0.009"]),
+    ({"step": 0.003}, ["--step: error: 'output_step' (0.01 s) is no whole multiple of 'step' (0.003 s); "
+     "set 'output_step' to 0.009 s"]),
     ({"step": 1e-300, "output_step": 1e300},
-     ["--output-step: error: 'output_step' (1e+300 s) is no whole multiple of 'step' (1e-300 s); try 1e-285"]),
+     ["--output-step: error: 'output_step' (1e+300 s) is no whole multiple of 'step' (1e-300 s); "
+      "set 'output_step' to 1e-285 s"]),
     ({"step": float("nan")}, ["--step: error: numbers must be finite"]),
     ({"duration": "10 m"}, ["--duration: error: 'duration' is in s, this is a length"]),
     ({"duration": "1 +"}, ["--duration: error: the expression ends too early"]),
