@@ -8,7 +8,7 @@ from typing import Any, ClassVar, Generic
 
 from mbproj.scene.choices import Choice
 from mbproj.scene.containers import Record, read_keys, report_unknown_key
-from mbproj.scene.fields import Field, T_co
+from mbproj.scene.fields import Field, Schema, T_co
 from mbproj.scene.nodes import MappingNode, Node, ScalarNode, as_mapping
 from mbproj.scene.reading import Reading, either, label
 from mbproj.scene.records import KeyPath
@@ -44,6 +44,9 @@ class Alternatives(Field[T_co], Generic[T_co]):
             report_unknown_key(key, place, known, label(path), reading)
         return None
 
+    def schema(self) -> Schema:
+        return {"description": self.expects, "anyOf": [way.schema() for way in self.ways]}
+
 
 @dataclass(frozen=True)
 class Variants(Field[T_co], Generic[T_co]):
@@ -74,6 +77,17 @@ class Variants(Field[T_co], Generic[T_co]):
             reading.report(f"missing key '{self.key}'", mapping.place, f"add it: {self.tag.expects}")
         dict(read_keys(self._common(), mapping, path, reading))  # for the problems alone
         return None
+
+    def schema(self) -> Schema:
+        return {
+            "type": "object",
+            "properties": {self.key: self.tag.schema()},
+            "required": [self.key],
+            "allOf": [
+                {"if": {"properties": {self.key: {"const": name}}, "required": [self.key]}, "then": variant.schema()}
+                for name, variant in self.variants.items()
+            ],
+        }
 
     def _common(self) -> Mapping[str, Field[Any]]:
         variants = self.variants.values()

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 
-from mbproj.scene.fields import Field
+from mbproj.scene.fields import Field, Schema
 from mbproj.scene.nodes import Node, ScalarNode, describe
 from mbproj.scene.reading import Reading, either
 from mbproj.scene.records import KeyPath
@@ -26,6 +26,10 @@ class Choice(Field[str]):
     def read(self, node: Node, path: KeyPath, reading: Reading) -> str | None:
         return _pick(self, node, path, reading, self.names())
 
+    def schema(self) -> Schema:
+        names = tuple(self.names())
+        return {"description": self.what, "enum": [*names, *(int(name) for name in names if name.isdigit())]}
+
 
 @dataclass(frozen=True)
 class Reference(Field[str]):
@@ -41,6 +45,9 @@ class Reference(Field[str]):
 
     def read(self, node: Node, path: KeyPath, reading: Reading) -> str | None:
         return _pick(self, node, path, reading, (*self.besides, *reading.items.get(self.block, ())))
+
+    def schema(self) -> Schema:
+        return {"description": self.expects, "type": "string", "minLength": 1}
 
 
 def _pick(field: Choice | Reference, node: Node, path: KeyPath, reading: Reading, names: Iterable[str]) -> str | None:

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from typing import Any, ClassVar, Generic, NamedTuple
 
 from mbproj.errors import Place
-from mbproj.scene.fields import Field, T_co
+from mbproj.scene.fields import Field, Schema, T_co
 from mbproj.scene.nodes import MappingNode, Node, as_mapping
 from mbproj.scene.reading import Reading, either, label
 from mbproj.scene.records import KeyPath
@@ -40,6 +40,12 @@ class OneOf(NamedTuple):
     keys: tuple[str, ...]
     needed: bool = False
     hint: str = "keep one of them"
+
+    def schema(self) -> Schema:
+        if self.needed:
+            return {"oneOf": [{"required": [key]} for key in self.keys]}
+        others = {key: dict.fromkeys(self.keys[at + 1 :], False) for at, key in enumerate(self.keys[:-1])}
+        return {"dependentSchemas": {key: {"properties": excluded} for key, excluded in others.items()}}
 
 
 @dataclass(frozen=True)
@@ -84,6 +90,16 @@ class Record(Field[T_co], Generic[T_co]):
             return None
         name = {"name": path[-1]} if self.named else {}
         return self.make(**name, **values)
+
+    def schema(self) -> Schema:
+        needed = [key for group in self.choices if group.needed for key in group.keys]
+        found = mapping_schema(self.what, empty=not (self.required or needed))
+        found |= {"properties": {key: field.schema() for key, field in self.keys.items()}}
+        if self.required:
+            found["required"] = list(self.required)
+        if self.choices:
+            found["allOf"] = [group.schema() for group in self.choices]
+        return found
 
     def _report_keys(self, mapping: MappingNode, reading: Reading) -> None:
         """Report the keys that are unknown and those that are missing."""
@@ -134,6 +150,18 @@ def report_unknown_key(key: str, place: Place, known: Iterable[str], what: str, 
     reading.report(f"unknown key '{key}'", place, hint or f"{what} takes {', '.join(known)}")
 
 
+def mapping_schema(description: str, empty: bool) -> Schema:
+    """A mapping whose keys are yet to be listed; where it may be `empty`, nothing after its key is one as well."""
+    kinds: Schema = {"type": ["object", "null", "string"], "maxLength": 0} if empty else {"type": "object"}
+    return {"description": description, **kinds, "additionalProperties": False}
+
+
+def names_schema(names: re.Pattern[str], reserved: Iterable[str], item: Schema) -> Schema:
+    """Items of one kind under any of these names, but for the reserved ones."""
+    forbidden = {"propertyNames": {"not": {"enum": sorted(reserved)}}} if reserved else {}
+    return {"patternProperties": {f"^(?:{names.pattern})$": item}, **forbidden}
+
+
 @dataclass(frozen=True)
 class Named(Field[Mapping[str, T_co]], Generic[T_co]):
     """Items of one kind by name; `what` they are, as in "body". Names in `reserved` mean something else."""
@@ -163,6 +191,11 @@ class Named(Field[Mapping[str, T_co]], Generic[T_co]):
         fields = dict.fromkeys(mapping.values, self.item)
         found = dict(read_keys(fields, mapping, path, reading))
         return found if len(found) == len(fields) else None
+
+    def schema(self) -> Schema:
+        return {**mapping_schema(self.expects, empty=not self.needed),
+                **names_schema(self.names, self.reserved, self.item.schema()),
+                **({"minProperties": 1} if self.needed else {})}
 
     def _report_name(self, name: str, place: Place, reading: Reading) -> None:
         if name in self.reserved:

@@ -6,13 +6,15 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any, ClassVar, Generic, TypeVar
+from typing import Any, ClassVar, Generic, TypeAlias, TypeVar
 
 from mbproj.scene.nodes import Node, ScalarNode, SequenceNode, describe
 from mbproj.scene.reading import Reading, Unfit, label
 from mbproj.scene.records import KeyPath
 
 T_co = TypeVar("T_co", covariant=True)
+#: A JSON Schema (draft 2020-12) as plain data.
+Schema: TypeAlias = dict[str, Any]
 
 
 class Field(ABC, Generic[T_co]):
@@ -29,6 +31,10 @@ class Field(ABC, Generic[T_co]):
     @abstractmethod
     def read(self, node: Node, path: KeyPath, reading: Reading) -> T_co | None:
         """The value of the node at `path`; None where it is wrong, which is reported."""
+
+    @abstractmethod
+    def schema(self) -> Schema:
+        """What JSON Schema can say of this. Never narrower than `read`: whatever that accepts is valid."""
 
     def takes(self, node: Node) -> bool:
         return isinstance(node, self.node_type)
@@ -55,6 +61,9 @@ class Flag(Field[bool]):
             return None
         return node.text == "true"
 
+    def schema(self) -> Schema:
+        return {"description": self.expects, "enum": [True, False, "true", "false"]}
+
 
 @dataclass(frozen=True)
 class Text(Field[str]):
@@ -69,6 +78,9 @@ class Text(Field[str]):
             self.reject(node, path, reading)
             return None
         return node.text
+
+    def schema(self) -> Schema:
+        return {"description": self.expects, "type": ["string", "number", "boolean", "null"]}  # 2015, say, is text here
 
 
 @dataclass(frozen=True)
@@ -106,6 +118,11 @@ class List(Field[tuple[T_co, ...]]):
         whole = tuple(value for value in found if value is not None)
         return whole if len(whole) == len(node.items) else None
 
+    def schema(self) -> Schema:
+        items = {"type": "array", "items": self.item.schema(), "minItems": self.length or 1}
+        most = {} if self.length is None else {"maxItems": self.length}
+        return {"description": self.expects, **items, **most}
+
 
 def _cut_by_a_comma(node: SequenceNode) -> bool:
     """Whether an item looks like a part of an expression, as the items of [0, atan2(1, 2)] do."""
@@ -139,3 +156,6 @@ class Converted(Field[T_co], Generic[T_co]):
         except Unfit as unfit:
             reading.report(f"{label(path)} {unfit.message}", node.place, unfit.hint)
             return None
+
+    def schema(self) -> Schema:
+        return self.field.schema()

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping
 from contextlib import suppress
 from dataclasses import replace
@@ -9,14 +10,18 @@ from graphlib import CycleError, TopologicalSorter
 from typing import ClassVar
 
 from mbproj.errors import Place, Problem
+from mbproj.scene.containers import mapping_schema, names_schema
 from mbproj.scene.evaluate import RESERVED, Value
 from mbproj.scene.expressions import Expression, names
-from mbproj.scene.fields import Field
+from mbproj.scene.fields import Field, Schema
 from mbproj.scene.nodes import MappingNode, Node, ScalarNode, as_mapping, describe, from_value
+from mbproj.scene.quantities import Number
 from mbproj.scene.reading import Reading
 from mbproj.scene.records import KeyPath
 from mbproj.scene.suggestions import did_you_mean
 from mbproj.scene.units import BARE
+
+NAME = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")
 
 
 class Parameters(Field[Mapping[str, float]]):
@@ -48,13 +53,17 @@ class Parameters(Field[Mapping[str, float]]):
         known = {name: found.number for name in mapping.values if (found := reading.names[name]) is not None}
         return known if len(known) == len(mapping.values) else None
 
+    def schema(self) -> Schema:
+        number = Number(None).schema()
+        return {**mapping_schema(self.expects, empty=True), **names_schema(NAME, RESERVED, number)}
+
 
 def _tree(name: str, node: Node, key: Place, reading: Reading) -> Expression | None:
     """The tree of one parameter, whose name must be one."""
     if name in RESERVED:
         reading.report(f"'{name}' is a reserved name", key, "give the parameter another name")
         return None
-    if not (name.isascii() and name.isidentifier()):
+    if not NAME.fullmatch(name):
         reading.report(f"'{name}' cannot name a parameter", key,
                               "a name has letters, digits and _, and does not begin with a digit")
         return None

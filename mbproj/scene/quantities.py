@@ -6,7 +6,7 @@ import operator
 from dataclasses import dataclass
 
 from mbproj.scene.expressions import Binary, Expression, Quantity
-from mbproj.scene.fields import Field
+from mbproj.scene.fields import Field, Schema
 from mbproj.scene.nodes import Node, ScalarNode
 from mbproj.scene.reading import Reading, label
 from mbproj.scene.records import KeyPath
@@ -60,6 +60,11 @@ class Number(Field[float]):
                 return None
         return number
 
+    def schema(self) -> Schema:
+        limits = {"minimum": self.minimum, "exclusiveMinimum": self.above, "maximum": self.maximum}
+        given = {key: limit for key, limit in limits.items() if limit is not None}
+        return {"description": self.expects, "type": ["number", "string"], "pattern": r"\S", **given}
+
 
 #: The dimension of each unit that a field can be in; 1/s is one without a name of its own.
 DIMENSIONS = {"": BARE, "1/s": Dimension(time=-1), **{name: unit.dimension for name, unit in UNITS.items()}}
@@ -95,3 +100,6 @@ class Integer(Field[int]):
             reading.report(f"{label(path)} must be at least {self.minimum}, found {number:.6g}", node.place)
             return None
         return int(number)
+
+    def schema(self) -> Schema:
+        return {"description": self.expects, "type": ["integer", "string"], "pattern": r"\S", "minimum": self.minimum}

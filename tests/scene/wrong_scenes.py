@@ -1,5 +1,5 @@
 """What is wrong with a scene, by the rows of `wrong/*.yaml`: one piece of the good scene, what stands there instead,
-and the first message (behind the file's name)."""
+and the first message (behind the file's name). `schema: blind` marks what a JSON Schema cannot see."""
 
 from __future__ import annotations
 
@@ -7,12 +7,19 @@ from pathlib import Path
 
 import yaml
 
-WRONG: dict[str, list[tuple[str, str, str]]] = {
-    path.stem: [
-        (row["old"], row["new"], f"f.yaml:{row['message']}")
-        for row in yaml.load(path.read_text(encoding="utf-8"), Loader=yaml.BaseLoader)
-    ]
+TABLE: dict[str, list[dict[str, str]]] = {
+    path.stem: yaml.load(path.read_text(encoding="utf-8"), Loader=yaml.BaseLoader)
     for path in sorted((Path(__file__).parent / "wrong").glob("*.yaml"))
+}
+WRONG: dict[str, list[tuple[str, str, str]]] = {
+    group: [(row["old"], row["new"], f"f.yaml:{row['message']}") for row in rows] for group, rows in TABLE.items()
 }
 ROWS = [row for rows in WRONG.values() for row in rows]
 IDS = [f"{group}-{number}" for group, rows in WRONG.items() for number, _ in enumerate(rows)]
+#: Those that a JSON Schema of the format accepts nevertheless.
+BLIND = {
+    f"{group}-{number}"
+    for group, rows in TABLE.items()
+    for number, row in enumerate(rows)
+    if row.get("schema") == "blind"
+}
