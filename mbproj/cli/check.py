@@ -15,7 +15,10 @@ if TYPE_CHECKING:
     from mbproj.dynamics import Mobility, State
     from mbproj.model import System
     from mbproj.scene import Scene
-    from mbproj.scene.records import Joint
+    from mbproj.scene.records import Body, Joint
+
+#: Rows of bodies, joints or coordinates that are listed.
+MOST_ROWS = 40
 
 
 @click.command("check")
@@ -98,12 +101,24 @@ def _joint(joint: Joint) -> str:
     return f"{joint.type} of {joint.bodies[0]} and {joint.bodies[1]}{free}"
 
 
+def _body(body: Body) -> str:
+    x, y, z = (_number(coordinate) for coordinate in body.position)
+    return f"{body.name}: {body.mass:.6g} kg, centre of mass at [{x}, {y}, {z}] m"
+
+
+def _shortened(lines: list[str]) -> list[str]:
+    """At most `MOST_ROWS` lines, and how many more there are."""
+    left = len(lines) - MOST_ROWS
+    return lines if left <= 0 else [*lines[:MOST_ROWS], f"    ... and {left} more"]
+
+
 def _sizes(scene: Scene, ranks: Mobility) -> list[str]:
     width = max((len(joint.name) for joint in scene.joints), default=0)
     joints = [f"    {joint.name:{width}}  {_joint(joint)}" for joint in scene.joints]
     return [
         f"  {len(scene.bodies)} bodies, {len(scene.joints)} joints, {len(scene.markers)} markers",
-        *joints,
+        *_shortened([f"    {_body(body)}" for body in scene.bodies]),
+        *_shortened(joints),
         f"  {ranks.coordinates} coordinates, {ranks.constraints} constraints of rank {ranks.rank}: "
         f"{ranks.degrees_of_freedom} degrees of freedom",
     ]
@@ -131,7 +146,7 @@ def _start(scene: Scene, facts: dict[str, Any]) -> list[str]:
         f"  assembled: open by {facts['position_violation']:.1e} (m, rad), "
         f"moving apart at {facts['velocity_violation']:.1e} per s; "
         f"bodies moved from their guess by up to {length:.2g} m and {angle:.2g} rad",
-        *rows,
+        *_shortened(rows),
         f"  {settings.projection.method}, {settings.integrator}, {step}, {duration}",
         "  can run" if facts["can_run"] else "  cannot run",
     ]
