@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Iterator
 from contextlib import contextmanager
 from time import perf_counter
@@ -32,7 +33,7 @@ def execute(scene: Scene, name: str, output: str, *, as_json: bool, quiet: bool)
     with placed_at(Place("--output")):
         writer = ResultsWriter(output, scene, system.names.as_mapping())
     with (
-        _what_is_kept(output),
+        _what_is_kept(name, output, as_json),
         placed_at(scene.place("simulation", "projection", "method")),
         writer as recorder,
         progress_bar(settings.duration, hidden=quiet or as_json) as progress,
@@ -41,18 +42,19 @@ def execute(scene: Scene, name: str, output: str, *, as_json: bool, quiet: bool)
         numbers = summary(name, output, report, total_seconds=perf_counter() - started)
         recorder.attributes(numbers)
     if as_json:
-        import json
-
         click.echo(json.dumps(numbers))
     elif not quiet:
         print_summary(scene.title or name, system, report, numbers)
 
 
 @contextmanager
-def _what_is_kept(output: str) -> Iterator[None]:
-    """Says where the results of a run are that did not end well."""
+def _what_is_kept(name: str, output: str, as_json: bool) -> Iterator[None]:
+    """Says where the results of a run are that did not end well; a program gets its object all the same."""
     try:
         yield
-    except (SimulationError, KeyboardInterrupt):
+    except (SimulationError, KeyboardInterrupt) as error:
         click.echo(f"note: what was computed until then is in {output}", err=True)
+        if as_json:
+            status = f"failed: {error}" if isinstance(error, SimulationError) else "interrupted"
+            click.echo(json.dumps({"scene": name, "output": output, "status": status}))
         raise

@@ -124,6 +124,13 @@ def test_a_failed_run_names_the_time_and_keeps_its_results(tmp_path):
     assert len(results.time) > 1
 
 
+def test_a_failed_run_prints_its_object_too(tmp_path):
+    arguments = ["--projection", "none", "--step", "0.04", "--duration", "10", "--json"]
+    done = mbproj("run", SLIDER_CRANK, *arguments, folder=tmp_path)
+    assert done.returncode == 3
+    assert json.loads(done.stdout)["status"].startswith("failed: stopped at t = ")
+
+
 def test_an_input_error_leaves_an_existing_results_file_alone(tmp_path):
     mbproj("run", SLIDER_CRANK, "--duration", "0.02", "--quiet", folder=tmp_path)
     before = (tmp_path / "results.h5").read_bytes()
