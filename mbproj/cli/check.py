@@ -83,9 +83,12 @@ def _problem(problem: Problem) -> dict[str, Any]:
 
 def _coordinates(system: System, state: State) -> dict[str, dict[str, Any]]:
     """The joints' coordinates and their speeds at the start, by name."""
-    from mbproj.dynamics.assembly import start_coordinates
+    from math import pi
 
-    values, speeds = start_coordinates(system, state)
+    from mbproj.dynamics.assembly import coordinates
+
+    values, speeds = coordinates(system, state.q, state.v)
+    values = values + 2.0 * pi * state.turns
     units, names = system.names.coordinate_units, system.names.coordinates
     return {
         name: {"value": float(value), "speed": float(speed), "unit": unit}

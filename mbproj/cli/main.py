@@ -9,7 +9,7 @@ from importlib import import_module
 
 import click
 
-from mbproj.errors import ExitCode, MbprojError
+from mbproj.errors import ExitCode, InputError, MbprojError
 from mbproj.version import __version__
 
 #: Commands in the order of the help; each is the object `command` of the module of its name.
@@ -50,8 +50,11 @@ def main() -> None:
     os.environ.setdefault("OMP_NUM_THREADS", "1")
     try:
         code = mbproj.main(standalone_mode=False)
+    except InputError as error:
+        _complain(str(error))
+        code = error.exit_code
     except MbprojError as error:
-        _complain(str(error) if str(error).find("error:") >= 0 else f"error: {error}")
+        _complain(f"error: {error}")
         code = error.exit_code
     except click.ClickException as error:
         error.show()

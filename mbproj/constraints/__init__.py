@@ -1,6 +1,6 @@
 """The constraint primitives (Haug 1989, ch. 9; Nikravesh 1988, ch. 7), each once, by name. Imports nothing of ours."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from types import MappingProxyType
 
 from mbproj.constraints.along import Along
@@ -11,8 +11,7 @@ from mbproj.constraints.mesh import Gear, Screw
 from mbproj.constraints.perpendicular import Perpendicular
 from mbproj.constraints.primitive import Primitive
 
-#: Each takes its parameters (a screw's pitch, a gear's teeth) by name; most have none.
-PRIMITIVES: Mapping[str, Callable[..., Primitive]] = MappingProxyType(
+PRIMITIVES: Mapping[str, type[Primitive]] = MappingProxyType(
     {
         "coincident": Coincident,
         "perpendicular": Perpendicular,

@@ -25,6 +25,7 @@ class Screw(Primitive):
 
     pitch: float
 
+    parameters = ("pitch",)
     slots = ("vector", "point", "point", "vector", "vector", "vector")
     rows = 1
     unit = "m"
@@ -57,6 +58,7 @@ class Gear(Primitive):
 
     teeth: tuple[float, float]
 
+    parameters = ("teeth",)
     slots = ("vector",) * 6
     rows = 1
     unit = "rad"

@@ -15,7 +15,8 @@ class Primitive(ABC):
 
     The arguments are the global points and vectors of k instances at once, `x` of shape (..., k, s, 3), where s is the
     number of `slots`. How x depends on the coordinates is not known here, so full, reduced and planar coordinates
-    share this one definition. Differentiated twice along a motion x(t),
+    share this one definition. `parameters` names what a primitive needs beside x (a pitch, numbers of teeth): the
+    fields of its class. Differentiated twice along a motion x(t),
 
         C' = gradient(x)·x',    C'' = gradient(x)·x'' + curvature(x, x').
     """
@@ -23,6 +24,7 @@ class Primitive(ABC):
     slots: ClassVar[tuple[SlotKind, ...]]
     rows: ClassVar[int]
     unit: ClassVar[Literal["m", "rad"]]
+    parameters: ClassVar[tuple[str, ...]] = ()
 
     @abstractmethod
     def value(self, x: Numbers) -> Numbers:

@@ -53,11 +53,10 @@ def coordinate_values(system: System, pose: Pose) -> Array:
     return system.coordinates.value(attached(pose, *slots_of(system.coordinates)))
 
 
-def start_coordinates(system: System, state: State) -> tuple[Array, Array]:
-    """The joints' coordinates, turns included, and their rates (nc,) of a state."""
-    pose = pose_of(state.q)
-    rates = set_velocity(system.coordinates, pose, twist_of(pose, state.v))
-    return coordinate_values(system, pose) + 2.0 * np.pi * state.turns, rates
+def coordinates(system: System, q: Array, v: Array) -> tuple[Array, Array]:
+    """The joints' coordinates without turns, and their rates, (nc,) each."""
+    pose = pose_of(q)
+    return coordinate_values(system, pose), set_velocity(system.coordinates, pose, twist_of(pose, v))
 
 
 def moved_by(before: Array, after: Array) -> tuple[float, float]:

@@ -8,8 +8,8 @@ from typing import final
 import numpy as np
 
 from mbproj.arrays import Array
-from mbproj.dynamics.assembly import State, coordinate_values
-from mbproj.dynamics.constraint_equations import constraint, constraint_velocity, gamma, jacobian, set_velocity
+from mbproj.dynamics.assembly import State
+from mbproj.dynamics.constraint_equations import constraint, constraint_velocity, gamma, jacobian
 from mbproj.dynamics.equations import SOLVERS, generalised_force, mass_matrix
 from mbproj.dynamics.kinematics import pose_of, twist_of
 from mbproj.dynamics.rank import SINGULAR, row_distances, scaled_jacobian
@@ -84,12 +84,6 @@ class FullFormulation:
         """Raises SimulationError that names the joint where C_q has lost its rank at this pose."""
         if row_distances(scaled_jacobian(self.system, pose_of(q))).min(initial=1.0) < SINGULAR:
             raise self._singular(t, q)
-
-    def coordinates(self, q: Array, v: Array) -> tuple[Array, Array]:
-        """The joints' coordinates without turns, and their rates, (nc,) each."""
-        pose = pose_of(q)
-        rates = set_velocity(self.system.coordinates, pose, twist_of(pose, v))
-        return coordinate_values(self.system, pose), rates
 
     def _singular(self, t: float, q: Array) -> SimulationError:
         if not np.all(np.isfinite(q)):

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+from bisect import bisect_left
 from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
 
 from mbproj.arrays import Array, Integers
-from mbproj.dynamics.assembly import State, is_angle
+from mbproj.dynamics.assembly import State, coordinates, is_angle
 from mbproj.dynamics.samples import Sample
 from mbproj.errors import SimulationError
 from mbproj.integrate.full import FullFormulation
@@ -95,7 +96,7 @@ def _by_error(formulation: FullFormulation, tableau: Tableau, point: Point, tall
             h, control = control.after_rejected(error, h)
             continue
         before, point = point, _accept(formulation, tally, point, t, step.y_new)
-        between = [time for time in times[done:] if time < t]
+        between = times[done : bisect_left(times, t, done)]
         if between:
             yield from _in_between(formulation, tableau, tally, before, step, last, between)
         done += len(between)
@@ -155,7 +156,7 @@ def _first(formulation: FullFormulation, state: State, tally: Tally) -> Point:
     """The start as a point: its turns are those of the state."""
     tally.evaluations += 1
     tally.watch(*formulation.violations(state.q, state.v), formulation.system.bodies, state.t)
-    coordinate, speed = formulation.coordinates(state.q, state.v)
+    coordinate, speed = coordinates(formulation.system, state.q, state.v)
     formulation.check_regular(state.t, state.q)
     acceleration, multipliers = formulation.accelerations(state.t, state.q, state.v)
     y = np.concatenate([state.q, state.v])
@@ -167,7 +168,7 @@ def _point(formulation: FullFormulation, before: Point, t: float, y: Array) -> P
     more than half a turn in a step is counted right."""
     q, v = np.split(y, 2)
     formulation.check_regular(t, q)
-    coordinate, speed = formulation.coordinates(q, v)
+    coordinate, speed = coordinates(formulation.system, q, v)
     expected = before.coordinate + 0.5 * (t - before.t) * (before.speed + speed)
     moved = np.round((expected - coordinate) / (2.0 * np.pi)).astype(np.intp) * is_angle(formulation.system)
     acceleration, multipliers = formulation.accelerations(t, q, v)

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import math
 
-import numpy as np
-
 from mbproj.scene.records import Settings
 
 #: Samples of an error-controlled run whose scene names no output step.
@@ -35,4 +33,4 @@ def output_times(settings: Settings, start: float) -> list[float]:
     times = [start + k * interval for k in range(count)] + [start + settings.duration]
     if abs(ratio - count) > 1e-9 * ratio:
         times.insert(-1, start + count * interval)
-    return [float(np.float64(time)) for time in times]
+    return times

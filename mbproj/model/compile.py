@@ -11,12 +11,13 @@ from mbproj.constraints import PRIMITIVES, Primitive
 from mbproj.errors import InputError, Place, Problem
 from mbproj.joints import COORDINATE_UNITS, JOINTS
 from mbproj.joints.table import Row
-from mbproj.model.euler_parameters import parameters_of, rotation_matrix
+from mbproj.model.euler_parameters import rotation_matrix
 from mbproj.model.frames import Pose, local_frames, pose
 from mbproj.model.primitive_set import Binding, bind
 from mbproj.model.rigid_groups import RigidGroups, Seat, rigid_groups
 from mbproj.model.system import Names, System
 from mbproj.scene.records import GROUND, Joint, Marker, Scene
+from mbproj.scene.rotations import from_matrix
 
 #: The points and vectors of a joint by symbol: body index, side, and the vector in that body's axes.
 Symbols = Mapping[str, tuple[int, int, Array]]
@@ -27,7 +28,9 @@ def compile_system(scene: Scene) -> System:
     groups = rigid_groups(scene)
     if not groups.carriers:
         raise InputError(Problem("nothing can move: every body is fixed to the ground", scene.place("bodies")))
-    symbols = _symbols(scene, groups)
+    poses = _poses(scene)
+    symbols = _symbols(groups, poses)
+    reactions = [_reaction(symbols[joint.name]) for joint in groups.joints]
     rows, alignment, coordinates, coordinate_names, units = [], [], [], [], []
     for owner, joint in enumerate(groups.joints):
         kind, bound, place = JOINTS[joint.type], symbols[joint.name], scene.place("joints", joint.name)
@@ -59,20 +62,19 @@ def compile_system(scene: Scene) -> System:
         alignment=bind(alignment),
         body_carrier=np.array([seat.carrier for seat in bodies], dtype=np.intp),
         body_offset=np.array([seat.offset for seat in bodies]),
-        body_turn=np.array([parameters_of(seat.turn) for seat in bodies]),
+        body_turn=np.array([from_matrix(seat.turn.tolist()) for seat in bodies]),
         marker_body=np.array([groups.seats[marker.body].carrier for marker in scene.markers], dtype=np.intp),
-        marker_local=np.array([_marker_local(marker, scene, groups) for marker in scene.markers]).reshape(-1, 3),
-        reaction_body=np.array([_reaction(joint, symbols)[0] for joint in groups.joints], dtype=np.intp),
-        reaction_local=np.array([_reaction(joint, symbols)[2] for joint in groups.joints]).reshape(-1, 3),
+        marker_local=np.array([_marker_local(marker, poses, groups) for marker in scene.markers]).reshape(-1, 3),
+        reaction_body=np.array([body for body, _, _ in reactions], dtype=np.intp),
+        reaction_local=np.array([local for _, _, local in reactions]).reshape(-1, 3),
         length=_length(groups, symbols.values()),
         joint_places=tuple(scene.place("joints", joint.name) for joint in groups.joints),
     )
 
 
-def _symbols(scene: Scene, groups: RigidGroups) -> dict[str, Symbols]:
+def _symbols(groups: RigidGroups, poses: Mapping[str, Pose]) -> dict[str, Symbols]:
     """What each joint binds, in the axes of the carriers; a coupling binds what the joints a and b do."""
     found: dict[str, Symbols] = {}
-    poses = _poses(scene)
     for joint in groups.joints:
         if joint.couples is None:
             frame = local_frames(joint, JOINTS[joint.type].frame, poses)
@@ -107,10 +109,9 @@ def _slots(row: Row, bound: Symbols) -> Iterable[tuple[int, int, Array]]:
 
 
 def _primitive(row: Row, joint: Joint) -> Primitive:
-    """The row's primitive, with those of the joint's parameters that no row keeps."""
-    kind = JOINTS[joint.type]
-    needed = {name: joint.parameters[name] for name in kind.required_parameters} if row[0] in ("screw", "gear") else {}
-    return PRIMITIVES[row[0]](**needed)
+    """The row's primitive, with the joint's parameters that it takes."""
+    primitive = PRIMITIVES[row[0]]
+    return primitive(**{name: joint.parameters[name] for name in primitive.parameters})
 
 
 def _offset(
@@ -148,15 +149,14 @@ def _global(body: int, local: Array, is_point: bool, groups: RigidGroups) -> Arr
     return carrier.position + turned if is_point else turned
 
 
-def _reaction(joint: Joint, symbols: Mapping[str, Symbols]) -> tuple[int, int, Array]:
-    """Body 2 of the joint and its point there."""
-    bound = symbols[joint.name]
+def _reaction(bound: Symbols) -> tuple[int, int, Array]:
+    """Body 2 of a joint and its point there."""
     return bound["p2"] if "p2" in bound else bound["b.p2"]
 
 
-def _marker_local(marker: Marker, scene: Scene, groups: RigidGroups) -> Array:
+def _marker_local(marker: Marker, poses: Mapping[str, Pose], groups: RigidGroups) -> Array:
     location = np.array(marker.location)
-    position, rotation = _poses(scene)[marker.body]
+    position, rotation = poses[marker.body]
     return groups.seats[marker.body].point(location if marker.local else rotation.T @ (location - position))
 
 

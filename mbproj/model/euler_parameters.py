@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from mbproj.arrays import Array, Numbers
+from mbproj.arrays import Numbers
 
 # L and E are linear in Λ: which Λ stands at each place of the 3 x 4 matrix, and with which sign (Eq. 13).
 _INDEX = np.array([[1, 0, 3, 2], [2, 3, 0, 1], [3, 2, 1, 0]])
@@ -37,21 +37,3 @@ def product(first: Numbers, second: Numbers) -> Numbers:
     across = np.cross(first[..., 1:], second[..., 1:])
     scalar = first[..., 0] * second[..., 0] - np.sum(first[..., 1:] * second[..., 1:], axis=-1)
     return np.concatenate([scalar[..., None], vector[..., 0, :] + across], axis=-1)
-
-
-def parameters_of(rotation: Array) -> Array:
-    """Euler parameters (4,) of a rotation matrix (3, 3), from the largest of the four (Shepperd); Λ0 >= 0."""
-    trace = np.trace(rotation)
-    squares = np.array([trace, *np.diag(rotation)])
-    largest = int(np.argmax(squares))
-    skew = np.array([rotation[2, 1] - rotation[1, 2], rotation[0, 2] - rotation[2, 0], rotation[1, 0] - rotation[0, 1]])
-    parameters = np.empty(4)
-    if largest == 0:
-        parameters[0], parameters[1:] = 1.0 + trace, skew
-    else:
-        axis = largest - 1
-        parameters[1:] = rotation[axis] + rotation[:, axis]
-        parameters[largest] = 1.0 + 2.0 * rotation[axis, axis] - trace
-        parameters[0] = skew[axis]
-    parameters /= np.linalg.norm(parameters)
-    return parameters if parameters[0] >= 0.0 else -parameters
