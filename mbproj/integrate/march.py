@@ -11,15 +11,13 @@ import numpy as np
 from mbproj.arrays import Array, Integers
 from mbproj.dynamics.assembly import State, coordinates, is_angle
 from mbproj.dynamics.samples import Sample
-from mbproj.errors import SimulationError
+from mbproj.integrate.failures import left_open, not_finite, step_vanished
 from mbproj.integrate.full import FullFormulation
 from mbproj.integrate.output import output_every, output_times, whole_steps
 from mbproj.integrate.runge_kutta import Step, continuous_extension, error_estimates, rk_step
 from mbproj.integrate.step_size import Controller, error_norm, first_step
 from mbproj.integrate.tableau import Tableau, load_tableau
 from mbproj.integrate.tally import Tally
-from mbproj.model.system import System
-from mbproj.projection import Projected
 
 #: Violations, in rad or in units of the system's length, that no run goes on with: after a failed projection, and ever.
 OPEN, LOST = 1e-6, 1.0
@@ -45,8 +43,9 @@ class Point:
     def sample(self, step_size: float, tally: Tally) -> Sample:
         """This point as it is recorded."""
         q, v = np.split(self.y, 2)
+        joint_rows = self.multipliers[len(q) // 7 :]
         return Sample(
-            self.t, q, v, self.acceleration, self.multipliers, self.turns, step_size, tally.counters()
+            self.t, q, v, self.acceleration, joint_rows, self.turns, step_size, tally.counters()
         )
 
 
@@ -68,7 +67,7 @@ def _fixed(formulation: FullFormulation, tableau: Tableau, point: Point, tally: 
     for k in range(1, steps + 1):
         t = end if k == steps else start + k * h
         step = rk_step(formulation.derivative, tableau, point.t, point.y, t - point.t, point.slope)
-        tally.evaluations += tableau.stages - 1
+        tally.count_evaluations(tableau.stages - 1)
         point = _accept(formulation, tally, point, t, step.y_new)
         if k % every == 0 or k == steps:
             yield point.sample(step.h, tally)
@@ -80,7 +79,7 @@ def _by_error(formulation: FullFormulation, tableau: Tableau, point: Point, tall
     end, tolerance = point.t + _required(settings.duration), _required(settings.tolerance)
     scale, times = _absolute_scale(formulation), output_times(settings, point.t)
     h = first_step(f, tableau.order, point.t, point.y, point.slope, tolerance, scale, end - point.t)
-    tally.evaluations += 1
+    tally.count_evaluations(1)
     control = Controller(tableau.error_order)
     yield point.sample(h, tally)
     done = 1
@@ -89,7 +88,7 @@ def _by_error(formulation: FullFormulation, tableau: Tableau, point: Point, tall
         step = rk_step(f, tableau, point.t, point.y, h, point.slope)
         t = end if h == end - point.t else point.t + h
         last = f(t, step.y_new)
-        tally.evaluations += tableau.stages
+        tally.count_evaluations(tableau.stages)
         error = error_norm(error_estimates(tableau, step, last), step.y, step.y_new, tolerance, scale)
         if not error <= 1.0:
             tally.rejected_steps += 1
@@ -116,7 +115,7 @@ def _in_between(
     times: list[float],
 ) -> Iterator[Sample]:
     """Samples inside a step: the extension's value, of which a copy is projected; the integration does not see it."""
-    tally.evaluations += len(tableau.extra_c) + len(times)
+    tally.count_evaluations(len(tableau.extra_c) + len(times))
     extension = continuous_extension(formulation.derivative, tableau, step, last)
     for time in times:
         projected = formulation.project_copy(extension((time - step.t) / step.h))
@@ -126,35 +125,24 @@ def _in_between(
 def _accept(formulation: FullFormulation, tally: Tally, before: Point, t: float, y: Array) -> Point:
     """The point after a step: projected, checked, counted."""
     if not np.all(np.isfinite(y)):
-        raise SimulationError(t, "the solution is no longer finite", hint="try a smaller step or tolerance")
+        raise not_finite(t)
     tally.steps += 1
-    tally.evaluations += 1
+    tally.count_evaluations(1)
     projected = formulation.project(tally.steps, t, y)
     tally.count_projection(projected)
     position, velocity = formulation.violations(projected.q, projected.v)
     limit = OPEN if projected.failures else LOST
     if not np.all(position <= limit * formulation.system.row_scale):
-        raise _open(formulation.system, t, position, projected)
+        system, row = formulation.system, int(np.argmax(position / formulation.system.row_scale))
+        passes, failed = projected.position_iterations, bool(projected.failures)
+        raise left_open(t, system.row_owner(row), position[row], passes, projection_failed=failed)
     tally.watch(position, velocity, formulation.system.bodies, t)
     return _point(formulation, before, t, np.concatenate([projected.q, projected.v]))
 
 
-def _open(system: System, t: float, position: Array, projected: Projected) -> SimulationError:
-    """The joints are open and will not close again."""
-    row = int(np.argmax(position / system.row_scale))
-    if projected.failures:
-        passes = projected.position_iterations
-        cause = f"the projection did not close it: {position[row]:.3g} is left after {passes} passes"
-        hint = "try a smaller step or tolerance"
-    else:
-        cause = f"it has drifted open by {position[row]:.3g} (m, rad), and what follows would mean nothing"
-        hint = "use a projection method, gpopm for example, or a smaller step"
-    return SimulationError(t, cause, where=system.row_owner(row), hint=hint)
-
-
 def _first(formulation: FullFormulation, state: State, tally: Tally) -> Point:
     """The start as a point: its turns are those of the state."""
-    tally.evaluations += 1
+    tally.count_evaluations(1)
     tally.watch(*formulation.violations(state.q, state.v), formulation.system.bodies, state.t)
     coordinate, speed = coordinates(formulation.system, state.q, state.v)
     formulation.check_regular(state.t, state.q)
@@ -184,8 +172,7 @@ def _fitted(h: float, t: float, end: float) -> float:
     """h, or what is left to the end, or half of that where one step more would be tiny. Raises where h has vanished."""
     left = end - t
     if h < 16.0 * np.finfo(float).eps * max(abs(t), abs(end)):
-        cause = "the error cannot be kept below the tolerance: the step has shrunk to nothing"
-        raise SimulationError(t, cause, hint="loosen the tolerance")
+        raise step_vanished(t)
     if h >= left:
         return left
     return 0.5 * left if 2.0 * h > left > 1.01 * h else h
