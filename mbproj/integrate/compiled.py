@@ -138,7 +138,8 @@ def march(compiled: Compiled, state: State, settings: Settings, tally: Tally) ->
 
 
 def _peak(compiled: Compiled, peak: Any) -> Peak:
-    return Peak(peak.value, compiled.row(peak.row) if compiled.system.joints.size else 0, peak.time)
+    first = compiled.system.bodies if compiled.system.joints.size else 0
+    return Peak(peak.value, compiled.row(peak.row) if peak.value > 0.0 else first, peak.time)
 
 
 def _tableau(core: ModuleType, tableau: Tableau) -> Any:

@@ -36,7 +36,7 @@ def test_check_says_what_a_scene_is(tmp_path):
 
 def test_check_finds_a_redundant_joint_at_its_line(tmp_path):
     (tmp_path / "four_bar.yaml").write_text(FOUR_BAR)
-    done = mbproj("check", "four_bar.yaml", "--json", folder=tmp_path)
+    done = mbproj("check", "four_bar.yaml", "--json", "--formulation", "reduced", folder=tmp_path)
     assert done.returncode == 4
     facts = json.loads(done.stdout)
     assert (facts["can_run"], facts["rank"], facts["degrees_of_freedom"]) == (False, 20, 1)
@@ -48,14 +48,15 @@ def test_check_finds_a_redundant_joint_at_its_line(tmp_path):
 
 def test_run_refuses_what_check_refuses(tmp_path):
     (tmp_path / "four_bar.yaml").write_text(FOUR_BAR)
-    done = mbproj("run", "four_bar.yaml", "--duration", "1", "--step", "0.01", folder=tmp_path)
+    arguments = ["--duration", "1", "--step", "0.01", "--formulation", "full"]
+    done = mbproj("run", "four_bar.yaml", *arguments, folder=tmp_path)
     assert done.returncode == 2
     assert done.stderr.startswith("four_bar.yaml:11:")
     assert not (tmp_path / "results.h5").exists()
 
 
 def test_check_of_a_method_that_cannot_work(tmp_path):
-    done = mbproj("check", FIVE_BAR, "--projection", "popm", folder=tmp_path)
+    done = mbproj("check", FIVE_BAR, "--projection", "popm", "--formulation", "full", folder=tmp_path)
     assert done.returncode == 4
     assert "'popm' needs a positive definite mass matrix" in done.stderr
 

@@ -1,0 +1,143 @@
+"""Mechanisms of every shape from the joint table, all closed at the scene's pose, and states of them with open joints."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import NamedTuple
+
+import numpy as np
+import pytest
+
+from mbproj.dynamics import State, assemble
+from mbproj.integrate.reduced import Reduced
+from mbproj.joints import JOINTS
+from mbproj.kernel import build_info, core
+from mbproj.model import System, compile_system, initial_guess
+from mbproj.scene import read_scene
+from mbproj.scene.records import Body, Joint, Pair, Scene
+from tests.support import MECHANISMS, random_body, random_chain, random_gear, random_joint, scene_of
+
+needs_kernel = pytest.mark.skipif(core() is None, reason=f"needs the compiled kernel: {build_info()}")
+
+TREE_KINDS = ("revolute", "spherical", "universal", "prismatic", "cylindrical", "planar", "distance")
+
+
+def grown(seed: int, count: int, parent: Callable[[int, np.random.Generator], int], extra: list[Joint]) -> Scene:
+    """`count` bodies, each on a random joint from the body that `parent` names (-1: the ground), and further joints."""
+    rng = np.random.default_rng(seed)
+    bodies = [random_body(rng, f"b{number}") for number in range(count)]
+    names = [*(body.name for body in bodies), "ground"]
+    joints = [
+        random_joint(rng, f"J{number}", str(rng.choice(TREE_KINDS)), (names[parent(number, rng)], names[number]))
+        for number in range(count)
+    ]
+    return scene_of(bodies, [*joints, *extra])
+
+
+def tree(seed: int, count: int = 8) -> Scene:
+    """A tree, floating at one root and on the ground at others."""
+    return grown(seed, count, lambda number, rng: int(rng.integers(-1, number)) if number else -1, [])
+
+
+def loops(seed: int, count: int = 5) -> Scene:
+    """A chain of joints that leave much free, closed three times over by further ones."""
+    rng = np.random.default_rng(seed)
+    kinds = rng.choice(["spherical", "universal", "cylindrical", "revolute_spherical", "planar"], size=count)
+    scene = random_chain(seed, [str(kind) for kind in kinds])
+    ends = [("ground", f"body{count - 1}"), ("body0", f"body{count - 2}"), ("body1", "ground")]
+    closing = [
+        random_joint(rng, f"L{number}", str(rng.choice(["spherical", "distance", "point_in_plane"])), pair)
+        for number, pair in enumerate(ends)
+    ]
+    return scene_of(list(scene.bodies), [*scene.joints, *closing], list(scene.markers))
+
+
+def star(seed: int, arms: int = 8) -> Scene:
+    """Arms on one hub, every second of them held to the ground too, so that the hub has many joints in loops."""
+    rng = np.random.default_rng(seed)
+    held = [
+        random_joint(rng, f"H{arm}", "distance", ("ground", f"b{arm}")) for arm in range(1, arms + 1, 2)
+    ]
+    return grown(seed, arms + 1, lambda number, _: 0 if number else -1, held)
+
+
+def ladder(seed: int, rungs: int) -> Scene:
+    """Two chains of balls from the ground, side by side, and a rod between each pair of their bodies."""
+    rng = np.random.default_rng(seed)
+    bodies, joints, below = [], [], ["ground", "ground"]
+    for rung in range(rungs):
+        pair = [random_body(rng, f"{side}{rung}") for side in ("left", "right")]
+        joints += [random_joint(rng, f"J{body.name}", "spherical", (under, body.name))
+                   for under, body in zip(below, pair, strict=True)]
+        below = [body.name for body in pair]
+        joints.append(random_joint(rng, f"R{rung}", "distance", (below[0], below[1])))
+        bodies += pair
+    return scene_of(bodies, joints)
+
+
+def parallelogram(wheel: tuple[float, float, float] = (0.0, 1.0, 0.0), angle: float = 0.5) -> Scene:
+    """Cranks of 1 m and a coupler of 2 m in the plane normal to `wheel`: y. Dead where all lie in one line."""
+    up = (float(np.sin(angle)), 0.0, float(np.cos(angle)))
+    axis, round_ = Pair(wheel, wheel), ((0.1, 0.0, 0.0), (0.0, 0.1, 0.0), (0.0, 0.0, 0.1))
+    corners = [(0.0, 0.0, 0.0), up, (2.0 + up[0], 0.0, up[2]), (2.0, 0.0, 0.0)]
+    middles = [tuple(0.5 * (a + b) for a, b in zip(corners[i], corners[i + 1], strict=True)) for i in range(3)]
+    names = ("crank", "coupler", "rocker")
+    bodies = [Body(name, 1.0, round_, (m[0], m[1], m[2])) for name, m in zip(names, middles, strict=True)]
+    ends = [("ground", "crank"), ("crank", "coupler"), ("coupler", "rocker"), ("ground", "rocker")]
+    joints = [
+        Joint(name, "revolute", pair, Pair(at, at), axis, speed={"angle": 2.0} if name == "A" else {})
+        for name, pair, at in zip("ABCD", ends, corners, strict=True)
+    ]
+    return scene_of(bodies, joints, gravity=(0.0, 0.0, 0.0))
+
+
+#: Every mechanism to hold the formulations against each other on, by name.
+SCENES: dict[str, Callable[[], Scene]] = {
+    **{path.stem: lambda path=path: read_scene(path) for path in MECHANISMS},
+    **{f"three of {kind}": lambda kind=kind: random_chain(3, [kind] * 3) for kind in JOINTS},
+    **{f"tree {seed}": lambda seed=seed: tree(seed) for seed in range(4)},
+    **{f"loops {seed}": lambda seed=seed: loops(seed) for seed in range(6)},
+    **{f"star {seed}": lambda seed=seed: star(seed) for seed in range(3)},
+    "ladder": lambda: ladder(1, 4),
+    "gears in a star": lambda: _geared_star(),
+}
+
+
+def _geared_star() -> Scene:
+    """Three wheels on one carrier, geared to each other in a row."""
+    rng = np.random.default_rng(7)
+    bodies = [random_body(rng, name) for name in ("carrier", "a", "b", "c")]
+    joints = [random_joint(rng, "C", "universal", ("ground", "carrier"))]
+    joints += [random_joint(rng, name.upper() * 2, "revolute", ("carrier", name)) for name in "abc"]
+    joints += [random_gear("G1", ("AA", "BB"), ("a", "b")), random_gear("G2", ("BB", "CC"), ("b", "c"))]
+    return scene_of(bodies, joints)
+
+
+class Case(NamedTuple):
+    """A system, the kernel's view of it, and a state (q, v) with unit Λ and ΛᵀΛ' = 0, but open joints."""
+
+    system: System
+    reduced: Reduced
+    q: np.ndarray
+    v: np.ndarray
+
+    @property
+    def y(self) -> np.ndarray:
+        return self.reduced.state(self.q, self.v)
+
+
+def assembled(scene: Scene) -> tuple[System, State]:
+    system = compile_system(scene)
+    return system, assemble(system, initial_guess(scene, system))
+
+
+def opened(scene: Scene, seed: int = 1, size: float = 0.03) -> Case:
+    """Every body moved by `size` of the mechanism's length and by so many radians, and thrown about."""
+    system, state = assembled(scene)
+    rng = np.random.default_rng(seed)
+    weights = np.array([system.length] * 3 + [1.0] * 4)
+    q = state.q.reshape(-1, 7) + size * weights * rng.normal(size=(system.bodies, 7))
+    q[:, 3:] /= np.linalg.norm(q[:, 3:], axis=1, keepdims=True)
+    v = state.v.reshape(-1, 7) + weights * rng.normal(size=q.shape)
+    v[:, 3:] -= np.sum(v[:, 3:] * q[:, 3:], axis=1, keepdims=True) * q[:, 3:]
+    return Case(system, Reduced(core(), system), q.ravel(), v.ravel())
