@@ -18,9 +18,10 @@ LEAVES = {"arrays", "errors", "registry", "mechanisms_folder", "version"}
 MAY_IMPORT = {
     "constraints": set(),
     "joints": {"constraints"},
-    "scene": {"joints"},
-    "model": {"constraints", "joints", "scene"},
-    "dynamics": {"constraints", "joints", "scene", "model"},
+    "functions": set(),
+    "scene": {"functions", "joints"},
+    "model": {"constraints", "functions", "joints", "scene"},
+    "dynamics": {"constraints", "functions", "joints", "scene", "model"},
     "projection": {"scene", "model", "dynamics"},
     "integrate": {"scene", "model", "dynamics", "projection"},
     "results": {"scene"},

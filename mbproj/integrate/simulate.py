@@ -53,7 +53,7 @@ def simulate(
     ranks = mobility(system, pose_of(state.q))
     refuse_unsolvable(system, ranks)
     tally, energy = Tally(), EnergyWatch()
-    initial_energy = total_energy(system, state.q, state.v)
+    initial_energy = total_energy(system, state)
     started = perf_counter()
     with interruption() as asked:
         for samples in _blocks(march(formulation, state, tally), asked):
