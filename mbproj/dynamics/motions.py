@@ -33,14 +33,15 @@ def drive_at(system: System, t: Numbers | float) -> Drive | None:
     time = time_series(np.asarray(t))
     found = [run(motions.programs, index, [time]) for index in range(motions.rows.size)]
     value, rate, acceleration = (np.stack([series[order] for series in found], axis=-1) for order in range(3))
-    if not np.all(np.isfinite(value) & np.isfinite(rate) & np.isfinite(acceleration)):
-        raise _not_finite(system, np.asarray(t), value + rate + acceleration)
+    finite = np.isfinite(value) & np.isfinite(rate) & np.isfinite(acceleration)
+    if not np.all(finite):
+        raise _not_finite(system, np.asarray(t), finite)
     return Drive(motions.start + value, rate, acceleration)
 
 
-def _not_finite(system: System, t: Numbers, total: Numbers) -> SimulationError:
+def _not_finite(system: System, t: Numbers, finite: Numbers) -> SimulationError:
     assert system.motions is not None
-    *where, index = (int(axis[0]) for axis in np.nonzero(~np.isfinite(total)))
+    *where, index = (int(axis[0]) for axis in np.nonzero(~finite))
     time = float(t[tuple(where)])
     programs = system.motions.programs
     cause = f"'{programs.texts[index]}' fails: {failure(programs, index, [time_series(np.asarray(time))])}"

@@ -6,6 +6,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
+from mbproj.arrays import Array
 from mbproj.constraints import PRIMITIVES
 from mbproj.errors import InputError, Problem
 from mbproj.functions.program import Program
@@ -15,6 +16,9 @@ from mbproj.model.frames import Pose
 from mbproj.model.primitive_set import Binding, bind
 from mbproj.model.rigid_groups import Seat
 from mbproj.scene.records import BodyForce, JointForce, Law, PointForce, Scene
+
+#: Two points that are closer than this, over 1 m + their coordinates, are one.
+COINCIDENT = 1e-14
 
 #: A law, the name of its force, what results call it, the primitive it acts along, the joint coordinate's number or -1.
 Entry = tuple[Law, str, str, Binding, int]
@@ -88,7 +92,7 @@ def _between_points(
     if slots[0][0] == slots[1][0]:
         what = f"force '{force.name}' acts between two points of one rigid body"
         raise InputError(Problem(what, place, "fixed joints have made its bodies one"))
-    if length == 0.0:
+    if length <= COINCIDENT * (1.0 + np.abs(ends).max()):
         what = f"force '{force.name}' has no direction: its two points are one at the scene's pose"
         raise InputError(Problem(what, place, "move one of its points"))
     law = force.law
@@ -109,7 +113,7 @@ def _on_joint(force: JointForce, coordinates: Mapping[str, Binding]) -> list[Ent
     return entries
 
 
-def _point(force: BodyForce, seats: Mapping[str, Seat], poses: Mapping[str, Pose]) -> np.ndarray:
+def _point(force: BodyForce, seats: Mapping[str, Seat], poses: Mapping[str, Pose]) -> Array:
     """Where a given force acts, in its carrier's axes."""
     if force.location is None:
         return seats[force.body].offset

@@ -179,6 +179,10 @@ def test_too_many_names_are_cut_with_a_remark(tmp_path):
         "joints": [f"j{i}" for i in range(20)],
         "coordinates": [],
         "coordinate_units": [],
+        "forces": [],
+        "force_units": [],
+        "motions": [],
+        "motion_units": [],
     }
     with open_results(record(tmp_path / "run.h5", block(times(), many), names=many)) as results:
         figure = draw("markers", [results], ["run"])
