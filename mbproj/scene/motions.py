@@ -55,6 +55,7 @@ def _motion(name: str, joint: str, **given: Driver) -> Motion:
     return Motion(name, joint, coordinate, function, from_start)
 
 
+KINDS = tuple(_kinds("rad"))
 _BY_UNIT: Mapping[str, Field[Driver]] = {unit: _function(unit) for unit in ("rad", "m")}
 
 MOTION: Record[Motion] = Record(

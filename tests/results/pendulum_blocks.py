@@ -23,8 +23,8 @@ NAMES: Mapping[str, Sequence[str]] = {
     "coordinate_units": ["rad"],
     "forces": ["spring"],
     "force_units": ["rad"],
-    "motions": [],
-    "motion_units": [],
+    "motions": ["drive"],
+    "motion_units": ["rad"],
 }
 NO_NAMES: Mapping[str, Sequence[str]] = {kind: [] for kind in NAMES} | {"bodies": ["bob"]}
 SETTINGS = Settings(duration=2.0, step=0.01, output_step=0.01, projection=ProjectionSettings(tolerance=1e-13))

@@ -18,7 +18,7 @@ from mbproj.scene.records import ProjectionSettings, Settings
 from tests.results.pendulum_blocks import NAMES, NO_NAMES, PATHS, SETTINGS, block, part_of, record, scene, times
 
 #: Bodies, markers, joints and coordinates of the pendulum, by the layout's symbols.
-SIZES = {"n": 1, "k": 2, "nj": 2, "nc": 1, "nf": 1, "nm": 0}
+SIZES = {"n": 1, "k": 2, "nj": 2, "nc": 1, "nf": 1, "nm": 1}
 
 
 def assert_equal(path: Path, expected: dict) -> None:
