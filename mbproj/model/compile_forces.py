@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -20,8 +21,32 @@ from mbproj.scene.records import BodyForce, JointForce, Law, PointForce, Scene
 #: Two points that are closer than this, over 1 m + their coordinates, are one.
 COINCIDENT = 1e-14
 
-#: A law, the name of its force, what results call it, the primitive it acts along, the joint coordinate's number or -1.
-Entry = tuple[Law, str, str, Binding, int]
+@dataclass(frozen=True, eq=False)
+class _Entry:
+    """A law on its way into the arrays: the name of its force, what results call it, the primitive it acts along, and
+    which joint coordinate that is (-1: none)."""
+
+    law: Law
+    force: str
+    shown: str
+    along: Binding
+    coordinate: int = -1
+
+
+class _Programs:
+    """The programs met so far, with the names of their forces."""
+
+    def __init__(self) -> None:
+        self.programs: list[Program] = []
+        self.owners: list[str] = []
+
+    def number(self, program: Program | None, owner: str) -> int:
+        """The number of this program in the set, -1 where there is none."""
+        if program is None:
+            return -1
+        self.programs.append(program)
+        self.owners.append(owner)
+        return len(self.programs) - 1
 
 
 def compile_forces(
@@ -31,56 +56,50 @@ def compile_forces(
     where it acts on several. `coordinates` are the joints' by whole name. Raises InputError."""
     if not scene.forces:
         return None, ()
-    entries: list[Entry] = []
+    entries: list[_Entry] = []
     for force in scene.forces:
         if isinstance(force, PointForce):
             entries.append(_between_points(scene, force, seats, poses))
         elif isinstance(force, JointForce):
             entries += _on_joint(force, coordinates)
-    given = [force for force in scene.forces if isinstance(force, BodyForce)]
-    programs: list[Program] = []
-    owners: list[str] = []
+    met = _Programs()
+    laws = _laws(entries, met)
+    on_bodies = _on_bodies([force for force in scene.forces if isinstance(force, BodyForce)], seats, poses, met)
+    owners = tuple(entry.force for entry in entries)
+    forces = Forces(laws, on_bodies, flatten(met.programs), owners, tuple(met.owners))
+    return forces, tuple(entry.shown for entry in entries)
 
-    def number(program: Program | None, owner: str) -> int:
-        if program is None:
-            return -1
-        programs.append(program)
-        owners.append(owner)
-        return len(programs) - 1
 
-    laws = [entry[0] for entry in entries]
-    bindings = [Binding(bound.primitive, at, bound.slots) for at, (_, _, _, bound, _) in enumerate(entries)]
-    forces = Forces(
-        laws=Laws(
-            coordinates=bind(bindings),
-            joint_coordinate=np.array([entry[4] for entry in entries], dtype=np.intp),
-            stiffness=np.array([law.stiffness for law in laws], dtype=float),
-            damping=np.array([law.damping for law in laws], dtype=float),
-            free=np.array([law.free or 0.0 for law in laws], dtype=float),
-            program=np.array([number(entry[0].function, entry[1]) for entry in entries], dtype=np.intp),
-        ),
-        on_bodies=BodyForces(
-            body=np.array([seats[force.body].carrier for force in given], dtype=np.intp),
-            point=np.array([_point(force, seats, poses) for force in given], dtype=float).reshape(-1, 3),
-            is_torque=np.array([force.torque for force in given], dtype=bool),
-            in_body=np.array([force.body_axes for force in given], dtype=bool),
-            turn=np.array(
-                [seats[force.body].turn if force.body_axes else np.eye(3) for force in given], dtype=float
-            ).reshape(-1, 3, 3),
-            program=np.array(
-                [[number(each, force.name) for each in force.components] for force in given], dtype=np.intp
-            ).reshape(-1, 3),
-        ),
-        programs=flatten(programs),
-        law_owners=tuple(entry[1] for entry in entries),
-        program_owners=tuple(owners),
+def _laws(entries: Sequence[_Entry], met: _Programs) -> Laws:
+    laws = [entry.law for entry in entries]
+    return Laws(
+        coordinates=bind([Binding(entry.along.primitive, at, entry.along.slots) for at, entry in enumerate(entries)]),
+        joint_coordinate=np.array([entry.coordinate for entry in entries], dtype=np.intp),
+        stiffness=np.array([law.stiffness for law in laws], dtype=float),
+        damping=np.array([law.damping for law in laws], dtype=float),
+        free=np.array([law.free or 0.0 for law in laws], dtype=float),
+        program=np.array([met.number(entry.law.function, entry.force) for entry in entries], dtype=np.intp),
     )
-    return forces, tuple(entry[2] for entry in entries)
+
+
+def _on_bodies(
+    forces: Sequence[BodyForce], seats: Mapping[str, Seat], poses: Mapping[str, Pose], met: _Programs
+) -> BodyForces:
+    turns = [seats[force.body].turn if force.body_axes else np.eye(3) for force in forces]
+    programs = [[met.number(component, force.name) for component in force.components] for force in forces]
+    return BodyForces(
+        body=np.array([seats[force.body].carrier for force in forces], dtype=np.intp),
+        point=np.array([_point(force, seats, poses) for force in forces], dtype=float).reshape(-1, 3),
+        is_torque=np.array([force.torque for force in forces], dtype=bool),
+        in_body=np.array([force.body_axes for force in forces], dtype=bool),
+        turn=np.array(turns, dtype=float).reshape(-1, 3, 3),
+        program=np.array(programs, dtype=np.intp).reshape(-1, 3),
+    )
 
 
 def _between_points(
     scene: Scene, force: PointForce, seats: Mapping[str, Seat], poses: Mapping[str, Pose]
-) -> Entry:
+) -> _Entry:
     """A law on the distance of two points; without a free length it is that of the scene's pose."""
     slots, ends = [], []
     for side, (name, point) in enumerate(zip(force.bodies, (force.points.first, force.points.second), strict=True), 1):
@@ -98,10 +117,10 @@ def _between_points(
     law = force.law
     free = length if law.free is None else law.free
     bound = Binding(PRIMITIVES["distance"](), 0, tuple(slots))
-    return Law(law.stiffness, law.damping, free, law.function), force.name, force.name, bound, -1
+    return _Entry(replace(law, free=free), force.name, force.name, bound)
 
 
-def _on_joint(force: JointForce, coordinates: Mapping[str, Binding]) -> list[Entry]:
+def _on_joint(force: JointForce, coordinates: Mapping[str, Binding]) -> list[_Entry]:
     """The laws on coordinates of a joint."""
     index = {name: number for number, name in enumerate(coordinates)}
     several = len(force.laws) > 1
@@ -109,7 +128,7 @@ def _on_joint(force: JointForce, coordinates: Mapping[str, Binding]) -> list[Ent
     for coordinate, law in force.laws.items():
         whole = f"{force.joint}.{coordinate}"
         shown = f"{force.name}.{coordinate}" if several else force.name
-        entries.append((law, force.name, shown, coordinates[whole], index[whole]))
+        entries.append(_Entry(law, force.name, shown, coordinates[whole], index[whole]))
     return entries
 
 

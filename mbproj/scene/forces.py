@@ -98,6 +98,10 @@ FORCE_TYPE = Choice("force type", lambda: FORCE_RECORDS)
 JOINT = Reference("joint", "joints")
 AXES = Choice("axes", lambda: ("global", "body"))
 COEFFICIENT = Number(None, minimum=0.0)
+#: Coefficients of friction on coordinates in m and rad.
+VISCOUS: Mapping[str, Field[Any]] = {
+    "m": Number("N*s/m", minimum=0.0), "rad": Number("N*m*s/rad", minimum=0.0)
+}
 
 
 def _on_joint(what: str, force: str, coordinate: str, unit: str, free: str) -> Record[Force]:
@@ -150,7 +154,7 @@ FORCE_RECORDS: Mapping[str, Record[Force]] = MappingProxyType(
                 "joint": JOINT,
                 "coefficient": Alternatives((
                     Converted(COEFFICIENT, lambda coefficient: {"": coefficient}),
-                    Record("a coefficient", dict.fromkeys(COORDINATES, COEFFICIENT), dict),
+                    Record("a coefficient", {name: VISCOUS[unit] for name, unit in COORDINATES.items()}, dict),
                 )),
             },
             _friction,
