@@ -3,18 +3,21 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from typing import Any
+from dataclasses import dataclass
+from typing import Any, ClassVar
 
 from mbproj.functions.program import Code, Program
 from mbproj.functions.standard import harmonic, polynomial, smooth_step, tabulated, uniform
 from mbproj.scene.alternatives import Alternatives
 from mbproj.scene.choices import Reference
 from mbproj.scene.containers import OneOf, Record
-from mbproj.scene.fields import Converted, Field, List
+from mbproj.scene.fields import Converted, Field, Schema
 from mbproj.scene.forces import COORDINATES
 from mbproj.scene.functions import Function, table
+from mbproj.scene.nodes import Node, SequenceNode
 from mbproj.scene.quantities import Number
-from mbproj.scene.records import Motion
+from mbproj.scene.reading import Reading
+from mbproj.scene.records import KeyPath, Motion
 
 #: A function of time, and whether it counts from where the joint starts.
 Driver = tuple[Program, bool]
@@ -22,6 +25,32 @@ Driver = tuple[Program, bool]
 
 def _driven(field: Field[Any], code: Callable[[Any], Code]) -> Field[Driver]:
     return Converted(field, lambda value: (Program(code(value)), False))
+
+
+@dataclass(frozen=True)
+class _Coefficients(Field[tuple[float, ...]]):
+    """The coefficients of a polynomial of time from the constant one on, each in `unit` per second to its power."""
+
+    unit: str
+    node_type: ClassVar[type] = SequenceNode
+
+    @property
+    def expects(self) -> str:
+        return f"a list of coefficients, in {self.unit}, {self.unit}/s, {self.unit}/s^2, ..."
+
+    def read(self, node: Node, path: KeyPath, reading: Reading) -> tuple[float, ...] | None:
+        if not isinstance(node, SequenceNode) or not node.items:
+            self.reject(node, path, reading)
+            return None
+        found = [self._coefficient(power).read(item, path, reading) for power, item in enumerate(node.items)]
+        right = tuple(value for value in found if value is not None)
+        return right if len(right) == len(found) else None
+
+    def schema(self) -> Schema:
+        return {"description": self.expects, "type": "array", "items": Number(None).schema(), "minItems": 1}
+
+    def _coefficient(self, power: int) -> Number:
+        return Number(self.unit if power == 0 else f"{self.unit}/s" if power == 1 else f"{self.unit}/s^{power}")
 
 
 def _kinds(unit: str) -> dict[str, Field[Driver]]:
@@ -32,7 +61,7 @@ def _kinds(unit: str) -> dict[str, Field[Driver]]:
     return {
         "constant_speed": Converted(Number(f"{unit}/s"), lambda speed: (Program(uniform(speed)), True)),
         "harmonic": _driven(Record("a harmonic", wave, dict, ("amplitude", "frequency")), lambda w: harmonic(**w)),
-        "polynomial": _driven(List(Number(None), None, "coefficients"), polynomial),
+        "polynomial": _driven(_Coefficients(unit), polynomial),
         "smooth_step": _driven(
             Record("a smooth_step", step, dict, ("to", "duration")),
             lambda s: smooth_step(s.get("from", 0.0), s["to"], s.get("start", 0.0), s["duration"]),

@@ -6,6 +6,11 @@ import numpy as np
 import pytest
 from scipy.interpolate import CubicSpline
 
+from mbproj import assemble, compile_system, initial_guess
+from mbproj.dynamics.constraint_equations import set_jacobian
+from mbproj.dynamics.forces import applied
+from mbproj.dynamics.kinematics import pose_of, twist_of
+from mbproj.integrate.full import FullFormulation
 from mbproj.registry import PROJECTIONS
 from mbproj.scene import read_scene_text
 from tests.mechanisms.running import Run, assert_close, run_scene
@@ -250,3 +255,38 @@ def test_reactions_of_a_driven_joint_leave_its_driving_torque_to_the_motion():
     angle = 5 * done["time"]
     exact = np.stack([-25.0 * np.cos(angle), 0 * angle, 19.6 - 25.0 * np.sin(angle)], axis=1)
     assert_close(done["joints/reaction_force"][:, 0], exact, 1e-11)
+
+
+LOADED = """\
+forces:
+  k: {type: spring_damper, points: {ground: [1, 0, 1], lower: [1.5, 0.5, 0]}, stiffness: 50, damping: 2}
+  c: {type: friction, joint: A, coefficient: {angle: 0.3, displacement: 4}}
+  f: {type: force, body: lower, location: [2, 0, 0], force: [3*t, 1, 0], axes: body}
+"""
+
+
+def test_newton_with_reactions_forces_and_driving_forces():
+    """m a = m g + reactions + forces + driving forces for each body of a loaded and partly driven arm."""
+    done = run(f"{ARM}{LOADED}motions:\n  b: {PATHS['b']}\n  d: {PATHS['d']}\n", duration=0.1)
+    system, last = done.system, -1
+    q = np.concatenate([done["bodies/position"][last], done["bodies/orientation"][last]], axis=1).ravel()
+    pose = pose_of(q)
+    rate = 0.5 * np.einsum("nij,ni->nj", pose.L[:-1], done["bodies/angular_velocity"][last])
+    twist = twist_of(pose, np.concatenate([done["bodies/velocity"][last], rate], axis=1).ravel())
+    loads = applied(system, pose, twist, float(done["time"][last]), done["joints/coordinate"][last]).force[:-1]
+    along = set_jacobian(system.motions.rows, pose).reshape(-1, 2, 7)[..., :3]
+    driving = np.einsum("k,kni->ni", done["motions/force"][last], along)
+    reaction = done["joints/reaction_force"][last]
+    total = loads + driving + np.array([reaction[0] - reaction[1], reaction[1]])
+    mass = system.mass[:, None]
+    np.testing.assert_allclose(mass * (done["bodies/acceleration"][last] - system.gravity), total, atol=1e-9)
+    assert np.abs(loads).max() > 1.0
+    assert np.abs(driving).max() > 1.0
+
+
+def test_only_scenes_with_forces_or_motions_integrate_work():
+    for text, integrals in ((PENDULUM.replace("motions:\n", ""), 0), (f"{PENDULUM}  m: {{joint: A, angle: t}}\n", 2)):
+        scene = read_scene_text(text)
+        system = compile_system(scene)
+        state = assemble(system, initial_guess(scene, system))
+        assert FullFormulation.of(system, state, scene.settings).quadratures == integrals
