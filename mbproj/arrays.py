@@ -11,3 +11,18 @@ Array: TypeAlias = npt.NDArray[np.float64]
 Integers: TypeAlias = npt.NDArray[np.intp]
 #: Real in a run; complex where a test differentiates by the complex step.
 Numbers: TypeAlias = npt.NDArray[Any]
+
+
+def distinct_rows(rows: Numbers) -> tuple[Numbers, Integers]:
+    """The distinct rows of (k, w), sorted, and where each of the k stands among them.
+
+    As numpy.unique, whose first call imports a tenth of a second of modules that nothing else here needs.
+    """
+    if not len(rows):
+        return rows, np.zeros(0, dtype=np.intp)
+    order = np.lexsort(rows.T[::-1])
+    ordered = rows[order]
+    first = np.append(True, np.any(ordered[1:] != ordered[:-1], axis=1))
+    place = np.empty(len(rows), dtype=np.intp)
+    place[order] = np.cumsum(first) - 1
+    return ordered[first], place

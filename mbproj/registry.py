@@ -16,13 +16,15 @@ from types import MappingProxyType
 
 @dataclass(frozen=True)
 class ProjectionEntry:
-    """A projection method: its module in `mbproj.projection`, the equations, one line on it, its own options."""
+    """A projection method: its module in `mbproj.projection`, the equations, one line on it, its own options; whether
+    it corrects the state after a step, and whether the compiled kernel has it too."""
 
     module: str
     equations: str
     summary: str
     options: tuple[str, ...] = ()
     corrects: bool = True
+    compiled: bool = True
 
 
 PROJECTIONS: Mapping[str, ProjectionEntry] = MappingProxyType(
@@ -38,16 +40,20 @@ PROJECTIONS: Mapping[str, ProjectionEntry] = MappingProxyType(
         "gopm": ProjectionEntry("gopm", "39, 41", "geometric: the smallest correction of the coordinates"),
         "popm": ProjectionEntry("popm", "44, 45", "physical: weighted by M, which must be positive definite"),
         "mass-orthogonal": ProjectionEntry(
-            "mass_orthogonal", "52, 55", "penalty α on the violation, iterated", ("alpha",)
+            "mass_orthogonal", "52, 55", "penalty α on the violation, iterated", ("alpha",), compiled=False
         ),
-        "mmopm": ProjectionEntry("mmopm", "60, 61", "weighted by M + α C_qᵀC_q with a large α", ("alpha",)),
+        "mmopm": ProjectionEntry(
+            "mmopm", "60, 61", "weighted by M + α C_qᵀC_q with a large α", ("alpha",), compiled=False
+        ),
         "gpopm": ProjectionEntry("gpopm", "73, 74", "physical for singular M: the smallest correction in energy"),
-        "gpopm-pinv": ProjectionEntry("gpopm_pinv", "62-66", "GPOPM by a rank-revealing pseudo-inverse"),
+        "gpopm-pinv": ProjectionEntry(
+            "gpopm_pinv", "62-66", "GPOPM by a rank-revealing pseudo-inverse", compiled=False
+        ),
     }
 )
 
-#: How the coordinates are chosen; `auto` takes the best that is there for the scene.
-FORMULATIONS = ("auto", "full")
+#: How the coordinates are chosen; `auto` takes the planar ones where the joints allow, or the reduced ones.
+FORMULATIONS = ("auto", "full", "reduced", "planar")
 #: How the accelerations are solved for: the bordered system, Eq. 14, or without multipliers, Eqs. 80-81.
 ACCELERATIONS = ("bordered", "eliminated")
 #: When a position correction is accepted: |C|∞ <= tolerance, or the paper's ΔqᵀMΔq <= tolerance.

@@ -17,18 +17,19 @@ LEAVES = {"arrays", "errors", "registry", "mechanisms_folder", "version"}
 #: What each package may import beside itself and the leaves.
 MAY_IMPORT = {
     "constraints": set(),
+    "kernel": set(),
     "joints": {"constraints"},
     "functions": set(),
     "scene": {"functions", "joints"},
     "model": {"constraints", "functions", "joints", "scene"},
     "dynamics": {"constraints", "functions", "joints", "scene", "model"},
     "projection": {"scene", "model", "dynamics"},
-    "integrate": {"scene", "model", "dynamics", "projection"},
+    "integrate": {"scene", "model", "dynamics", "projection", "kernel"},
     "results": {"scene"},
     "analysis": {"results", "scene"},
     "studies": {"scene", "model", "dynamics", "projection", "integrate", "results", "analysis"},
     "plot": {"results", "analysis", "scene"},
-    "cli": {"joints", "scene", "model", "dynamics", "integrate", "results", "analysis", "studies", "plot"},
+    "cli": {"joints", "scene", "model", "dynamics", "integrate", "kernel", "results", "analysis", "studies", "plot"},
 }
 
 

@@ -35,7 +35,7 @@ def command(scene: str, settings: tuple[str, ...], as_json: bool, **options: Any
     from mbproj.dynamics.assembly import moved_by
     from mbproj.dynamics.constraint_equations import constraint_at, constraint_velocity_at
     from mbproj.dynamics.kinematics import pose_of
-    from mbproj.dynamics.rank import unsolvable
+    from mbproj.integrate.formulation import choose
     from mbproj.integrate.full import FullFormulation
     from mbproj.model import compile_system, initial_guess
     from mbproj.scene import read_scene
@@ -45,12 +45,14 @@ def command(scene: str, settings: tuple[str, ...], as_json: bool, **options: Any
     guess = initial_guess(what, system)
     state = assemble(system, guess)
     ranks = mobility(system, pose_of(state.q))
-    problems = unsolvable(system, ranks)
+    choice, problems = None, []
     try:
-        FullFormulation.of(system, state, what.settings)
+        choice = choose(system, state, what.settings)
+        if choice.name == "full":
+            FullFormulation.of(system, state, what.settings)
     except InputError as error:
         place = what.place("simulation", "projection", "method")
-        problems += [Problem(problem.message, place, problem.hint) for problem in error.problems]
+        problems = [Problem(problem.message, problem.place or place, problem.hint) for problem in error.problems]
     facts = {
         "scene": scene,
         "title": what.title,
@@ -58,6 +60,9 @@ def command(scene: str, settings: tuple[str, ...], as_json: bool, **options: Any
         "constraints": ranks.constraints,
         "rank": ranks.rank,
         "degrees_of_freedom": ranks.degrees_of_freedom,
+        "formulation": None if choice is None else choice.name,
+        "formulation_why": None if choice is None else choice.why,
+        "elimination": None if choice is None else choice.elimination,
         "position_violation": float(abs(constraint_at(system, state.q)).max()),
         "velocity_violation": float(abs(constraint_velocity_at(system, state.q, state.v)).max()),
         "moved_by": moved_by(guess.q, state.q),
@@ -138,6 +143,26 @@ def _number(value: float) -> str:
     return "0" if abs(value) < 1e-12 else f"{value:.6g}"
 
 
+def _formulation(facts: dict[str, Any]) -> list[str]:
+    """What is computed in, why, and in which order the equations are eliminated."""
+    if facts["formulation"] is None:
+        return []
+    lines = [
+        f"  {facts['formulation']} formulation: {facts['formulation_why']}",
+        "  loads: gravity; nothing depends on time",
+    ]
+    order = facts["elimination"]
+    if order:
+        loops = (
+            f", {order['core_joints']} joints in loops by block Cholesky ({order['core_numbers']} numbers, "
+            f"{order['core_fill']} of them fill)"
+            if order["core_joints"]
+            else ""
+        )
+        lines.append(f"  elimination: {order['eliminated_bodies']} bodies from the leaves{loops}")
+    return lines
+
+
 def _start(scene: Scene, facts: dict[str, Any]) -> list[str]:
     from mbproj.cli.summary import step_words
 
@@ -156,6 +181,7 @@ def _start(scene: Scene, facts: dict[str, Any]) -> list[str]:
         f"moving apart at {facts['velocity_violation']:.1e} per s; "
         f"bodies moved from their guess by up to {length:.2g} m and {angle:.2g} rad",
         *_shortened(rows),
+        *_formulation(facts),
         f"  {settings.projection.method}, {settings.integrator}, {step}, {duration}",
         "  can run" if facts["can_run"] else "  cannot run",
     ]

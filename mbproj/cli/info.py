@@ -1,4 +1,4 @@
-"""`mbproj info`: what a results file holds."""
+"""`mbproj info`: what a results file holds, or how this mbproj was built."""
 
 from __future__ import annotations
 
@@ -8,6 +8,8 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from mbproj.cli.table import table
+
 if TYPE_CHECKING:
     from mbproj.results import Results
 
@@ -16,14 +18,26 @@ SHOWN_ELSEWHERE = ("format", "date", "host")
 
 
 @click.command("info")
-@click.argument("results", type=click.Path(path_type=Path))
+@click.argument("results", required=False, type=click.Path(path_type=Path))
+@click.option("--build", is_flag=True, help="Show versions, the compiled kernel and its instruction set instead.")
 @click.option("--json", "as_json", is_flag=True, help="Print one JSON object instead of text.")
-def command(results: Path, as_json: bool) -> None:
+def command(results: Path | None, build: bool, as_json: bool) -> None:
     """Show what RESULTS holds: settings, sizes, violations, energy drift, timings, datasets with shapes and units."""
+    if build == (results is not None):
+        raise click.UsageError("give either RESULTS, a results file, or --build, for how mbproj itself was built")
+    if results is None:
+        click.echo(_build(as_json))
+        return
     from mbproj.results import open_results
 
     with open_results(results) as opened:
-        click.echo(_json(opened) if as_json else "\n".join(_lines(opened)))
+        click.echo(_json(_contents(opened)) if as_json else "\n".join(_lines(opened)))
+
+
+def _build(as_json: bool) -> str:
+    from mbproj.cli import build_info
+
+    return _json(build_info.facts()) if as_json else "\n".join(build_info.lines())
 
 
 def _contents(results: Results) -> dict[str, Any]:
@@ -46,10 +60,10 @@ def _contents(results: Results) -> dict[str, Any]:
     }
 
 
-def _json(results: Results) -> str:
+def _json(contents: Mapping[str, Any]) -> str:
     import json
 
-    return json.dumps(_finite(_contents(results)), indent=2, ensure_ascii=False)
+    return json.dumps(_finite(contents), indent=2, ensure_ascii=False)
 
 
 def _finite(value: Any) -> Any:
@@ -66,7 +80,7 @@ def _lines(results: Results) -> Iterator[str]:
     has = _contents(results)
     partial = " (partial: the run was killed or still goes on)" if has["partial"] else ""
     numbers = _numbers(has) if has["samples"] else {"samples": "none"}
-    yield from _table(
+    yield from table(
         {
             "title": has["title"],
             "file": has["file"],
@@ -80,7 +94,7 @@ def _lines(results: Results) -> Iterator[str]:
     )
     for title, values in (("settings", _settings(has)), ("attributes", _attributes(has)), ("datasets", _datasets(has))):
         yield f"\n{title}"
-        yield from _table(values, "  ")
+        yield from table(values, "  ")
 
 
 def _numbers(has: Mapping[str, Any]) -> dict[str, str]:
@@ -125,9 +139,3 @@ def _attributes(has: Mapping[str, Any]) -> dict[str, str]:
 
 def _datasets(has: Mapping[str, Any]) -> dict[str, str]:
     return {path: f"{tuple(entry['shape'])!s:<16} {entry['unit']}" for path, entry in has["datasets"].items()}
-
-
-def _table(values: Mapping[str, str], indent: str = "") -> Iterator[str]:
-    width = max(map(len, values), default=0)
-    for key, value in values.items():
-        yield f"{indent}{key:<{width}}  {value}"

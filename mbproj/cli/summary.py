@@ -20,11 +20,13 @@ def summary(scene: str, output: str, report: Report, total_seconds: float) -> di
         "scene": str(scene),
         "output": str(output),
         "formulation": report.formulation,
+        "formulation_why": report.why,
         "projection": report.settings.projection.method,
         "integrator": report.settings.integrator,
         "degrees_of_freedom": report.degrees_of_freedom,
         **report.counters,
         "integration_seconds": report.integration_seconds,
+        "recording_seconds": report.recording_seconds,
         "total_seconds": total_seconds,
         "position_violation_max": report.position_violation.value,
         "velocity_violation_max": report.velocity_violation.value,
@@ -42,10 +44,11 @@ def print_summary(title: str, system: System, report: Report, numbers: dict[str,
     lines = [
         title,
         f"  {7 * system.bodies} coordinates, {system.constraints} constraints, "
-        f"{report.degrees_of_freedom} degrees of freedom; {report.formulation} formulation",
+        f"{report.degrees_of_freedom} degrees of freedom",
+        f"  {report.formulation} formulation: {report.why}",
         f"  {settings.projection.method}, {settings.integrator}, {step_words(settings)}",
         f"  {counts['steps']} steps to t = {settings.duration:g} s in {seconds:.2f} s "
-        f"({1e3 * seconds / max(counts['steps'], 1):.2g} ms a step), {counts['evaluations']} evaluations, "
+        f"({_time(seconds / max(counts['steps'], 1))} a step), {counts['evaluations']} evaluations, "
         f"{counts['rejected_steps']} steps rejected",
         f"  position violation  {_worst(report.position_violation)}",
         f"  velocity violation  {_worst(report.velocity_violation)}",
@@ -53,6 +56,7 @@ def print_summary(title: str, system: System, report: Report, numbers: dict[str,
         f"({report.energy_drift_relative:.1e} of the largest kinetic energy + |ΔV|)",
         f"  projection          {counts['projections']} times, {counts['projection_iterations']} position and "
         f"{counts['velocity_iterations']} velocity iterations, {counts['projection_failures']} failures",
+        *_phases(report),
         f"  written to {numbers['output']}",
     ]
     click.echo("\n".join(lines))
@@ -79,6 +83,19 @@ def warnings(report: Report) -> list[str]:
 def step_words(settings: Settings) -> str:
     """The step or the tolerance, as one reads it."""
     return f"step {settings.step:g} s" if settings.step is not None else f"tolerance {settings.tolerance:g}"
+
+
+def _time(seconds: float) -> str:
+    return f"{1e6 * seconds:.3g} µs" if seconds < 1e-3 else f"{1e3 * seconds:.3g} ms"
+
+
+def _phases(report: Report) -> list[str]:
+    """How the time divides into the phases of a step."""
+    total = sum(report.phases.values())
+    if total == 0.0:
+        return []
+    shares = ", ".join(f"{name} {100 * seconds / total:.0f} %" for name, seconds in report.phases.items())
+    return [f"  time                {shares}; recording {_time(report.recording_seconds)} more"]
 
 
 def _worst(violation: Worst) -> str:

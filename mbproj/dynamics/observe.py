@@ -119,7 +119,7 @@ def reactions(system: System, pose: Pose, multipliers: Array) -> tuple[Numbers, 
     x = attached(pose, *slots_of(bound))
     arm = x - bound.is_point[:, None] * pose.position[..., bound.body, :]
     on_body_2 = (bound.side[bound.entry_slot] == 2).astype(float)
-    weights = -multipliers[..., system.bodies + bound.entry_row] * on_body_2
+    weights = -multipliers[..., bound.entry_row] * on_body_2
     pull = weights[..., None] * bound.gradient_entries(x)
     owner = bound.owner[bound.entry_row]
     by_joint = (owner == np.arange(len(system.names.joints))[:, None]).astype(float)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 
 import numpy as np
 
@@ -12,7 +12,8 @@ from mbproj.arrays import Array, Integers
 
 @dataclass(frozen=True, eq=False)
 class Sample:
-    """One time t in s: q, v = q', acceleration q'' (7n,), multipliers λ (m,), turns (nc,), step size in s, counters.
+    """One time t in s: q, v = q' and acceleration q'' (7n,), multipliers λ of the joints' rows and then the motions',
+    turns (nc,), step size in s, counters.
 
     `work` (2,): what forces and motions have worked and what dampers have dissipated since the start, J."""
 
@@ -55,3 +56,16 @@ def stack(samples: Sequence[Sample]) -> Samples:
         work=np.stack([sample.work for sample in samples]),
         counters={key: np.array([sample.counters[key] for sample in samples]) for key in samples[0].counters},
     )
+
+
+def join(blocks: Sequence[Samples]) -> Samples:
+    """One block of at least one."""
+    if len(blocks) == 1:
+        return blocks[0]
+    arrays = {
+        field.name: np.concatenate([getattr(block, field.name) for block in blocks])
+        for field in fields(Samples)
+        if field.name != "counters"
+    }
+    counters = {key: np.concatenate([block.counters[key] for block in blocks]) for key in blocks[0].counters}
+    return Samples(**arrays, counters=counters)

@@ -21,6 +21,7 @@ from mbproj.dynamics.motions import drive_at
 from mbproj.dynamics.rank import SINGULAR, row_distances, scaled_jacobian
 from mbproj.dynamics.turning import Turning
 from mbproj.errors import InputError, SimulationError
+from mbproj.integrate.failures import not_finite, singular
 from mbproj.model.system import System
 from mbproj.projection import Method, Projected, Projection, make_method, project_after
 from mbproj.scene.records import Settings
@@ -123,12 +124,6 @@ class FullFormulation:
 
     def _singular(self, t: float, q: Array) -> SimulationError:
         if not np.all(np.isfinite(q)):
-            return SimulationError(t, "the solution is no longer finite", hint="try a smaller step or tolerance")
+            return not_finite(t)
         distances = row_distances(scaled_jacobian(self.system, pose_of(q)))
-        row = int(np.argmin(distances))
-        return SimulationError(
-            t,
-            "the constraints are no longer independent of each other (a singular position)",
-            where=self.system.row_owner(row),
-            hint="start from another pose, or change the lengths a little",
-        )
+        return singular(t, self.system.row_owner(int(np.argmin(distances))))

@@ -13,7 +13,7 @@ from mbproj.arrays import Array, Integers
 from mbproj.dynamics.assembly import State, coordinates, is_angle
 from mbproj.dynamics.samples import Sample
 from mbproj.dynamics.turning import Turning
-from mbproj.errors import SimulationError
+from mbproj.integrate.failures import left_open, not_finite, step_vanished
 from mbproj.integrate.full import Accelerations, FullFormulation
 from mbproj.integrate.output import output_every, output_times, whole_steps
 from mbproj.integrate.runge_kutta import RightHandSide, Step, continuous_extension, error_estimates, rk_step
@@ -21,7 +21,6 @@ from mbproj.integrate.step_size import Controller, error_norm, first_step
 from mbproj.integrate.tableau import Tableau, load_tableau
 from mbproj.integrate.tally import Tally
 from mbproj.model.system import System
-from mbproj.projection import Projected
 
 #: Violations, in rad or in units of the system's length, that no run goes on with: after a failed projection, and ever.
 OPEN, LOST = 1e-6, 1.0
@@ -55,7 +54,8 @@ class Point:
         acceleration, multipliers, power = self.found
         n = len(acceleration)
         q, v, work = self.y[:n], self.y[n : 2 * n], self.y[2 * n :] if len(power) else np.zeros(2)
-        return Sample(self.t, q, v, acceleration, multipliers, self.turns, step_size, work, tally.counters())
+        rows = multipliers[n // 7 :]
+        return Sample(self.t, q, v, acceleration, rows, self.turns, step_size, work, tally.counters())
 
 
 def march(formulation: FullFormulation, state: State, tally: Tally) -> Iterator[Sample]:
@@ -76,7 +76,7 @@ def _fixed(formulation: FullFormulation, tableau: Tableau, point: Point, tally: 
     for k in range(1, steps + 1):
         t = end if k == steps else start + k * h
         step = rk_step(_derivative(formulation, point), tableau, point.t, point.y, t - point.t, point.slope)
-        tally.evaluations += tableau.stages - 1
+        tally.count_evaluations(tableau.stages - 1)
         point = _accept(formulation, tally, point, t, step.y_new)
         if k % every == 0 or k == steps:
             yield point.sample(step.h, tally)
@@ -88,7 +88,7 @@ def _by_error(formulation: FullFormulation, tableau: Tableau, point: Point, tall
     end, tolerance = point.t + _required(settings.duration), _required(settings.tolerance)
     scale, times = _absolute_scale(formulation), output_times(settings, point.t)
     h = first_step(f, tableau.order, point.t, point.y, point.slope, tolerance, scale, end - point.t)
-    tally.evaluations += 1
+    tally.count_evaluations(1)
     control = Controller(tableau.error_order)
     yield point.sample(h, tally)
     done = 1
@@ -97,7 +97,7 @@ def _by_error(formulation: FullFormulation, tableau: Tableau, point: Point, tall
         step = rk_step(f, tableau, point.t, point.y, h, point.slope)
         t = end if h == end - point.t else point.t + h
         last = f(t, step.y_new)
-        tally.evaluations += tableau.stages
+        tally.count_evaluations(tableau.stages)
         error = error_norm(error_estimates(tableau, step, last), step.y, step.y_new, tolerance, scale)
         if not error <= 1.0:
             tally.rejected_steps += 1
@@ -125,7 +125,7 @@ def _in_between(
     times: list[float],
 ) -> Iterator[Sample]:
     """Samples inside a step: the extension's value, of which a copy is projected; the integration does not see it."""
-    tally.evaluations += len(tableau.extra_c) + len(times)
+    tally.count_evaluations(len(tableau.extra_c) + len(times))
     extension = continuous_extension(_derivative(formulation, before), tableau, step, last)
     for time in times:
         projected = formulation.project_copy(time, extension((time - step.t) / step.h))
@@ -135,35 +135,24 @@ def _in_between(
 def _accept(formulation: FullFormulation, tally: Tally, before: Point, t: float, y: Array) -> Point:
     """The point after a step: projected, checked, counted."""
     if not np.all(np.isfinite(y)):
-        raise SimulationError(t, "the solution is no longer finite", hint="try a smaller step or tolerance")
+        raise not_finite(t)
     tally.steps += 1
-    tally.evaluations += 1
+    tally.count_evaluations(1)
     projected = formulation.project(tally.steps, t, y)
     tally.count_projection(projected)
     position, velocity = formulation.violations(t, projected.q, projected.v)
     limit = OPEN if projected.failures else LOST
     if not np.all(position <= limit * formulation.system.row_scale):
-        raise _open(formulation.system, t, position, projected)
+        system, row = formulation.system, int(np.argmax(position / formulation.system.row_scale))
+        passes, failed = projected.position_iterations, bool(projected.failures)
+        raise left_open(t, system.row_owner(row), position[row], passes, projection_failed=failed)
     tally.watch(position, velocity, _joint_rows(formulation.system), t)
     return _point(formulation, before, t, np.concatenate([projected.q, projected.v, formulation.parts(y)[2]]))
 
 
-def _open(system: System, t: float, position: Array, projected: Projected) -> SimulationError:
-    """The joints are open and will not close again."""
-    row = int(np.argmax(position / system.row_scale))
-    if projected.failures:
-        passes = projected.position_iterations
-        cause = f"the projection did not close it: {position[row]:.3g} is left after {passes} passes"
-        hint = "try a smaller step or tolerance"
-    else:
-        cause = f"it has drifted open by {position[row]:.3g} (m, rad), and what follows would mean nothing"
-        hint = "use a projection method, gpopm for example, or a smaller step"
-    return SimulationError(t, cause, where=system.row_owner(row), hint=hint)
-
-
 def _first(formulation: FullFormulation, state: State, tally: Tally) -> Point:
     """The start as a point: its turns are those of the state."""
-    tally.evaluations += 1
+    tally.count_evaluations(1)
     tally.watch(*formulation.violations(state.t, state.q, state.v), _joint_rows(formulation.system), state.t)
     coordinate, speed = coordinates(formulation.system, state.q, state.v)
     formulation.check_regular(state.t, state.q)
@@ -207,8 +196,7 @@ def _fitted(h: float, t: float, end: float) -> float:
     """h, or what is left to the end, or half of that where one step more would be tiny. Raises where h has vanished."""
     left = end - t
     if h < 16.0 * np.finfo(float).eps * max(abs(t), abs(end)):
-        cause = "the error cannot be kept below the tolerance: the step has shrunk to nothing"
-        raise SimulationError(t, cause, hint="loosen the tolerance")
+        raise step_vanished(t)
     if h >= left:
         return left
     return 0.5 * left if 2.0 * h > left > 1.01 * h else h

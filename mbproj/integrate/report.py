@@ -20,11 +20,16 @@ class Worst:
 
 @dataclass(frozen=True)
 class Report:
-    """The work of a run, its largest violations over all steps, recorded or not, and its energy drift (J, and relative
-    to the largest kinetic energy + |ΔV|). `formulation` is the one that was used, `worst_joint` the name of the joint
-    that was open most; None without joints."""
+    """What a run did, and how well.
+
+    `formulation` is the one that was used, and `why`. The largest violations are those over all steps, recorded or not;
+    `worst_joint` names the joint that was open most, None without joints. `energy_drift` in J, and relative to the
+    largest kinetic energy + |ΔV|. `integration_seconds` went into the steps, `recording_seconds` into observing and
+    writing the samples. `phases`: seconds by phase in a sample of the steps; empty where they were not measured.
+    """
 
     formulation: str
+    why: str
     settings: Settings
     degrees_of_freedom: int
     counters: dict[str, int]
@@ -34,6 +39,8 @@ class Report:
     energy_drift: float
     energy_drift_relative: float
     integration_seconds: float
+    recording_seconds: float
+    phases: dict[str, float]
 
 
 def worst(system: System, peak: Peak) -> Worst:

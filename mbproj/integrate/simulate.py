@@ -9,10 +9,10 @@ from typing import Protocol
 import numpy as np
 
 from mbproj.dynamics.assembly import State
-from mbproj.dynamics.kinematics import pose_of
 from mbproj.dynamics.observe import Block, observe, total_energy
-from mbproj.dynamics.rank import mobility, refuse_unsolvable
-from mbproj.dynamics.samples import Sample, Samples, stack
+from mbproj.dynamics.samples import Samples, join, stack
+from mbproj.integrate.compiled import march as march_compiled
+from mbproj.integrate.formulation import Choice, choose
 from mbproj.integrate.full import FullFormulation
 from mbproj.integrate.interruption import Interruption, interruption
 from mbproj.integrate.march import march
@@ -49,14 +49,13 @@ def simulate(
     where the run cannot go on, and KeyboardInterrupt after SIGINT or SIGTERM; the last two after everything computed so
     far was recorded.
     """
-    formulation = FullFormulation.of(system, state, settings)
-    ranks = mobility(system, pose_of(state.q))
-    refuse_unsolvable(system, ranks)
+    choice = choose(system, state, settings)
     tally, energy = Tally(), EnergyWatch()
     initial_energy = total_energy(system, state)
-    started = perf_counter()
+    started, recording = perf_counter(), 0.0
     with interruption() as asked:
-        for samples in _blocks(march(formulation, state, tally), asked):
+        for samples in _blocks(_march(choice, system, state, settings, tally), asked):
+            handed_over = perf_counter()
             block = observe(system, samples, initial_energy)
             potential = block["diagnostics/potential_energy"]
             energy.take(
@@ -69,35 +68,52 @@ def simulate(
                 recorder.write(block)
             if progress is not None:
                 progress(float(samples.t[-1]))
+            recording += perf_counter() - handed_over
     return Report(
-        formulation="full",
+        formulation=choice.name,
+        why=choice.why,
         settings=settings,
-        degrees_of_freedom=ranks.degrees_of_freedom,
+        degrees_of_freedom=choice.degrees_of_freedom,
         counters=tally.counters(),
         position_violation=worst(system, tally.position_peak),
         velocity_violation=worst(system, tally.velocity_peak),
         worst_joint=worst_joint(system, tally.joint_peak),
         energy_drift=energy.drift,
         energy_drift_relative=energy.relative,
-        integration_seconds=perf_counter() - started,
+        integration_seconds=perf_counter() - started - recording,
+        recording_seconds=recording,
+        phases=tally.phases,
     )
 
 
-def _blocks(run: Iterator[Sample], asked: Interruption) -> Iterator[Samples]:
+def _march(
+    choice: Choice, system: System, state: State, settings: Settings, tally: Tally
+) -> Iterator[Samples | None]:
+    """Samples in the order of time, in portions as they come; None where there is none, but time has passed."""
+    if choice.compiled is not None:
+        yield from march_compiled(choice.compiled, state, settings, tally)
+    else:
+        for sample in march(FullFormulation.of(system, state, settings), state, tally):
+            yield stack([sample])
+
+
+def _blocks(run: Iterator[Samples | None], asked: Interruption) -> Iterator[Samples]:
     """The samples in blocks; when the run fails or is interrupted, first what it had computed."""
-    pending: list[Sample] = []
+    pending: list[Samples] = []
     opened = perf_counter()
     try:
-        for sample in run:
-            pending.append(sample)
+        for samples in run:
+            if samples is not None:
+                pending.append(samples)
             asked.check()
-            if len(pending) >= BLOCK_SAMPLES or perf_counter() - opened > BLOCK_SECONDS:
-                block, pending = stack(pending), []
+            count = sum(len(part.t) for part in pending)
+            if count >= BLOCK_SAMPLES or (pending and perf_counter() - opened > BLOCK_SECONDS):
+                block, pending = join(pending), []
                 yield block
                 opened = perf_counter()
     except BaseException:
         if pending:
-            yield stack(pending)
+            yield join(pending)
         raise
     if pending:
-        yield stack(pending)
+        yield join(pending)

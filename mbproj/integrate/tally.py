@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -26,7 +27,8 @@ class Peak:
 
 @dataclass
 class Tally:
-    """Counters since the start, and the peaks of |C|, of |C'|, and of |C| over the joints' rows alone."""
+    """Counters since the start, the peaks of |C|, of |C'|, and of |C| over the joints' rows alone, and the seconds that
+    each phase of the steps took, where they were measured (a sample of the steps)."""
 
     steps: int = 0
     rejected_steps: int = 0
@@ -35,13 +37,25 @@ class Tally:
     projection_iterations: int = 0
     velocity_iterations: int = 0
     projection_failures: int = 0
+    factorisations: int = 0
     position_peak: Peak = field(default_factory=Peak)
     velocity_peak: Peak = field(default_factory=Peak)
     joint_peak: Peak = field(default_factory=Peak)
+    phases: dict[str, float] = field(default_factory=dict)
 
     def counters(self) -> dict[str, int]:
         """The counters by name."""
         return {name: value for name, value in vars(self).items() if isinstance(value, int)}
+
+    def set_counters(self, values: Iterable[int]) -> None:
+        """Takes the counters, in the order of the fields, from who counted them."""
+        for name, value in zip(self.counters(), values, strict=True):
+            setattr(self, name, value)
+
+    def count_evaluations(self, number: int) -> None:
+        """Adds evaluations of the accelerations, each with a factorisation of its own."""
+        self.evaluations += number
+        self.factorisations += number
 
     def count_projection(self, projected: Projected) -> None:
         """Adds the work of one projection."""
@@ -49,6 +63,7 @@ class Tally:
         self.projection_iterations += projected.position_iterations
         self.velocity_iterations += projected.velocity_iterations
         self.projection_failures += projected.failures
+        self.factorisations += projected.position_iterations + projected.velocity_iterations
 
     def watch(self, position: Array, velocity: Array, joints: slice, t: float) -> None:
         """Takes in |C| and |C'| (m,) of a step; the rows `joints` are the joints'."""

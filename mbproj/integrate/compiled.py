@@ -1,0 +1,153 @@
+"""A run in the compiled kernel: what reduced and planar coordinates have in common, and the march in blocks."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Iterator, Mapping
+from dataclasses import replace
+from types import ModuleType
+from typing import Any, ClassVar
+
+import numpy as np
+
+from mbproj.arrays import Array
+from mbproj.dynamics.assembly import State
+from mbproj.dynamics.samples import Samples
+from mbproj.errors import SimulationError
+from mbproj.integrate.failures import left_open, not_finite, singular, step_vanished
+from mbproj.integrate.output import output_every, output_times, whole_steps
+from mbproj.integrate.tableau import Tableau, load_tableau
+from mbproj.integrate.tally import Peak, Tally
+from mbproj.model.system import System
+from mbproj.scene.records import ProjectionSettings, Settings
+
+#: The kernel comes back for Ctrl-C and for progress at least this often, s, and with at most this many samples.
+RETURN_SECONDS, RETURN_SAMPLES = 0.1, 200
+#: The kernel's corrections by the method's name; without masses in the way, POPM and GPOPM are one (Eq. 75).
+CORRECTIONS = {"none": "none", "baumgarte": "baumgarte", "gopm": "coordinates", "popm": "mass", "gpopm": "mass"}
+PHASES = ("accelerations", "position projection", "velocity projection", "rest")
+
+
+class Compiled(ABC):
+    """A system in the kernel's coordinates. `dimension` names the kernel's classes: Space or Plane."""
+
+    name: ClassVar[str]
+    dimension: ClassVar[str]
+
+    def __init__(self, core: ModuleType | None, system: System, model: Any) -> None:
+        assert core is not None
+        self.core, self.system, self.model = core, system, model
+
+    @property
+    @abstractmethod
+    def degrees_of_freedom(self) -> int:
+        """What the independent rows leave free."""
+
+    @abstractmethod
+    def state(self, q: Array, v: Array) -> Array:
+        """The kernel's state (..., n, 13 or 6) from q and v = q' (..., 7n)."""
+
+    @abstractmethod
+    def samples(self, block: Mapping[str, Any], counters: Mapping[str, Array]) -> Samples:
+        """A block of the kernel in the coordinates of all formulations."""
+
+    @abstractmethod
+    def turns(self, turns: Array) -> Array:
+        """Whole turns of the kernel's coordinates from those of the system's (nc,)."""
+
+    @abstractmethod
+    def joint(self, number: int) -> str:
+        """The name of one of the kernel's joints."""
+
+    @abstractmethod
+    def row(self, number: int) -> int:
+        """A row of the system's C (norm rows first) for one of the kernel's rows."""
+
+    def equations(self, projection: ProjectionSettings | None = None) -> Any:
+        """The kernel's equations at single states."""
+        mass = self.core.Correction.mass
+        settings = self.core.Projection(mass) if projection is None else self.projection(projection)
+        return getattr(self.core, f"{self.dimension}Equations")(self.model, settings)
+
+    def singular_joint(self, state: State) -> str | None:
+        """The joint whose rows depend on the others' at a state; None where the accelerations are unique."""
+        equations = self.equations()
+        if equations.accelerations(self.state(state.q, state.v)) is not None:
+            return None
+        return self.joint(equations.singular_joint) if equations.singular_joint >= 0 else ""
+
+    def run(self, state: State, settings: Settings) -> Any:
+        """The kernel's run from a state."""
+        kind = getattr(self.core, f"{self.dimension}Run")
+        turns = np.ascontiguousarray(self.turns(state.turns), dtype=np.int64)
+        return kind(
+            self.model,
+            _tableau(self.core, load_tableau(settings.integrator)),
+            self.projection(settings.projection),
+            _steps(self.core, settings, state.t),
+            self.state(state.q, state.v),
+            turns,
+        )
+
+    def projection(self, settings: ProjectionSettings) -> Any:
+        """The settings as the kernel has them."""
+        found = self.core.Projection(getattr(self.core.Correction, CORRECTIONS[settings.method]))
+        if settings.gains is not None:
+            found.alpha, found.beta = settings.gains
+        if settings.tolerance is not None:
+            found.tolerance = settings.tolerance
+        if settings.threshold is not None:
+            found.threshold = settings.threshold
+        found.paper_test = settings.test == "paper"
+        found.every, found.max_iterations = settings.every, settings.max_iterations
+        found.position, found.velocity = settings.position, settings.velocity
+        return found
+
+    def failure(self, outcome: Any) -> SimulationError | None:
+        """Why a run ended before its time; None where it did not."""
+        status, t = self.core.Status, float(outcome.time)
+        if outcome.status in (status.running, status.finished):
+            return None
+        if outcome.status == status.not_finite:
+            return not_finite(t)
+        if outcome.status == status.vanished:
+            return step_vanished(t)
+        if outcome.status == status.singular:
+            return singular(t, f"joint '{self.joint(outcome.joint)}'" if outcome.joint >= 0 else None)
+        where = self.system.row_owner(self.row(outcome.row))
+        return left_open(t, where, outcome.open_by, outcome.passes, projection_failed=outcome.projection_failed)
+
+
+def march(compiled: Compiled, state: State, settings: Settings, tally: Tally) -> Iterator[Samples | None]:
+    """Blocks of samples from the start to the end; None where the kernel came back without any, so that its caller can
+    look whether the run is still wanted. Raises SimulationError where the run cannot go on."""
+    run = compiled.run(state, settings)
+    running = compiled.core.Status.running
+    while run.outcome.status == running:
+        block = run.advance(RETURN_SAMPLES, RETURN_SECONDS)
+        tally.set_counters(run.counters.tolist())
+        tally.phases = dict(zip(PHASES, run.phase_seconds, strict=True))
+        tally.position_peak = _peak(compiled, run.position_peak)
+        tally.joint_peak = replace(tally.position_peak, row=tally.position_peak.row - compiled.system.bodies)
+        tally.velocity_peak = _peak(compiled, run.velocity_peak)
+        counters = dict(zip(tally.counters(), block["counters"].T, strict=True))
+        yield compiled.samples(block, counters) if len(block["t"]) else None
+    failure = compiled.failure(run.outcome)
+    if failure is not None:
+        raise failure
+
+
+def _peak(compiled: Compiled, peak: Any) -> Peak:
+    return Peak(peak.value, compiled.row(peak.row) if compiled.system.joints.size else 0, peak.time)
+
+
+def _tableau(core: ModuleType, tableau: Tableau) -> Any:
+    parts = (tableau.a, tableau.b, tableau.c, tableau.error, tableau.extra_a, tableau.extra_c, tableau.dense)
+    return core.Tableau(tableau.order, tableau.error_order, *(np.ascontiguousarray(part) for part in parts))
+
+
+def _steps(core: ModuleType, settings: Settings, start: float) -> Any:
+    if settings.step is not None:
+        steps, every = whole_steps(settings), output_every(settings)
+        return core.Steps.fixed(start, settings.duration, settings.step, steps, every)
+    return core.Steps.by_error(start, settings.duration, settings.tolerance, output_times(settings, start))

@@ -1,0 +1,33 @@
+"""Why a run cannot go on, in words: the same for every formulation."""
+
+from __future__ import annotations
+
+from mbproj.errors import SimulationError
+
+SMALLER = "try a smaller step or tolerance"
+
+
+def not_finite(t: float) -> SimulationError:
+    """The solution has overflowed."""
+    return SimulationError(t, "the solution is no longer finite", hint=SMALLER)
+
+
+def singular(t: float, where: str | None) -> SimulationError:
+    """The equations have no unique solution at this pose."""
+    cause = "the constraints are no longer independent of each other (a singular position)"
+    return SimulationError(t, cause, where=where, hint="start from another pose, or change the lengths a little")
+
+
+def left_open(t: float, where: str, by: float, passes: int, *, projection_failed: bool) -> SimulationError:
+    """A joint is open by so much (m, rad) that it will not close again."""
+    if projection_failed:
+        cause = f"the projection did not close it: {by:.3g} is left after {passes} passes"
+        return SimulationError(t, cause, where=where, hint=SMALLER)
+    cause = f"it has drifted open by {by:.3g} (m, rad), and what follows would mean nothing"
+    return SimulationError(t, cause, where=where, hint="use a projection method, gpopm for example, or a smaller step")
+
+
+def step_vanished(t: float) -> SimulationError:
+    """The error control asks for steps that time cannot resolve."""
+    cause = "the error cannot be kept below the tolerance: the step has shrunk to nothing"
+    return SimulationError(t, cause, hint="loosen the tolerance")

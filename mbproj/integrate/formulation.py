@@ -1,0 +1,99 @@
+"""Which coordinates a run takes, and why: planar or reduced ones in the kernel, or the full ones in NumPy."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from mbproj.dynamics.assembly import State
+from mbproj.dynamics.kinematics import pose_of
+from mbproj.dynamics.rank import mobility, refuse_unsolvable
+from mbproj.errors import InputError, Problem
+from mbproj.integrate.compiled import Compiled
+from mbproj.integrate.in_plane import InPlane
+from mbproj.integrate.reduced import Reduced
+from mbproj.kernel import build_info, core
+from mbproj.model.planar import NotPlanar, planar_reduction
+from mbproj.model.system import System
+from mbproj.registry import PROJECTIONS
+from mbproj.scene.records import Settings
+
+
+@dataclass(frozen=True, eq=False)
+class Choice:
+    """The formulation by name, why it is this one, its degrees of freedom, and what runs it in the kernel (None: the
+    full one, in NumPy)."""
+
+    name: str
+    why: str
+    degrees_of_freedom: int
+    compiled: Compiled | None = None
+
+    @property
+    def elimination(self) -> dict[str, int] | None:
+        """How the kernel eliminates: bodies from the leaves, bodies and joints of the loops, numbers and fill of their
+        factor; None for the full formulation."""
+        return None if self.compiled is None else dict(self.compiled.equations().topology)
+
+
+def choose(system: System, state: State, settings: Settings) -> Choice:
+    """The formulation for a run from `state`. Raises InputError where the one asked for is not to be had, or where the
+    equations have no unique solution at the start."""
+    asked = settings.formulation
+    obstacle = None if asked == "full" else _obstacle(system, settings)
+    if asked == "full" or obstacle is not None:
+        if asked in ("reduced", "planar"):
+            raise InputError(f"the {asked} formulation is not to be had here: {obstacle}")
+        return _full(system, state, obstacle or "as asked for")
+    plane = NotPlanar("") if asked == "reduced" else planar_reduction(system, state.q)
+    if isinstance(plane, NotPlanar):
+        if asked == "planar":
+            raise InputError(f"the scene is not planar: {plane.reason}")
+        why = f"not planar: {plane.reason}" if plane.reason else "as asked for"
+        return _regular(Reduced(core(), system), system, state, settings, why)
+    normal = ", ".join(f"{component + 0.0:.3g}" for component in plane.axes[:, 2])
+    why = f"the joints keep every body in the plane normal to [{normal}]"
+    return _regular(InPlane(core(), system, plane), system, state, settings, why)
+
+
+def _obstacle(system: System, settings: Settings) -> str | None:
+    """What keeps the kernel from running this; None where nothing does."""
+    if core() is None:
+        return f"the compiled kernel is not there ({build_info()})"
+    if system.forces is not None or system.motions is not None:
+        return "forces and motions exist in the full formulation only"
+    method = settings.projection.method
+    if not PROJECTIONS[method].compiled:
+        return f"the projection '{method}' exists in the full formulation only"
+    if settings.acceleration != "bordered":
+        return f"'acceleration: {settings.acceleration}' exists in the full formulation only"
+    smallest = np.linalg.eigvalsh(system.inertia)[:, 0] / np.linalg.norm(system.inertia, axis=(1, 2)).clip(1e-300)
+    light = np.flatnonzero((system.mass <= 0.0) | (smallest < 1e-14))
+    return f"body '{system.names.carriers[light[0]]}' has no definite mass and inertia" if len(light) else None
+
+
+def _full(system: System, state: State, why: str) -> Choice:
+    ranks = mobility(system, pose_of(state.q))
+    refuse_unsolvable(system, ranks)
+    return Choice("full", why, ranks.degrees_of_freedom)
+
+
+def _regular(compiled: Compiled, system: System, state: State, settings: Settings, why: str) -> Choice:
+    """The choice, unless the kernel finds the equations singular at the start."""
+    joint = compiled.singular_joint(state)
+    if joint is None:
+        return Choice(compiled.name, why, compiled.degrees_of_freedom, compiled)
+    if compiled.name == "planar":
+        place = system.joint_places[system.names.joints.index(joint)] if joint else None
+        raise InputError(
+            Problem(
+                f"joint '{joint}' is redundant: its constraints in the plane follow from the others at this pose",
+                place,
+                "let a joint of its loop constrain less, or start from a pose that is not stretched or folded",
+            )
+        )
+    if settings.formulation == "reduced":
+        refuse_unsolvable(system, mobility(system, pose_of(state.q)))
+        raise InputError(f"joint '{joint}': the start is so near to a singular pose that its rows cannot be told apart")
+    return _full(system, state, f"the start is near to a singular pose (joint '{joint}')")

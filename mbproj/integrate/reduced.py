@@ -1,0 +1,77 @@
+"""Reduced coordinates: r, Λ, r' and ω in body axes, 6 freedoms a body."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from types import ModuleType
+from typing import Any, final
+
+import numpy as np
+
+from mbproj.arrays import Array
+from mbproj.dynamics.samples import Samples
+from mbproj.integrate.compiled import Compiled
+from mbproj.kernel.models import space_model
+from mbproj.model.euler_parameters import matrix_L
+from mbproj.model.system import System
+
+
+@final
+class Reduced(Compiled):
+    """The kernel in space."""
+
+    name = "reduced"
+    dimension = "Space"
+
+    def __init__(self, core: ModuleType | None, system: System) -> None:
+        super().__init__(core, system, space_model(core, system) if core else None)
+
+    @property
+    def degrees_of_freedom(self) -> int:
+        return 6 * self.system.bodies - self.system.joints.size
+
+    def state(self, q: Array, v: Array) -> Array:
+        return space_state(q, v)
+
+    def samples(self, block: Mapping[str, Any], counters: Mapping[str, Array]) -> Samples:
+        q, v, acceleration = from_space(block["y"], block["acceleration"])
+        return Samples(
+            t=block["t"],
+            q=q,
+            v=v,
+            acceleration=acceleration,
+            multipliers=block["multipliers"],
+            turns=block["turns"],
+            step_size=block["step_size"],
+            work=np.zeros((len(block["t"]), 2)),
+            counters=counters,
+        )
+
+    def turns(self, turns: Array) -> Array:
+        return turns
+
+    def joint(self, number: int) -> str:
+        return self.system.names.joints[number]
+
+    def row(self, number: int) -> int:
+        return self.system.bodies + number
+
+
+def space_state(q: Array, v: Array) -> Array:
+    """(r, Λ, r', ω in body axes) of each body, (..., n, 13), from q and v = q' (..., 7n)."""
+    at, rate = (part.reshape(*part.shape[:-1], -1, 7) for part in (q, v))
+    omega = 2.0 * (matrix_L(at[..., 3:]) @ rate[..., 3:, None])[..., 0]
+    return np.concatenate([at, rate[..., :3], omega], axis=-1)
+
+
+def from_space(y: Array, acceleration: Array) -> tuple[Array, Array, Array]:
+    """q, q' and q'' (T, 7n) from states (T, n, 13) and accelerations (r'', ω' in body axes) (T, n, 6):
+    Λ' = ½ Lᵀω, Λ'' = ½ Lᵀω' - ¼ |ω|² Λ."""
+    orientation, omega = y[..., 3:7], y[..., 10:13]
+    transposed = 0.5 * np.swapaxes(matrix_L(orientation), -1, -2)
+    rate = (transposed @ omega[..., None])[..., 0]
+    bend = (transposed @ acceleration[..., 3:, None])[..., 0]
+    bend -= 0.25 * np.sum(omega * omega, axis=-1, keepdims=True) * orientation
+    v = np.concatenate([y[..., 7:10], rate], axis=-1)
+    a = np.concatenate([acceleration[..., :3], bend], axis=-1)
+    return y[..., :7].reshape(len(y), -1), v.reshape(len(y), -1), a.reshape(len(y), -1)

@@ -1,0 +1,156 @@
+// Models, equations at single states and runs of one dimension, for Python; instantiated in plane.cpp and space.cpp.
+#pragma once
+
+#include <nanobind/stl/vector.h>
+
+#include "border.hpp"
+#include "equations.hpp"
+#include "run.hpp"
+
+namespace mbproj {
+
+template <int D> void add_model(nb::module_& m, const char* primitives, const char* model) {
+    nb::class_<PrimitiveSet<D>>(m, primitives)
+        .def("__init__",
+             [](PrimitiveSet<D>* self, std::size_t bodies, Integers1 body, Integers1 is_point, Numbers2 local,
+                Integers1 kind, Integers2 slots, Numbers2 parameters, Numbers1 offset) {
+                 new (self) PrimitiveSet<D>(
+                     primitive_set<D>(bodies, body, is_point, local, kind, slots, parameters, offset));
+             },
+             nb::kw_only(), nb::arg("bodies"), nb::arg("body"), nb::arg("is_point"), nb::arg("local"), nb::arg("kind"),
+             nb::arg("slots"), nb::arg("parameters"), nb::arg("offset"))
+        .def_ro("rows", &PrimitiveSet<D>::rows);
+    nb::class_<Model<D>>(m, model)
+        .def("__init__",
+             [](Model<D>* self, Numbers1 mass, Numbers3 inertia, Numbers1 gravity, const PrimitiveSet<D>& constraints,
+                Integers1 joint_begin, Numbers1 row_scale, const PrimitiveSet<D>& coordinates, double length) {
+                 require(gravity, {D}, "gravity");
+                 require(row_scale, {static_cast<std::size_t>(constraints.rows)}, "row_scale");
+                 Model<D> built;
+                 built.bodies = bodies<D>(mass, inertia);
+                 built.gravity = Eigen::Map<const Point<D>>(gravity.data());
+                 built.constraints = constraints;
+                 built.coordinates = coordinates;
+                 built.joints = joints(constraints, built.size(), joint_begin);
+                 built.row_scale = numbers(row_scale, "row_scale");
+                 for (const Instance& p : coordinates.instances) built.counts_turns.push_back(p.kind == Kind::angle);
+                 built.length = length;
+                 new (self) Model<D>(std::move(built));
+             },
+             nb::kw_only(), nb::arg("mass"), nb::arg("inertia"), nb::arg("gravity"), nb::arg("constraints"),
+             nb::arg("joint_begin"), nb::arg("row_scale"), nb::arg("coordinates"), nb::arg("length"))
+        .def_prop_ro("bodies", &Model<D>::size);
+}
+
+template <int D> nb::dict samples(Run<D>& run) {
+    const Block block = std::move(run.block);
+    run.block = Block{};
+    const std::size_t count = block.t.size(), bodies = run.model().size();
+    nb::dict found;
+    found["t"] = array_of(block.t, count);
+    found["y"] = array_of(block.y, count, bodies, Size<D>::state);
+    found["acceleration"] = array_of(block.acceleration, count, bodies, Size<D>::freedoms);
+    found["multipliers"] = array_of(block.multipliers, count, run.model().constraints.rows);
+    found["step_size"] = array_of(block.step_size, count);
+    found["turns"] = array_of(block.turns, count, run.model().coordinates.instances.size());
+    found["counters"] = array_of(block.counters, count, Counters::count);
+    return found;
+}
+
+template <int D> void add_run(nb::module_& m, const char* name) {
+    nb::class_<Run<D>>(m, name)
+        .def("__init__",
+             [](Run<D>* self, const Model<D>& model, const Tableau& tableau, const Projection& projection,
+                const Steps& steps, Numbers2 y, Integers1 turns) {
+                 require(y, {static_cast<std::size_t>(model.size()), Size<D>::state}, "y");
+                 require(turns, {model.coordinates.instances.size()}, "turns");
+                 new (self) Run<D>(model, tableau, projection, steps, {y.data(), y.data() + y.size()},
+                                   {turns.data(), turns.data() + turns.size()});
+             })
+        .def("advance",
+             [](Run<D>& self, std::size_t most, double seconds) {
+                 {
+                     nb::gil_scoped_release released;
+                     self.advance(most, seconds);
+                 }
+                 return samples(self);
+             })
+        .def_ro("outcome", &Run<D>::outcome)
+        .def_ro("position_peak", &Run<D>::position_peak)
+        .def_ro("velocity_peak", &Run<D>::velocity_peak)
+        .def_prop_ro("counters", [](const Run<D>& self) { return array_of(std::vector<long>([&] {
+                                         const auto list = self.counters.list();
+                                         return std::vector<long>(list.begin(), list.end());
+                                     }()), Counters::count); })
+        .def_prop_ro("phase_seconds", [](const Run<D>& self) {
+            const auto& seconds = self.phases().seconds();
+            return std::vector<double>(seconds.begin(), seconds.end());
+        });
+}
+
+template <int D> void add_equations(nb::module_& m, const char* name) {
+    using E = Equations<D>;
+    const auto checked = [](const E& self, const Numbers2& y) {
+        require(y, {static_cast<std::size_t>(self.model().size()), Size<D>::state}, "y");
+        return y.data();
+    };
+    nb::class_<E>(m, name)
+        .def(nb::init<const Model<D>&, const Projection&>())
+        .def("constraint", [=](E& self, Numbers2 y) {
+            auto rows = self.constraint(checked(self, y));
+            const auto count = rows.size();
+            return array_of(std::move(rows), count);
+        })
+        .def("constraint_velocity", [=](E& self, Numbers2 y) {
+            auto rows = self.constraint_velocity(checked(self, y));
+            const auto count = rows.size();
+            return array_of(std::move(rows), count);
+        })
+        .def("gamma", [=](E& self, Numbers2 y) {
+            auto rows = self.gamma(checked(self, y));
+            const auto count = rows.size();
+            return array_of(std::move(rows), count);
+        })
+        .def("jacobian", [=](E& self, Numbers2 y) {
+            auto rows = self.jacobian(checked(self, y));
+            const auto count = rows.size() / std::max<std::size_t>(1, Size<D>::freedoms * self.model().size());
+            return array_of(std::move(rows), count, self.model().size(), Size<D>::freedoms);
+        })
+        .def("accelerations", [=](E& self, Numbers2 y) -> nb::object {
+            auto found = self.accelerations(checked(self, y));
+            if (!found) return nb::none();
+            const auto rows = found->second.size();
+            return nb::make_tuple(array_of(std::move(found->first), self.model().size(), Size<D>::freedoms),
+                                  array_of(std::move(found->second), rows));
+        })
+        .def("newton", [=](E& self, Numbers2 y) -> nb::object {
+            auto found = self.newton(checked(self, y));
+            if (!found) return nb::none();
+            return array_of(std::move(*found), self.model().size(), Size<D>::state);
+        })
+        .def("corrected", [=](E& self, Numbers2 y) -> nb::object {
+            auto found = self.corrected(checked(self, y));
+            if (!found) return nb::none();
+            return array_of(std::move(*found), self.model().size(), Size<D>::state);
+        })
+        .def_prop_ro("singular_joint", &E::singular_joint)
+        .def_prop_ro("topology", [](const E& self) {
+            const TopologyFacts facts = self.facts();
+            nb::dict found;
+            found["eliminated_bodies"] = facts.leaves;
+            found["core_bodies"] = facts.core_bodies;
+            found["core_joints"] = facts.core_joints;
+            found["core_numbers"] = facts.stored;
+            found["core_fill"] = facts.filled;
+            return found;
+        });
+}
+
+// Everything of a dimension; the classes are called name + "Model" and so on.
+template <int D> void bind_dimension(nb::module_& m, const std::string& name) {
+    add_model<D>(m, (name + "Primitives").c_str(), (name + "Model").c_str());
+    add_equations<D>(m, (name + "Equations").c_str());
+    add_run<D>(m, (name + "Run").c_str());
+}
+
+}  // namespace mbproj

@@ -1,0 +1,59 @@
+// What a run hands over: consecutive samples, counters and peaks, and how it stands.
+#pragma once
+
+#include <array>
+#include <vector>
+
+namespace mbproj {
+
+enum class Status : int { running, finished, not_finite, singular, open, vanished };
+
+// In the order of the fields of mbproj.integrate.tally.Tally.
+struct Counters {
+    long steps = 0, rejected_steps = 0, evaluations = 0, projections = 0, projection_iterations = 0,
+         velocity_iterations = 0, projection_failures = 0, factorisations = 0;
+    static constexpr int count = 8;
+    std::array<long, count> list() const {
+        return {steps, rejected_steps, evaluations, projections, projection_iterations, velocity_iterations,
+                projection_failures, factorisations};
+    }
+};
+
+// The largest value so far, its row, and when.
+struct Peak {
+    double value = 0.0;
+    long row = 0;
+    double time = 0.0;
+    void watch(const double* rows, std::size_t count, double t) {
+        for (std::size_t r = 0; r < count; ++r)
+            if (const double size = rows[r] < 0.0 ? -rows[r] : rows[r]; size > value) {
+                value = size;
+                row = static_cast<long>(r);
+                time = t;
+            }
+    }
+};
+
+// Samples one after another, row-major: states, accelerations (global r'', ω' in body axes), multipliers, turns.
+struct Block {
+    std::vector<double> t, y, acceleration, multipliers, step_size;
+    std::vector<long> turns, counters;
+    void clear() {
+        for (auto* numbers : {&t, &y, &acceleration, &multipliers, &step_size}) numbers->clear();
+        turns.clear();
+        counters.clear();
+    }
+};
+
+// Why and where a run stopped.
+struct Outcome {
+    Status status = Status::running;
+    double time = 0.0;
+    int joint = -1;
+    int row = -1;
+    double open_by = 0.0;
+    int passes = 0;
+    bool projection_failed = false;
+};
+
+}  // namespace mbproj

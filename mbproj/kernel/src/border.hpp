@@ -1,0 +1,150 @@
+// From NumPy arrays to the kernel's own data and back. What has a wrong shape, an index out of range, or a number that is
+// not finite is refused here, with the name of the array.
+#pragma once
+
+#include <stdexcept>
+#include <string>
+
+#include <Eigen/Cholesky>
+#include <nanobind/nanobind.h>
+#include <nanobind/ndarray.h>
+
+#include "block.hpp"
+#include "model.hpp"
+#include "settings.hpp"
+
+namespace mbproj {
+
+namespace nb = nanobind;
+using Numbers1 = nb::ndarray<const double, nb::ndim<1>, nb::c_contig, nb::device::cpu>;
+using Numbers2 = nb::ndarray<const double, nb::ndim<2>, nb::c_contig, nb::device::cpu>;
+using Numbers3 = nb::ndarray<const double, nb::ndim<3>, nb::c_contig, nb::device::cpu>;
+using Integers1 = nb::ndarray<const int64_t, nb::ndim<1>, nb::c_contig, nb::device::cpu>;
+using Integers2 = nb::ndarray<const int64_t, nb::ndim<2>, nb::c_contig, nb::device::cpu>;
+
+[[noreturn]] inline void refuse(const std::string& name, const std::string& why) {
+    throw std::invalid_argument(name + " " + why);
+}
+
+template <class Array> void require(const Array& array, std::initializer_list<std::size_t> shape, const char* name) {
+    std::size_t axis = 0;
+    for (const std::size_t length : shape)
+        if (array.shape(axis++) != length) refuse(name, "has a wrong shape");
+    if constexpr (std::is_same_v<typename Array::Scalar, const double>)
+        for (std::size_t i = 0; i < array.size(); ++i)
+            if (!std::isfinite(array.data()[i])) refuse(name, "holds a number that is not finite");
+}
+
+inline int index_below(int64_t index, std::size_t count, const char* name) {
+    if (index < 0 || static_cast<std::size_t>(index) >= count) refuse(name, "holds an index out of range");
+    return static_cast<int>(index);
+}
+
+inline std::vector<double> numbers(const Numbers1& array, const char* name) {
+    require(array, {array.shape(0)}, name);
+    return {array.data(), array.data() + array.size()};
+}
+inline RowMajor matrix(const Numbers2& array, const char* name) {
+    require(array, {array.shape(0), array.shape(1)}, name);
+    return Eigen::Map<const RowMajor>(array.data(), static_cast<Eigen::Index>(array.shape(0)),
+                                      static_cast<Eigen::Index>(array.shape(1)));
+}
+
+// An array of Python's own from a vector, with `columns` per row; without columns it is flat.
+template <class Number, class... Sizes> nb::object array_of(std::vector<Number> values, Sizes... sizes) {
+    auto* kept = new std::vector<Number>(std::move(values));
+    nb::capsule owner(kept, [](void* p) noexcept { delete static_cast<std::vector<Number>*>(p); });
+    return nb::cast(nb::ndarray<nb::numpy, Number>(kept->data(), {static_cast<std::size_t>(sizes)...}, owner));
+}
+
+constexpr int slots_of(Kind kind) {
+    switch (kind) {
+        case Kind::coincident:
+        case Kind::perpendicular:
+        case Kind::distance: return 2;
+        case Kind::along:
+        case Kind::angle: return 3;
+        default: return 6;
+    }
+}
+
+// Attachments (body, is_point, local), instances (kind, slots, parameters, offset); rows follow one another.
+template <int D>
+PrimitiveSet<D> primitive_set(std::size_t bodies, const Integers1& body, const Integers1& is_point, const Numbers2& local,
+                              const Integers1& kind, const Integers2& slots, const Numbers2& parameters,
+                              const Numbers1& offset) {
+    const std::size_t attachments = body.shape(0), instances = kind.shape(0);
+    require(is_point, {attachments}, "is_point");
+    require(local, {attachments, D}, "local");
+    require(slots, {instances, most_slots}, "slots");
+    require(parameters, {instances, 2}, "parameters");
+    require(offset, {instances}, "offset");
+    PrimitiveSet<D> set;
+    for (std::size_t a = 0; a < attachments; ++a) {
+        const Point<D> at = Eigen::Map<const Point<D>>(local.data() + D * a);
+        const bool point = is_point.data()[a] != 0;
+        set.attachments.push_back(
+            {index_below(body.data()[a], bodies + 1, "body"), point, at, point ? at.cwiseAbs().maxCoeff() : 0.0});
+    }
+    for (std::size_t i = 0; i < instances; ++i) {
+        Instance p{};
+        p.kind = static_cast<Kind>(index_below(kind.data()[i], 7, "kind"));
+        p.slot_count = slots_of(p.kind);
+        for (int s = 0; s < p.slot_count; ++s)
+            p.slots[s] = index_below(slots.data()[most_slots * i + s], attachments, "slots");
+        p.row = set.rows;
+        p.rows = p.kind == Kind::coincident ? D : 1;
+        set.rows += p.rows;
+        p.parameters[0] = parameters.data()[2 * i];
+        p.parameters[1] = parameters.data()[2 * i + 1];
+        p.offset = offset.data()[i];
+        set.instances.push_back(p);
+    }
+    return set;
+}
+
+// The joints as runs of instances: joint j has those from begin[j] to begin[j + 1].
+template <int D> std::vector<Joint> joints(const PrimitiveSet<D>& set, int bodies, const Integers1& begin) {
+    std::vector<Joint> found;
+    const auto count = static_cast<int64_t>(set.instances.size());
+    if (begin.size() == 0 || begin.data()[0] != 0 || begin.data()[begin.size() - 1] != count)
+        refuse("joint_begin", "does not run from the first instance to the last");
+    for (std::size_t j = 0; j + 1 < begin.size(); ++j) {
+        if (begin.data()[j] >= begin.data()[j + 1]) refuse("joint_begin", "does not increase");
+        Joint joint{static_cast<int>(begin.data()[j]), static_cast<int>(begin.data()[j + 1]), 0, 0, {}};
+        joint.row = set.instances[joint.begin].row;
+        for (int i = joint.begin; i < joint.end; ++i) {
+            const Instance& p = set.instances[i];
+            joint.rows += p.rows;
+            for (int s = 0; s < p.slot_count; ++s) {
+                const int body = set.attachments[p.slots[s]].body;
+                const bool known = std::find(joint.bodies.begin(), joint.bodies.end(), body) != joint.bodies.end();
+                if (body < bodies && !known) joint.bodies.push_back(body);
+            }
+        }
+        if (joint.rows > 6) refuse("joint_begin", "makes a joint of more than six rows");
+        if (joint.bodies.empty()) refuse("joint_begin", "makes a joint between the ground and itself");
+        found.push_back(joint);
+    }
+    return found;
+}
+
+template <int D>
+std::vector<Body<D>> bodies(const Numbers1& mass, const Numbers3& inertia) {
+    constexpr int W = Size<D>::turns;
+    require(mass, {mass.shape(0)}, "mass");
+    require(inertia, {mass.shape(0), W, W}, "inertia");
+    std::vector<Body<D>> found;
+    for (std::size_t b = 0; b < mass.shape(0); ++b) {
+        Body<D> body;
+        body.mass = mass.data()[b];
+        body.inertia = Eigen::Map<const Eigen::Matrix<double, W, W>>(inertia.data() + W * W * b);
+        const Eigen::LLT<Matrix<W, W>> root(body.inertia);
+        if (!(body.mass > 0.0) || root.info() != Eigen::Success) refuse("mass or inertia", "is not positive definite");
+        body.inverse_root = root.matrixL().solve(Matrix<W, W>::Identity());
+        found.push_back(body);
+    }
+    return found;
+}
+
+}  // namespace mbproj

@@ -1,0 +1,175 @@
+// The bordered system [W Gᵀ; G 0] (δ, λ) = (f, c) of Eq. 14 in tangent coordinates, and of Eqs. 39-74 with f = 0 and
+// c = -C or -C': factored at a pose, solved for any right-hand side.
+#pragma once
+
+#include "core.hpp"
+
+namespace mbproj {
+
+// What a change of the coordinates is weighed with: the masses (Eqs. 42-45, 67-74) or the coordinates q = (r, Λ)
+// themselves (Eqs. 37-41), where |ΔΛ| = ½ |δθ|; in the plane the same, so that both agree.
+enum class Metric { mass, coordinates };
+
+// A pivot of S below this part of its diagonal entry has no digits left: the rows depend on each other.
+constexpr double smallest_pivot = 1e-13;
+
+template <int D> class Bordered {
+public:
+    using S = Size<D>;
+    static constexpr int F = S::freedoms;
+    using Wrench = Column<F>;
+
+    explicit Bordered(const Model<D>& model)
+        : model_(model), topology_(model), core_(model, topology_), factors_(topology_.leaves.size()),
+          inertias_(model.size()), reference_(model.size() + 1, Point<D>::Zero()), articulated_(model.size(), false),
+          force_(model.size() + 1), delta_(model.size() + 1), scratch_(topology_.leaves.size()) {
+        for (const Leaf<D>& leaf : topology_.leaves)
+            if (leaf.hinge.parent < model.size()) articulated_[leaf.hinge.parent] = true;
+    }
+
+    // Factors at a pose. False where a joint's rows are dependent or a motion carries no mass: `singular_joint`.
+    bool factor(const Pose<D>& pose, Metric metric) {
+        ++factorisations_;
+        for (std::size_t l = 0; l < factors_.size(); ++l) {
+            const Hinge<D>& hinge = topology_.leaves[l].hinge;
+            if (!factors_[l].frame.update(model_, hinge, pose)) return fails(topology_.leaves[l].joint);
+            reference_[hinge.child] = factors_[l].frame.child_arm;
+        }
+        for (int b = 0; b < model_.size(); ++b) set_inertia(b, pose[b].rotation, metric);
+        for (std::size_t l = 0; l < factors_.size(); ++l)
+            if (!factor_leaf(topology_.leaves[l], factors_[l])) return false;
+        for (std::size_t b = 0; b < topology_.core_bodies.size(); ++b) {
+            const int body = topology_.core_bodies[b];
+            if (articulated_[body]) {
+                if (!core_.half(b).articulated(inertias_[body])) return fails(-1);
+            } else if (metric == Metric::mass) {
+                core_.half(b).bare(model_.bodies[body].mass, pose[body].rotation, model_.bodies[body].inverse_root);
+            } else {
+                core_.half(b).bare(1.0, pose[body].rotation, 2.0 * Matrix<S::turns, S::turns>::Identity());
+            }
+        }
+        const int failed = core_.factor(pose, smallest_pivot);
+        return failed < 0 || fails(failed);
+    }
+
+    // Forces on a body before `solve`: a force at its centre of mass and a moment, global axes.
+    void set_force(int body, const Point<D>& force, const Turn<D>& torque) {
+        force_[body].template head<D>() = force;
+        // The centre of mass is at -reference from the reference point.
+        force_[body].template tail<S::turns>() = torque - moment(reference_[body], force);
+    }
+    void clear_forces() {
+        for (Wrench& f : force_) f.setZero();
+    }
+
+    // Solves with the forces given (which are used up) and G δ = c; multipliers on request, one for each row.
+    void solve(const double* c, double* lambda = nullptr) {
+        for (std::size_t l = 0; l < factors_.size(); ++l) solve_up(topology_.leaves[l], factors_[l], scratch_[l], c);
+        core_.solve(force_, c, delta_);
+        delta_.back().setZero();
+        for (std::size_t l = factors_.size(); l-- > 0;) solve_down(topology_.leaves[l], factors_[l], scratch_[l], lambda);
+        if (lambda) core_.multipliers(lambda);
+    }
+
+    // (δr, δθ) or accelerations of a body, of its centre of mass, global axes.
+    Turn<D> turn(int body) const { return delta_[body].template tail<S::turns>(); }
+    Point<D> shift(int body) const {
+        return delta_[body].template head<D>() - turned_by(turn(body), reference_[body]);
+    }
+
+    int singular_joint() const { return singular_joint_; }
+    long factorisations() const { return factorisations_; }
+    const Topology<D>& topology() const { return topology_; }
+    const BlockCholesky& cholesky() const { return core_.cholesky(); }
+
+private:
+    struct LeafScratch {
+        Wrench g, p;  // force less inertia times p; the particular motion
+        double h[F];
+    };
+
+    bool fails(int joint) {
+        singular_joint_ = joint;
+        return false;
+    }
+
+    // A body's own inertia at its reference point: the joint that it hangs on, or its centre of mass in the core.
+    void set_inertia(int b, const Rotation<D>& A, Metric metric) {
+        if (metric == Metric::mass)
+            inertias_[b].set(model_.bodies[b].mass, inertia_in_global(A, model_.bodies[b].inertia), reference_[b]);
+        else inertias_[b].set(1.0, 0.25 * Matrix<S::turns, S::turns>::Identity(), reference_[b]);
+    }
+
+    bool factor_leaf(const Leaf<D>& leaf, HingeFactor<D>& f) {
+        f.M = inertias_[leaf.hinge.child];
+        f.link = f.frame.parent_arm - reference_[leaf.hinge.parent];
+        Inertia<D> left;
+        if (!f.eliminate(leaf.hinge, left)) return fails(leaf.joint);
+        if (leaf.hinge.parent < model_.size()) {
+            left.move(f.link);
+            inertias_[leaf.hinge.parent].add(left);
+        }
+        return true;
+    }
+
+    void solve_up(const Leaf<D>& leaf, const HingeFactor<D>& f, LeafScratch& s, const double* c) {
+        s.p = particular(leaf.hinge, f.frame, c);
+        s.g = force_[leaf.hinge.child] - f.M * s.p;
+        Wrench rest = s.g;
+        f.upward(leaf.hinge, s.h, rest);
+        rest.template tail<S::turns>() += moment(f.link, Point<D>(rest.template head<D>()));
+        force_[leaf.hinge.parent] += rest;
+    }
+
+    void solve_down(const Leaf<D>& leaf, const HingeFactor<D>& f, const LeafScratch& s, double* lambda) {
+        Column<F> u = delta_[leaf.hinge.parent];
+        u.template head<D>() += turned_by(Turn<D>(u.template tail<S::turns>()), f.link);
+        f.downward(leaf.hinge, s.h, u);
+        if (lambda) leaf_multipliers(leaf.hinge, f.frame, f.M * u - s.g, lambda);
+        delta_[leaf.hinge.child] = u + s.p;
+    }
+
+    // The smallest motion at the joint's point that meets the rows' right-hand sides.
+    Column<F> particular(const Hinge<D>& hinge, const HingeFrame<D>& frame, const double* c) const {
+        const auto& instances = model_.constraints.instances;
+        Column<F> p = Column<F>::Zero();
+        if (hinge.coincident) {
+            p.template head<D>() = Eigen::Map<const Point<D>>(c + instances[hinge.translations[0]].row);
+        } else {
+            for (int k = 0; k < hinge.translation_count; ++k)
+                p.template head<D>() += frame.P_t.col(k) * c[instances[hinge.translations[k]].row];
+        }
+        for (int k = 0; k < hinge.rotation_count; ++k)
+            p.template tail<S::turns>() += frame.P_r.col(k) * c[instances[hinge.rotations[k]].row];
+        return hinge.sign * p;
+    }
+
+    // λ of a hinge's rows from the wrench that the joint exerts on the child, -Gᵀλ.
+    void leaf_multipliers(const Hinge<D>& hinge, const HingeFrame<D>& frame, const Wrench& wrench, double* lambda) const {
+        const auto& instances = model_.constraints.instances;
+        if (hinge.coincident) {
+            Eigen::Map<Point<D>>(lambda + instances[hinge.translations[0]].row) = -hinge.sign * wrench.template head<D>();
+        } else {
+            for (int k = 0; k < hinge.translation_count; ++k)
+                lambda[instances[hinge.translations[k]].row] =
+                    -hinge.sign * frame.P_t.col(k).dot(wrench.template head<D>());
+        }
+        for (int k = 0; k < hinge.rotation_count; ++k)
+            lambda[instances[hinge.rotations[k]].row] =
+                -hinge.sign * frame.P_r.col(k).dot(wrench.template tail<S::turns>());
+    }
+
+    const Model<D>& model_;
+    Topology<D> topology_;
+    Core<D> core_;
+    std::vector<HingeFactor<D>> factors_;
+    std::vector<Inertia<D>> inertias_;
+    std::vector<Point<D>> reference_;  // from each body's centre of mass
+    std::vector<bool> articulated_;
+    std::vector<Wrench> force_, delta_;  // at the reference points; the ground's last
+    std::vector<LeafScratch> scratch_;
+    int singular_joint_ = -1;
+    long factorisations_ = 0;
+};
+
+}  // namespace mbproj

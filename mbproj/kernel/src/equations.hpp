@@ -1,0 +1,103 @@
+// The equations at single states: for tests, for the start of a run, and for reactions of planar scenes.
+#pragma once
+
+#include <optional>
+#include <utility>
+
+#include "correction.hpp"
+
+namespace mbproj {
+
+struct TopologyFacts {
+    std::size_t leaves, core_bodies, core_joints, stored, filled;
+};
+
+template <int D> class Equations {
+public:
+    using S = Size<D>;
+    using Numbers = std::vector<double>;
+
+    Equations(const Model<D>& model, const Projection& projection)
+        : model_(model), projection_(projection), dynamics_(model_, projection_),
+          corrector_(dynamics_, projection_, phases_) {}
+    Equations(const Equations&) = delete;
+    Equations& operator=(const Equations&) = delete;
+
+    Numbers constraint(const double* y) {
+        dynamics_.place(y);
+        return rows(dynamics_.constraint());
+    }
+    Numbers constraint_velocity(const double* y) {
+        dynamics_.place(y);
+        return rows(dynamics_.constraint_velocity(y));
+    }
+    Numbers gamma(const double* y) {
+        dynamics_.place(y);
+        dynamics_.move(y, false);
+        return rows(dynamics_.gamma());
+    }
+
+    // G in (δr, δθ global) of each body, rows × bodies × freedoms.
+    Numbers jacobian(const double* y) {
+        dynamics_.place(y);
+        const std::size_t width = static_cast<std::size_t>(S::freedoms) * model_.size();
+        Numbers found(width * model_.constraints.rows);
+        Matrix<6, S::freedoms> G;
+        for (const Joint& joint : model_.joints)
+            for (const int body : joint.bodies) {
+                mbproj::jacobian<D>(model_, dynamics_.pose(), joint, body, G);
+                for (int r = 0; r < joint.rows; ++r)
+                    for (int c = 0; c < S::freedoms; ++c)
+                        found[width * (joint.row + r) + S::freedoms * body + c] = G(r, c);
+            }
+        return found;
+    }
+
+    // (r'', ω' in body axes) of each body and λ, or nothing where they are not unique.
+    std::optional<std::pair<Numbers, Numbers>> accelerations(const double* y) {
+        Numbers slope(dynamics_.size()), lambda(model_.constraints.rows), found;
+        dynamics_.place(y);
+        if (!dynamics_.factor(Metric::mass)) return std::nullopt;
+        dynamics_.move(y, false);
+        dynamics_.slope_at(y, slope.data(), lambda.data());
+        for (int b = 0; b < model_.size(); ++b) {
+            const double* a = slope.data() + S::state * b + S::pose;
+            found.insert(found.end(), a, a + S::freedoms);
+        }
+        return std::make_pair(std::move(found), std::move(lambda));
+    }
+
+    // The state after one exact Newton correction of its position.
+    std::optional<Numbers> newton(const double* y) {
+        Numbers state(y, y + dynamics_.size());
+        if (!corrector_.newton(state.data())) return std::nullopt;
+        return state;
+    }
+
+    // The state moved to the constraints, position and velocity.
+    std::optional<Numbers> corrected(const double* y) {
+        Numbers state(y, y + dynamics_.size());
+        if (!corrector_.anywhere(state.data()).regular) return std::nullopt;
+        return state;
+    }
+
+    int singular_joint() { return dynamics_.bordered().singular_joint(); }
+    const Model<D>& model() const { return model_; }
+    TopologyFacts facts() const {
+        const auto& topology = dynamics_.bordered().topology();
+        const auto& cholesky = dynamics_.bordered().cholesky();
+        return {topology.leaves.size(), topology.core_bodies.size(), topology.core_joints.size(), cholesky.stored(),
+                cholesky.filled()};
+    }
+
+private:
+    Numbers rows(const double* values) const { return {values, values + model_.constraints.rows}; }
+
+    const Model<D> model_;
+    const Projection projection_;
+    Phases phases_;
+    Dynamics<D> dynamics_;
+    Corrector<D> corrector_;
+};
+
+}  // namespace mbproj

@@ -1,0 +1,28 @@
+// Numbers below 1e-308 become zero while this is in scope: what decays (motion out of a plane, say) would otherwise be
+// computed a hundred times slower, and no digit of a result depends on it.
+#pragma once
+
+#if defined(__SSE2__)
+#include <immintrin.h>
+#endif
+
+namespace mbproj {
+
+class FlushToZero {
+public:
+#if defined(__SSE2__)
+    FlushToZero() : before_(_mm_getcsr()) { _mm_setcsr(before_ | 0x8040u); }
+    ~FlushToZero() { _mm_setcsr(before_); }
+#else
+    FlushToZero() = default;
+#endif
+    FlushToZero(const FlushToZero&) = delete;
+    FlushToZero& operator=(const FlushToZero&) = delete;
+
+private:
+#if defined(__SSE2__)
+    unsigned before_;
+#endif
+};
+
+}  // namespace mbproj

@@ -1,0 +1,66 @@
+// The mechanism as the kernel keeps it: bodies, and primitives bound to points and vectors that are fixed in them.
+#pragma once
+
+#include <vector>
+
+#include "space.hpp"
+
+namespace mbproj {
+
+// The primitives of mbproj.constraints, in the order of `codes.py`.
+enum class Kind : int { coincident, perpendicular, along, distance, angle, screw, gear };
+
+constexpr int most_slots = 6;
+
+template <int D> struct Body {
+    double mass;
+    Matrix<Size<D>::turns, Size<D>::turns> inertia;       // about the centre of mass, body axes
+    Matrix<Size<D>::turns, Size<D>::turns> inverse_root;  // K⁻¹ with J = K Kᵀ
+};
+
+// A point or vector fixed in a body, in its axes; body n is the ground.
+template <int D> struct Attachment {
+    int body;
+    bool is_point;
+    Point<D> local;
+    double size;  // largest coordinate of `local`, 0 for a vector
+};
+
+// One primitive: the attachments it binds, its parameters, what its value counts from, and its first row.
+struct Instance {
+    Kind kind;
+    int slots[most_slots];
+    int slot_count;
+    int row;
+    int rows;
+    double parameters[2];
+    double offset;
+};
+
+template <int D> struct PrimitiveSet {
+    std::vector<Attachment<D>> attachments;
+    std::vector<Instance> instances;
+    int rows = 0;
+};
+
+// A joint is a run of instances, `begin` to `end` of the set, and of rows.
+struct Joint {
+    int begin, end;
+    int row, rows;
+    std::vector<int> bodies;  // those that move, each once
+};
+
+template <int D> struct Model {
+    std::vector<Body<D>> bodies;
+    Point<D> gravity;
+    PrimitiveSet<D> constraints;
+    PrimitiveSet<D> coordinates;
+    std::vector<Joint> joints;
+    std::vector<double> row_scale;       // what a row's violation is measured against
+    std::vector<bool> counts_turns;      // per coordinate: an angle
+    double length;                       // the size of the mechanism
+
+    int size() const { return static_cast<int>(bodies.size()); }
+};
+
+}  // namespace mbproj

@@ -1,0 +1,78 @@
+// The Python module, `_core` or `_core_v3`: settings here, models and runs in plane.cpp and space.cpp.
+#include <nanobind/stl/vector.h>
+
+#include "block.hpp"
+#include "border.hpp"
+#include "build_info.hpp"
+
+namespace mbproj {
+
+void bind_plane(nb::module_& m);
+void bind_space(nb::module_& m);
+
+namespace {
+
+void add_settings(nb::module_& m) {
+    nb::class_<Tableau>(m, "Tableau")
+        .def("__init__",
+             [](Tableau* self, int order, int error_order, Numbers2 a, Numbers1 b, Numbers1 c, Numbers2 error,
+                Numbers2 extra_a, Numbers1 extra_c, Numbers2 dense) {
+                 new (self) Tableau{order, error_order, matrix(a, "a"), numbers(b, "b"), numbers(c, "c"),
+                                    matrix(error, "error"), matrix(extra_a, "extra_a"), numbers(extra_c, "extra_c"),
+                                    matrix(dense, "dense")};
+             });
+    nb::enum_<Correction>(m, "Correction")
+        .value("none", Correction::none)
+        .value("baumgarte", Correction::baumgarte)
+        .value("mass", Correction::mass)
+        .value("coordinates", Correction::coordinates);
+    nb::class_<Projection>(m, "Projection")
+        .def(nb::init<Correction>())
+        .def_rw("alpha", &Projection::alpha)
+        .def_rw("beta", &Projection::beta)
+        .def_rw("paper_test", &Projection::paper_test)
+        .def_rw("tolerance", &Projection::tolerance)
+        .def_rw("every", &Projection::every)
+        .def_rw("threshold", &Projection::threshold)
+        .def_rw("position", &Projection::position)
+        .def_rw("velocity", &Projection::velocity)
+        .def_rw("max_iterations", &Projection::max_iterations);
+    nb::class_<Steps>(m, "Steps")
+        .def_static("fixed",
+                    [](double start, double duration, double step, long count, long every) {
+                        if (!(step > 0.0) || count < 1 || every < 1) refuse("step", "is not positive");
+                        return Steps{start, duration, step, 0.0, count, every, {}};
+                    })
+        .def_static("by_error", [](double start, double duration, double tolerance, std::vector<double> times) {
+            if (!(tolerance > 0.0) || times.empty()) refuse("tolerance", "is not positive");
+            return Steps{start, duration, -1.0, tolerance, 0, 1, std::move(times)};
+        });
+    nb::enum_<Status>(m, "Status")
+        .value("running", Status::running)
+        .value("finished", Status::finished)
+        .value("not_finite", Status::not_finite)
+        .value("singular", Status::singular)
+        .value("open", Status::open)
+        .value("vanished", Status::vanished);
+    nb::class_<Outcome>(m, "Outcome")
+        .def_ro("status", &Outcome::status)
+        .def_ro("time", &Outcome::time)
+        .def_ro("joint", &Outcome::joint)
+        .def_ro("row", &Outcome::row)
+        .def_ro("open_by", &Outcome::open_by)
+        .def_ro("passes", &Outcome::passes)
+        .def_ro("projection_failed", &Outcome::projection_failed);
+    nb::class_<Peak>(m, "Peak").def_ro("value", &Peak::value).def_ro("row", &Peak::row).def_ro("time", &Peak::time);
+}
+
+}  // namespace
+}  // namespace mbproj
+
+NB_MODULE(MBPROJ_MODULE, m) {
+    using namespace mbproj;
+    m.def("build_info", &build_info, "How this extension was compiled.");
+    m.def("runs_v3", &runs_v3, "Whether the build for AVX2 and FMA exists and this processor runs it.");
+    add_settings(m);
+    bind_plane(m);
+    bind_space(m);
+}

@@ -1,0 +1,54 @@
+// The order of elimination, found once: leaves of the graph of joints first, each with the joint it hangs on; what is
+// left, the core, holds the loops and whatever is not a hinge.
+#pragma once
+
+#include <queue>
+
+#include "hinge.hpp"
+
+namespace mbproj {
+
+template <int D> struct Leaf {
+    int joint;
+    Hinge<D> hinge;
+};
+
+template <int D> struct Topology {
+    std::vector<Leaf<D>> leaves;    // in the order of their elimination: children before their parents
+    std::vector<int> core_bodies;   // roots of floating trees among them
+    std::vector<int> core_joints;
+
+    explicit Topology(const Model<D>& model) {
+        const int n = model.size();
+        std::vector<std::vector<int>> joints_of(n);
+        for (int j = 0; j < static_cast<int>(model.joints.size()); ++j)
+            for (const int body : model.joints[j].bodies) joints_of[body].push_back(j);
+        std::vector<bool> joint_left(model.joints.size(), true), body_left(n, true);
+        std::vector<int> degree(n);
+        std::queue<int> candidates;
+        for (int b = n - 1; b >= 0; --b) {
+            degree[b] = static_cast<int>(joints_of[b].size());
+            if (degree[b] == 1) candidates.push(b);
+        }
+        while (!candidates.empty()) {
+            const int body = candidates.front();
+            candidates.pop();
+            if (degree[body] != 1) continue;
+            int joint = -1;
+            for (const int j : joints_of[body])
+                if (joint_left[j]) joint = j;
+            const auto hinge = as_hinge(model, model.joints[joint], body);
+            if (!hinge) continue;
+            leaves.push_back({joint, *hinge});
+            joint_left[joint] = body_left[body] = false;
+            for (const int other : model.joints[joint].bodies)
+                if (--degree[other] == 1 && other != body) candidates.push(other);
+        }
+        for (int b = 0; b < n; ++b)
+            if (body_left[b]) core_bodies.push_back(b);
+        for (int j = 0; j < static_cast<int>(model.joints.size()); ++j)
+            if (joint_left[j]) core_joints.push_back(j);
+    }
+};
+
+}  // namespace mbproj

@@ -1,0 +1,20 @@
+"""Planar scenes: where the joints alone keep every body's motion in a plane, three coordinates a body are enough.
+
+    plane = planar_reduction(system, q)                 # Plane | NotPlanar, at an assembled pose
+    p, u = plane.reduce(q, v)                           # (..., 7n) -> (..., 3n)
+    q, v, acceleration = plane.expand(p, u, u_dot)      # and back
+
+Rows that act in the plane stay, as they are, on 2-vectors; rows that hold the bodies in the plane fall away with the
+motions out of it. Of the inertia only J_nn = nᵀJn is left, whatever the products of inertia. For the equations of the
+motions in the plane are these rows of M q'' + Cᵀλ = Q, and in them the accelerations out of the plane do not appear,
+because the joints forbid them; the multipliers of the rows that hold the bodies do not, because those rows have no
+gradient in the plane; and of the gyroscopic torque ω × Jω nothing is along n, because ω is. Products of inertia, and
+forces along n, load the joints only.
+"""
+
+from mbproj.model.planar.planar_set import PlanarSet
+from mbproj.model.planar.plane import Plane
+from mbproj.model.planar.reduction import NotPlanar, planar_reduction
+from mbproj.model.planar.rows import RowMap
+
+__all__ = ["NotPlanar", "PlanarSet", "Plane", "RowMap", "planar_reduction"]

@@ -1,0 +1,55 @@
+"""Directions that could be the normal of a planar scene's plane."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from mbproj.arrays import Array
+from mbproj.model.planar.rows import TOLERANCE
+from mbproj.model.primitive_set import PrimitiveSet
+
+#: So many directions of the joints' vectors are looked at: a joint has three at most, and two of those in the plane, or
+#: the normal itself, are enough.
+DIRECTIONS = 6
+#: Directions whose sine is below this are one.
+SAME = 1e-9
+
+
+def candidate_normals(joints: PrimitiveSet, rotation: Array) -> list[Array]:
+    """Unit vectors (3,): the directions of the joints' vectors at a pose with rotation (n+1, 3, 3), then the normals of
+    pairs of them.
+
+    In a planar scene each joint has the normal among its vectors, or a vector in the plane, or two whose normal is in
+    the plane or the plane's own; so two joints that are not alike give the normal, and for joints that are all alike
+    any of their own directions across the common one will do.
+    """
+    vectors = np.flatnonzero(joints.is_point == 0.0)
+    found = _distinct((rotation[joints.body[vectors]] @ joints.local[vectors, :, None])[..., 0], DIRECTIONS)
+    first, second = np.triu_indices(len(found), k=1)
+    across = np.cross(found[first], found[second])
+    across = across[np.linalg.norm(across, axis=1) > 1e-3]  # those of nearly parallel vectors are not accurate
+    return list(_distinct(np.concatenate([found, across]), DIRECTIONS**2))
+
+
+def plane_axes(normal: Array) -> Array:
+    """Right-handed axes (3, 3) with columns e1, e2, n. Along a global axis n is that axis and e1, e2 are the other two
+    in cyclic order, so that coordinates are the same numbers; else the largest component of n is positive."""
+    largest = int(np.argmax(np.abs(normal)))
+    if np.linalg.norm(np.delete(normal, largest)) <= TOLERANCE:
+        return np.roll(np.eye(3), 2 - largest, axis=1)
+    n = normal * np.sign(normal[largest])
+    farthest = np.eye(3)[np.argmin(np.abs(n))]
+    e1 = farthest - (farthest @ n) * n
+    e1 /= np.linalg.norm(e1)
+    return np.column_stack([e1, np.cross(n, e1), n])
+
+
+def _distinct(vectors: Array, most: int) -> Array:
+    """The directions of vectors (k, 3), up to sign, in the order in which they appear; at most `most` of them."""
+    length = np.linalg.norm(vectors, axis=1, keepdims=True)
+    left = vectors[length[:, 0] > 0.0] / length[length[:, 0] > 0.0]
+    found: list[Array] = []
+    while len(left) and len(found) < most:
+        found.append(left[0])
+        left = left[np.linalg.norm(np.cross(left, left[0]), axis=1) > SAME]
+    return np.array(found).reshape(-1, 3)

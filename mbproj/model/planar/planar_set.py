@@ -1,0 +1,106 @@
+"""Primitives bound to bodies in a plane: the PrimitiveSet of 2-vectors."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from mbproj.arrays import Array, Integers
+from mbproj.constraints import Primitive
+from mbproj.model.planar.rows import RowMap, Seen, kind_of
+from mbproj.model.primitive_set import PrimitiveSet
+
+
+@dataclass(frozen=True, eq=False)
+class PlanarSet:
+    """k primitives on S attachments, with m rows: those of a spatial set that act in the plane.
+
+    Per primitive: `primitives` (k,) with their parameters, `first_slot` (k,) its first attachment (the others follow),
+    `row` (k,) its first row (a coincident one has two, along e1 and e2, the others one), `owner` (k,) the joint.
+    Per attachment: `body` (S,) (the ground is the last index), `local` (S, 2) in the body's planar axes, which are e1
+    and e2 at angle zero, `is_point` (S,) 1 for points and 0 for vectors. Per row: `offset` (m,). `source` makes the
+    rows from the spatial set's, and the spatial set's multipliers from theirs. Of a vector that is not in the plane (a
+    prismatic joint's can be so) `local` is the part that is, and `offset` takes up the constant that the rest adds.
+    """
+
+    primitives: tuple[Primitive, ...]
+    first_slot: Integers
+    row: Integers
+    owner: Integers
+    body: Integers
+    local: Array
+    is_point: Array
+    offset: Array
+    source: RowMap
+
+    @property
+    def size(self) -> int:
+        """m, the number of rows."""
+        return self.source.size
+
+    @property
+    def kinds(self) -> tuple[str, ...]:
+        """The primitives' names in PRIMITIVES, (k,)."""
+        return tuple(kind_of(primitive) for primitive in self.primitives)
+
+    @property
+    def parameters(self) -> tuple[tuple[float, ...], ...]:
+        """The primitives' parameters, each one's as plain numbers: (n1, n2) of a gear, none of most, (k,)."""
+        return tuple(
+            tuple(float(number) for name in primitive.parameters for number in np.ravel(getattr(primitive, name)))
+            for primitive in self.primitives
+        )
+
+
+def planar_set(bound: PrimitiveSet, seen: Seen, inside: npt.NDArray[np.bool_], axes: Array) -> PlanarSet:
+    """The primitives of `bound` whose rows are `inside` (m,), coincident ones along axes (3, 3)'s e1, e2 and n."""
+    members = [
+        (int(rows[0]), group.primitive, slots, rows[inside[rows]])
+        for group in bound.groups
+        for rows, slots in zip(group.rows, group.slots, strict=True)
+        if inside[rows].any()
+    ]
+    members.sort(key=lambda member: member[0])
+    slots = _joined([slots for _, _, slots, _ in members])
+    kept = _joined([kept for *_, kept in members])
+    source = _source(members, axes)
+    flat = seen.x * [1.0, 1.0, 0.0]
+    constant = (bound.value(seen.x) - bound.value(flat))[kept]
+    return PlanarSet(
+        primitives=tuple(primitive for _, primitive, _, _ in members),
+        first_slot=_starts([len(slots) for _, _, slots, _ in members]),
+        row=_starts([len(kept) for *_, kept in members]),
+        owner=bound.owner[np.array([first for first, *_ in members], dtype=np.intp)],
+        body=bound.body[slots],
+        local=seen.arm[slots, :2],
+        is_point=bound.is_point[slots],
+        offset=source.rows(bound.offset) - constant,
+        source=source,
+    )
+
+
+def _source(members: list[tuple[int, Primitive, Integers, Integers]], axes: Array) -> RowMap:
+    """Each row from one of the spatial set's; those of coincident points from all three of theirs."""
+    row: list[int] = []
+    source: list[int] = []
+    weight: list[float] = []
+    size = 0
+    for first, primitive, _, kept in members:
+        for spatial in kept.tolist():
+            column = axes[:, spatial - first] if primitive.rows == 3 else np.ones(1)
+            used = np.flatnonzero(column)
+            row += [size] * len(used)
+            source += (used + (first if primitive.rows == 3 else spatial)).tolist()
+            weight += column[used].tolist()
+            size += 1
+    return RowMap(size, np.array(row, dtype=np.intp), np.array(source, dtype=np.intp), np.array(weight))
+
+
+def _starts(lengths: list[int]) -> Integers:
+    return np.cumsum([0, *lengths], dtype=np.intp)[:-1]
+
+
+def _joined(parts: list[Integers]) -> Integers:
+    return np.concatenate(parts) if parts else np.zeros(0, dtype=np.intp)

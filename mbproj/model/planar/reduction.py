@@ -1,0 +1,120 @@
+"""From the system to its plane, or the reason why it has none."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from mbproj.arrays import Array
+from mbproj.constraints import PRIMITIVES
+from mbproj.model.euler_parameters import rotation_matrix
+from mbproj.model.planar.normals import candidate_normals, plane_axes
+from mbproj.model.planar.planar_set import planar_set
+from mbproj.model.planar.plane import Plane
+from mbproj.model.planar.rank import DEPENDENT, escape
+from mbproj.model.planar.rows import INSIDE, OUTSIDE, Seen, see, sides
+from mbproj.model.planar.tilt import Refusal, split
+from mbproj.model.primitive_set import PrimitiveSet
+from mbproj.model.system import System
+
+
+@dataclass(frozen=True, eq=False)
+class NotPlanar:
+    """Why a scene is not planar, in words that name the joint or the body."""
+
+    reason: str
+
+
+@dataclass(frozen=True, eq=False)
+class _Pose:
+    """Positions (n+1, 3), unit Euler parameters (n+1, 4) and rotation matrices (n+1, 3, 3), the ground last."""
+
+    position: Array
+    orientation: Array
+    rotation: Array
+
+
+def planar_reduction(system: System, q: Array) -> Plane | NotPlanar:
+    """The plane that the system's joints keep all bodies in, seen at the assembled pose q (7n,), or why there is none.
+
+    The verdict rests on the joints alone: not on where the bodies start to move, nor on symmetry of forces or inertia.
+    Of the candidates for the normal the one along which most rows hold the bodies comes first, and its is the reason.
+    """
+    rows = np.concatenate([q.reshape(-1, 7), [[0.0, 0, 0, 1, 0, 0, 0]]])
+    orientation = rows[:, 3:] / np.linalg.norm(rows[:, 3:], axis=1, keepdims=True)
+    pose = _Pose(rows[:, :3], orientation, rotation_matrix(orientation))
+    refusals = []
+    for axes in _candidates(system, pose):
+        found = _reduction(system, pose, axes)
+        if isinstance(found, Plane):
+            return found
+        refusals.append(found)
+    return refusals[0] if refusals else NotPlanar(
+        "nothing but symmetry can keep the bodies in a plane: no joint has an axis"
+    )
+
+
+def _candidates(system: System, pose: _Pose) -> list[Array]:
+    """Axes (3, 3) to try, first those with which most rows are outside, and of these fewest inside."""
+    ranked = []
+    for normal in candidate_normals(system.joints, pose.rotation):
+        axes = plane_axes(normal)
+        side = sides(system.joints, _seen(system.joints, pose, axes, system.length))
+        ranked.append((-np.count_nonzero(side == OUTSIDE), np.count_nonzero(side == INSIDE), axes))
+    return [axes for *_, axes in sorted(ranked, key=lambda entry: entry[:2])]
+
+
+def _reduction(system: System, pose: _Pose, axes: Array) -> Plane | NotPlanar:
+    """The plane with these axes, or what is against it."""
+    n, joints = system.bodies, _seen(system.joints, pose, axes, system.length)
+    parts = split(system.joints, joints, sides(system.joints, joints))
+    if isinstance(parts, Refusal):
+        return _not_planar(f"joint '{system.names.joints[parts.joint]}' {parts.cause}, seen in the plane", axes)
+    loose = escape(system.joints, joints, parts.outside, system.names.carriers, system.length)
+    if loose is not None:
+        return _not_planar(loose, axes)
+    coordinates = _seen(system.coordinates, pose, axes, system.length)
+    changing = _changing(system.coordinates, coordinates)
+    tilted = np.flatnonzero(~changing & (np.abs(_in_plane_rate(system.coordinates, coordinates)) > DEPENDENT))
+    if len(tilted):
+        return _not_planar(f"the angle '{system.names.coordinates[tilted[0]]}' is tilted, seen in the plane", axes)
+    normal = (np.swapaxes(pose.rotation[:n], -1, -2) @ axes[:, 2, None])[..., 0]
+    return Plane(
+        axes=axes,
+        depth=pose.position[:n] @ axes[:, 2],
+        reference=pose.orientation[:n],
+        mass=system.mass,
+        inertia=np.einsum("ni,nij,nj->n", normal, system.inertia, normal),
+        gravity=system.gravity @ axes[:, :2],
+        joints=planar_set(system.joints, joints, parts.inside, axes),
+        coordinates=planar_set(system.coordinates, coordinates, changing, axes),
+        constant=np.flatnonzero(~changing),
+        constant_value=system.coordinates.value(coordinates.x)[~changing],
+    )
+
+
+def _seen(bound: PrimitiveSet, pose: _Pose, axes: Array, length: float) -> Seen:
+    return see(bound, pose.position, pose.rotation, axes, length)
+
+
+def _changing(bound: PrimitiveSet, seen: Seen) -> npt.NDArray[np.bool_]:
+    """The coordinates that can change, (nc,): angles between vectors in the plane, and displacements along a vector
+    that is not the normal. What is tilted otherwise belongs to motions that the joint locks with its plane."""
+    side = sides(bound, seen)
+    shift = np.zeros(bound.size, dtype=bool)
+    for group in bound.groups:
+        shift[group.rows] = isinstance(group.primitive, PRIMITIVES["along"])
+    return (side == INSIDE) | (shift & (side != OUTSIDE))
+
+
+def _in_plane_rate(bound: PrimitiveSet, seen: Seen) -> Array:
+    """The coordinates' rates, (nc,), while body 2 of each joint turns about n."""
+    turning = np.cross([0.0, 0.0, 1.0], seen.arm) * (bound.side == 2)[:, None]
+    return bound.along(bound.gradient_entries(seen.x), turning)
+
+
+def _not_planar(what: str, axes: Array) -> NotPlanar:
+    x, y, z = axes[:, 2].tolist()
+    return NotPlanar(f"{what} normal to [{x:.3g}, {y:.3g}, {z:.3g}]")

@@ -1,0 +1,117 @@
+"""Which of the joints' rows act in a plane, and which hold the bodies in it.
+
+All is seen in plane axes (e1, e2, n). In a motion in the plane every point keeps its component along n, and every
+vector its own, so that a row is one of these:
+
+    inside    a function of what lies in the plane alone: coincident along e1 and e2, perpendicular and along with
+              vectors in the plane, distance between points of one depth, angle and gear with vectors in the plane;
+    outside   constant in such a motion, its gradient in the plane is zero: coincident along n, perpendicular with one
+              vector along n, along with the vector along n;
+    tilted    neither, unless the joint's other rows help (`tilt`);
+    strange   no function of 2-vectors: a screw, a distance between different depths, an angle out of the plane.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from mbproj.arrays import Array, Integers
+from mbproj.constraints import PRIMITIVES, Primitive
+from mbproj.model.primitive_set import PrimitiveSet
+
+#: Vectors are parallel or normal up to this (and then exactly); depths equal up to this part of the mechanism's extent.
+TOLERANCE = 1e-12
+
+INSIDE, OUTSIDE, TILTED, STRANGE = range(4)
+_NAMES = {primitive: name for name, primitive in PRIMITIVES.items()}
+_CAUSES = {
+    "distance": "keeps a distance between points at different depths",
+    "angle": "holds an angle that is not in the plane",
+    "gear": "couples angles that are not in the plane",
+    "screw": "turns a rotation into a shift",
+}
+
+
+@dataclass(frozen=True, eq=False)
+class RowMap:
+    """A sparse matrix W (size, m) that makes new rows of a set's m rows: entries `weight` at (`row`, `source`)."""
+
+    size: int
+    row: Integers
+    source: Integers
+    weight: Array
+
+    def rows(self, values: Array) -> Array:
+        """W C, (..., size), from C (..., m)."""
+        return _summed(self.weight * values[..., self.source], self.row, self.size)
+
+    def multipliers(self, made: Array, count: int) -> Array:
+        """Wᵀ λ, (..., m), of the set's m = `count` rows, from the multipliers λ (..., size) of the new ones."""
+        return _summed(self.weight * made[..., self.row], self.source, count)
+
+
+@dataclass(frozen=True, eq=False)
+class Seen:
+    """A set's attachments in plane axes: `arm` (S, 3) from the body's centre of mass, with vectors that are in the
+    plane or along n up to TOLERANCE made exactly so, and `x` (S, 3), where points are from the origin. `extent` in m is
+    what depths are measured against."""
+
+    arm: Array
+    x: Array
+    extent: float
+
+
+def kind_of(primitive: Primitive) -> str:
+    """The primitive's name in PRIMITIVES."""
+    return _NAMES[type(primitive)]
+
+
+def see(bound: PrimitiveSet, position: Array, rotation: Array, axes: Array, length: float) -> Seen:
+    """The set in plane axes at a pose: position (n+1, 3) and rotation (n+1, 3, 3), the ground last."""
+    arm = (rotation[bound.body] @ bound.local[..., None])[..., 0] @ axes
+    vector = bound.is_point == 0.0
+    arm[vector & (np.abs(arm[:, 2]) <= TOLERANCE), 2] = 0.0
+    arm[vector & (np.linalg.norm(arm[:, :2], axis=1) <= TOLERANCE), :2] = 0.0
+    x = arm + bound.is_point[:, None] * (position @ axes)[bound.body]
+    return Seen(arm, x, max(length, float(np.abs(position).max())))
+
+
+def sides(bound: PrimitiveSet, seen: Seen) -> Integers:
+    """INSIDE, OUTSIDE, TILTED or STRANGE of each row on its own, (m,)."""
+    side = np.full(bound.size, STRANGE, dtype=np.intp)
+    for group in bound.groups:
+        x = seen.x[group.slots]
+        level, upright = x[..., 2] == 0.0, np.all(x[..., :2] == 0.0, axis=-1)
+        kind = kind_of(group.primitive)
+        if kind == "coincident":
+            side[group.rows] = [INSIDE, INSIDE, OUTSIDE]
+        elif kind == "perpendicular":
+            side[group.rows[:, 0]] = _chosen(level.all(axis=1), upright.any(axis=1))
+        elif kind == "along":
+            side[group.rows[:, 0]] = _chosen(level[:, 0], upright[:, 0])
+        elif kind == "distance":
+            same_depth = np.abs(x[:, 1, 2] - x[:, 0, 2]) <= TOLERANCE * seen.extent
+            side[group.rows[same_depth, 0]] = INSIDE
+        elif kind in ("angle", "gear"):
+            side[group.rows[level.all(axis=1), 0]] = INSIDE
+    return side
+
+
+def strangeness(bound: PrimitiveSet, row: int) -> str:
+    """What a strange row does, as words that follow its joint's name."""
+    kind = next(kind_of(group.primitive) for group in bound.groups if row in group.rows)
+    return _CAUSES.get(kind, f"has no planar form ({kind})")
+
+
+def _summed(terms: Array, place: Integers, size: int) -> Array:
+    """The sums (..., size) of the terms (..., k) that have the same place (k,)."""
+    total = np.zeros((size, *terms.shape[:-1]))
+    np.add.at(total, place, np.moveaxis(terms, -1, 0))
+    return np.moveaxis(total, 0, -1)
+
+
+def _chosen(inside: npt.NDArray[np.bool_], outside: npt.NDArray[np.bool_]) -> Integers:
+    return np.where(outside, OUTSIDE, np.where(inside, INSIDE, TILTED))

@@ -1,0 +1,157 @@
+"""Which scenes are planar, and why others are not."""
+
+from __future__ import annotations
+
+import dataclasses
+from itertools import pairwise
+
+import numpy as np
+import pytest
+
+from mbproj.dynamics import assemble
+from mbproj.dynamics.kinematics import pose_of
+from mbproj.dynamics.rank import scaled_jacobian
+from mbproj.model import compile_system, initial_guess
+from mbproj.model.planar import NotPlanar, Plane, planar_reduction
+from mbproj.model.planar.equations import planar_jacobian
+from mbproj.model.planar.rank import LARGEST_PIECE
+from mbproj.scene import read_scene
+from mbproj.scene.records import Joint, Scene
+from tests.model.planar_scenes import REFUSED, SCENES, Drawing, chain, planar, reduced, turns
+from tests.support import MECHANISMS
+
+#: What the shipped mechanisms are: the plane's normal, or the reason.
+SHIPPED = {
+    "delta_robot": "joint 'A2' is tilted, seen in the plane normal to [0, 1, 0]",
+    "double_pendulum": [0, 1, 0],
+    "five_bar": [0, 1, 0],
+    "free_body": "nothing but symmetry can keep the bodies in a plane: no joint has an axis",
+    "heavy_top": "nothing but symmetry can keep the bodies in a plane: no joint has an axis",
+    "hooke_shaft": "nothing but symmetry keeps body 'driven' in the plane normal to [0, 0, 1]",
+    "physical_pendulum": [0, 1, 0],
+    "planar_four_bar": [0, 1, 0],
+    "spatial_four_bar": "nothing but symmetry keeps body 'crank' in the plane normal to [0, 1, 0]",
+    "spatial_slider_crank": "nothing but symmetry keeps body 'slider' in the plane normal to [1, 0, 0]",
+    "spherical_pendulum": "nothing but symmetry can keep the bodies in a plane: no joint has an axis",
+    "stewart_platform": "joint 'U1' is tilted, seen in the plane normal to [0.999, -0.0204, 0.041]",
+}
+
+
+@pytest.mark.parametrize("path", MECHANISMS, ids=lambda path: path.stem)
+def test_shipped_mechanisms(path):
+    scene = read_scene(path)
+    system = compile_system(scene)
+    found = planar_reduction(system, assemble(system, initial_guess(scene, system)).q)
+    expected = SHIPPED[path.stem]
+    if isinstance(expected, str):
+        assert isinstance(found, NotPlanar)
+        assert found.reason == expected
+    else:
+        assert isinstance(found, Plane)
+        assert found.axes[:, 2].tolist() == expected
+
+
+def renamed(scene: Scene) -> Scene:
+    """Other names, and the bodies and joints in the opposite order."""
+    names = {body.name: f"part {number}" for number, body in enumerate(scene.bodies)} | {"ground": "ground"}
+    joints = {joint.name: f"link {number}" for number, joint in enumerate(scene.joints)}
+
+    def other(joint: Joint) -> Joint:
+        couples = joint.couples and tuple(joints[name] for name in joint.couples)
+        bodies = tuple(names[body] for body in joint.bodies)
+        return dataclasses.replace(joint, name=joints[joint.name], bodies=bodies, couples=couples)
+
+    bodies = [dataclasses.replace(body, name=names[body.name]) for body in reversed(scene.bodies)]
+    return dataclasses.replace(scene, bodies=tuple(bodies), joints=tuple(map(other, reversed(scene.joints))))
+
+
+def test_a_long_chain_is_planar():
+    _, _, plane = planar(chain(Drawing(5), ["revolute"] * 2000))
+    assert plane.joints.size == 4000
+
+
+def test_a_long_chain_of_balls_is_not():
+    _, _, found = reduced(chain(Drawing(5), ["revolute"] + ["spherical"] * 501))
+    assert found.reason.startswith("nothing but symmetry keeps body 'body501' in the plane")
+
+
+@pytest.mark.parametrize("name", SCENES)
+def test_every_motion_that_the_joints_allow_is_in_the_plane(name):
+    """The null space of C_q, from the full equations alone, and its dimension from the plane's."""
+    system, q, plane = planar(SCENES[name](Drawing(1)))
+    _, values, motions = np.linalg.svd(scaled_jacobian(system, pose_of(q)))
+    free = motions[np.count_nonzero(values > 1e-9) :] * np.tile([system.length] * 3 + [1.0] * 4, system.bodies)
+    p, u = plane.reduce(np.tile(q, (len(free), 1)), free)
+    np.testing.assert_allclose(plane.expand(p, u, 0 * u)[1], free, rtol=0, atol=1e-12)
+    assert len(free) == p.shape[1] - np.linalg.matrix_rank(planar_jacobian(plane, plane.reduce(q, q)[0]), tol=1e-9)
+
+
+@pytest.mark.parametrize("name", SCENES)
+def test_assembly_leaves_a_pose_that_is_planar(name):
+    scene = SCENES[name](Drawing(2))
+    system = compile_system(scene)
+    guess = initial_guess(scene, system)
+    moved = guess.q + 1e-3 * np.random.default_rng(2).normal(size=len(guess.q))
+    state = assemble(system, dataclasses.replace(guess, q=moved))
+    plane = planar_reduction(system, state.q)
+    assert isinstance(plane, Plane), plane
+    p, u = plane.reduce(state.q, state.v)
+    at, v, _ = plane.expand(p, u, 0 * u)
+    np.testing.assert_allclose(at, state.q, rtol=0, atol=1e-13)
+    np.testing.assert_allclose(v, state.v, rtol=0, atol=1e-11)
+
+
+@pytest.mark.parametrize("name", SCENES)
+def test_turning_and_renaming_the_scene_changes_nothing(name):
+    scenes = [SCENES[name](Drawing(3, turn)) for turn in turns(3)]
+    scenes.append(renamed(scenes[-1]))
+    first, *others = [planar(scene)[2] for scene in scenes]
+    for plane in others:
+        assert sorted(plane.joints.kinds) == sorted(first.joints.kinds)
+        assert len(plane.constant) == len(first.constant)
+        np.testing.assert_allclose(np.sort(plane.inertia), np.sort(first.inertia), rtol=1e-12)
+
+
+@pytest.mark.parametrize("name", REFUSED)
+def test_scenes_that_only_look_planar_are_refused(name):
+    build, reason = REFUSED[name]
+    for turn in turns(4):
+        scene = build(Drawing(4, turn))
+        for variant in (scene, renamed(scene)):
+            _, _, found = reduced(variant)
+            assert isinstance(found, NotPlanar)
+        _, _, found = reduced(scene)
+        assert found.reason.startswith(reason), found.reason
+
+
+@pytest.mark.parametrize(("second", "verdict"), [((1.0, 0.0), NotPlanar), ((0.6, 0.8), Plane)])
+def test_bodies_that_hold_each_other_are_tested_together(second, verdict):
+    """Each of two flaps can turn about a line in the plane, and two points of one slide on the other: on one common
+    line they flap together, on two lines that cross they cannot."""
+    drawing = Drawing(6)
+    bodies = [drawing.body("one", (0.0, 1.0)), drawing.body("two", (0.3, 1.4))]
+    joints = [
+        drawing.joint("A", "universal", ("ground", "one"), (0.0, 0.0), axes=((0, 0, 1), (1, 0, 0))),
+        drawing.joint("B", "universal", ("ground", "two"), (1.0, 0.0), axes=((0, 0, 1), (*second, 0))),
+        drawing.joint("C", "point_in_plane", ("one", "two"), (0.2, 1.0)),
+        drawing.joint("D", "point_in_plane", ("one", "two"), (0.1, 2.0)),
+    ]
+    assert isinstance(reduced(drawing.scene(bodies, joints))[2], verdict)
+
+
+def test_a_large_piece_that_hangs_together_is_not_tested():
+    """A row of flaps, each hinged to the ground and resting on the next at one point, the last pair at two."""
+    drawing, count = Drawing(8), LARGEST_PIECE + 1
+    angle = drawing.rng.uniform(0.0, np.pi, size=count)
+    names = [f"flap{number}" for number in range(count)]
+    joints = [
+        drawing.joint(f"H{at}", "universal", ("ground", name), (at, 0.0), axes=((0, 0, 1), (c, s, 0)))
+        for at, (name, c, s) in enumerate(zip(names, np.cos(angle), np.sin(angle), strict=True))
+    ]
+    joints += [
+        drawing.joint(f"P{at}", "point_in_plane", names_of, (at, 1.0)) for at, names_of in enumerate(pairwise(names))
+    ]
+    joints.append(drawing.joint("last", "point_in_plane", (names[-2], names[-1]), (float(count), 2.0)))
+    scene = drawing.scene([drawing.body(name, (float(at), 1.0)) for at, name in enumerate(names)], joints)
+    _, _, found = reduced(scene)
+    assert found.reason.startswith(f"body 'flap0' is in a piece of {count} bodies, too many to test")
