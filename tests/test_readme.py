@@ -10,6 +10,9 @@ import pytest
 
 from mbproj.joints import JOINTS
 from mbproj.registry import PROJECTIONS, integrators
+from mbproj.scene import read_scene_text
+from mbproj.scene.forces import FORCE_RECORDS
+from mbproj.scene.motions import KINDS
 from tests.cli.commands import mbproj
 from tests.support import ROOT
 
@@ -38,6 +41,31 @@ def test_joints_table(name):
     row = next(line for line in README.splitlines() if line.startswith(f"| `{name}` | "))
     for coordinate in JOINTS[name].coordinates:
         assert f"`{coordinate}`" in row
+
+
+@pytest.mark.parametrize("name", list(FORCE_RECORDS))
+def test_forces_table(name):
+    row = next(line for line in README.splitlines() if line.startswith(f"| `{name}` | "))
+    for key in FORCE_RECORDS[name].keys.keys() - {"type"}:
+        assert f"`{key}" in row, key
+
+
+def test_motions_table():
+    table = [line.split("`")[1] for line in README.partition("## Motions")[2].splitlines() if line.startswith("| `")]
+    assert tuple(table[: len(KINDS)]) == KINDS
+
+
+def test_the_examples_of_forces_and_motions_are_read():
+    fragments = [text for text in blocks("yaml") if text.startswith(("forces:", "motions:"))]
+    assert len(fragments) == 2
+    body = "{mass: 1, inertia: [1, 1, 1], position: [0, 0, 0]}"
+    scene = read_scene_text(
+        f"mbproj: 1\ngravity: [0, 0, 0]\nbodies:\n  frame: {body}\n  wheel: {body}\njoints:\n"
+        "  A: {type: revolute, bodies: [ground, frame], location: [0, 0, 0], axis: [0, 0, 1]}\n"
+        "  D: {type: prismatic, bodies: [frame, wheel], location: [0, 0, 0], axis: [0, 0, 1]}\n" + "".join(fragments)
+    )
+    assert [force.name for force in scene.forces] == ["suspension", "bumper", "wind"]
+    assert [(motion.joint, motion.coordinate) for motion in scene.motions] == [("A", "angle"), ("D", "displacement")]
 
 
 def test_the_first_mechanism_runs_as_written(tmp_path):

@@ -1,4 +1,4 @@
-"""Results as tables of numbers by time: one for each body, marker and joint, and one of diagnostics."""
+"""Results as tables of numbers by time: one for each body, marker, joint, force and motion, and one of diagnostics."""
 
 from __future__ import annotations
 
@@ -32,6 +32,11 @@ def tables(results: Results) -> Iterator[Table]:
             if kind == "joints":
                 blocks += _coordinates(results, name)
             yield _table(results, f"{group}-{name}", blocks)
+    for kind, symbol, group in (("force_units", "nf", "force"), ("motion_units", "nm", "motion")):
+        for column, unit in enumerate(results.names(kind)):
+            parts = [(dataset.path, _unit(dataset.unit, unit)) for dataset in DATASETS if dataset.symbol == symbol]
+            blocks = [(path.partition("/")[2], unit, results[path][:, column]) for path, unit in parts]
+            yield _table(results, f"{group}-{results.names(f'{group}s')[column]}", blocks)
     diagnostics = [entry for entry in DATASETS if entry.path.startswith("diagnostics/")]
     blocks = [(entry.path.partition("/")[2], entry.unit, results[entry.path]) for entry in diagnostics]
     yield _table(results, "diagnostics", blocks)
@@ -44,6 +49,12 @@ def _coordinates(results: Results, joint: str) -> Iterator[tuple[str, str, Array
         if owner == joint:
             yield coordinate, units[column], results["joints/coordinate"][:, column]
             yield f"{coordinate}_speed", f"{units[column]}/s", results["joints/speed"][:, column]
+
+
+def _unit(either: str, unit: str) -> str:
+    """The unit of a column of "rad or m", "N m or N", ...: the first where `unit` is rad, the second where it is m."""
+    first, _, second = either.partition(" or ")
+    return first if unit == "rad" else second
 
 
 def _table(results: Results, name: str, blocks: list[tuple[str, str, Array]]) -> Table:

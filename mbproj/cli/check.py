@@ -124,12 +124,18 @@ def _sizes(scene: Scene, ranks: Mobility) -> list[str]:
     width = max((len(joint.name) for joint in scene.joints), default=0)
     joints = [f"    {joint.name:{width}}  {_joint(joint)}" for joint in scene.joints]
     return [
-        f"  {len(scene.bodies)} bodies, {len(scene.joints)} joints, {len(scene.markers)} markers",
+        f"  {len(scene.bodies)} bodies, {len(scene.joints)} joints, {len(scene.markers)} markers{_driven(scene)}",
         *_shortened([f"    {_body(body)}" for body in scene.bodies]),
         *_shortened(joints),
         f"  {ranks.coordinates} coordinates, {ranks.constraints} constraints of rank {ranks.rank}: "
         f"{ranks.degrees_of_freedom} degrees of freedom",
     ]
+
+
+def _driven(scene: Scene) -> str:
+    """How many forces and motions there are, where there are any."""
+    counts = {"forces": len(scene.forces), "motions": len(scene.motions)}
+    return "".join(f", {count} {what}" for what, count in counts.items() if count)
 
 
 def _number(value: float) -> str:

@@ -20,9 +20,9 @@ if TYPE_CHECKING:
 @click.option("--table", "chosen", multiple=True, metavar="NAME", help="Only this table, e.g. body-crank; repeatable.")
 @click.option("--list", "only_list", is_flag=True, help="List the tables, write nothing.")
 def command(results: Path, folder: Path, chosen: tuple[str, ...], only_list: bool) -> None:
-    """Writes RESULTS as CSV: a table for each body, marker and joint, and one of diagnostics: DIR/<file>-<table>.csv.
+    """Writes RESULTS as CSV: a table for each body, marker, joint, force and motion, and one of diagnostics.
 
-    The first line names the columns and their units; numbers keep all their digits.
+    Files are DIR/<file>-<table>.csv. The first line names the columns and their units; numbers keep all their digits.
     """
     from mbproj.analysis.tables import tables
     from mbproj.results import open_results

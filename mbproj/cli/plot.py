@@ -126,7 +126,7 @@ def _applicable(kinds: Sequence[str], reasons: dict[str, str | None]) -> list[st
     if kinds:
         return list(dict.fromkeys(kinds))
     for kind, reason in reasons.items():
-        if reason:
+        if reason and KINDS[kind].usual:
             click.echo(f"note: no picture '{kind}': {reason}", err=True)
     return [kind for kind, reason in reasons.items() if not reason]
 

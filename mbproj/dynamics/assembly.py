@@ -6,13 +6,15 @@ guess carries no energy meaning, so the mass matrix has no say here (Nikravesh 2
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from mbproj.arrays import Array, Integers
-from mbproj.dynamics.constraint_equations import constraint, jacobian, set_jacobian, set_velocity
+from mbproj.dynamics.constraint_equations import constraint, jacobian, set_jacobian, set_velocity, time_derivative
+from mbproj.dynamics.driven_start import known_at_start, motions_at_odds, motions_out_of_reach, refuse_contradictions
 from mbproj.dynamics.kinematics import Pose, attached, pose_of, slots_of, twist_of
+from mbproj.dynamics.motions import Drive, drive_at
 from mbproj.errors import InputError, Problem
 from mbproj.model.euler_parameters import matrix_L
 from mbproj.model.guess import Guess
@@ -34,17 +36,20 @@ class State:
 
 
 def assemble(system: System, guess: Guess) -> State:
-    """The consistent state nearest to the guess with the joints' `start` and `speed` conditions met.
+    """The consistent state nearest to the guess with the joints' `start` and `speed` conditions and the motions met.
 
-    Raises InputError that names the worst joint with its residual in metres and radians.
+    Raises InputError that names the worst joint with its residual in metres and radians, or the motion at fault.
     """
-    q = _close(system, guess.q, guess.start)
+    drive = drive_at(system, 0.0)
+    refuse_contradictions(system, guess, drive)
+    q = _close(system, guess.q, guess.start, drive)
     pose = pose_of(q)
     _refuse_flips(system, pose)
-    v = _consistent_velocity(system, pose, guess)
+    v = _consistent_velocity(system, pose, guess, drive)
     angles = coordinate_values(system, pose)
     turns = np.zeros(len(angles), dtype=np.intp)
-    turns[guess.start.index] = np.round((guess.start.value - angles[guess.start.index]) / (2 * np.pi))
+    for index, value in known_at_start(system, guess, drive):
+        turns[index] = np.round((value - angles[index]) / (2 * np.pi))
     return State(0.0, q, v, turns * is_angle(system))
 
 
@@ -72,23 +77,34 @@ def is_angle(system: System) -> Integers:
     return np.array([unit == "rad" for unit in system.names.coordinate_units], dtype=np.intp)
 
 
-def _close(system: System, q: Array, start: Conditions) -> Array:
-    """Gauss-Newton with the shortest weighted step; where that does not reduce the violation, Levenberg's damping."""
+def _close(system: System, q: Array, start: Conditions, drive: Drive | None) -> Array:
+    """The closed pose next to q. Raises InputError where there is none."""
+    closed, residual = _nearest(system, q, start, drive)
+    if np.abs(residual).max(initial=0.0) <= CLOSED:
+        return closed
+    if system.motions is not None:
+        undriven = replace(system, motions=None)
+        _close(undriven, q, start, None)
+        raise motions_out_of_reach(system, residual[system.joints.size :][: system.driven])
+    raise _not_closed(system, residual)
+
+
+def _nearest(system: System, q: Array, start: Conditions, drive: Drive | None) -> tuple[Array, Array]:
+    """Gauss-Newton with the shortest weighted step; where that does not reduce the violation, Levenberg's damping.
+    The pose reached, and what is left of the violation."""
     weights = _inverse_weights(system)
-    residual, damping = _residual(system, q, start), 0.0
+    residual, damping = _residual(system, q, start, drive), 0.0
     for _ in range(MAX_ITERATIONS):
         if np.abs(residual).max(initial=0.0) <= 1e-15 or damping > 1e6:
             break
         rows = _rows(system, pose_of(q), start) * weights
         trial = _normalised(q + weights * _damped_solution(rows, -residual, damping))
-        trial_residual = _residual(system, trial, start)
+        trial_residual = _residual(system, trial, start, drive)
         if np.linalg.norm(trial_residual) < np.linalg.norm(residual):
             q, residual, damping = trial, trial_residual, damping / 10.0 if damping > 1e-9 else 0.0
         else:
             damping = max(10.0 * damping, 1e-6)
-    if np.abs(residual).max(initial=0.0) > CLOSED:
-        raise _not_closed(system, residual)
-    return q
+    return q, residual
 
 
 def _damped_solution(rows: Array, wanted: Array, damping: float) -> Array:
@@ -98,10 +114,10 @@ def _damped_solution(rows: Array, wanted: Array, damping: float) -> Array:
     return rows.T @ np.linalg.solve(rows @ rows.T + damping * np.eye(len(rows)), wanted)
 
 
-def _residual(system: System, q: Array, start: Conditions) -> Array:
-    """Joint and start rows, lengths in units of the system's length, (m + c,)."""
+def _residual(system: System, q: Array, start: Conditions, drive: Drive | None) -> Array:
+    """Joint, motion and start rows, lengths in units of the system's length, (m + c,)."""
     pose = pose_of(q)
-    rows = (constraint(system, pose) / system.row_scale)[system.bodies :]
+    rows = (constraint(system, pose, drive) / system.row_scale)[system.bodies :]
     excess = coordinate_values(system, pose)[start.index] - start.value
     angle = is_angle(system)[start.index].astype(bool)
     excess = np.where(angle, np.arctan2(np.sin(excess), np.cos(excess)), excess / system.length)
@@ -170,16 +186,19 @@ def _refuse_flips(system: System, pose: Pose) -> None:
         )
 
 
-def _consistent_velocity(system: System, pose: Pose, guess: Guess) -> Array:
-    """The velocity nearest to the guess with C_q v = 0 and the joints' speeds."""
+def _consistent_velocity(system: System, pose: Pose, guess: Guess, drive: Drive | None) -> Array:
+    """The velocity nearest to the guess with C_q v + C_t = 0 and the joints' speeds."""
     weights = _inverse_weights(system)
     speeds = set_jacobian(system.coordinates, pose)[guess.speed.index]
     rows = np.concatenate([jacobian(system, pose), speeds])
-    wanted = np.concatenate([np.zeros(system.constraints), guess.speed.value])
+    wanted = np.concatenate([-time_derivative(system, drive), guess.speed.value])
     v = guess.v + weights * np.linalg.lstsq(rows * weights, wanted - rows @ guess.v, rcond=1e-12)[0]
     v = v + weights * np.linalg.lstsq(rows * weights, wanted - rows @ v, rcond=1e-12)[0]
     left = np.abs(rows @ v - wanted)
     if left.max(initial=0.0) > 1e-9 * max(1.0, float(np.abs(wanted).max(initial=0.0))):
+        first = system.bodies + system.joints.size
+        if left[first : system.constraints].max(initial=0.0) > left[system.constraints :].max(initial=0.0):
+            raise motions_at_odds(system, left[first : system.constraints])
         worst = int(system.coordinates.owner[guess.speed.index[np.argmax(left[system.constraints :])]])
         raise InputError(
             Problem(

@@ -21,21 +21,51 @@ from mbproj.dynamics.kinematics import (
     slots_of,
     twist_of,
 )
+from mbproj.dynamics.motions import Drive, drive_at
 from mbproj.model.primitive_set import PrimitiveSet
 from mbproj.model.system import System
 
 
-def constraint(system: System, pose: Pose) -> Numbers:
-    """C of Eqs. 2-4, (..., m): norm rows ΛᵀΛ - 1, then joint rows in m or rad."""
+def constraint(system: System, pose: Pose, drive: Drive | None = None) -> Numbers:
+    """C of Eqs. 2-4, (..., m): norm rows ΛᵀΛ - 1, then the joints' rows and the motions', in m or rad.
+
+    `drive` is what the motions prescribe, `drive_at(system, t)`: needed where the system has any, here and below.
+    """
     orientation = pose.orientation[..., :-1, :]
     norms = np.sum(orientation * orientation, axis=-1) - 1.0
-    return np.concatenate([norms, system.joints.value(attached(pose, *slots_of(system.joints)))], axis=-1)
+    rows = [norms, system.joints.value(attached(pose, *slots_of(system.joints)))]
+    if system.motions is not None:
+        rows.append(_excess(system.motions.rows, pose, _known(drive)))
+    return np.concatenate(rows, axis=-1)
 
 
-def constraint_velocity(system: System, pose: Pose, twist: Twist) -> Numbers:
-    """C' = C_q q' of Eq. 5, (..., m)."""
+def constraint_velocity(system: System, pose: Pose, twist: Twist, drive: Drive | None = None) -> Numbers:
+    """C' = C_q q' + C_t of Eq. 5, (..., m)."""
     norms = 2.0 * np.sum(pose.orientation[..., :-1, :] * twist.rate[..., :-1, :], axis=-1)
-    return np.concatenate([norms, set_velocity(system.joints, pose, twist)], axis=-1)
+    rows = [norms, set_velocity(system.joints, pose, twist)]
+    if system.motions is not None:
+        rows.append(set_velocity(system.motions.rows, pose, twist) - _known(drive).rate)
+    return np.concatenate(rows, axis=-1)
+
+
+def time_derivative(system: System, drive: Drive | None) -> Array:
+    """C_t, (m,): zero but in the rows of motions."""
+    C_t = np.zeros(system.constraints)
+    if system.motions is not None:
+        C_t[-system.driven :] = -_known(drive).rate
+    return C_t
+
+
+def _known(drive: Drive | None) -> Drive:
+    assert drive is not None, "a system with motions needs drive_at(system, t)"
+    return drive
+
+
+def _excess(rows: PrimitiveSet, pose: Pose, drive: Drive) -> Numbers:
+    """What coordinates are beyond what is prescribed, (..., k); angles less their whole turns, within [-π, π]."""
+    wanted = np.where(rows.is_length, drive.value, np.remainder(drive.value, 2.0 * np.pi))
+    excess = rows.value(attached(pose, *slots_of(rows))) - wanted
+    return excess - np.where(rows.is_length, 0.0, 2.0 * np.pi * np.round(excess.real / (2.0 * np.pi)))
 
 
 def set_velocity(bound: PrimitiveSet, pose: Pose, twist: Twist) -> Numbers:
@@ -44,13 +74,20 @@ def set_velocity(bound: PrimitiveSet, pose: Pose, twist: Twist) -> Numbers:
     return bound.along(gradient, attached_velocity(twist, *slots_of(bound)))
 
 
-def gamma(system: System, pose: Pose, twist: Twist) -> Numbers:
-    """γ of Eqs. 7-9, (..., m): C'' = C_q q'' - γ."""
+def gamma(system: System, pose: Pose, twist: Twist, drive: Drive | None = None) -> Numbers:
+    """γ of Eqs. 7-9, (..., m): C'' = C_q q'' - γ, with -C_tt in the rows of motions."""
     rate = twist.rate[..., :-1, :]
-    bound = system.joints
+    rows = [-2.0 * np.sum(rate * rate, axis=-1), -set_bias(system.joints, pose, twist)]
+    if system.motions is not None:
+        rows.append(_known(drive).acceleration - set_bias(system.motions.rows, pose, twist))
+    return np.concatenate(rows, axis=-1)
+
+
+def set_bias(bound: PrimitiveSet, pose: Pose, twist: Twist) -> Numbers:
+    """The part of d²/dt² of a set's values that does not hold q'', (..., m)."""
     x, x_dot = attached(pose, *slots_of(bound)), attached_velocity(twist, *slots_of(bound))
     bias = bound.along(bound.gradient_entries(x), attached_bias(twist, bound.body, bound.local))
-    return np.concatenate([-2.0 * np.sum(rate * rate, axis=-1), -bias - bound.curvature(x, x_dot)], axis=-1)
+    return bias + bound.curvature(x, x_dot)
 
 
 def jacobian(system: System, pose: Pose) -> Array:
@@ -58,7 +95,10 @@ def jacobian(system: System, pose: Pose) -> Array:
     n = system.bodies
     norms = np.zeros((n, n, 7))
     norms[np.arange(n), np.arange(n), 3:] = 2.0 * pose.orientation[:-1]
-    return np.concatenate([norms.reshape(n, 7 * n), set_jacobian(system.joints, pose)])
+    rows = [norms.reshape(n, 7 * n), set_jacobian(system.joints, pose)]
+    if system.motions is not None:
+        rows.append(set_jacobian(system.motions.rows, pose))
+    return np.concatenate(rows)
 
 
 def set_jacobian(bound: PrimitiveSet, pose: Pose) -> Array:
@@ -93,12 +133,12 @@ def cross(a: Numbers, b: Numbers) -> Numbers:
     return a[..., [1, 2, 0]] * b[..., [2, 0, 1]] - a[..., [2, 0, 1]] * b[..., [1, 2, 0]]
 
 
-def constraint_at(system: System, q: Numbers) -> Numbers:
-    """C at coordinates q (..., 7n)."""
-    return constraint(system, pose_of(q))
+def constraint_at(system: System, q: Numbers, t: Numbers | float = 0.0) -> Numbers:
+    """C at coordinates q (..., 7n) and times t (...)."""
+    return constraint(system, pose_of(q), drive_at(system, t))
 
 
-def constraint_velocity_at(system: System, q: Numbers, v: Numbers) -> Numbers:
-    """C' at coordinates q and velocities v (..., 7n)."""
+def constraint_velocity_at(system: System, q: Numbers, v: Numbers, t: Numbers | float = 0.0) -> Numbers:
+    """C' at coordinates q and velocities v (..., 7n) and times t (...)."""
     pose = pose_of(q)
-    return constraint_velocity(system, pose, twist_of(pose, v))
+    return constraint_velocity(system, pose, twist_of(pose, v), drive_at(system, t))

@@ -9,9 +9,10 @@ import numpy as np
 import numpy.typing as npt
 
 from mbproj.arrays import Array, Integers, Numbers
-from mbproj.dynamics.assembly import coordinate_values, is_angle
+from mbproj.dynamics.assembly import State, coordinate_values, is_angle
 from mbproj.dynamics.constraint_equations import constraint, constraint_velocity, cross, set_velocity
 from mbproj.dynamics.energy import kinetic_energy, potential_energy
+from mbproj.dynamics.forces import LawState, law_state, potential_of_springs
 from mbproj.dynamics.kinematics import (
     Pose,
     Twist,
@@ -23,6 +24,7 @@ from mbproj.dynamics.kinematics import (
     slots_of,
     twist_of,
 )
+from mbproj.dynamics.motions import Drive, drive_at
 from mbproj.dynamics.samples import Samples
 from mbproj.model.euler_parameters import product, rotation_matrix
 from mbproj.model.system import System
@@ -36,23 +38,38 @@ def observe(system: System, samples: Samples, initial_energy: float) -> Block:
     pose = pose_of(samples.q)
     twist = twist_of(pose, samples.v)
     change = twist_of(pose, samples.acceleration)
+    drive = drive_at(system, samples.t)
+    joints = _joints(system, pose, twist, samples)
+    laws = _law_state(system, pose, twist, samples.t, joints["joints/coordinate"])
     return {
         "time": samples.t,
         **_bodies(system, pose, twist, change),
         **_points("markers", pose, twist, change, system.marker_body, system.marker_local),
-        **_joints(system, pose, twist, samples),
-        **_energies(system, pose, twist, initial_energy),
-        "diagnostics/position_violation": np.abs(constraint(system, pose)).max(axis=-1),
-        "diagnostics/velocity_violation": np.abs(constraint_velocity(system, pose, twist)).max(axis=-1),
+        **joints,
+        **_laws(samples, laws),
+        **_motions(samples, drive),
+        **_energies(system, pose, twist, laws, samples.work, initial_energy),
+        "diagnostics/position_violation": np.abs(constraint(system, pose, drive)).max(axis=-1),
+        "diagnostics/velocity_violation": np.abs(constraint_velocity(system, pose, twist, drive)).max(axis=-1),
         "diagnostics/step_size": samples.step_size,
         **{f"diagnostics/{name}": values for name, values in samples.counters.items()},
     }
 
 
-def total_energy(system: System, q: Array, v: Array) -> float:
+def total_energy(system: System, state: State) -> float:
     """T + V in J of one state."""
-    pose = pose_of(q)
-    return float(kinetic_energy(system, pose, twist_of(pose, v)) + potential_energy(system, pose))
+    pose = pose_of(state.q)
+    twist = twist_of(pose, state.v)
+    coordinate = coordinate_values(system, pose) + 2.0 * np.pi * state.turns
+    laws = _law_state(system, pose, twist, state.t, coordinate)
+    return float(kinetic_energy(system, pose, twist) + _potential(system, pose, laws))
+
+
+def _law_state(
+    system: System, pose: Pose, twist: Twist, t: Numbers | float, coordinate: Numbers
+) -> LawState | None:
+    """What the laws of forces are at; None without forces. `coordinate` are the joints', turns counted."""
+    return None if system.forces is None else law_state(system.forces, pose, twist, t, coordinate)
 
 
 def _bodies(system: System, pose: Pose, twist: Twist, change: Twist) -> Block:
@@ -120,11 +137,43 @@ def _largest_by_joint(system: System, rows: Numbers) -> Numbers:
     return np.maximum.reduceat(rows, np.searchsorted(system.joints.owner, np.arange(joints)), axis=-1)
 
 
-def _energies(system: System, pose: Pose, twist: Twist, initial_energy: float) -> Block:
-    kinetic, potential = kinetic_energy(system, pose, twist), potential_energy(system, pose)
+def _laws(samples: Samples, laws: LawState | None) -> Block:
+    none = np.zeros((len(samples.t), 0))
+    return {
+        "forces/coordinate": none if laws is None else laws.value,
+        "forces/rate": none if laws is None else laws.rate,
+        "forces/force": none if laws is None else laws.force,
+    }
+
+
+def _motions(samples: Samples, drive: Drive | None) -> Block:
+    """The constraints act along a coordinate with -λ (Eq. 10); the motions' rows are the last."""
+    none = np.zeros((len(samples.t), 0))
+    return {
+        "motions/value": none if drive is None else drive.value,
+        "motions/rate": none if drive is None else drive.rate,
+        "motions/force": none if drive is None else -samples.multipliers[:, -drive.value.shape[1] :],
+    }
+
+
+def _potential(system: System, pose: Pose, laws: LawState | None) -> Numbers:
+    """V in J of gravity and of springs."""
+    potential = potential_energy(system, pose)
+    if system.forces is None or laws is None:
+        return potential
+    return potential + potential_of_springs(system.forces, laws)
+
+
+def _energies(
+    system: System, pose: Pose, twist: Twist, laws: LawState | None, work: Array, initial_energy: float
+) -> Block:
+    """Energies, and their balance with the work (T, 2) done and dissipated."""
+    kinetic, potential = kinetic_energy(system, pose, twist), _potential(system, pose, laws)
     return {
         "diagnostics/kinetic_energy": kinetic,
         "diagnostics/potential_energy": potential,
         "diagnostics/total_energy": kinetic + potential,
-        "diagnostics/energy_balance": kinetic + potential - initial_energy,
+        "diagnostics/work": work[:, 0],
+        "diagnostics/dissipation": work[:, 1],
+        "diagnostics/energy_balance": kinetic + potential - initial_energy - work[:, 0] + work[:, 1],
     }

@@ -20,14 +20,16 @@ SINGULAR = 1e-11
 
 @dataclass(frozen=True)
 class Mobility:
-    """Ranks at one pose. `redundant` counts dependent rows by joint name, each against the joints before it;
-    `massless` names the bodies that can move without kinetic energy (Eq. 20 fails) and is empty where Eq. 20 holds."""
+    """Ranks at one pose. `redundant` counts dependent rows by joint name, each against the joints before it; `locked`
+    names the motions whose coordinates follow from the joints and the motions before them; `massless` names the bodies
+    that can move without kinetic energy (Eq. 20 fails) and is empty where Eq. 20 holds."""
 
     coordinates: int
     constraints: int
     rank: int
     redundant: dict[str, int]
     massless: tuple[str, ...]
+    locked: tuple[str, ...] = ()
 
     @property
     def degrees_of_freedom(self) -> int:
@@ -40,13 +42,15 @@ def mobility(system: System, pose: Pose) -> Mobility:
     C_q = scaled_jacobian(system, pose)
     distances = row_distances(C_q)
     dependent = np.flatnonzero(distances[system.bodies :] < DEPENDENT)
-    owners = [system.names.joints[owner] for owner in system.joints.owner[dependent]]
+    owners = [system.names.joints[owner] for owner in system.joints.owner[dependent[dependent < system.joints.size]]]
+    locked = dependent[dependent >= system.joints.size] - system.joints.size
     return Mobility(
         coordinates=C_q.shape[1],
         constraints=C_q.shape[0],
         rank=int(np.linalg.matrix_rank(C_q, tol=DEPENDENT)),
         redundant={name: owners.count(name) for name in dict.fromkeys(owners)},
         massless=_massless(system, pose, C_q),
+        locked=tuple(system.names.motions[row] for row in locked),
     )
 
 
@@ -61,6 +65,16 @@ def unsolvable(system: System, ranks: Mobility) -> list[Problem]:
                 place,
                 "let a joint of its loop constrain less (a planar loop closes as revolute, spherical, universal, "
                 "revolute), or start from a pose that is not stretched or folded",
+            )
+        )
+    for name in ranks.locked:
+        assert system.motions is not None
+        problems.append(
+            Problem(
+                f"motion '{name}' locks the mechanism: what it drives already follows from the joints and the motions "
+                "before it",
+                system.motions.places[system.names.motions.index(name)],
+                "drive no more coordinates than there are degrees of freedom, and none at a dead centre",
             )
         )
     if ranks.massless:

@@ -12,8 +12,10 @@ from mbproj.arrays import Array, Integers
 
 @dataclass(frozen=True, eq=False)
 class Sample:
-    """One time t in s: q, v = q' and acceleration q'' (7n,), multipliers λ of the joints' rows, turns (nc,), step size
-    in s, counters."""
+    """One time t in s: q, v = q' and acceleration q'' (7n,), multipliers λ of the joints' rows and then the motions',
+    turns (nc,), step size in s, counters.
+
+    `work` (2,): what forces and motions have worked and what dampers have dissipated since the start, J."""
 
     t: float
     q: Array
@@ -22,6 +24,7 @@ class Sample:
     multipliers: Array
     turns: Integers
     step_size: float
+    work: Array
     counters: Mapping[str, int]
 
 
@@ -36,6 +39,7 @@ class Samples:
     multipliers: Array
     turns: Integers
     step_size: Array
+    work: Array
     counters: Mapping[str, Integers]
 
 
@@ -49,6 +53,7 @@ def stack(samples: Sequence[Sample]) -> Samples:
         multipliers=np.stack([sample.multipliers for sample in samples]),
         turns=np.stack([sample.turns for sample in samples]),
         step_size=np.array([sample.step_size for sample in samples]),
+        work=np.stack([sample.work for sample in samples]),
         counters={key: np.array([sample.counters[key] for sample in samples]) for key in samples[0].counters},
     )
 

@@ -61,6 +61,8 @@ def _obstacle(system: System, settings: Settings) -> str | None:
     """What keeps the kernel from running this; None where nothing does."""
     if core() is None:
         return f"the compiled kernel is not there ({build_info()})"
+    if system.forces is not None or system.motions is not None:
+        return "forces and motions exist in the full formulation only"
     method = settings.projection.method
     if not PROJECTIONS[method].compiled:
         return f"the projection '{method}' exists in the full formulation only"

@@ -1,9 +1,13 @@
-"""The full formulation as an initial value problem: y = (q, q'), y' = (q', q'') from Eq. 14 or Eqs. 80-81."""
+"""The full formulation as an initial value problem: y = (q, q'), y' = (q', q'') from Eq. 14 or Eqs. 80-81.
+
+Where a scene has forces or motions, y ends with the work that they have done and the energy that dampers have lost, so
+that both are integrated with the order of the method; they have no influence on the rest.
+"""
 
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import final
+from typing import NamedTuple, final
 
 import numpy as np
 
@@ -11,13 +15,24 @@ from mbproj.arrays import Array
 from mbproj.dynamics.assembly import State
 from mbproj.dynamics.constraint_equations import constraint, constraint_velocity, gamma, jacobian
 from mbproj.dynamics.equations import SOLVERS, generalised_force, mass_matrix
+from mbproj.dynamics.forces import applied, generalised
 from mbproj.dynamics.kinematics import pose_of, twist_of
+from mbproj.dynamics.motions import drive_at
 from mbproj.dynamics.rank import SINGULAR, row_distances, scaled_jacobian
+from mbproj.dynamics.turning import Turning
 from mbproj.errors import InputError, SimulationError
 from mbproj.integrate.failures import not_finite, singular
 from mbproj.model.system import System
 from mbproj.projection import Method, Projected, Projection, make_method, project_after
 from mbproj.scene.records import Settings
+
+
+class Accelerations(NamedTuple):
+    """q'' (7n,), λ (m,), and the power of forces and motions and that of dampers in W, (2,); empty without any."""
+
+    acceleration: Array
+    multipliers: Array
+    power: Array
 
 
 @final
@@ -38,48 +53,69 @@ class FullFormulation:
             raise InputError(reason)
         return cls(system, settings, method)
 
-    def derivative(self, t: float, y: Array) -> Array:
-        """y' (14n,) of y (14n,)."""
-        q, v = np.split(y, 2)
-        return np.concatenate([v, self.accelerations(t, q, v)[0]])
+    @property
+    def quadratures(self) -> int:
+        """How many integrals y ends with: work and dissipation, or none."""
+        return 0 if self.system.forces is None and self.system.motions is None else 2
 
-    def accelerations(self, t: float, q: Array, v: Array) -> tuple[Array, Array]:
-        """q'' (7n,) and λ (m,). Raises SimulationError where the equations have no unique solution."""
-        system, pose = self.system, pose_of(q)
+    def parts(self, y: Array) -> tuple[Array, Array, Array]:
+        """q (7n,), q' (7n,) and the integrals of y."""
+        n = 7 * self.system.bodies
+        return y[:n], y[n : 2 * n], y[2 * n :]
+
+    def derivative(self, t: float, y: Array, turning: Turning) -> Array:
+        """y' of y, (14n + integrals,); `turning` from the last state whose turns are counted."""
+        q, v, _ = self.parts(y)
+        found = self.accelerations(t, q, v, turning)
+        return np.concatenate([v, found.acceleration, found.power])
+
+    def accelerations(self, t: float, q: Array, v: Array, turning: Turning) -> Accelerations:
+        """Raises SimulationError where the equations have no unique solution, or an expression no value."""
+        system, pose, drive = self.system, pose_of(q), drive_at(self.system, t)
         twist = twist_of(pose, v)
-        rhs = gamma(system, pose, twist)
+        rhs = gamma(system, pose, twist, drive)
         if self.method.stabilises:
-            rhs = self.method.stabilised(rhs, constraint(system, pose), constraint_velocity(system, pose, twist))
+            C, C_dot = constraint(system, pose, drive), constraint_velocity(system, pose, twist, drive)
+            rhs = self.method.stabilised(rhs, C, C_dot)
         solve = SOLVERS[self.settings.acceleration]
-        force = generalised_force(system, pose, twist)
+        force, power = generalised_force(system, pose, twist), np.zeros(self.quadratures)
+        if system.forces is not None:
+            loads = applied(system, pose, twist, t, turning.expected(t))
+            force = force + generalised(pose, loads.force, loads.torque)
+            power += [loads.power, loads.dissipation]
         try:
-            return solve(mass_matrix(system, pose), jacobian(system, pose), force, rhs)
+            acceleration, multipliers = solve(mass_matrix(system, pose), jacobian(system, pose), force, rhs)
         except np.linalg.LinAlgError as error:
             raise self._singular(t, q) from error
+        if drive is not None:
+            power[0] -= multipliers[-system.driven :] @ drive.rate
+        return Accelerations(acceleration, multipliers, power)
 
     def project(self, step: int, t: float, y: Array) -> Projected:
         """The state after step number `step`, projected as the settings say."""
-        q, v = np.split(y, 2)
+        q, v, _ = self.parts(y)
         if not isinstance(self.method, Projection):
             return Projected(q, v)
         try:
-            return project_after(step, self.system, self.method, self.settings.projection, q, v)
+            drive = drive_at(self.system, t)
+            return project_after(step, self.system, self.method, self.settings.projection, q, v, drive)
         except np.linalg.LinAlgError as error:
             raise self._singular(t, q) from error
 
-    def project_copy(self, y: Array) -> Array:
+    def project_copy(self, t: float, y: Array) -> Array:
         """A state between two steps moved to the constraints, both levels that the settings switch on."""
         if not isinstance(self.method, Projection):
             return y
         always = replace(self.settings.projection, every=1, threshold=None)
-        projected = project_after(1, self.system, self.method, always, *np.split(y, 2))
-        return np.concatenate([projected.q, projected.v])
+        q, v, integrals = self.parts(y)
+        projected = project_after(1, self.system, self.method, always, q, v, drive_at(self.system, t))
+        return np.concatenate([projected.q, projected.v, integrals])
 
-    def violations(self, q: Array, v: Array) -> tuple[Array, Array]:
+    def violations(self, t: float, q: Array, v: Array) -> tuple[Array, Array]:
         """|C| and |C'|, row by row, (m,)."""
-        pose = pose_of(q)
+        system, pose, drive = self.system, pose_of(q), drive_at(self.system, t)
         twist = twist_of(pose, v)
-        return np.abs(constraint(self.system, pose)), np.abs(constraint_velocity(self.system, pose, twist))
+        return np.abs(constraint(system, pose, drive)), np.abs(constraint_velocity(system, pose, twist, drive))
 
     def check_regular(self, t: float, q: Array) -> None:
         """Raises SimulationError that names the joint where C_q has lost its rank at this pose."""

@@ -55,6 +55,7 @@ class InPlane(Compiled):
             multipliers=self._multipliers(space_state(q, v), self._spatial(acceleration)),
             turns=turns,
             step_size=block["step_size"],
+            work=np.zeros((len(block["t"]), 2)),
             counters=counters,
         )
 

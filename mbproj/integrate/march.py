@@ -5,19 +5,22 @@ from __future__ import annotations
 from bisect import bisect_left
 from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 
 from mbproj.arrays import Array, Integers
 from mbproj.dynamics.assembly import State, coordinates, is_angle
 from mbproj.dynamics.samples import Sample
+from mbproj.dynamics.turning import Turning
 from mbproj.integrate.failures import left_open, not_finite, step_vanished
-from mbproj.integrate.full import FullFormulation
+from mbproj.integrate.full import Accelerations, FullFormulation
 from mbproj.integrate.output import output_every, output_times, whole_steps
-from mbproj.integrate.runge_kutta import Step, continuous_extension, error_estimates, rk_step
+from mbproj.integrate.runge_kutta import RightHandSide, Step, continuous_extension, error_estimates, rk_step
 from mbproj.integrate.step_size import Controller, error_norm, first_step
 from mbproj.integrate.tableau import Tableau, load_tableau
 from mbproj.integrate.tally import Tally
+from mbproj.model.system import System
 
 #: Violations, in rad or in units of the system's length, that no run goes on with: after a failed projection, and ever.
 OPEN, LOST = 1e-6, 1.0
@@ -25,12 +28,12 @@ OPEN, LOST = 1e-6, 1.0
 
 @dataclass(frozen=True, eq=False)
 class Point:
-    """An accepted state y = (q, v) at time t, with q'', λ, joint coordinates, their rates, and turns there."""
+    """An accepted state y = (q, v, integrals) at time t, with what holds there: q'', λ and powers, the joints'
+    coordinates without turns, their rates, and the turns."""
 
     t: float
     y: Array
-    acceleration: Array
-    multipliers: Array
+    found: Accelerations
     coordinate: Array
     speed: Array
     turns: Integers
@@ -38,15 +41,21 @@ class Point:
     @property
     def slope(self) -> Array:
         """y'."""
-        return np.concatenate([self.y[len(self.acceleration) :], self.acceleration])
+        n = len(self.found.acceleration)
+        return np.concatenate([self.y[n : 2 * n], self.found.acceleration, self.found.power])
+
+    @property
+    def turning(self) -> Turning:
+        """What the steps from here on know of the joints' turns."""
+        return Turning(self.t, self.coordinate + 2.0 * np.pi * self.turns, self.speed)
 
     def sample(self, step_size: float, tally: Tally) -> Sample:
         """This point as it is recorded."""
-        q, v = np.split(self.y, 2)
-        joint_rows = self.multipliers[len(q) // 7 :]
-        return Sample(
-            self.t, q, v, self.acceleration, joint_rows, self.turns, step_size, tally.counters()
-        )
+        acceleration, multipliers, power = self.found
+        n = len(acceleration)
+        q, v, work = self.y[:n], self.y[n : 2 * n], self.y[2 * n :] if len(power) else np.zeros(2)
+        rows = multipliers[n // 7 :]
+        return Sample(self.t, q, v, acceleration, rows, self.turns, step_size, work, tally.counters())
 
 
 def march(formulation: FullFormulation, state: State, tally: Tally) -> Iterator[Sample]:
@@ -66,7 +75,7 @@ def _fixed(formulation: FullFormulation, tableau: Tableau, point: Point, tally: 
     yield point.sample(h, tally)
     for k in range(1, steps + 1):
         t = end if k == steps else start + k * h
-        step = rk_step(formulation.derivative, tableau, point.t, point.y, t - point.t, point.slope)
+        step = rk_step(_derivative(formulation, point), tableau, point.t, point.y, t - point.t, point.slope)
         tally.count_evaluations(tableau.stages - 1)
         point = _accept(formulation, tally, point, t, step.y_new)
         if k % every == 0 or k == steps:
@@ -75,7 +84,7 @@ def _fixed(formulation: FullFormulation, tableau: Tableau, point: Point, tally: 
 
 def _by_error(formulation: FullFormulation, tableau: Tableau, point: Point, tally: Tally) -> Iterator[Sample]:
     """Steps as large as the error estimate allows; outputs in between by the continuous extension."""
-    settings, f = formulation.settings, formulation.derivative
+    settings, f = formulation.settings, _derivative(formulation, point)
     end, tolerance = point.t + _required(settings.duration), _required(settings.tolerance)
     scale, times = _absolute_scale(formulation), output_times(settings, point.t)
     h = first_step(f, tableau.order, point.t, point.y, point.slope, tolerance, scale, end - point.t)
@@ -95,6 +104,7 @@ def _by_error(formulation: FullFormulation, tableau: Tableau, point: Point, tall
             h, control = control.after_rejected(error, h)
             continue
         before, point = point, _accept(formulation, tally, point, t, step.y_new)
+        f = _derivative(formulation, point)
         between = times[done : bisect_left(times, t, done)]
         if between:
             yield from _in_between(formulation, tableau, tally, before, step, last, between)
@@ -116,9 +126,9 @@ def _in_between(
 ) -> Iterator[Sample]:
     """Samples inside a step: the extension's value, of which a copy is projected; the integration does not see it."""
     tally.count_evaluations(len(tableau.extra_c) + len(times))
-    extension = continuous_extension(formulation.derivative, tableau, step, last)
+    extension = continuous_extension(_derivative(formulation, before), tableau, step, last)
     for time in times:
-        projected = formulation.project_copy(extension((time - step.t) / step.h))
+        projected = formulation.project_copy(time, extension((time - step.t) / step.h))
         yield _point(formulation, before, time, projected).sample(step.h, tally)
 
 
@@ -130,42 +140,56 @@ def _accept(formulation: FullFormulation, tally: Tally, before: Point, t: float,
     tally.count_evaluations(1)
     projected = formulation.project(tally.steps, t, y)
     tally.count_projection(projected)
-    position, velocity = formulation.violations(projected.q, projected.v)
+    position, velocity = formulation.violations(t, projected.q, projected.v)
     limit = OPEN if projected.failures else LOST
     if not np.all(position <= limit * formulation.system.row_scale):
         system, row = formulation.system, int(np.argmax(position / formulation.system.row_scale))
         passes, failed = projected.position_iterations, bool(projected.failures)
         raise left_open(t, system.row_owner(row), position[row], passes, projection_failed=failed)
-    tally.watch(position, velocity, formulation.system.bodies, t)
-    return _point(formulation, before, t, np.concatenate([projected.q, projected.v]))
+    tally.watch(position, velocity, _joint_rows(formulation.system), t)
+    return _point(formulation, before, t, np.concatenate([projected.q, projected.v, formulation.parts(y)[2]]))
 
 
 def _first(formulation: FullFormulation, state: State, tally: Tally) -> Point:
     """The start as a point: its turns are those of the state."""
     tally.count_evaluations(1)
-    tally.watch(*formulation.violations(state.q, state.v), formulation.system.bodies, state.t)
+    tally.watch(*formulation.violations(state.t, state.q, state.v), _joint_rows(formulation.system), state.t)
     coordinate, speed = coordinates(formulation.system, state.q, state.v)
     formulation.check_regular(state.t, state.q)
-    acceleration, multipliers = formulation.accelerations(state.t, state.q, state.v)
-    y = np.concatenate([state.q, state.v])
-    return Point(state.t, y, acceleration, multipliers, coordinate, speed, state.turns)
+    turning = Turning(state.t, coordinate + 2.0 * np.pi * state.turns, speed)
+    found = formulation.accelerations(state.t, state.q, state.v, turning)
+    y = np.concatenate([state.q, state.v, np.zeros(formulation.quadratures)])
+    return Point(state.t, y, found, coordinate, speed, state.turns)
 
 
 def _point(formulation: FullFormulation, before: Point, t: float, y: Array) -> Point:
     """The point at y. Turns are counted from `before`; the rates at both ends predict the change of an angle, so that
     more than half a turn in a step is counted right."""
-    q, v = np.split(y, 2)
+    q, v, _ = formulation.parts(y)
     formulation.check_regular(t, q)
     coordinate, speed = coordinates(formulation.system, q, v)
     expected = before.coordinate + 0.5 * (t - before.t) * (before.speed + speed)
     moved = np.round((expected - coordinate) / (2.0 * np.pi)).astype(np.intp) * is_angle(formulation.system)
-    acceleration, multipliers = formulation.accelerations(t, q, v)
-    return Point(t, y, acceleration, multipliers, coordinate, speed, before.turns + moved)
+    turns = before.turns + moved
+    found = formulation.accelerations(t, q, v, Turning(t, coordinate + 2.0 * np.pi * turns, speed))
+    return Point(t, y, found, coordinate, speed, turns)
+
+
+def _derivative(formulation: FullFormulation, point: Point) -> RightHandSide:
+    """y' for the steps from a point on."""
+    return partial(formulation.derivative, turning=point.turning)
+
+
+def _joint_rows(system: System) -> slice:
+    """The rows of C that are the joints'."""
+    return slice(system.bodies, system.bodies + system.joints.size)
 
 
 def _absolute_scale(formulation: FullFormulation) -> Array:
-    """What the absolute tolerance is relative to, (14n,): the system's length (per s) for r (r'), 1 (per s) for Λ."""
-    return np.tile([formulation.system.length] * 3 + [1.0] * 4, 2 * formulation.system.bodies)
+    """What the absolute tolerance is relative to, (14n + integrals,): the system's length (per s) for r (r'), 1 (per s)
+    for Λ; without bound for work and dissipation, which do not steer the step."""
+    coordinates = np.tile([formulation.system.length] * 3 + [1.0] * 4, 2 * formulation.system.bodies)
+    return np.concatenate([coordinates, np.full(formulation.quadratures, np.inf)])
 
 
 def _fitted(h: float, t: float, end: float) -> float:

@@ -43,6 +43,7 @@ class Reduced(Compiled):
             multipliers=block["multipliers"],
             turns=block["turns"],
             step_size=block["step_size"],
+            work=np.zeros((len(block["t"]), 2)),
             counters=counters,
         )
 

@@ -51,7 +51,7 @@ def simulate(
     """
     choice = choose(system, state, settings)
     tally, energy = Tally(), EnergyWatch()
-    initial_energy = total_energy(system, state.q, state.v)
+    initial_energy = total_energy(system, state)
     started, recording = perf_counter(), 0.0
     with interruption() as asked:
         for samples in _blocks(_march(choice, system, state, settings, tally), asked):

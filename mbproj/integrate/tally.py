@@ -65,8 +65,8 @@ class Tally:
         self.projection_failures += projected.failures
         self.factorisations += projected.position_iterations + projected.velocity_iterations
 
-    def watch(self, position: Array, velocity: Array, norms: int, t: float) -> None:
-        """Takes in |C| and |C'| (m,) of a step; the first `norms` rows are not joints'."""
+    def watch(self, position: Array, velocity: Array, joints: slice, t: float) -> None:
+        """Takes in |C| and |C'| (m,) of a step; the rows `joints` are the joints'."""
         self.position_peak = self.position_peak.or_larger(position, t)
-        self.joint_peak = self.joint_peak.or_larger(position[norms:], t)
+        self.joint_peak = self.joint_peak.or_larger(position[joints], t)
         self.velocity_peak = self.velocity_peak.or_larger(velocity, t)

@@ -11,6 +11,8 @@ from mbproj.constraints import PRIMITIVES, Primitive
 from mbproj.errors import InputError, Place, Problem
 from mbproj.joints import COORDINATE_UNITS, JOINTS
 from mbproj.joints.table import Row
+from mbproj.model.compile_forces import compile_forces
+from mbproj.model.compile_motions import compile_motions
 from mbproj.model.euler_parameters import rotation_matrix
 from mbproj.model.frames import Pose, local_frames, pose
 from mbproj.model.primitive_set import Binding, bind
@@ -44,6 +46,9 @@ def compile_system(scene: Scene) -> System:
             coordinates.append(Binding(PRIMITIVES[row[0]](), owner, tuple(_slots(row, bound))))
             coordinate_names.append(f"{joint.name}.{name}")
             units.append(COORDINATE_UNITS[row[0]])
+    named = dict(zip(coordinate_names, coordinates, strict=True))
+    forces, force_names = compile_forces(scene, groups.seats, poses, named)
+    motions, motion_names = compile_motions(scene, named)
     bodies = [groups.seats[body.name] for body in scene.bodies]
     return System(
         names=Names(
@@ -53,6 +58,10 @@ def compile_system(scene: Scene) -> System:
             markers=tuple(marker.name for marker in scene.markers),
             coordinates=tuple(coordinate_names),
             coordinate_units=tuple(units),
+            forces=force_names,
+            force_units=() if forces is None else forces.laws.coordinates.units,
+            motions=motion_names,
+            motion_units=() if motions is None else motions.rows.units,
         ),
         mass=np.array([carrier.mass for carrier in groups.carriers]),
         inertia=np.array([carrier.inertia for carrier in groups.carriers]),
@@ -69,6 +78,8 @@ def compile_system(scene: Scene) -> System:
         reaction_local=np.array([local for _, _, local in reactions]).reshape(-1, 3),
         length=_length(groups, symbols.values()),
         joint_places=tuple(scene.place("joints", joint.name) for joint in groups.joints),
+        forces=forces,
+        motions=motions,
     )
 
 

@@ -58,6 +58,11 @@ class PrimitiveSet:
         """m, the number of rows."""
         return len(self.owner)
 
+    @property
+    def units(self) -> tuple[str, ...]:
+        """The unit of each row, m or rad."""
+        return tuple("m" if is_length else "rad" for is_length in self.is_length)
+
     def value(self, x: Numbers) -> Numbers:
         """C (..., m) of the attachments' global points and vectors x (..., S, 3)."""
         value = np.empty((*x.shape[:-2], self.size), dtype=x.dtype)

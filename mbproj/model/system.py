@@ -8,12 +8,15 @@ import numpy as np
 
 from mbproj.arrays import Array, Integers
 from mbproj.errors import Place
+from mbproj.model.forces import Forces
+from mbproj.model.motions import Motions
 from mbproj.model.primitive_set import PrimitiveSet
 
 
 @dataclass(frozen=True, eq=False)
 class Names:
-    """Names in the order of the arrays; coordinates as "joint.coordinate", with their units.
+    """Names in the order of the arrays; coordinates as "joint.coordinate", with their units. `force_units` and
+    `motion_units` are those of what forces act along and motions drive, m or rad.
 
     `carriers` are what moves: the bodies, but for those that fixed joints have merged, which are called by their first.
     """
@@ -24,6 +27,10 @@ class Names:
     markers: tuple[str, ...]
     coordinates: tuple[str, ...]
     coordinate_units: tuple[str, ...]
+    forces: tuple[str, ...] = ()
+    force_units: tuple[str, ...] = ()
+    motions: tuple[str, ...] = ()
+    motion_units: tuple[str, ...] = ()
 
     def as_mapping(self) -> dict[str, tuple[str, ...]]:
         """The names by kind, as a results file stores them."""
@@ -48,7 +55,7 @@ class System:
     and `body_turn` (N, 4): where each of the scene's N bodies sits on its carrier. `marker_body` (k,), `marker_local`
     (k, 3). `reaction_body` (nj,), `reaction_local` (nj, 3): body 2 of each joint and its point in it.
     `length` is the size of the mechanism in m: what an absolute tolerance is taken relative to. `joint_places`: where
-    each joint stands in the scene file, for messages.
+    each joint stands in the scene file, for messages. `forces` and `motions` are None where the scene has none.
     """
 
     names: Names
@@ -67,6 +74,8 @@ class System:
     reaction_local: Array
     length: float
     joint_places: tuple[Place | None, ...]
+    forces: Forces | None = None
+    motions: Motions | None = None
 
     @property
     def bodies(self) -> int:
@@ -75,16 +84,25 @@ class System:
 
     @property
     def constraints(self) -> int:
-        """The number of rows of C: one norm row a body, then the joints' rows (Eq. 3)."""
-        return self.bodies + self.joints.size
+        """The number of rows of C: one norm row a body, then the joints' rows (Eq. 3), then one a motion."""
+        return self.bodies + self.joints.size + self.driven
+
+    @property
+    def driven(self) -> int:
+        """The number of motions: the last rows of C."""
+        return 0 if self.motions is None else self.motions.rows.size
 
     @property
     def row_scale(self) -> Array:
         """What a row of C is measured against, (m,): `length` for rows in metres, 1 for the others."""
-        return np.concatenate([np.ones(self.bodies), np.where(self.joints.is_length, self.length, 1.0)])
+        kinds = [self.joints] if self.motions is None else [self.joints, self.motions.rows]
+        scales = [np.where(bound.is_length, self.length, 1.0) for bound in kinds]
+        return np.concatenate([np.ones(self.bodies), *scales])
 
     def row_owner(self, row: int) -> str:
-        """Whose row of C this is, for messages: "joint 'A'", or "Euler parameters of 'rod'"."""
+        """Whose row of C this is, for messages: "joint 'A'", "motion 'm'", or "Euler parameters of 'rod'"."""
+        if row >= self.bodies + self.joints.size:
+            return f"motion '{self.names.motions[row - self.bodies - self.joints.size]}'"
         if row < self.bodies:
             return f"Euler parameters of '{self.names.carriers[row]}'"
         return f"joint '{self.names.joints[self.joints.owner[row - self.bodies]]}'"

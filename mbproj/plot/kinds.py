@@ -16,11 +16,13 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Kind:
-    """A kind of picture: its module in `mbproj.plot`, one line on it, the names without which it does not apply."""
+    """A kind of picture: its module in `mbproj.plot`, one line on it, the names without which it does not apply, and
+    whether most results have those, so that it is worth a note where they have not."""
 
     module: str
     summary: str
     needs: str | None = None
+    usual: bool = True
 
 
 KINDS: Mapping[str, Kind] = MappingProxyType(
@@ -31,13 +33,16 @@ KINDS: Mapping[str, Kind] = MappingProxyType(
         "violation": Kind("violation", "violation of the constraints, position and velocity"),
         "joints": Kind("joints", "violation of each joint, lengths and angles", "joints"),
         "reactions": Kind("reactions", "reaction force and torque of each joint", "joints"),
+        "forces": Kind("forces", "what forces act along, and their size", "forces", usual=False),
+        "motions": Kind("motions", "what motions prescribe, and what they take", "motions", usual=False),
         "energy": Kind("energy", "kinetic, potential and total energy, and the energy balance"),
         "steps": Kind("steps", "step size and iterations of the projection"),
     }
 )
 
 #: How the needed names read in a sentence.
-NEEDED = {"markers": "markers", "joints": "joints", "coordinates": "joint coordinates"}
+NEEDED = {"markers": "markers", "joints": "joints", "coordinates": "joint coordinates", "forces": "forces",
+          "motions": "motions"}
 
 
 def why_not(kind: str, results: Sequence[Results]) -> str | None:

@@ -19,9 +19,10 @@ def row_tolerances(system: System, settings: ProjectionSettings, pose: Pose) -> 
     """The tolerance of each row of C, (m,): as set, or max(1e-13, 4 ε × the largest coordinate that enters the row)."""
     if settings.tolerance is not None and settings.test == "violation":
         return np.full(system.constraints, settings.tolerance)
-    bound = system.joints
-    reach = np.abs(pose.position).max(axis=-1)[bound.body] + np.abs(bound.local).max(axis=-1)
-    reach *= bound.is_point
-    largest = np.ones(system.constraints)
-    np.maximum.at(largest, system.bodies + bound.entry_row, reach[bound.entry_slot])
+    largest, first = np.ones(system.constraints), system.bodies
+    for bound in [system.joints] if system.motions is None else [system.joints, system.motions.rows]:
+        reach = np.abs(pose.position).max(axis=-1)[bound.body] + np.abs(bound.local).max(axis=-1)
+        reach *= bound.is_point
+        np.maximum.at(largest, first + bound.entry_row, reach[bound.entry_slot])
+        first += bound.size
     return np.maximum(FLOOR, 4.0 * np.finfo(float).eps * largest)

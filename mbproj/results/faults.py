@@ -9,7 +9,8 @@ from mbproj.errors import ExitCode, InputError, MbprojError, Problem
 from mbproj.scene.suggestions import choose_from, did_you_mean
 
 ELSEWHERE = "choose another file with -o"
-KINDS = {"bodies": "body", "markers": "marker", "joints": "joint", "coordinates": "joint coordinate"}
+KINDS = {"bodies": "body", "markers": "marker", "joints": "joint", "coordinates": "joint coordinate", "forces": "force",
+         "motions": "motion"}
 
 
 class OutputError(MbprojError):

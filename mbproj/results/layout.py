@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 FORMAT = "mbproj results"
-SCHEMA_VERSION = 1
+SCHEMA_VERSION = 2
 
 FLOAT, COUNT = "f8", "i8"
 GLOBAL, BODY = "global axes", "body axes"
@@ -44,6 +44,10 @@ NAMES = {
     "joints": NameList("nj", "joints/names", "names of the joints"),
     "coordinates": NameList("nc", "joints/coordinate_names", "names of the joint coordinates, joint.coordinate"),
     "coordinate_units": NameList("nc", "joints/coordinate_units", "unit of each joint coordinate, rad or m"),
+    "forces": NameList("nf", "forces/names", "names of the forces that act along a length or a joint coordinate"),
+    "force_units": NameList("nf", "forces/units", "unit of what each force acts along, rad or m"),
+    "motions": NameList("nm", "motions/names", "names of the motions"),
+    "motion_units": NameList("nm", "motions/units", "unit of the joint coordinate that each motion drives, rad or m"),
 }
 
 VIOLATION = "largest absolute value of the joint's rows of C"
@@ -69,11 +73,19 @@ DATASETS: tuple[Dataset, ...] = (
     Dataset("joints/reaction_torque", ("nj", 3), "N m", f"torque that {REACTION}", GLOBAL),
     Dataset("joints/coordinate", ("nc",), "rad or m", f"joint coordinate, unwrapped; unit {PER_COLUMN}"),
     Dataset("joints/speed", ("nc",), "rad/s or m/s", f"rate of the joint coordinate; unit {PER_COLUMN}, per second"),
+    Dataset("forces/coordinate", ("nf",), "rad or m", "length or unwrapped joint coordinate it acts along"),
+    Dataset("forces/rate", ("nf",), "rad/s or m/s", "its rate"),
+    Dataset("forces/force", ("nf",), "N m or N", "torque or force along it, positive where it drives it up"),
+    Dataset("motions/value", ("nm",), "rad or m", "joint coordinate as the motion prescribes it"),
+    Dataset("motions/rate", ("nm",), "rad/s or m/s", "its rate"),
+    Dataset("motions/force", ("nm",), "N m or N", "driving torque or force, positive where it drives it up"),
     Dataset("diagnostics/position_violation", (), "m or rad", "largest absolute value of C, norm rows included"),
     Dataset("diagnostics/velocity_violation", (), "m/s or rad/s", "largest absolute value of the time derivative of C"),
     Dataset("diagnostics/kinetic_energy", (), "J", "kinetic energy"),
     Dataset("diagnostics/potential_energy", (), "J", "potential energy of gravity and springs"),
     Dataset("diagnostics/total_energy", (), "J", "kinetic and potential energy"),
+    Dataset("diagnostics/work", (), "J", f"work W that forces and motions have done {SINCE_START}"),
+    Dataset("diagnostics/dissipation", (), "J", f"energy D that dampers and friction have lost {SINCE_START}"),
     Dataset("diagnostics/energy_balance", (), "J", "E(t) - E(0) - W + D: zero but for errors of integration"),
     Dataset("diagnostics/step_size", (), "s", "step that led to the sample"),
     Dataset("diagnostics/steps", (), "1", f"accepted steps {SINCE_START}", dtype=COUNT),

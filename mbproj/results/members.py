@@ -40,6 +40,24 @@ class Joint:
 
 
 @dataclass(frozen=True)
+class Force:
+    """What a force acts along (T) in m or rad, its rate, and the force in N or torque in N m along it."""
+
+    coordinate: Array
+    rate: Array
+    force: Array
+
+
+@dataclass(frozen=True)
+class Motion:
+    """A joint coordinate as prescribed (T) in m or rad, its rate, and the driving force in N or torque in N m."""
+
+    value: Array
+    rate: Array
+    force: Array
+
+
+@dataclass(frozen=True)
 class Coordinate:
     """Value (T) in rad or m as `unit` says, and its rate."""
 

@@ -17,7 +17,7 @@ from mbproj.arrays import Array, Integers
 from mbproj.results.faults import damaged, no_such_name
 from mbproj.results.files import DAMAGE
 from mbproj.results.layout import DATASETS, NAMES, Dataset, trailing
-from mbproj.results.members import Body, Coordinate, Joint, Marker
+from mbproj.results.members import Body, Coordinate, Force, Joint, Marker, Motion
 from mbproj.results.provenance import settings_from
 from mbproj.scene.records import Settings, Vector
 from mbproj.scene.suggestions import choose_from
@@ -105,13 +105,14 @@ class Results:
         return self["time"]
 
     def names(self, kind: str) -> tuple[str, ...]:
-        """Names of the columns by kind: "bodies", "markers", "joints", "coordinates", "coordinate_units"."""
+        """Names of the columns by kind: "bodies", "markers", "joints", "coordinates", "forces", "motions", or their
+        "coordinate_units", "force_units", "motion_units"."""
         columns = self._view.columns.get(NAMES[kind].symbol)
         names = self._all_names[kind]
         return names if columns is None else tuple(names[column] for column in columns)
 
     def body(self, name: str) -> Body:
-        """What a body did. Raises InputError with the nearest name where there is none, as the next three do."""
+        """What a body did. Raises InputError with the nearest name where there is none, as the next ones do."""
         return Body(*self._columns("n", self._find("bodies", name)))
 
     def marker(self, name: str) -> Marker:
@@ -121,6 +122,14 @@ class Results:
     def joint(self, name: str) -> Joint:
         """A joint's violations and reactions."""
         return Joint(*self._columns("nj", self._find("joints", name)))
+
+    def force(self, name: str) -> Force:
+        """What a force acts along, and its size."""
+        return Force(*self._columns("nf", self._find("forces", name)))
+
+    def motion(self, name: str) -> Motion:
+        """What a motion prescribes, and what it takes."""
+        return Motion(*self._columns("nm", self._find("motions", name)))
 
     def coordinate(self, name: str) -> Coordinate:
         """A joint coordinate by its whole name, e.g. "A.angle"."""

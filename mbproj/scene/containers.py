@@ -10,7 +10,7 @@ from typing import Any, ClassVar, Generic, NamedTuple
 from mbproj.errors import Place
 from mbproj.scene.fields import Field, Schema, T_co
 from mbproj.scene.nodes import MappingNode, Node, as_mapping
-from mbproj.scene.reading import Reading, either, label
+from mbproj.scene.reading import Reading, Unfit, either, label
 from mbproj.scene.records import KeyPath
 from mbproj.scene.suggestions import did_you_mean
 
@@ -50,7 +50,7 @@ class OneOf(NamedTuple):
 
 @dataclass(frozen=True)
 class Record(Field[T_co], Generic[T_co]):
-    """Values by key, handed to `make` by name; with `name` too, the item's own, where `named`.
+    """Values by key, handed to `make` by name; with `name` too, the item's own, where `named`. It may raise Unfit.
 
     `keys` are read in their order here, whatever the order in the text. `choices` are groups of keys that exclude each
     other; `elsewhere` are keys that other variants take.
@@ -89,7 +89,11 @@ class Record(Field[T_co], Generic[T_co]):
         if len(reading.problems) > before or len(values) < len(mapping.values):
             return None
         name = {"name": path[-1]} if self.named else {}
-        return self.make(**name, **values)
+        try:
+            return self.make(**name, **values)
+        except Unfit as unfit:
+            reading.report(f"{label(path)} {unfit.message}", mapping.place, unfit.hint)
+            return None
 
     def schema(self) -> Schema:
         needed = [key for group in self.choices if group.needed for key in group.keys]

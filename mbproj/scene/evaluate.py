@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import operator
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from types import MappingProxyType
 
@@ -110,59 +110,84 @@ def _lookup(tree: Name, names: Mapping[str, Value | None]) -> Value:
 
 
 def _with_unit(tree: Quantity, operand: Value) -> Value:
-    if operand.dimension not in (None, BARE):
+    dimension, unit = quantity_dimension(tree, operand.dimension), UNITS[tree.unit]
+    return Value(_finite(tree.at, lambda x: x * unit.multiply / unit.divide, operand.number), dimension)
+
+
+def quantity_dimension(tree: Quantity, operand: Dimension | None) -> Dimension:
+    """The dimension of a unit, which stands after what has none yet."""
+    if operand not in (None, BARE):
         raise ExpressionError(f"'{tree.unit}' stands after what has a unit already", tree.at)
-    unit = UNITS[tree.unit]
-    return Value(_finite(tree.at, lambda x: x * unit.multiply / unit.divide, operand.number), unit.dimension)
+    return UNITS[tree.unit].dimension
 
 
 def _binary(tree: Binary, left: Value, right: Value) -> Value:
     number = _finite(tree.at, _OPERATORS[tree.operator], left.number, right.number)
+    return Value(number, binary_dimension(tree, left.dimension, right.dimension, right.number))
+
+
+def binary_dimension(
+    tree: Binary, left: Dimension | None, right: Dimension | None, exponent: float | None
+) -> Dimension | None:
+    """The dimension of a sum, product or power; `exponent` is the number on the right, None where that varies."""
     if tree.operator == "**":
-        if right.dimension not in (None, BARE):
-            raise ExpressionError(f"an exponent has no unit, this is {describe(right.dimension)}", tree.at)
-        known = left.dimension is not None and (left.dimension == BARE or right.dimension is not None)
-        return Value(number, left.dimension**right.number if known and left.dimension else None)
+        if right not in (None, BARE):
+            raise ExpressionError(f"an exponent has no unit, this is {describe(right)}", tree.at)
+        if exponent is None or left is None or (right is None and left != BARE):
+            return BARE if left == BARE else None
+        return left**exponent
     if tree.operator in "+-":
-        return Value(number, _common(tree.at, [left, right]))
-    if left.dimension is None or right.dimension is None:
-        return Value(number, None)
-    return Value(number, left.dimension * (right.dimension if tree.operator == "*" else right.dimension**-1))
+        return _common(tree.at, [left, right])
+    if left is None or right is None:
+        return None
+    return left * (right if tree.operator == "*" else right**-1)
 
 
 def _call(tree: Call, arguments: list[Value], names: Mapping[str, Value | None]) -> Value:
+    function = function_of(tree, names)
+    dimension = call_dimension(tree, function, [argument.dimension for argument in arguments])
+    return Value(_finite(tree.at, function.compute, *(argument.number for argument in arguments)), dimension)
+
+
+def function_of(tree: Call, names: Iterable[str]) -> Function:
+    """The function that is called, with as many arguments as it takes; `names` may have been meant as a factor."""
     function = FUNCTIONS.get(tree.function)
     if function is None:
         known = tree.function in {*names, *CONSTANTS}
         hint = "write * to multiply" if known else choose_from(tree.function, FUNCTIONS, "functions are")
         raise ExpressionError(f"unknown function '{tree.function}'", tree.at, hint)
-    if len(arguments) < function.least or (function.most is not None and len(arguments) > function.most):
+    count = len(tree.arguments)
+    if count < function.least or (function.most is not None and count > function.most):
         needs = "1 argument" if function.least == 1 else f"{function.least} arguments"
-        raise ExpressionError(f"'{tree.function}' takes {needs}, found {len(arguments)}", tree.at)
+        raise ExpressionError(f"'{tree.function}' takes {needs}, found {count}", tree.at)
+    return function
+
+
+def call_dimension(tree: Call, function: Function, arguments: list[Dimension | None]) -> Dimension | None:
+    """The dimension of a function's value."""
     if not function.same:
         _dimensionless(tree, arguments)
     common = _common(tree.at, arguments)
-    number = _finite(tree.at, function.compute, *(argument.number for argument in arguments))
     if function.result is not None:
-        return Value(number, function.result)
-    return Value(number, common**function.power if common is not None else None)
+        return function.result
+    return common**function.power if common is not None else None
 
 
-def _dimensionless(tree: Call, arguments: list[Value]) -> None:
-    for argument in arguments:
-        if argument.dimension not in (None, BARE, ANGLE):
-            raise ExpressionError(f"'{tree.function}' cannot take {describe(argument.dimension)}", tree.at)
+def _dimensionless(tree: Call, arguments: list[Dimension | None]) -> None:
+    for dimension in arguments:
+        if dimension not in (None, BARE, ANGLE):
+            raise ExpressionError(f"'{tree.function}' cannot take {describe(dimension)}", tree.at)
 
 
-def _common(at: int, values: list[Value]) -> Dimension | None:
+def _common(at: int, dimensions: list[Dimension | None]) -> Dimension | None:
     """The dimension of what is added or compared: numbers without unit take the others', which must agree."""
-    if any(value.dimension is None for value in values):
+    if any(dimension is None for dimension in dimensions):
         return None
     common = BARE
-    for dimension in (value.dimension for value in values if value.dimension is not None):
-        if not common.agrees(dimension):
+    for dimension in dimensions:
+        if dimension is not None and not common.agrees(dimension):
             raise ExpressionError(f"{describe(common)} and {describe(dimension)} cannot be added or compared", at)
-        common = dimension if common == BARE else common
+        common = dimension if common == BARE and dimension is not None else common
     return common
 
 

@@ -7,7 +7,7 @@ from dataclasses import replace
 from typing import Any
 
 from mbproj.joints import COORDINATE_UNITS, JOINTS, JointType
-from mbproj.scene.alternatives import Alternatives, Variants
+from mbproj.scene.alternatives import Variants
 from mbproj.scene.body import BODY
 from mbproj.scene.checks import (
     Placed,
@@ -17,25 +17,21 @@ from mbproj.scene.checks import (
     of_these_bodies,
     pair_of,
     same_kind,
-    shared,
     tooth_count,
-    two_axes,
-    two_points,
 )
 from mbproj.scene.choices import Choice, Reference
 from mbproj.scene.containers import Check, Named, Record
+from mbproj.scene.coordinates import act_on_coordinates, drive_coordinates, on_bodies
 from mbproj.scene.fields import Converted, Field, Flag, List, Text
+from mbproj.scene.forces import FORCE
+from mbproj.scene.motions import MOTION
 from mbproj.scene.parameters import Parameters
+from mbproj.scene.placing import AXES, AXIS, BODY_POINT, JOINT_POINT, TWO_BODIES, TWO_POINTS
 from mbproj.scene.quantities import Number
 from mbproj.scene.records import GROUND, Joint, Marker, Pair
 from mbproj.scene.simulation import SIMULATION
-from mbproj.scene.vectors import DIRECTION, POINT, vector
+from mbproj.scene.vectors import vector
 
-#: Global, or by body in its own axes.
-JOINT_POINT: Field[Placed] = Alternatives((Converted(POINT, shared), Named("body", POINT)))
-AXIS: Field[Placed] = Alternatives((Converted(DIRECTION, shared), Named("body", DIRECTION)))
-AXES: Field[Placed] = Alternatives((Converted(List(DIRECTION, 2, "axes"), two_axes), Named("body", DIRECTION)))
-TWO_POINTS: Field[Placed] = Alternatives((Converted(List(POINT, 2, "points"), two_points), Named("body", POINT)))
 #: The key that gives the axes, by the frame of the joint type.
 FRAME_KEYS: Mapping[str, Mapping[str, Field[Placed]]] = {
     "point": {}, "axis": {"axis": AXIS}, "normal": {"axis": AXIS}, "axes": {"axes": AXES}
@@ -48,7 +44,6 @@ PARAMETERS: Mapping[str, Field[Any]] = {
 }
 
 JOINT_TYPE = Choice("joint type", lambda: JOINTS)
-TWO_BODIES: Field[Any] = Converted(List(Reference("body", "bodies", (GROUND,)), 2, "names of bodies"), different)
 TWO_JOINTS: Field[Any] = Converted(List(Reference("joint", "joints"), 2, "names of joints"), different)
 
 
@@ -117,10 +112,9 @@ def _joint_variants() -> dict[str, Record[Joint]]:
 
 JOINT: Variants[Joint] = Variants("type", JOINT_TYPE, _joint_variants())
 
-MARKER_POINT: Field[Any] = Alternatives((POINT, Named("body", POINT)))
 MARKER: Record[Marker] = Record(
     "a marker",
-    {"body": Reference("body", "bodies"), "location": MARKER_POINT},
+    {"body": Reference("body", "bodies"), "location": BODY_POINT},
     lambda name, body, location: Marker(name, body, location) if isinstance(location, tuple)
     else Marker(name, body, location[body], local=True),
     required=("body", "location"),
@@ -139,9 +133,16 @@ SCENE: Record[dict[str, Any]] = Record(
         "simulation": SIMULATION,
         "bodies": Named("body", BODY, needed=True, reserved=frozenset({GROUND})),
         "joints": Named("joint", JOINT),
+        "forces": Named("force", FORCE),
+        "motions": Named("motion", MOTION),
         "markers": Named("marker", MARKER),
     },
     dict,
     required=("mbproj", "gravity", "bodies"),
-    checks=(Check(("joints",), couples_angles),),
+    checks=(
+        Check(("joints",), couples_angles),
+        Check(("bodies", "forces"), on_bodies),
+        Check(("joints", "forces"), act_on_coordinates),
+        Check(("joints", "motions"), drive_coordinates),
+    ),
 )

@@ -46,7 +46,7 @@ class Number(Field[float]):
         return self._bounded(value.number, node, path, reading)
 
     def _agrees(self, found: Dimension | None) -> bool:
-        return found is None or (DIMENSIONS[self.unit or ""].agrees(found) and (bool(self.unit) or found == BARE))
+        return found is None or (dimension_of(self.unit or "").agrees(found) and (bool(self.unit) or found == BARE))
 
     def _bounded(self, number: float, node: Node, path: KeyPath, reading: Reading) -> float | None:
         limits = (
@@ -68,6 +68,14 @@ class Number(Field[float]):
 
 #: The dimension of each unit that a field can be in; 1/s is one without a name of its own.
 DIMENSIONS = {"": BARE, "1/s": Dimension(time=-1), **{name: unit.dimension for name, unit in UNITS.items()}}
+
+
+def dimension_of(unit: str) -> Dimension:
+    """The dimension of a unit, or of one per second to some power, as in rad/s^3."""
+    if unit in DIMENSIONS:
+        return DIMENSIONS[unit]
+    base, _, power = unit.partition("/s^")
+    return DIMENSIONS[base] * Dimension(time=-float(power))
 
 
 def unit_hint(text: str, tree: Expression | None) -> str | None:

@@ -8,12 +8,13 @@ from pathlib import Path
 from typing import Any
 
 from mbproj.errors import InputError, Place, Problem
+from mbproj.scene.coordinates import coordinates_in
 from mbproj.scene.document import compose
 from mbproj.scene.grammar import SCENE
 from mbproj.scene.nodes import MappingNode, ScalarNode, as_mapping, describe
 from mbproj.scene.parameters import override
 from mbproj.scene.reading import Reading, in_text_order
-from mbproj.scene.records import Joint, KeyPath, Scene, Settings
+from mbproj.scene.records import Force, Joint, JointForce, KeyPath, Scene, Settings
 from mbproj.scene.settings import Merged, check_settings, flatten, merge, read_options, settings_of
 from mbproj.scene.simulation import SIMULATION
 from mbproj.scene.text import MAX_BYTES, read_text
@@ -62,6 +63,8 @@ def _read(
         gravity=found["gravity"],
         bodies=tuple(found["bodies"].values()),
         joints=tuple(_connected(found.get("joints", {}))),
+        forces=tuple(_on_coordinates(found.get("forces", {}), found.get("joints", {}))),
+        motions=tuple(found.get("motions", {}).values()),
         markers=tuple(found.get("markers", {}).values()),
         parameters=found.get("parameters", {}),
         settings=settings,
@@ -80,6 +83,16 @@ def _connected(joints: Mapping[str, Joint]) -> Iterator[Joint]:
         else:
             first, second = (joints[name].bodies[1] for name in joint.couples)
             yield replace(joint, bodies=(first, second))
+
+
+def _on_coordinates(forces: Mapping[str, Force], joints: Mapping[str, Joint]) -> Iterator[Force]:
+    """The forces, with the coordinates named that they leave to be found: the only one of the joint in their unit."""
+    for force in forces.values():
+        if isinstance(force, JointForce) and "" in force.laws:
+            (coordinate,) = coordinates_in(joints[force.joint], force.unit)
+            yield replace(force, laws={coordinate: force.laws[""]})
+        else:
+            yield force
 
 
 def _items(root: MappingNode) -> dict[str, tuple[str, ...]]:

@@ -6,11 +6,14 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 
 from mbproj.errors import Place, Problem
+from mbproj.functions.program import Program
+from mbproj.scene.compiled import compiled
 from mbproj.scene.evaluate import Unavailable, Value, evaluate
 from mbproj.scene.expressions import Expression, parse
 from mbproj.scene.nodes import ScalarNode
 from mbproj.scene.records import KeyPath
 from mbproj.scene.tokens import ExpressionError
+from mbproj.scene.units import Dimension
 
 
 class Unfit(Exception):
@@ -41,6 +44,19 @@ class Reading:
         except ExpressionError as error:
             self.report(error.message, node.place_at(error.at), error.hint)
             return None
+
+    def program(
+        self, node: ScalarNode, tree: Expression | None, variables: Mapping[str, int]
+    ) -> tuple[Program, Dimension | None] | None:
+        """The program of the node's tree and the dimension of its value; None where it is wrong, which is reported."""
+        try:
+            code, dimension = compiled(tree, self.names, variables) if tree is not None else ((), None)
+            return (Program(code, node.text.strip()), dimension) if code else None
+        except ExpressionError as error:
+            self.report(error.message, node.place_at(error.at), error.hint)
+        except Unavailable:
+            pass
+        return None
 
     def value(self, node: ScalarNode, tree: Expression | None) -> Value | None:
         """The value of the node's tree; None where it has none, which is reported at the character."""

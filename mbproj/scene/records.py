@@ -5,9 +5,10 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeAlias
 
 from mbproj.errors import Place
+from mbproj.functions.program import Program
 
 Vector = tuple[float, float, float]
 Quaternion = tuple[float, float, float, float]
@@ -71,6 +72,73 @@ class Joint:
 
 
 @dataclass(frozen=True)
+class Law:
+    """A generalised force on a coordinate s, positive where it drives s up:
+
+        F = -stiffness (s - free) - damping s' + function(t, s, s')
+
+    SI units and radians. `free` None: where a spring between two points is without force follows from the pose.
+    """
+
+    stiffness: float = 0.0
+    damping: float = 0.0
+    free: float | None = None
+    function: Program | None = None
+
+
+@dataclass(frozen=True)
+class PointForce:
+    """A force along the line between a point of bodies[0] and one of bodies[1]; the law's coordinate is its length."""
+
+    name: str
+    bodies: tuple[str, str]
+    points: Pair
+    law: Law
+
+
+@dataclass(frozen=True)
+class JointForce:
+    """Forces on coordinates of a joint: `laws` by coordinate, "" for the only one in `unit` ("rad", "m", None: any)."""
+
+    name: str
+    joint: str
+    laws: Mapping[str, Law]
+    unit: str | None = None
+
+
+@dataclass(frozen=True)
+class BodyForce:
+    """A force in N, or a torque in N m (`torque`), of given components, each a function of t, on a body.
+
+    They are along the global axes, or the body's where `body_axes`. A force acts at `location`: global at the scene's
+    pose, or from the centre of mass in the body's axes where `local`; None: at the centre of mass.
+    """
+
+    name: str
+    body: str
+    components: tuple[Program, Program, Program]
+    torque: bool
+    body_axes: bool = False
+    location: Vector | None = None
+    local: bool = False
+
+
+Force: TypeAlias = "PointForce | JointForce | BodyForce"
+
+
+@dataclass(frozen=True)
+class Motion:
+    """A coordinate of a joint as a function of t, in m or rad; counted `from_start`: from where the joint's own
+    condition puts it at t = 0, or else from zero."""
+
+    name: str
+    joint: str
+    coordinate: str
+    function: Program
+    from_start: bool = False
+
+
+@dataclass(frozen=True)
 class Marker:
     """A point of a body whose path is recorded: `location` global at the scene's pose, or from the body's centre of
     mass in its own axes where `local`."""
@@ -130,6 +198,8 @@ class Scene:
     path: Path | None
     overrides: Mapping[str, str]
     places: Mapping[KeyPath, Place] = field(repr=False, compare=False)
+    forces: tuple[Force, ...] = ()
+    motions: tuple[Motion, ...] = ()
 
     def place(self, *path: str | int) -> Place | None:
         """Where the value at `path` stands, or the nearest value around it."""

@@ -45,6 +45,9 @@ LENGTH, MASS, TIME, ANGLE = Dimension(length=1), Dimension(mass=1), Dimension(ti
 VELOCITY, ANGULAR_VELOCITY = Dimension(length=1, time=-1), Dimension(angle=1, time=-1)
 ACCELERATION, INERTIA = Dimension(length=1, time=-2), Dimension(mass=1, length=2)
 DENSITY = Dimension(mass=1, length=-3)
+FORCE, TORQUE = Dimension(1, 1, -2), Dimension(2, 1, -2)
+STIFFNESS, DAMPING = Dimension(0, 1, -2), Dimension(0, 1, -1)
+TORSION_STIFFNESS, TORSION_DAMPING = Dimension(2, 1, -2, -1), Dimension(2, 1, -1, -1)
 
 UNITS: Mapping[str, Unit] = MappingProxyType(
     {
@@ -62,6 +65,7 @@ UNITS: Mapping[str, Unit] = MappingProxyType(
         "rad/s": Unit(ANGULAR_VELOCITY),
         "deg/s": Unit(ANGULAR_VELOCITY, math.pi, 180.0),
         "rpm": Unit(ANGULAR_VELOCITY, 2 * math.pi, 60.0),
+        "Hz": Unit(ANGULAR_VELOCITY, 2 * math.pi),
         "m/s": Unit(VELOCITY),
         "mm/s": Unit(VELOCITY, divide=1000.0),
         "cm/s": Unit(VELOCITY, divide=100.0),
@@ -69,6 +73,14 @@ UNITS: Mapping[str, Unit] = MappingProxyType(
         "kg*m^2": Unit(INERTIA),
         "kg/m^3": Unit(DENSITY),
         "g/cm^3": Unit(DENSITY, 1000.0),
+        "N": Unit(FORCE),
+        "kN": Unit(FORCE, 1000.0),
+        "N*m": Unit(TORQUE),
+        "N/m": Unit(STIFFNESS),
+        "N/mm": Unit(STIFFNESS, 1000.0),
+        "N*s/m": Unit(DAMPING),
+        "N*m/rad": Unit(TORSION_STIFFNESS),
+        "N*m*s/rad": Unit(TORSION_DAMPING),
     }
 )
 
@@ -85,6 +97,12 @@ _NAMES: Mapping[Dimension, str] = MappingProxyType(
         ACCELERATION: "an acceleration",
         INERTIA: "a moment of inertia",
         DENSITY: "a density",
+        FORCE: "a force",
+        TORQUE: "a torque",
+        STIFFNESS: "a stiffness",
+        DAMPING: "a damping",
+        TORSION_STIFFNESS: "a torsional stiffness",
+        TORSION_DAMPING: "a torsional damping",
         BARE: "a number without unit",
     }
 )

@@ -82,6 +82,15 @@ def test_round_off_is_not_blown_up(two):
     assert (low, high) == pytest.approx((-0.05 * span, 0.05 * span))
 
 
+@pytest.mark.parametrize(("kind", "name", "value"), [("forces", "spring", "coordinate"), ("motions", "drive", "value")])
+def test_forces_and_motions(results, kind, name, value):
+    figure = draw(kind, [results], ["run"])
+    assert ylabels(figure) == [f"{name} (rad)", "torque (N m)"]
+    for axis, member in zip(figure.axes, (value, "force"), strict=True):
+        np.testing.assert_array_equal(lines(axis)["run"], results[f"{kind}/{member}"][:, 0])
+    assert times_agree(figure, results)
+
+
 def test_coordinates(results):
     figure = draw("coordinates", [results], ["run"])
     assert ylabels(figure) == ["A.angle (rad)", "speed (rad/s)"]
@@ -179,6 +188,10 @@ def test_too_many_names_are_cut_with_a_remark(tmp_path):
         "joints": [f"j{i}" for i in range(20)],
         "coordinates": [],
         "coordinate_units": [],
+        "forces": [],
+        "force_units": [],
+        "motions": [],
+        "motion_units": [],
     }
     with open_results(record(tmp_path / "run.h5", block(times(), many), names=many)) as results:
         figure = draw("markers", [results], ["run"])
@@ -220,6 +233,7 @@ def test_what_does_not_apply(tmp_path):
     with open_results(record(tmp_path / "run.h5", block(times(), NO_NAMES), names=NO_NAMES)) as results:
         reasons = {kind: why_not(kind, [results]) for kind in KINDS}
     assert {kind for kind, reason in reasons.items() if reason is None} == {"violation", "energy", "steps"}
+    assert reasons["motions"] == "the results have no motions"
     assert reasons["coordinates"] == "the results have no joint coordinates"
 
 

@@ -21,6 +21,10 @@ NAMES: Mapping[str, Sequence[str]] = {
     "joints": ["A", "Gelenk ä"],
     "coordinates": ["A.angle"],
     "coordinate_units": ["rad"],
+    "forces": ["spring"],
+    "force_units": ["rad"],
+    "motions": ["drive"],
+    "motion_units": ["rad"],
 }
 NO_NAMES: Mapping[str, Sequence[str]] = {kind: [] for kind in NAMES} | {"bodies": ["bob"]}
 SETTINGS = Settings(duration=2.0, step=0.01, output_step=0.01, projection=ProjectionSettings(tolerance=1e-13))
@@ -64,7 +68,8 @@ def block(time: npt.NDArray[np.float64], names: Mapping[str, Sequence[str]] = NA
     spin, twist = (np.stack([value, zero, zero], axis=-1) for value in (speed, -(RATE**2) * angle))
     violation = 1e-15 * (1 + np.sin(RATE * time) ** 2)
     count = np.arange(len(time)) if len(time) == 0 else np.round(time / 0.01).astype(np.int64)
-    n, k, nj, nc = (len(names[kind]) for kind in ("bodies", "markers", "joints", "coordinates"))
+    kinds = ("bodies", "markers", "joints", "coordinates", "forces", "motions")
+    n, k, nj, nc, nf, nm = (len(names[kind]) for kind in kinds)
     force = -pull[:, None] * tip / LENGTH
 
     def each(values: npt.NDArray[Any], columns: int) -> npt.NDArray[Any]:
@@ -82,6 +87,9 @@ def block(time: npt.NDArray[np.float64], names: Mapping[str, Sequence[str]] = NA
         "joints/violation_angle": each(violation / 3, nj),
         "joints/reaction_force": each(force, nj), "joints/reaction_torque": each(0.1 * force[:, [1, 2, 0]], nj),
         "joints/coordinate": each(angle, nc), "joints/speed": each(speed, nc),
+        "forces/coordinate": each(angle, nf), "forces/rate": each(speed, nf), "forces/force": each(-5 * angle, nf),
+        "motions/value": each(angle, nm), "motions/rate": each(speed, nm), "motions/force": each(2 * angle, nm),
+        "diagnostics/work": 0 * time, "diagnostics/dissipation": 0 * time,
         "diagnostics/position_violation": violation, "diagnostics/velocity_violation": 4 * violation,
         "diagnostics/kinetic_energy": kinetic, "diagnostics/potential_energy": potential,
         "diagnostics/total_energy": kinetic + potential, "diagnostics/energy_balance": drift * time,

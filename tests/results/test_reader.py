@@ -116,9 +116,9 @@ def changed(tmp_path, change) -> str:
 
 
 def test_another_schema_version(tmp_path):
-    said = changed(tmp_path, lambda file: file.attrs.modify("schema_version", 2))
+    said = changed(tmp_path, lambda file: file.attrs.modify("schema_version", 1))
     assert said == (
-        "error: 'OUT' has schema version 2, and this mbproj reads version 1; "
+        "error: 'OUT' has schema version 1, and this mbproj reads version 2; "
         "repeat the run, or read it with the mbproj that wrote it"
     )
 

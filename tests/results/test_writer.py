@@ -18,7 +18,7 @@ from mbproj.scene.records import ProjectionSettings, Settings
 from tests.results.pendulum_blocks import NAMES, NO_NAMES, PATHS, SETTINGS, block, part_of, record, scene, times
 
 #: Bodies, markers, joints and coordinates of the pendulum, by the layout's symbols.
-SIZES = {"n": 1, "k": 2, "nj": 2, "nc": 1}
+SIZES = {"n": 1, "k": 2, "nj": 2, "nc": 1, "nf": 1, "nm": 1}
 
 
 def assert_equal(path: Path, expected: dict) -> None:
@@ -126,7 +126,7 @@ def test_attributes(tmp_path):
         found = results.attributes
         assert (found["integration_seconds"], found["formulation"]) == (0.5, "full")
         assert "worst_joint" not in found
-        assert (found["format"], found["schema_version"], found["status"]) == ("mbproj results", 1, "complete")
+        assert (found["format"], found["schema_version"], found["status"]) == ("mbproj results", 2, "complete")
         assert (found["numpy_version"], found["h5py_version"]) == (np.__version__, h5py.__version__)
         assert {"date", "host", "mbproj_version"} <= set(found)
 

@@ -83,6 +83,7 @@ def test_wrong_scenes_are_invalid_but_for_those_marked_as_beyond_a_schema(identi
         assert VALIDATOR.is_valid(data) == (identity in BLIND)
 
 
+M, P = "markers:", "points: {ground: [0, 0, 0], rod: [0, 0, 1]}"
 ROD = "mass: 0.5, inertia: [4e-3, 4e-4, 4e-3], position: [0.1, 0.05, 0.1]"
 B = '{type: spherical, bodies: [crank, rod], location: [0, 0.1, "0.12 + crank_length"]}'
 #: What is legal, though it may not look so.
@@ -117,6 +118,23 @@ ODD = [
     (B, "{type: cylindrical, bodies: [crank, ground], location: [0, 0, 0], axis: [0, 0, 1], speed: {angle: 2}}"),
     (B, "{type: cylindrical, bodies: [crank, ground], location: [0, 0, 0], axis: [0, 0, 1], displacement: 1}"),
     (B, "{type: cylindrical, bodies: [crank, ground], location: [0, 0, 0], axis: [0, 0, 1], speed: }"),
+    *((M, f"forces:\n  k: {force}\n{M}") for force in (
+        f"{{type: spring_damper, {P}, stiffness: 1 N/mm}}", f"{{type: spring_damper, {P}, force: -3*l + t}}",
+        f"{{type: spring_damper, {P}, damping: 2, table: [[0, 1], [1 mm, 2 N]]}}",
+        f"{{type: spring_damper, {P}, table: {{rows: [[0, 1], [1, '2']], between: linear}}}}",
+        "{type: spring_damper, bodies: [rod, ground], locations: {rod: [0, 0, 0], ground: [1, 0, 0]}, damping: 1}",
+        "{type: torsion_spring_damper, joint: C, coordinate: angle_2, torque: 3}",
+        "{type: linear_spring_damper, joint: D, stiffness: 0, free_displacement: -1}",
+        "{type: friction, joint: C, coefficient: {angle_1: 1, angle_2: 2 N*m*s/rad}}",
+        "{type: force, body: rod, force: [0, t, 1 kN], location: {rod: [0, 0, 0]}, axes: body}",
+        "{type: torque, body: rod, torque: [0, t, 1 N*m]}",
+    )),
+    *((M, f"motions:\n  m: {{joint: A, angle: {function}}}\n{M}") for function in (
+        "6*t", "'3'", "2", "{constant_speed: 3 rpm}", "{harmonic: {amplitude: 1, frequency: 2 Hz}}",
+        "{polynomial: [1, 2, 3]}", "{smooth_step: {to: 1, duration: 2 s}}", "{table: [[0, 1], [1, 2]]}",
+        "{table: {rows: [[0, 1], [1, 2]], between: clamped}}", "{expression: sin(t)}", "|\n      t +\n      1",
+    ) if not function.startswith("|")),
+    (M, f"forces:\n{M}"), (M, f"motions: {{}}\n{M}"),
     (B, "{type: screw, bodies: [crank, rod], location: [0, 0, 0], axis: [0, 0, 1], pitch: -1 mm}"),
 ]
 

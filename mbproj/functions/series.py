@@ -1,0 +1,79 @@
+"""Running a program with exact first and second derivatives: Taylor arithmetic, truncated after the second order.
+
+Every value on the stack is a `Series` (x, x', x''), derivatives with respect to the time, arrays of one shape. The
+rules are the product, quotient and chain rules (Griewank & Walther 2008, ch. 13); nothing is differenced.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from mbproj.arrays import Numbers
+from mbproj.functions.program import ARGUMENTS, Op
+from mbproj.functions.program_set import ProgramSet
+from mbproj.functions.taylor import FUNCTIONS, OPERATIONS, Series, chain, power
+
+
+def time_series(t: Numbers) -> Series:
+    """The time itself: (t, 1, 0)."""
+    t = np.asarray(t, dtype=float)
+    return t, np.ones_like(t), np.zeros_like(t)
+
+
+def constant_series(x: Numbers) -> Series:
+    """What is taken as constant: its derivatives are not asked for."""
+    x = np.asarray(x, dtype=float)
+    return x, np.zeros_like(x), np.zeros_like(x)
+
+
+def run(programs: ProgramSet, index: int, variables: Sequence[Series]) -> Series:
+    """Value, first and second derivative of program `index`. What is not defined comes out as NaN or infinite."""
+    with np.errstate(all="ignore"):
+        stack: list[Series] = []
+        for at in range(programs.start[index], programs.start[index + 1]):
+            _step(programs, at, stack, variables)
+        return stack.pop()
+
+
+def failure(programs: ProgramSet, index: int, variables: Sequence[Series]) -> str:
+    """What went wrong in a program that gave no finite numbers at one point: "sqrt(-0.25) is not finite"."""
+    with np.errstate(all="ignore"):
+        stack: list[Series] = []
+        for at in range(programs.start[index], programs.start[index + 1]):
+            op = Op(int(programs.op[at]))
+            given = ", ".join(f"{float(x[0]):.6g}" for x in stack[len(stack) - ARGUMENTS[op] :])
+            _step(programs, at, stack, variables)
+            if not np.all(np.isfinite(np.array(stack[-1]))):
+                what = "is" if not np.isfinite(stack[-1][0]) else "has a derivative that is"
+                return f"{op.name.lower()}({given}) {what} not finite"
+    return "it is not finite"
+
+
+def _step(programs: ProgramSet, at: int, stack: list[Series], variables: Sequence[Series]) -> None:
+    """Instruction number `at`."""
+    op, operand = Op(int(programs.op[at])), float(programs.operand[at])
+    if op is Op.CONSTANT:
+        stack.append(constant_series(np.full_like(variables[0][0], operand)))
+    elif op is Op.VARIABLE:
+        stack.append(variables[int(operand)])
+    elif op is Op.TABLE:
+        stack.append(chain(_table(programs, int(operand), stack[-1][0]), stack.pop()))
+    elif op is Op.POWER:
+        stack.append(chain(power(stack[-1][0], operand), stack.pop()))
+    elif op in FUNCTIONS:
+        stack.append(chain(FUNCTIONS[op](stack[-1][0]), stack.pop()))
+    else:
+        second, first = stack.pop(), stack.pop()
+        stack.append(OPERATIONS[op](first, second))
+
+
+def _table(programs: ProgramSet, number: int, x: Numbers) -> Series:
+    """The piece of table `number` that x is in."""
+    start, end = programs.table_start[number : number + 2]
+    at = start - 1 + np.searchsorted(programs.knot[start:end], x, side="right")
+    c = programs.piece[at]
+    u = x - programs.origin[at]
+    c0, c1, c2, c3 = (c[..., i] for i in range(4))
+    return c0 + u * (c1 + u * (c2 + u * c3)), c1 + u * (2.0 * c2 + 3.0 * u * c3), 2.0 * c2 + 6.0 * u * c3

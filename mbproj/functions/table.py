@@ -1,0 +1,81 @@
+"""A table of a function: pieces of cubics between its rows, straight lines beyond its ends."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+from math import inf
+
+
+@dataclass(frozen=True)
+class Table:
+    """Pieces, each valid from its knot to the next: c0 + c1 u + c2 u² + c3 u³ with u = x - origin.
+
+    The first piece begins at -∞. `origin` is the knot but for that one, whose origin is the first row's.
+    """
+
+    knots: tuple[float, ...]
+    origins: tuple[float, ...]
+    pieces: tuple[tuple[float, float, float, float], ...]
+
+
+def spline(rows: Sequence[tuple[float, float]], ends: str) -> Table:
+    """The cubic spline through rows (x, y), two at least, x increasing (de Boor 1978, ch. IV).
+
+    `ends` "natural": y'' = 0 at both, so that the lines beyond continue it twice differentiable; "clamped": y' = 0.
+    """
+    return _hermite(rows, _slopes(rows, ends))
+
+
+def polygon(rows: Sequence[tuple[float, float]]) -> Table:
+    """Straight lines from row to row."""
+    steps = [(y1 - y0) / (x1 - x0) for (x0, y0), (x1, y1) in pairwise(rows)]
+    pieces = [(y, step, 0.0, 0.0) for (_, y), step in zip(rows, steps, strict=False)]
+    return _table(rows, pieces, steps[0], steps[-1])
+
+
+def _slopes(rows: Sequence[tuple[float, float]], ends: str) -> list[float]:
+    """y' at the rows, by Gauss's elimination of the tridiagonal system that continuous y'' asks for."""
+    count = len(rows)
+    h = [rows[i + 1][0] - rows[i][0] for i in range(count - 1)]
+    step = [(rows[i + 1][1] - rows[i][1]) / h[i] for i in range(count - 1)]
+    clamped = ends == "clamped"
+    diagonal = [1.0 if clamped else 2.0]
+    above = [0.0 if clamped else 1.0]
+    right = [0.0 if clamped else 3.0 * step[0]]
+    for i in range(1, count):
+        last = i == count - 1
+        below = (0.0 if clamped else 1.0) if last else h[i]
+        middle = (1.0 if clamped else 2.0) if last else 2.0 * (h[i - 1] + h[i])
+        wanted = (0.0 if clamped else 3.0 * step[-1]) if last else 3.0 * (h[i] * step[i - 1] + h[i - 1] * step[i])
+        factor = below / diagonal[-1]
+        diagonal.append(middle - factor * above[-1])
+        right.append(wanted - factor * right[-1])
+        above.append(0.0 if last else h[i - 1])
+    slopes = [right[-1] / diagonal[-1]]
+    for i in range(count - 2, -1, -1):
+        slopes.append((right[i] - above[i] * slopes[-1]) / diagonal[i])
+    return slopes[::-1]
+
+
+def _hermite(rows: Sequence[tuple[float, float]], slopes: Sequence[float]) -> Table:
+    """The cubics that have these values and slopes at the rows."""
+    pieces = []
+    for ((x0, y0), (x1, y1)), (s0, s1) in zip(pairwise(rows), pairwise(slopes), strict=True):
+        h = x1 - x0
+        step = (y1 - y0) / h
+        pieces.append((y0, s0, (3.0 * step - 2.0 * s0 - s1) / h, (s0 + s1 - 2.0 * step) / (h * h)))
+    return _table(rows, pieces, slopes[0], slopes[-1])
+
+
+def _table(
+    rows: Sequence[tuple[float, float]],
+    pieces: Sequence[tuple[float, float, float, float]],
+    first: float,
+    last: float,
+) -> Table:
+    """The pieces between the rows, with lines of the slopes `first` and `last` beyond them."""
+    x = [row[0] for row in rows]
+    lines = (rows[0][1], first, 0.0, 0.0), (rows[-1][1], last, 0.0, 0.0)
+    return Table((-inf, *x), (x[0], *x), (lines[0], *pieces, lines[1]))

@@ -1,0 +1,27 @@
+"""The scene's motions as arrays."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from mbproj.functions.program_set import flatten
+from mbproj.model.motions import Motions
+from mbproj.model.primitive_set import Binding, bind
+from mbproj.scene.records import Scene
+
+
+def compile_motions(scene: Scene, coordinates: Mapping[str, Binding]) -> tuple[Motions | None, tuple[str, ...]]:
+    """The motions, None where there are none, and their names; `coordinates` are the joints' by whole name."""
+    motions = scene.motions
+    if not motions:
+        return None, ()
+    starts = {joint.name: joint.start for joint in scene.joints}
+    names = [f"{motion.joint}.{motion.coordinate}" for motion in motions]
+    rows = [Binding(coordinates[name].primitive, owner, coordinates[name].slots) for owner, name in enumerate(names)]
+    index = np.array([list(coordinates).index(name) for name in names], dtype=np.intp)
+    from_start = [starts[each.joint].get(each.coordinate, 0.0) if each.from_start else 0.0 for each in motions]
+    places = tuple(scene.place("motions", motion.name, motion.coordinate) for motion in motions)
+    functions = flatten([motion.function for motion in motions])
+    return Motions(bind(rows), index, np.array(from_start), functions, places), tuple(each.name for each in motions)

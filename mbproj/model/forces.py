@@ -1,0 +1,74 @@
+"""Forces as arrays: laws on scalar coordinates (distances, joint coordinates), and given forces on bodies."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from mbproj.arrays import Array, Integers
+from mbproj.functions.program_set import ProgramSet
+from mbproj.model.primitive_set import PrimitiveSet
+
+
+@dataclass(frozen=True, eq=False)
+class Laws:
+    """E generalised forces, each on one coordinate s, positive where it drives s up:
+
+        F = -stiffness (s - free) - damping s' + program(t, s, s')
+
+    `coordinates`: the s as primitives, E rows. `joint_coordinate` (E,): which of the system's coordinates s is, so that
+    an angle counts the turns of its joint; -1 for distances. `stiffness`, `damping`, `free` (E,). `program` (E,): its
+    number in `Forces.programs`, -1 where a law has none.
+    """
+
+    coordinates: PrimitiveSet
+    joint_coordinate: Integers
+    stiffness: Array
+    damping: Array
+    free: Array
+    program: Integers
+
+    @property
+    def size(self) -> int:
+        """E."""
+        return len(self.stiffness)
+
+    @property
+    def is_angle(self) -> Integers:
+        """1 for laws on angles, which count turns, 0 for the others, (E,)."""
+        return (~self.coordinates.is_length).astype(np.intp)
+
+
+@dataclass(frozen=True, eq=False)
+class BodyForces:
+    """W given forces (N) and torques (N m), each on one body.
+
+    `body` (W,), `point` (W, 3) in the body's axes, `is_torque` (W,). The components are those of `program` (W, 3) in
+    axes that `turn` (W, 3, 3) takes to the body's where `in_body` (W,), and else to the global ones.
+    """
+
+    body: Integers
+    point: Array
+    is_torque: npt.NDArray[np.bool_]
+    in_body: npt.NDArray[np.bool_]
+    turn: Array
+    program: Integers
+
+    @property
+    def size(self) -> int:
+        """W."""
+        return len(self.body)
+
+
+@dataclass(frozen=True, eq=False)
+class Forces:
+    """All forces of a scene but gravity. `law_owners`, `program_owners`: the names of the forces that laws and programs
+    belong to, for messages."""
+
+    laws: Laws
+    on_bodies: BodyForces
+    programs: ProgramSet
+    law_owners: tuple[str, ...]
+    program_owners: tuple[str, ...]
