@@ -11,7 +11,10 @@ from typing import Any, ClassVar
 import numpy as np
 
 from mbproj.arrays import Array, Integers
-from mbproj.dynamics.assembly import State
+from mbproj.dynamics.assembly import State, coordinate_values
+from mbproj.dynamics.forces import applied
+from mbproj.dynamics.kinematics import pose_of, twist_of
+from mbproj.dynamics.motions import drive_at
 from mbproj.dynamics.samples import Samples
 from mbproj.errors import SimulationError
 from mbproj.integrate.failures import left_open, not_finite, singular, step_vanished
@@ -48,6 +51,10 @@ class Compiled(ABC):
         """The kernel's state (..., n, 13 or 6) from q and v = q' (..., 7n)."""
 
     @abstractmethod
+    def coordinates(self, y: Array) -> tuple[Array, Array]:
+        """q and v of one state of the kernel."""
+
+    @abstractmethod
     def samples(self, block: Mapping[str, Any], counters: Mapping[str, Integers]) -> Samples:
         """A block of the kernel in the coordinates of all formulations."""
 
@@ -56,8 +63,8 @@ class Compiled(ABC):
         """Whole turns of the kernel's coordinates from those of the system's (nc,)."""
 
     @abstractmethod
-    def joint(self, number: int) -> str:
-        """The name of one of the kernel's joints."""
+    def joint(self, number: int) -> int:
+        """The system's number of one of the kernel's joints; motions follow the joints."""
 
     @abstractmethod
     def row(self, number: int) -> int:
@@ -69,12 +76,32 @@ class Compiled(ABC):
         settings = self.core.Projection(mass) if projection is None else self.projection(projection)
         return getattr(self.core, f"{self.dimension}Equations")(self.model, settings)
 
-    def singular_joint(self, state: State) -> str | None:
-        """The joint whose rows depend on the others' at a state; None where the accelerations are unique."""
-        equations = self.equations()
-        if equations.accelerations(self.state(state.q, state.v)) is not None:
+    def owner(self, number: int) -> str | None:
+        """Whose rows are those of one of the kernel's joints, for messages: "joint 'A'", "motion 'm'"."""
+        if number < 0:
             return None
-        return self.joint(equations.singular_joint) if equations.singular_joint >= 0 else ""
+        joint, joints = self.joint(number), self.system.names.joints
+        if joint >= len(joints):
+            return f"motion '{self.system.names.motions[joint - len(joints)]}'"
+        return f"joint '{joints[joint]}'"
+
+    def is_regular(self, state: State) -> tuple[bool, int]:
+        """Whether the accelerations are unique at a state, and else the kernel's joint whose rows depend on the others'
+        (-1 where no joint is to blame). Raises SimulationError where a function of the scene has no value."""
+        equations, coordinate = self.equations(), coordinate_values(self.system, pose_of(state.q))
+        reference = coordinate + 2.0 * np.pi * state.turns
+        y = self.state(state.q, state.v)
+        if equations.accelerations(y, state.t, self.turns(reference).tolist()) is not None:
+            return True, -1
+        self.require_functions(state.t, state.q, state.v)
+        return False, int(equations.singular_joint)
+
+    def require_functions(self, t: float, q: Array, v: Array) -> None:
+        """Raises SimulationError that names the force or motion whose function has no value at a state."""
+        drive_at(self.system, t)
+        if self.system.forces is not None:
+            pose = pose_of(q)
+            applied(self.system, pose, twist_of(pose, v), t, coordinate_values(self.system, pose))
 
     def run(self, state: State, settings: Settings) -> Any:
         """The kernel's run from a state."""
@@ -103,9 +130,10 @@ class Compiled(ABC):
         found.position, found.velocity = settings.position, settings.velocity
         return found
 
-    def failure(self, outcome: Any) -> SimulationError | None:
+    def failure(self, run: Any) -> SimulationError | None:
         """Why a run ended before its time; None where it did not."""
-        status, t = self.core.Status, float(outcome.time)
+        outcome, status = run.outcome, self.core.Status
+        t = float(outcome.time)
         if outcome.status in (status.running, status.finished):
             return None
         if outcome.status == status.not_finite:
@@ -113,9 +141,19 @@ class Compiled(ABC):
         if outcome.status == status.vanished:
             return step_vanished(t)
         if outcome.status == status.singular:
-            return singular(t, f"joint '{self.joint(outcome.joint)}'" if outcome.joint >= 0 else None)
+            return singular(t, self.owner(outcome.joint))
+        if outcome.status == status.broken:
+            return self._broken(t, run.broken_state)
         where = self.system.row_owner(self.row(outcome.row))
         return left_open(t, where, outcome.open_by, outcome.passes, projection_failed=outcome.projection_failed)
+
+    def _broken(self, t: float, y: Array) -> SimulationError:
+        """What the functions of the scene say at a state where one has no value."""
+        try:
+            self.require_functions(t, *self.coordinates(y))
+        except SimulationError as error:
+            return error
+        return not_finite(t)
 
 
 def march(compiled: Compiled, state: State, settings: Settings, tally: Tally) -> Iterator[Samples | None]:
@@ -128,17 +166,24 @@ def march(compiled: Compiled, state: State, settings: Settings, tally: Tally) ->
         tally.set_counters(run.counters.tolist())
         tally.phases = dict(zip(PHASES, run.phase_seconds, strict=True))
         tally.position_peak = _peak(compiled, run.position_peak)
-        tally.joint_peak = replace(tally.position_peak, row=tally.position_peak.row - compiled.system.bodies)
+        joint_peak = _peak(compiled, run.joint_peak)
+        tally.joint_peak = replace(joint_peak, row=max(joint_peak.row - compiled.system.bodies, 0))
         tally.velocity_peak = _peak(compiled, run.velocity_peak)
         counters = dict(zip(tally.counters(), block["counters"].T, strict=True))
         yield compiled.samples(block, counters) if len(block["t"]) else None
-    failure = compiled.failure(run.outcome)
+    failure = compiled.failure(run)
     if failure is not None:
         raise failure
 
 
+def work_of(block: Mapping[str, Any]) -> Array:
+    """Work and dissipation of a block, (T, 2): zero where nothing is integrated."""
+    work: Array = block["work"]
+    return work if work.shape[1] else np.zeros((len(work), 2))
+
+
 def _peak(compiled: Compiled, peak: Any) -> Peak:
-    first = compiled.system.bodies if compiled.system.joints.size else 0
+    first = compiled.system.bodies if compiled.system.constraints > compiled.system.bodies else 0
     return Peak(peak.value, compiled.row(peak.row) if peak.value > 0.0 else first, peak.time)
 
 

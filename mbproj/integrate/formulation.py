@@ -14,7 +14,7 @@ from mbproj.integrate.compiled import Compiled
 from mbproj.integrate.in_plane import InPlane
 from mbproj.integrate.reduced import Reduced
 from mbproj.kernel import build_info, core
-from mbproj.model.planar import NotPlanar, planar_reduction
+from mbproj.model.planar import NotPlanar, Plane, obstacle_in_plane, planar_reduction
 from mbproj.model.system import System
 from mbproj.registry import PROJECTIONS
 from mbproj.scene.records import Settings
@@ -46,7 +46,7 @@ def choose(system: System, state: State, settings: Settings) -> Choice:
         if asked in ("reduced", "planar"):
             raise InputError(f"the {asked} formulation is not to be had here: {obstacle}")
         return _full(system, state, obstacle or "as asked for")
-    plane = NotPlanar("") if asked == "reduced" else planar_reduction(system, state.q)
+    plane = NotPlanar("") if asked == "reduced" else _plane(system, state)
     if isinstance(plane, NotPlanar):
         if asked == "planar":
             raise InputError(f"the scene is not planar: {plane.reason}")
@@ -57,12 +57,17 @@ def choose(system: System, state: State, settings: Settings) -> Choice:
     return _regular(InPlane(core(), system, plane), system, state, settings, why)
 
 
+def _plane(system: System, state: State) -> Plane | NotPlanar:
+    """The plane of joints, forces and motions."""
+    plane = planar_reduction(system, state.q)
+    obstacle = obstacle_in_plane(system, plane) if isinstance(plane, Plane) else None
+    return plane if obstacle is None else NotPlanar(obstacle)
+
+
 def _obstacle(system: System, settings: Settings) -> str | None:
     """What keeps the kernel from running this; None where nothing does."""
     if core() is None:
         return f"the compiled kernel is not there ({build_info()})"
-    if system.forces is not None or system.motions is not None:
-        return "forces and motions exist in the full formulation only"
     method = settings.projection.method
     if not PROJECTIONS[method].compiled:
         return f"the projection '{method}' exists in the full formulation only"
@@ -81,19 +86,21 @@ def _full(system: System, state: State, why: str) -> Choice:
 
 def _regular(compiled: Compiled, system: System, state: State, settings: Settings, why: str) -> Choice:
     """The choice, unless the kernel finds the equations singular at the start."""
-    joint = compiled.singular_joint(state)
-    if joint is None:
+    regular, number = compiled.is_regular(state)
+    if regular:
         return Choice(compiled.name, why, compiled.degrees_of_freedom, compiled)
+    owner = compiled.owner(number) or "the mechanism"
     if compiled.name == "planar":
-        place = system.joint_places[system.names.joints.index(joint)] if joint else None
+        joint, places = compiled.joint(number) if number >= 0 else len(system.names.joints), system.joint_places
         raise InputError(
             Problem(
-                f"joint '{joint}' is redundant: its constraints in the plane follow from the others at this pose",
-                place,
-                "let a joint of its loop constrain less, or start from a pose that is not stretched or folded",
+                f"{owner} is redundant: its constraints in the plane follow from the others at this pose",
+                places[joint] if joint < len(places) else None,
+                "let a joint of its loop constrain less, drive fewer coordinates, or start from a pose that is not "
+                "stretched or folded",
             )
         )
     if settings.formulation == "reduced":
         refuse_unsolvable(system, mobility(system, pose_of(state.q)))
-        raise InputError(f"joint '{joint}': the start is so near to a singular pose that its rows cannot be told apart")
-    return _full(system, state, f"the start is near to a singular pose (joint '{joint}')")
+        raise InputError(f"{owner}: the start is so near to a singular pose that its rows cannot be told apart")
+    return _full(system, state, f"the start is near to a singular pose ({owner})")

@@ -9,11 +9,14 @@ from typing import Any, final
 import numpy as np
 
 from mbproj.arrays import Array, Integers
+from mbproj.dynamics.assembly import coordinate_values
+from mbproj.dynamics.constraint_equations import cross
+from mbproj.dynamics.forces import applied
+from mbproj.dynamics.kinematics import body_rates, pose_of, twist_of
 from mbproj.dynamics.samples import Samples
-from mbproj.integrate.compiled import Compiled
+from mbproj.integrate.compiled import Compiled, work_of
 from mbproj.integrate.reduced import Reduced, space_state
 from mbproj.kernel.models import joints_in_plane, plane_model, plane_rows
-from mbproj.model.euler_parameters import rotation_matrix
 from mbproj.model.planar import Plane
 from mbproj.model.system import System
 
@@ -34,11 +37,16 @@ class InPlane(Compiled):
 
     @property
     def degrees_of_freedom(self) -> int:
-        return 3 * self.system.bodies - self.plane.joints.size
+        return 3 * self.system.bodies - self.plane.joints.size - self.system.driven
 
     def state(self, q: Array, v: Array) -> Array:
         p, u = self.plane.reduce(q, v)
         return np.concatenate([part.reshape(*part.shape[:-1], -1, 3) for part in (p, u)], axis=-1)
+
+    def coordinates(self, y: Array) -> tuple[Array, Array]:
+        p, u = y[:, :3].ravel(), y[:, 3:].ravel()
+        q, v, _ = self.plane.expand(p, u, np.zeros_like(u))
+        return q, v
 
     def samples(self, block: Mapping[str, Any], counters: Mapping[str, Integers]) -> Samples:
         y, acceleration = block["y"], block["acceleration"]
@@ -52,43 +60,56 @@ class InPlane(Compiled):
             q=q,
             v=v,
             acceleration=a,
-            multipliers=self._multipliers(space_state(q, v), self._spatial(acceleration)),
+            multipliers=self._multipliers(block["t"], q, v, turns, self._spatial(acceleration)),
             turns=turns,
             step_size=block["step_size"],
-            work=np.zeros((len(block["t"]), 2)),
+            work=work_of(block),
             counters=counters,
         )
 
     def turns(self, turns: Integers) -> Integers:
         return turns[self.plane.coordinates.source.source]
 
-    def joint(self, number: int) -> str:
-        return self.system.names.joints[self._joints[number]]
+    def joint(self, number: int) -> int:
+        beyond = number - len(self._joints)
+        return int(self._joints[number]) if beyond < 0 else len(self.system.names.joints) + beyond
 
     def row(self, number: int) -> int:
-        return int(self.system.bodies + self._rows[number])
+        beyond = number - len(self._rows)
+        return self.system.bodies + (int(self._rows[number]) if beyond < 0 else self.system.joints.size + beyond)
 
     def _spatial(self, acceleration: Array) -> Array:
         """Accelerations r'' and ω' in global axes, (T, n, 6), from those in the plane (T, n, 3)."""
         axes = self.plane.axes
         return np.concatenate([acceleration[..., :2] @ axes[:, :2].T, acceleration[..., 2:] * axes[:, 2]], axis=-1)
 
-    def _multipliers(self, states: Array, accelerations: Array) -> Array:
-        """λ of all joint rows, (T, m), at spatial states (T, n, 13). Where rows out of the plane are redundant, the
+    def _multipliers(self, times: Array, q: Array, v: Array, turns: Integers, accelerations: Array) -> Array:
+        """λ of all rows, (T, m), from one spatial solve a sample. Where rows out of the plane are redundant, the
         smallest λ that keep the bodies on the motion that the plane gives."""
-        found = np.empty((len(states), self.system.joints.size))
-        for index, (y, a) in enumerate(zip(states, accelerations, strict=True)):
-            solved = self._space.accelerations(np.ascontiguousarray(y))
-            found[index] = self._smallest(y, a) if solved is None else solved[1]
+        system = self.system
+        found = np.empty((len(times), system.constraints - system.bodies))
+        reference = coordinate_values(system, pose_of(q)) + 2.0 * np.pi * turns
+        states = space_state(q, v)
+        for at, t in enumerate(times.tolist()):
+            solved = self._space.accelerations(np.ascontiguousarray(states[at]), t, reference[at].tolist())
+            missing = None if solved else self._missing(t, q[at], v[at], reference[at], accelerations[at])
+            found[at] = self._smallest(t, states[at], missing) if missing is not None else solved[1]
         return found
 
-    def _smallest(self, y: Array, a: Array) -> Array:
-        system = self.system
-        G = self._space.jacobian(np.ascontiguousarray(y)).reshape(system.joints.size, -1)
-        A = rotation_matrix(y[:, 3:7])
-        omega, spin_up = y[:, 10:13], (np.swapaxes(A, -1, -2) @ a[:, 3:, None])[..., 0]
+    def _smallest(self, t: float, y: Array, missing: Array) -> Array:
+        G = self._space.jacobian(np.ascontiguousarray(y), t)
+        return np.asarray(np.linalg.lstsq(G.reshape(len(G), -1).T, missing, rcond=1e-11)[0], dtype=float)
+
+    def _missing(self, t: float, q: Array, v: Array, reference: Array, a: Array) -> Array:
+        """Gᵀλ, (6n,): the applied forces less what the motion, with r'' and ω' in `a` (n, 6), global, takes."""
+        system, pose = self.system, pose_of(q)
+        twist = twist_of(pose, v)
+        A, omega = pose.rotation[:-1], body_rates(pose, twist)[:-1]
+        spin_up = (np.swapaxes(A, -1, -2) @ a[:, 3:, None])[..., 0]
         momentum = (system.inertia @ omega[..., None])[..., 0]
-        torque = (system.inertia @ spin_up[..., None])[..., 0] + np.cross(omega, momentum)
-        force = system.mass[:, None] * (a[:, :3] - system.gravity)
-        missing = -np.concatenate([force, (A @ torque[..., None])[..., 0]], axis=-1).ravel()
-        return np.asarray(np.linalg.lstsq(G.T, missing, rcond=1e-11)[0], dtype=float)
+        force = system.mass[:, None] * (system.gravity - a[:, :3])
+        torque = -(system.inertia @ spin_up[..., None])[..., 0] - cross(omega, momentum)
+        if system.forces is not None:
+            loads = applied(system, pose, twist, t, reference)
+            force, torque = force + loads.force[:-1], torque + loads.torque[:-1]
+        return np.concatenate([force, (A @ torque[..., None])[..., 0]], axis=-1).ravel()

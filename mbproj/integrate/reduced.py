@@ -10,7 +10,7 @@ import numpy as np
 
 from mbproj.arrays import Array, Integers
 from mbproj.dynamics.samples import Samples
-from mbproj.integrate.compiled import Compiled
+from mbproj.integrate.compiled import Compiled, work_of
 from mbproj.kernel.models import space_model
 from mbproj.model.euler_parameters import matrix_L
 from mbproj.model.system import System
@@ -28,10 +28,14 @@ class Reduced(Compiled):
 
     @property
     def degrees_of_freedom(self) -> int:
-        return 6 * self.system.bodies - self.system.joints.size
+        return 7 * self.system.bodies - self.system.constraints
 
     def state(self, q: Array, v: Array) -> Array:
         return space_state(q, v)
+
+    def coordinates(self, y: Array) -> tuple[Array, Array]:
+        q, v, _ = from_space(y[None], np.zeros((1, len(y), 6)))
+        return q[0], v[0]
 
     def samples(self, block: Mapping[str, Any], counters: Mapping[str, Integers]) -> Samples:
         q, v, acceleration = from_space(block["y"], block["acceleration"])
@@ -43,15 +47,15 @@ class Reduced(Compiled):
             multipliers=block["multipliers"],
             turns=block["turns"],
             step_size=block["step_size"],
-            work=np.zeros((len(block["t"]), 2)),
+            work=work_of(block),
             counters=counters,
         )
 
     def turns(self, turns: Integers) -> Integers:
         return turns
 
-    def joint(self, number: int) -> str:
-        return self.system.names.joints[number]
+    def joint(self, number: int) -> int:
+        return number
 
     def row(self, number: int) -> int:
         return self.system.bodies + number

@@ -176,7 +176,7 @@ def test_a_killed_run_leaves_out_alone_and_its_part_readable(tmp_path):
     part = open_results(tmp_path / "results.h5.part")
     assert (part.status, part.partial) == ("running", True)
     assert len(part.time) > 10
-    assert part["diagnostics/position_violation"].max() <= 1e-13
+    assert part["diagnostics/position_violation"].max() <= 1.1e-13  # what is recorded is computed anew from q
     info = mbproj("info", "results.h5.part", folder=tmp_path)
     assert info.returncode == 0, info.stderr
     plots = mbproj("plot", "results.h5.part", "--kind", "violation", folder=tmp_path)

@@ -1,4 +1,4 @@
-"""Mechanisms of every shape from the joint table, all closed at the scene's pose, and states of them with open joints."""
+"""Mechanisms of every shape from the joint table, closed at the scene's pose, and states of them with open joints."""
 
 from __future__ import annotations
 
@@ -75,20 +75,25 @@ def ladder(seed: int, rungs: int) -> Scene:
     return scene_of(bodies, joints)
 
 
-def parallelogram(wheel: tuple[float, float, float] = (0.0, 1.0, 0.0), angle: float = 0.5) -> Scene:
-    """Cranks of 1 m and a coupler of 2 m in the plane normal to `wheel`: y. Dead where all lie in one line."""
-    up = (float(np.sin(angle)), 0.0, float(np.cos(angle)))
-    axis, round_ = Pair(wheel, wheel), ((0.1, 0.0, 0.0), (0.0, 0.1, 0.0), (0.0, 0.0, 0.1))
+def parallelogram(angle: float = 0.5, *, regular: bool = False) -> Scene:
+    """Crank and rocker of 1 m at `angle` from the vertical, a coupler of 2 m, in the plane normal to y, no gravity: the
+    crank turns evenly. Dead where all lie in one line. Of revolutes alone, unless `regular`: then nothing is
+    redundant in space."""
+    up, y = (float(np.sin(angle)), 0.0, float(np.cos(angle))), (0.0, 1.0, 0.0)
+    moments = ((0.1, 0.0, 0.0), (0.0, 0.1, 0.0), (0.0, 0.0, 0.1))
     corners = [(0.0, 0.0, 0.0), up, (2.0 + up[0], 0.0, up[2]), (2.0, 0.0, 0.0)]
-    middles = [tuple(0.5 * (a + b) for a, b in zip(corners[i], corners[i + 1], strict=True)) for i in range(3)]
-    names = ("crank", "coupler", "rocker")
-    bodies = [Body(name, 1.0, round_, (m[0], m[1], m[2])) for name, m in zip(names, middles, strict=True)]
+    middles = {
+        name: (0.5 * (a[0] + b[0]), 0.0, 0.5 * (a[2] + b[2]))
+        for name, a, b in zip(("crank", "coupler", "rocker"), corners[:3], corners[1:], strict=True)
+    }
     ends = [("ground", "crank"), ("crank", "coupler"), ("coupler", "rocker"), ("ground", "rocker")]
+    kinds = ["revolute", "spherical", "universal", "revolute"] if regular else ["revolute"] * 4
+    axes = {"revolute": Pair(y, y), "spherical": None, "universal": Pair((0.0, 0.0, 1.0), y)}
     joints = [
-        Joint(name, "revolute", pair, Pair(at, at), axis, speed={"angle": 2.0} if name == "A" else {})
-        for name, pair, at in zip("ABCD", ends, corners, strict=True)
+        Joint(name, kind, pair, Pair(at, at), axes[kind], speed={"angle": 2.0} if name == "A" else {})
+        for name, kind, pair, at in zip("ABCD", kinds, ends, corners, strict=True)
     ]
-    return scene_of(bodies, joints, gravity=(0.0, 0.0, 0.0))
+    return scene_of([Body(name, 1.0, moments, at) for name, at in middles.items()], joints, gravity=(0.0, 0.0, 0.0))
 
 
 #: Every mechanism to hold the formulations against each other on, by name.
@@ -133,7 +138,9 @@ def assembled(scene: Scene) -> tuple[System, State]:
 
 def opened(scene: Scene, seed: int = 1, size: float = 0.03) -> Case:
     """Every body moved by `size` of the mechanism's length and by so many radians, and thrown about."""
-    system, state = assembled(scene)
+    system = compile_system(scene)
+    guess = initial_guess(scene, system)
+    state = guess if scene.path is None else assemble(system, guess)  # what is generated here is closed
     rng = np.random.default_rng(seed)
     weights = np.array([system.length] * 3 + [1.0] * 4)
     q = state.q.reshape(-1, 7) + size * weights * rng.normal(size=(system.bodies, 7))

@@ -18,8 +18,8 @@ from tests.kernel.scenes import SCENES, needs_kernel, opened
 
 pytestmark = needs_kernel
 
-#: What round-off may be, times the condition of S = G W⁻¹ Gᵀ.
-ROUND_OFF = 1e-11
+#: What round-off may be, times the condition of S = G W⁻¹ Gᵀ; the design allows a hundred times more.
+ROUND_OFF = 1e-13
 METHODS = ["gopm", "gpopm"]
 
 
@@ -106,14 +106,14 @@ def test_one_exact_newton_correction_is_that_of_the_full_equations(case, name):
 
 @pytest.mark.parametrize("name", METHODS)
 def test_the_correction_closes_joints_and_velocities(case, name):
-    """To 1e-13 and the size of the coordinates, from open joints; a second correction finds nothing to do."""
+    """To the default tolerance, which is 1e-13 for coordinates below 100, even from joints that are wide open; a
+    second correction finds nothing to do."""
     equations = case.reduced.equations(ProjectionSettings(method=name))
     closed = equations.corrected(case.y)
-    reach = max(1.0, np.abs(case.q).max(), np.abs(case.system.joints.local).max(initial=0.0))
-    assert np.abs(equations.constraint(closed)).max(initial=0.0) <= 1e-13 * reach
-    assert np.abs(equations.constraint_velocity(closed)).max(initial=0.0) <= 1e-12 * reach * max(
-        1.0, np.abs(closed[:, 7:]).max()
-    )
+    assert np.abs(case.q).max() < 100.0
+    assert np.abs(equations.constraint(closed)).max(initial=0.0) <= 1e-13
+    fastest = max(1.0, np.abs(closed[:, 7:]).max())
+    assert np.abs(equations.constraint_velocity(closed)).max(initial=0.0) <= 1e-13 * fastest
     np.testing.assert_array_equal(equations.corrected(closed)[:, :3], closed[:, :3])
 
 

@@ -1,9 +1,11 @@
 // Models, equations at single states and runs of one dimension, for Python; instantiated in plane.cpp and space.cpp.
 #pragma once
 
+#include <nanobind/stl/shared_ptr.h>
 #include <nanobind/stl/vector.h>
 
 #include "border.hpp"
+#include "border_loads.hpp"
 #include "equations.hpp"
 #include "run.hpp"
 
@@ -23,7 +25,8 @@ template <int D> void add_model(nb::module_& m, const char* primitives, const ch
     nb::class_<Model<D>>(m, model)
         .def("__init__",
              [](Model<D>* self, Numbers1 mass, Numbers3 inertia, Numbers1 gravity, const PrimitiveSet<D>& constraints,
-                Integers1 joint_begin, Numbers1 row_scale, const PrimitiveSet<D>& coordinates, double length) {
+                Integers1 joint_begin, Numbers1 row_scale, const PrimitiveSet<D>& coordinates, double length,
+                std::shared_ptr<Loads<D>> loads, std::shared_ptr<Programs> motions, std::vector<double> motion_start) {
                  require(gravity, {D}, "gravity");
                  require(row_scale, {static_cast<std::size_t>(constraints.rows)}, "row_scale");
                  Model<D> built;
@@ -34,12 +37,36 @@ template <int D> void add_model(nb::module_& m, const char* primitives, const ch
                  built.joints = joints(constraints, built.size(), joint_begin);
                  built.row_scale = numbers(row_scale, "row_scale");
                  for (const Instance& p : coordinates.instances) built.counts_turns.push_back(p.kind == Kind::angle);
+                 for (const Attachment<D>& a : coordinates.attachments)
+                     if (a.body > built.size()) refuse("coordinates", "have a body that the model does not");
+                 for (const double scale : built.row_scale)
+                     if (!(scale > 0.0)) refuse("row_scale", "is not positive");
+                 if (!(std::isfinite(length) && length > 0.0)) refuse("length", "is not positive");
+                 check_loads(loads.get(), built.size(), coordinates.instances.size());
                  built.length = length;
+                 built.loads = std::move(loads);
+                 built.motions = std::move(motions);
+                 built.driven = driven_rows(constraints, motion_start, built.motions.get());
                  new (self) Model<D>(std::move(built));
              },
              nb::kw_only(), nb::arg("mass"), nb::arg("inertia"), nb::arg("gravity"), nb::arg("constraints"),
-             nb::arg("joint_begin"), nb::arg("row_scale"), nb::arg("coordinates"), nb::arg("length"))
+             nb::arg("joint_begin"), nb::arg("row_scale"), nb::arg("coordinates"), nb::arg("length"), nb::arg("loads").none() = nb::none(),
+             nb::arg("motions").none() = nb::none(), nb::arg("motion_start") = std::vector<double>())
         .def_prop_ro("bodies", &Model<D>::size);
+}
+
+template <int D> void add_loads(nb::module_& m, const char* name) {
+    nb::class_<Loads<D>>(m, name)
+        .def("__init__",
+             [](Loads<D>* self, std::size_t bodies, const PrimitiveSet<D>& coordinates, Integers1 joint_coordinate,
+                Numbers2 law, Integers1 law_program, Integers1 body, Numbers2 point, Integers1 is_torque,
+                Integers1 in_body, Numbers3 force_map, Numbers3 torque_map, Integers2 program, const Programs& programs) {
+                 new (self) Loads<D>(loads<D>(bodies, coordinates, joint_coordinate, law, law_program, body, point,
+                                              is_torque, in_body, force_map, torque_map, program, programs));
+             },
+             nb::kw_only(), nb::arg("bodies"), nb::arg("coordinates"), nb::arg("joint_coordinate"), nb::arg("law"),
+             nb::arg("law_program"), nb::arg("body"), nb::arg("point"), nb::arg("is_torque"), nb::arg("in_body"),
+             nb::arg("force_map"), nb::arg("torque_map"), nb::arg("program"), nb::arg("programs"));
 }
 
 template <int D> nb::dict samples(Run<D>& run) {
@@ -52,6 +79,7 @@ template <int D> nb::dict samples(Run<D>& run) {
     found["acceleration"] = array_of(block.acceleration, count, bodies, Size<D>::freedoms);
     found["multipliers"] = array_of(block.multipliers, count, run.model().constraints.rows);
     found["step_size"] = array_of(block.step_size, count);
+    found["work"] = array_of(block.work, count, run.model().integrals());
     found["turns"] = array_of(block.turns, count, run.model().coordinates.instances.size());
     found["counters"] = array_of(block.counters, count, Counters::count);
     return found;
@@ -64,6 +92,7 @@ template <int D> void add_run(nb::module_& m, const char* name) {
                 const Steps& steps, Numbers2 y, Integers1 turns) {
                  require(y, {static_cast<std::size_t>(model.size()), Size<D>::state}, "y");
                  require(turns, {model.coordinates.instances.size()}, "turns");
+                 check_settings(tableau, projection, steps);
                  new (self) Run<D>(model, tableau, projection, steps, {y.data(), y.data() + y.size()},
                                    {turns.data(), turns.data() + turns.size()});
              })
@@ -76,7 +105,11 @@ template <int D> void add_run(nb::module_& m, const char* name) {
                  return samples(self);
              })
         .def_ro("outcome", &Run<D>::outcome)
+        .def_prop_ro("broken_state", [](Run<D>& self) {
+            return array_of(std::vector<double>(self.dynamics().broken_state()), self.model().size(), Size<D>::state);
+        })
         .def_ro("position_peak", &Run<D>::position_peak)
+        .def_ro("joint_peak", &Run<D>::joint_peak)
         .def_ro("velocity_peak", &Run<D>::velocity_peak)
         .def_prop_ro("counters", [](const Run<D>& self) { return array_of(std::vector<long>([&] {
                                          const auto list = self.counters.list();
@@ -96,43 +129,44 @@ template <int D> void add_equations(nb::module_& m, const char* name) {
     };
     nb::class_<E>(m, name)
         .def(nb::init<const Model<D>&, const Projection&>())
-        .def("constraint", [=](E& self, Numbers2 y) {
-            auto rows = self.constraint(checked(self, y));
+        .def("constraint", [=](E& self, Numbers2 y, double t) {
+            auto rows = self.constraint(t, checked(self, y));
             const auto count = rows.size();
             return array_of(std::move(rows), count);
-        })
-        .def("constraint_velocity", [=](E& self, Numbers2 y) {
-            auto rows = self.constraint_velocity(checked(self, y));
+        }, nb::arg("y"), nb::arg("t") = 0.0)
+        .def("constraint_velocity", [=](E& self, Numbers2 y, double t) {
+            auto rows = self.constraint_velocity(t, checked(self, y));
             const auto count = rows.size();
             return array_of(std::move(rows), count);
-        })
-        .def("gamma", [=](E& self, Numbers2 y) {
-            auto rows = self.gamma(checked(self, y));
+        }, nb::arg("y"), nb::arg("t") = 0.0)
+        .def("gamma", [=](E& self, Numbers2 y, double t) {
+            auto rows = self.gamma(t, checked(self, y));
             const auto count = rows.size();
             return array_of(std::move(rows), count);
-        })
-        .def("jacobian", [=](E& self, Numbers2 y) {
-            auto rows = self.jacobian(checked(self, y));
+        }, nb::arg("y"), nb::arg("t") = 0.0)
+        .def("jacobian", [=](E& self, Numbers2 y, double t) {
+            auto rows = self.jacobian(t, checked(self, y));
             const auto count = rows.size() / std::max<std::size_t>(1, Size<D>::freedoms * self.model().size());
             return array_of(std::move(rows), count, self.model().size(), Size<D>::freedoms);
-        })
-        .def("accelerations", [=](E& self, Numbers2 y) -> nb::object {
-            auto found = self.accelerations(checked(self, y));
+        }, nb::arg("y"), nb::arg("t") = 0.0)
+        .def("accelerations", [=](E& self, Numbers2 y, double t, std::vector<double> coordinates) -> nb::object {
+            coordinates.resize(self.model().coordinates.instances.size());
+            auto found = self.accelerations(t, checked(self, y), coordinates);
             if (!found) return nb::none();
             const auto rows = found->second.size();
             return nb::make_tuple(array_of(std::move(found->first), self.model().size(), Size<D>::freedoms),
                                   array_of(std::move(found->second), rows));
-        })
-        .def("newton", [=](E& self, Numbers2 y) -> nb::object {
-            auto found = self.newton(checked(self, y));
+        }, nb::arg("y"), nb::arg("t") = 0.0, nb::arg("coordinates") = std::vector<double>())
+        .def("newton", [=](E& self, Numbers2 y, double t) -> nb::object {
+            auto found = self.newton(t, checked(self, y));
             if (!found) return nb::none();
             return array_of(std::move(*found), self.model().size(), Size<D>::state);
-        })
-        .def("corrected", [=](E& self, Numbers2 y) -> nb::object {
-            auto found = self.corrected(checked(self, y));
+        }, nb::arg("y"), nb::arg("t") = 0.0)
+        .def("corrected", [=](E& self, Numbers2 y, double t) -> nb::object {
+            auto found = self.corrected(t, checked(self, y));
             if (!found) return nb::none();
             return array_of(std::move(*found), self.model().size(), Size<D>::state);
-        })
+        }, nb::arg("y"), nb::arg("t") = 0.0)
         .def_prop_ro("singular_joint", &E::singular_joint)
         .def_prop_ro("topology", [](const E& self) {
             const TopologyFacts facts = self.facts();
@@ -149,6 +183,7 @@ template <int D> void add_equations(nb::module_& m, const char* name) {
 // Everything of a dimension; the classes are called name + "Model" and so on.
 template <int D> void bind_dimension(nb::module_& m, const std::string& name) {
     add_model<D>(m, (name + "Primitives").c_str(), (name + "Model").c_str());
+    add_loads<D>(m, (name + "Loads").c_str());
     add_equations<D>(m, (name + "Equations").c_str());
     add_run<D>(m, (name + "Run").c_str());
 }

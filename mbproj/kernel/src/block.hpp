@@ -6,7 +6,7 @@
 
 namespace mbproj {
 
-enum class Status : int { running, finished, not_finite, singular, open, vanished };
+enum class Status : int { running, finished, not_finite, singular, open, vanished, broken };
 
 // In the order of the fields of mbproj.integrate.tally.Tally.
 struct Counters {
@@ -36,10 +36,10 @@ struct Peak {
 
 // Samples one after another, row-major: states, accelerations (global r'', ω' in body axes), multipliers, turns.
 struct Block {
-    std::vector<double> t, y, acceleration, multipliers, step_size;
+    std::vector<double> t, y, acceleration, multipliers, step_size, work;
     std::vector<long> turns, counters;
     void clear() {
-        for (auto* numbers : {&t, &y, &acceleration, &multipliers, &step_size}) numbers->clear();
+        for (auto* numbers : {&t, &y, &acceleration, &multipliers, &step_size, &work}) numbers->clear();
         turns.clear();
         counters.clear();
     }

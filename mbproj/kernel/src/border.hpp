@@ -57,6 +57,32 @@ template <class Number, class... Sizes> nb::object array_of(std::vector<Number> 
     return nb::cast(nb::ndarray<nb::numpy, Number>(kept->data(), {static_cast<std::size_t>(sizes)...}, owner));
 }
 
+inline void require_positive(double value, const char* name) {
+    if (!(value > 0.0 && std::isfinite(value))) refuse(name, "is not positive");
+}
+
+// Settings that fit each other.
+inline void check_settings(const Tableau& tableau, const Projection& projection, const Steps& steps) {
+    if (projection.every < 1 || projection.max_iterations < 1) refuse("every or max_iterations", "is not positive");
+    for (const double number : {projection.alpha, projection.beta, projection.tolerance, projection.threshold})
+        if (!std::isfinite(number)) refuse("projection", "holds a number that is not finite");
+    if (!steps.fixed() && tableau.error.rows() == 0) refuse("tableau", "estimates no error");
+}
+
+// Every array of a tableau of s stages has the shape that goes with s.
+inline void check_tableau(const Tableau& t, int most_stages) {
+    const Eigen::Index s = t.stages(), extra = static_cast<Eigen::Index>(t.extra_c.size());
+    const bool embedded = t.error.rows() > 0;
+    if (s < 1) refuse("b", "has a wrong shape");
+    if (t.a.rows() != s || t.a.cols() != s) refuse("a", "has a wrong shape");
+    if (static_cast<Eigen::Index>(t.c.size()) != s) refuse("c", "has a wrong shape");
+    if (embedded && (t.error.rows() > 2 || t.error.cols() != s + 1)) refuse("error", "has a wrong shape");
+    if (t.extra_a.rows() != extra || (extra && t.extra_a.cols() != s + 1 + extra)) refuse("extra_a", "has a wrong shape");
+    if (embedded && (t.dense.rows() != s + 1 + extra || t.dense.cols() < 1)) refuse("dense", "has a wrong shape");
+    if (s + 1 + extra > most_stages) refuse("b", "has too many stages");
+    if (t.order < 1 || (embedded && t.error_order < 1)) refuse("order", "is not positive");
+}
+
 constexpr int slots_of(Kind kind) {
     switch (kind) {
         case Kind::coincident:
@@ -110,7 +136,8 @@ template <int D> std::vector<Joint> joints(const PrimitiveSet<D>& set, int bodie
     if (begin.size() == 0 || begin.data()[0] != 0 || begin.data()[begin.size() - 1] != count)
         refuse("joint_begin", "does not run from the first instance to the last");
     for (std::size_t j = 0; j + 1 < begin.size(); ++j) {
-        if (begin.data()[j] >= begin.data()[j + 1]) refuse("joint_begin", "does not increase");
+        if (begin.data()[j] >= begin.data()[j + 1] || begin.data()[j + 1] > count)
+            refuse("joint_begin", "does not increase");
         Joint joint{static_cast<int>(begin.data()[j]), static_cast<int>(begin.data()[j + 1]), 0, 0, {}};
         joint.row = set.instances[joint.begin].row;
         for (int i = joint.begin; i < joint.end; ++i) {
@@ -118,6 +145,7 @@ template <int D> std::vector<Joint> joints(const PrimitiveSet<D>& set, int bodie
             joint.rows += p.rows;
             for (int s = 0; s < p.slot_count; ++s) {
                 const int body = set.attachments[p.slots[s]].body;
+                if (body > bodies) refuse("constraints", "hold a body of more bodies than the model has");
                 const bool known = std::find(joint.bodies.begin(), joint.bodies.end(), body) != joint.bodies.end();
                 if (body < bodies && !known) joint.bodies.push_back(body);
             }
@@ -139,6 +167,7 @@ std::vector<Body<D>> bodies(const Numbers1& mass, const Numbers3& inertia) {
         Body<D> body;
         body.mass = mass.data()[b];
         body.inertia = Eigen::Map<const Eigen::Matrix<double, W, W>>(inertia.data() + W * W * b);
+        if (!body.inertia.isApprox(body.inertia.transpose(), 1e-12)) refuse("inertia", "is not symmetric");
         const Eigen::LLT<Matrix<W, W>> root(body.inertia);
         if (!(body.mass > 0.0) || root.info() != Eigen::Success) refuse("mass or inertia", "is not positive definite");
         body.inverse_root = root.matrixL().solve(Matrix<W, W>::Identity());

@@ -34,11 +34,11 @@ public:
         factor_.compute(full);
         return factor_.info() == Eigen::Success;
     }
-    // Zᵀ x, column by column.
-    template <class X> void forward(X&& x) const {
+    // Zᵀ x.
+    void forward(Column<F>& x) const {
         if (is_bare_) {
-            x.template topRows<D>() *= translation_;
-            x.template bottomRows<S::turns>() = rotation_ * x.template bottomRows<S::turns>().eval();
+            x.template head<D>() *= translation_;
+            x.template tail<S::turns>() = rotation_ * x.template tail<S::turns>().eval();
         } else {
             factor_.matrixL().solveInPlace(x);
         }
@@ -59,6 +59,9 @@ private:
     Matrix<S::turns, S::turns> rotation_;
     Eigen::LLT<Matrix<F, F>> factor_;
 };
+
+// A pivot of S below this part of its diagonal entry asks for a second solution on the residual.
+constexpr double ill_conditioned = 1e-4;
 
 template <int D> class Core {
 public:
@@ -99,16 +102,21 @@ public:
         for (Incidence& at : incidences_) {
             const Joint& joint = model_.joints[topology_.core_joints[at.joint]];
             jacobian<D>(model_, pose, joint, topology_.core_bodies[at.body], G);
-            at.Y.leftCols(joint.rows) = G.topRows(joint.rows).transpose();
-            halves_[at.body].forward(at.Y.leftCols(joint.rows));
+            for (int r = 0; r < joint.rows; ++r) {
+                Column<F> y = G.row(r).transpose();
+                halves_[at.body].forward(y);
+                at.Y.col(r) = y;
+            }
         }
         cholesky_.clear();
         for (const Product& product : products_) {
             const Incidence &a = incidences_[product.a], &b = incidences_[product.b];
             const int rows = size(a.joint), columns = size(b.joint);
             double* target = cholesky_.at(product.offset);
+            const bool diagonal = product.a == product.b;  // of which the lower half counts
             for (int r = 0; r < rows; ++r)
-                for (int c = 0; c < columns; ++c) target[r * columns + c] += a.Y.col(r).dot(b.Y.col(c));
+                for (int c = 0; c < (diagonal ? r + 1 : columns); ++c)
+                    target[r * columns + c] += a.Y.col(r).dot(b.Y.col(c));
         }
         const int failed = cholesky_.factor(smallest);
         return failed < 0 ? -1 : topology_.core_joints[failed];
@@ -124,13 +132,11 @@ public:
             const Joint& joint = model_.joints[topology_.core_joints[j]];
             for (int r = 0; r < joint.rows; ++r) rhs_[cholesky_.row(static_cast<int>(j)) + r] = -c[joint.row + r];
         }
-        for (const Incidence& at : incidences_)
-            Eigen::Map<Eigen::VectorXd>(rhs_.data() + cholesky_.row(at.joint), size(at.joint)).noalias() +=
-                at.Y.leftCols(size(at.joint)).transpose() * work_[at.body];
-        cholesky_.solve(rhs_.data());
-        for (const Incidence& at : incidences_)
-            work_[at.body].noalias() -= at.Y.leftCols(size(at.joint)) *
-                                        Eigen::Map<const Eigen::VectorXd>(rhs_.data() + cholesky_.row(at.joint), size(at.joint));
+        lambda_.assign(rhs_.size(), 0.0);
+        improve();
+        // S squares the condition of Y. Where a pivot shows that to matter, a second time on what is left, which is
+        // computed from Y itself, gives the digits back (Björck 1996, sect. 6.6.5: corrected seminormal equations).
+        if (cholesky_.smallest_pivot() < ill_conditioned) improve();
         for (std::size_t b = 0; b < halves_.size(); ++b) {
             halves_[b].backward(work_[b]);
             delta[topology_.core_bodies[b]] = work_[b];
@@ -141,7 +147,7 @@ public:
     void multipliers(double* lambda) const {
         for (std::size_t j = 0; j < topology_.core_joints.size(); ++j) {
             const Joint& joint = model_.joints[topology_.core_joints[j]];
-            for (int r = 0; r < joint.rows; ++r) lambda[joint.row + r] = rhs_[cholesky_.row(static_cast<int>(j)) + r];
+            for (int r = 0; r < joint.rows; ++r) lambda[joint.row + r] = lambda_[cholesky_.row(static_cast<int>(j)) + r];
         }
     }
 
@@ -157,6 +163,19 @@ private:
         std::size_t offset;
     };
 
+    // λ += S⁻¹ (Yᵀ w - c), and w less Y times that, with -c in `rhs_`.
+    void improve() {
+        step_ = rhs_;
+        for (const Incidence& at : incidences_)
+            for (int r = 0, row = cholesky_.row(at.joint); r < size(at.joint); ++r)
+                step_[row + r] += at.Y.col(r).dot(work_[at.body]);
+        cholesky_.solve(step_.data());
+        for (const Incidence& at : incidences_)
+            for (int r = 0, row = cholesky_.row(at.joint); r < size(at.joint); ++r)
+                work_[at.body] -= step_[row + r] * at.Y.col(r);
+        for (std::size_t r = 0; r < lambda_.size(); ++r) lambda_[r] += step_[r];
+    }
+
     int size(int joint) const { return model_.joints[topology_.core_joints[joint]].rows; }
     void add_product(int a, int b) {
         const auto target = cholesky_.target(incidences_[a].joint, incidences_[b].joint);
@@ -169,7 +188,7 @@ private:
     std::vector<Product> products_;
     std::vector<HalfInverse<D>> halves_;
     std::vector<Column<F>> work_;
-    std::vector<double> rhs_;
+    std::vector<double> rhs_, step_, lambda_;
     BlockCholesky cholesky_;
 };
 

@@ -25,9 +25,9 @@ public:
     // The state y after step number `step` (from 1) with its orientations normalised, projected if the schedule says so:
     // every k-th step, and with a threshold only the levels that exceed it (velocities always after a moved position).
     // Afterwards the pose of y is in place.
-    Corrected after_step(long step, double* y) {
+    Corrected after_step(long step, double t, double* y) {
         normalise(y);
-        dynamics_.place(y);
+        dynamics_.place(t, y);
         const bool due = settings_.corrects() && !rhs_.empty() && step % settings_.every == 0;
         bool position = due && settings_.position, velocity = due && settings_.velocity;
         if (due && settings_.threshold >= 0.0) {
@@ -36,7 +36,8 @@ public:
         }
         Corrected done;
         done.projections = position || velocity;
-        if (position) settings_.paper_test ? by_paper(y, done) : by_violation(y, done);
+        // The factor of the step's last stage, a pose near by, serves where there is one.
+        if (position) settings_.paper_test ? by_paper(y, done) : by_violation(y, done, !dynamics_.holds(metric_));
         phases_.mark(Phase::position);
         if (velocity && done.regular) correct_velocity(y, done);
         phases_.mark(Phase::velocity);
@@ -44,19 +45,19 @@ public:
     }
 
     // A state between two steps, moved to the constraints at the levels that are switched on.
-    Corrected anywhere(double* y) {
+    Corrected anywhere(double t, double* y) {
         normalise(y);
-        dynamics_.place(y);
+        dynamics_.place(t, y);
         Corrected done;
         if (!settings_.corrects() || rhs_.empty()) return done;
-        if (settings_.position) settings_.paper_test ? by_paper(y, done) : by_violation(y, done);
+        if (settings_.position) settings_.paper_test ? by_paper(y, done) : by_violation(y, done, true);
         if (settings_.velocity && done.regular) correct_velocity(y, done);
         return done;
     }
 
     // One exact Newton correction of the position; false where there is none.
-    bool newton(double* y) {
-        dynamics_.place(y);
+    bool newton(double t, double* y) {
+        dynamics_.place(t, y);
         if (!dynamics_.factor(metric_)) return false;
         move(y, dynamics_.constraint());
         return true;
@@ -65,6 +66,8 @@ public:
 private:
     // A pass that leaves more than this part of the violation has reached round-off, or does not converge.
     static constexpr double stagnation = 0.5;
+    // A pass that leaves more than this part of it calls for a factor of the pose it has reached.
+    static constexpr double slow = 0.1;
     static constexpr double floor = 1e-13;
     static constexpr double paper_tolerance = 1e-12;
 
@@ -81,12 +84,12 @@ private:
         }
     }
 
-    // Until every row of C meets its tolerance. The factor of the first pose serves all passes (simplified Newton) unless
-    // they stop converging; a violation that does not fall with a fresh factor either has reached round-off.
-    void by_violation(double* y, Corrected& done) {
+    // Until every row of C meets its tolerance. One factor, `fresh` from this pose or from one near by, serves all passes
+    // (simplified Newton) unless they converge slowly; a violation that does not fall with a fresh factor either has
+    // reached round-off.
+    void by_violation(double* y, Corrected& done, bool fresh) {
         const double* C = dynamics_.constraint();
         double left = largest(C);
-        bool fresh = true;
         while (!meets(C)) {
             if (done.position_passes == settings_.max_iterations) {
                 ++done.failures;
@@ -98,7 +101,7 @@ private:
             ++done.position_passes;
             C = dynamics_.constraint();
             const double now = largest(C);
-            const bool may_rise = done.position_passes == 1 && std::isfinite(now);
+            const bool may_rise = fresh && done.position_passes == 1 && std::isfinite(now);
             if (!may_rise && !(now < stagnation * left)) {
                 std::copy(before_.begin(), before_.end(), y);
                 dynamics_.place(y);
@@ -110,8 +113,8 @@ private:
                 fresh = true;
                 continue;
             }
+            fresh = !(now < slow * left);
             left = now;
-            fresh = false;
         }
     }
 

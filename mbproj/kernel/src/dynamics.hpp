@@ -1,7 +1,10 @@
 // Newton and Euler in the bodies' own velocities, with the joints' multipliers: y' = f(y).
 #pragma once
 
+#include <limits>
+
 #include "bordered.hpp"
+#include "loads.hpp"
 #include "settings.hpp"
 
 namespace mbproj {
@@ -13,31 +16,38 @@ public:
 
     Dynamics(const Model<D>& model, const Projection& projection)
         : model_(model), projection_(projection), pose_(model), motion_(model), bordered_(model),
-          gamma_(model.constraints.rows), C_(model.constraints.rows), C_dot_(model.constraints.rows) {}
+          gamma_(model.constraints.rows), C_(model.constraints.rows), C_dot_(model.constraints.rows),
+          lambda_(model.constraints.rows), drive_(model.driven.size()), applied_(model.loads ? model.size() : 0) {}
 
+    // Numbers of the bodies' state, and of all that is integrated.
     int size() const { return S::state * model_.size(); }
+    int total() const { return size() + model_.integrals(); }
 
-    // y' at a state. False where the equations have no unique solution.
-    bool derivative(const double* y, double* slope) {
-        place(y);
+    // y' at a state. False where the equations have no unique solution or a function has no value: see `broken`.
+    bool derivative(double t, const double* y, double* slope) {
+        place(t, y);
         if (!factor(Metric::mass)) return false;
         move(y, false);
-        slope_at(y, slope);
-        return true;
+        return slope_at(y, slope);
     }
 
     // The velocities at the pose in place, with the right-hand sides that go with them; C' on request.
     void move(const double* y, bool with_C_dot) {
         motion_.update(y, pose_);
         const bool baumgarte = projection_.correction == Correction::baumgarte;
-        moving_rows(model_, pose_, motion_, with_C_dot || baumgarte ? C_dot_.data() : nullptr, gamma_.data());
+        with_C_dot = with_C_dot || baumgarte;
+        moving_rows(model_, pose_, motion_, with_C_dot ? C_dot_.data() : nullptr, gamma_.data());
+        for (std::size_t k = 0; k < drive_.size(); ++k) {
+            gamma_[model_.driven[k].row] += drive_[k].dd;
+            if (with_C_dot) C_dot_[model_.driven[k].row] -= drive_[k].d;
+        }
         if (baumgarte) stabilise();
     }
 
     // y' where the pose is in place and factored with the masses, and its velocities are; multipliers on request.
-    void slope_at(const double* y, double* slope, double* lambda = nullptr) {
-        set_forces(y);
-        bordered_.solve(gamma_.data(), lambda);
+    bool slope_at(const double* y, double* slope, double* lambda = nullptr) {
+        if (broken_ || !set_forces(y)) return broken(y);
+        bordered_.solve(gamma_.data(), lambda || !drive_.empty() ? lambda_.data() : nullptr);
         for (int b = 0; b < model_.size(); ++b) {
             const Part<D> part(y, b);
             WritablePart<D> out(slope, b);
@@ -46,29 +56,70 @@ public:
             out.velocity() = bordered_.shift(b);
             out.omega() = to_body(pose_[b].rotation, bordered_.turn(b));
         }
+        if (model_.integrals()) {
+            double power = applied_.power;
+            for (std::size_t k = 0; k < drive_.size(); ++k) power -= lambda_[model_.driven[k].row] * drive_[k].d;
+            slope[size()] = power;
+            slope[size() + 1] = applied_.dissipation;
+        }
+        if (lambda) std::copy(lambda_.begin(), lambda_.end(), lambda);
+        return true;
     }
 
-    void place(const double* y) {
+    // A state at a time, in place of the last.
+    void place(double t, const double* y) {
         pose_.update(y);
         factored_ = false;
+        if (t == t_ && !broken_) return;
+        t_ = t;
+        broken_ = false;
+        const Series time[3] = {{t, 1.0, 0.0}, {}, {}};
+        for (std::size_t k = 0; k < drive_.size(); ++k) {
+            drive_[k] = model_.motions->run(static_cast<int>(k), time);
+            if (!drive_[k].finite()) broken_ = true;
+        }
     }
+    // Another state at the same time.
+    void place(const double* y) { place(t_, y); }
+
     bool factor(Metric metric) {
         if (factored_ && metric == metric_) return true;
         metric_ = metric;
-        return factored_ = bordered_.factor(pose_, metric);
+        return held_ = factored_ = bordered_.factor(pose_, metric);
     }
+    // Whether there is a factor in this metric, be it of an earlier pose.
+    bool holds(Metric metric) const { return held_ && metric == metric_; }
     const double* constraint() {
         mbproj::constraint(model_, pose_, C_.data());
+        for (std::size_t k = 0; k < drive_.size(); ++k) {
+            const DrivenRow& driven = model_.driven[k];
+            const double wanted = driven.start + drive_[k].x;
+            C_[driven.row] = driven.is_angle ? nearest(C_[driven.row] - std::remainder(wanted, 2.0 * M_PI))
+                                             : C_[driven.row] - wanted;
+        }
         return C_.data();
     }
     const double* constraint_velocity(const double* y) {
         motion_.update(y, pose_);
         moving_rows(model_, pose_, motion_, C_dot_.data(), static_cast<double*>(nullptr));
+        for (std::size_t k = 0; k < drive_.size(); ++k) C_dot_[model_.driven[k].row] -= drive_[k].d;
         return C_dot_.data();
     }
     // Of the last `move`.
     const double* gamma() const { return gamma_.data(); }
     const double* C_dot() const { return C_dot_.data(); }
+
+    // Where the joints' coordinates were last known: what angles of forces count their turns from.
+    Turning& turning() { return turning_; }
+    // The state, at `time`, at which a function of the scene had no finite value; empty where none failed.
+    const std::vector<double>& broken_state() const { return broken_state_; }
+    double time() const { return t_; }
+    // Whether the pose in place has overflowed.
+    bool finite() const {
+        for (int b = 0; b < model_.size(); ++b)
+            if (!pose_[b].position.allFinite() || !pose_[b].rotation.allFinite()) return false;
+        return true;
+    }
 
     const Model<D>& model() const { return model_; }
     Pose<D>& pose() { return pose_; }
@@ -77,16 +128,29 @@ public:
     const Bordered<D>& bordered() const { return bordered_; }
 
 private:
-    void set_forces(const double* y) {
+    bool set_forces(const double* y) {
+        if (model_.loads && !applied_.update(*model_.loads, pose_, motion_, t_, turning_)) return false;
         for (int b = 0; b < model_.size(); ++b) {
+            Point<D> force = model_.bodies[b].mass * model_.gravity;
             Turn<D> torque = Turn<D>::Zero();
             if constexpr (D == 3) {
                 const Turn<3> omega = Part<3>(y, b).omega();
                 const Turn<3> momentum = model_.bodies[b].inertia * omega;
                 torque.noalias() = pose_[b].rotation * momentum.cross(omega);
             }
-            bordered_.set_force(b, model_.bodies[b].mass * model_.gravity, torque);
+            if (model_.loads) {
+                force += applied_.force[b];
+                torque += applied_.torque[b];
+            }
+            bordered_.set_force(b, force, torque);
         }
+        return true;
+    }
+
+    bool broken(const double* y) {
+        broken_ = true;
+        broken_state_.assign(y, y + size());
+        return false;
     }
 
     // Baumgarte (ref. 9): C'' + 2α C' + β² C = 0.
@@ -101,8 +165,13 @@ private:
     Pose<D> pose_;
     Motion<D> motion_;
     Bordered<D> bordered_;
-    std::vector<double> gamma_, C_, C_dot_;
-    bool factored_ = false;
+    std::vector<double> gamma_, C_, C_dot_, lambda_;
+    std::vector<Series> drive_;  // what the motions prescribe at t_
+    Applied<D> applied_;
+    Turning turning_;
+    std::vector<double> broken_state_;
+    double t_ = std::numeric_limits<double>::quiet_NaN();
+    bool factored_ = false, held_ = false, broken_ = false;
     Metric metric_ = Metric::mass;
 };
 

@@ -23,23 +23,23 @@ public:
     Equations(const Equations&) = delete;
     Equations& operator=(const Equations&) = delete;
 
-    Numbers constraint(const double* y) {
-        dynamics_.place(y);
+    Numbers constraint(double t, const double* y) {
+        dynamics_.place(t, y);
         return rows(dynamics_.constraint());
     }
-    Numbers constraint_velocity(const double* y) {
-        dynamics_.place(y);
+    Numbers constraint_velocity(double t, const double* y) {
+        dynamics_.place(t, y);
         return rows(dynamics_.constraint_velocity(y));
     }
-    Numbers gamma(const double* y) {
-        dynamics_.place(y);
+    Numbers gamma(double t, const double* y) {
+        dynamics_.place(t, y);
         dynamics_.move(y, false);
         return rows(dynamics_.gamma());
     }
 
     // G in (δr, δθ global) of each body, rows × bodies × freedoms.
-    Numbers jacobian(const double* y) {
-        dynamics_.place(y);
+    Numbers jacobian(double t, const double* y) {
+        dynamics_.place(t, y);
         const std::size_t width = static_cast<std::size_t>(S::freedoms) * model_.size();
         Numbers found(width * model_.constraints.rows);
         Matrix<6, S::freedoms> G;
@@ -53,13 +53,15 @@ public:
         return found;
     }
 
-    // (r'', ω' in body axes) of each body and λ, or nothing where they are not unique.
-    std::optional<std::pair<Numbers, Numbers>> accelerations(const double* y) {
-        Numbers slope(dynamics_.size()), lambda(model_.constraints.rows), found;
-        dynamics_.place(y);
+    // (r'', ω' in body axes) of each body and λ, or nothing where they are not unique. `coordinates` are the joints',
+    // each to less than half a turn.
+    std::optional<std::pair<Numbers, Numbers>> accelerations(double t, const double* y, const Numbers& coordinates) {
+        dynamics_.turning() = {t, coordinates, Numbers(coordinates.size())};
+        Numbers slope(dynamics_.total()), lambda(model_.constraints.rows), found;
+        dynamics_.place(t, y);
         if (!dynamics_.factor(Metric::mass)) return std::nullopt;
         dynamics_.move(y, false);
-        dynamics_.slope_at(y, slope.data(), lambda.data());
+        if (!dynamics_.slope_at(y, slope.data(), lambda.data())) return std::nullopt;
         for (int b = 0; b < model_.size(); ++b) {
             const double* a = slope.data() + S::state * b + S::pose;
             found.insert(found.end(), a, a + S::freedoms);
@@ -68,16 +70,16 @@ public:
     }
 
     // The state after one exact Newton correction of its position.
-    std::optional<Numbers> newton(const double* y) {
+    std::optional<Numbers> newton(double t, const double* y) {
         Numbers state(y, y + dynamics_.size());
-        if (!corrector_.newton(state.data())) return std::nullopt;
+        if (!corrector_.newton(t, state.data())) return std::nullopt;
         return state;
     }
 
     // The state moved to the constraints, position and velocity.
-    std::optional<Numbers> corrected(const double* y) {
+    std::optional<Numbers> corrected(double t, const double* y) {
         Numbers state(y, y + dynamics_.size());
-        if (!corrector_.anywhere(state.data()).regular) return std::nullopt;
+        if (!corrector_.anywhere(t, state.data()).regular) return std::nullopt;
         return state;
     }
 

@@ -1,8 +1,10 @@
 // The mechanism as the kernel keeps it: bodies, and primitives bound to points and vectors that are fixed in them.
 #pragma once
 
+#include <memory>
 #include <vector>
 
+#include "programs.hpp"
 #include "space.hpp"
 
 namespace mbproj {
@@ -50,6 +52,15 @@ struct Joint {
     std::vector<int> bodies;  // those that move, each once
 };
 
+// Rows at the end of the constraints that functions of time drive: s(q) - start - f(t).
+struct DrivenRow {
+    int row;
+    bool is_angle;
+    double start;
+};
+
+template <int D> struct Loads;
+
 template <int D> struct Model {
     std::vector<Body<D>> bodies;
     Point<D> gravity;
@@ -59,8 +70,13 @@ template <int D> struct Model {
     std::vector<double> row_scale;       // what a row's violation is measured against
     std::vector<bool> counts_turns;      // per coordinate: an angle
     double length;                       // the size of the mechanism
+    std::shared_ptr<const Loads<D>> loads;      // none, or the forces but gravity
+    std::vector<DrivenRow> driven;
+    std::shared_ptr<const Programs> motions;    // the functions of the driven rows
 
     int size() const { return static_cast<int>(bodies.size()); }
+    // Integrals at the end of the state: work and dissipation where there is either.
+    int integrals() const { return loads || !driven.empty() ? 2 : 0; }
 };
 
 }  // namespace mbproj

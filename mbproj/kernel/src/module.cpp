@@ -1,8 +1,9 @@
 // The Python module, `_core` or `_core_v3`: settings here, models and runs in plane.cpp and space.cpp.
+#include <nanobind/stl/tuple.h>
 #include <nanobind/stl/vector.h>
 
 #include "block.hpp"
-#include "border.hpp"
+#include "border_loads.hpp"
 #include "build_info.hpp"
 
 namespace mbproj {
@@ -13,13 +14,26 @@ void bind_space(nb::module_& m);
 namespace {
 
 void add_settings(nb::module_& m) {
+    nb::class_<Programs>(m, "Programs")
+        .def("__init__", [](Programs* self, Integers1 start, Integers1 op, Numbers1 operand, Integers1 table_start,
+                            Numbers1 knot, Numbers1 origin, Numbers2 piece) {
+            new (self) Programs(programs(start, op, operand, table_start, knot, origin, piece));
+        })
+        .def("run", [](const Programs& self, int program, double t, double s, double s_dot) {
+            if (program < 0 || program + 1 >= static_cast<int>(self.start.size())) refuse("program", "is out of range");
+            const Series variables[3] = {{t, 1.0, 0.0}, {s, 0.0, 0.0}, {s_dot, 0.0, 0.0}};
+            const Series found = self.run(program, variables);
+            return std::make_tuple(found.x, found.d, found.dd);
+        });
     nb::class_<Tableau>(m, "Tableau")
         .def("__init__",
              [](Tableau* self, int order, int error_order, Numbers2 a, Numbers1 b, Numbers1 c, Numbers2 error,
                 Numbers2 extra_a, Numbers1 extra_c, Numbers2 dense) {
-                 new (self) Tableau{order, error_order, matrix(a, "a"), numbers(b, "b"), numbers(c, "c"),
+                 Tableau built{order, error_order, matrix(a, "a"), numbers(b, "b"), numbers(c, "c"),
                                     matrix(error, "error"), matrix(extra_a, "extra_a"), numbers(extra_c, "extra_c"),
-                                    matrix(dense, "dense")};
+                               matrix(dense, "dense")};
+                 check_tableau(built, 32);
+                 new (self) Tableau(std::move(built));
              });
     nb::enum_<Correction>(m, "Correction")
         .value("none", Correction::none)
@@ -40,11 +54,17 @@ void add_settings(nb::module_& m) {
     nb::class_<Steps>(m, "Steps")
         .def_static("fixed",
                     [](double start, double duration, double step, long count, long every) {
-                        if (!(step > 0.0) || count < 1 || every < 1) refuse("step", "is not positive");
+                        require_positive(duration, "duration");
+                        require_positive(step, "step");
+                        if (!std::isfinite(start) || count < 1 || every < 1) refuse("steps", "have a wrong start or count");
                         return Steps{start, duration, step, 0.0, count, every, {}};
                     })
         .def_static("by_error", [](double start, double duration, double tolerance, std::vector<double> times) {
-            if (!(tolerance > 0.0) || times.empty()) refuse("tolerance", "is not positive");
+            require_positive(duration, "duration");
+            require_positive(tolerance, "tolerance");
+            bool increasing = std::isfinite(start) && !times.empty() && times.front() == start;
+            for (std::size_t i = 1; i < times.size(); ++i) increasing = increasing && times[i] > times[i - 1];
+            if (!increasing) refuse("times", "do not increase from the start");
             return Steps{start, duration, -1.0, tolerance, 0, 1, std::move(times)};
         });
     nb::enum_<Status>(m, "Status")
@@ -53,7 +73,8 @@ void add_settings(nb::module_& m) {
         .value("not_finite", Status::not_finite)
         .value("singular", Status::singular)
         .value("open", Status::open)
-        .value("vanished", Status::vanished);
+        .value("vanished", Status::vanished)
+        .value("broken", Status::broken);
     nb::class_<Outcome>(m, "Outcome")
         .def_ro("status", &Outcome::status)
         .def_ro("time", &Outcome::time)

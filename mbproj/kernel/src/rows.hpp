@@ -14,55 +14,70 @@ template <int D> struct Slots {
     }
 };
 
-// How they move: their velocities, and the part ω × (ω × s) of their accelerations that holds no body's acceleration.
-template <int D> struct MovingSlots : Slots<D> {
-    Point<D> x_dot[most_slots], bias[most_slots];
-    MovingSlots(const Model<D>& model, const Instance& p, const Pose<D>& pose, const Motion<D>& motion)
-        : Slots<D>(p, pose) {
-        for (int s = 0; s < p.slot_count; ++s) {
-            const Attachment<D>& a = model.constraints.attachments[p.slots[s]];
-            const Twist<D>& twist = motion[a.body];
-            x_dot[s] = turned_by(twist.omega, pose.spoke(p.slots[s]));
-            bias[s] = turned_by(twist.omega, x_dot[s]);
-            if (a.is_point) x_dot[s] += twist.velocity;
-        }
+// How an attachment moves: its velocity, and the part ω × (ω × s) of its acceleration that holds no body's acceleration.
+template <int D> struct Moving {
+    Point<D> x_dot, bias;
+    Moving() = default;
+    Moving(const Model<D>& model, const Pose<D>& pose, const Motion<D>& motion, int attachment) {
+        const Attachment<D>& a = model.constraints.attachments[attachment];
+        const Twist<D>& twist = motion[a.body];
+        x_dot = turned_by(twist.omega, pose.spoke(attachment));
+        bias = turned_by(twist.omega, x_dot);
+        if (a.is_point) x_dot += twist.velocity;
     }
 };
 
 template <int D> void constraint(const Model<D>& model, const Pose<D>& pose, double* C) {
     for (const Instance& p : model.constraints.instances) {
-        if (p.kind == Kind::coincident) {
-            Eigen::Map<Point<D>> rows(C + p.row);
-            rows = pose.place(p.slots[1]) - pose.place(p.slots[0]);
-            if (p.offset != 0.0) rows.array() -= p.offset;
-        } else {
+        if (p.kind == Kind::coincident)
+            Eigen::Map<Point<D>>(C + p.row) = pose.place(p.slots[1]) - pose.place(p.slots[0]);
+        else if (p.kind == Kind::perpendicular)
+            C[p.row] = pose.spoke(p.slots[0]).dot(pose.spoke(p.slots[1])) - p.offset;
+        else
             C[p.row] = value<D>(p, Slots<D>(p, pose).x) - p.offset;
-        }
     }
 }
 
-// C' and γ, with C'' = G a - γ; either may be left out.
+// C' and γ of one row, with C'' = G a - γ.
+struct RowRates {
+    double C_dot, gamma;
+};
+
+template <int D>
+RowRates row_rates(const Model<D>& model, const Instance& p, const Pose<D>& pose, const Motion<D>& motion) {
+    if (p.kind == Kind::perpendicular) {  // the general case below, written out: most rows are of this kind
+        const Moving<D> first(model, pose, motion, p.slots[0]), second(model, pose, motion, p.slots[1]);
+        const Point<D>&a = pose.spoke(p.slots[0]), &b = pose.spoke(p.slots[1]);
+        return {b.dot(first.x_dot) + a.dot(second.x_dot),
+                -b.dot(first.bias) - a.dot(second.bias) - 2.0 * first.x_dot.dot(second.x_dot)};
+    }
+    const Slots<D> slots(p, pose);
+    Point<D> g[most_slots], x_dot[most_slots];
+    gradient<D>(p, slots.x, g);
+    RowRates found{0.0, 0.0};
+    for (int s = 0; s < p.slot_count; ++s) {
+        const Moving<D> moving(model, pose, motion, p.slots[s]);
+        x_dot[s] = moving.x_dot;
+        found.C_dot += g[s].dot(moving.x_dot);
+        found.gamma -= g[s].dot(moving.bias);
+    }
+    found.gamma -= curvature<D>(p, slots.x, x_dot);
+    return found;
+}
+
+// C' and γ of all rows; either may be left out.
 template <int D>
 void moving_rows(const Model<D>& model, const Pose<D>& pose, const Motion<D>& motion, double* C_dot, double* gamma) {
     for (const Instance& p : model.constraints.instances) {
-        const MovingSlots<D> slots(model, p, pose, motion);
         if (p.kind == Kind::coincident) {
-            if (C_dot) Eigen::Map<Point<D>>(C_dot + p.row) = slots.x_dot[1] - slots.x_dot[0];
-            if (gamma) Eigen::Map<Point<D>>(gamma + p.row) = slots.bias[0] - slots.bias[1];
+            const Moving<D> first(model, pose, motion, p.slots[0]), second(model, pose, motion, p.slots[1]);
+            if (C_dot) Eigen::Map<Point<D>>(C_dot + p.row) = second.x_dot - first.x_dot;
+            if (gamma) Eigen::Map<Point<D>>(gamma + p.row) = first.bias - second.bias;
             continue;
         }
-        Point<D> g[most_slots];
-        gradient<D>(p, slots.x, g);
-        if (C_dot) {
-            double rate = 0.0;
-            for (int s = 0; s < p.slot_count; ++s) rate += g[s].dot(slots.x_dot[s]);
-            C_dot[p.row] = rate;
-        }
-        if (gamma) {
-            double sum = -curvature<D>(p, slots.x, slots.x_dot);
-            for (int s = 0; s < p.slot_count; ++s) sum -= g[s].dot(slots.bias[s]);
-            gamma[p.row] = sum;
-        }
+        const RowRates rates = row_rates(model, p, pose, motion);
+        if (C_dot) C_dot[p.row] = rates.C_dot;
+        if (gamma) gamma[p.row] = rates.gamma;
     }
 }
 

@@ -23,8 +23,11 @@ public:
         : model_(std::move(model)), tableau_(std::move(tableau)), projection_(projection), steps_(std::move(steps)),
           dynamics_(model_, projection_), corrector_(dynamics_, projection_, phases_), counter_(model_),
           method_(tableau_, dynamics_, model_.length), control_(tableau_.error_order), t_(steps_.start),
-          y_(Eigen::Map<const Vector>(y.data(), static_cast<Eigen::Index>(y.size()))), y_new_(y_), lambda_(model_.constraints.rows),
-          counted_{{}, std::move(turns)} {}
+          y_(Vector::Zero(dynamics_.total())), y_new_(y_), slope_(y_), copy_(y_), copy_slope_(y_),
+          lambda_(model_.constraints.rows), copy_lambda_(lambda_),
+          counted_{{}, std::move(turns)} {
+        std::copy(y.begin(), y.end(), y_.data());
+    }
     Run(const Run&) = delete;
     Run& operator=(const Run&) = delete;
 
@@ -37,14 +40,16 @@ public:
         for (long done = 0; outcome.status == Status::running && block.t.size() < samples; ++done) {
             if (done % look == look - 1 && std::chrono::steady_clock::now() > until) break;
             if (!started_) begin();
+            else if (next_sample_ < inside_) sample_inside();
             else if (steps_.fixed()) fixed_step();
             else controlled_step();
         }
+        counters.factorisations = dynamics_.bordered().factorisations();
     }
 
     Block block;
     Counters counters;
-    Peak position_peak, velocity_peak;
+    Peak position_peak, joint_peak, velocity_peak;
     Outcome outcome;
 
     const Model<D>& model() const { return model_; }
@@ -56,40 +61,37 @@ private:
     void begin() {
         started_ = true;
         ++counters.evaluations;
-        dynamics_.place(y_.data());
+        dynamics_.place(t_, y_.data());
         dynamics_.move(y_.data(), true);
         watch(dynamics_.constraint(), dynamics_.C_dot());
         counted_ = counter_.start(dynamics_.pose(), dynamics_.motion(), counted_.turns);
-        if (!evaluate(y_, true)) return stop_singular(t_);
+        remember_turns(t_);
+        if (!evaluate(y_, true)) return stop_at(t_);
+        method_.first() = slope_;
+        h_ = steps_.step;
         if (!steps_.fixed()) {
-            const double slope_first = steps_.tolerance;
-            sample(t_, y_, method_.first(), 0.0, counted_.turns);
-            h_ = method_.first_step(y_, slope_first, steps_.duration);
+            h_ = method_.first_step(t_, y_, steps_.tolerance, steps_.duration);
             ++counters.evaluations;
-            block.step_size.back() = h_;
             next_sample_ = 1;
-            if (h_ < 0.0) return stop_singular(t_);
-        } else {
-            h_ = steps_.step;
-            sample(t_, y_, method_.first(), h_, counted_.turns);
+            if (h_ < 0.0) return stop_at(t_);
         }
+        sample(t_, y_, slope_, lambda_, h_, counted_.turns);
     }
 
     // Steps of one size; the time of step k is t0 + k h, so that it does not drift. The last step may be shorter.
     void fixed_step() {
         const long k = counters.steps + 1;
-        const double t = k == steps_.count ? steps_.start + steps_.duration : steps_.start + static_cast<double>(k) * steps_.step;
+        const bool last = k == steps_.count;
+        const double t = last ? steps_.start + steps_.duration : steps_.start + static_cast<double>(k) * steps_.step;
         const double h = t - t_;
         phases_.begin(k);
-        if (!method_.step(y_, h, y_new_)) return stop_singular(t_);
+        if (!method_.step(t_, y_, h, y_new_)) return stop_at(t);
         counters.evaluations += tableau_.stages() - 1;
         phases_.mark(Phase::evaluation);
-        const bool due = k % steps_.every == 0 || k == steps_.count;
+        const bool due = k % steps_.every == 0 || last;
         if (!accept(t, due)) return;
-        y_.swap(y_new_);
-        t_ = t;
-        if (due) sample(t_, y_, method_.first(), h, counted_.turns);
-        if (k == steps_.count) stop({Status::finished, t_});
+        take_over({t, h, due});
+        if (last) stop({Status::finished, t_});
         phases_.mark(Phase::rest);
     }
 
@@ -101,7 +103,7 @@ private:
         const double h = fitted(h_, end - t_);
         const double t = h == end - t_ ? end : t_ + h;
         phases_.begin(counters.steps + 1);
-        if (!method_.step(y_, h, y_new_) || !method_.last(y_new_)) return stop_singular(t_);
+        if (!method_.step(t_, y_, h, y_new_) || !method_.last(t, y_new_)) return stop_at(t);
         counters.evaluations += tableau_.stages();
         const double error = method_.error(y_, y_new_, h, steps_.tolerance);
         phases_.mark(Phase::evaluation);
@@ -110,40 +112,53 @@ private:
             h_ = control_.after_rejected(error, h);
             return;
         }
-        std::size_t upto = next_sample_;
-        while (upto < steps_.times.size() && steps_.times[upto] < t) ++upto;
-        if (upto > next_sample_ && !in_between(h, upto)) return;
-        const bool due = upto < steps_.times.size() && steps_.times[upto] == t;
+        inside_ = next_sample_;
+        while (inside_ < steps_.times.size() && steps_.times[inside_] < t) ++inside_;
+        const bool due = inside_ < steps_.times.size() && steps_.times[inside_] == t;
+        counted_before_ = counted_;
         if (!accept(t, due)) return;
-        y_.swap(y_new_);
-        t_ = t;
-        next_sample_ = upto;
-        if (due) {
-            sample(t_, y_, method_.first(), h, counted_.turns);
-            ++next_sample_;
+        reached_ = {t, h, due};
+        if (next_sample_ < inside_) {
+            counters.evaluations += static_cast<long>(tableau_.extra_c.size() + inside_ - next_sample_);
+            if (!method_.extend(t_, y_, h)) return stop_at(t_);
         }
-        if (next_sample_ == steps_.times.size()) return stop({Status::finished, t_});
         h_ = control_.after_accepted(error, h);
         phases_.mark(Phase::rest);
+        if (next_sample_ == inside_) finish_step();
     }
 
-    // Samples inside a step: the extension's value, of which a copy is projected; the integration does not see it.
-    bool in_between(double h, std::size_t upto) {
-        if (!method_.extend(y_, h)) return stop_singular(t_), false;
-        counters.evaluations += static_cast<long>(tableau_.extra_c.size() + upto - next_sample_);
-        Vector copy(y_.size()), slope(y_.size());
-        for (std::size_t s = next_sample_; s < upto; ++s) {
-            const double time = steps_.times[s];
-            method_.at(y_, h, (time - t_) / h, copy);
-            corrector_.anywhere(copy.data());
-            if (!dynamics_.factor(Metric::mass)) return stop_singular(time), false;
-            dynamics_.move(copy.data(), false);
-            dynamics_.slope_at(copy.data(), slope.data(), lambda_.data());
-            Counted counted = counted_;
-            counter_.advance(counted, dynamics_.pose(), dynamics_.motion(), time - t_);
-            sample(time, copy, slope, h, counted.turns);
-        }
-        return true;
+    // One sample inside a step: the extension's value, of which a copy is projected; the integration does not see it.
+    void sample_inside() {
+        const double time = steps_.times[next_sample_++];
+        method_.at(y_, reached_.h, (time - t_) / reached_.h, copy_);
+        corrector_.anywhere(time, copy_.data());
+        if (!dynamics_.factor(Metric::mass)) return stop_at(time);
+        dynamics_.move(copy_.data(), false);
+        if (!dynamics_.slope_at(copy_.data(), copy_slope_.data(), copy_lambda_.data())) return stop_at(time);
+        Counted counted = counted_before_;
+        counter_.advance(counted, dynamics_.pose(), dynamics_.motion(), time - t_);
+        sample(time, copy_, copy_slope_, copy_lambda_, reached_.h, counted.turns);
+        if (next_sample_ == inside_) finish_step();
+    }
+
+    void finish_step() {
+        take_over(reached_);
+        if (reached_.due) ++next_sample_;
+        inside_ = 0;
+        if (next_sample_ == steps_.times.size()) stop({Status::finished, t_});
+    }
+
+    // A step that was accepted, to t over h, and whether a sample is due there.
+    struct Reached {
+        double t, h;
+        bool due;
+    };
+
+    void take_over(const Reached& reached) {
+        y_.swap(y_new_);
+        method_.first().swap(slope_);
+        t_ = reached.t;
+        if (reached.due) sample(t_, y_, method_.first(), lambda_, reached.h, counted_.turns);
     }
 
     // The state y_new after a step: projected, checked, counted, and its slope evaluated.
@@ -151,12 +166,12 @@ private:
         if (!y_new_.allFinite()) return stop({Status::not_finite, t}), false;
         ++counters.steps;
         ++counters.evaluations;
-        const Corrected done = corrector_.after_step(counters.steps, y_new_.data());
+        const Corrected done = corrector_.after_step(counters.steps, t, y_new_.data());
         counters.projections += done.projections;
         counters.projection_iterations += done.position_passes;
         counters.velocity_iterations += done.velocity_passes;
         counters.projection_failures += done.failures;
-        if (!done.regular) return stop_singular(t), false;
+        if (!done.regular) return stop_at(t), false;
         const double previous = t_;
         t_ = t;
         const double* C = dynamics_.constraint();
@@ -180,38 +195,63 @@ private:
             return stop(open), false;
         }
         counter_.advance(counted_, dynamics_.pose(), dynamics_.motion(), t - t_);
-        if (!evaluate(y_new_, with_multipliers)) return stop_singular(t), false;
-        counters.factorisations = dynamics_.bordered().factorisations();
+        remember_turns(t);
+        if (!evaluate(y_new_, with_multipliers)) return stop_at(t), false;
         return true;
     }
 
     bool evaluate(const Vector& y, bool with_multipliers) {
-        if (!dynamics_.factor(Metric::mass)) return false;
-        dynamics_.slope_at(y.data(), method_.first().data(), with_multipliers ? lambda_.data() : nullptr);
-        return true;
+        return dynamics_.factor(Metric::mass) &&
+               dynamics_.slope_at(y.data(), slope_.data(), with_multipliers ? lambda_.data() : nullptr);
     }
 
     void watch(const double* C, const double* C_dot) {
         position_peak.watch(C, model_.constraints.rows, t_);
+        if (model_.driven.empty()) joint_peak = position_peak;
+        else joint_peak.watch(C, model_.constraints.rows - model_.driven.size(), t_);
         velocity_peak.watch(C_dot, model_.constraints.rows, t_);
     }
 
-    void sample(double t, const Vector& y, const Vector& slope, double h, const std::vector<long>& turns) {
+    void sample(double t, const Vector& y, const Vector& slope, const std::vector<double>& lambda, double h,
+                const std::vector<long>& turns) {
+        counters.factorisations = dynamics_.bordered().factorisations();
         block.t.push_back(t);
-        block.y.insert(block.y.end(), y.data(), y.data() + y.size());
+        block.y.insert(block.y.end(), y.data(), y.data() + dynamics_.size());
+        block.work.insert(block.work.end(), y.data() + dynamics_.size(), y.data() + dynamics_.total());
         for (int b = 0; b < model_.size(); ++b) {
             const double* a = slope.data() + S::state * b + S::pose;
             block.acceleration.insert(block.acceleration.end(), a, a + S::freedoms);
         }
-        block.multipliers.insert(block.multipliers.end(), lambda_.begin(), lambda_.end());
+        block.multipliers.insert(block.multipliers.end(), lambda.begin(), lambda.end());
         block.step_size.push_back(h);
         block.turns.insert(block.turns.end(), turns.begin(), turns.end());
         const auto counts = counters.list();
         block.counters.insert(block.counters.end(), counts.begin(), counts.end());
     }
 
+    // For the forces on angles, where the joints' coordinates are now.
+    void remember_turns(double t) {
+        if (!model_.loads) return;
+        Turning& turning = dynamics_.turning();
+        turning.t = t;
+        turning.value.resize(counted_.turns.size());
+        turning.speed.resize(counted_.turns.size());
+        for (std::size_t i = 0; i < counted_.angles.size(); ++i) {
+            turning.value[i] = counted_.angles[i].value() + 2.0 * M_PI * static_cast<double>(counted_.turns[i]);
+            turning.speed[i] = counted_.angles[i].speed;
+        }
+    }
+
     void stop(const Outcome& reached) { outcome = reached; }
-    void stop_singular(double t) {
+    void stop_at(double t) {
+        if (!dynamics_.broken_state().empty()) {
+            outcome = {Status::broken, dynamics_.time()};
+            return;
+        }
+        if (!dynamics_.finite()) {
+            outcome = {Status::not_finite, t};
+            return;
+        }
         outcome = {Status::singular, t};
         outcome.joint = dynamics_.bordered().singular_joint();
     }
@@ -227,10 +267,12 @@ private:
     RungeKutta<D> method_;
     Controller control_;
     double t_, h_ = 0.0;
-    Vector y_, y_new_;
-    std::vector<double> lambda_;
-    Counted counted_;
-    std::size_t next_sample_ = 0;
+    Vector y_, y_new_, slope_;  // slope_ at y_new_, until the step is taken over
+    Vector copy_, copy_slope_;  // of a sample inside a step
+    std::vector<double> lambda_, copy_lambda_;
+    Counted counted_, counted_before_;
+    Reached reached_{};
+    std::size_t next_sample_ = 0, inside_ = 0;  // samples up to `inside_` lie in the step that was just accepted
     bool started_ = false;
 };
 

@@ -12,9 +12,19 @@ gradient in the plane; and of the gyroscopic torque ω × Jω nothing is along n
 forces along n, load the joints only.
 """
 
+from mbproj.model.planar.loads import coordinates_in_plane, locals_in_plane, obstacle_in_plane
 from mbproj.model.planar.planar_set import PlanarSet
 from mbproj.model.planar.plane import Plane
 from mbproj.model.planar.reduction import NotPlanar, planar_reduction
 from mbproj.model.planar.rows import RowMap
 
-__all__ = ["NotPlanar", "PlanarSet", "Plane", "RowMap", "planar_reduction"]
+__all__ = [
+    "NotPlanar",
+    "PlanarSet",
+    "Plane",
+    "RowMap",
+    "coordinates_in_plane",
+    "locals_in_plane",
+    "obstacle_in_plane",
+    "planar_reduction",
+]

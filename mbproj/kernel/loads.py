@@ -1,0 +1,105 @@
+"""Functions, forces and motions as the kernel takes them."""
+
+from __future__ import annotations
+
+from types import ModuleType
+from typing import Any
+
+import numpy as np
+
+from mbproj.arrays import Array, Integers
+from mbproj.functions.program_set import ProgramSet
+from mbproj.kernel.bound import Bound, bound_in_space, joined, primitives
+from mbproj.model.euler_parameters import rotation_matrix
+from mbproj.model.forces import Forces
+from mbproj.model.planar import Plane, coordinates_in_plane, locals_in_plane
+from mbproj.model.system import System
+
+
+def programs(core: ModuleType, functions: ProgramSet) -> Any:
+    """The kernel's copy of a set of functions."""
+    return core.Programs(
+        np.ascontiguousarray(functions.start, dtype=np.int64),
+        np.ascontiguousarray(functions.op, dtype=np.int64),
+        np.ascontiguousarray(functions.operand, dtype=float),
+        np.ascontiguousarray(functions.table_start, dtype=np.int64),
+        np.ascontiguousarray(functions.knot, dtype=float),
+        np.ascontiguousarray(functions.origin, dtype=float),
+        np.ascontiguousarray(functions.piece.reshape(-1, 4), dtype=float),
+    )
+
+
+def motion_programs(core: ModuleType, system: System) -> Any:
+    """The functions of the motions; None without any."""
+    return None if system.motions is None else programs(core, system.motions.programs)
+
+
+def motion_start(system: System) -> list[float]:
+    """What the motions count from."""
+    return [] if system.motions is None else system.motions.start.tolist()
+
+
+def space_loads(core: ModuleType, system: System) -> Any:
+    """All forces but gravity in space; None without any."""
+    forces = system.forces
+    if forces is None:
+        return None
+    given = forces.on_bodies
+    maps = np.where(given.in_body[:, None, None], given.turn, np.eye(3))
+    return core.SpaceLoads(
+        coordinates=primitives(core.SpacePrimitives, system.bodies, bound_in_space(forces.laws.coordinates)),
+        joint_coordinate=_indices(forces.laws.joint_coordinate),
+        point=_floats(given.point, 3),
+        force_map=_floats(maps, 3, 3),
+        torque_map=_floats(maps, 3, 3),
+        **_common(core, system, forces),
+    )
+
+
+def plane_loads(core: ModuleType, system: System, plane: Plane, coordinates: Bound) -> Any:
+    """Their parts in a plane, which `obstacle_in_plane` has found fit; None without any."""
+    forces = system.forces
+    if forces is None:
+        return None
+    reference = np.concatenate([rotation_matrix(plane.reference), np.eye(3)[None]])[forces.on_bodies.body]
+    given = forces.on_bodies
+    maps = np.where(given.in_body[:, None, None], plane.axes.T @ reference @ given.turn, plane.axes.T)
+    return core.PlaneLoads(
+        coordinates=primitives(core.PlanePrimitives, system.bodies, _laws_in_plane(forces, plane, coordinates)),
+        joint_coordinate=_indices(coordinates_in_plane(plane, forces.laws.joint_coordinate)),
+        point=_floats((plane.axes.T @ reference @ given.point[..., None])[:, :2, 0], 2),
+        force_map=_floats(maps[:, :2], 2, 3),
+        torque_map=_floats(maps[:, 2:], 1, 3),
+        **_common(core, system, forces),
+    )
+
+
+def _laws_in_plane(forces: Forces, plane: Plane, coordinates: Bound) -> Bound:
+    """The laws' coordinates: those of joints, and distances, one each."""
+    flat = bound_in_space(forces.laws.coordinates)._replace(local=locals_in_plane(plane, forces.laws.coordinates))
+    every = joined([coordinates, flat])
+    number = coordinates_in_plane(plane, forces.laws.joint_coordinate)
+    of_laws = len(coordinates.kind) + np.arange(forces.laws.size)
+    return every.only(np.where(number >= 0, number, of_laws))
+
+
+def _common(core: ModuleType, system: System, forces: Forces) -> dict[str, Any]:
+    laws, given = forces.laws, forces.on_bodies
+    return {
+        "bodies": system.bodies,
+        "law": _floats(np.column_stack([laws.stiffness, laws.damping, laws.free]), 3),
+        "law_program": _indices(laws.program),
+        "body": _indices(given.body),
+        "is_torque": _indices(given.is_torque),
+        "in_body": _indices(given.in_body),
+        "program": np.ascontiguousarray(given.program.reshape(-1, 3), dtype=np.int64),
+        "programs": programs(core, forces.programs),
+    }
+
+
+def _indices(values: Any) -> Integers:
+    return np.ascontiguousarray(values, dtype=np.int64)
+
+
+def _floats(values: Array, *shape: int) -> Array:
+    return np.ascontiguousarray(values, dtype=float).reshape(-1, *shape)

@@ -1,0 +1,199 @@
+"""What the kernel is handed is checked at its border: an exception with the array's name, and never a crash."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from typing import Any
+
+import numpy as np
+import pytest
+
+from mbproj.integrate.compiled import _tableau
+from mbproj.integrate.tableau import load_tableau
+from mbproj.kernel import core
+from tests.kernel.scenes import needs_kernel
+from tests.support import ROOT
+
+pytestmark = needs_kernel
+NAN, INF = float("nan"), float("inf")
+
+
+def primitives(**changes: Any) -> Any:
+    """Two bodies on a ball, and a vector of the first normal to one of the second: good unless changed."""
+    good: dict[str, Any] = {
+        "bodies": 2,
+        "body": np.array([0, 1, 1, 0]),
+        "is_point": np.array([1, 1, 0, 0]),
+        "local": np.array([[1.0, 0, 0], [-1, 0, 0], [0, 1, 0], [0, 0, 1]]),
+        "kind": np.array([0, 1]),
+        "slots": np.array([[0, 1, 0, 0, 0, 0], [3, 2, 0, 0, 0, 0]]),
+        "parameters": np.zeros((2, 2)),
+        "offset": np.zeros(2),
+    }
+    return core().SpacePrimitives(**good | changes)
+
+
+def no_primitives() -> Any:
+    nothing = {"kind": np.zeros(0, int), "slots": np.zeros((0, 6), int)}
+    return primitives(**nothing, parameters=np.zeros((0, 2)), offset=np.zeros(0))
+
+
+def model(**changes: Any) -> Any:
+    good: dict[str, Any] = {
+        "mass": np.ones(2),
+        "inertia": np.tile(np.eye(3), (2, 1, 1)),
+        "gravity": np.zeros(3),
+        "constraints": primitives(),
+        "joint_begin": np.array([0, 2]),
+        "row_scale": np.ones(4),
+        "coordinates": no_primitives(),
+        "length": 1.0,
+    }
+    return core().SpaceModel(**good | changes)
+
+
+def state() -> np.ndarray:
+    """The two bodies end to end along x, turning about z."""
+    y = np.zeros((2, 13))
+    y[:, 0], y[:, 3], y[:, 12] = [0.0, 2.0], 1.0, 1.0
+    y[1, 8] = 2.0
+    return y
+
+
+def projection(**changes: Any) -> Any:
+    made = core().Projection(core().Correction.mass)
+    for name, value in changes.items():
+        setattr(made, name, value)
+    return made
+
+
+def run(y: np.ndarray | None = None, turns: np.ndarray | None = None, **changes: Any) -> Any:
+    steps = changes.get("steps", core().Steps.fixed(0.0, 1.0, 0.1, 10, 1))
+    made = core().SpaceRun(
+        changes.get("model") or model(),
+        changes.get("tableau") or _tableau(core(), load_tableau("rk4")),
+        changes.get("projection") or projection(),
+        steps,
+        state() if y is None else y,
+        np.zeros(0, int) if turns is None else turns,
+    )
+    made.advance(100, 10.0)
+    return made.outcome
+
+
+def test_what_is_good_runs():
+    assert run().status == core().Status.finished
+    acceleration, multipliers = core().SpaceEquations(model(), projection()).accelerations(state())
+    assert acceleration.shape == (2, 6)
+    assert multipliers.shape == (4,)
+
+
+WRONG_PRIMITIVES = [
+    ({"body": np.array([0, 1, 3, 0])}, "body holds an index out of range"),
+    ({"body": np.array([0, 1, -1, 0])}, "body holds an index out of range"),
+    ({"is_point": np.array([1, 1])}, "is_point has a wrong shape"),
+    ({"local": np.ones((4, 2))}, "local has a wrong shape"),
+    ({"local": np.full((4, 3), NAN)}, "local holds a number that is not finite"),
+    ({"kind": np.array([0, 7])}, "kind holds an index out of range"),
+    ({"slots": np.zeros((2, 3), int)}, "slots has a wrong shape"),
+    ({"slots": np.array([[0, 4, 0, 0, 0, 0]] * 2)}, "slots holds an index out of range"),
+    ({"parameters": np.full((2, 2), INF)}, "parameters holds a number that is not finite"),
+    ({"offset": np.array([0.0, NAN])}, "offset holds a number that is not finite"),
+]
+WRONG_MODELS = [
+    ({"mass": np.array([1.0, 0.0])}, "mass or inertia is not positive definite"),
+    ({"mass": np.array([1.0, -1.0])}, "mass or inertia is not positive definite"),
+    ({"mass": np.array([1.0, NAN])}, "mass holds a number that is not finite"),
+    ({"mass": np.ones(3)}, "inertia has a wrong shape"),
+    ({"inertia": np.zeros((2, 3, 3))}, "mass or inertia is not positive definite"),
+    ({"inertia": np.full((2, 3, 3), INF)}, "inertia holds a number that is not finite"),
+    ({"gravity": np.zeros(2)}, "gravity has a wrong shape"),
+    ({"gravity": np.full(3, NAN)}, "gravity holds a number that is not finite"),
+    ({"row_scale": np.ones(3)}, "row_scale has a wrong shape"),
+    ({"row_scale": np.full(4, NAN)}, "row_scale holds a number that is not finite"),
+    ({"joint_begin": np.zeros(0, int)}, "joint_begin does not run from the first instance to the last"),
+    ({"joint_begin": np.array([1, 2])}, "joint_begin does not run from the first instance to the last"),
+    ({"joint_begin": np.array([0, 1])}, "joint_begin does not run from the first instance to the last"),
+    ({"joint_begin": np.array([0, 1, 1, 2])}, "joint_begin does not increase"),
+    ({"joint_begin": np.array([0, -5, 2])}, "joint_begin does not increase"),
+    ({"length": NAN}, "length"),
+    ({"length": 0.0}, "length"),
+    ({"row_scale": np.zeros(4)}, "row_scale"),
+]
+WRONG_STATES = [
+    ({"y": state()[:1]}, "y has a wrong shape"),
+    ({"y": state()[:, :12].copy()}, "y has a wrong shape"),
+    ({"y": np.full((2, 13), NAN)}, "y holds a number that is not finite"),
+    ({"turns": np.zeros(1, int)}, "turns has a wrong shape"),
+]
+WRONG_TYPES = [
+    (primitives, {"body": np.array(["a"] * 4)}),
+    (primitives, {"local": 1j * np.ones((4, 3))}),
+    (primitives, {"local": np.ones(12)}),
+    (primitives, {"body": None}),
+    (primitives, {"bodies": -1}),
+    (model, {"constraints": None}),
+    (run, {"y": [1.0]}),
+    (run, {"model": "model"}),
+]
+#: In a process of their own each, for these have crashed: what they ask for, and the name in the message.
+CRASHES = {
+    "model(joint_begin=np.array([0, 10**9, 2]))": "joint_begin",
+    "model(joint_begin=np.array([0, 99, 2]))": "joint_begin",
+    "model(constraints=primitives(bodies=10**6, body=np.array([0, 999_999, 1, 0])))": "bodies",
+    "run(projection=projection(every=0))": "every",
+    "run(steps=core().Steps.by_error(0.0, 1.0, 1e-6, [0.0, 1.0]))": "error",
+    "run(tableau=tableau(b=np.zeros(0)))": "b has a wrong shape",
+    "run(tableau=tableau(b=np.ones(400)))": "a has a wrong shape",
+}
+
+
+@pytest.mark.parametrize(("changes", "message"), WRONG_PRIMITIVES)
+def test_primitives_are_checked(changes, message):
+    with pytest.raises(ValueError, match=f"^{message}"):
+        primitives(**changes)
+
+
+@pytest.mark.parametrize(("changes", "message"), WRONG_MODELS)
+def test_models_are_checked(changes, message):
+    with pytest.raises(ValueError, match=f"^{message}"):
+        model(**changes)
+
+
+@pytest.mark.parametrize(("changes", "message"), WRONG_STATES)
+def test_states_are_checked(changes, message):
+    with pytest.raises(ValueError, match=f"^{message}"):
+        run(**changes)
+
+
+@pytest.mark.parametrize(("build", "changes"), WRONG_TYPES)
+def test_other_types_than_arrays_of_numbers_are_refused(build, changes):
+    with pytest.raises(TypeError, match="incompatible function arguments"):
+        build(**changes)
+
+
+def tableau(**changes: np.ndarray) -> Any:
+    """RK4, with some parts changed."""
+    whole = load_tableau("rk4")
+    names = ("a", "b", "c", "error", "extra_a", "extra_c", "dense")
+    parts = [np.ascontiguousarray(changes.get(name, getattr(whole, name))) for name in names]
+    return core().Tableau(4, 0, *parts)
+
+
+@pytest.mark.parametrize("step", [0.0, -0.1, NAN])
+def test_steps_are_checked(step):
+    with pytest.raises(ValueError, match="step is not positive"):
+        core().Steps.fixed(0.0, 1.0, step, 10, 1)
+    with pytest.raises(ValueError, match="tolerance is not positive"):
+        core().Steps.by_error(0.0, 1.0, step, [1.0])
+
+
+@pytest.mark.parametrize("code", CRASHES)
+def test_what_would_read_beyond_an_array_is_refused(code):
+    program = f"import numpy as np; from tests.kernel.test_border import *; {code}"
+    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, cwd=ROOT, check=False)
+    assert done.returncode == 1, f"{done.returncode}: {done.stdout}{done.stderr}"
+    last = done.stderr.strip().splitlines()[-1]
+    assert last.startswith("ValueError: ")
+    assert CRASHES[code] in last

@@ -1,0 +1,143 @@
+"""Runs in the kernel that do not reach their end: what stopped them, when, at which joint; Ctrl-C."""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import sys
+import threading
+from time import perf_counter, sleep
+
+import numpy as np
+import pytest
+
+from mbproj import open_results
+from mbproj.errors import SimulationError
+from mbproj.integrate import simulate
+from mbproj.scene import read_scene
+from mbproj.scene.records import ProjectionSettings, Scene, Settings
+from tests.cli.commands import FIVE_BAR, mbproj
+from tests.kernel.scenes import assembled, needs_kernel, parallelogram
+from tests.support import ROOT, Recorder, random_chain
+
+pytestmark = needs_kernel
+#: Crank, coupler and rocker in one line after 0.2 s at 2 rad/s: the coupler may then go on or fold back.
+NEARLY_DEAD = float(np.pi / 2 - 0.4)
+
+
+def run(scene: Scene, **keys):
+    """(recorder, SimulationError) of a run that must fail."""
+    projection = ProjectionSettings(**keys.pop("projection", {}))
+    recorder = Recorder()
+    with pytest.raises(SimulationError) as caught:
+        simulate(*assembled(scene), Settings(projection=projection, **keys), recorder)
+    return recorder, caught.value
+
+
+@pytest.mark.parametrize("formulation", ["reduced", "planar"])
+@pytest.mark.parametrize("method", ["gpopm", "gopm", "none"])
+def test_a_singular_pose_stops_the_run_with_the_time_and_the_joint(formulation, method):
+    scene = parallelogram(regular=True, angle=NEARLY_DEAD)
+    recorder, error = run(
+        scene, duration=1.0, step=0.01, formulation=formulation, integrator="dop853", projection={"method": method}
+    )
+    assert error.time == pytest.approx(0.2, abs=0.011)
+    assert "no longer independent of each other (a singular position)" in str(error)
+    assert "joint 'D'" in str(error) or "joint 'C'" in str(error) or "joint 'B'" in str(error)
+    assert len(recorder["time"]) in (20, 21)
+    assert np.all(np.isfinite(recorder["joints/reaction_force"]))
+
+
+@pytest.mark.parametrize("formulation", ["reduced", "planar"])
+def test_exit_code_3_on_the_command_line(tmp_path, formulation):
+    (tmp_path / "dead.yaml").write_text(DEAD)
+    done = mbproj("run", "dead.yaml", "--formulation", formulation, "--quiet", folder=tmp_path)
+    assert done.returncode == 3, done.stderr
+    assert "at joint '" in done.stderr
+    assert "a singular position" in done.stderr
+    assert "Traceback" not in done.stderr
+    kept = open_results(tmp_path / "results.h5").time
+    assert kept[0] == 0.0
+    assert kept[-1] == pytest.approx(0.2, abs=0.011)
+
+
+@pytest.mark.parametrize("method", ["none", "gpopm"])
+@pytest.mark.parametrize("step", [1.0, 20.0, 1e6])
+def test_a_step_far_too_large_leaves_the_joints_open(step, method):
+    _, error = run(random_chain(12, ["revolute"] * 3), duration=50 * step, step=step, projection={"method": method})
+    assert error.time <= 4 * step
+    assert "at joint 'J" in str(error)
+    assert ("it has drifted open by" if method == "none" else "the projection did not close it") in str(error)
+
+
+@pytest.mark.filterwarnings("ignore:.*encountered in:RuntimeWarning")
+@pytest.mark.parametrize("formulation", ["full", "reduced"])
+def test_a_step_that_overflows_is_no_singular_position(formulation):
+    _, error = run(random_chain(12, ["revolute"] * 3), duration=1e300, step=1e300, formulation=formulation)
+    assert error.time == 1e300
+    assert "the solution is no longer finite" in str(error)
+    assert error.hint == "try a smaller step or tolerance"
+
+
+FAST = {"duration": 1e6, "step": 1e-4, "output_step": 1e5}
+DENSE = {"duration": 1.0, "tolerance": 1e-6, "integrator": "dop853", "output_step": 1e-6}
+
+
+@pytest.mark.parametrize("keys", [FAST, DENSE], ids=["no output", "a million samples"])
+def test_an_interrupted_run_stops_within_a_fifth_of_a_second(keys):
+    """With nothing to record in sight, and with nothing but samples inside one step."""
+    system, state = assembled(read_scene(FIVE_BAR))
+    recorder, asked = Recorder(), []
+
+    def interrupt():
+        asked.append(perf_counter())
+        os.kill(os.getpid(), signal.SIGINT)
+
+    timer = threading.Timer(0.3, interrupt)
+    timer.start()
+    with pytest.raises(KeyboardInterrupt):
+        simulate(system, state, Settings(**keys), recorder)
+    waited = perf_counter() - asked[0]
+    timer.join()
+    assert waited < 0.2
+    assert recorder["time"][0] == 0.0
+
+
+def test_ctrl_c_on_the_command_line_keeps_the_results(tmp_path):
+    """Exit code 130, within 0.2 s and what Python needs to leave."""
+    program = [sys.executable, "-c", "from mbproj.cli import main; main()", "run", FIVE_BAR, "--quiet"]
+    options = ["--duration", "1e6", "--step", "1e-4", "--output-step", "0.1"]
+    process = subprocess.Popen(
+        [*program, *options], cwd=tmp_path, env={"PYTHONPATH": str(ROOT)}, stderr=subprocess.PIPE, text=True
+    )
+    part = tmp_path / "results.h5.part"
+    while not part.exists() and process.poll() is None:
+        sleep(0.01)
+    sleep(0.7)
+    asked = perf_counter()
+    process.send_signal(signal.SIGINT)
+    _, stderr = process.communicate(timeout=20)
+    assert process.returncode == 130, stderr
+    assert perf_counter() - asked < 1.0
+    assert "Traceback" not in stderr
+    kept = open_results(tmp_path / "results.h5").time
+    assert len(kept) > 1
+    np.testing.assert_allclose(np.diff(kept), 0.1, rtol=1e-9)
+
+
+DEAD = f"""\
+mbproj: 1
+gravity: [0, 0, 0]
+parameters: {{a: {NEARLY_DEAD!r}}}
+simulation: {{duration: 1, step: 0.01, integrator: dop853}}
+bodies:
+  crank: {{mass: 1, inertia: [0.1, 0.1, 0.1], position: ["sin(a)/2", 0, "cos(a)/2"]}}
+  coupler: {{mass: 1, inertia: [0.1, 0.1, 0.1], position: ["1 + sin(a)", 0, "cos(a)"]}}
+  rocker: {{mass: 1, inertia: [0.1, 0.1, 0.1], position: ["2 + sin(a)/2", 0, "cos(a)/2"]}}
+joints:
+  A: {{type: revolute, bodies: [ground, crank], location: [0, 0, 0], axis: [0, 1, 0], speed: 2}}
+  B: {{type: spherical, bodies: [crank, coupler], location: ["sin(a)", 0, "cos(a)"]}}
+  C: {{type: universal, bodies: [coupler, rocker], location: ["2 + sin(a)", 0, "cos(a)"], axes: [[0, 0, 1], [0, 1, 0]]}}
+  D: {{type: revolute, bodies: [ground, rocker], location: [2, 0, 0], axis: [0, 1, 0]}}
+"""
