@@ -174,7 +174,8 @@ def test_all_multipliers_of_a_sample_balance_the_forces(case):
     y = flat.equations().corrected(case.y)
     acceleration, _ = flat.equations().accelerations(y)
     block = {
-        "t": np.zeros(1), "y": y[None], "acceleration": acceleration[None], "step_size": np.zeros(1), "work": np.zeros((1, 0)),
+        "t": np.zeros(1), "y": y[None], "acceleration": acceleration[None], "step_size": np.zeros(1),
+        "work": np.zeros((1, 0)),
         "turns": np.zeros((1, plane.coordinates.size), dtype=int),
     }
     sample = flat.samples(block, {})
