@@ -32,9 +32,10 @@ def command(scene: str, settings: tuple[str, ...], as_json: bool, **options: Any
     import json
 
     from mbproj.dynamics import assemble, mobility
-    from mbproj.dynamics.assembly import moved_by
+    from mbproj.dynamics.assembly import LARGE, moved_by
     from mbproj.dynamics.constraint_equations import constraint_at, constraint_velocity_at
     from mbproj.dynamics.kinematics import pose_of
+    from mbproj.dynamics.rank import full_rank
     from mbproj.integrate.formulation import choose
     from mbproj.integrate.full import FullFormulation
     from mbproj.model import compile_system, initial_guess
@@ -44,7 +45,6 @@ def command(scene: str, settings: tuple[str, ...], as_json: bool, **options: Any
     system = compile_system(what)
     guess = initial_guess(what, system)
     state = assemble(system, guess)
-    ranks = mobility(system, pose_of(state.q))
     choice, problems = None, []
     try:
         choice = choose(system, state, what.settings)
@@ -53,6 +53,9 @@ def command(scene: str, settings: tuple[str, ...], as_json: bool, **options: Any
     except InputError as error:
         place = what.place("simulation", "projection", "method")
         problems = [Problem(problem.message, problem.place or place, problem.hint) for problem in error.problems]
+    # The kernel's factor has shown the rank already; a dense decomposition of a large system would take minutes.
+    known = choice is not None and choice.name == "reduced" and system.bodies > LARGE
+    ranks = full_rank(system) if known else mobility(system, pose_of(state.q))
     facts = {
         "scene": scene,
         "title": what.title,
@@ -143,13 +146,21 @@ def _number(value: float) -> str:
     return "0" if abs(value) < 1e-12 else f"{value:.6g}"
 
 
-def _formulation(facts: dict[str, Any]) -> list[str]:
+def _loads(scene: Scene) -> str:
+    """What acts on the mechanism, and whether anything depends on time."""
+    forces = ", ".join(["gravity", *(f"'{force.name}'" for force in scene.forces)])
+    motions = ", ".join(f"'{motion.name}'" for motion in scene.motions)
+    driven = f"driven by {motions}" if motions else "no motions, so that no constraint depends on time"
+    return f"  loads: {forces}; {driven}"
+
+
+def _formulation(scene: Scene, facts: dict[str, Any]) -> list[str]:
     """What is computed in, why, and in which order the equations are eliminated."""
     if facts["formulation"] is None:
         return []
     lines = [
         f"  {facts['formulation']} formulation: {facts['formulation_why']}",
-        "  loads: gravity; nothing depends on time",
+        _loads(scene),
     ]
     order = facts["elimination"]
     if order:
@@ -181,7 +192,7 @@ def _start(scene: Scene, facts: dict[str, Any]) -> list[str]:
         f"moving apart at {facts['velocity_violation']:.1e} per s; "
         f"bodies moved from their guess by up to {length:.2g} m and {angle:.2g} rad",
         *_shortened(rows),
-        *_formulation(facts),
+        *_formulation(scene, facts),
         f"  {settings.projection.method}, {settings.integrator}, {step}, {duration}",
         "  can run" if facts["can_run"] else "  cannot run",
     ]

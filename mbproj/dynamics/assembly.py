@@ -11,7 +11,14 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from mbproj.arrays import Array, Integers
-from mbproj.dynamics.constraint_equations import constraint, jacobian, set_jacobian, set_velocity, time_derivative
+from mbproj.dynamics.constraint_equations import (
+    constraint,
+    constraint_velocity,
+    jacobian,
+    set_jacobian,
+    set_velocity,
+    time_derivative,
+)
 from mbproj.dynamics.driven_start import known_at_start, motions_at_odds, motions_out_of_reach, refuse_contradictions
 from mbproj.dynamics.kinematics import Pose, attached, pose_of, slots_of, twist_of
 from mbproj.dynamics.motions import Drive, drive_at
@@ -23,6 +30,8 @@ from mbproj.model.system import Conditions, System
 MAX_ITERATIONS = 100
 #: The violation, in units of the system's length and in rad, at which a pose counts as closed.
 CLOSED = 1e-10
+#: Bodies from which on a pose or velocity that is closed to 1e-12 is taken as it is.
+LARGE = 100
 
 
 @dataclass(frozen=True, eq=False)
@@ -95,7 +104,7 @@ def _nearest(system: System, q: Array, start: Conditions, drive: Drive | None) -
     weights = _inverse_weights(system)
     residual, damping = _residual(system, q, start, drive), 0.0
     for _ in range(MAX_ITERATIONS):
-        if np.abs(residual).max(initial=0.0) <= 1e-15 or damping > 1e6:
+        if np.abs(residual).max(initial=0.0) <= _close_enough(system) or damping > 1e6:
             break
         rows = _rows(system, pose_of(q), start) * weights
         trial = _normalised(q + weights * _damped_solution(rows, -residual, damping))
@@ -186,8 +195,18 @@ def _refuse_flips(system: System, pose: Pose) -> None:
         )
 
 
+def _close_enough(system: System) -> float:
+    """Where closing ends: round-off. What follows is dense and of cubic cost, which large systems that are closed to a
+    little more are spared: their first projection does the rest."""
+    return 1e-15 if system.bodies <= LARGE else 1e-12
+
+
 def _consistent_velocity(system: System, pose: Pose, guess: Guess, drive: Drive | None) -> Array:
     """The velocity nearest to the guess with C_q v + C_t = 0 and the joints' speeds."""
+    if system.bodies > LARGE and not len(guess.speed.index):
+        moving = constraint_velocity(system, pose, twist_of(pose, guess.v), drive)
+        if np.abs(moving).max(initial=0.0) <= _close_enough(system):
+            return guess.v
     weights = _inverse_weights(system)
     speeds = set_jacobian(system.coordinates, pose)[guess.speed.index]
     rows = np.concatenate([jacobian(system, pose), speeds])

@@ -122,11 +122,19 @@ def reactions(system: System, pose: Pose, multipliers: Array) -> tuple[Numbers, 
     weights = -multipliers[..., bound.entry_row] * on_body_2
     pull = weights[..., None] * bound.gradient_entries(x)
     owner = bound.owner[bound.entry_row]
-    by_joint = (owner == np.arange(len(system.names.joints))[:, None]).astype(float)
-    force = by_joint @ (pull * bound.is_point[bound.entry_slot, None])
-    about_centre = by_joint @ cross(arm[..., bound.entry_slot, :], pull)
+    force = _by_joint(owner, pull * bound.is_point[bound.entry_slot, None])
+    about_centre = _by_joint(owner, cross(arm[..., bound.entry_slot, :], pull))
     point = (pose.rotation[..., system.reaction_body, :, :] @ system.reaction_local[..., None])[..., 0]
     return force, about_centre - cross(point, force)
+
+
+def _by_joint(owner: Integers, parts: Numbers) -> Numbers:
+    """The sum of each joint's parts, (..., e, 3) to (..., nj, 3); each joint has some."""
+    order = np.argsort(owner, kind="stable")
+    if not len(order):
+        return parts
+    first = np.flatnonzero(np.diff(owner[order], prepend=-1))
+    return np.add.reduceat(parts[..., order, :], first, axis=-2)
 
 
 def _largest_by_joint(system: System, rows: Numbers) -> Numbers:

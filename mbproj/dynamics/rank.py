@@ -37,6 +37,11 @@ class Mobility:
         return self.coordinates - self.rank
 
 
+def full_rank(system: System) -> Mobility:
+    """The ranks of a system whose rows are known to be independent."""
+    return Mobility(7 * system.bodies, system.constraints, system.constraints, {}, ())
+
+
 def mobility(system: System, pose: Pose) -> Mobility:
     """The ranks of C_q and of Eq. 20 at this pose."""
     C_q = scaled_jacobian(system, pose)
