@@ -41,7 +41,8 @@ class MarkerPath:
 def row(label: str, scene: str, **simulation: str) -> str:
     """One row of a table: violations, the error of the first marker against the reference, energy drift, time."""
     name, column, times = CASES[scene]
-    what = read_scene(ROOT / "mechanisms" / f"{scene}.yaml", {}, simulation)
+    settings = {"formulation": "full", **simulation}
+    what = read_scene(ROOT / "mechanisms" / f"{scene}.yaml", {}, settings)
     system, path = compile_system(what), MarkerPath()
     try:
         report = simulate(system, assemble(system, initial_guess(what, system)), settings_to_run(what), path)

@@ -23,7 +23,7 @@ def facts() -> dict[str, Any]:
         "python": platform.python_version(),
         "numpy": np.__version__,
         "h5py": h5py.__version__,
-        "formulations": [name for name in FORMULATIONS if name != "auto"],
+        "formulations": ["full"] if isinstance(kernel, str) else [name for name in FORMULATIONS if name != "auto"],
         "kernel": {"built": False, "reason": kernel} if isinstance(kernel, str) else {"built": True, **kernel},
     }
 
