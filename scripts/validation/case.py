@@ -20,14 +20,15 @@ class Case:
     is what their times have to be multiples of, and of those every `every`-th row is kept. `tolerances` are absolute,
     by quantity; `relative` those of the other quantities, as a part of each column's largest magnitude. `short` in s is
     how far the methods go that the compiled kernel does not have, with the RK4 `step`. `loops` are the joints that
-    close planar loops of spatial revolutes, whose rows are redundant in space.
+    close planar loops of spatial revolutes, whose rows are redundant in space. `moments` in kg m² stand for the zero ones
+    of a point mass.
     """
 
     name: str
     title: str
     source: str
     origin: str
-    notes: tuple[str, ...]
+    notes: str
     columns: Mapping[str, str]
     simulation: Mapping[str, str]
     tolerances: Mapping[str, float]
@@ -37,7 +38,7 @@ class Case:
     short: float = 0.5
     step: float = 0.005
     loops: tuple[str, ...] = ()
-    speeds: Mapping[str, str] = field(default_factory=dict)
+    moments: float | None = None
 
     @property
     def scene(self) -> Path:

@@ -13,10 +13,11 @@ from mbproj.dynamics.observe import Block
 from mbproj.scene import read_scene_text
 
 from .case import Case
-from .quantities import Column, Done, quantity
+from .quantities import COMPONENTS, Column, Done, quantity
 
-#: What a column that is zero but for round-off is held to, as a part of its quantity's largest component.
-FLOOR = 1e-6
+#: A component that is smaller than this part of the vector's largest one is held to that part: what is zero in truth
+#: has only the errors of the source in it.
+FLOOR = 0.02
 
 
 class History:
@@ -88,10 +89,10 @@ def deviations(case: Case, done: Done) -> list[Deviation]:
         exact = np.stack([table[column][rows] for column in columns], axis=1)
         if name == "orientation":  # q and -q are the same
             values = values * np.sign(np.sum(values * exact, axis=1, keepdims=True))
-        whole = max(np.abs(table[column]).max() for column in columns)
-        for k, column in enumerate(columns):
+        whole = max(float(np.abs(table[column]).max()) for column in columns)
+        for column, truth in zip(columns, exact.T, strict=True):
             largest = float(np.abs(table[column]).max())
-            error = float(np.abs(values[:, k] - exact[:, k]).max())
+            error = float(np.abs(values[:, COMPONENTS[Column.of(column).component]] - truth).max())
             found.append(Deviation(column, error, _tolerance(case, name, largest, whole), largest, len(rows)))
     return found
 
@@ -120,4 +121,4 @@ def _tolerance(case: Case, name: str, largest: float, whole: float) -> float:
     """The case's own absolute tolerance, or a part of the column's largest magnitude."""
     if name in case.tolerances:
         return case.tolerances[name]
-    return max(case.relative[name] * largest, FLOOR * whole, 1e-9)
+    return max(case.relative[name] * max(largest, FLOOR * whole), 1e-9)

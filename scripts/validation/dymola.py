@@ -27,9 +27,9 @@ DYMOLA = (
         source="dymola/Fourbar_analytic_RSSP",
         origin=origin("MultiBody.Examples.Loops.Fourbar_analytic"),
         notes=(
-            f"The spatial four-bar of the {MODELS} (Fourbar_analytic): a crank on a revolute joint drives a slider",
-            "through a massless rod with balls at its ends, which is one constraint of distance. Compared over 5 s: the",
-            "crank's angle, over six and a half turns, and its speed.",
+            f"The spatial four-bar of the {MODELS} (Fourbar_analytic): a crank on a revolute joint drives a slider "
+            "through a massless rod with balls at its ends, which is one constraint of distance. Compared over 5 s: the "
+            "crank's angle, over six and a half turns, and its speed."
         ),
         columns={"j1.phi": "A.angle", "j1.w": "A.speed"},
         simulation={"duration": "5 s", "tolerance": "1.0e-9", "integrator": "dop853", "output_step": "50 ms"},
@@ -44,8 +44,8 @@ DYMOLA = (
         source="dymola/SphericalDoublePendulum",
         origin=origin("ModelicaTest.MultiBody.SphericalDoublePendulum"),
         notes=(
-            f"Two boxes on balls (ModelicaTest SphericalDoublePendulum of the {MODELS}), started with a slow turn.",
-            "Compared over 3 s: Euler parameters and angular velocities of both.",
+            f"Two boxes on balls (ModelicaTest SphericalDoublePendulum of the {MODELS}), started with a slow turn. "
+            "Compared over 3 s: Euler parameters and angular velocities of both."
         ),
         columns=SPHERICAL,
         simulation={"duration": "3 s", "tolerance": "1.0e-9", "integrator": "dop853", "output_step": "0.6 ms"},
@@ -61,8 +61,8 @@ DYMOLA = (
         source="dymola/UniversalTorque",
         origin=origin("ModelicaTest.MultiBody.Joints.CheckConstaintTorqueUniversalJoint"),
         notes=(
-            "A cylinder on a universal joint, turned by a constant torque in global axes (ModelicaTest",
-            f"CheckConstaintTorqueUniversalJoint of the {MODELS}). Compared over 1 s: the joint's angles and speeds.",
+            "A cylinder on a universal joint, turned by a constant torque in global axes (ModelicaTest "
+            f"CheckConstaintTorqueUniversalJoint of the {MODELS}). Compared over 1 s: the joint's angles and speeds."
         ),
         columns={
             "universal.phi_a": "A.angle_1", "universal.phi_b": "A.angle_2",
@@ -80,8 +80,8 @@ DYMOLA = (
         source="dymola/Pendulum_damped",
         origin=origin("MultiBody.Examples.Elementary.Pendulum"),
         notes=(
-            f"A pendulum with a damper in its joint (MultiBody.Examples.Elementary.Pendulum of the {MODELS}).",
-            "Compared over 5 s: the joint's angle and speed.",
+            f"A pendulum with a damper in its joint (MultiBody.Examples.Elementary.Pendulum of the {MODELS}). "
+            "Compared over 5 s: the joint's angle and speed."
         ),
         columns={"rev.phi": "A.angle", "rev.w": "A.speed"},
         simulation={"duration": "5 s", "tolerance": "1.0e-9", "integrator": "dop853", "output_step": "50 ms"},
@@ -95,10 +95,10 @@ DYMOLA = (
         source="dymola/PlanarFourbar_damped",
         origin=origin("MultiBody.Examples.Loops.PlanarFourbar"),
         notes=(
-            f"A planar loop of four revolutes with a damper in the first (MultiBody.Examples.Loops.PlanarFourbar of the",
-            f"{MODELS}): in space three of its 20 joint rows are redundant, so that it takes planar coordinates.",
-            "Where joint D is a point_on_line along z the motion is the same, and no row is redundant.",
-            "Compared over 5 s: the damped joint's angle and speed.",
+            f"A planar loop of four revolutes with a damper in the first (MultiBody.Examples.Loops.PlanarFourbar of the "
+            f"{MODELS}): in space three of its 20 joint rows are redundant, so that it takes planar coordinates. "
+            "Where joint D is a point_on_line along z the motion is the same, and no row is redundant. "
+            "Compared over 5 s: the damped joint's angle and speed."
         ),
         columns={"revolute1.phi": "A.angle", "revolute1.w": "A.speed"},
         simulation={"duration": "5 s", "tolerance": "1.0e-9", "integrator": "dop853", "output_step": "50 ms"},

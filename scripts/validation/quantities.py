@@ -21,7 +21,8 @@ from mbproj.model import System
 from mbproj.model.euler_parameters import rotation_matrix
 from mbproj.scene import Scene
 
-COMPONENTS = {**dict(zip("xyz", range(3), strict=True)), **{f"e{k}": k for k in range(4)}}
+#: Where a component stands; a scalar has none.
+COMPONENTS = {"": 0, **dict(zip("xyz", range(3), strict=True)), **{f"e{k}": k for k in range(4)}}
 UNITS = {
     "position": "m", "velocity": "m/s", "acceleration": "m/s^2", "orientation": "1", "angular_velocity": "rad/s",
     "angular_acceleration": "rad/s^2", "global_angular_velocity": "rad/s", "global_angular_acceleration": "rad/s^2",

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from string import ascii_uppercase
+from textwrap import wrap
 from typing import Any
 
 import numpy as np
@@ -14,21 +15,21 @@ from .case import Case
 from .readable import number, orientation, vector
 
 JOINT_TYPES = {"revsph": "revolute_spherical"}
+WIDTH = 120
 Json = Mapping[str, Any]
 
 
 def scene_text(case: Case, mechanism: Json) -> str:
     """The scene file of a case."""
     lines = [
-        *(f"# {note}" for note in case.notes),
-        f"# Reference: {case.origin}.",
+        *(f"# {line}" for line in wrap(f"{case.notes} Reference: {case.origin}.", WIDTH - 2)),
         "mbproj: 1",
         f"title: {case.title}",
         f"gravity: {vector(mechanism['gravity'])}".ljust(40) + " # m/s^2",
         "simulation:",
         *(f"  {key}: {value}" for key, value in case.simulation.items()),
         "bodies:                                  # kg, kg m^2 about the centre of mass in body axes, m, rad",
-        *(line for body in mechanism["bodies"] for line in _body(body)),
+        *(line for body in mechanism["bodies"] for line in _body(body, case.moments)),
         "joints:",
         *(_joint(name, joint) for name, joint in joint_names(mechanism).items()),
     ]
@@ -42,10 +43,10 @@ def joint_names(mechanism: Json) -> dict[str, Json]:
     return dict(zip(ascii_uppercase, mechanism["joints"], strict=False))
 
 
-def _body(body: Json) -> Iterator[str]:
+def _body(body: Json, moments: float | None) -> Iterator[str]:
     yield f"  {body['name']}:"
     yield f"    mass: {number(body['mass'])}"
-    tensor = body["inertia"]
+    tensor = body["inertia"] if moments is None else [moments] * 3
     yield f"    inertia: {vector(tensor[:3] if not any(tensor[3:]) else tensor)}"
     yield f"    position: {vector(body['r'])}"
     turned = orientation(body.get("q", (1.0, 0.0, 0.0, 0.0)))
@@ -65,14 +66,14 @@ def _clean(values: Sequence[float]) -> list[float]:
 
 def _joint(name: str, joint: Json) -> str:
     kind = JOINT_TYPES.get(joint["type"], joint["type"])
-    places = f"location: {vector(joint['point'])}"
+    places = [f"location: {vector(joint['point'])}"]
     if "point2" in joint:
-        places = f"locations: [{vector(joint['point'])}, {vector(joint['point2'])}]"
+        places = [f"locations: [{vector(joint['point'])}, {vector(joint['point2'])}]"]
     if "axis2" in joint:
-        places += f", axes: [{vector(joint['axis'])}, {vector(joint['axis2'])}]"
+        places.append(f"axes: [{vector(joint['axis'])}, {vector(joint['axis2'])}]")
     elif "axis" in joint:
-        places += f", axis: {vector(joint['axis'])}"
-    return f"  {name}: {{type: {kind}, bodies: [{joint['body1']}, {joint['body2']}], {places}}}"
+        places.append(f"axis: {vector(joint['axis'])}")
+    return _entry(name, f"type: {kind}", f"bodies: [{joint['body1']}, {joint['body2']}]", *places)
 
 
 def _force(mechanism: Json, force: Json) -> str:
@@ -84,11 +85,15 @@ def _force(mechanism: Json, force: Json) -> str:
         axes = {"world": "global", "body": "body"}[force["frame"]]
         return f"  drive: {{type: torque, body: {force['body']}, torque: {vector(force['torque'])}, axes: {axes}}}"
     points = ", ".join(f"{force[f'body{k}']}: {vector(force[f'point{k}'])}" for k in (1, 2))
-    damping = f", damping: {number(force['c'])}" if force["c"] else ""
-    return (
-        f"  spring: {{type: spring_damper, points: {{{points}}}, stiffness: {number(force['k'])}{damping}, "
-        f"free_length: {number(force['l0'])}}}"
-    )
+    damping = [f"damping: {number(force['c'])}"] if force["c"] else []
+    stiffness, free = f"stiffness: {number(force['k'])}", f"free_length: {number(force['l0'])}"
+    return _entry("spring", "type: spring_damper", f"points: {{{points}}}", stiffness, *damping, free)
+
+
+def _entry(name: str, *items: str) -> str:
+    """An entry on one line, or on several where that is too long."""
+    line = f"  {name}: {{{', '.join(items)}}}"
+    return line if len(line) <= WIDTH else "\n".join([f"  {name}:", *(f"    {item}" for item in items)])
 
 
 def _markers(mechanism: Json) -> Iterator[str]:
