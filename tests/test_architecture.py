@@ -17,7 +17,7 @@ LEAVES = {"arrays", "errors", "registry", "mechanisms_folder", "version"}
 #: What each package may import beside itself and the leaves.
 MAY_IMPORT = {
     "constraints": set(),
-    "kernel": set(),
+    "kernel": {"constraints", "model"},
     "joints": {"constraints"},
     "functions": set(),
     "scene": {"functions", "joints"},

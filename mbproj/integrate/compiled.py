@@ -10,7 +10,7 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from mbproj.arrays import Array
+from mbproj.arrays import Array, Integers
 from mbproj.dynamics.assembly import State
 from mbproj.dynamics.samples import Samples
 from mbproj.errors import SimulationError
@@ -48,11 +48,11 @@ class Compiled(ABC):
         """The kernel's state (..., n, 13 or 6) from q and v = q' (..., 7n)."""
 
     @abstractmethod
-    def samples(self, block: Mapping[str, Any], counters: Mapping[str, Array]) -> Samples:
+    def samples(self, block: Mapping[str, Any], counters: Mapping[str, Integers]) -> Samples:
         """A block of the kernel in the coordinates of all formulations."""
 
     @abstractmethod
-    def turns(self, turns: Array) -> Array:
+    def turns(self, turns: Integers) -> Integers:
         """Whole turns of the kernel's coordinates from those of the system's (nc,)."""
 
     @abstractmethod

@@ -8,7 +8,7 @@ from typing import Any, final
 
 import numpy as np
 
-from mbproj.arrays import Array
+from mbproj.arrays import Array, Integers
 from mbproj.dynamics.samples import Samples
 from mbproj.integrate.compiled import Compiled
 from mbproj.integrate.reduced import Reduced, space_state
@@ -40,7 +40,7 @@ class InPlane(Compiled):
         p, u = self.plane.reduce(q, v)
         return np.concatenate([part.reshape(*part.shape[:-1], -1, 3) for part in (p, u)], axis=-1)
 
-    def samples(self, block: Mapping[str, Any], counters: Mapping[str, Array]) -> Samples:
+    def samples(self, block: Mapping[str, Any], counters: Mapping[str, Integers]) -> Samples:
         y, acceleration = block["y"], block["acceleration"]
         count = len(y)
         p, u = y[..., :3].reshape(count, -1), y[..., 3:].reshape(count, -1)
@@ -59,7 +59,7 @@ class InPlane(Compiled):
             counters=counters,
         )
 
-    def turns(self, turns: Array) -> Array:
+    def turns(self, turns: Integers) -> Integers:
         return turns[self.plane.coordinates.source.source]
 
     def joint(self, number: int) -> str:

@@ -8,7 +8,7 @@ from typing import Any, final
 
 import numpy as np
 
-from mbproj.arrays import Array
+from mbproj.arrays import Array, Integers
 from mbproj.dynamics.samples import Samples
 from mbproj.integrate.compiled import Compiled
 from mbproj.kernel.models import space_model
@@ -33,7 +33,7 @@ class Reduced(Compiled):
     def state(self, q: Array, v: Array) -> Array:
         return space_state(q, v)
 
-    def samples(self, block: Mapping[str, Any], counters: Mapping[str, Array]) -> Samples:
+    def samples(self, block: Mapping[str, Any], counters: Mapping[str, Integers]) -> Samples:
         q, v, acceleration = from_space(block["y"], block["acceleration"])
         return Samples(
             t=block["t"],
@@ -47,7 +47,7 @@ class Reduced(Compiled):
             counters=counters,
         )
 
-    def turns(self, turns: Array) -> Array:
+    def turns(self, turns: Integers) -> Integers:
         return turns
 
     def joint(self, number: int) -> str:

@@ -95,7 +95,7 @@ TOP_STEPS = {"heun2": 0.0002, "bs32": 0.0005, "rk4": 0.001, "dopri5": 0.001, "do
 
 @pytest.mark.parametrize("integrator", list(TOP_STEPS))
 def test_top_loses_spin_and_momentum_with_the_order_of_a_linear_oscillation(integrator):
-    """With Euler parameters even turning is one: |R(iωh)| - 1 is of order p + 1 in a step, and of order p + 2 where p is even."""
+    """With Euler parameters even turning is one: |R(iωh)| - 1 is of order p + 1 in a step, p + 2 where p is even."""
     step, p = TOP_STEPS[integrator], integrators()[integrator].order
     results = [
         run("heavy_top", formulation="full", integrator=integrator, step=h, output_step=step, duration=20 * step)
