@@ -19,7 +19,7 @@ class Case:
     comment of its scene. `columns` says what mbproj records for the source's columns (see `quantities`); `grid` in s
     is what their times have to be multiples of, and of those every `every`-th row is kept. `tolerances` are absolute,
     by quantity; `relative` those of the other quantities, as a part of each column's largest magnitude. `short` in s is
-    how far the methods go that the compiled kernel does not have, with the RK4 `step`. `loops` are the joints that
+    how far the projection methods go that are not the default. `quick` are the settings that they change. `loops` are the joints that
     close planar loops of spatial revolutes, whose rows are redundant in space. `moments` in kg m² stand for the zero ones
     of a point mass.
     """
@@ -36,7 +36,7 @@ class Case:
     grid: float = 0.01
     every: int = 1
     short: float = 0.5
-    step: float = 0.005
+    quick: Mapping[str, str] = field(default_factory=dict)
     loops: tuple[str, ...] = ()
     moments: float | None = None
 

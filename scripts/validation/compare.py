@@ -18,6 +18,10 @@ from .quantities import COMPONENTS, Column, Done, quantity
 #: A component that is smaller than this part of the vector's largest one is held to that part: what is zero in truth
 #: has only the errors of the source in it.
 FLOOR = 0.02
+#: What a vector that is zero is held to, in SI units.
+ROUND_OFF = 1e-8
+#: Tables have their times rounded, s.
+SAME_TIME = 1e-8
 
 
 class History:
@@ -99,8 +103,8 @@ def deviations(case: Case, done: Done) -> list[Deviation]:
 
 def common_times(exact: Array, recorded: Array) -> tuple[Array, Array]:
     """Where the times that both have stand: in the recorded ones, and in the reference's."""
-    at = np.searchsorted(recorded, exact - 1e-9).clip(max=len(recorded) - 1)
-    rows = np.flatnonzero(np.abs(recorded[at] - exact) < 1e-8)
+    at = np.searchsorted(recorded, exact - SAME_TIME).clip(max=len(recorded) - 1)
+    rows = np.flatnonzero(np.abs(recorded[at] - exact) < SAME_TIME)
     return at[rows], rows
 
 
@@ -121,4 +125,4 @@ def _tolerance(case: Case, name: str, largest: float, whole: float) -> float:
     """The case's own absolute tolerance, or a part of the column's largest magnitude."""
     if name in case.tolerances:
         return case.tolerances[name]
-    return max(case.relative[name] * max(largest, FLOOR * whole), 1e-9)
+    return max(case.relative[name] * max(largest, FLOOR * whole), ROUND_OFF)

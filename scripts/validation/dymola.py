@@ -53,7 +53,7 @@ DYMOLA = (
         grid=0.0006,
         every=5,
         short=0.3,
-        step=0.003,
+        quick={"output_step": "6 ms"},
     ),
     Case(
         name="dymola_universal_torque",

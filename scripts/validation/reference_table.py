@@ -22,9 +22,8 @@ def reference_table(case: Case, mechanism: Json, folder: Path) -> str:
         rows, digits = _rows(case, folder / mechanism["reference"]["file"]), DIGITS
     else:
         rows, digits = [_at_one_time(mechanism)], ALL_DIGITS
-    names = {"t": "t", **case.columns}
-    body = (",".join(f"{row[source] + 0.0:.{digits}g}" for source in names) for row in rows)
-    return "\n".join([f"# {case.origin}", ",".join(names.values()), *body]) + "\n"
+    body = (",".join([f"{row['t']:.12g}", *(f"{row[it] + 0.0:.{digits}g}" for it in case.columns)]) for row in rows)
+    return "\n".join([f"# {case.origin}", ",".join(["t", *case.columns.values()]), *body]) + "\n"
 
 
 def _rows(case: Case, path: Path) -> Iterable[Mapping[str, float]]:
