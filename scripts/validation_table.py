@@ -10,11 +10,12 @@ from __future__ import annotations
 import argparse
 from time import perf_counter
 
-from mbproj import InputError
 from validation.case import Case
 from validation.cases import CASES
 from validation.compare import Deviation, deviations, regular_text, run_case
 from validation.quantities import UNITS, Column
+
+from mbproj import InputError
 
 
 def row(case: Case, regular: bool, columns: bool) -> str:
@@ -24,13 +25,14 @@ def row(case: Case, regular: bool, columns: bool) -> str:
     try:
         done = run_case(case, regular_text(case) if regular else None)
     except InputError as error:
-        return f"| {label} | {case.origin} | {error} | | | |"
+        return f"| {label} | {case.origin} | refused: {error.problems[0].message} | | | |"
     seconds = perf_counter() - started
     found = deviations(case, done)
     for each in found if columns else ():
         print(f"    {case.name} {shown(each)} {each.tolerance:.1e}, times: {each.count}, largest {each.largest:.3g}")
     worst = max(found, key=lambda each: each.ratio)
-    return f"| {label} | {case.origin} | {shown(worst)} | {worst.tolerance:.0e} | {done.report.formulation} | {seconds:.2f} |"
+    reached = f"{shown(worst)} | {worst.tolerance:.2g}"
+    return f"| {label} | {case.origin} | {reached} | {done.report.formulation} | {seconds:.2f} |"
 
 
 def shown(deviation: Deviation) -> str:
@@ -45,7 +47,7 @@ def main() -> None:
     parser.add_argument("names", nargs="*", metavar="NAME")
     parser.add_argument("--columns", action="store_true", help="every column's error too")
     given = parser.parse_args()
-    print("| case | origin | error | tolerance | formulation | time, s |\n|---|---|---|---|---|---|")
+    print("| case | origin | largest error | tolerance | formulation | time, s |\n|---|---|---|---|---|---|")
     for case in (CASES[name] for name in given.names or CASES):
         for regular in (False, True) if case.loops else (False,):
             print(row(case, regular, given.columns), flush=True)

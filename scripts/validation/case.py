@@ -18,10 +18,10 @@ class Case:
     `source` is its JSON file in the folder of references, without the ending, `origin` who computed it, `notes` the
     comment of its scene. `columns` says what mbproj records for the source's columns (see `quantities`); `grid` in s
     is what their times have to be multiples of, and of those every `every`-th row is kept. `tolerances` are absolute,
-    by quantity; `relative` those of the other quantities, as a part of each column's largest magnitude. `short` in s is
-    how far the projection methods go that are not the default. `quick` are the settings that they change. `loops` are the joints that
-    close planar loops of spatial revolutes, whose rows are redundant in space. `moments` in kg m² stand for the zero ones
-    of a point mass.
+    by quantity; `relative` those of the other quantities, as a part of each column's largest magnitude. `short` in s
+    is how far the projection methods are run that are not the default, with the settings `quick`. `loops` are the
+    joints that close planar loops of spatial revolutes, whose rows are redundant in space. `moments` in kg m² stand for
+    the zero ones of a point mass.
     """
 
     name: str

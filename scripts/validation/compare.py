@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from mbproj import assemble, compile_system, initial_guess, settings_to_run, simulate
-from mbproj.arrays import Array, Numbers
+from mbproj.arrays import Array, Integers, Numbers
 from mbproj.dynamics.observe import Block
 from mbproj.scene import read_scene_text
 
@@ -101,7 +101,7 @@ def deviations(case: Case, done: Done) -> list[Deviation]:
     return found
 
 
-def common_times(exact: Array, recorded: Array) -> tuple[Array, Array]:
+def common_times(exact: Array, recorded: Array) -> tuple[Integers, Integers]:
     """Where the times that both have stand: in the recorded ones, and in the reference's."""
     at = np.searchsorted(recorded, exact - SAME_TIME).clip(max=len(recorded) - 1)
     rows = np.flatnonzero(np.abs(recorded[at] - exact) < SAME_TIME)

@@ -28,8 +28,8 @@ DYMOLA = (
         origin=origin("MultiBody.Examples.Loops.Fourbar_analytic"),
         notes=(
             f"The spatial four-bar of the {MODELS} (Fourbar_analytic): a crank on a revolute joint drives a slider "
-            "through a massless rod with balls at its ends, which is one constraint of distance. Compared over 5 s: the "
-            "crank's angle, over six and a half turns, and its speed."
+            "through a massless rod with balls at its ends, which is one constraint of distance. Compared over 5 s: "
+            "the crank's angle, over six and a half turns, and its speed."
         ),
         columns={"j1.phi": "A.angle", "j1.w": "A.speed"},
         simulation={"duration": "5 s", "tolerance": "1.0e-9", "integrator": "dop853", "output_step": "50 ms"},
@@ -95,10 +95,10 @@ DYMOLA = (
         source="dymola/PlanarFourbar_damped",
         origin=origin("MultiBody.Examples.Loops.PlanarFourbar"),
         notes=(
-            f"A planar loop of four revolutes with a damper in the first (MultiBody.Examples.Loops.PlanarFourbar of the "
-            f"{MODELS}): in space three of its 20 joint rows are redundant, so that it takes planar coordinates. "
-            "Where joint D is a point_on_line along z the motion is the same, and no row is redundant. "
-            "Compared over 5 s: the damped joint's angle and speed."
+            "A planar loop of four revolutes with a damper in the first (MultiBody.Examples.Loops.PlanarFourbar of "
+            f"the {MODELS}): in space three of its 20 joint rows are redundant, so that it takes planar coordinates. "
+            "Where joint D is a point_on_line along z the motion is the same, and no row is redundant. Compared "
+            "over 5 s: the damped joint's angle and speed."
         ),
         columns={"revolute1.phi": "A.angle", "revolute1.w": "A.speed"},
         simulation={"duration": "5 s", "tolerance": "1.0e-9", "integrator": "dop853", "output_step": "50 ms"},

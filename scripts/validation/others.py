@@ -6,7 +6,9 @@ from .case import Case
 
 IFTOMM = "IFToMM library of computational benchmark problems"
 #: The squeezer's angles are those of joints in a tree of its bodies; the source's are sums, see `reference_table`.
-TREE = {"K1.ground": "A", "K2.K1": "B", "K3.ground": "D", "K4.K3": "E", "K5.ground": "G", "K6.K3": "H", "K7.ground": "J"}
+TREE = {
+    "K1.ground": "A", "K2.K1": "B", "K3.ground": "D", "K4.K3": "E", "K5.ground": "G", "K6.K3": "H", "K7.ground": "J",
+}  # fmt: skip
 SQUEEZER = {
     **{bodies: f"{joint}.angle" for bodies, joint in TREE.items()},
     **{f"K{k}.speed": f"K{k}.angular_velocity.z" for k in range(1, 8)},
@@ -20,9 +22,9 @@ OTHERS = (
         source="iftomm/A01",
         origin=f"MSC Adams, as published in the {IFTOMM} (A01); the exact solution agrees to 7e-7",
         notes=(
-            f"Problem A01 of the {IFTOMM}: a point mass on a massless "
-            "rod of 1 m, released from the horizontal. Moments of 1e-13 stand for the point's zero: 1e-9 would make it late "
-            "by a microsecond at the end. Compared over 2000 s, 845 periods."
+            f"Problem A01 of the {IFTOMM}: a point mass on a massless rod of 1 m, released from the horizontal. "
+            "Moments of 1e-13 stand for the point's zero: 1e-9 would make it late by a microsecond at the end. "
+            "Compared over 2000 s, 845 periods."
         ),
         columns={"x": "p.position.x", "y": "p.position.y"},
         simulation={"duration": "2000 s", "tolerance": "1.0e-13", "integrator": "dop853", "output_step": "0.5 s"},
@@ -37,9 +39,9 @@ OTHERS = (
         source="iftomm/slidercrank_masoudi",
         origin=f"Masoudi et al., solution in the {IFTOMM}",
         notes=(
-            f"The spatial slider-crank of the {IFTOMM}, with the "
-            "parameters that its solution was computed with: the crank's mass in its middle, and the rod's 0.0004 kg m^2 "
-            "about the axis normal to the rod and the pin. Compared over 5 s: the slider's place and the crank's angle."
+            f"The spatial slider-crank of the {IFTOMM}, with the parameters that its solution was computed with: the "
+            "crank's mass in its middle, and the rod's 0.0004 kg m^2 about the axis normal to the rod and the pin. "
+            "Compared over 5 s: the slider's place and the crank's angle."
         ),
         columns={"s": "slider.position.x", "theta": "A.angle"},
         simulation={"duration": "5 s", "tolerance": "1.0e-9", "integrator": "dop853", "output_step": "5/299"},
@@ -54,12 +56,13 @@ OTHERS = (
         source="ivp_testset/andrews",
         origin="PSIDE at 1e-14, 14 digits: Test Set for IVP Solvers (CWI/Bari), Andrews' squeezing mechanism",
         notes=(
-            "Andrews' squeezing mechanism (Schiehlen, Multibody Systems Handbook, 1990; Hairer & Wanner, Solving Ordinary "
-            "Differential Equations II, ch. VII.7): seven bodies in a plane, driven by a constant torque on K1 against a "
-            "spring. Ten revolutes close three loops: in space nine of 50 joint rows are redundant, so that it takes planar "
-            "coordinates. Where C, F and I are point_on_line along z the motion is the same, and no row is redundant. "
-            "Compared at 0.03 s, when K1 has turned two and a half times: angles, speeds and accelerations. The source's errors "
-            "are those of an equation of index 3: 1e-10 of the angles, 1e-8 of the speeds, 1e-6 of the accelerations."
+            "Andrews' squeezing mechanism (Schiehlen, Multibody Systems Handbook, 1990; Hairer & Wanner, Solving "
+            "Ordinary Differential Equations II, ch. VII.7): seven bodies in a plane, driven by a constant torque "
+            "on K1 against a spring. Ten revolutes close three loops: in space nine of 50 joint rows are redundant, "
+            "so that it takes planar coordinates. Where C, F and I are point_on_line along z the motion is the "
+            "same, and no row is redundant. Compared at 0.03 s, when K1 has turned two and a half times: angles, "
+            "speeds and accelerations. The source's errors are those of an equation of index 3: 1e-10 of the "
+            "angles, 1e-8 of the speeds, 1e-6 of the accelerations."
         ),
         columns=SQUEEZER,
         simulation={"duration": "30 ms", "tolerance": "1.0e-12", "integrator": "dop853", "output_step": "10 ms"},

@@ -1,4 +1,4 @@
-"""Numbers of a reference as a reader would write them: 0.5, sqrt(2)/2, -45 deg; and all digits where there is no such."""
+"""Numbers of a reference as a reader would write them, 0.5, sqrt(2)/2, -45 deg, and others with all their digits."""
 
 from __future__ import annotations
 

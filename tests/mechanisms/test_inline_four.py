@@ -25,8 +25,8 @@ FREE = (ROOT / "mechanisms" / "inline_four.yaml").read_text(encoding="utf-8").re
 
 @pytest.fixture(scope="module")
 def driven() -> Run:
-    """One turn at constant speed, in 360 steps."""
-    return run("inline_four", step="(1/9) ms", duration="40 ms")
+    """One turn at constant speed, in 120 steps."""
+    return run("inline_four", step="(1/3) ms", duration="40 ms")
 
 
 def angle(done: Run) -> np.ndarray:
@@ -129,7 +129,7 @@ def test_the_driving_torque(driven):
 def test_a_rod_of_another_moment_takes_another_torque_and_the_same_force(driven):
     """ΔJ ψ'' dψ/dθ for each rod, which leans by sin ψ = -λ sin θ."""
     p, extra = driven.parameters, 5.0e-4
-    done = run("inline_four", {"rod_moment": p["rod_moment"] + extra}, step="(1/9) ms", duration="40 ms")
+    done = run("inline_four", {"rod_moment": p["rod_moment"] + extra}, step="(1/3) ms", duration="40 ms")
     assert_close(ground_force(done)[:, 2], ground_force(driven)[:, 2], 1e-7)
     theta, ratio = angle(done)[:, None] + THROWS, p["crank"] / p["rod"]
     root = np.sqrt(1.0 - ratio**2 * np.sin(theta) ** 2)

@@ -1,5 +1,5 @@
-"""Mechanisms that others computed (mechanisms/validation), against their results (tests/data/validation): over the whole
-time with the default method, and over a part of it with every method that is legal."""
+"""Mechanisms that others computed (mechanisms/validation), against their results (tests/data/validation): over all of
+the time with the default method, and over a part of it with every method that is legal."""
 
 from __future__ import annotations
 
