@@ -5,13 +5,23 @@ from __future__ import annotations
 from pathlib import Path
 
 
+def folder() -> Path:
+    """The folder of the example scenes; its folder `validation` has those that others computed too."""
+    package = Path(__file__).parent
+    for place in (package / "mechanisms", package.parent / "mechanisms"):
+        if place.is_dir():
+            return place
+    raise FileNotFoundError("the example mechanisms are not installed")
+
+
 def mechanisms() -> list[Path]:
     """The example scenes, by name."""
-    package = Path(__file__).parent
-    for folder in (package / "mechanisms", package.parent / "mechanisms"):
-        if folder.is_dir():
-            return sorted(folder.glob("*.yaml"))
-    raise FileNotFoundError("the example mechanisms are not installed")
+    return sorted(folder().glob("*.yaml"))
+
+
+def validation_scenes() -> list[Path]:
+    """The scenes that mbproj is validated with, by name."""
+    return sorted((folder() / "validation").glob("*.yaml"))
 
 
 def mechanism(name: str) -> Path:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 
 from mbproj.cli.main import COMMANDS
-from mbproj.mechanisms_folder import mechanism, mechanisms
+from mbproj.mechanisms_folder import mechanism, mechanisms, validation_scenes
 from tests.cli.commands import FIVE_BAR, SLIDER_CRANK, mbproj
 
 FOUR_BAR = """\
@@ -68,6 +68,8 @@ def test_examples_are_listed_and_copied_but_never_over_others(tmp_path):
     copied = mbproj("examples", "--copy", "here", folder=tmp_path)
     assert copied.returncode == 0
     assert (tmp_path / "here" / "five_bar.yaml").read_bytes() == mechanism("five_bar").read_bytes()
+    validation = tmp_path / "here" / "validation"
+    assert {path.name for path in validation.glob("*")} == {path.name for path in validation_scenes()}
     again = mbproj("examples", "--copy", "here", folder=tmp_path)
     assert again.returncode == 2
     assert "here has already delta_robot.yaml, double_pendulum.yaml, five_bar.yaml" in again.stderr

@@ -11,7 +11,7 @@ from mbproj.dynamics.kinematics import pose_of
 from tests.mechanisms.running import run
 from tests.support import MECHANISMS
 
-#: Bodies and degrees of freedom, the spatial four-bar's with the idle spin of its rod.
+#: Bodies and degrees of freedom: the spatial four-bar's with the idle spin of its rod, the engine is driven.
 SIZES = {
     "delta_robot": (10, 3),
     "double_pendulum": (2, 2),
@@ -19,6 +19,7 @@ SIZES = {
     "free_body": (1, 6),
     "heavy_top": (1, 3),
     "hooke_shaft": (3, 1),
+    "inline_four": (9, 0),
     "physical_pendulum": (1, 1),
     "planar_four_bar": (3, 1),
     "spatial_four_bar": (3, 2),

@@ -1,0 +1,83 @@
+"""Mechanisms that others computed (mechanisms/validation), against their results (tests/data/validation): over all of
+the time with the default method, and over a part of it with every method that is legal."""
+
+from __future__ import annotations
+
+import re
+
+import numpy as np
+import pytest
+
+from mbproj import read_scene
+from mbproj.errors import InputError
+from mbproj.registry import PROJECTIONS
+from scripts.validation.case import SCENES, TABLES, Case
+from scripts.validation.cases import CASES
+from scripts.validation.compare import deviations, reference, regular_text, run_case
+from scripts.validation.quantities import Done
+
+#: With Euler parameters M is singular, and POPM refused; GPOPM is the default.
+METHODS = [name for name in PROJECTIONS if name not in ("popm", "gpopm")]
+LOOPS = [case for case in CASES.values() if case.loops]
+
+
+def assert_agrees(case: Case, done: Done, times: int) -> None:
+    """Every column, at `times` of the reference's times, within its tolerance."""
+    found = deviations(case, done)
+    assert {each.column for each in found} == set(case.columns.values())
+    assert {each.count for each in found} == {times}
+    off = [f"{each.column} is off by {each.error:.3g}, {each.tolerance:.3g} is allowed" for each in found
+           if not each.ratio <= 1.0]
+    assert not off, "; ".join(off)
+
+
+@pytest.mark.parametrize("case", CASES.values(), ids=CASES)
+def test_agrees_over_the_whole_time(case):
+    done = run_case(case, regular_text(case))
+    assert_agrees(case, done, len(reference(case)["t"]))
+    assert done.report.position_violation.value <= 2e-13
+    assert done.report.counters["projection_failures"] == 0
+
+
+@pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize("case", CASES.values(), ids=CASES)
+def test_every_method_agrees(case, method):
+    done = run_case(case, regular_text(case), projection=method, duration=str(case.short), **case.quick)
+    assert_agrees(case, done, int(np.count_nonzero(reference(case)["t"] <= case.short + 1e-9)))
+    if PROJECTIONS[method].corrects:
+        assert done.report.position_violation.value <= 2e-13
+
+
+@pytest.mark.parametrize("case", LOOPS, ids=lambda case: case.name)
+def test_planar_loops_of_revolutes_agree(case):
+    """As the source has them, with redundant rows in space: planar coordinates do not see those."""
+    try:
+        done = run_case(case, formulation="planar")
+    except InputError as error:
+        assert "the planar formulation is not to be had here" in str(error)
+        pytest.skip(str(error))
+    assert_agrees(case, done, len(reference(case)["t"]))
+    assert done.report.formulation == "planar"
+
+
+@pytest.mark.parametrize("case", LOOPS, ids=lambda case: case.name)
+def test_planar_loops_of_revolutes_are_refused_in_full_coordinates(case):
+    with pytest.raises(InputError, match="is redundant: 3 of its constraints already follow"):
+        run_case(case, formulation="full")
+
+
+@pytest.mark.parametrize("name", ["adams_revolute", "adams_universal_tilted", "dymola_rssp", "iftomm_slider_crank"])
+def test_the_comparison_is_not_blind(name):
+    """One per cent more gravity is far out of tolerance."""
+    text = CASES[name].scene.read_text(encoding="utf-8")
+    heavier = re.sub(r"-9\.8\d+", lambda found: str(1.01 * float(found[0])), text)
+    assert heavier != text
+    found = deviations(CASES[name], run_case(CASES[name], heavier))
+    assert max(each.ratio for each in found) > 3.0
+
+
+def test_every_scene_and_table_is_a_case():
+    assert {path.stem for path in SCENES.glob("*")} == set(CASES) == {path.stem for path in TABLES.glob("*")}
+    for case in CASES.values():
+        assert case.table.read_text(encoding="utf-8").startswith(f"# {case.origin}\n")
+        assert read_scene(case.scene).title == case.title
