@@ -1,0 +1,103 @@
+"""How each mechanism of the gallery is drawn: its view, and the shapes of bodies that are not bars between joints."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from mbproj.arrays import Array
+
+Point = tuple[float, float, float]
+
+
+@dataclass(frozen=True, eq=False)
+class Shape:
+    """Part of a body: corners (k, 3) of a bar or plate in body axes, m; `width` of a bar in points, None: a plate."""
+
+    corners: Array
+    width: float | None = 6.0
+
+
+def disc(centre: Point, radius: float, axis: int) -> Shape:
+    """A round plate normal to a body axis (0, 1 or 2)."""
+    turn = np.linspace(0.0, 2.0 * np.pi, 49)
+    return Shape(np.array(centre) + radius * np.roll(np.stack([0 * turn, np.cos(turn), np.sin(turn)]), axis, 0).T, None)
+
+
+def box(x: float, y: float, z: float) -> tuple[Shape, ...]:
+    """The faces of a box with these half sides about the centre of mass."""
+    corners = np.array([[-1, -1, 1], [1, -1, 1], [1, 1, 1], [-1, 1, 1]])
+    faces = [side * np.roll(corners, axis, axis=1) * [x, y, z] for axis in range(3) for side in (1.0, -1.0)]
+    return tuple(Shape(face, None) for face in faces)
+
+
+def bar(*corners: Point, width: float | None = 6.0) -> Shape:
+    """A bar through these points, or a plate where `width` is None."""
+    return Shape(np.array(corners, dtype=float), width)
+
+
+@dataclass(frozen=True)
+class Sketch:
+    """How a mechanism is shown: the view from (azimuth, elevation) in degrees, the time that the paths cover, times at
+    which it is drawn once more, faintly, bodies that are not bars between their joints (by a pattern of names; the
+    ground's are global), which markers leave a path (all, where None), and whether it hangs from the ground."""
+
+    view: tuple[float, float] = (-60.0, 20.0)
+    duration: float = 2.0
+    ghosts: tuple[float, ...] = ()
+    shapes: Mapping[str, tuple[Shape, ...]] = field(default_factory=dict)
+    markers: tuple[str, ...] | None = None
+    hangs: bool = False
+
+
+FLAT = (-90.0, 0.0)
+SKETCHES: Mapping[str, Sketch] = {
+    "physical_pendulum": Sketch(FLAT, 1.4, (0.3, 0.5, 0.7), hangs=True),
+    "double_pendulum": Sketch(FLAT, 3.0, (0.3, 0.45, 0.6), hangs=True),
+    "five_bar": Sketch(FLAT, 2.0, (0.4, 0.7, 1.0), hangs=True),
+    "spherical_pendulum": Sketch((-60.0, 25.0), 5.0, hangs=True),
+    "free_body": Sketch((-60.0, 20.0), 4.9, (), {
+        "handle": (bar((-0.08, -1 / 60, 0), (0.08, -1 / 60, 0), width=12), bar((0, 0, 0), (0, 1 / 12, 0), width=10)),
+    }, ("tip",)),
+    "heavy_top": Sketch((20.0, 20.0), 4.1, (), {
+        "top": (bar((0, 0, -1), (0, 0, 0), width=5), disc((0, 0, 0), 0.25, 2), bar((0, 0, 0), (0, 0, 0.15), width=5)),
+    }),
+    "planar_four_bar": Sketch(FLAT, 1.0, (), {
+        "coupler": (bar((-0.15, 0, 0), (0.15, 0, 0), (0, 0, 0.12), width=None), bar((-0.15, 0, 0), (0.15, 0, 0))),
+    }),
+    "spatial_four_bar": Sketch((-25.0, 25.0), 0.5),
+    "spatial_slider_crank": Sketch((-60.0, 20.0), 2.0, (), {
+        "slider": box(0.025, 0.018, 0.018), "ground": (bar((0.1, 0, -0.02), (0.36, 0, -0.02), width=3),),
+    }),
+    "hooke_shaft": Sketch((-75.0, 32.0), 0.7, (), {
+        "driving": (bar((-0.25, 0, 0), (0.2, 0, 0), width=7), disc((0.2, 0, 0), 0.1, 0),
+                    bar((0.2, 0, 0), (0.2, 0.05, 0), (0.25, 0.05, 0), width=4),
+                    bar((0.2, 0, 0), (0.2, -0.05, 0), (0.25, -0.05, 0), width=4)),
+        "driven": (bar((-0.2, 0, 0), (0.25, 0, 0), width=7), disc((0.05, 0, 0), 0.1, 0),
+                   bar((-0.2, 0, 0), (-0.2, 0, 0.05), (-0.25, 0, 0.05), width=4),
+                   bar((-0.2, 0, 0), (-0.2, 0, -0.05), (-0.25, 0, -0.05), width=4)),
+        "block": box(0.03, 0.03, 0.03),
+        "ground": (bar((0.346, 0.2, -0.035), (0.52, 0.3, -0.035), width=5),),
+    }),
+    "stewart_platform": Sketch((-65.0, 18.0), 0.5, (), {
+        "cylinder*": (bar((0, 0, -0.25), (0, 0, 0.22), width=9),),
+        "piston*": (bar((0, 0, -0.25), (0, 0, 0.25), width=4),),
+        "ground": (disc((0, 0, 0), 0.66, 2),),
+    }),
+    "inline_four": Sketch((-55.0, 15.0), 0.04, (), {
+        "crankshaft": (bar((-0.2, 0, 0), (-0.15, 0, 0), (-0.15, -0.0215, 0.037), (-0.12, -0.0215, 0.037), (-0.12, 0, 0),
+                           (-0.06, 0, 0), (-0.06, 0.0215, -0.037), (-0.03, 0.0215, -0.037), (-0.03, 0, 0),
+                           (0.03, 0, 0), (0.03, 0.0215, -0.037), (0.06, 0.0215, -0.037), (0.06, 0, 0),
+                           (0.12, 0, 0), (0.12, -0.0215, 0.037), (0.15, -0.0215, 0.037), (0.15, 0, 0), (0.2, 0, 0)),
+                       disc((0.2, 0, 0), 0.1, 0)),
+        "rod*": (bar((0, 0, -0.04), (0, 0, 0.1), width=5),),
+        "piston*": box(0.03, 0.03, 0.02),
+    }, ("rod_centre",)),
+    "delta_robot": Sketch((-50.0, 18.0), 0.6, (), {
+        "arm*": (bar((-0.15, 0, 0), (0.15, 0, 0), width=9), bar((0.15, -0.05, 0), (0.15, 0.05, 0), width=5)),
+        "rod*": (bar((-0.35, 0, 0), (0.35, 0, 0), width=3),),
+        "ground": (disc((0, 0, 0), 0.2, 2),),
+    }),
+}

@@ -1,0 +1,151 @@
+"""Forces and motions in the kernel are those of the full formulation: functions, accelerations, powers, failures."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from mbproj import assemble, compile_system, initial_guess
+from mbproj.dynamics.assembly import State
+from mbproj.errors import SimulationError
+from mbproj.functions.program import Program
+from mbproj.functions.program_set import flatten
+from mbproj.functions.series import constant_series, run, time_series
+from mbproj.integrate.formulation import choose
+from mbproj.integrate.full import FullFormulation
+from mbproj.integrate.reduced import Reduced, from_space
+from mbproj.kernel import core
+from mbproj.kernel.loads import programs
+from mbproj.scene import read_scene_text, settings_to_run
+from tests.dynamics.test_forces import FORCES, HEAD, ON_BODIES, reference
+from tests.functions.test_programs import SMOOTH, T, expression
+from tests.mechanisms.running import run_scene
+
+pytestmark = pytest.mark.skipif(core() is None, reason="needs the compiled kernel")
+
+
+def test_every_function_has_the_values_and_derivatives_of_numpy():
+    functions = flatten([Program(expression(text)) for text in SMOOTH])
+    kernel = programs(core(), functions)
+    for index, text in enumerate(SMOOTH):
+        for t in T:
+            expected = run(functions, index, [time_series(t), constant_series(t), constant_series(t)])
+            found = kernel.run(index, t, 0.0, 0.0)
+            np.testing.assert_allclose(found, [float(part) for part in expected], rtol=1e-13, atol=1e-13, err_msg=text)
+
+
+def test_tables_between_and_beyond_their_rows():
+    scene = read_scene_text(
+        HEAD + "  s: {type: torsion_spring_damper, joint: R, table: [[-1, 4], [0, 0], [0.5, 1], [2, -3]]}\n"
+    )
+    forces = compile_system(scene).forces
+    kernel = programs(core(), forces.programs)
+    for s in (-3.0, -1.0, -0.4, 0.0, 0.3, 1.9, 2.0, 5.0):
+        expected = run(forces.programs, 0, [time_series(0.0), constant_series(s), constant_series(0.0)])[0]
+        assert kernel.run(0, 0.0, s, 0.0)[0] == pytest.approx(float(expected), abs=1e-14)
+
+
+def moving(text: str, seed: int = 3):
+    """A system and a closed state of it that moves at random."""
+    scene = read_scene_text(text)
+    system = compile_system(scene)
+    state = assemble(system, initial_guess(scene, system))
+    rng = np.random.default_rng(seed)
+    formulation = FullFormulation.of(system, state, settings_to_run(scene))
+    v = state.v + 0.5 * rng.normal(size=state.v.shape)
+    settings = settings_to_run(scene)
+    Λ = state.q.reshape(-1, 7)[:, 3:]
+    rows = v.reshape(-1, 7)
+    rows[:, 3:] -= np.sum(rows[:, 3:] * Λ, axis=1, keepdims=True) * Λ
+    return system, State(0.8, state.q, rows.ravel(), state.turns), formulation, settings
+
+
+MOTIONS = "motions:\n  m: {joint: R, angle: {harmonic: {amplitude: 0.4, frequency: 3}}}\n"
+
+
+@pytest.mark.parametrize(
+    "text",
+    [FORCES, ON_BODIES, FORCES + ON_BODIES, FORCES + ON_BODIES + MOTIONS],
+    ids=["laws", "on bodies", "all", "driven"],
+)
+def test_accelerations_and_multipliers_are_those_of_the_full_equations(text):
+    system, state, full, _ = moving(HEAD + text)
+    kernel = Reduced(core(), system)
+    y = kernel.state(state.q, state.v)
+    at = reference(system, state.q)
+    found, multipliers = kernel.equations().accelerations(y, state.t, at.tolist())
+    turning = type("Here", (), {"expected": lambda self, t: at})()
+    expected = full.accelerations(state.t, state.q, state.v, turning)
+    _, _, acceleration = from_space(y[None], found[None])
+    size = np.abs(expected.acceleration).max()
+    np.testing.assert_allclose(acceleration[0], expected.acceleration, rtol=0, atol=1e-12 * size)
+    size = np.abs(expected.multipliers).max()
+    np.testing.assert_allclose(multipliers, expected.multipliers[system.bodies :], rtol=0, atol=1e-11 * size)
+
+
+SLIDER = """\
+mbproj: 1
+gravity: [0, 0, -9.8]
+simulation: {duration: 0.4, tolerance: 1e-11, integrator: dop853, output_step: 0.05}
+bodies:
+  crank: {mass: 1, inertia: [0.1, 0.2, 0.3], position: [0.25, 0.1, 0]}
+  rod: {mass: 0.5, inertia: [0.01, 0.04, 0.04], position: [1, -0.2, 0]}
+  block: {mass: 2, inertia: [0.1, 0.1, 0.1], position: [1.5, 0, 0]}
+joints:
+  A: {type: revolute, bodies: [ground, crank], location: [0, 0, 0], axis: [0, 1, 0], speed: 3 rad/s}
+  B: {type: revolute, bodies: [crank, rod], location: [0.5, 0, 0], axis: [0, 1, 0]}
+  C: {type: revolute, bodies: [rod, block], location: [1.5, 0, 0], axis: [0, 1, 0]}
+  D: {type: point_in_plane, bodies: [ground, block], location: [1.5, 0, 0], axis: [0, 0, 1]}
+forces:
+  spring: {type: spring_damper, points: {ground: [3, 0, 0], block: [1.5, 0, 0]}, stiffness: 40, damping: 2}
+  hinge: {type: torsion_spring_damper, joint: C, stiffness: 3, damping: 0.1}
+  wind: {type: force, body: rod, location: [1.2, 0, 0.1], force: [sin(3*t), 5, 1]}
+  own: {type: force, body: crank, location: [0.3, 0.1, 0.05], force: [1, 2, t], axes: body}
+  torque: {type: torque, body: crank, torque: [0.3, 0.2*t, 1], axes: body}
+"""
+
+
+def test_a_planar_scene_with_forces_moves_as_the_full_one():
+    """Forces across the plane load the joints only."""
+    runs = {}
+    for formulation in ("planar", "reduced", "full"):
+        scene = read_scene_text(SLIDER, "s.yaml", {}, {"formulation": formulation})
+        runs[formulation] = run_scene(scene)
+    for path in ("bodies/position", "bodies/velocity", "diagnostics/work", "diagnostics/dissipation", "forces/force"):
+        for other in ("planar", "reduced"):
+            np.testing.assert_allclose(runs[other][path], runs["full"][path], rtol=0, atol=2e-8, err_msg=path)
+    size = np.abs(runs["full"]["joints/reaction_force"]).max()
+    for path in ("joints/reaction_force", "joints/reaction_torque"):
+        np.testing.assert_allclose(runs["planar"][path], runs["full"][path], rtol=0, atol=1e-7 * size, err_msg=path)
+    assert np.abs(runs["planar"]["diagnostics/energy_balance"]).max() < 1e-7
+    assert np.abs(runs["planar"]["diagnostics/dissipation"][-1]) > 0.1
+
+
+@pytest.mark.parametrize("formulation", ["planar", "reduced", "full"])
+def test_a_function_that_fails_names_its_force_and_time(formulation):
+    text = SLIDER.replace("force: [sin(3*t), 5, 1]", "force: [sqrt(0.2 - t), 0, 0]")
+    scene = read_scene_text(text, "s.yaml", {}, {"formulation": formulation})
+    with pytest.raises(SimulationError) as caught:
+        run_scene(scene)
+    assert 0.2 < caught.value.time < 0.3
+    assert caught.value.where == "force 'wind'"
+    assert "fails: sqrt(" in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("line", "name", "why"),
+    [
+        ("", "planar", "in the plane normal to"),
+        (
+            "  far: {type: spring_damper, points: {ground: [3, 1, 0], block: [1.5, 0, 0]}, stiffness: 1}\n",
+            "reduced",
+            "not planar: force 'far' acts between points at different depths",
+        ),
+    ],
+)
+def test_what_a_plane_cannot_hold_is_computed_in_space(line, name, why):
+    scene = read_scene_text(SLIDER + line)
+    system = compile_system(scene)
+    choice = choose(system, assemble(system, initial_guess(scene, system)), scene.settings)
+    assert choice.name == name
+    assert why in choice.why
