@@ -29,6 +29,7 @@ EXPECTED = {
     "free_body": ("reduced", f"{FREE}can keep the bodies in a plane: no joint has an axis", 6),
     "heavy_top": ("reduced", f"{FREE}can keep the bodies in a plane: no joint has an axis", 3),
     "hooke_shaft": ("reduced", f"{FREE}keeps body 'driven' in the plane", 1),
+    "inline_four": ("planar", "the joints keep every body in the plane normal to [1, 0, 0]", 0),
     "physical_pendulum": ("planar", IN_Y, 1),
     "planar_four_bar": ("planar", IN_Y, 1),
     "spatial_four_bar": ("reduced", f"{FREE}keeps body 'crank' in the plane", 2),

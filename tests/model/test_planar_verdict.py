@@ -28,6 +28,7 @@ SHIPPED = {
     "free_body": "nothing but symmetry can keep the bodies in a plane: no joint has an axis",
     "heavy_top": "nothing but symmetry can keep the bodies in a plane: no joint has an axis",
     "hooke_shaft": "nothing but symmetry keeps body 'driven' in the plane normal to [0, 0, 1]",
+    "inline_four": [1, 0, 0],
     "physical_pendulum": [0, 1, 0],
     "planar_four_bar": [0, 1, 0],
     "spatial_four_bar": "nothing but symmetry keeps body 'crank' in the plane normal to [0, 1, 0]",
