@@ -12,7 +12,7 @@ from mbproj.dynamics.rank import mobility, refuse_unsolvable
 from mbproj.errors import InputError, Problem
 from mbproj.integrate.compiled import Compiled
 from mbproj.integrate.in_plane import InPlane
-from mbproj.integrate.reduced import Reduced
+from mbproj.integrate.reduced import Reduced, light_body
 from mbproj.kernel import build_info, core
 from mbproj.model.planar import NotPlanar, Plane, obstacle_in_plane, planar_reduction
 from mbproj.model.system import System
@@ -50,6 +50,11 @@ def choose(system: System, state: State, settings: Settings) -> Choice:
     if isinstance(plane, NotPlanar):
         if asked == "planar":
             raise InputError(f"the scene is not planar: {plane.reason}")
+        light = light_body(system)
+        if light is not None and asked == "auto":
+            return _full(system, state, f"body '{light}' has no definite mass and inertia")
+        if light is not None:
+            raise InputError(f"the reduced formulation is not to be had here: body '{light}' has no definite inertia")
         why = f"not planar: {plane.reason}" if plane.reason else "as asked for"
         return _regular(Reduced(core(), system), system, state, settings, why)
     normal = ", ".join(f"{component + 0.0:.3g}" for component in plane.axes[:, 2])
@@ -60,7 +65,12 @@ def choose(system: System, state: State, settings: Settings) -> Choice:
 def _plane(system: System, state: State) -> Plane | NotPlanar:
     """The plane of joints, forces and motions."""
     plane = planar_reduction(system, state.q)
-    obstacle = obstacle_in_plane(system, plane) if isinstance(plane, Plane) else None
+    if not isinstance(plane, Plane):
+        return plane
+    light = np.flatnonzero((plane.mass <= 0.0) | (plane.inertia <= 0.0))
+    if len(light):
+        return NotPlanar(f"body '{system.names.carriers[light[0]]}' has no mass or inertia in the plane")
+    obstacle = obstacle_in_plane(system, plane)
     return plane if obstacle is None else NotPlanar(obstacle)
 
 
@@ -73,9 +83,7 @@ def _obstacle(system: System, settings: Settings) -> str | None:
         return f"the projection '{method}' exists in the full formulation only"
     if settings.acceleration != "bordered":
         return f"'acceleration: {settings.acceleration}' exists in the full formulation only"
-    smallest = np.linalg.eigvalsh(system.inertia)[:, 0] / np.linalg.norm(system.inertia, axis=(1, 2)).clip(1e-300)
-    light = np.flatnonzero((system.mass <= 0.0) | (smallest < 1e-14))
-    return f"body '{system.names.carriers[light[0]]}' has no definite mass and inertia" if len(light) else None
+    return None
 
 
 def _full(system: System, state: State, why: str) -> Choice:

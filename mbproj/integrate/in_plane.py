@@ -10,12 +10,12 @@ import numpy as np
 
 from mbproj.arrays import Array, Integers
 from mbproj.dynamics.assembly import coordinate_values
-from mbproj.dynamics.constraint_equations import cross
+from mbproj.dynamics.constraint_equations import cross, tangent_jacobian
 from mbproj.dynamics.forces import applied
 from mbproj.dynamics.kinematics import body_rates, pose_of, twist_of
 from mbproj.dynamics.samples import Samples
 from mbproj.integrate.compiled import Compiled, work_of
-from mbproj.integrate.reduced import Reduced, space_state
+from mbproj.integrate.reduced import Reduced, light_body, space_state
 from mbproj.kernel.models import joints_in_plane, plane_model, plane_rows
 from mbproj.model.planar import Plane
 from mbproj.model.system import System
@@ -33,7 +33,8 @@ class InPlane(Compiled):
         self.plane = plane
         self._joints = joints_in_plane(plane)
         self._rows = plane_rows(plane)
-        self._space = Reduced(core, system).equations()
+        # A body may be a rod without inertia about its axis, which motion in the plane does not ask for.
+        self._space = Reduced(core, system).equations() if light_body(system) is None else None
 
     @property
     def degrees_of_freedom(self) -> int:
@@ -91,18 +92,17 @@ class InPlane(Compiled):
         reference = coordinate_values(system, pose_of(q)) + 2.0 * np.pi * turns
         states = space_state(q, v)
         for at, t in enumerate(times.tolist()):
-            solved = self._space.accelerations(np.ascontiguousarray(states[at]), t, reference[at].tolist())
-            missing = None if solved else self._missing(t, q[at], v[at], reference[at], accelerations[at])
-            found[at] = self._smallest(t, states[at], missing) if missing is not None else solved[1]
+            y, solved = np.ascontiguousarray(states[at]), None
+            if self._space is not None:
+                solved = self._space.accelerations(y, t, reference[at].tolist())
+            found[at] = solved[1] if solved else self._smallest(t, q[at], v[at], reference[at], accelerations[at])
         return found
 
-    def _smallest(self, t: float, y: Array, missing: Array) -> Array:
-        G = self._space.jacobian(np.ascontiguousarray(y), t)
-        return np.asarray(np.linalg.lstsq(G.reshape(len(G), -1).T, missing, rcond=1e-11)[0], dtype=float)
-
-    def _missing(self, t: float, q: Array, v: Array, reference: Array, a: Array) -> Array:
-        """Gᵀλ, (6n,): the applied forces less what the motion, with r'' and ω' in `a` (n, 6), global, takes."""
+    def _smallest(self, t: float, q: Array, v: Array, reference: Array, a: Array) -> Array:
+        """The smallest λ with Gᵀλ the applied forces less what the motion, r'' and ω' in `a` (n, 6), global, takes."""
         system, pose = self.system, pose_of(q)
+        sets = [system.joints] if system.motions is None else [system.joints, system.motions.rows]
+        G = np.concatenate([tangent_jacobian(bound, pose)[:, :-1, :6] for bound in sets])
         twist = twist_of(pose, v)
         A, omega = pose.rotation[:-1], body_rates(pose, twist)[:-1]
         spin_up = (np.swapaxes(A, -1, -2) @ a[:, 3:, None])[..., 0]
@@ -112,4 +112,5 @@ class InPlane(Compiled):
         if system.forces is not None:
             loads = applied(system, pose, twist, t, reference)
             force, torque = force + loads.force[:-1], torque + loads.torque[:-1]
-        return np.concatenate([force, (A @ torque[..., None])[..., 0]], axis=-1).ravel()
+        missing = np.concatenate([force, torque], axis=-1).ravel()
+        return np.asarray(np.linalg.lstsq(G.reshape(len(G), -1).T, missing, rcond=1e-11)[0], dtype=float)

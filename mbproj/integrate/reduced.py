@@ -61,6 +61,13 @@ class Reduced(Compiled):
         return self.system.bodies + number
 
 
+def light_body(system: System) -> str | None:
+    """The name of a body without mass or without a definite inertia; None where all have both."""
+    smallest = np.linalg.eigvalsh(system.inertia)[:, 0] / np.linalg.norm(system.inertia, axis=(1, 2)).clip(1e-300)
+    light = np.flatnonzero((system.mass <= 0.0) | (smallest < 1e-14))
+    return system.names.carriers[light[0]] if len(light) else None
+
+
 def space_state(q: Array, v: Array) -> Array:
     """(r, Λ, r', ω in body axes) of each body, (..., n, 13), from q and v = q' (..., 7n)."""
     at, rate = (part.reshape(*part.shape[:-1], -1, 7) for part in (q, v))
