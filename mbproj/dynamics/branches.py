@@ -25,7 +25,9 @@ MANY = 16
 def branch_directions(system: System, pose: Pose, motions: Array, trials: Array) -> Array:
     """Directions (t, 6n) of (δr / length, δθ) near `trials` (T, f), combinations of the `motions` (f, 6n) that C_q
     allows, along which accelerations exist; t < T where trials lead to none. Without motions of joints' own."""
-    if not len(motions) or len(motions) > MANY:
+    if not len(motions):
+        return motions
+    if len(motions) > MANY:
         return trials @ motions
     forms = _forms(system, pose, motions)
     roots = [root for trial in trials if (root := _root(forms, trial)) is not None]

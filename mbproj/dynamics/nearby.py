@@ -20,6 +20,8 @@ from mbproj.model.system import Conditions, System
 STEPS = (0.03, 0.15)
 #: Directions that are followed, of how many random ones, and their seed.
 DIRECTIONS, TRIALS, SEED = 3, 12, 6
+#: What is closed to this, in rad and parts of the length, is closed: far below what makes rows independent.
+ROUND_OFF = 1e-13
 NO_CONDITIONS = Conditions(np.zeros(0, dtype=np.intp), np.zeros(0))
 
 
@@ -53,7 +55,7 @@ def _walk(system: System, q: Array, direction: Array) -> Iterator[Pose]:
         if size < 1e-6:
             return
         aim = moved(system, reached, motion * (step / size))
-        closed, residual = nearest(system, aim, NO_CONDITIONS, None)
+        closed, residual = nearest(system, aim, NO_CONDITIONS, None, ROUND_OFF)
         if np.abs(residual).max(initial=0.0) > CLOSED or _far(system, closed, reached) < 0.1 * step:
             return
         yield pose_of(closed)

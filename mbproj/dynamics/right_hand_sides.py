@@ -26,15 +26,15 @@ class RightHandSides:
     acceleration: Array
     speed: float
 
-    def disagreement(self, rows: Integers, weights: Array) -> tuple[tuple[float, float], bool]:
-        """Σ weight · side of rows whose weighted sum is 0 in C_q, for velocity and acceleration, and whether that is
-        more than round-off."""
-        found, above = [], False
+    def disagreement(self, rows: Integers, weights: Array) -> tuple[float, float]:
+        """Σ weight · side of rows whose weighted sum is 0 in C_q, for velocity and acceleration; round-off is 0."""
+        found = []
         for side, least in ((self.velocity, self.speed), (self.acceleration, self.speed**2)):
             parts = weights * side[rows]
-            found.append(float(parts.sum()))
-            above |= abs(found[-1]) > AGREE * (float(np.abs(parts).sum()) + float(np.abs(weights).max()) * least)
-        return (found[0], found[1]), above
+            off = abs(float(parts.sum()))
+            round_off = AGREE * (float(np.abs(parts).sum()) + float(np.abs(weights).max()) * least)
+            found.append(off if off > round_off else 0.0)
+        return found[0], found[1]
 
 
 def right_hand_sides(system: System, state: State) -> RightHandSides:

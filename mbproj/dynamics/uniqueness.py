@@ -28,3 +28,13 @@ def indeterminate(system: System, pose: Pose) -> tuple[Marks, Marks]:
         np.any(np.abs(force) * system.length > NO_PART * largest, axis=0),
         np.any(np.abs(torque) > NO_PART * largest, axis=0),
     )
+
+
+def open_components(system: System, force: Marks, torque: Marks) -> dict[str, str]:
+    """Marks of forces and torques (nj, 3) in words, by joint, as "Fy Tx Tz"; joints without any are left out."""
+    words = {}
+    for name, *marks in zip(system.names.joints, force, torque, strict=True):
+        found = [kind + "xyz"[axis] for kind, part in zip("FT", marks, strict=True) for axis in np.flatnonzero(part)]
+        if found:
+            words[name] = " ".join(found)
+    return words
