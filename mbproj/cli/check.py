@@ -55,8 +55,7 @@ def command(scene: str, settings: tuple[str, ...], as_json: bool, **options: Any
         place = what.place("simulation", "projection", "method")
         problems = [Problem(problem.message, problem.place or place, problem.hint) for problem in error.problems]
     diagnosis = diagnose(system, state)
-    if choice is None or choice.name != "planar":  # in the plane, rows that hold the bodies in it do not matter
-        problems = diagnosis.problems(system) or problems
+    problems = diagnosis.problems(system, runs=choice is not None) or problems
     # A dense decomposition of a loop of hundreds of bodies would take minutes.
     ranks = None if diagnosis.redundancy.left_out else mobility(system, pose_of(state.q))
     facts = {

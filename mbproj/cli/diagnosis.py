@@ -34,10 +34,10 @@ class Diagnosis:
     conditioning: Conditioning
     not_unique: dict[str, str]
 
-    def problems(self, system: System) -> list[Problem]:
-        """What of it keeps the mechanism from running."""
+    def problems(self, system: System, *, runs: bool) -> list[Problem]:
+        """What of it keeps the mechanism from running, or makes a run wrong where the equations can be solved."""
         massless = [massless_problem(self.massless)] if self.massless else []
-        return [*problems_of(system, self.redundancy), *massless]
+        return [*problems_of(system, self.redundancy, runs=runs), *massless]
 
     def facts(self) -> dict[str, Any]:
         """The same for a program."""

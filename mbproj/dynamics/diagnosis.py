@@ -11,13 +11,18 @@ from mbproj.model.system import System
 MOST_SETS, MOST_JOINTS = 3, 6
 
 
-def problems_of(system: System, found: Redundancy) -> list[Problem]:
-    """Why a mechanism with these dependent sets cannot run: none of it where rows of joints depend on each other along
-    the whole motion and without contradiction. A set that was not examined is given the benefit of the doubt."""
-    joints = [entry for entry in found.sets if not entry.motions]
+def problems_of(system: System, found: Redundancy, *, runs: bool) -> list[Problem]:
+    """Why a mechanism with these dependent sets cannot run, or, where its equations can be solved (`runs`), why what
+    they say is not to be had: rows in contradiction.
+
+    Rows of joints that depend on each other along the whole motion and without contradiction are no problem, and a set
+    that was not examined is given the benefit of the doubt.
+    """
+    sets = [entry for entry in found.sets if entry.contradictory or not runs]
+    joints = [entry for entry in sets if not entry.motions]
     passing = [entry for entry in joints if entry.permanent is False]
     lasting = [entry for entry in joints if entry.permanent is not False and entry.contradictory]
-    problems = [_locked(system, entry) for entry in found.sets if entry.motions]
+    problems = [_locked(system, entry) for entry in sets if entry.motions]
     if passing:
         elsewhere = "elsewhere they do not" if found.moves else "no motion away from it was found"
         what = f"at it rows of joints depend on each other, and {elsewhere}"
