@@ -14,7 +14,7 @@ from tests.mechanisms.running import Run, assert_close
 Of = Callable[[float], float]
 #: Centres of mass (n, 3) and rotation matrices (n, 3, 3) of the bodies, analytic in the coordinate.
 Poses = Callable[[complex], tuple[np.ndarray, np.ndarray]]
-#: Points on a circle about 0, on which Cauchy's formula gives derivatives: where poses are analytic within 0.6, to 1e-12.
+#: Points on a circle about 0, for derivatives by Cauchy's formula: to 1e-12 where poses are analytic within 0.6.
 CIRCLE = 0.1 * np.exp(2j * np.pi * np.arange(16) / 16)
 
 

@@ -9,23 +9,19 @@ from scipy.special import ellipj, ellipk
 
 from mbproj.errors import InputError
 from mbproj.registry import PROJECTIONS
-from mbproj.scene import read_scene_text
 from tests.mechanisms.one_degree import time_to_reach
-from tests.mechanisms.running import TIGHT, Run, assert_close, global_angular_velocity, run, run_scene
+from tests.mechanisms.running import TIGHT, Run, assert_close, global_angular_velocity, run, run_text
 from tests.support import ROOT
 
 FORMULATIONS = ("reduced", "full")
-
-
-def run_text(text: str, **simulation: object) -> Run:
-    return run_scene(read_scene_text(text, "scene.yaml", {}, {key: str(value) for key, value in simulation.items()}))
 
 
 COUPLER = (ROOT / "mechanisms" / "massless_coupler.yaml").read_text(encoding="utf-8")
 #: With revolutes alone, for the plane.
 PINNED = COUPLER.replace("type: point_on_line", "type: revolute")
 #: Without the rod: its ends a fixed distance apart.
-DISTANCE = COUPLER[: COUPLER.index("  rod:\n    mass")] + COUPLER[COUPLER.index("  piston:\n    mass") : COUPLER.index("  B: {")] + (
+ROD, PISTON = COUPLER.index("  rod:\n    mass"), COUPLER.index("  piston:\n    mass")
+DISTANCE = COUPLER[:ROD] + COUPLER[PISTON : COUPLER.index("  B: {")] + (
     "  B: {type: distance, bodies: [crank, piston], locations: [[crank * cos(start), 0, crank * sin(start)],"
     " [crank * cos(start) + rod * cos(lean), 0, 0]]}\n"
 ) + COUPLER[COUPLER.index("  D: {") :].replace("  rod_centre: {body: rod, location: {rod: [0, 0, 0]}}\n", "")
@@ -40,7 +36,8 @@ def coupler(request) -> Run:
 
 def sized(text: str, settings: dict, duration: str = "0.6 s", output_step: str = "20 ms") -> str:
     """The scene with other settings of its integration."""
-    lines = [f"  {key}: {value}\n" for key, value in {"duration": duration, "output_step": output_step, **settings}.items()]
+    keys = {"duration": duration, "output_step": output_step, **settings}
+    lines = [f"  {key}: {value}\n" for key, value in keys.items()]
     start, end = text.index("simulation:\n"), text.index("bodies:")
     return text[:start] + "simulation:\n" + "".join(lines) + text[end:]
 
@@ -80,7 +77,7 @@ def test_the_crank_turns_as_its_energy_has_it(coupler):
 def test_the_rod_bears_a_force_along_itself_alone(coupler):
     """m s'' / cos ψ, with sin ψ = r/l sin θ; in both of its pins, and no torque in the plane."""
     p, θ, speed = coupler.parameters, crank_angle(coupler), coupler.column("joints/speed", "A.angle")
-    s, slope, bend = piston(coupler, θ)
+    _, slope, bend = piston(coupler, θ)
     θ_acceleration = coupler.column("bodies/angular_acceleration", "crank")[:, 1] * -1.0
     along = np.sqrt(1 - (p["crank"] / p["rod"] * np.sin(θ)) ** 2)
     push = p["piston"] * (slope * θ_acceleration + bend * speed**2)
@@ -249,5 +246,5 @@ def test_a_motion_without_mass_is_refused_with_its_body(name, formulation):
     header = "mbproj: 1\ngravity: [0, 0, -9.81]\nsimulation: {duration: 1, step: 0.01}\n"
     with pytest.raises(InputError, match=rf"moves no mass.*Eq\. 20.*'{body}'") as caught:
         run_text(header + text, formulation=formulation)
-    others = set("bar feather rod slider bob plate block".split()) - {body}
+    others = {"bar", "feather", "rod", "slider", "bob", "plate", "block"} - {body}
     assert not any(f"'{other}'" in caught.value.problems[0].message for other in others)

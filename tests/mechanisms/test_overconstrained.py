@@ -1,5 +1,5 @@
-"""Linkages that move although they have more rows than their freedom needs, against their closed forms: redundant joints
-change no motion, and the rows that are left out stay closed."""
+"""Linkages in space that move although their joints have more rows than they need, against their closed forms:
+redundant joints change no motion, and the rows that are left out stay closed."""
 
 from __future__ import annotations
 
@@ -8,9 +8,6 @@ import pytest
 
 from tests.mechanisms.one_degree import Linkage
 from tests.mechanisms.running import TIGHT, Run, assert_close, run
-
-#: Largest step of the fixed-step methods at which the closed relations are asked for.
-FIXED = {"integrator": "rk4", "step": "1 ms"}
 
 
 def turn(axis: str, angle: complex) -> np.ndarray:
@@ -81,7 +78,8 @@ def bricard() -> Run:
 
 def bricard_coordinate(done: Run) -> tuple[np.ndarray, np.ndarray]:
     """u and u', where x = tan(45° + β/2) = √3 sin u and y = tan(45° + α/2) = √3 cos u / w with w² = 1 + x²: the closed
-    curve of (α, β), once round in 2π. u is the inclination of the pins B to the plane normal to the axis of symmetry."""
+    curve of (α, β), once round in 2π. u is the inclination of the pins B to the plane that the axis of symmetry is
+    normal to."""
     (x, x_rate), (y, y_rate) = (
         (np.tan(np.pi / 4 + done.column("joints/coordinate", f"{joint}1.angle") / 2),
          done.column("joints/speed", f"{joint}1.angle") / 2)
@@ -90,7 +88,8 @@ def bricard_coordinate(done: Run) -> tuple[np.ndarray, np.ndarray]:
     w = np.sqrt(1 + x * x)
     sine, cosine = x / np.sqrt(3), y * w / np.sqrt(3)
     x_rate, y_rate = (1 + x * x) * x_rate, (1 + y * y) * y_rate
-    return np.unwrap(np.arctan2(sine, cosine)), (cosine * x_rate - sine * (y_rate * w + y * x * x_rate / w)) / np.sqrt(3)
+    rate = (cosine * x_rate - sine * (y_rate * w + y * x * x_rate / w)) / np.sqrt(3)
+    return np.unwrap(np.arctan2(sine, cosine)), rate
 
 
 def bricard_poses(done: Run, u: complex) -> tuple[np.ndarray, np.ndarray]:

@@ -10,6 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 import pytest
+from scipy.integrate import quad
 
 from mbproj import assemble, compile_system, initial_guess, settings_to_run, simulate
 from mbproj.errors import InputError, SimulationError
@@ -70,7 +71,7 @@ def allowed(departure: np.ndarray) -> np.ndarray:
     return np.minimum(SEEN / np.maximum(np.abs(departure), 1e-30), np.sqrt(SEEN))
 
 
-#: A parallelogram without gravity: cranks of 0.2 m, coupler and frame of 0.5 m. It turns evenly. φ from the line of all bars.
+#: A parallelogram without gravity turns evenly; φ is counted from the line of all bars.
 PARALLELOGRAM = """
 mbproj: 1
 gravity: [0, 0, 0]
@@ -158,7 +159,7 @@ def test_a_driven_parallelogram_keeps_its_cranks_parallel(offset, closure, formu
         assert_stopped_with_the_reason(outcome, 1.0 - offset, 0.05)
 
 
-#: A slider-crank whose rod is as long as its crank: at θ = 90° the slider is in the bearing, and may stay there for good.
+#: A slider-crank whose rod is as long as its crank: at θ = 90° the slider is in the bearing, and could stay there.
 EQUAL = """
 mbproj: 1
 gravity: [0, 0, 0]
@@ -166,7 +167,11 @@ parameters: {r: 0.2 m, start: 0.5, speed: 1.5, x: r*cos(start), z: r*sin(start)}
 simulation: {duration: 1.6, step: 0.02}
 bodies:
   crank: {mass: 1, inertia: [0.01, 0.02, 0.02], position: [0, 0, 0], orientation: {axis: [0, -1, 0], angle: start}}
-  rod: {mass: 0.5, inertia: [0.001, 0.002, 0.002], position: [1.5*x, 0, z/2], orientation: {axis: [0, 1, 0], angle: start}}
+  rod:
+    mass: 0.5
+    inertia: [0.001, 0.002, 0.002]
+    position: [1.5*x, 0, z/2]
+    orientation: {axis: [0, 1, 0], angle: start}
   slider: {mass: 0.4, inertia: [0.001, 0.001, 0.001], position: [2*x, 0, 0]}
 joints:
   A: {type: revolute, bodies: [ground, crank], location: [0, 0, 0], axis: [0, -1, 0], speed: speed}
@@ -177,7 +182,7 @@ joints:
 
 
 def equal_moment(θ: np.ndarray) -> np.ndarray:
-    """Of EQUAL: crank and rod turn at ± θ', the rod's middle is at (1.5 r cos θ, 0.5 r sin θ), the slider at 2 r cos θ."""
+    """Of EQUAL: crank and rod turn by ± θ; the rod's middle is at (1.5 cos θ, 0.5 sin θ) r, the slider at 2 r cos θ."""
     sine = 0.2**2 * np.sin(θ) ** 2
     return 0.02 + 0.002 + 0.5 * (2.25 * sine + 0.25 * (0.2**2 - sine)) + 0.4 * 4 * sine
 
@@ -189,15 +194,13 @@ def assert_on_the_sliding_branch(outcome: Outcome, start: float, speed: float) -
     slider = outcome["bodies/position"][:, outcome.names.bodies.index("slider"), 0]
     off = np.abs(slider - 0.4 * np.cos(θ)) / (0.4 * allowed(departure))
     at = np.argmax(off)
-    assert off[at] <= 1.0, f"slider off by {0.4 * (off * allowed(departure))[at]:.3g} m at t = {outcome['time'][at]:.6g} s"
+    assert off[at] <= 1.0, f"slider off by {0.4 * (off * allowed(departure))[at]:.3g} m at {outcome['time'][at]:.6g} s"
     rate = outcome["joints/speed"][:, outcome.names.coordinates.index("A.angle")]
     far = departure > 1e-4
     assert_close((0.5 * equal_moment(θ) * rate**2)[far], 0.5 * equal_moment(np.array(start)) * speed**2, 1e-7)
 
 
 def time_at_the_branch(start: float, speed: float) -> float:
-    from scipy.integrate import quad
-
     whole = equal_moment(np.array(start)) * speed**2
     return quad(lambda θ: float(np.sqrt(equal_moment(np.array(θ)) / whole)), start, np.pi / 2, epsabs=1e-14)[0]
 
@@ -230,5 +233,5 @@ AT_THE_BRANCH = {
 @pytest.mark.parametrize("name", AT_THE_BRANCH)
 def test_a_start_on_the_branch_point_is_refused_with_the_reason(name, formulation):
     text, parameters = AT_THE_BRANCH[name]
-    with pytest.raises(InputError, match="stretched or folded|singular"):
+    with pytest.raises(InputError, match=r"stretched or folded|singular"):
         attempt(text, parameters, formulation=formulation)
