@@ -93,10 +93,11 @@ def series(expectation: Expectation, results: Results) -> Array:
 
 
 def _components(expectation: Expectation, values: Array) -> Array:
-    """The columns (T, k) that the expectation asks for."""
+    """The columns (T, k) that the expectation asks for; of the largest magnitude, magnitudes."""
     if expectation.component == "norm":
         return np.linalg.norm(values, axis=1, keepdims=True)
-    return values[:, ["xyz".index(expectation.component)]] if expectation.component else values
+    chosen = values[:, ["xyz".index(expectation.component)]] if expectation.component else values
+    return np.abs(chosen) if expectation.at == "largest" else chosen
 
 
 def _row(expectation: Expectation, time: Array, values: Array, duration: float | None) -> int | None:
@@ -107,7 +108,7 @@ def _row(expectation: Expectation, time: Array, values: Array, duration: float |
             "end": lambda: len(time) - 1,
             "maximum": lambda: np.argmax(values[:, 0]),
             "minimum": lambda: np.argmin(values[:, 0]),
-            "largest": lambda: np.argmax(np.abs(values[:, 0])),
+            "largest": lambda: np.argmax(values[:, 0]),
         }
         return int(pick[at]())
     nearest = int(np.argmin(np.abs(time - at)))

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from mbproj.errors import InputError, Place
+from mbproj.scene.fields import Field
 from mbproj.scene.nodes import from_value
-from mbproj.scene.quantities import Number
 from mbproj.scene.reading import Reading
 
 
-def given_number(text: str, option: str, field: Number) -> float:
+def given_number(text: str, option: str, field: Field[float]) -> float:
     """The number that `text` is for the field, in SI units. Raises InputError at the option."""
     reading = Reading()
     number = field.read(from_value(text, Place(option)), (option,), reading)

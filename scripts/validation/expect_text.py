@@ -1,4 +1,4 @@
-"""What others computed, as the `expect` block of a scene: at half of the time and at the end, to the case's tolerances."""
+"""What others computed as the `expect` block of a scene: at half of the time and at the end, with its tolerances."""
 
 from __future__ import annotations
 
