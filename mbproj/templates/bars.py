@@ -71,7 +71,7 @@ def _scene(title: str, values: Values, bars: list[_Bar], spatial: bool) -> Itera
     yield "  across: length * sin(angle)            # from one end of a bar to the other"
     yield "  down: length * cos(angle)"
     if spatial:
-        yield "  kick: 0.3 * sqrt(g / length) * 1 rad   # of every second joint at the start, out of the plane"
+        yield "  kick: 0.3 * sqrt(g / length)           # of every second joint at the start, out of the plane"
     yield from SIMULATION
     yield "bodies:                                  # a bar's axis is its body x, which points to its lower end"
     for number, bar in enumerate(bars):

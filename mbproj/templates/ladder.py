@@ -25,7 +25,7 @@ def ladder(values: Values) -> Iterator[str]:
         "  g: 9.81 m/s^2",
         *values.parameters("length", "mass"),
         "  radius: length / 50                    # of the bars",
-        "  kick: 0.2 * sqrt(g / length) * 1 rad   # of the first rails at the start",
+        "  kick: 0.2 * sqrt(g / length)           # of the first rails at the start",
         *SIMULATION,
         "bodies:                                  # rails are along z, rungs along x",
     )

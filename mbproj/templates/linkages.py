@@ -14,7 +14,7 @@ FOUR_BAR = {
 }
 #: Two turns of the crank, in a thousand steps each.
 SIMULATION = (
-    "  turn: 2*pi / speed * 1 rad             # s, of the crank",
+    "  turn: 2*pi / speed                     # s, of the crank",
     "simulation:",
     "  duration: 2 * turn",
     "  step: turn / 1000",
@@ -124,8 +124,8 @@ def four_bar(values: Values) -> Iterator[str]:
 def _pose(suffix: str, angle: str, when: str) -> Iterator[str]:
     """Parameters for the pose where the crank is at `angle`."""
     s = suffix
-    yield f"  # {when}: from the crank's end to the rocker's pivot; the coupler's angle; where coupler and rocker meet; the"
-    yield "  # rocker's angle"
+    yield f"  # {when}: the line of sight from the crank's end to the rocker's pivot, the coupler's angle and end,"
+    yield "  # and the rocker's angle"
     yield f"  span{s}: hypot(frame - crank * cos({angle}), crank * sin({angle}))"
     yield f"  sight{s}: atan2(-crank * sin({angle}), frame - crank * cos({angle}))"
     yield f"  tilt{s}: sight{s} + acos((coupler**2 + span{s}**2 - rocker**2) / (2 * coupler * span{s}))"

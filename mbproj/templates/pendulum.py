@@ -36,7 +36,7 @@ def pendulum(values: Values) -> Iterator[str]:
             for k in range(1, MEANS)
             for line in (f"  a{k}: (a{k - 1} + b{k - 1}) / 2", f"  b{k}: sqrt(a{k - 1} * b{k - 1})")
         ),
-        f"  period: 2 * pi / (rate * a{MEANS - 1}) * 1 s",
+        f"  period: 2 * pi / (rate * a{MEANS - 1})",
         "simulation:",
         "  duration: 2 * period",
         "  step: period / 2000",
