@@ -189,6 +189,7 @@ class ProjectionSettings:
     max_iterations: int = 25
     alpha: float | None = None
     gains: tuple[float, float] | None = None
+    fallback: str = "none"
 
 
 @dataclass(frozen=True)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from itertools import pairwise
 
 import pytest
 
@@ -111,7 +112,7 @@ def test_every_output_time_is_a_sample_and_what_lies_between_is_not() -> None:
     settings = Settings(duration=5, tolerance=1e-9, output_step=5 / 299)
     times = output_times(settings, 0.0)
     assert all(nearest_samples(settings, time) == () for time in times)
-    between = [0.5 * (a + b) for a, b in zip(times, times[1:], strict=False)]
+    between = [0.5 * (a + b) for a, b in pairwise(times)]
     assert all(nearest_samples(settings, time) for time in between)
     assert math.isclose(sum(nearest_samples(settings, between[7]) or ()), times[7] + times[8], rel_tol=1e-14)
 
