@@ -13,15 +13,18 @@ import click
 from mbproj.errors import Place, SimulationError, placed_at
 
 if TYPE_CHECKING:
+    from mbproj.analysis import Outcome
     from mbproj.scene import Scene
 
 
 def execute(scene: Scene, name: str, output: str, *, as_json: bool, quiet: bool) -> None:
     """Simulates `scene`, which the summary calls `name`, writes `output`, and prints what is asked for."""
+    from mbproj.cli import expectations
     from mbproj.cli.progress import progress_bar
-    from mbproj.cli.summary import print_summary, summary
+    from mbproj.cli.summary import print_summary
     from mbproj.dynamics import assemble
     from mbproj.integrate import simulate
+    from mbproj.integrate.report import summary
     from mbproj.model import compile_system, initial_guess
     from mbproj.results import ResultsWriter
     from mbproj.scene import settings_to_run
@@ -41,10 +44,22 @@ def execute(scene: Scene, name: str, output: str, *, as_json: bool, quiet: bool)
         report = simulate(system, state, settings, recorder, progress)
         numbers = summary(name, output, report, total_seconds=perf_counter() - started)
         recorder.attributes(numbers)
+    found = _expected(scene, output)
     if as_json:
-        click.echo(json.dumps(numbers))
+        click.echo(json.dumps({**numbers, "expectations": [expectations.record(outcome) for outcome in found]}))
     elif not quiet:
-        print_summary(scene.title or name, system, report, numbers)
+        print_summary(scene.title or name, system, report, numbers, found)
+
+
+def _expected(scene: Scene, output: str) -> list[Outcome]:
+    """What the scene expects, held against the results; nothing is read where it expects nothing."""
+    if not scene.expectations:
+        return []
+    from mbproj.analysis import outcomes
+    from mbproj.results import open_results
+
+    with open_results(output) as results:
+        return outcomes(scene.expectations, results)
 
 
 @contextmanager
