@@ -15,7 +15,8 @@ from mbproj.studies.mechanism import Mechanism
 from mbproj.studies.setting import Setting
 
 _PLACES = ("markers/position", "markers/velocity", "bodies/position", "bodies/velocity")
-_SERIES = ("kinetic_energy", "potential_energy", "energy_balance", "position_violation", "velocity_violation")
+_SERIES = ("kinetic_energy", "potential_energy", "energy_balance", "position_violation", "velocity_violation",
+           "acceleration_violation")
 
 
 @dataclass(frozen=True)
@@ -48,6 +49,7 @@ class Solution:
     energy_balance: Array
     position_violation: Array
     velocity_violation: Array
+    acceleration_violation: Array
     report: Report | None
     failure: Failure | None
 
