@@ -10,7 +10,13 @@ import numpy.typing as npt
 
 from mbproj.arrays import Array, Integers, Numbers
 from mbproj.dynamics.assembly import State, coordinate_values, is_angle
-from mbproj.dynamics.constraint_equations import constraint, constraint_velocity, cross, set_velocity
+from mbproj.dynamics.constraint_equations import (
+    constraint,
+    constraint_acceleration,
+    constraint_velocity,
+    cross,
+    set_velocity,
+)
 from mbproj.dynamics.energy import kinetic_energy, potential_energy
 from mbproj.dynamics.forces import LawState, law_state, potential_of_springs
 from mbproj.dynamics.kinematics import (
@@ -51,6 +57,9 @@ def observe(system: System, samples: Samples, initial_energy: float) -> Block:
         **_energies(system, pose, twist, laws, samples.work, initial_energy),
         "diagnostics/position_violation": np.abs(constraint(system, pose, drive)).max(axis=-1),
         "diagnostics/velocity_violation": np.abs(constraint_velocity(system, pose, twist, drive)).max(axis=-1),
+        "diagnostics/acceleration_violation": np.abs(
+            constraint_acceleration(system, pose, twist, change, drive)
+        ).max(axis=-1),
         "diagnostics/step_size": samples.step_size,
         **{f"diagnostics/{name}": values for name, values in samples.counters.items()},
     }
