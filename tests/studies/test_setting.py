@@ -36,7 +36,8 @@ def test_command_line():
 def test_the_command_line_gives_the_setting_over_any_scene(setting, before):
     scene = read_scene(SCENE, {}, before)
     words = shlex.split(setting.command_line(scene.settings))
-    options = {name.removeprefix("--").replace("-", "_"): value for name, value in zip(words[::2], words[1::2], strict=True)}
+    pairs = zip(words[::2], words[1::2], strict=True)
+    options = {name.removeprefix("--").replace("-", "_"): value for name, value in pairs}
     kept = [f"{key}: {value}" for key, value in before.items() if key in ("every", "threshold")]
     method = before.get("projection", "gpopm")
     text = scene.text.replace("projection: gpopm", f"projection: {{{', '.join([f'method: {method}', *kept])}}}")
