@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from time import perf_counter
 from typing import TYPE_CHECKING
@@ -13,13 +13,22 @@ import click
 from mbproj.errors import Place, SimulationError, placed_at
 
 if TYPE_CHECKING:
+    from mbproj.dynamics import State
+    from mbproj.integrate import Report
+    from mbproj.integrate.simulate import Progress
+    from mbproj.model import System
+    from mbproj.results import ResultsWriter, Trust
     from mbproj.scene import Scene
 
 
-def execute(scene: Scene, name: str, output: str, *, as_json: bool, quiet: bool) -> None:
-    """Simulates `scene`, which the summary calls `name`, writes `output`, and prints what is asked for."""
+def execute(
+    scene: Scene, name: str, output: str, *, certified: Sequence[float] | None = None, as_json: bool, quiet: bool
+) -> None:
+    """Simulates `scene`, which the summary calls `name`, writes `output`, and prints what is asked for. `certified`:
+    the limits of the error (m) for which to say how long the run can be trusted."""
     from mbproj.cli.progress import progress_bar
     from mbproj.cli.summary import print_summary, summary
+    from mbproj.cli.trust import as_numbers
     from mbproj.dynamics import assemble
     from mbproj.integrate import simulate
     from mbproj.model import compile_system, initial_guess
@@ -31,20 +40,44 @@ def execute(scene: Scene, name: str, output: str, *, as_json: bool, quiet: bool)
     system = compile_system(scene)
     state = assemble(system, initial_guess(scene, system))
     with placed_at(Place("--output")):
-        writer = ResultsWriter(output, scene, system.names.as_mapping())
+        writer = ResultsWriter(output, scene, system.names.as_mapping(), certified)
     with (
         _what_is_kept(name, output, as_json),
         placed_at(scene.place("simulation", "projection", "method")),
         writer as recorder,
         progress_bar(settings.duration, hidden=quiet or as_json) as progress,
     ):
-        report = simulate(system, state, settings, recorder, progress)
+        if certified is None:
+            report, trust = simulate(system, state, settings, recorder, progress), None
+        else:
+            report, trust = _certified(scene, system, state, recorder, progress, certified)
         numbers = summary(name, output, report, total_seconds=perf_counter() - started)
         recorder.attributes(numbers)
     if as_json:
-        click.echo(json.dumps(numbers))
+        click.echo(json.dumps(numbers if trust is None else {**numbers, "trust": as_numbers(trust)}))
     elif not quiet:
-        print_summary(scene.title or name, system, report, numbers)
+        print_summary(scene.title or name, system, report, numbers, trust)
+
+
+def _certified(
+    scene: Scene,
+    system: System,
+    state: State,
+    recorder: ResultsWriter,
+    progress: Progress | None,
+    limits: Sequence[float],
+) -> tuple[Report, Trust]:
+    """The run and its certificate, with a line on stderr for each solution of it, where there is a progress bar too."""
+    from mbproj.scene import settings_to_run
+    from mbproj.studies.certified import simulate_certified
+    from mbproj.studies.mechanism import Mechanism
+
+    def tell(message: str) -> None:
+        if progress is not None:
+            click.echo(message, err=True)
+
+    mechanism = Mechanism(scene, system, state)
+    return simulate_certified(mechanism, settings_to_run(scene), recorder, progress, limits, tell)
 
 
 @contextmanager

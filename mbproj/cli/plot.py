@@ -28,6 +28,7 @@ KINDS_HELP = "; ".join(f"{name}: {kind.summary}" for name, kind in KINDS.items()
 @click.option("--to", "stop", type=float, metavar="T", help="End at this time in s.")
 @click.option("--marker", "markers", multiple=True, metavar="NAME", help="Only this marker, repeatable.")
 @click.option("--joint", "joints", multiple=True, metavar="NAME", help="Only this joint, repeatable.")
+@click.option("--error", "limit", type=float, metavar="E", help="Mark where errors of certified runs may exceed E m.")
 def command(
     results: tuple[Path, ...],
     kinds: tuple[str, ...],
@@ -38,6 +39,7 @@ def command(
     stop: float | None,
     markers: tuple[str, ...],
     joints: tuple[str, ...],
+    limit: float | None,
 ) -> None:
     """Draw RESULTS, several overlaid, and print the paths of the pictures: DIR/<first file>-<kind>.<format>.
 
@@ -47,7 +49,7 @@ def command(
     from mbproj.plot.labels import derive_labels, stem
     from mbproj.plot.save import save
 
-    _check(results, kinds, labels)
+    _check(results, kinds, labels, limit)
     opened = [_open(path) for path in results]
     names = list(labels) or derive_labels(opened)
     first = stem(opened[0])
@@ -55,10 +57,12 @@ def command(
     drawn = _applicable(kinds, {kind: why_not(kind, shown) for kind in KINDS})
     _make(directory)
     for kind in drawn:
-        click.echo(save(draw(kind, shown, names), directory / f"{first}-{kind}.{file_format}"))
+        click.echo(save(draw(kind, shown, names, limit), directory / f"{first}-{kind}.{file_format}"))
 
 
-def _check(results: Sequence[Path], kinds: Sequence[str], labels: Sequence[str]) -> None:
+def _check(results: Sequence[Path], kinds: Sequence[str], labels: Sequence[str], limit: float | None) -> None:
+    if limit is not None and not 0.0 < limit < float("inf"):
+        raise InputError(Problem("--error: an error to stay below is positive", hint="e.g. --error 1e-3"))
     for kind in kinds:
         if kind not in KINDS:
             raise InputError(Problem(f"--kind: unknown kind '{kind}'", hint=choose_from(kind, KINDS)))

@@ -6,8 +6,10 @@ from typing import Any
 
 import click
 
+from mbproj.cli.trust import lines_on
 from mbproj.integrate.report import Report, Worst
 from mbproj.model.system import System
+from mbproj.results.trust import Trust
 from mbproj.scene.records import Settings
 
 #: Relative energy drift from which on a run is told that its step may be too large.
@@ -37,7 +39,9 @@ def summary(scene: str, output: str, report: Report, total_seconds: float) -> di
     }
 
 
-def print_summary(title: str, system: System, report: Report, numbers: dict[str, Any]) -> None:
+def print_summary(
+    title: str, system: System, report: Report, numbers: dict[str, Any], trust: Trust | None = None
+) -> None:
     """The summary for a reader, on stdout; what should worry him, on stderr."""
     counts, settings = report.counters, report.settings
     seconds = report.integration_seconds
@@ -57,6 +61,7 @@ def print_summary(title: str, system: System, report: Report, numbers: dict[str,
         f"  projection          {counts['projections']} times, {counts['projection_iterations']} position and "
         f"{counts['velocity_iterations']} velocity iterations, {counts['projection_failures']} failures",
         *_phases(report),
+        *(lines_on(trust) if trust is not None else ()),
         f"  written to {numbers['output']}",
     ]
     click.echo("\n".join(lines))
