@@ -67,11 +67,15 @@ def observe(system: System, samples: Samples, initial_energy: float) -> Block:
 
 def total_energy(system: System, state: State) -> float:
     """T + V in J of one state."""
-    pose = pose_of(state.q)
-    twist = twist_of(pose, state.v)
-    coordinate = coordinate_values(system, pose) + 2.0 * np.pi * state.turns
-    laws = _law_state(system, pose, twist, state.t, coordinate)
-    return float(kinetic_energy(system, pose, twist) + _potential(system, pose, laws))
+    return float(total_energies(system, np.array(state.t), state.q, state.v, state.turns))
+
+
+def total_energies(system: System, t: Array, q: Array, v: Array, turns: Integers) -> Numbers:
+    """T + V in J, (...), of states: times (...), coordinates and velocities (..., 7n), whole turns (..., nc)."""
+    pose = pose_of(q)
+    twist = twist_of(pose, v)
+    laws = _law_state(system, pose, twist, t, coordinate_values(system, pose) + 2.0 * np.pi * turns)
+    return kinetic_energy(system, pose, twist) + _potential(system, pose, laws)
 
 
 def _law_state(

@@ -7,7 +7,7 @@ import pytest
 from scipy.special import ellipj, ellipk
 
 from mbproj.errors import InputError
-from mbproj.scene import read_scene
+from mbproj.scene import read_scene, read_scene_text
 from mbproj.studies.accuracy import attempt
 from mbproj.studies.journal import Journal
 from mbproj.studies.measures import error, largest_error
@@ -87,8 +87,6 @@ def test_a_failure_is_a_value():
 
 def test_points_are_the_bodies_where_there_is_no_marker(pendulum):
     text = pendulum.scene.text.partition("markers:")[0]
-    from mbproj.scene import read_scene_text
-
     bare = Mechanism.of(read_scene_text(text))
     assert bare.points == ("bar",)
     times = sample_times(1.0, 4)

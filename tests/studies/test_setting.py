@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from mbproj.errors import InputError
-from mbproj.scene import read_scene
+from mbproj.scene import read_scene, read_scene_text
 from mbproj.studies.setting import Setting, shortest
 from tests.support import ROOT
 
@@ -36,13 +36,11 @@ def test_command_line():
 def test_the_command_line_gives_the_setting_over_any_scene(setting, before):
     scene = read_scene(SCENE, {}, before)
     words = shlex.split(setting.command_line(scene.settings))
-    pairs = zip(words[::2], words[1::2], strict=True)
-    options = {name.removeprefix("--").replace("-", "_"): value for name, value in pairs}
+    names = [word.removeprefix("--").replace("-", "_") for word in words[::2]]
+    options = dict(zip(names, words[1::2], strict=True))
     kept = [f"{key}: {value}" for key, value in before.items() if key in ("every", "threshold")]
     method = before.get("projection", "gpopm")
     text = scene.text.replace("projection: gpopm", f"projection: {{{', '.join([f'method: {method}', *kept])}}}")
-    from mbproj.scene import read_scene_text
-
     again = Setting.of(read_scene_text(text, simulation=options).settings)
     expected = Setting.of(setting.settings(1.0, 0.25))
     if setting.threshold is None and "threshold" in before and again.threshold is not None:
