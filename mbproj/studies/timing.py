@@ -12,6 +12,8 @@ from mbproj.studies.solve import sample_times, solve
 
 #: A run that is shorter is repeated until it has taken this long, s.
 SHORTEST = 5e-3
+#: A first run that is longer, and so not the time of what is done only once, counts as a repetition, s.
+LONG = 0.1
 REPETITIONS = 5
 
 
@@ -49,10 +51,11 @@ def time_settings(
     """A Timing for each setting. All are timed in turn, `repetitions` times over, so that a slow spell of the machine
     meets all of them alike; `done` is called with the number of timings taken so far."""
     pilots = [run_seconds(mechanism, setting, until) for setting in settings]
-    samples: list[list[float]] = [[] for _ in settings]
+    samples: list[list[float]] = [[pilot] if pilot > LONG else [] for pilot in pilots]
     for repetition in range(repetitions):
         for number, setting in enumerate(settings):
-            runs = max(1, round(SHORTEST / max(pilots[number], 1e-6)))
-            samples[number].append(median(run_seconds(mechanism, setting, until) for _ in range(runs)))
+            if len(samples[number]) < repetitions:
+                runs = max(1, round(SHORTEST / max(pilots[number], 1e-6)))
+                samples[number].append(median(run_seconds(mechanism, setting, until) for _ in range(runs)))
             done(repetition * len(settings) + number + 1)
     return [Timing(tuple(each)) for each in samples]
