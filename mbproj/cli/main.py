@@ -13,7 +13,7 @@ from mbproj.errors import ExitCode, InputError, MbprojError
 from mbproj.version import __version__
 
 #: Commands in the order of the help; each is the object `command` of the module of its name.
-COMMANDS = ("run", "check", "plot", "info", "export", "rerun", "compare", "paper", "examples", "schema")
+COMMANDS = ("run", "check", "plot", "info", "export", "rerun", "compare", "recommend", "paper", "examples", "schema")
 
 
 class CommandsOnDemand(click.Group):

@@ -29,8 +29,9 @@ FEWEST_STEPS = 200
 SECONDS = 10.0
 #: A solution is fine enough when it moves by less than this part of the mechanism's size.
 GOAL = 1e-13
-#: Halving goes on while a solution moves by less than this part of what it moved by before.
-FALLING = 0.5
+#: Halving goes on while a solution moves by less than this part of what it moved by before, in this part of the time:
+#: the end of a chaotic motion moves as far as before long after its beginning has settled.
+FALLING, SOMEWHERE = 0.5, 0.1
 
 
 @dataclass(frozen=True, eq=False)
@@ -62,7 +63,7 @@ def reference(
     """
     first, second = INTEGRATORS if INTEGRATORS[0] not in compared or INTEGRATORS[1] in compared else INTEGRATORS[::-1]
     scene = mechanism.scene
-    what = ("reference", scene.text, sorted(scene.overrides.items()), times.tolist(), first, seconds)
+    what = ("reference", scene.text, sorted(scene.overrides.items()), times.tolist(), first, seconds, FALLING, SOMEWHERE)
     found = cached(what, lambda: _computed(mechanism, times, first, second, seconds))
     return Reference(
         points=mechanism.points,
@@ -113,13 +114,18 @@ def _fine(mechanism: Mechanism, setting: Setting, times: Array, seconds: float, 
                 return _fine(mechanism, replace(setting, formulation=instead), times, seconds)
             raise InputError(finer.failure.cause)
         moved = np.linalg.norm(finer.position - best.solution.position, axis=2)
-        before, now = _largest(best.moved), _largest(moved)
-        if before < np.inf and not now <= FALLING * before:
+        if not _falls(best.moved, moved):
             return _Fine(best.solution, np.where(np.isnan(moved), np.inf, moved))
         best = _Fine(finer, np.where(np.isnan(moved), np.inf, moved))
         taken = perf_counter()
-        if now <= GOAL * size or taken - started + 2.0 * (taken - begun) > seconds:
+        if _largest(moved) <= GOAL * size or taken - started + 2.0 * (taken - begun) > seconds:
             return best
+
+
+def _falls(before: Array, now: Array) -> bool:
+    """Whether what a solution moved by, (T, k), has fallen from one halving to the next, at the times where it can."""
+    falls = running_largest(now) <= FALLING * running_largest(before)
+    return bool(np.isinf(before).all() or np.count_nonzero(falls.all(axis=1)) >= SOMEWHERE * len(now))
 
 
 def _largest(moved: Array) -> float:
