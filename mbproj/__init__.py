@@ -21,21 +21,26 @@ if TYPE_CHECKING:
     from mbproj.errors import InputError, SimulationError
     from mbproj.integrate import Report, simulate
     from mbproj.model import System, compile_system, initial_guess
-    from mbproj.results import Results, ResultsWriter, open_results
+    from mbproj.results import Results, ResultsWriter, Trust, open_results
     from mbproj.scene import Scene, read_scene, read_scene_text, settings_to_run
+    from mbproj.studies.certified import simulate_certified
+    from mbproj.studies.mechanism import Mechanism
 
 _HOMES = {
     "mbproj.dynamics": ("State", "assemble", "mobility"),
     "mbproj.errors": ("InputError", "SimulationError"),
     "mbproj.integrate": ("Report", "simulate"),
     "mbproj.model": ("System", "compile_system", "initial_guess"),
-    "mbproj.results": ("Results", "ResultsWriter", "open_results"),
+    "mbproj.results": ("Results", "ResultsWriter", "Trust", "open_results"),
     "mbproj.scene": ("Scene", "read_scene", "read_scene_text", "settings_to_run"),
+    "mbproj.studies.certified": ("simulate_certified",),
+    "mbproj.studies.mechanism": ("Mechanism",),
 }
 _HOME_OF = {name: home for home, names in _HOMES.items() for name in names}
 
 __all__ = [
     "InputError",
+    "Mechanism",
     "Report",
     "Results",
     "ResultsWriter",
@@ -43,6 +48,7 @@ __all__ = [
     "SimulationError",
     "State",
     "System",
+    "Trust",
     "__version__",
     "assemble",
     "compile_system",
@@ -53,6 +59,7 @@ __all__ = [
     "read_scene_text",
     "settings_to_run",
     "simulate",
+    "simulate_certified",
 ]
 
 

@@ -28,7 +28,7 @@ MAY_IMPORT = {
     "results": {"scene"},
     "analysis": {"results", "scene"},
     "templates": {"scene"},
-    "studies": {"scene", "model", "dynamics", "projection", "integrate", "results", "analysis"},
+    "studies": {"scene", "model", "dynamics", "projection", "integrate", "kernel", "results", "analysis"},
     "plot": {"results", "analysis", "scene"},
     "cli": {"joints", "scene", "model", "dynamics", "integrate", "kernel", "results", "analysis", "studies", "plot",
             "templates"},

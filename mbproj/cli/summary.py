@@ -8,8 +8,10 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from mbproj.cli.expectations import summary_lines
+from mbproj.cli.trust import lines_on
 from mbproj.integrate.report import Report, Worst
 from mbproj.model.system import System
+from mbproj.results.trust import Trust
 from mbproj.scene.records import Settings
 
 if TYPE_CHECKING:
@@ -20,10 +22,15 @@ SUSPICIOUS_DRIFT = 1e-4
 
 
 def print_summary(
-    title: str, system: System, report: Report, numbers: dict[str, Any], outcomes: Sequence[Outcome] = ()
+    title: str,
+    system: System,
+    report: Report,
+    numbers: dict[str, Any],
+    trust: Trust | None = None,
+    outcomes: Sequence[Outcome] = (),
 ) -> None:
-    """The summary for a reader, with the `outcomes` of the scene's expectations, on stdout; what should worry him, on
-    stderr."""
+    """The summary for a reader, with what a certificate says and the `outcomes` of the scene's expectations, on stdout;
+    what should worry him, on stderr."""
     counts, settings = report.counters, report.settings
     seconds = report.integration_seconds
     lines = [
@@ -42,6 +49,7 @@ def print_summary(
         f"  projection          {counts['projections']} times, {counts['projection_iterations']} position and "
         f"{counts['velocity_iterations']} velocity iterations, {counts['projection_failures']} failures",
         *_phases(report),
+        *(lines_on(trust) if trust is not None else ()),
         *(summary_lines(outcomes) if outcomes else ()),
         f"  written to {numbers['output']}",
     ]

@@ -25,8 +25,9 @@ class Report:
 
     `formulation` is the one that was used, and `why`. The largest violations are those over all steps, recorded or not;
     `worst_joint` names the joint that was open most, None without joints. `energy_drift` in J, and relative to the
-    largest kinetic energy + |ΔV|. `integration_seconds` went into the steps, `recording_seconds` into observing and
-    writing the samples. `phases`: seconds by phase in a sample of the steps; empty where they were not measured.
+    largest kinetic energy + |ΔV|. `integration_seconds` went into the steps (`integration_cpu_seconds` of them
+    with the processor, by the thread's own clock), `recording_seconds` into observing and writing the samples.
+    `phases`: seconds by phase in a sample of the steps; empty where they were not measured.
     """
 
     formulation: str
@@ -40,6 +41,7 @@ class Report:
     energy_drift: float
     energy_drift_relative: float
     integration_seconds: float
+    integration_cpu_seconds: float
     recording_seconds: float
     phases: dict[str, float]
 

@@ -19,12 +19,14 @@ import numpy as np
 import numpy.typing as npt
 
 from mbproj.errors import InputError, MbprojError
+from mbproj.results import trust as trusting
 from mbproj.results.faults import OutputError, cannot_write
 from mbproj.results.files import check_output, part_path
 from mbproj.results.layout import DATASETS, NAMES, Dataset, trailing
 from mbproj.results.lock import lock
 from mbproj.results.provenance import Attribute, create_text, root_attributes, write_scene
 from mbproj.results.reserve import MARGIN, reserve, room_for
+from mbproj.results.trust import Trust
 from mbproj.scene.records import Scene
 
 #: Names by kind: "bodies", "markers", "joints", "coordinates" ("A.angle"), "coordinate_units" ("rad" | "m").
@@ -48,15 +50,19 @@ class ResultsWriter:
     Leaving it renames OUT.part over OUT with the status "complete", or, where an exception passes through,
     "failed: cause" or "interrupted" and whatever was computed; an InputError before the first sample leaves OUT alone.
     Raises InputError where `path` cannot or must not be written (see `check_output`), OutputError where writing fails
-    later.
+    later. `certified`: limits in m of a run that is certified too, whose `trust` then comes at its end.
     """
 
-    def __init__(self, path: Path | str, scene: Scene, names: Names) -> None:
+    def __init__(
+        self, path: Path | str, scene: Scene, names: Names, certified: Sequence[float] | None = None
+    ) -> None:
         self.path = check_output(Path(path))
         self.part = part_path(self.path)
         self._scene = scene
         self._names = {kind: list(names[kind]) for kind in NAMES}
         self._sizes = {entry.symbol: len(self._names[kind]) for kind, entry in NAMES.items()}
+        self._certified = certified
+        self._trust: Trust | None = None
         self._summary: dict[str, Attribute] = {}
         self._pending: list[dict[str, npt.NDArray[Any]]] = []
         self._pending_bytes = 0
@@ -103,6 +109,10 @@ class ResultsWriter:
         """Add attributes (timings, counters, a summary) to the file, written at its end. What is None is left out."""
         self._summary.update(values)
 
+    def trust(self, trust: Trust) -> None:
+        """Add what a better solution says of the run, written at its end; the limits must be those announced."""
+        self._trust = trust
+
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
@@ -130,6 +140,8 @@ class ResultsWriter:
             create_text(file, entry.path, self._names[kind], entry.description)
         for dataset in DATASETS:
             _create_dataset(file, dataset, trailing(dataset, self._sizes))
+        if self._certified is not None:
+            trusting.create(file, self._names["markers"] or self._names["bodies"], self._certified)
         file.flush()
         file.swmr_mode = True
         return file
@@ -167,6 +179,9 @@ class ResultsWriter:
 
     def _finish(self, status: str) -> None:
         with self._breaking():
+            if self._trust is not None:
+                reserve(self._descriptor, room_for(self._file, self._samples) + trusting.room(self._trust))
+                trusting.write(self._file, self._trust)
             self._file.attrs.update({name: value for name, value in self._summary.items() if value is not None})
             self._file.attrs["status"] = status
             self._file.flush()

@@ -91,6 +91,7 @@ def block(time: npt.NDArray[np.float64], names: Mapping[str, Sequence[str]] = NA
         "motions/value": each(angle, nm), "motions/rate": each(speed, nm), "motions/force": each(2 * angle, nm),
         "diagnostics/work": 0 * time, "diagnostics/dissipation": 0 * time,
         "diagnostics/position_violation": violation, "diagnostics/velocity_violation": 4 * violation,
+        "diagnostics/acceleration_violation": 9 * violation,
         "diagnostics/kinetic_energy": kinetic, "diagnostics/potential_energy": potential,
         "diagnostics/total_energy": kinetic + potential, "diagnostics/energy_balance": drift * time,
         "diagnostics/step_size": np.full_like(time, 0.01),
