@@ -13,7 +13,10 @@ from mbproj.errors import ExitCode, InputError, MbprojError
 from mbproj.version import __version__
 
 #: Commands in the order of the help; each is the object `command` of the module of its name.
-COMMANDS = ("run", "check", "plot", "info", "export", "rerun", "compare", "paper", "examples", "schema")
+COMMANDS = (
+    "run", "check", "plot", "info", "export", "rerun", "compare", "tradeoff", "threshold", "paper", "examples",
+    "schema",
+)  # fmt: skip
 
 
 class CommandsOnDemand(click.Group):
