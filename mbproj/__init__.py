@@ -23,6 +23,13 @@ if TYPE_CHECKING:
     from mbproj.model import System, compile_system, initial_guess
     from mbproj.results import Results, ResultsWriter, open_results
     from mbproj.scene import Scene, read_scene, read_scene_text, settings_to_run
+    from mbproj.studies.compare import Comparison, compare
+    from mbproj.studies.mechanism import Mechanism
+    from mbproj.studies.reference import Reference, reference
+    from mbproj.studies.setting import Setting
+    from mbproj.studies.solve import Solution, sample_times, solve
+    from mbproj.studies.threshold import ThresholdStudy, threshold_study
+    from mbproj.studies.tradeoff import Tradeoff, tradeoff
 
 _HOMES = {
     "mbproj.dynamics": ("State", "assemble", "mobility"),
@@ -31,28 +38,48 @@ _HOMES = {
     "mbproj.model": ("System", "compile_system", "initial_guess"),
     "mbproj.results": ("Results", "ResultsWriter", "open_results"),
     "mbproj.scene": ("Scene", "read_scene", "read_scene_text", "settings_to_run"),
+    "mbproj.studies.compare": ("Comparison", "compare"),
+    "mbproj.studies.mechanism": ("Mechanism",),
+    "mbproj.studies.reference": ("Reference", "reference"),
+    "mbproj.studies.setting": ("Setting",),
+    "mbproj.studies.solve": ("Solution", "sample_times", "solve"),
+    "mbproj.studies.threshold": ("ThresholdStudy", "threshold_study"),
+    "mbproj.studies.tradeoff": ("Tradeoff", "tradeoff"),
 }
 _HOME_OF = {name: home for home, names in _HOMES.items() for name in names}
 
 __all__ = [
+    "Comparison",
     "InputError",
+    "Mechanism",
+    "Reference",
     "Report",
     "Results",
     "ResultsWriter",
     "Scene",
+    "Setting",
     "SimulationError",
+    "Solution",
     "State",
     "System",
+    "ThresholdStudy",
+    "Tradeoff",
     "__version__",
     "assemble",
+    "compare",
     "compile_system",
     "initial_guess",
     "mobility",
     "open_results",
     "read_scene",
     "read_scene_text",
+    "reference",
+    "sample_times",
     "settings_to_run",
     "simulate",
+    "solve",
+    "threshold_study",
+    "tradeoff",
 ]
 
 
