@@ -21,8 +21,9 @@ if TYPE_CHECKING:
     from mbproj.errors import InputError, SimulationError
     from mbproj.integrate import Report, simulate
     from mbproj.model import System, compile_system, initial_guess
-    from mbproj.results import Results, ResultsWriter, open_results
+    from mbproj.results import Results, ResultsWriter, Trust, open_results
     from mbproj.scene import Scene, read_scene, read_scene_text, settings_to_run
+    from mbproj.studies.certified import simulate_certified
     from mbproj.studies.compare import Comparison, compare
     from mbproj.studies.mechanism import Mechanism
     from mbproj.studies.reference import Reference, reference
@@ -36,8 +37,9 @@ _HOMES = {
     "mbproj.errors": ("InputError", "SimulationError"),
     "mbproj.integrate": ("Report", "simulate"),
     "mbproj.model": ("System", "compile_system", "initial_guess"),
-    "mbproj.results": ("Results", "ResultsWriter", "open_results"),
+    "mbproj.results": ("Results", "ResultsWriter", "Trust", "open_results"),
     "mbproj.scene": ("Scene", "read_scene", "read_scene_text", "settings_to_run"),
+    "mbproj.studies.certified": ("simulate_certified",),
     "mbproj.studies.compare": ("Comparison", "compare"),
     "mbproj.studies.mechanism": ("Mechanism",),
     "mbproj.studies.reference": ("Reference", "reference"),
@@ -64,6 +66,7 @@ __all__ = [
     "System",
     "ThresholdStudy",
     "Tradeoff",
+    "Trust",
     "__version__",
     "assemble",
     "compare",
@@ -77,6 +80,7 @@ __all__ = [
     "sample_times",
     "settings_to_run",
     "simulate",
+    "simulate_certified",
     "solve",
     "threshold_study",
     "tradeoff",

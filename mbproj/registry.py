@@ -40,7 +40,7 @@ PROJECTIONS: Mapping[str, ProjectionEntry] = MappingProxyType(
         "gopm": ProjectionEntry("gopm", "39, 41", "geometric: the smallest correction of the coordinates"),
         "popm": ProjectionEntry("popm", "44, 45", "physical: weighted by M, which must be positive definite"),
         "mass-orthogonal": ProjectionEntry(
-            "mass_orthogonal", "52, 55", "penalty α on the violation, iterated", ("alpha",), compiled=False
+            "mass_orthogonal", "52, 55", "penalty α on the violation, iterated", ("alpha",)
         ),
         "mmopm": ProjectionEntry(
             "mmopm", "60, 61", "weighted by M + α C_qᵀC_q with a large α", ("alpha",), compiled=False
@@ -56,6 +56,8 @@ PROJECTIONS: Mapping[str, ProjectionEntry] = MappingProxyType(
 FORMULATIONS = ("auto", "full", "reduced", "planar")
 #: How the accelerations are solved for: the bordered system, Eq. 14, or without multipliers, Eqs. 80-81.
 ACCELERATIONS = ("bordered", "eliminated")
+#: What a position correction that does not converge may fall back to: nothing, or GOPM's metric.
+FALLBACKS = ("none", "gopm")
 #: When a position correction is accepted: |C|∞ <= tolerance, or the paper's ΔqᵀMΔq <= tolerance.
 STOP_TESTS = ("violation", "paper")
 

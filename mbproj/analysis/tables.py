@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from mbproj.arrays import Array
-from mbproj.results import DATASETS, Results
+from mbproj.results import DATASETS, Results, Trust
 
 #: How the components of a quantity are called, by their number.
 COMPONENTS = {1: ("",), 3: ("_x", "_y", "_z"), 4: ("_0", "_1", "_2", "_3")}
@@ -40,6 +40,15 @@ def tables(results: Results) -> Iterator[Table]:
     diagnostics = [entry for entry in DATASETS if entry.path.startswith("diagnostics/")]
     blocks = [(entry.path.partition("/")[2], entry.unit, results[entry.path]) for entry in diagnostics]
     yield _table(results, "diagnostics", blocks)
+    if results.trust is not None:
+        yield _trust(results.trust)
+
+
+def _trust(trust: Trust) -> Table:
+    """The error of each marker of a certified run, and its uncertainty."""
+    headings = [f"{quantity} of {name} (m)" for quantity in ("error", "uncertainty") for name in trust.names]
+    values = np.concatenate([trust.time[:, None], trust.error, trust.uncertainty], axis=1)
+    return Table("trust", ("time (s)", *headings), values)
 
 
 def _coordinates(results: Results, joint: str) -> Iterator[tuple[str, str, Array]]:

@@ -42,7 +42,7 @@ def execute(
     with placed_at(Place("--output")):
         writer = ResultsWriter(output, scene, system.names.as_mapping(), certified)
     with (
-        _what_is_kept(name, output, as_json),
+        _what_is_kept(name, output, as_json=as_json, quiet=quiet),
         placed_at(scene.place("simulation", "projection", "method")),
         writer as recorder,
         progress_bar(settings.duration, hidden=quiet or as_json) as progress,
@@ -81,13 +81,22 @@ def _certified(
 
 
 @contextmanager
-def _what_is_kept(name: str, output: str, as_json: bool) -> Iterator[None]:
-    """Says where the results of a run are that did not end well; a program gets its object all the same."""
+def _what_is_kept(name: str, output: str, *, as_json: bool, quiet: bool) -> Iterator[None]:
+    """Says where the results of a run are that did not end well, and how far they can be trusted where it was to be
+    certified; a program gets its object all the same."""
+    from mbproj.cli.trust import as_numbers, lines_on
+    from mbproj.results import open_results
+
     try:
         yield
     except (SimulationError, KeyboardInterrupt) as error:
         click.echo(f"note: what was computed until then is in {output}", err=True)
+        with open_results(output) as results:
+            trust = results.trust
         if as_json:
             status = f"failed: {error}" if isinstance(error, SimulationError) else "interrupted"
-            click.echo(json.dumps({"scene": name, "output": output, "status": status}))
+            numbers = {"scene": name, "output": output, "status": status}
+            click.echo(json.dumps(numbers if trust is None else {**numbers, "trust": as_numbers(trust)}))
+        elif trust is not None and not quiet:
+            click.echo("\n".join(lines_on(trust)))
         raise

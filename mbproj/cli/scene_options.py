@@ -31,6 +31,7 @@ _OPTIONS: tuple[tuple[str, str, str], ...] = (
     ("--threshold", "NUMBER", "Project only where the violation exceeds this."),
     ("--project-position", "BOOL", "Whether positions are projected."),
     ("--project-velocity", "BOOL", "Whether velocities are projected."),
+    ("--projection-fallback", "none|gopm", "What a position that does not converge may be projected by instead."),
     ("--max-iterations", "N", "Iterations of one projection at most."),
     ("--alpha", "NUMBER", "Penalty factor of mass-orthogonal and mmopm."),
     ("--gains", "A[,B]", "Baumgarte's gains α and β in 1/s."),

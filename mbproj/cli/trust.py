@@ -16,9 +16,10 @@ MAX_LIMITS, MAX_POINTS = 8, 8
 
 def as_numbers(trust: Trust) -> dict[str, Any]:
     """One object for --json; None for a time that does not come, and for a growth that cannot be told."""
+    times = ("horizon", "horizon_low", "horizon_high")
     points = {
         name: {
-            **{key: [_finite(t) for t in getattr(trust, key)[k].tolist()] for key in ("horizon", "horizon_low", "horizon_high")},
+            **{key: [_finite(t) for t in getattr(trust, key)[k].tolist()] for key in times},
             **{key: _finite(getattr(trust, key)[k]) for key in ("growth_rate", "growth_power")},
             "growth_law": trust.growth_law[k] or None,
             "largest_error": _finite(_largest(trust.error[:, k])),

@@ -88,7 +88,7 @@ def is_angle(system: System) -> Integers:
 
 def _close(system: System, q: Array, start: Conditions, drive: Drive | None) -> Array:
     """The closed pose next to q. Raises InputError where there is none."""
-    closed, residual = _nearest(system, q, start, drive)
+    closed, residual = nearest(system, q, start, drive)
     if np.abs(residual).max(initial=0.0) <= CLOSED:
         return closed
     if system.motions is not None:
@@ -98,7 +98,7 @@ def _close(system: System, q: Array, start: Conditions, drive: Drive | None) -> 
     raise _not_closed(system, residual)
 
 
-def _nearest(system: System, q: Array, start: Conditions, drive: Drive | None) -> tuple[Array, Array]:
+def nearest(system: System, q: Array, start: Conditions, drive: Drive | None) -> tuple[Array, Array]:
     """Gauss-Newton with the shortest weighted step; where that does not reduce the violation, Levenberg's damping.
     The pose reached, and what is left of the violation."""
     weights = _inverse_weights(system)

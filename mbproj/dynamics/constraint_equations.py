@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from mbproj.arrays import Array, Numbers
+from mbproj.arrays import Array, Integers, Numbers
 from mbproj.dynamics.kinematics import (
     Pose,
     Twist,
@@ -126,6 +126,14 @@ def set_jacobian(bound: PrimitiveSet, pose: Pose) -> Array:
 def tangent_jacobian(bound: PrimitiveSet, pose: Pose) -> Array:
     """∂/∂(δr, δθ, ε) of a set's values, (m, n+1, 7), the ground last."""
     bodies = len(pose.position)
+    body, entries = tangent_entries(bound, pose)
+    places = ((bound.entry_row * bodies + body) * 7)[:, None] + np.arange(7)
+    total = np.bincount(places.ravel(), entries.ravel(), minlength=bound.size * bodies * 7)
+    return np.asarray(total, dtype=float).reshape(bound.size, bodies, 7)
+
+
+def tangent_entries(bound: PrimitiveSet, pose: Pose) -> tuple[Integers, Array]:
+    """What `tangent_jacobian` sums up: the body (e,) and ∂/∂(δr, δθ, ε) (e, 7) of each entry of the row `entry_row`."""
     body = bound.body[bound.entry_slot]
     gradient = bound.gradient_entries(attached(pose, *slots_of(bound)))
     local = bound.local[bound.entry_slot]
@@ -134,9 +142,7 @@ def tangent_jacobian(bound: PrimitiveSet, pose: Pose) -> Array:
     entries[:, :3] = bound.is_point[bound.entry_slot, None] * gradient
     entries[:, 3:6] = cross(local, in_body)
     entries[:, 6] = 2.0 * np.sum(local * in_body, axis=-1)
-    places = ((bound.entry_row * bodies + body) * 7)[:, None] + np.arange(7)
-    total = np.bincount(places.ravel(), entries.ravel(), minlength=bound.size * bodies * 7)
-    return np.asarray(total, dtype=float).reshape(bound.size, bodies, 7)
+    return body, entries
 
 
 def cross(a: Numbers, b: Numbers) -> Numbers:

@@ -17,7 +17,7 @@ from mbproj.dynamics.kinematics import pose_of, twist_of
 from mbproj.dynamics.motions import drive_at
 from mbproj.dynamics.samples import Samples
 from mbproj.errors import SimulationError
-from mbproj.integrate.failures import left_open, not_finite, singular, step_vanished
+from mbproj.integrate.failures import left_open, not_finite, other_branch, singular, step_vanished
 from mbproj.integrate.output import output_every, output_times, whole_steps
 from mbproj.integrate.tableau import Tableau, load_tableau
 from mbproj.integrate.tally import Peak, Tally
@@ -27,7 +27,14 @@ from mbproj.scene.records import ProjectionSettings, Settings
 #: The kernel comes back for Ctrl-C and for progress at least this often, s, and with at most this many samples.
 RETURN_SECONDS, RETURN_SAMPLES = 0.1, 200
 #: The kernel's corrections by the method's name; without masses in the way, POPM and GPOPM are one (Eq. 75).
-CORRECTIONS = {"none": "none", "baumgarte": "baumgarte", "gopm": "coordinates", "popm": "mass", "gpopm": "mass"}
+CORRECTIONS = {
+    "none": "none",
+    "baumgarte": "baumgarte",
+    "gopm": "coordinates",
+    "popm": "mass",
+    "gpopm": "mass",
+    "mass-orthogonal": "penalty",
+}
 PHASES = ("accelerations", "position projection", "velocity projection", "rest")
 
 
@@ -45,6 +52,11 @@ class Compiled(ABC):
     @abstractmethod
     def degrees_of_freedom(self) -> int:
         """What the independent rows leave free."""
+
+    @property
+    @abstractmethod
+    def row_scale(self) -> Array:
+        """What the kernel's rows are measured against: the system's length, or 1 rad, (m,)."""
 
     @abstractmethod
     def state(self, q: Array, v: Array) -> Array:
@@ -121,6 +133,8 @@ class Compiled(ABC):
         found = self.core.Projection(getattr(self.core.Correction, CORRECTIONS[settings.method]))
         if settings.gains is not None:
             found.alpha, found.beta = settings.gains
+        if settings.alpha is not None:
+            found.alpha = settings.alpha
         if settings.tolerance is not None:
             found.tolerance = settings.tolerance
         if settings.threshold is not None:
@@ -128,6 +142,7 @@ class Compiled(ABC):
         found.paper_test = settings.test == "paper"
         found.every, found.max_iterations = settings.every, settings.max_iterations
         found.position, found.velocity = settings.position, settings.velocity
+        found.fallback = settings.fallback == "gopm"
         return found
 
     def failure(self, run: Any) -> SimulationError | None:
@@ -142,6 +157,8 @@ class Compiled(ABC):
             return step_vanished(t)
         if outcome.status == status.singular:
             return singular(t, self.owner(outcome.joint))
+        if outcome.status == status.branch:
+            return other_branch(t, outcome.velocity_change)
         if outcome.status == status.broken:
             return self._broken(t, run.broken_state)
         where = self.system.row_owner(self.row(outcome.row))

@@ -18,6 +18,15 @@ def singular(t: float, where: str | None) -> SimulationError:
     return SimulationError(t, cause, where=where, hint="start from another pose, or change the lengths a little")
 
 
+def other_branch(t: float, change: float) -> SimulationError:
+    """A projection led to another branch of the motion, which it must not do silently."""
+    cause = (
+        f"the projection would change the velocity by {100.0 * change:.0f} % at once: branches of the motion cross near "
+        "here (a singular position), and the step has come nearer to another one than its own"
+    )
+    return SimulationError(t, cause, hint="a smaller step or tolerance keeps nearer to the branch; or change a length a little")
+
+
 def left_open(t: float, where: str, by: float, passes: int, *, projection_failed: bool) -> SimulationError:
     """A joint is open by so much (m, rad) that it will not close again."""
     if projection_failed:

@@ -4,15 +4,15 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-import numpy as np
-
-from mbproj.dynamics.assembly import State
+from mbproj.dynamics.assembly import LARGE, State
 from mbproj.dynamics.kinematics import pose_of
 from mbproj.dynamics.rank import mobility, refuse_unsolvable
+from mbproj.dynamics.redundancy import redundancy
 from mbproj.errors import InputError, Problem
 from mbproj.integrate.compiled import Compiled
 from mbproj.integrate.in_plane import InPlane
-from mbproj.integrate.reduced import Reduced, light_body
+from mbproj.integrate.reduced import Reduced
+from mbproj.integrate.redundant_rows import count_redundant
 from mbproj.kernel import build_info, core
 from mbproj.model.planar import NotPlanar, Plane, obstacle_in_plane, planar_reduction
 from mbproj.model.system import System
@@ -22,13 +22,14 @@ from mbproj.scene.records import Settings
 
 @dataclass(frozen=True, eq=False)
 class Choice:
-    """The formulation by name, why it is this one, its degrees of freedom, and what runs it in the kernel (None: the
-    full one, in NumPy)."""
+    """The formulation by name, why it is this one, its degrees of freedom, what runs it in the kernel (None: the full
+    one, in NumPy), and how many rows are left out because they follow from the others."""
 
     name: str
     why: str
     degrees_of_freedom: int
     compiled: Compiled | None = None
+    redundant: int = 0
 
     @property
     def elimination(self) -> dict[str, int] | None:
@@ -50,16 +51,11 @@ def choose(system: System, state: State, settings: Settings) -> Choice:
     if isinstance(plane, NotPlanar):
         if asked == "planar":
             raise InputError(f"the scene is not planar: {plane.reason}")
-        light = light_body(system)
-        if light is not None and asked == "auto":
-            return _full(system, state, f"body '{light}' has no definite mass and inertia")
-        if light is not None:
-            raise InputError(f"the reduced formulation is not to be had here: body '{light}' has no definite inertia")
         why = f"not planar: {plane.reason}" if plane.reason else "as asked for"
-        return _regular(Reduced(core(), system), system, state, settings, why)
+        return _solvable(Reduced(core(), system), system, state, settings, why)
     normal = ", ".join(f"{component + 0.0:.3g}" for component in plane.axes[:, 2])
     why = f"the joints keep every body in the plane normal to [{normal}]"
-    return _regular(InPlane(core(), system, plane), system, state, settings, why)
+    return _solvable(InPlane(core(), system, plane), system, state, settings, why)
 
 
 def _plane(system: System, state: State) -> Plane | NotPlanar:
@@ -67,9 +63,6 @@ def _plane(system: System, state: State) -> Plane | NotPlanar:
     plane = planar_reduction(system, state.q)
     if not isinstance(plane, Plane):
         return plane
-    light = np.flatnonzero((plane.mass <= 0.0) | (plane.inertia <= 0.0))
-    if len(light):
-        return NotPlanar(f"body '{system.names.carriers[light[0]]}' has no mass or inertia in the plane")
     obstacle = obstacle_in_plane(system, plane)
     return plane if obstacle is None else NotPlanar(obstacle)
 
@@ -88,27 +81,36 @@ def _obstacle(system: System, settings: Settings) -> str | None:
 
 def _full(system: System, state: State, why: str) -> Choice:
     ranks = mobility(system, pose_of(state.q))
+    if ranks.redundant and not ranks.massless and not ranks.locked and redundancy(system, state).is_constant:
+        names = ", ".join(f"'{name}'" for name in ranks.redundant)
+        raise InputError(
+            Problem(
+                f"constraints of joints {names} follow from the others, and the full formulation does not leave them "
+                f"out ({why})",
+                hint="run this in the reduced formulation, in the compiled kernel",
+            )
+        )
     refuse_unsolvable(system, ranks)
     return Choice("full", why, ranks.degrees_of_freedom)
 
 
-def _regular(compiled: Compiled, system: System, state: State, settings: Settings, why: str) -> Choice:
-    """The choice, unless the kernel finds the equations singular at the start."""
+def _solvable(compiled: Compiled, system: System, state: State, settings: Settings, why: str) -> Choice:
+    """The choice, with redundant rows left out, unless the equations have no unique solution at the start."""
+    redundant = count_redundant(compiled, state)
+    compiled.model.redundant = redundant or 0
     regular, number = compiled.is_regular(state)
-    if regular:
-        return Choice(compiled.name, why, compiled.degrees_of_freedom, compiled)
-    owner = compiled.owner(number) or "the mechanism"
-    if compiled.name == "planar":
-        joint, places = compiled.joint(number) if number >= 0 else len(system.names.joints), system.joint_places
-        raise InputError(
-            Problem(
-                f"{owner} is redundant: its constraints in the plane follow from the others at this pose",
-                places[joint] if joint < len(places) else None,
-                "let a joint of its loop constrain less, drive fewer coordinates, or start from a pose that is not "
-                "stretched or folded",
-            )
-        )
-    if settings.formulation == "reduced":
+    if regular and redundant is not None:
+        return Choice(compiled.name, why, compiled.degrees_of_freedom, compiled, redundant or 0)
+    if system.bodies <= LARGE:
         refuse_unsolvable(system, mobility(system, pose_of(state.q)))
-        raise InputError(f"{owner}: the start is so near to a singular pose that its rows cannot be told apart")
-    return _full(system, state, f"the start is near to a singular pose ({owner})")
+    owner = compiled.owner(number) or "the mechanism"
+    if compiled.name == "reduced" and settings.formulation == "auto" and not regular and system.bodies <= LARGE:
+        return _full(system, state, f"the start is near to a singular pose ({owner})")
+    place = system.joint_places[compiled.joint(number)] if 0 <= compiled.joint(number) < len(system.joint_places) else None
+    raise InputError(
+        Problem(
+            f"{owner}: the start is a singular pose, or so near to one that its constraints cannot be told apart",
+            place,
+            "start from a pose that is not stretched or folded; drive no coordinate that the others fix already",
+        )
+    )

@@ -21,10 +21,14 @@ from mbproj.dynamics.motions import drive_at
 from mbproj.dynamics.rank import SINGULAR, row_distances, scaled_jacobian
 from mbproj.dynamics.turning import Turning
 from mbproj.errors import InputError, SimulationError
-from mbproj.integrate.failures import not_finite, singular
+from mbproj.integrate.failures import not_finite, other_branch, singular
 from mbproj.model.system import System
 from mbproj.projection import Method, Projected, Projection, make_method, project_after
 from mbproj.scene.records import Settings
+
+#: A projection that changes the velocity by more than this part, where a row of C_q is nearer than that to the span of
+#: the others, has met another branch.
+BRANCH_CHANGE, NEAR_BRANCH = 0.05, 0.1
 
 
 class Accelerations(NamedTuple):
@@ -116,6 +120,16 @@ class FullFormulation:
         system, pose, drive = self.system, pose_of(q), drive_at(self.system, t)
         twist = twist_of(pose, v)
         return np.abs(constraint(system, pose, drive)), np.abs(constraint_velocity(system, pose, twist, drive))
+
+    def check_branch(self, t: float, y: Array, projected: Projected) -> None:
+        """Raises SimulationError where the projection has changed the velocities of y by more than they can be wrong by,
+        near a pose where C_q loses its rank: there branches of the motion cross at an angle."""
+        q, v, _ = self.parts(y)
+        weights = np.tile([1.0] * 3 + [2.0 * self.system.length] * 4, self.system.bodies)
+        change = float(np.linalg.norm(weights * (projected.v - v)))
+        part = change / max(float(np.linalg.norm(weights * v)), np.finfo(float).tiny)
+        if part > BRANCH_CHANGE and row_distances(scaled_jacobian(self.system, pose_of(q))).min(initial=1.0) < NEAR_BRANCH:
+            raise other_branch(t, part)
 
     def check_regular(self, t: float, q: Array) -> None:
         """Raises SimulationError that names the joint where C_q has lost its rank at this pose."""

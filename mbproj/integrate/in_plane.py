@@ -15,10 +15,13 @@ from mbproj.dynamics.forces import applied
 from mbproj.dynamics.kinematics import body_rates, pose_of, twist_of
 from mbproj.dynamics.samples import Samples
 from mbproj.integrate.compiled import Compiled, work_of
-from mbproj.integrate.reduced import Reduced, light_body, space_state
-from mbproj.kernel.models import joints_in_plane, plane_model, plane_rows
+from mbproj.integrate.reduced import Reduced, space_state
+from mbproj.kernel.models import joints_in_plane, plane_model, plane_row_scale, plane_rows
 from mbproj.model.planar import Plane
 from mbproj.model.system import System
+
+#: Rows of the spatial equations that are nearer to dependent (a square) have reactions that are not unique.
+NEARLY_DEPENDENT = 1e-10
 
 
 @final
@@ -33,12 +36,16 @@ class InPlane(Compiled):
         self.plane = plane
         self._joints = joints_in_plane(plane)
         self._rows = plane_rows(plane)
-        # A body may be a rod without inertia about its axis, which motion in the plane does not ask for.
-        self._space = Reduced(core, system).equations() if light_body(system) is None else None
+        self._space = Reduced(core, system).equations()
+        self._unique: bool | None = None
 
     @property
     def degrees_of_freedom(self) -> int:
-        return 3 * self.system.bodies - self.plane.joints.size - self.system.driven
+        return 3 * self.system.bodies - self.plane.joints.size - self.system.driven + int(self.model.redundant)
+
+    @property
+    def row_scale(self) -> Array:
+        return plane_row_scale(self.system, self.plane)
 
     def state(self, q: Array, v: Array) -> Array:
         p, u = self.plane.reduce(q, v)
@@ -93,7 +100,10 @@ class InPlane(Compiled):
         states = space_state(q, v)
         for at, t in enumerate(times.tolist()):
             y, solved = np.ascontiguousarray(states[at]), None
-            if self._space is not None:
+            if self._unique is None:
+                self._unique = not self._space.dependent_rows(y, t, NEARLY_DEPENDENT)
+                self._space = Reduced(self.core, system).equations()
+            if self._unique:
                 solved = self._space.accelerations(y, t, reference[at].tolist())
             found[at] = solved[1] if solved else self._smallest(t, q[at], v[at], reference[at], accelerations[at])
         return found

@@ -140,6 +140,7 @@ def _accept(formulation: FullFormulation, tally: Tally, before: Point, t: float,
     tally.count_evaluations(1)
     projected = formulation.project(tally.steps, t, y)
     tally.count_projection(projected)
+    formulation.check_branch(t, y, projected)
     position, velocity = formulation.violations(t, projected.q, projected.v)
     limit = OPEN if projected.failures else LOST
     if not np.all(position <= limit * formulation.system.row_scale):

@@ -28,7 +28,11 @@ class Reduced(Compiled):
 
     @property
     def degrees_of_freedom(self) -> int:
-        return 7 * self.system.bodies - self.system.constraints
+        return 7 * self.system.bodies - self.system.constraints + int(self.model.redundant)
+
+    @property
+    def row_scale(self) -> Array:
+        return self.system.row_scale[self.system.bodies :]
 
     def state(self, q: Array, v: Array) -> Array:
         return space_state(q, v)
@@ -59,13 +63,6 @@ class Reduced(Compiled):
 
     def row(self, number: int) -> int:
         return self.system.bodies + number
-
-
-def light_body(system: System) -> str | None:
-    """The name of a body without mass or without a definite inertia; None where all have both."""
-    smallest = np.linalg.eigvalsh(system.inertia)[:, 0] / np.linalg.norm(system.inertia, axis=(1, 2)).clip(1e-300)
-    light = np.flatnonzero((system.mass <= 0.0) | (smallest < 1e-14))
-    return system.names.carriers[light[0]] if len(light) else None
 
 
 def space_state(q: Array, v: Array) -> Array:

@@ -37,6 +37,7 @@ class Tally:
     projection_iterations: int = 0
     velocity_iterations: int = 0
     projection_failures: int = 0
+    projection_fallbacks: int = 0
     factorisations: int = 0
     position_peak: Peak = field(default_factory=Peak)
     velocity_peak: Peak = field(default_factory=Peak)
@@ -63,6 +64,7 @@ class Tally:
         self.projection_iterations += projected.position_iterations
         self.velocity_iterations += projected.velocity_iterations
         self.projection_failures += projected.failures
+        self.projection_fallbacks += projected.fallbacks
         self.factorisations += projected.position_iterations + projected.velocity_iterations
 
     def watch(self, position: Array, velocity: Array, joints: slice, t: float) -> None:

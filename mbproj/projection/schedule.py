@@ -13,16 +13,17 @@ from mbproj.dynamics.kinematics import Pose, pose_of
 from mbproj.dynamics.motions import Drive
 from mbproj.model.system import System
 from mbproj.projection.method import Projection
-from mbproj.projection.tolerance import PAPER_TOLERANCE, row_tolerances
+from mbproj.projection.position import Position, correct_position
 from mbproj.scene.records import ProjectionSettings
 
-#: A pass that leaves more than this part of the violation has reached round-off, or does not converge.
+#: A velocity pass that leaves more than this part of the violation has reached round-off.
 STAGNATION = 0.5
 
 
 @dataclass(frozen=True, eq=False)
 class Projected:
-    """The state after a projection, the passes it took, and whether the position met its test."""
+    """The state after a projection, the passes it took, whether the position met its test, and whether the fallback was
+    needed."""
 
     q: Array
     v: Array
@@ -30,6 +31,7 @@ class Projected:
     position_iterations: int = 0
     velocity_iterations: int = 0
     failures: int = 0
+    fallbacks: int = 0
 
 
 def project_after(
@@ -55,55 +57,11 @@ def project_after(
         velocity = velocity and (position or excess)
     if not (position or velocity):
         return Projected(q, v)
-    iterations, met = 0, True
-    if position:
-        q, iterations, met = correct_position(system, method, settings, q, drive)
+    found = correct_position(system, method, settings, q, drive) if position else Position(q, 0, met=True)
     passes = 0
     if velocity:
-        v, passes = correct_velocity(system, method, settings, pose_of(q), v, drive)
-    return Projected(q, v, 1, iterations, passes, int(not met))
-
-
-def correct_position(
-    system: System, method: Projection, settings: ProjectionSettings, q: Array, drive: Drive | None = None
-) -> tuple[Array, int, bool]:
-    """q with C(q) = 0, the passes taken, and whether the stop test was met."""
-    correct = _by_violation if settings.test == "violation" else _by_paper
-    return correct(system, method, settings, q, drive)
-
-
-def _by_violation(
-    system: System, method: Projection, settings: ProjectionSettings, q: Array, drive: Drive | None
-) -> tuple[Array, int, bool]:
-    """Until |C| <= tolerance in every row; a violation that no longer falls has reached round-off and ends the loop."""
-    pose = pose_of(q)
-    C = constraint(system, pose, drive)
-    tolerances = row_tolerances(system, settings, pose)
-    for passes in range(settings.max_iterations):
-        if np.all(np.abs(C) <= tolerances):
-            return q, passes, True
-        change = method.correction(mass_matrix(system, pose), jacobian(system, pose), C)
-        pose = pose_of(q + change)
-        previous, C = C, constraint(system, pose, drive)
-        if passes and not np.abs(C).max() < STAGNATION * np.abs(previous).max():
-            return q, passes + 1, False
-        q = q + change
-    return q, settings.max_iterations, bool(np.all(np.abs(C) <= tolerances))
-
-
-def _by_paper(
-    system: System, method: Projection, settings: ProjectionSettings, q: Array, drive: Drive | None
-) -> tuple[Array, int, bool]:
-    """Until ΔqᵀMΔq <= tolerance (sect. 5). M is singular along Λ, so this test does not see the length of Λ."""
-    tolerance = PAPER_TOLERANCE if settings.tolerance is None else settings.tolerance
-    for passes in range(settings.max_iterations):
-        pose = pose_of(q)
-        M = mass_matrix(system, pose)
-        change = method.correction(M, jacobian(system, pose), constraint(system, pose, drive))
-        q = q + change
-        if change @ M @ change <= tolerance:
-            return q, passes + 1, True
-    return q, settings.max_iterations, False
+        v, passes = correct_velocity(system, method, settings, pose_of(found.q), v, drive)
+    return Projected(found.q, v, 1, found.passes, passes, int(not found.met), int(found.fell_back))
 
 
 def correct_velocity(

@@ -99,6 +99,13 @@ DATASETS: tuple[Dataset, ...] = (
     Dataset("diagnostics/projection_iterations", (), "1", f"iterations on the position {SINCE_START}", dtype=COUNT),
     Dataset("diagnostics/velocity_iterations", (), "1", f"iterations on the velocity {SINCE_START}", dtype=COUNT),
     Dataset("diagnostics/projection_failures", (), "1", f"projections that failed {SINCE_START}", dtype=COUNT),
+    Dataset(
+        "diagnostics/projection_fallbacks",
+        (),
+        "1",
+        f"projections that took the fallback's metric {SINCE_START}",
+        dtype=COUNT,
+    ),
     Dataset("diagnostics/factorisations", (), "1", f"factorisations {SINCE_START}", dtype=COUNT),
 )
 

@@ -165,6 +165,7 @@ class ProjectionSettings:
     max_iterations: int = 25
     alpha: float | None = None
     gains: tuple[float, float] | None = None
+    fallback: str = "none"
 
 
 @dataclass(frozen=True)

@@ -19,7 +19,8 @@ Values = Mapping[KeyPath, Any]
 
 METHOD: KeyPath = ("projection", "method")
 #: What a method that corrects takes, whichever it is.
-CORRECTION_OPTIONS = ("tolerance", "test", "every", "threshold", "position", "velocity", "max_iterations")
+CORRECTION_OPTIONS = ("tolerance", "test", "every", "threshold", "position", "velocity", "max_iterations",
+                      "fallback")
 #: A method's own options that need a value, where none is given.
 DEFAULTS: Mapping[str, Any] = {"alpha": 1e7, "gains": (25.0, 25.0)}
 #: How far output_step / step may be from a whole number, relatively.

@@ -30,6 +30,7 @@ PROJECTION: Field[dict[str, Any]] = Alternatives((
             "position": Flag(),
             "velocity": Flag(),
             "max_iterations": Integer(minimum=1),
+            "fallback": Choice("fallback", lambda: registry.FALLBACKS),
             "alpha": Number(above=0.0),
             "gains": Alternatives((Converted(GAIN, lambda gain: (gain, gain)), List(GAIN, 2))),
         },
@@ -64,6 +65,7 @@ OPTIONS: Mapping[str, KeyPath] = MappingProxyType(
         "projection_test": ("projection", "test"),
         "project_position": ("projection", "position"),
         "project_velocity": ("projection", "velocity"),
+        "projection_fallback": ("projection", "fallback"),
         **{key: ("projection", key) for key in ("every", "threshold", "max_iterations", "alpha", "gains")},
     }
 )

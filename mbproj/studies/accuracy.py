@@ -18,7 +18,7 @@ from mbproj.studies.workers import in_parallel
 
 
 @dataclass
-class Bench:
+class Yardstick:
     """What a trial needs: a scene and the reference that its runs are held against. It can be sent to a process."""
 
     scene: Scene
@@ -43,8 +43,8 @@ class Bench:
         return replace(found, counters=report.counters, seconds=report.integration_cpu_seconds)
 
 
-def _trial(bench: Bench, setting: Setting) -> Trial:
-    return bench.trial(setting)
+def _trial(yardstick: Yardstick, setting: Setting) -> Trial:
+    return yardstick.trial(setting)
 
 
 def attempt(
@@ -62,8 +62,8 @@ def attempt(
     missing = [number for number, key in enumerate(keys) if key not in kept]
     through = len(settings) - len(missing)
     done(through)
-    bench = Bench(mechanism.scene, reference)
-    for number, found in in_parallel(_trial, bench, [settings[number] for number in missing], processes):
+    yardstick = Yardstick(mechanism.scene, reference)
+    for number, found in in_parallel(_trial, yardstick, [settings[number] for number in missing], processes):
         kept.add(keys[missing[number]], found.as_json())
         through += 1
         done(through)

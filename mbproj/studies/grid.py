@@ -1,4 +1,4 @@
-"""The designed grid: families of settings that differ in nothing but the size of their steps, from coarse to fine."""
+"""The designed grid: ladders of settings that differ in nothing but the size of their steps, from coarse to fine."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ THRESHOLDS = (1e-3, 1e-6, 1e-9)
 
 
 @dataclass(frozen=True)
-class Family:
+class Ladder:
     """Settings that are `base` with a step, or where `by_tolerance` with a tolerance."""
 
     base: Setting
@@ -64,30 +64,30 @@ def step_numbers(intervals: int) -> list[int]:
     return chosen
 
 
-def integrator_families(base: Setting, names: Sequence[str]) -> list[Family]:
-    """One family for each integrator with fixed steps, and one to a tolerance where it can."""
+def integrator_ladders(base: Setting, names: Sequence[str]) -> list[Ladder]:
+    """One ladder for each integrator with fixed steps, and one to a tolerance where it can."""
     found = []
     for name in names:
-        found.append(Family(_sizeless(base, integrator=name), by_tolerance=False))
+        found.append(Ladder(_sizeless(base, integrator=name), by_tolerance=False))
         if integrators()[name].embedded:
-            found.append(Family(_sizeless(base, integrator=name), by_tolerance=True))
+            found.append(Ladder(_sizeless(base, integrator=name), by_tolerance=True))
     return found
 
 
-def projection_families(family: Family, methods: Sequence[Setting]) -> list[Family]:
-    """The family with other projections; `methods` are settings of which the projection is taken."""
-    base = family.base
+def projection_ladders(ladder: Ladder, methods: Sequence[Setting]) -> list[Ladder]:
+    """The ladder with other projections; `methods` are settings of which the projection is taken."""
+    base = ladder.base
     return [
-        Family(_sizeless(method, integrator=base.integrator, formulation=base.formulation), family.by_tolerance)
+        Ladder(_sizeless(method, integrator=base.integrator, formulation=base.formulation), ladder.by_tolerance)
         for method in methods
     ]
 
 
-def schedule_families(family: Family, size: float) -> list[Family]:
-    """The family with its projection less often; `size` (m) is that of the mechanism."""
-    often = [replace(family.base, every=k) for k in EVERY]
-    above = [replace(family.base, threshold=float(f"{part * size:.1g}")) for part in THRESHOLDS]
-    return [Family(base, family.by_tolerance) for base in (*often, *above)]
+def schedule_ladders(ladder: Ladder, size: float) -> list[Ladder]:
+    """The ladder with its projection less often; `size` (m) is that of the mechanism."""
+    often = [replace(ladder.base, every=k) for k in EVERY]
+    above = [replace(ladder.base, threshold=float(f"{part * size:.1g}")) for part in THRESHOLDS]
+    return [Ladder(base, ladder.by_tolerance) for base in (*often, *above)]
 
 
 def _sizeless(setting: Setting, **changes: str) -> Setting:

@@ -1,4 +1,4 @@
-"""Which settings of a grid are worth more: families for all projections, settings for a timing."""
+"""Which settings of a grid are worth more: ladders for all projections, settings for a timing."""
 
 from __future__ import annotations
 
@@ -9,12 +9,12 @@ from typing import Any
 import numpy as np
 
 from mbproj.arrays import Array
-from mbproj.studies.grid import Family
+from mbproj.studies.grid import Ladder
 from mbproj.studies.pareto import excess
 from mbproj.studies.setting import Setting
 from mbproj.studies.trial import Trial
 
-#: A family is promising whose evaluations are within this factor of the fewest for one of the errors, a decade apart;
+#: A ladder is promising whose evaluations are within this factor of the fewest for one of the errors, a decade apart;
 #: so many of them are taken at most.
 NEAR_IN_EVALUATIONS, PROMISING = 1.5, 2
 #: Settings are timed whose first time is within this factor of the cheapest that is as good; so many at most.
@@ -23,21 +23,21 @@ NEAR_IN_TIME, MOST_TIMED = 1.5, 40
 CLOSED = 1e-11
 
 
-def promising(families: Sequence[Family], swept: Sequence[Sequence[Trial]]) -> list[Family]:
-    """The families with about the fewest evaluations for the most errors, a decade apart."""
+def promising(ladders: Sequence[Ladder], swept: Sequence[Sequence[Trial]]) -> list[Ladder]:
+    """The ladders with about the fewest evaluations for the most errors, a decade apart."""
     flat = [(number, trial) for number, trials in enumerate(swept) for trial in trials if trial.failure is None]
     errors = np.array([trial.at() for _, trial in flat])
     evaluations = np.array([trial.counters["evaluations"] for _, trial in flat], dtype=float)
     owner = np.array([number for number, _ in flat])
     if not len(flat):
         return []
-    wins = np.zeros(len(families))
+    wins = np.zeros(len(ladders))
     for limit in 10.0 ** np.arange(np.ceil(np.log10(max(errors.min(), 1e-300))), np.log10(errors.max()) + 1.0):
         able = np.where(errors <= limit, evaluations, inf)
-        best = np.array([able[owner == number].min(initial=inf) for number in range(len(families))])
+        best = np.array([able[owner == number].min(initial=inf) for number in range(len(ladders))])
         wins += best <= NEAR_IN_EVALUATIONS * best.min()
     chosen = [number for number in np.argsort(-wins, kind="stable") if wins[number]][:PROMISING]
-    return [families[number] for number in sorted(chosen)]
+    return [ladders[number] for number in sorted(chosen)]
 
 
 def projections_at_one_size(trials: Sequence[Trial], errors: Array, own: Setting | None) -> list[int]:

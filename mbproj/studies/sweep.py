@@ -1,36 +1,36 @@
-"""A family of settings run from coarse to fine until it has nothing more to give."""
+"""A ladder of settings run from coarse to fine until it has nothing more to give."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
-from mbproj.studies.accuracy import Bench
-from mbproj.studies.grid import Family
+from mbproj.studies.accuracy import Yardstick
+from mbproj.studies.grid import Ladder
 from mbproj.studies.journal import Journal
 from mbproj.studies.trial import Trial
 from mbproj.studies.workers import in_parallel
 
-#: A family is at its end when so many settings in a row have not brought the error below this part of the best.
+#: A ladder is at its end when so many settings in a row have not brought the error below this part of the best.
 PATIENCE, FALLING = 3, 0.7
 
 
 @dataclass(frozen=True)
 class Track:
-    """What every sweep has: the bench of its trials, the error (m) at which it may end, and the seconds that a run may
-    take for a finer one to be tried."""
+    """What every sweep has: what its trials are held against, the error (m) at which it may end, and the seconds that a
+    run may take for a finer one to be tried."""
 
-    bench: Bench
+    yardstick: Yardstick
     goal: float
     longest: float
 
 
-def sweep(track: Track, family: Family) -> list[Trial]:
-    """Trials of a family's settings from coarse to fine."""
+def sweep(track: Track, ladder: Ladder) -> list[Trial]:
+    """Trials of a ladder's settings from coarse to fine."""
     trials: list[Trial] = []
     best, stuck = float("inf"), 0
-    for setting in family.sizes(track.bench.reference.times):
-        trials.append(track.bench.trial(setting))
+    for setting in ladder.sizes(track.yardstick.reference.times):
+        trials.append(track.yardstick.trial(setting))
         reached = trials[-1].at()
         if reached < float("inf"):
             stuck = 0 if reached < FALLING * best else stuck + 1
@@ -42,18 +42,18 @@ def sweep(track: Track, family: Family) -> list[Trial]:
 
 def sweeps(
     track: Track,
-    families: Sequence[Family],
+    ladders: Sequence[Ladder],
     journal: Journal,
     processes: int | None = None,
     done: Callable[[int], None] = lambda count: None,
 ) -> list[list[Trial]]:
-    """The sweep of each family, in their order, in parallel; those in the journal are not run again. `done` is called
-    with the number of families that are through."""
-    keys = [f"sweep {family.base.command_line()}{' by tolerance' * family.by_tolerance}" for family in families]
+    """The sweep of each ladder, in their order, in parallel; those in the journal are not run again. `done` is called
+    with the number of ladders that are through."""
+    keys = [f"sweep {ladder.base.command_line()}{' by tolerance' * ladder.by_tolerance}" for ladder in ladders]
     missing = [number for number, key in enumerate(keys) if key not in journal]
-    through = len(families) - len(missing)
+    through = len(ladders) - len(missing)
     done(through)
-    for number, found in in_parallel(sweep, track, [families[number] for number in missing], processes):
+    for number, found in in_parallel(sweep, track, [ladders[number] for number in missing], processes):
         journal.add(keys[missing[number]], [each.as_json() for each in found])
         through += 1
         done(through)

@@ -21,8 +21,8 @@ from mbproj.errors import InputError, Problem
 from mbproj.registry import PROJECTIONS, integrators
 from mbproj.scene.records import Scene
 from mbproj.scene.suggestions import choose_from
-from mbproj.studies.accuracy import Bench
-from mbproj.studies.grid import Family, integrator_families, projection_families, schedule_families
+from mbproj.studies.accuracy import Yardstick
+from mbproj.studies.grid import Ladder, integrator_ladders, projection_ladders, schedule_ladders
 from mbproj.studies.journal import Journal
 from mbproj.studies.mechanism import Mechanism
 from mbproj.studies.near_front import CLOSED, projections_at_one_size, promising, to_time
@@ -135,14 +135,14 @@ def tradeoff(
     names = tuple(methods or integrators())
     truth, notes = certain_reference(mechanism, span(scene, until), own, names, tell)
     goal = max(ABOVE_FLOOR * float(truth.uncertainty[-1].max()), FINEST * mechanism.system.length)
-    track = Track(Bench(scene, truth), goal, longest)
+    track = Track(Yardstick(scene, truth), goal, longest)
     record = Journal(journal, _study(mechanism, truth, base, projections, names, longest, repetitions))
     mine = replace(own, formulation=base.formulation) if own.step or own.tolerance else None
     trials = _accuracy(track, base, mine, projections, names, record, processes, tell)
     numbers = {trial.setting: index for index, trial in enumerate(trials)}
     if mine is not None and mine not in numbers:
         numbers[mine] = len(trials)
-        trials.append(_kept(record, track.bench, mine))
+        trials.append(_kept(record, track.yardstick, mine))
     errors = np.array([trial.at(points) for trial in trials])
     compared = projections_at_one_size(trials, errors, mine)
     closed = CLOSED * max(1.0, mechanism.system.length)
@@ -224,15 +224,15 @@ def _accuracy(
     methods = [replace(_plain(base, name), formulation=base.formulation) for name in projections]
     for method in methods:
         replace(method, integrator="rk4", step=1.0).settings(1.0, 1.0)  # raises InputError for what is not there
-    families = integrator_families(methods[0], names)
-    tell("integrators", 0, len(families))
-    first = sweeps(track, families, record, processes, lambda done: tell("integrators", done, len(families)))
-    others: list[Family] = []
-    owned = [each for each in families if own is not None and each.holds(own)]
-    for family in dict.fromkeys((*promising(families, first), *owned)):
-        others += projection_families(family, methods[1:])
+    ladders = integrator_ladders(methods[0], names)
+    tell("integrators", 0, len(ladders))
+    first = sweeps(track, ladders, record, processes, lambda done: tell("integrators", done, len(ladders)))
+    others: list[Ladder] = []
+    owned = [each for each in ladders if own is not None and each.holds(own)]
+    for ladder in dict.fromkeys((*promising(ladders, first), *owned)):
+        others += projection_ladders(ladder, methods[1:])
         if PROJECTIONS[methods[0].projection].corrects:
-            others += schedule_families(family, track.bench.mechanism.system.length)
+            others += schedule_ladders(ladder, track.yardstick.mechanism.system.length)
     tell("projections and schedules", 0, len(others))
     second = sweeps(
         track, others, record, processes, lambda done: tell("projections and schedules", done, len(others))
@@ -248,11 +248,11 @@ def _plain(base: Setting, projection: str) -> Setting:
     return Setting(projection=projection, acceleration=base.acceleration)
 
 
-def _kept(record: Journal, bench: Bench, setting: Setting) -> Trial:
+def _kept(record: Journal, yardstick: Yardstick, setting: Setting) -> Trial:
     """A trial from the journal, or made and put there."""
     key = f"trial {setting.command_line()}"
     if key not in record:
-        record.add(key, bench.trial(setting).as_json())
+        record.add(key, yardstick.trial(setting).as_json())
     return Trial.from_json(record[key])
 
 

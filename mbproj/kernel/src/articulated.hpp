@@ -27,6 +27,10 @@ template <int D> struct Inertia {
         for (int i = 0; i < D; ++i) B.row(i) += moment(arm, Point<D>(A.col(i))).transpose();
         for (int i = 0; i < S::turns; ++i) C.col(i) += moment(arm, Point<D>(B.col(i)));
     }
+    void lend(const Column<S::freedoms>& diagonal) {
+        A.diagonal() += diagonal.template head<D>();
+        C.diagonal() += diagonal.template tail<S::turns>();
+    }
     void add(const Inertia& other) {
         A += other.A;
         B += other.B;

@@ -52,7 +52,8 @@ template <int D> void add_model(nb::module_& m, const char* primitives, const ch
              nb::kw_only(), nb::arg("mass"), nb::arg("inertia"), nb::arg("gravity"), nb::arg("constraints"),
              nb::arg("joint_begin"), nb::arg("row_scale"), nb::arg("coordinates"), nb::arg("length"), nb::arg("loads").none() = nb::none(),
              nb::arg("motions").none() = nb::none(), nb::arg("motion_start") = std::vector<double>())
-        .def_prop_ro("bodies", &Model<D>::size);
+        .def_prop_ro("bodies", &Model<D>::size)
+        .def_rw("redundant", &Model<D>::redundant);
 }
 
 template <int D> void add_loads(nb::module_& m, const char* name) {
@@ -167,6 +168,9 @@ template <int D> void add_equations(nb::module_& m, const char* name) {
             if (!found) return nb::none();
             return array_of(std::move(*found), self.model().size(), Size<D>::state);
         }, nb::arg("y"), nb::arg("t") = 0.0)
+        .def("dependent_rows", [=](E& self, Numbers2 y, double t, double smallest) {
+            return self.dependent_rows(t, checked(self, y), smallest);
+        }, nb::arg("y"), nb::arg("t"), nb::arg("smallest"))
         .def_prop_ro("singular_joint", &E::singular_joint)
         .def_prop_ro("topology", [](const E& self) {
             const TopologyFacts facts = self.facts();

@@ -6,16 +6,16 @@
 
 namespace mbproj {
 
-enum class Status : int { running, finished, not_finite, singular, open, vanished, broken };
+enum class Status : int { running, finished, not_finite, singular, open, vanished, broken, branch };
 
 // In the order of the fields of mbproj.integrate.tally.Tally.
 struct Counters {
     long steps = 0, rejected_steps = 0, evaluations = 0, projections = 0, projection_iterations = 0,
-         velocity_iterations = 0, projection_failures = 0, factorisations = 0;
-    static constexpr int count = 8;
+         velocity_iterations = 0, projection_failures = 0, projection_fallbacks = 0, factorisations = 0;
+    static constexpr int count = 9;
     std::array<long, count> list() const {
         return {steps, rejected_steps, evaluations, projections, projection_iterations, velocity_iterations,
-                projection_failures, factorisations};
+                projection_failures, projection_fallbacks, factorisations};
     }
 };
 
@@ -54,6 +54,7 @@ struct Outcome {
     double open_by = 0.0;
     int passes = 0;
     bool projection_failed = false;
+    double velocity_change = 0.0;
 };
 
 }  // namespace mbproj

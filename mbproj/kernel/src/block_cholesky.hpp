@@ -50,6 +50,13 @@ public:
     int factor(double smallest);
     void solve(double* x) const;
 
+    // Adds to the diagonal, before `factor`.
+    void shift(double by) {
+        for (const ColumnOf& column : columns_)
+            for (int i = 0, size = sizes_[column.block]; i < size; ++i) values_[column.diagonal + i * (size + 1)] += by;
+    }
+    std::vector<std::vector<int>> independent_rows(double smallest);
+
     std::size_t stored() const { return values_.size(); }
     std::size_t filled() const { return fill_; }  // of these, numbers in blocks that the matrix does not have
     int row(int block) const { return begin_[block]; }
@@ -76,6 +83,8 @@ private:
         return 0;
     }
     int factor_diagonal(const ColumnOf& column, double smallest);
+    int largest_pivot(const ColumnOf& column, const std::vector<bool>& open, double smallest);
+    void eliminate(const ColumnOf& column, int row, const std::vector<bool>& open);
 
     std::vector<int> sizes_, place_, begin_;
     std::vector<ColumnOf> columns_;  // in the order of elimination

@@ -6,6 +6,7 @@
 #include <string>
 
 #include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
 #include <nanobind/nanobind.h>
 #include <nanobind/ndarray.h>
 
@@ -157,6 +158,9 @@ template <int D> std::vector<Joint> joints(const PrimitiveSet<D>& set, int bodie
     return found;
 }
 
+// A principal moment below this part of the largest is none.
+constexpr double no_inertia = 1e-14;
+
 template <int D>
 std::vector<Body<D>> bodies(const Numbers1& mass, const Numbers3& inertia) {
     constexpr int W = Size<D>::turns;
@@ -168,9 +172,13 @@ std::vector<Body<D>> bodies(const Numbers1& mass, const Numbers3& inertia) {
         body.mass = mass.data()[b];
         body.inertia = Eigen::Map<const Eigen::Matrix<double, W, W>>(inertia.data() + W * W * b);
         if (!body.inertia.isApprox(body.inertia.transpose(), 1e-12)) refuse("inertia", "is not symmetric");
-        const Eigen::LLT<Matrix<W, W>> root(body.inertia);
-        if (!(body.mass > 0.0) || root.info() != Eigen::Success) refuse("mass or inertia", "is not positive definite");
-        body.inverse_root = root.matrixL().solve(Matrix<W, W>::Identity());
+        const Eigen::SelfAdjointEigenSolver<Matrix<W, W>> principal(body.inertia, Eigen::EigenvaluesOnly);
+        const double least = principal.eigenvalues()[0], most = principal.eigenvalues()[W - 1];
+        if (!(body.mass >= 0.0 && least >= -no_inertia * most)) refuse("mass or inertia", "is negative");
+        body.is_light = !(body.mass > 0.0 && least > no_inertia * most);
+        body.inverse_root.setIdentity();
+        if (!body.is_light)
+            body.inverse_root = Eigen::LLT<Matrix<W, W>>(body.inertia).matrixL().solve(Matrix<W, W>::Identity());
         found.push_back(body);
     }
     return found;

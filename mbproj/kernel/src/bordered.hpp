@@ -2,16 +2,23 @@
 // c = -C or -C': factored at a pose, solved for any right-hand side.
 #pragma once
 
+#include <optional>
+
 #include "core.hpp"
 
 namespace mbproj {
 
 // What a change of the coordinates is weighed with: the masses (Eqs. 42-45, 67-74) or the coordinates q = (r, Λ)
 // themselves (Eqs. 37-41), where |ΔΛ| = ½ |δθ|; in the plane the same, so that both agree.
-enum class Metric { mass, coordinates };
+// `penalised` is the mass-orthogonal projection's (Eqs. 48-55): the masses, with α on the violation.
+enum class Metric { mass, coordinates, penalised };
 
 // A pivot of S below this part of its diagonal entry has no digits left: the rows depend on each other.
 constexpr double smallest_pivot = 1e-13;
+
+// Where rows are left out, others are looked for when the smallest pivot of those held falls below this, and so far
+// below what it was when they were chosen.
+constexpr double weak_pivot = 1e-5, decline = 1e-2;
 
 template <int D> class Bordered {
 public:
@@ -19,37 +26,41 @@ public:
     static constexpr int F = S::freedoms;
     using Wrench = Column<F>;
 
-    explicit Bordered(const Model<D>& model)
-        : model_(model), topology_(model), core_(model, topology_), factors_(topology_.leaves.size()),
-          inertias_(model.size()), reference_(model.size() + 1, Point<D>::Zero()), articulated_(model.size(), false),
-          force_(model.size() + 1), delta_(model.size() + 1), scratch_(topology_.leaves.size()) {
+    // With a penalty factor, all joints stay in the core: (M + α GᵀG)⁻¹ α Gᵀ = M⁻¹Gᵀ (S + 1/α)⁻¹.
+    Bordered(const Model<D>& model, std::optional<double> penalty)
+        : model_(model), topology_(model, !penalty), core_(model, topology_), shift_(penalty ? 1.0 / *penalty : 0.0),
+          lent_(lent_mass(model)), factors_(topology_.leaves.size()), inertias_(model.size()),
+          reference_(model.size() + 1, Point<D>::Zero()), articulated_(model.size(), false), force_(model.size() + 1),
+          delta_(model.size() + 1), scratch_(topology_.leaves.size()) {
         for (const Leaf<D>& leaf : topology_.leaves)
             if (leaf.hinge.parent < model.size()) articulated_[leaf.hinge.parent] = true;
     }
 
-    // Factors at a pose. False where a joint's rows are dependent or a motion carries no mass: `singular_joint`.
+    // Factors at a pose. False where a joint's rows are dependent or a motion carries no mass: `singular_joint`. Where the
+    // model has redundant rows, some are left out: those that follow from the others best.
     bool factor(const Pose<D>& pose, Metric metric) {
-        ++factorisations_;
-        for (std::size_t l = 0; l < factors_.size(); ++l) {
-            const Hinge<D>& hinge = topology_.leaves[l].hinge;
-            if (!factors_[l].frame.update(model_, hinge, pose)) return fails(topology_.leaves[l].joint);
-            reference_[hinge.child] = factors_[l].frame.child_arm;
-        }
-        for (int b = 0; b < model_.size(); ++b) set_inertia(b, pose[b].rotation, metric);
-        for (std::size_t l = 0; l < factors_.size(); ++l)
-            if (!factor_leaf(topology_.leaves[l], factors_[l])) return false;
-        for (std::size_t b = 0; b < topology_.core_bodies.size(); ++b) {
-            const int body = topology_.core_bodies[b];
-            if (articulated_[body]) {
-                if (!core_.half(b).articulated(inertias_[body])) return fails(-1);
-            } else if (metric == Metric::mass) {
-                core_.half(b).bare(model_.bodies[body].mass, pose[body].rotation, model_.bodies[body].inverse_root);
-            } else {
-                core_.half(b).bare(1.0, pose[body].rotation, 2.0 * Matrix<S::turns, S::turns>::Identity());
-            }
-        }
-        const int failed = core_.factor(pose, smallest_pivot);
-        return failed < 0 || fails(failed);
+        if (model_.redundant > left_out_) leave_out(pose);
+        return factor_held(pose, metric) || (left_out_ > 0 && leave_out(pose) && factor_held(pose, metric));
+    }
+
+    // Whether other rows than those held now may determine the motion better.
+    bool weak() const {
+        const double pivot = core_.cholesky().smallest_pivot();
+        return left_out_ > 0 && pivot < weak_pivot && pivot < decline * pivot_at_choice_;
+    }
+
+    // Chooses the rows to hold at a pose, as far from dependent as leaves so many out as are redundant.
+    bool leave_out(const Pose<D>& pose) {
+        for (double smallest = 1e-1; smallest > smallest_pivot; smallest *= 0.1)
+            if ((left_out_ = core_.select(pose, smallest)) <= model_.redundant) break;
+        pivot_at_choice_ = 0.0;
+        return true;
+    }
+
+    // How many rows follow from the others at a pose, up to a distance of √smallest.
+    int dependent_rows(const Pose<D>& pose, double smallest) {
+        pivot_at_choice_ = 0.0;
+        return left_out_ = core_.select(pose, smallest);
     }
 
     // Forces on a body before `solve`: a force at its centre of mass and a moment, global axes.
@@ -62,13 +73,15 @@ public:
         for (Wrench& f : force_) f.setZero();
     }
 
-    // Solves with the forces given (which are used up) and G δ = c; multipliers on request, one for each row.
-    void solve(const double* c, double* lambda = nullptr) {
+    // Solves with the forces given (which are used up) and G δ = c; multipliers on request, one for each row. False where
+    // a body without mass is free to move.
+    bool solve(const double* c, double* lambda = nullptr) {
         for (std::size_t l = 0; l < factors_.size(); ++l) solve_up(topology_.leaves[l], factors_[l], scratch_[l], c);
-        core_.solve(force_, c, delta_);
+        const bool settled = core_.solve(force_, c, delta_, metric_ == Metric::penalised);
         delta_.back().setZero();
         for (std::size_t l = factors_.size(); l-- > 0;) solve_down(topology_.leaves[l], factors_[l], scratch_[l], lambda);
         if (lambda) core_.multipliers(lambda);
+        return settled || fails(-1);
     }
 
     // (δr, δθ) or accelerations of a body, of its centre of mass, global axes.
@@ -93,11 +106,47 @@ private:
         return false;
     }
 
+    bool factor_held(const Pose<D>& pose, Metric metric) {
+        ++factorisations_;
+        metric_ = metric;
+        for (std::size_t l = 0; l < factors_.size(); ++l) {
+            const Hinge<D>& hinge = topology_.leaves[l].hinge;
+            if (!factors_[l].frame.update(model_, hinge, pose)) return fails(topology_.leaves[l].joint);
+            reference_[hinge.child] = factors_[l].frame.child_arm;
+        }
+        for (int b = 0; b < model_.size(); ++b) set_inertia(b, pose[b].rotation, metric);
+        for (std::size_t l = 0; l < factors_.size(); ++l)
+            if (!factor_leaf(topology_.leaves[l], factors_[l])) return false;
+        if (!set_halves(pose, metric)) return fails(-1);
+        const int failed = core_.factor(pose, smallest_pivot, metric == Metric::penalised ? shift_ : 0.0);
+        if (failed >= 0) return fails(failed);
+        if (pivot_at_choice_ == 0.0) pivot_at_choice_ = core_.cholesky().smallest_pivot();
+        return true;
+    }
+
+    // The inertias of the core's bodies, halved; false where one has no inverse.
+    bool set_halves(const Pose<D>& pose, Metric metric) {
+        const bool by_coordinates = metric == Metric::coordinates;
+        core_.lend(by_coordinates ? Wrench(Wrench::Zero()) : lent_);
+        for (std::size_t b = 0; b < topology_.core_bodies.size(); ++b) {
+            const int body = topology_.core_bodies[b];
+            if (model_.bodies[body].is_light && !by_coordinates) inertias_[body].lend(lent_);
+            if (articulated_[body] || (model_.bodies[body].is_light && !by_coordinates)) {
+                if (!core_.half(b).articulated(inertias_[body])) return false;
+            } else if (by_coordinates) {
+                core_.half(b).bare(1.0, pose[body].rotation, 2.0 * Matrix<S::turns, S::turns>::Identity());
+            } else {
+                core_.half(b).bare(model_.bodies[body].mass, pose[body].rotation, model_.bodies[body].inverse_root);
+            }
+        }
+        return true;
+    }
+
     // A body's own inertia at its reference point: the joint that it hangs on, or its centre of mass in the core.
     void set_inertia(int b, const Rotation<D>& A, Metric metric) {
-        if (metric == Metric::mass)
-            inertias_[b].set(model_.bodies[b].mass, inertia_in_global(A, model_.bodies[b].inertia), reference_[b]);
-        else inertias_[b].set(1.0, 0.25 * Matrix<S::turns, S::turns>::Identity(), reference_[b]);
+        if (metric == Metric::coordinates)
+            inertias_[b].set(1.0, 0.25 * Matrix<S::turns, S::turns>::Identity(), reference_[b]);
+        else inertias_[b].set(model_.bodies[b].mass, inertia_in_global(A, model_.bodies[b].inertia), reference_[b]);
     }
 
     bool factor_leaf(const Leaf<D>& leaf, HingeFactor<D>& f) {
@@ -162,6 +211,8 @@ private:
     const Model<D>& model_;
     Topology<D> topology_;
     Core<D> core_;
+    const double shift_;  // of S, where the violation is penalised
+    const Wrench lent_;   // to light bodies
     std::vector<HingeFactor<D>> factors_;
     std::vector<Inertia<D>> inertias_;
     std::vector<Point<D>> reference_;  // from each body's centre of mass
@@ -169,6 +220,9 @@ private:
     std::vector<Wrench> force_, delta_;  // at the reference points; the ground's last
     std::vector<LeafScratch> scratch_;
     int singular_joint_ = -1;
+    int left_out_ = 0;              // rows, as redundant
+    double pivot_at_choice_ = 0.0;  // the smallest when they were chosen; 0 until it is known
+    Metric metric_ = Metric::mass;
     long factorisations_ = 0;
 };
 

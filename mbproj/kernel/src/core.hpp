@@ -4,61 +4,13 @@
 
 #include <numeric>
 
-#include <Eigen/Cholesky>
-
-#include "articulated.hpp"
 #include "block_cholesky.hpp"
+#include "half_inverse.hpp"
+#include "independent_rows.hpp"
+#include "light_body.hpp"
 #include "topology.hpp"
 
 namespace mbproj {
-
-// W⁻¹ = Z Zᵀ of a core body: of a bare one from the constant root of its inertia, of an articulated one by factorisation.
-template <int D> class HalfInverse {
-public:
-    using S = Size<D>;
-    static constexpr int F = S::freedoms;
-
-    void bare(double mass, const Rotation<D>& A, const Matrix<S::turns, S::turns>& inverse_root) {
-        is_bare_ = true;
-        translation_ = 1.0 / std::sqrt(mass);
-        if constexpr (D == 3) rotation_.noalias() = inverse_root * A.transpose();
-        else rotation_ = inverse_root;
-    }
-    bool articulated(const Inertia<D>& M) {
-        is_bare_ = false;
-        Matrix<F, F> full;
-        full.template topLeftCorner<D, D>() = M.A;
-        full.template topRightCorner<D, S::turns>() = M.B;
-        full.template bottomLeftCorner<S::turns, D>() = M.B.transpose();
-        full.template bottomRightCorner<S::turns, S::turns>() = M.C;
-        factor_.compute(full);
-        return factor_.info() == Eigen::Success;
-    }
-    // Zᵀ x.
-    void forward(Column<F>& x) const {
-        if (is_bare_) {
-            x.template head<D>() *= translation_;
-            x.template tail<S::turns>() = rotation_ * x.template tail<S::turns>().eval();
-        } else {
-            factor_.matrixL().solveInPlace(x);
-        }
-    }
-    // Z x.
-    void backward(Column<F>& x) const {
-        if (is_bare_) {
-            x.template head<D>() *= translation_;
-            x.template tail<S::turns>() = rotation_.transpose() * x.template tail<S::turns>().eval();
-        } else {
-            factor_.matrixU().solveInPlace(x);
-        }
-    }
-
-private:
-    bool is_bare_ = true;
-    double translation_ = 0.0;
-    Matrix<S::turns, S::turns> rotation_;
-    Eigen::LLT<Matrix<F, F>> factor_;
-};
 
 // A pivot of S below this part of its diagonal entry asks for a second solution on the residual.
 constexpr double ill_conditioned = 1e-4;
@@ -70,92 +22,101 @@ public:
     using Rows = Matrix<F, F>;  // a joint's rows on one body, as columns Y = Zᵀ Gᵀ, of which as many count as it has rows
 
     Core(const Model<D>& model, const Topology<D>& topology) : model_(model), topology_(topology) {
-        std::vector<int> place(model.size(), -1), sizes;
-        for (std::size_t b = 0; b < topology.core_bodies.size(); ++b) place[topology.core_bodies[b]] = static_cast<int>(b);
-        std::vector<std::vector<int>> touching(topology.core_bodies.size());
-        for (std::size_t j = 0; j < topology.core_joints.size(); ++j) {
-            const Joint& joint = model.joints[topology.core_joints[j]];
-            sizes.push_back(joint.rows);
-            for (const int body : joint.bodies) {
-                touching[place[body]].push_back(static_cast<int>(incidences_.size()));
-                incidences_.push_back({static_cast<int>(j), place[body], Rows::Zero()});
-            }
-        }
-        std::vector<std::pair<int, int>> couplings;
-        for (const auto& joints : touching)
-            for (const int a : joints)
-                for (const int b : joints) couplings.push_back({incidences_[a].joint, incidences_[b].joint});
-        cholesky_ = BlockCholesky(sizes, couplings);
-        for (const auto& joints : touching)
-            for (std::size_t a = 0; a < joints.size(); ++a)
-                for (std::size_t b = 0; b <= a; ++b) add_product(joints[a], joints[b]);
         halves_.resize(topology.core_bodies.size());
         work_.resize(halves_.size());
-        rhs_.resize(std::accumulate(sizes.begin(), sizes.end(), 0));
+        for (std::size_t b = 0; b < topology.core_bodies.size(); ++b)
+            if (model.bodies[topology.core_bodies[b]].is_light) {
+                light_.emplace_back();
+                light_.back().body = static_cast<int>(b);
+            }
+        hold_all();
     }
 
     HalfInverse<D>& half(int b) { return halves_[b]; }
-
-    // S and its factor at a pose; returns the joint whose rows depend on the others, or -1.
-    int factor(const Pose<D>& pose, double smallest) {
-        Matrix<F, F> G;
-        for (Incidence& at : incidences_) {
-            const Joint& joint = model_.joints[topology_.core_joints[at.joint]];
-            jacobian<D>(model_, pose, joint, topology_.core_bodies[at.body], G);
-            for (int r = 0; r < joint.rows; ++r) {
-                Column<F> y = G.row(r).transpose();
-                halves_[at.body].forward(y);
-                at.Y.col(r) = y;
-            }
-        }
-        cholesky_.clear();
-        for (const Product& product : products_) {
-            const Incidence &a = incidences_[product.a], &b = incidences_[product.b];
-            const int rows = size(a.joint), columns = size(b.joint);
-            double* target = cholesky_.at(product.offset);
-            const bool diagonal = product.a == product.b;  // of which the lower half counts
-            for (int r = 0; r < rows; ++r)
-                for (int c = 0; c < (diagonal ? r + 1 : columns); ++c)
-                    target[r * columns + c] += a.Y.col(r).dot(b.Y.col(c));
-        }
-        const int failed = cholesky_.factor(smallest);
-        return failed < 0 ? -1 : topology_.core_joints[failed];
+    // What light bodies are lent: nothing where their inertia is not theirs (GOPM's metric).
+    void lend(const Column<F>& lent) {
+        for (Light<D>& light : light_) light.lent = lent;
     }
 
-    // δ of the core's bodies from their forces f, with G δ = c; the multipliers stay for `multipliers`.
-    template <class Forces, class Twists> void solve(const Forces& f, const double* c, Twists& delta) {
+    // S + shift and its factor at a pose; returns the joint whose rows depend on the others, or -1.
+    int factor(const Pose<D>& pose, double smallest, double shift = 0.0) {
+        fill(pose);
+        if (shift > 0.0) cholesky_.shift(shift);
+        const int failed = cholesky_.factor(smallest);
+        return failed < 0 ? -1 : held_[failed].joint;
+    }
+
+    // Keeps only rows that are independent at a pose: those whose distance from the span of the rows before them exceeds
+    // √smallest, where all bodies weigh the same and lengths count in the mechanism's own. How many are left out.
+    int select(const Pose<D>& pose, double smallest) {
+        hold_all();
+        for (std::size_t b = 0; b < halves_.size(); ++b)
+            halves_[b].bare(1.0 / (model_.length * model_.length), pose[topology_.core_bodies[b]].rotation,
+                            Matrix<S::turns, S::turns>::Identity());
+        fill(pose);
+        const auto independent = cholesky_.independent_rows(smallest);
+        std::vector<Held> kept;
+        int left_out = 0;
+        for (std::size_t h = 0; h < held_.size(); ++h) {
+            left_out += held_[h].count - static_cast<int>(independent[h].size());
+            if (independent[h].empty()) continue;
+            Held held{held_[h].joint, static_cast<int>(independent[h].size()), {}};
+            std::copy(independent[h].begin(), independent[h].end(), held.rows);
+            kept.push_back(held);
+        }
+        held_ = std::move(kept);
+        arrange();
+        return left_out;
+    }
+
+    // δ of the core's bodies from their forces f, with G δ = c; the multipliers stay for `multipliers`. False where the
+    // motion of a light body does not settle: then it moves no mass. A shifted factor is applied as it is.
+    template <class Forces, class Twists> bool solve(const Forces& f, const double* c, Twists& delta, bool shifted = false) {
         for (std::size_t b = 0; b < halves_.size(); ++b) {
             work_[b] = f[topology_.core_bodies[b]];
             halves_[b].forward(work_[b]);
         }
-        for (std::size_t j = 0; j < topology_.core_joints.size(); ++j) {
-            const Joint& joint = model_.joints[topology_.core_joints[j]];
-            for (int r = 0; r < joint.rows; ++r) rhs_[cholesky_.row(static_cast<int>(j)) + r] = -c[joint.row + r];
+        for (std::size_t h = 0; h < held_.size(); ++h) {
+            const Joint& joint = model_.joints[held_[h].joint];
+            for (int r = 0; r < held_[h].count; ++r)
+                rhs_[cholesky_.row(static_cast<int>(h)) + r] = -c[joint.row + held_[h].rows[r]];
         }
         lambda_.assign(rhs_.size(), 0.0);
         improve();
         // S squares the condition of Y. Where a pivot shows that to matter, a second time on what is left, which is
         // computed from Y itself, gives the digits back (Björck 1996, sect. 6.6.5: corrected seminormal equations).
-        if (cholesky_.smallest_pivot() < ill_conditioned) improve();
+        if (cholesky_.smallest_pivot() < ill_conditioned && !shifted) improve();
+        const bool settled = light_.empty() || settle();
         for (std::size_t b = 0; b < halves_.size(); ++b) {
             halves_[b].backward(work_[b]);
             delta[topology_.core_bodies[b]] = work_[b];
         }
+        return settled;
     }
 
-    // λ of the core's joints, of the last solve, at their rows.
+    // λ of the core's joints, of the last solve, at their rows; 0 in rows that are left out.
     void multipliers(double* lambda) const {
-        for (std::size_t j = 0; j < topology_.core_joints.size(); ++j) {
-            const Joint& joint = model_.joints[topology_.core_joints[j]];
-            for (int r = 0; r < joint.rows; ++r) lambda[joint.row + r] = lambda_[cholesky_.row(static_cast<int>(j)) + r];
+        for (const int j : topology_.core_joints) {
+            const Joint& joint = model_.joints[j];
+            std::fill(lambda + joint.row, lambda + joint.row + joint.rows, 0.0);
+        }
+        for (std::size_t h = 0; h < held_.size(); ++h) {
+            const Joint& joint = model_.joints[held_[h].joint];
+            for (int r = 0; r < held_[h].count; ++r)
+                lambda[joint.row + held_[h].rows[r]] = lambda_[cholesky_.row(static_cast<int>(h)) + r];
         }
     }
 
     const BlockCholesky& cholesky() const { return cholesky_; }
 
 private:
+    // A joint, and which of its rows count.
+    struct Held {
+        int joint, count;
+        int rows[F];
+    };
     struct Incidence {
-        int joint, body;  // of the core
+        int held, body;  // of the core
         Rows Y;
     };
     struct Product {  // incidences a and b share a body: YᵀY goes to this block of S
@@ -163,30 +124,117 @@ private:
         std::size_t offset;
     };
 
+    void hold_all() {
+        held_.clear();
+        for (const int j : topology_.core_joints) {
+            Held held{j, model_.joints[j].rows, {}};
+            std::iota(held.rows, held.rows + held.count, 0);
+            held_.push_back(held);
+        }
+        arrange();
+    }
+
+    // The structure of S for the rows that are held.
+    void arrange() {
+        std::vector<int> place(model_.size(), -1), sizes;
+        for (std::size_t b = 0; b < topology_.core_bodies.size(); ++b) place[topology_.core_bodies[b]] = static_cast<int>(b);
+        std::vector<std::vector<int>> touching(topology_.core_bodies.size());
+        incidences_.clear();
+        products_.clear();
+        for (std::size_t h = 0; h < held_.size(); ++h) {
+            sizes.push_back(held_[h].count);
+            for (const int body : model_.joints[held_[h].joint].bodies) {
+                touching[place[body]].push_back(static_cast<int>(incidences_.size()));
+                incidences_.push_back({static_cast<int>(h), place[body], Rows::Zero()});
+            }
+        }
+        std::vector<std::pair<int, int>> couplings;
+        for (const auto& joints : touching)
+            for (const int a : joints)
+                for (const int b : joints) couplings.push_back({incidences_[a].held, incidences_[b].held});
+        rhs_.resize(std::accumulate(sizes.begin(), sizes.end(), 0));
+        cholesky_ = BlockCholesky(std::move(sizes), couplings);
+        for (const auto& joints : touching)
+            for (std::size_t a = 0; a < joints.size(); ++a)
+                for (std::size_t b = 0; b <= a; ++b) add_product(joints[a], joints[b]);
+    }
+
+    void add_product(int a, int b) {
+        const auto target = cholesky_.target(incidences_[a].held, incidences_[b].held);
+        products_.push_back(target.transposed ? Product{b, a, target.offset} : Product{a, b, target.offset});
+    }
+
+    // Y and S at a pose.
+    void fill(const Pose<D>& pose) {
+        Matrix<F, F> G;
+        for (Incidence& at : incidences_) {
+            const Held& held = held_[at.held];
+            jacobian<D>(model_, pose, model_.joints[held.joint], topology_.core_bodies[at.body], G);
+            for (int r = 0; r < held.count; ++r) {
+                Column<F> y = G.row(held.rows[r]).transpose();
+                halves_[at.body].forward(y);
+                at.Y.col(r) = y;
+            }
+        }
+        cholesky_.clear();
+        for (const Product& product : products_) {
+            const Incidence &a = incidences_[product.a], &b = incidences_[product.b];
+            const int rows = held_[a.held].count, columns = held_[b.held].count;
+            double* target = cholesky_.at(product.offset);
+            const bool diagonal = product.a == product.b;  // of which the lower half counts
+            for (int r = 0; r < rows; ++r)
+                for (int c = 0; c < (diagonal ? r + 1 : columns); ++c)
+                    target[r * columns + c] += a.Y.col(r).dot(b.Y.col(c));
+        }
+    }
+
     // λ += S⁻¹ (Yᵀ w - c), and w less Y times that, with -c in `rhs_`.
     void improve() {
         step_ = rhs_;
         for (const Incidence& at : incidences_)
-            for (int r = 0, row = cholesky_.row(at.joint); r < size(at.joint); ++r)
+            for (int r = 0, row = cholesky_.row(at.held); r < held_[at.held].count; ++r)
                 step_[row + r] += at.Y.col(r).dot(work_[at.body]);
         cholesky_.solve(step_.data());
         for (const Incidence& at : incidences_)
-            for (int r = 0, row = cholesky_.row(at.joint); r < size(at.joint); ++r)
+            for (int r = 0, row = cholesky_.row(at.held); r < held_[at.held].count; ++r)
                 work_[at.body] -= step_[row + r] * at.Y.col(r);
         for (std::size_t r = 0; r < lambda_.size(); ++r) lambda_[r] += step_[r];
     }
 
-    int size(int joint) const { return model_.joints[topology_.core_joints[joint]].rows; }
-    void add_product(int a, int b) {
-        const auto target = cholesky_.target(incidences_[a].joint, incidences_[b].joint);
-        products_.push_back(target.transposed ? Product{b, a, target.offset} : Product{a, b, target.offset});
+    // Takes back what light bodies were lent (see light_body.hpp): each pass moves them as the last one's change asks.
+    bool settle() {
+        double before = std::numeric_limits<double>::infinity();
+        for (Light<D>& light : light_) light.moved.setZero();
+        for (int pass = 0; pass < most_settling; ++pass) {
+            double change = 0.0, size = 0.0;  // squares
+            for (Light<D>& light : light_) {
+                Column<F> now = work_[light.body];
+                halves_[light.body].backward(now);
+                light.change = now - light.moved;
+                light.moved = now;
+                change += light.change.dot(light.lent.cwiseProduct(light.change));
+                size += now.dot(light.lent.cwiseProduct(now));
+            }
+            if (change <= settled_part * size) return true;
+            if (!(change < 0.5 * before)) return change <= settled_enough * size;
+            before = change;
+            for (const Light<D>& light : light_) {
+                Column<F> back = light.lent.cwiseProduct(light.change);
+                halves_[light.body].forward(back);
+                work_[light.body] += back;
+            }
+            improve();
+        }
+        return false;
     }
 
     const Model<D>& model_;
     const Topology<D>& topology_;
+    std::vector<Held> held_;
     std::vector<Incidence> incidences_;
     std::vector<Product> products_;
     std::vector<HalfInverse<D>> halves_;
+    std::vector<Light<D>> light_;
     std::vector<Column<F>> work_;
     std::vector<double> rhs_, step_, lambda_;
     BlockCholesky cholesky_;

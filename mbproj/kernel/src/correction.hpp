@@ -2,6 +2,7 @@
 #pragma once
 
 #include <limits>
+#include <numeric>
 
 #include "dynamics.hpp"
 #include "phases.hpp"
@@ -9,7 +10,8 @@
 namespace mbproj {
 
 struct Corrected {
-    int projections = 0, position_passes = 0, velocity_passes = 0, failures = 0;
+    int projections = 0, position_passes = 0, velocity_passes = 0, failures = 0, fallbacks = 0;
+    double velocity_change = 0.0;  // by the correction, as a part of the velocity
     bool regular = true;
 };
 
@@ -19,8 +21,8 @@ public:
 
     Corrector(Dynamics<D>& dynamics, const Projection& settings, Phases& phases)
         : dynamics_(dynamics), model_(dynamics.model()), settings_(settings), phases_(phases),
-          metric_(settings.correction == Correction::coordinates ? Metric::coordinates : Metric::mass),
-          rhs_(model_.constraints.rows), before_(dynamics.size()) {}
+          metric_(metric_of(settings.correction)),
+          length2_(model_.length * model_.length), rhs_(model_.constraints.rows), before_(dynamics.size()) {}
 
     // The state y after step number `step` (from 1) with its orientations normalised, projected if the schedule says so:
     // every k-th step, and with a threshold only the levels that exceed it (velocities always after a moved position).
@@ -37,7 +39,7 @@ public:
         Corrected done;
         done.projections = position || velocity;
         // The factor of the step's last stage, a pose near by, serves where there is one.
-        if (position) settings_.paper_test ? by_paper(y, done) : by_violation(y, done, !dynamics_.holds(metric_));
+        if (position) correct_position(y, done, !dynamics_.holds(metric_));
         phases_.mark(Phase::position);
         if (velocity && done.regular) correct_velocity(y, done);
         phases_.mark(Phase::velocity);
@@ -50,7 +52,7 @@ public:
         dynamics_.place(t, y);
         Corrected done;
         if (!settings_.corrects() || rhs_.empty()) return done;
-        if (settings_.position) settings_.paper_test ? by_paper(y, done) : by_violation(y, done, true);
+        if (settings_.position) correct_position(y, done, true);
         if (settings_.velocity && done.regular) correct_velocity(y, done);
         return done;
     }
@@ -59,17 +61,27 @@ public:
     bool newton(double t, double* y) {
         dynamics_.place(t, y);
         if (!dynamics_.factor(metric_)) return false;
-        move(y, dynamics_.constraint());
+        if (!solve(dynamics_.constraint())) return false;
+        move(y, 1.0);
         return true;
     }
 
 private:
-    // A pass that leaves more than this part of the violation has reached round-off, or does not converge.
-    static constexpr double stagnation = 0.5;
     // A pass that leaves more than this part of it calls for a factor of the pose it has reached.
     static constexpr double slow = 0.1;
-    static constexpr double floor = 1e-13;
-    static constexpr double paper_tolerance = 1e-12;
+    // Default tolerances: in rad, and in the mechanism's length where that is less than 1 m; of the paper's test.
+    static constexpr double floor = 1e-13, paper_tolerance = 1e-12;
+    // No pass turns a body by more, rad: light bodies ask for it where the linearised rows promise too much.
+    static constexpr double widest_turn = 0.5;
+    // The smallest part of a correction that is tried.
+    static constexpr double shortest = 1e-3;
+    // Violations up to so many ε of the coordinates in a row may be round-off.
+    static constexpr double round_off = 64.0;
+
+    static Metric metric_of(Correction correction) {
+        if (correction == Correction::coordinates) return Metric::coordinates;
+        return correction == Correction::penalty ? Metric::penalised : Metric::mass;
+    }
 
     double largest(const double* rows) const {
         double most = 0.0;
@@ -84,106 +96,171 @@ private:
         }
     }
 
+    // By the test that is set. Where it does not converge, from where it began in the coordinates' metric, if allowed.
+    void correct_position(double* y, Corrected& done, bool fresh) {
+        if (settings_.fallback) start_.assign(y, y + dynamics_.size());
+        settings_.paper_test ? by_paper(y, done) : by_violation(y, done, metric_, fresh);
+        if (!settings_.fallback || !done.failures) return;
+        std::copy(start_.begin(), start_.end(), y);
+        dynamics_.place(y);
+        done.failures = 0;
+        ++done.fallbacks;
+        by_violation(y, done, Metric::coordinates, true);
+    }
+
     // Until every row of C meets its tolerance. One factor, `fresh` from this pose or from one near by, serves all passes
-    // (simplified Newton) unless they converge slowly; a violation that does not fall with a fresh factor either has
-    // reached round-off.
-    void by_violation(double* y, Corrected& done, bool fresh) {
-        const double* C = dynamics_.constraint();
-        double left = largest(C);
-        while (!meets(C)) {
-            if (done.position_passes == settings_.max_iterations) {
+    // (simplified Newton) unless they converge slowly. A correction that does not bring the violation down with a fresh
+    // factor is shortened; where that does not help either, round-off is reached, or the iteration does not converge.
+    void by_violation(double* y, Corrected& done, Metric metric, bool fresh) {
+        dynamics_.constraint();
+        double left = scaled(dynamics_.C());
+        const int most = done.position_passes + settings_.max_iterations;
+        while (!meets(dynamics_.C())) {
+            if (done.position_passes == most) {
                 ++done.failures;
                 return;
             }
-            if (fresh && !(done.regular = dynamics_.factor(metric_))) return;
-            std::copy(y, y + before_.size(), before_.begin());
-            move(y, C);
+            if (fresh && !(done.regular = dynamics_.factor(metric))) return;
+            if (!(done.regular = solve(dynamics_.C()))) return;
             ++done.position_passes;
-            C = dynamics_.constraint();
-            const double now = largest(C);
-            const bool may_rise = fresh && done.position_passes == 1 && std::isfinite(now);
-            if (!may_rise && !(now < stagnation * left)) {
-                std::copy(before_.begin(), before_.end(), y);
-                dynamics_.place(y);
-                C = dynamics_.constraint();
-                if (fresh) {
-                    ++done.failures;
-                    return;
-                }
+            const double before = left;
+            const bool last = fresh && within(dynamics_.C(), round_off);
+            if (descend(y, left, fresh ? part_in_reach() : 1.0, fresh && !last ? shortest : 1.0)) {
+                fresh = !(left < slow * before);
+            } else if (fresh) {
+                if (!last) ++done.failures;
+                return;
+            } else {
                 fresh = true;
-                continue;
             }
-            fresh = !(now < slow * left);
-            left = now;
         }
     }
 
-    // Until ΔqᵀMΔq <= tolerance (sect. 5), by Newton's method.
+    // Moves y by a part of the correction at hand that brings the violation down by half of what Newton's method promises,
+    // or leaves it.
+    bool descend(double* y, double& left, double part, double least) {
+        std::copy(y, y + before_.size(), before_.begin());
+        do {
+            move(y, part);
+            if (const double now = scaled(dynamics_.constraint()); now < (1.0 - 0.5 * part) * left) {
+                left = now;
+                return true;
+            }
+            std::copy(before_.begin(), before_.end(), y);
+            dynamics_.place(y);
+            part *= 0.5;
+        } while (part >= least);
+        dynamics_.constraint();
+        return false;
+    }
+
+    // How much of the correction at hand turns no body further than `widest_turn`.
+    double part_in_reach() const {
+        double turn2 = 0.0;
+        for (int b = 0; b < model_.size(); ++b) turn2 = std::max(turn2, dynamics_.bordered().turn(b).squaredNorm());
+        return std::min(1.0, widest_turn / std::sqrt(turn2));
+    }
+
+    // Until ΔqᵀMΔq + CᵀC <= tolerance, by Newton's method: the paper's test (sect. 5) in the metric of Eq. 72, since M
+    // alone does not see every direction.
     void by_paper(double* y, Corrected& done) {
         const double tolerance = settings_.tolerance < 0.0 ? paper_tolerance : settings_.tolerance;
-        while (done.position_passes < settings_.max_iterations) {
-            if (!(done.regular = dynamics_.factor(metric_))) return;
-            const double change = move(y, dynamics_.constraint());
+        for (int pass = 0; pass < settings_.max_iterations; ++pass) {
+            const double* C = dynamics_.constraint();
+            if (!(done.regular = dynamics_.factor(metric_) && solve(C))) return;
+            const double change = energy() + std::inner_product(C, C + rhs_.size(), C, 0.0);
+            move(y, 1.0);
             ++done.position_passes;
             if (change <= tolerance) return;
         }
         ++done.failures;
     }
 
-    // Eqs. 46, 41, 74: G (u + δ) = 0.
+    // Eqs. 46, 41, 74: G (u + δ) = 0; a penalty reaches that in the limit (Eq. 55).
     void correct_velocity(double* y, Corrected& done) {
         const double* C_dot = dynamics_.constraint_velocity(y);
         if (!(done.regular = dynamics_.factor(metric_))) return;
-        solve(C_dot);
-        for (int b = 0; b < model_.size(); ++b) {
-            WritablePart<D> part(y, b);
-            part.velocity() += dynamics_.bordered().shift(b);
-            part.omega() += to_body(dynamics_.pose()[b].rotation, dynamics_.bordered().turn(b));
-        }
-        ++done.velocity_passes;
+        double left = largest(C_dot), change2 = 0.0, speed2 = 0.0;
+        do {
+            if (!(done.regular = solve(C_dot))) return;
+            for (int b = 0; b < model_.size(); ++b) {
+                const Point<D> shift = dynamics_.bordered().shift(b);
+                const Turn<D> turn = dynamics_.bordered().turn(b);
+                WritablePart<D> part(y, b);
+                change2 += shift.squaredNorm() + length2_ * turn.squaredNorm();
+                speed2 += part.velocity().squaredNorm() + length2_ * part.omega().squaredNorm();
+                part.velocity() += shift;
+                part.omega() += to_body(dynamics_.pose()[b].rotation, turn);
+            }
+            ++done.velocity_passes;
+        } while (metric_ == Metric::penalised && done.velocity_passes < settings_.max_iterations && falls(y, left));
+        done.velocity_change = std::sqrt(change2 / speed2);
     }
 
-    void solve(const double* violation) {
+    // Whether the velocity violation has come down to less than half of what was `left`.
+    bool falls(double* y, double& left) {
+        const double before = left;
+        left = largest(dynamics_.constraint_velocity(y));
+        return left < 0.5 * before;
+    }
+
+    // The correction of a violation, with the factor at hand. False where it is not unique.
+    bool solve(const double* violation) {
         for (std::size_t r = 0; r < rhs_.size(); ++r) rhs_[r] = -violation[r];
         dynamics_.bordered().clear_forces();
-        dynamics_.bordered().solve(rhs_.data());
+        return dynamics_.bordered().solve(rhs_.data());
     }
 
-    // Moves y by the correction of this violation with the factor at hand, and the pose with it; returns δᵀWδ.
-    double move(double* y, const double* C) {
-        solve(C);
-        double change = 0.0;
+    // Moves y by a part of the correction at hand, and the pose with it.
+    void move(double* y, double part_of_it) {
         for (int b = 0; b < model_.size(); ++b) {
-            const Point<D> shift = dynamics_.bordered().shift(b);
-            const Turn<D> turn = dynamics_.bordered().turn(b);
-            const Body<D>& body = model_.bodies[b];
             WritablePart<D> part(y, b);
-            if (settings_.paper_test) {
-                const Turn<D> local = to_body(dynamics_.pose()[b].rotation, turn);
-                change += body.mass * shift.squaredNorm() + local.dot(body.inertia * local);
-            }
-            part.position() += shift;
-            part.orientation() = turned(Column<S::orientation>(part.orientation()), turn);
+            part.position() += part_of_it * dynamics_.bordered().shift(b);
+            part.orientation() = turned(Column<S::orientation>(part.orientation()),
+                                        Turn<D>(part_of_it * dynamics_.bordered().turn(b)));
         }
         dynamics_.place(y);
-        return change;
     }
 
-    // |C| <= tolerance row by row: as set, or max(1e-13, 4 ε × the largest coordinate that enters the row).
+    // δᵀMδ of the correction at hand.
+    double energy() const {
+        double sum = 0.0;
+        for (int b = 0; b < model_.size(); ++b) {
+            const Turn<D> local = to_body(dynamics_.pose()[b].rotation, dynamics_.bordered().turn(b));
+            const Body<D>& body = model_.bodies[b];
+            sum += body.mass * dynamics_.bordered().shift(b).squaredNorm() + local.dot(body.inertia * local);
+        }
+        return sum;
+    }
+
+    // The largest row, lengths in the mechanism's own.
+    double scaled(const double* C) const {
+        double most = 0.0;
+        for (std::size_t r = 0; r < rhs_.size(); ++r) most = std::max(most, std::abs(C[r]) / model_.row_scale[r]);
+        return most;
+    }
+
+    // |C| <= tolerance row by row: as set, or 1e-13 (in lengths, of the mechanism's where that is below 1 m), or what
+    // round-off allows.
     bool meets(const double* C) const {
         const double most = largest(C);
         if (settings_.tolerance >= 0.0) return most <= settings_.tolerance;
-        if (most <= floor) return true;
-        constexpr double grain = 4.0 * std::numeric_limits<double>::epsilon();
+        return most <= floor * std::min(1.0, model_.length) || within(C, 4.0, floor);
+    }
+
+    // Whether each row is at most `grains` ε of the largest coordinate that enters it, or `least`.
+    bool within(const double* C, double grains, double least = 0.0) const {
+        const double grain = grains * std::numeric_limits<double>::epsilon();
         for (const Instance& p : model_.constraints.instances) {
-            double reach = 1.0;
+            double reach = 0.0;
             for (int s = 0; s < p.slot_count; ++s) {
                 const Attachment<D>& a = model_.constraints.attachments[p.slots[s]];
                 if (a.is_point) reach = std::max(reach, dynamics_.pose()[a.body].position.cwiseAbs().maxCoeff() + a.size);
             }
-            const double tolerance = std::max(floor, grain * reach);
-            for (int r = p.row; r < p.row + p.rows; ++r)
-                if (!(std::abs(C[r]) <= tolerance)) return false;
+            for (int r = p.row; r < p.row + p.rows; ++r) {
+                const double scale = std::min(1.0, model_.row_scale[r]);
+                if (!(std::abs(C[r]) <= std::max(least * scale, grain * std::max(reach, scale)))) return false;
+            }
         }
         return true;
     }
@@ -193,7 +270,8 @@ private:
     const Projection& settings_;
     Phases& phases_;
     Metric metric_;
-    std::vector<double> rhs_, before_;
+    double length2_;
+    std::vector<double> rhs_, before_, start_;
 };
 
 }  // namespace mbproj

@@ -15,7 +15,7 @@ public:
     using S = Size<D>;
 
     Dynamics(const Model<D>& model, const Projection& projection)
-        : model_(model), projection_(projection), pose_(model), motion_(model), bordered_(model),
+        : model_(model), projection_(projection), pose_(model), motion_(model), bordered_(model, penalty(projection)),
           gamma_(model.constraints.rows), C_(model.constraints.rows), C_dot_(model.constraints.rows),
           lambda_(model.constraints.rows), drive_(model.driven.size()), applied_(model.loads ? model.size() : 0) {}
 
@@ -47,7 +47,7 @@ public:
     // y' where the pose is in place and factored with the masses, and its velocities are; multipliers on request.
     bool slope_at(const double* y, double* slope, double* lambda = nullptr) {
         if (broken_ || !set_forces(y)) return broken(y);
-        bordered_.solve(gamma_.data(), lambda || !drive_.empty() ? lambda_.data() : nullptr);
+        if (!bordered_.solve(gamma_.data(), lambda || !drive_.empty() ? lambda_.data() : nullptr)) return false;
         for (int b = 0; b < model_.size(); ++b) {
             const Part<D> part(y, b);
             WritablePart<D> out(slope, b);
@@ -87,6 +87,14 @@ public:
         metric_ = metric;
         return held_ = factored_ = bordered_.factor(pose_, metric);
     }
+    // At a closed pose: whether the equations have a unique solution there, with other rows held where that is better.
+    bool factor_closed() {
+        if (!factor(Metric::mass)) return false;
+        if (!bordered_.weak()) return true;
+        bordered_.leave_out(pose_);
+        factored_ = false;
+        return factor(Metric::mass);
+    }
     // Whether there is a factor in this metric, be it of an earlier pose.
     bool holds(Metric metric) const { return held_ && metric == metric_; }
     const double* constraint() {
@@ -105,6 +113,8 @@ public:
         for (std::size_t k = 0; k < drive_.size(); ++k) C_dot_[model_.driven[k].row] -= drive_[k].d;
         return C_dot_.data();
     }
+    // Of the last `constraint`.
+    const double* C() const { return C_.data(); }
     // Of the last `move`.
     const double* gamma() const { return gamma_.data(); }
     const double* C_dot() const { return C_dot_.data(); }
@@ -145,6 +155,11 @@ private:
             bordered_.set_force(b, force, torque);
         }
         return true;
+    }
+
+    static std::optional<double> penalty(const Projection& projection) {
+        if (projection.correction == Correction::penalty) return projection.alpha;
+        return std::nullopt;
     }
 
     bool broken(const double* y) {

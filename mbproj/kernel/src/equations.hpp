@@ -83,6 +83,12 @@ public:
         return state;
     }
 
+    // Rows that follow from the others at this state, up to a distance of √smallest.
+    int dependent_rows(double t, const double* y, double smallest) {
+        dynamics_.place(t, y);
+        return dynamics_.bordered().dependent_rows(dynamics_.pose(), smallest);
+    }
+
     int singular_joint() { return dynamics_.bordered().singular_joint(); }
     const Model<D>& model() const { return model_; }
     TopologyFacts facts() const {

@@ -17,7 +17,8 @@ constexpr int most_slots = 6;
 template <int D> struct Body {
     double mass;
     Matrix<Size<D>::turns, Size<D>::turns> inertia;       // about the centre of mass, body axes
-    Matrix<Size<D>::turns, Size<D>::turns> inverse_root;  // K⁻¹ with J = K Kᵀ
+    Matrix<Size<D>::turns, Size<D>::turns> inverse_root;  // K⁻¹ with J = K Kᵀ; of a light body, not in use
+    bool is_light;  // no mass, or no inertia about some axis
 };
 
 // A point or vector fixed in a body, in its axes; body n is the ground.
@@ -70,6 +71,7 @@ template <int D> struct Model {
     std::vector<double> row_scale;       // what a row's violation is measured against
     std::vector<bool> counts_turns;      // per coordinate: an angle
     double length;                       // the size of the mechanism
+    int redundant = 0;                   // rows that follow from the others wherever the mechanism goes
     std::shared_ptr<const Loads<D>> loads;      // none, or the forces but gravity
     std::vector<DrivenRow> driven;
     std::shared_ptr<const Programs> motions;    // the functions of the driven rows

@@ -39,7 +39,8 @@ void add_settings(nb::module_& m) {
         .value("none", Correction::none)
         .value("baumgarte", Correction::baumgarte)
         .value("mass", Correction::mass)
-        .value("coordinates", Correction::coordinates);
+        .value("coordinates", Correction::coordinates)
+        .value("penalty", Correction::penalty);
     nb::class_<Projection>(m, "Projection")
         .def(nb::init<Correction>())
         .def_rw("alpha", &Projection::alpha)
@@ -50,7 +51,8 @@ void add_settings(nb::module_& m) {
         .def_rw("threshold", &Projection::threshold)
         .def_rw("position", &Projection::position)
         .def_rw("velocity", &Projection::velocity)
-        .def_rw("max_iterations", &Projection::max_iterations);
+        .def_rw("max_iterations", &Projection::max_iterations)
+        .def_rw("fallback", &Projection::fallback);
     nb::class_<Steps>(m, "Steps")
         .def_static("fixed",
                     [](double start, double duration, double step, long count, long every) {
@@ -74,7 +76,8 @@ void add_settings(nb::module_& m) {
         .value("singular", Status::singular)
         .value("open", Status::open)
         .value("vanished", Status::vanished)
-        .value("broken", Status::broken);
+        .value("broken", Status::broken)
+        .value("branch", Status::branch);
     nb::class_<Outcome>(m, "Outcome")
         .def_ro("status", &Outcome::status)
         .def_ro("time", &Outcome::time)
@@ -82,7 +85,8 @@ void add_settings(nb::module_& m) {
         .def_ro("row", &Outcome::row)
         .def_ro("open_by", &Outcome::open_by)
         .def_ro("passes", &Outcome::passes)
-        .def_ro("projection_failed", &Outcome::projection_failed);
+        .def_ro("projection_failed", &Outcome::projection_failed)
+        .def_ro("velocity_change", &Outcome::velocity_change);
     nb::class_<Peak>(m, "Peak").def_ro("value", &Peak::value).def_ro("row", &Peak::row).def_ro("time", &Peak::time);
 }
 

@@ -13,6 +13,10 @@ namespace mbproj {
 // Violations, in rad or in units of the system's length, that no run goes on with: after a failed projection, and ever.
 constexpr double open_limit = 1e-6, lost_limit = 1.0;
 
+// A projection that changes the velocity by more than this part, where a pivot is below that, has met another branch of
+// the motion: velocities are continuous, but branches cross in singular poses at an angle.
+constexpr double branch_change = 0.05, near_branch = 1e-2;
+
 template <int D> class Run {
 public:
     using S = Size<D>;
@@ -171,7 +175,13 @@ private:
         counters.projection_iterations += done.position_passes;
         counters.velocity_iterations += done.velocity_passes;
         counters.projection_failures += done.failures;
+        counters.projection_fallbacks += done.fallbacks;
         if (!done.regular) return stop_at(t), false;
+        if (done.velocity_change > branch_change && dynamics_.bordered().cholesky().smallest_pivot() < near_branch) {
+            Outcome branch{Status::branch, t};
+            branch.velocity_change = done.velocity_change;
+            return stop(branch), false;
+        }
         const double previous = t_;
         t_ = t;
         const double* C = dynamics_.constraint();
@@ -201,7 +211,7 @@ private:
     }
 
     bool evaluate(const Vector& y, bool with_multipliers) {
-        return dynamics_.factor(Metric::mass) &&
+        return dynamics_.factor_closed() &&
                dynamics_.slope_at(y.data(), slope_.data(), with_multipliers ? lambda_.data() : nullptr);
     }
 

@@ -21,18 +21,19 @@ struct Tableau {
     int stages() const { return static_cast<int>(b.size()); }
 };
 
-enum class Correction { none, baumgarte, mass, coordinates };
+enum class Correction { none, baumgarte, mass, coordinates, penalty };
 
 struct Projection {
     Correction correction;
-    double alpha = 0.0, beta = 0.0;  // Baumgarte's
+    double alpha = 0.0, beta = 0.0;  // Baumgarte's; or α of the penalty
     bool paper_test = false;         // ΔqᵀMΔq <= tolerance in place of |C| <= tolerance
     double tolerance = -1.0;         // negative: from the size of the coordinates
     int every = 1;
     double threshold = -1.0;         // negative: none
     bool position = true, velocity = true;
     int max_iterations = 25;
-    bool corrects() const { return correction == Correction::mass || correction == Correction::coordinates; }
+    bool fallback = false;           // to the coordinates' metric, where a position does not converge
+    bool corrects() const { return correction != Correction::none && correction != Correction::baumgarte; }
 };
 
 struct Steps {

@@ -18,7 +18,8 @@ template <int D> struct Topology {
     std::vector<int> core_bodies;   // roots of floating trees among them
     std::vector<int> core_joints;
 
-    explicit Topology(const Model<D>& model) {
+    // Light bodies stay in the core, where what they lack can be lent to them; all bodies where nothing is to be eliminated.
+    Topology(const Model<D>& model, bool eliminate) {
         const int n = model.size();
         std::vector<std::vector<int>> joints_of(n);
         for (int j = 0; j < static_cast<int>(model.joints.size()); ++j)
@@ -28,12 +29,12 @@ template <int D> struct Topology {
         std::queue<int> candidates;
         for (int b = n - 1; b >= 0; --b) {
             degree[b] = static_cast<int>(joints_of[b].size());
-            if (degree[b] == 1) candidates.push(b);
+            if (degree[b] == 1 && eliminate) candidates.push(b);
         }
         while (!candidates.empty()) {
             const int body = candidates.front();
             candidates.pop();
-            if (degree[body] != 1) continue;
+            if (degree[body] != 1 || model.bodies[body].is_light) continue;
             int joint = -1;
             for (const int j : joints_of[body])
                 if (joint_left[j]) joint = j;

@@ -1,0 +1,127 @@
+"""Motions that move no mass: null(M) ∩ null(C_q), which Eq. 20 rules out, in words."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from mbproj.arrays import Array, Integers
+from mbproj.dynamics.blocks import Block, block_rows, row_sets
+from mbproj.dynamics.kinematics import Pose
+from mbproj.dynamics.row_space import DEPENDENT, unit_rows
+from mbproj.dynamics.row_words import direction
+from mbproj.errors import Problem
+from mbproj.model.system import System
+
+#: Parts of a motion below this part of the largest are round-off.
+NO_PART = 1e-7
+#: Motions that a message shows.
+SHOWN = 3
+
+
+@dataclass(frozen=True)
+class MasslessMotion:
+    """A motion without kinetic energy: what each body does in it, by name, as "turns about z"."""
+
+    bodies: tuple[tuple[str, str], ...]
+
+    def __str__(self) -> str:
+        return ", ".join(f"'{name}' {what}" for name, what in self.bodies)
+
+
+def massless_motions(system: System, pose: Pose) -> tuple[MasslessMotion, ...]:
+    """As many motions as null(M) ∩ null(C_q) has directions, each of as few parts as can be; none where Eq. 20 holds.
+
+    M enters by its null space alone, so ratios of masses do not matter.
+    """
+    weightless = _weightless(system)
+    light = np.flatnonzero(weightless.any(axis=(1, 2)))
+    if not len(light):
+        return ()
+    body, direction_of = np.nonzero(weightless[light].any(axis=2))
+    by_body = np.zeros((len(light), 6, len(body)))
+    by_body[body, :, np.arange(len(body))] = weightless[light][body, direction_of]
+    columns = by_body.reshape(-1, len(body))
+    block = Block(_rows_on(system, light), light)
+    held = unit_rows(block_rows(system, pose, [block])[0] @ columns)
+    motions = _simple(_null_space(held), direction_of >= 3) @ columns.T
+    return tuple(MasslessMotion(tuple(_words(system, pose, light, motion.reshape(-1, 6)))) for motion in motions)
+
+
+def massless_problem(motions: tuple[MasslessMotion, ...]) -> Problem:
+    """Why a mechanism with these motions cannot run."""
+    shown = "; ".join(str(motion) for motion in motions[:SHOWN])
+    more = f"; and {len(motions) - SHOWN} more" if len(motions) > SHOWN else ""
+    what = "a motion that moves" if len(motions) == 1 else f"{len(motions)} motions that move"
+    return Problem(
+        f"the joints leave {what} no mass (Eq. 20 does not hold): {shown}{more}",
+        hint="give what moves mass and inertia, or joints that hold it",
+    )
+
+
+def _weightless(system: System) -> Array:
+    """Directions (n, 6, 6) of (δr, δθ in body axes) of each body that take no kinetic energy, and 0 for the others."""
+    found = np.zeros((system.bodies, 6, 6))
+    for body in range(system.bodies):
+        found[body, :3, :3] = np.eye(3) * float(system.mass[body] <= 0.0)
+        moments, axes = np.linalg.eigh(system.inertia[body])
+        is_light = moments <= np.finfo(float).eps * max(moments[-1], np.finfo(float).tiny)
+        found[body, 3:, 3:] = axes.T * is_light[:, None]
+    return found
+
+
+def _rows_on(system: System, bodies: Integers) -> Integers:
+    """The rows that hold any of these bodies."""
+    first, found = 0, []
+    for bound in row_sets(system):
+        on_them = np.isin(bound.body[bound.entry_slot], bodies)
+        found.append(np.unique(bound.entry_row[on_them]) + first)
+        first += bound.size
+    return np.concatenate(found)
+
+
+def _null_space(rows: Array) -> Array:
+    """An orthonormal basis (d, z) of what no row resists."""
+    if not len(rows):
+        return np.eye(rows.shape[1])
+    _, values, vectors = np.linalg.svd(np.linalg.qr(rows, mode="r"), full_matrices=True)
+    return np.asarray(vectors[np.count_nonzero(values > DEPENDENT) :], dtype=float)
+
+
+def _simple(basis: Array, turns: npt.NDArray[np.bool_]) -> Array:
+    """The same space by reduced rows: Gauss and Jordan with the largest pivots, and these in turns where there are any,
+    as the motions of a body about a point are then turns about axes through it."""
+    rows, weight = basis.copy(), np.where(turns, 1.0, NO_PART)
+    for index in range(len(rows)):
+        row, column = np.unravel_index(np.argmax(np.abs(rows[index:]) * weight), rows[index:].shape)
+        rows[[index, index + row]] = rows[[index + row, index]]
+        rows[index] /= rows[index, column]
+        others = np.arange(len(rows)) != index
+        rows[others] -= np.outer(rows[others, column], rows[index])
+    return np.where(np.abs(rows) > NO_PART, rows, 0.0)
+
+
+def _words(system: System, pose: Pose, bodies: Integers, motion: Array) -> Iterator[tuple[str, str]]:
+    """What each body that moves does, from (δr / length, δθ) (b, 6)."""
+    largest = np.abs(motion).max()
+    for body, part in zip(bodies, motion, strict=True):
+        shift, turn = part[:3], pose.rotation[body] @ part[3:]
+        if np.abs(part).max() > NO_PART * largest:
+            yield system.names.carriers[body], _motion(system.length, pose.position[body], shift, turn)
+
+
+def _motion(length: float, centre: Array, shift: Array, turn: Array) -> str:
+    """A motion of a body whose centre of mass shifts by `shift`, in parts of the length, while it turns."""
+    rate = float(np.linalg.norm(turn))
+    if rate <= NO_PART * np.linalg.norm(shift):
+        return f"shifts along {direction(shift)}"
+    to_axis = np.cross(turn, shift) / rate**2
+    along = abs(turn @ shift) / rate**2
+    where = "its centre of mass"
+    if np.linalg.norm(to_axis) > NO_PART:
+        where = "[" + ", ".join(f"{part:.4g}" for part in centre + length * to_axis) + "] m"
+    slides = " and shifts along it" if along > NO_PART else ""
+    return f"turns about {direction(turn)} through {where}{slides}"

@@ -1,0 +1,97 @@
+"""The projection of a position, Eqs. 39, 45, 52, 60, 66, 73, iterated until C = 0."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from mbproj.arrays import Array
+from mbproj.dynamics.constraint_equations import constraint, jacobian
+from mbproj.dynamics.equations import mass_matrix
+from mbproj.dynamics.kinematics import pose_of
+from mbproj.dynamics.motions import Drive
+from mbproj.model.system import System
+from mbproj.projection.gopm import Gopm
+from mbproj.projection.method import Projection
+from mbproj.projection.tolerance import PAPER_TOLERANCE, ROUND_OFF, row_grain, row_tolerances
+from mbproj.scene.records import ProjectionSettings
+
+#: No pass turns a body by more (rad, to first order): light bodies ask for it where the linearised rows promise too much.
+WIDEST_TURN = 0.5
+#: The smallest part of a correction that is tried.
+SHORTEST = 1e-3
+
+
+@dataclass(frozen=True, eq=False)
+class Position:
+    """q after a projection, the passes taken, whether the stop test was met, and whether the fallback was needed."""
+
+    q: Array
+    passes: int
+    met: bool
+    fell_back: bool = False
+
+
+def correct_position(
+    system: System, method: Projection, settings: ProjectionSettings, q: Array, drive: Drive | None = None
+) -> Position:
+    """q with C(q) = 0 by the test that is set; where that does not converge, in GOPM's metric, if the settings allow."""
+    correct = _by_violation if settings.test == "violation" else _by_paper
+    found = correct(system, method, settings, q, drive)
+    if found.met or settings.fallback == "none":
+        return found
+    again = _by_violation(system, Gopm(), settings, q, drive)
+    return replace(again, passes=found.passes + again.passes, fell_back=True)
+
+
+def _by_violation(
+    system: System, method: Projection, settings: ProjectionSettings, q: Array, drive: Drive | None
+) -> Position:
+    """Until |C| <= tolerance in every row. A correction that does not bring the violation down by half of what Newton's
+    method promises is shortened; where that does not help, round-off is reached, or the iteration does not converge."""
+    pose = pose_of(q)
+    C = constraint(system, pose, drive)
+    tolerances = row_tolerances(system, settings, pose)
+    for passes in range(settings.max_iterations):
+        if np.all(np.abs(C) <= tolerances):
+            return Position(q, passes, met=True)
+        change = method.correction(mass_matrix(system, pose), jacobian(system, pose), C)
+        last = bool(np.all(np.abs(C) <= ROUND_OFF * row_grain(system, pose)))
+        part, left = min(1.0, _part_in_reach(q, change)), _scaled(system, C)
+        while not _scaled(system, trial := constraint(system, pose_of(q + part * change), drive)) < (1 - part / 2) * left:
+            part *= 0.5
+            if last or part < SHORTEST:
+                return Position(q, passes + 1, met=last)
+        q, C = q + part * change, trial
+        pose = pose_of(q)
+    return Position(q, settings.max_iterations, met=bool(np.all(np.abs(C) <= tolerances)))
+
+
+def _scaled(system: System, C: Array) -> float:
+    """The largest violation, lengths in the mechanism's own."""
+    return float(np.abs(C / system.row_scale).max())
+
+
+def _part_in_reach(q: Array, change: Array) -> float:
+    """How much of a correction turns no body further than `WIDEST_TURN`; |δθ| = 2 |ΔΛ| across Λ."""
+    Λ, ΔΛ = q.reshape(-1, 7)[:, 3:], change.reshape(-1, 7)[:, 3:]
+    across = ΔΛ - np.sum(ΔΛ * Λ, axis=-1, keepdims=True) * Λ
+    widest = 2.0 * float(np.linalg.norm(across, axis=-1).max())
+    return WIDEST_TURN / widest if widest > 0.0 else 1.0
+
+
+def _by_paper(
+    system: System, method: Projection, settings: ProjectionSettings, q: Array, drive: Drive | None
+) -> Position:
+    """Until ΔqᵀMΔq + CᵀC <= tolerance: the paper's test (sect. 5) in the metric of Eq. 72, because M alone is singular
+    along Λ and would not see its length."""
+    tolerance = PAPER_TOLERANCE if settings.tolerance is None else settings.tolerance
+    for passes in range(settings.max_iterations):
+        pose = pose_of(q)
+        M, C = mass_matrix(system, pose), constraint(system, pose, drive)
+        change = method.correction(M, jacobian(system, pose), C)
+        q = q + change
+        if change @ M @ change + C @ C <= tolerance:
+            return Position(q, passes + 1, met=True)
+    return Position(q, settings.max_iterations, met=False)
