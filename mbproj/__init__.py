@@ -24,7 +24,13 @@ if TYPE_CHECKING:
     from mbproj.results import Results, ResultsWriter, Trust, open_results
     from mbproj.scene import Scene, read_scene, read_scene_text, settings_to_run
     from mbproj.studies.certified import simulate_certified
+    from mbproj.studies.compare import Comparison, compare
     from mbproj.studies.mechanism import Mechanism
+    from mbproj.studies.reference import Reference, reference
+    from mbproj.studies.setting import Setting
+    from mbproj.studies.solve import Solution, sample_times, solve
+    from mbproj.studies.threshold import ThresholdStudy, threshold_study
+    from mbproj.studies.tradeoff import Tradeoff, tradeoff
 
 _HOMES = {
     "mbproj.dynamics": ("State", "assemble", "mobility"),
@@ -34,32 +40,50 @@ _HOMES = {
     "mbproj.results": ("Results", "ResultsWriter", "Trust", "open_results"),
     "mbproj.scene": ("Scene", "read_scene", "read_scene_text", "settings_to_run"),
     "mbproj.studies.certified": ("simulate_certified",),
+    "mbproj.studies.compare": ("Comparison", "compare"),
     "mbproj.studies.mechanism": ("Mechanism",),
+    "mbproj.studies.reference": ("Reference", "reference"),
+    "mbproj.studies.setting": ("Setting",),
+    "mbproj.studies.solve": ("Solution", "sample_times", "solve"),
+    "mbproj.studies.threshold": ("ThresholdStudy", "threshold_study"),
+    "mbproj.studies.tradeoff": ("Tradeoff", "tradeoff"),
 }
 _HOME_OF = {name: home for home, names in _HOMES.items() for name in names}
 
 __all__ = [
+    "Comparison",
     "InputError",
     "Mechanism",
+    "Reference",
     "Report",
     "Results",
     "ResultsWriter",
     "Scene",
+    "Setting",
     "SimulationError",
+    "Solution",
     "State",
     "System",
+    "ThresholdStudy",
+    "Tradeoff",
     "Trust",
     "__version__",
     "assemble",
+    "compare",
     "compile_system",
     "initial_guess",
     "mobility",
     "open_results",
     "read_scene",
     "read_scene_text",
+    "reference",
+    "sample_times",
     "settings_to_run",
     "simulate",
     "simulate_certified",
+    "solve",
+    "threshold_study",
+    "tradeoff",
 ]
 
 
