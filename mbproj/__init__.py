@@ -3,7 +3,8 @@
     scene = read_scene("five_bar.yaml")                 # what the user wrote          (InputError)
     system = compile_system(scene)                      # names -> arrays
     state = assemble(system, initial_guess(scene, system))   # a consistent start      (InputError)
-    with ResultsWriter("results.h5", scene, system.names.as_mapping()) as recorder:
+    unique = unique_components(system, state)           # which reactions joints share at will
+    with ResultsWriter("results.h5", scene, system.names.as_mapping(), unique) as recorder:
         report = simulate(system, state, settings_to_run(scene), recorder)   #        (SimulationError)
 
 Names are imported when they are first used, so that `import mbproj` is cheap.
@@ -17,7 +18,7 @@ from typing import TYPE_CHECKING, Any
 from mbproj.version import __version__
 
 if TYPE_CHECKING:
-    from mbproj.dynamics import State, assemble, mobility
+    from mbproj.dynamics import State, assemble, mobility, unique_components
     from mbproj.errors import InputError, SimulationError
     from mbproj.integrate import Report, simulate
     from mbproj.model import System, compile_system, initial_guess
@@ -25,7 +26,7 @@ if TYPE_CHECKING:
     from mbproj.scene import Scene, read_scene, read_scene_text, settings_to_run
 
 _HOMES = {
-    "mbproj.dynamics": ("State", "assemble", "mobility"),
+    "mbproj.dynamics": ("State", "assemble", "mobility", "unique_components"),
     "mbproj.errors": ("InputError", "SimulationError"),
     "mbproj.integrate": ("Report", "simulate"),
     "mbproj.model": ("System", "compile_system", "initial_guess"),
@@ -53,6 +54,7 @@ __all__ = [
     "read_scene_text",
     "settings_to_run",
     "simulate",
+    "unique_components",
 ]
 
 

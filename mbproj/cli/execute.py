@@ -20,7 +20,7 @@ def execute(scene: Scene, name: str, output: str, *, as_json: bool, quiet: bool)
     """Simulates `scene`, which the summary calls `name`, writes `output`, and prints what is asked for."""
     from mbproj.cli.progress import progress_bar
     from mbproj.cli.summary import print_summary, summary
-    from mbproj.dynamics import assemble
+    from mbproj.dynamics import assemble, unique_components
     from mbproj.integrate import simulate
     from mbproj.model import compile_system, initial_guess
     from mbproj.results import ResultsWriter
@@ -31,7 +31,7 @@ def execute(scene: Scene, name: str, output: str, *, as_json: bool, quiet: bool)
     system = compile_system(scene)
     state = assemble(system, initial_guess(scene, system))
     with placed_at(Place("--output")):
-        writer = ResultsWriter(output, scene, system.names.as_mapping())
+        writer = ResultsWriter(output, scene, system.names.as_mapping(), unique_components(system, state))
     with (
         _what_is_kept(name, output, as_json),
         placed_at(scene.place("simulation", "projection", "method")),
