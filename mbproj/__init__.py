@@ -3,7 +3,8 @@
     scene = read_scene("five_bar.yaml")                 # what the user wrote          (InputError)
     system = compile_system(scene)                      # names -> arrays
     state = assemble(system, initial_guess(scene, system))   # a consistent start      (InputError)
-    with ResultsWriter("results.h5", scene, system.names.as_mapping()) as recorder:
+    unique = unique_components(system, state)           # which reactions joints do not share at will
+    with ResultsWriter("results.h5", scene, system.names.as_mapping(), unique) as recorder:
         report = simulate(system, state, settings_to_run(scene), recorder)   #        (SimulationError)
 
 Names are imported when they are first used, so that `import mbproj` is cheap.
@@ -17,7 +18,7 @@ from typing import TYPE_CHECKING, Any
 from mbproj.version import __version__
 
 if TYPE_CHECKING:
-    from mbproj.dynamics import State, assemble, mobility
+    from mbproj.dynamics import State, assemble, mobility, unique_components
     from mbproj.errors import InputError, SimulationError
     from mbproj.integrate import Report, simulate
     from mbproj.model import System, compile_system, initial_guess
@@ -33,7 +34,7 @@ if TYPE_CHECKING:
     from mbproj.studies.tradeoff import Tradeoff, tradeoff
 
 _HOMES = {
-    "mbproj.dynamics": ("State", "assemble", "mobility"),
+    "mbproj.dynamics": ("State", "assemble", "mobility", "unique_components"),
     "mbproj.errors": ("InputError", "SimulationError"),
     "mbproj.integrate": ("Report", "simulate"),
     "mbproj.model": ("System", "compile_system", "initial_guess"),
@@ -84,6 +85,7 @@ __all__ = [
     "solve",
     "threshold_study",
     "tradeoff",
+    "unique_components",
 ]
 
 

@@ -40,7 +40,7 @@ def execute(
     from mbproj.cli.progress import progress_bar
     from mbproj.cli.summary import print_summary
     from mbproj.cli.trust import as_numbers
-    from mbproj.dynamics import assemble
+    from mbproj.dynamics import assemble, unique_components
     from mbproj.integrate import simulate
     from mbproj.integrate.report import summary
     from mbproj.model import compile_system, initial_guess
@@ -52,7 +52,8 @@ def execute(
     system = compile_system(scene)
     state = assemble(system, initial_guess(scene, system))
     with placed_at(Place("--output")):
-        writer = ResultsWriter(output, scene, system.names.as_mapping(), certified)
+        constants = unique_components(system, state)
+        writer = ResultsWriter(output, scene, system.names.as_mapping(), certified, constants)
     with (
         _what_is_kept(name, output, as_json=as_json, quiet=quiet),
         placed_at(scene.place("simulation", "projection", "method")),

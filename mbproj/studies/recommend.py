@@ -118,7 +118,7 @@ def sampled(settings: Settings, until: float | None) -> Array:
     interval = min(duration, settings.output_step or settings.step or (settings.duration or duration) / DEFAULT_SAMPLES)
     whole: Array = interval * np.arange(int(duration / interval * (1.0 + 1e-9)) + 1)
     if duration - whole[-1] > 1e-9 * duration:
-        return np.append(whole, duration).astype(float)
+        return np.concatenate([whole, [duration]])
     return whole
 
 
