@@ -53,7 +53,7 @@ def execute(
     state = assemble(system, initial_guess(scene, system))
     with placed_at(Place("--output")):
         constants = unique_components(system, state)
-        writer = ResultsWriter(output, scene, system.names.as_mapping(), certified, constants)
+        writer = ResultsWriter(output, scene, system.names.as_mapping(), constants, certified=certified)
     with (
         _what_is_kept(name, output, as_json=as_json, quiet=quiet),
         placed_at(scene.place("simulation", "projection", "method")),

@@ -62,8 +62,9 @@ class ResultsWriter:
         path: Path | str,
         scene: Scene,
         names: Names,
-        certified: Sequence[float] | None = None,
         constants: Constants | None = None,
+        *,
+        certified: Sequence[float] | None = None,
     ) -> None:
         self.path = check_output(Path(path))
         self.part = part_path(self.path)
