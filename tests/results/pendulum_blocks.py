@@ -97,7 +97,7 @@ def block(time: npt.NDArray[np.float64], names: Mapping[str, Sequence[str]] = NA
         "diagnostics/steps": count, "diagnostics/rejected_steps": 0 * count, "diagnostics/evaluations": 4 * count,
         "diagnostics/projections": count, "diagnostics/projection_iterations": 2 * count,
         "diagnostics/velocity_iterations": count, "diagnostics/projection_failures": 0 * count,
-        "diagnostics/factorisations": 7 * count,
+        "diagnostics/factorisations": 7 * count, "diagnostics/projection_fallbacks": 0 * count,
     }  # fmt: skip
 
 
