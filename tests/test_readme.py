@@ -3,17 +3,22 @@
 from __future__ import annotations
 
 import re
+import shlex
 import subprocess
 import sys
+from xml.etree import ElementTree
 
 import pytest
+import yaml
 
 from mbproj.joints import JOINTS
 from mbproj.registry import PROJECTIONS, integrators
 from mbproj.scene import read_scene_text
 from mbproj.scene.forces import FORCE_RECORDS
 from mbproj.scene.motions import KINDS
+from mbproj.scene.observables import MOMENTS, OBSERVABLES
 from tests.cli.commands import mbproj
+from tests.studies.scenes import PENDULUM
 from tests.support import ROOT
 
 README = (ROOT / "README.md").read_text(encoding="utf-8")
@@ -89,6 +94,43 @@ def test_the_python_example_runs_as_written(tmp_path):
     done = subprocess.run(program, capture_output=True, text=True, cwd=tmp_path, check=False, env=environment)
     assert done.returncode == 0, done.stderr
     assert "Worst(value=" in done.stdout
+
+
+def test_the_example_of_expectations_is_read_and_its_table_names_every_quantity():
+    (fragment,) = (text for text in blocks("yaml") if text.startswith("expect:"))
+    text = PENDULUM.replace("gravity", "parameters: {length: 1 m}\ngravity").replace("0.2", "2")
+    scene = read_scene_text(text + fragment)
+    assert [each.name for each in scene.expectations] == ["end", "fastest", "load", "closed", "energy"]
+    section = README.partition("## Expectations")[2].partition("## In a pipeline")[0]
+    for of in ("marker", "body", "joint", "force", "motion"):
+        for quantity in OBSERVABLES[of]:
+            coordinate = quantity.removesuffix("_speed").startswith(("angle", "displacement"))
+            assert f"`{quantity}`" in section or (of == "joint" and coordinate), quantity
+    assert all(f"`{word}`" in section or f"`at: {word}`" in section for word in MOMENTS)
+
+
+def test_the_pipeline_runs_as_written(tmp_path):
+    """The script of the GitLab job, but for its installation; and the commands below it."""
+    (job,) = (yaml.safe_load(text) for text in blocks("yaml") if text.startswith("mechanisms:"))
+    install, batch = job["mechanisms"]["script"]
+    assert install == "pip install ."
+    assert job["mechanisms"]["artifacts"] == {
+        "when": "always", "paths": ["results"], "reports": {"junit": "mechanisms.xml"},
+    }  # fmt: skip
+    (tmp_path / "mechanisms").symlink_to(ROOT / "mechanisms")
+    done = mbproj(*shlex.split(batch)[1:], folder=tmp_path)
+    assert (done.returncode, done.stderr) == (0, "")
+    root = ElementTree.parse(tmp_path / "mechanisms.xml").getroot()
+    assert (root.get("failures"), root.get("errors")) == ("0", "0")
+    assert (tmp_path / "results" / "five_bar.h5").exists()
+    assert (tmp_path / "results" / "validation" / "dymola_rssp.h5").exists()
+    shown = README.partition("$ mbproj batch mechanisms\n")[2].partition("```")[0].splitlines()
+    assert done.stdout.splitlines()[0].split() == shown[0].split()
+    (commands,) = (text for text in blocks("sh") if text.startswith("mbproj new"))
+    for command in commands.splitlines():
+        done = mbproj(*shlex.split(command)[1:], folder=tmp_path)
+        assert done.returncode == 0, done.stderr
+    assert done.stdout.splitlines()[-1] == "the same motion"
 
 
 def test_the_set_up_commands_are_what_ci_runs():

@@ -78,6 +78,7 @@ OBSERVABLES: Mapping[str, Mapping[str, Observable]] = MappingProxyType(
             "projection_iterations": Observable(""),
             "velocity_iterations": Observable(""),
             "projection_failures": Observable(""),
+            "projection_fallbacks": Observable(""),
             "factorisations": Observable(""),
         },
     }
