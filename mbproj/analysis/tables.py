@@ -34,7 +34,7 @@ def tables(results: Results) -> Iterator[Table]:
             yield _table(results, f"{group}-{name}", blocks)
     for kind, symbol, group in (("force_units", "nf", "force"), ("motion_units", "nm", "motion")):
         for column, unit in enumerate(results.names(kind)):
-            parts = [(dataset.path, _unit(dataset.unit, unit)) for dataset in DATASETS if dataset.symbol == symbol]
+            parts = [(dataset.path, own_unit(dataset.unit, unit)) for dataset in DATASETS if dataset.symbol == symbol]
             blocks = [(path.partition("/")[2], unit, results[path][:, column]) for path, unit in parts]
             yield _table(results, f"{group}-{results.names(f'{group}s')[column]}", blocks)
     diagnostics = [entry for entry in DATASETS if entry.path.startswith("diagnostics/")]
@@ -60,7 +60,7 @@ def _coordinates(results: Results, joint: str) -> Iterator[tuple[str, str, Array
             yield f"{coordinate}_speed", f"{units[column]}/s", results["joints/speed"][:, column]
 
 
-def _unit(either: str, unit: str) -> str:
+def own_unit(either: str, unit: str) -> str:
     """The unit of a column of "rad or m", "N m or N", ...: the first where `unit` is rad, the second where it is m."""
     first, _, second = either.partition(" or ")
     return first if unit == "rad" else second

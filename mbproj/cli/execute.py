@@ -14,6 +14,7 @@ import click
 from mbproj.errors import Place, SimulationError, placed_at
 
 if TYPE_CHECKING:
+    from mbproj.analysis import Outcome
     from mbproj.dynamics import State
     from mbproj.integrate import Report
     from mbproj.integrate.simulate import Progress
@@ -35,11 +36,13 @@ def execute(
     """Simulates `scene`, which the summary calls `name`, writes `output`, and prints what is asked for. `certified`:
     the limits of the error (m) for which to say how long the run can be trusted; `facts`: what else the results file
     and --json are to say."""
+    from mbproj.cli import expectations
     from mbproj.cli.progress import progress_bar
-    from mbproj.cli.summary import print_summary, summary
+    from mbproj.cli.summary import print_summary
     from mbproj.cli.trust import as_numbers
     from mbproj.dynamics import assemble
     from mbproj.integrate import simulate
+    from mbproj.integrate.report import summary
     from mbproj.model import compile_system, initial_guess
     from mbproj.results import ResultsWriter
     from mbproj.scene import settings_to_run
@@ -62,10 +65,13 @@ def execute(
             report, trust = _certified(scene, system, state, recorder, progress, certified)
         numbers = {**summary(name, output, report, total_seconds=perf_counter() - started), **facts}
         recorder.attributes(numbers)
+    found = _expected(scene, output)
     if as_json:
-        click.echo(json.dumps(numbers if trust is None else {**numbers, "trust": as_numbers(trust)}))
+        certificate = {} if trust is None else {"trust": as_numbers(trust)}
+        outcomes = [expectations.record(outcome) for outcome in found]
+        click.echo(json.dumps({**numbers, **certificate, "expectations": outcomes}))
     elif not quiet:
-        print_summary(scene.title or name, system, report, numbers, trust)
+        print_summary(scene.title or name, system, report, numbers, found, trust)
 
 
 def _certified(
@@ -87,6 +93,17 @@ def _certified(
 
     mechanism = Mechanism(scene, system, state)
     return simulate_certified(mechanism, settings_to_run(scene), recorder, progress, limits, tell)
+
+
+def _expected(scene: Scene, output: str) -> list[Outcome]:
+    """What the scene expects, held against the results; nothing is read where it expects nothing."""
+    if not scene.expectations:
+        return []
+    from mbproj.analysis import outcomes
+    from mbproj.results import open_results
+
+    with open_results(output) as results:
+        return outcomes(scene.expectations, results)
 
 
 @contextmanager

@@ -36,7 +36,7 @@ class Conditioning:
     def words(self) -> str:
         """How far the pose is from a singular one."""
         if self.distance is None:
-            return "no loops, hence no singular poses"
+            return "no loops, and so no singular poses"
         if self.distance < CLOSE:
             return "all but singular"
         return "near a singular pose" if self.distance < NEAR else "far from singular poses"

@@ -14,8 +14,8 @@ import numpy as np
 
 from mbproj.arrays import Array
 from mbproj.errors import ExitCode, InputError, MbprojError, Problem
-from mbproj.integrate.output import DEFAULT_SAMPLES
 from mbproj.scene.records import Scene, Settings
+from mbproj.scene.sampling import DEFAULT_SAMPLES
 from mbproj.scene.suggestions import choose_from
 from mbproj.studies.bench import Bench, Outcome
 from mbproj.studies.families import Family, closing, families
