@@ -31,7 +31,8 @@ def tables(results: Results) -> Iterator[Table]:
             blocks = [(path.partition("/")[2], unit, results[path][:, column]) for path, unit in parts]
             if kind == "joints":
                 blocks += _coordinates(results, name)
-            yield _table(results, f"{group}-{name}", blocks)
+            open_ = _not_unique(results, column) if kind == "joints" else ()
+            yield _table(results, f"{group}-{name}", blocks, open_)
     for kind, symbol, group in (("force_units", "nf", "force"), ("motion_units", "nm", "motion")):
         for column, unit in enumerate(results.names(kind)):
             parts = [(dataset.path, own_unit(dataset.unit, unit)) for dataset in DATASETS if dataset.symbol == symbol]
@@ -66,10 +67,23 @@ def own_unit(either: str, unit: str) -> str:
     return first if unit == "rad" else second
 
 
-def _table(results: Results, name: str, blocks: list[tuple[str, str, Array]]) -> Table:
+def _not_unique(results: Results, column: int) -> tuple[str, ...]:
+    """The columns of a joint's reactions that are not unique, as "reaction_force_y"."""
+    found: list[str] = []
+    for quantity in ("reaction_force", "reaction_torque"):
+        unique = results.constant(f"joints/{quantity}_unique")
+        if unique is not None:
+            found += [quantity + COMPONENTS[3][axis] for axis in np.flatnonzero(~unique[column])]
+    return tuple(found)
+
+
+def _table(
+    results: Results, name: str, blocks: list[tuple[str, str, Array]], not_unique: tuple[str, ...] = ()
+) -> Table:
     headings, columns = ["time (s)"], [results.time[:, None]]
     for quantity, unit, values in blocks:
         flat = values.reshape(len(values), -1)
-        headings += [f"{quantity}{component} ({unit})" for component in COMPONENTS[flat.shape[1]]]
+        columns_of = [f"{quantity}{component}" for component in COMPONENTS[flat.shape[1]]]
+        headings += [f"{column} ({unit}{'; not unique' if column in not_unique else ''})" for column in columns_of]
         columns.append(flat)
     return Table(name, tuple(headings), np.concatenate(columns, axis=1))

@@ -2,22 +2,23 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 from dataclasses import asdict, dataclass
 from typing import Any
 
+from mbproj.analysis.reactions import in_words, open_components, shortened
 from mbproj.dynamics import State
 from mbproj.dynamics.conditioning import Conditioning, conditioning
 from mbproj.dynamics.diagnosis import problems_of
 from mbproj.dynamics.kinematics import pose_of
 from mbproj.dynamics.massless import MasslessMotion, massless_motions, massless_problem
 from mbproj.dynamics.redundancy import DependentSet, Redundancy, redundancy
-from mbproj.dynamics.uniqueness import indeterminate, open_components
+from mbproj.dynamics.uniqueness import indeterminate
 from mbproj.errors import Problem
 from mbproj.model import System
 
 #: Loops, and joints and rows of each, that are listed; --json has all.
-MOST_SETS, MOST_JOINTS = 12, 8
+MOST_SETS, MOST_WORDS = 12, 8
 WHERE = {
     True: "along the whole motion",
     False: "at this pose only",
@@ -64,11 +65,7 @@ class Diagnosis:
         if self.redundancy.freedom and not self.redundancy.moves:
             yield "  the freedom is one to first order only: no motion away from the pose was found"
         if self.not_unique:
-            joints: dict[str, list[str]] = {}
-            for joint, components in self.not_unique.items():
-                joints.setdefault(components, []).append(joint)
-            parts = [f"{components} of {_shortened(names)}" for components, names in joints.items()]
-            yield f"  reactions that are not unique: {'; '.join(parts)}"
+            yield f"  reactions that are not unique: {in_words(self.not_unique)}"
         yield f"  {self._conditions()}"
 
     @property
@@ -93,11 +90,12 @@ class Diagnosis:
 def diagnose(system: System, state: State) -> Diagnosis:
     """The diagnosis of a mechanism at its start."""
     pose = pose_of(state.q)
+    force, torque = indeterminate(system, pose)
     return Diagnosis(
         redundancy(system, state),
         massless_motions(system, pose),
         conditioning(system, pose),
-        open_components(system, *indeterminate(system, pose)),
+        open_components(system.names.joints, ~force, ~torque),
     )
 
 
@@ -110,16 +108,10 @@ def _sets(sets: list[DependentSet], where: str) -> Iterator[str]:
     for entry in sets:
         loops.setdefault(tuple(sorted({row.name for row in entry.held})), []).append(entry)
     for names, members in list(loops.items())[:MOST_SETS]:
-        held = _shortened(dict.fromkeys(row.holds for entry in members for row in entry.held if row.holds))
-        yield f"    {len(members)} in {_shortened(names)}, of the rows {held}"
+        held = list(dict.fromkeys(row.holds for entry in members for row in entry.held if row.holds))
+        yield f"    {len(members)} in {shortened(names, MOST_WORDS)}, of the rows {shortened(held, MOST_WORDS)}"
     if len(loops) > MOST_SETS:
         yield f"    ... and in {len(loops) - MOST_SETS} more loops"
-
-
-def _shortened(words: Iterable[str]) -> str:
-    listed = list(words)
-    more = f" and {len(listed) - MOST_JOINTS} more" if len(listed) > MOST_JOINTS else ""
-    return ", ".join(listed[:MOST_JOINTS]) + more
 
 
 def _set_facts(entry: DependentSet) -> dict[str, Any]:

@@ -40,7 +40,7 @@ def execute(
     from mbproj.cli.progress import progress_bar
     from mbproj.cli.summary import print_summary
     from mbproj.cli.trust import as_numbers
-    from mbproj.dynamics import assemble
+    from mbproj.dynamics import assemble, unique_components
     from mbproj.integrate import simulate
     from mbproj.integrate.report import summary
     from mbproj.model import compile_system, initial_guess
@@ -52,7 +52,8 @@ def execute(
     system = compile_system(scene)
     state = assemble(system, initial_guess(scene, system))
     with placed_at(Place("--output")):
-        writer = ResultsWriter(output, scene, system.names.as_mapping(), certified)
+        constants = unique_components(system, state)
+        writer = ResultsWriter(output, scene, system.names.as_mapping(), certified, constants)
     with (
         _what_is_kept(name, output, as_json=as_json, quiet=quiet),
         placed_at(scene.place("simulation", "projection", "method")),
@@ -68,10 +69,21 @@ def execute(
     found = _expected(scene, output)
     if as_json:
         certificate = {} if trust is None else {"trust": as_numbers(trust)}
-        outcomes = [expectations.record(outcome) for outcome in found]
-        click.echo(json.dumps({**numbers, **certificate, "expectations": outcomes}))
+        judged = [expectations.record(outcome) for outcome in found]
+        click.echo(json.dumps({**numbers, **certificate, "expectations": judged}))
     elif not quiet:
-        print_summary(scene.title or name, system, report, numbers, found, trust)
+        print_summary(scene.title or name, system, report, numbers, trust, found)
+
+
+def _expected(scene: Scene, output: str) -> list[Outcome]:
+    """What the scene expects, held against the results; nothing is read where it expects nothing."""
+    if not scene.expectations:
+        return []
+    from mbproj.analysis import outcomes
+    from mbproj.results import open_results
+
+    with open_results(output) as results:
+        return outcomes(scene.expectations, results)
 
 
 def _certified(
@@ -93,17 +105,6 @@ def _certified(
 
     mechanism = Mechanism(scene, system, state)
     return simulate_certified(mechanism, settings_to_run(scene), recorder, progress, limits, tell)
-
-
-def _expected(scene: Scene, output: str) -> list[Outcome]:
-    """What the scene expects, held against the results; nothing is read where it expects nothing."""
-    if not scene.expectations:
-        return []
-    from mbproj.analysis import outcomes
-    from mbproj.results import open_results
-
-    with open_results(output) as results:
-        return outcomes(scene.expectations, results)
 
 
 @contextmanager

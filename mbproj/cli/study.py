@@ -69,13 +69,13 @@ def _duration(seconds: float) -> str:
 
 
 def columns(headings: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
-    """A table in plain text: the first column to the left, the others to the right."""
+    """A table in plain text: the first column and settings to the left, the others to the right."""
     table = [list(headings), *map(list, rows)]
     widths = [max(len(row[column]) for row in table) for column in range(len(headings))]
     lines = [
         "  ".join(
-            cell.ljust(width) if not column else cell.rjust(width)
-            for column, (cell, width) in enumerate(zip(row, widths, strict=True))
+            cell.ljust(width) if heading == "setting" or heading is headings[0] else cell.rjust(width)
+            for cell, width, heading in zip(row, widths, headings, strict=True)
         ).rstrip()
         for row in table
     ]

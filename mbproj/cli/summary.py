@@ -26,11 +26,11 @@ def print_summary(
     system: System,
     report: Report,
     numbers: dict[str, Any],
-    outcomes: Sequence[Outcome] = (),
     trust: Trust | None = None,
+    outcomes: Sequence[Outcome] = (),
 ) -> None:
-    """The summary for a reader, with the `outcomes` of the scene's expectations and how far it can be trusted, on
-    stdout; what should worry him, on stderr."""
+    """The summary for a reader, with what a certificate says and the `outcomes` of the scene's expectations, on stdout;
+    what should worry him, on stderr."""
     counts, settings = report.counters, report.settings
     seconds = report.integration_seconds
     lines = [

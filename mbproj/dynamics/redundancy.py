@@ -15,7 +15,7 @@ import numpy as np
 
 from mbproj.arrays import Array, Integers
 from mbproj.dynamics.assembly import LARGE, State
-from mbproj.dynamics.blocks import Block, block_rows, blocks_of, row_sets
+from mbproj.dynamics.blocks import Block, block_rows, loops_of, row_sets
 from mbproj.dynamics.kinematics import pose_of
 from mbproj.dynamics.nearby import Nearby, nearby
 from mbproj.dynamics.right_hand_sides import RightHandSides, right_hand_sides
@@ -76,7 +76,7 @@ class Redundancy:
 
 def redundancy(system: System, state: State) -> Redundancy:
     """The redundant rows at a closed state. Blocks of more than `LARGE` bodies are left out."""
-    pose, blocks = pose_of(state.q), blocks_of(system)
+    pose, blocks = pose_of(state.q), loops_of(system)
     left_out = max((len(block.bodies) for block in blocks if len(block.bodies) > LARGE), default=0)
     blocks = [block for block in blocks if len(block.bodies) <= LARGE]
     found = []

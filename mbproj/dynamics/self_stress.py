@@ -6,7 +6,7 @@ import numpy as np
 
 from mbproj.arrays import Array
 from mbproj.dynamics.assembly import LARGE
-from mbproj.dynamics.blocks import block_rows, blocks_of
+from mbproj.dynamics.blocks import block_rows, loops_of
 from mbproj.dynamics.kinematics import Pose
 from mbproj.dynamics.row_space import shares, split, unit_rows
 from mbproj.model.system import System
@@ -15,7 +15,7 @@ from mbproj.model.system import System
 def self_stresses(system: System, pose: Pose) -> Array:
     """A basis of the multipliers λ (d, k) of joints and motions that exert nothing on any body, Gᵀλ = 0; torques are of
     the order of 1, and forces of 1 / length."""
-    blocks = [block for block in blocks_of(system) if len(block.bodies) <= LARGE]
+    blocks = [block for block in loops_of(system) if len(block.bodies) <= LARGE]
     scale = system.row_scale[system.bodies :]
     found = [np.zeros((0, len(scale)))]
     for block, rows in zip(blocks, block_rows(system, pose, blocks), strict=True):

@@ -5,13 +5,18 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
-from mbproj.dynamics.kinematics import Pose
+from mbproj.dynamics.assembly import LARGE, State
+from mbproj.dynamics.blocks import loops_of
+from mbproj.dynamics.kinematics import Pose, pose_of
+from mbproj.dynamics.nearby import nearby
 from mbproj.dynamics.observe import reactions
 from mbproj.dynamics.self_stress import self_stresses
 from mbproj.model.system import System
 
 #: A component below this part of the largest is none.
 NO_PART = 1e-8
+#: Bodies up to which poses nearby are looked at: that takes some tens of milliseconds.
+FEW = 20
 Marks = npt.NDArray[np.bool_]
 
 
@@ -30,11 +35,17 @@ def indeterminate(system: System, pose: Pose) -> tuple[Marks, Marks]:
     )
 
 
-def open_components(system: System, force: Marks, torque: Marks) -> dict[str, str]:
-    """Marks of forces and torques (nj, 3) in words, by joint, as "Fy Tx Tz"; joints without any are left out."""
-    words = {}
-    for name, *marks in zip(system.names.joints, force, torque, strict=True):
-        found = [kind + "xyz"[axis] for kind, part in zip("FT", marks, strict=True) for axis in np.flatnonzero(part)]
-        if found:
-            words[name] = " ".join(found)
-    return words
+def unique_components(system: System, state: State) -> dict[str, Marks]:
+    """Which components of the joints' reactions are unique, (nj, 3), by their paths in a results file: those that are
+    so at the start and, for up to `FEW` bodies, at poses nearby. Empty where a loop has too many bodies to tell."""
+    loops = loops_of(system)
+    if max((len(loop.bodies) for loop in loops), default=0) > LARGE:
+        return {}
+    force, torque = (np.zeros((len(system.names.joints), 3), dtype=bool) for _ in range(2))
+    if loops:
+        force, torque = indeterminate(system, pose_of(state.q))
+    if force.any() or torque.any():
+        for pose in nearby(system, state.q).poses if system.bodies <= FEW else ():
+            marks = indeterminate(system, pose)
+            force, torque = force | marks[0], torque | marks[1]
+    return {"joints/reaction_force_unique": ~force, "joints/reaction_torque_unique": ~torque}

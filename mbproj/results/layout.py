@@ -29,6 +29,17 @@ class Dataset:
 
 
 @dataclass(frozen=True)
+class Constant:
+    """Marks that do not change with time, written once where the run knows them: shape with symbols as in `Dataset`."""
+
+    path: str
+    shape: tuple[str | int, ...]
+    description: str
+    frame: str
+    unit: str = "1"
+
+
+@dataclass(frozen=True)
 class NameList:
     """A list of names in the file: the symbol of its length, where it stands, what it names."""
 
@@ -109,10 +120,16 @@ DATASETS: tuple[Dataset, ...] = (
     Dataset("diagnostics/factorisations", (), "1", f"factorisations {SINCE_START}", dtype=COUNT),
 )
 
+UNIQUE = "whether the constraints determine this component; where not, redundant joints share it at will"
+CONSTANTS: tuple[Constant, ...] = (
+    Constant("joints/reaction_force_unique", ("nj", 3), UNIQUE, GLOBAL),
+    Constant("joints/reaction_torque_unique", ("nj", 3), UNIQUE, GLOBAL),
+)
+
 #: The counters, cumulated since the start of the run.
 COUNTERS = tuple(dataset.path for dataset in DATASETS if dataset.dtype == COUNT)
 
 
-def trailing(dataset: Dataset, sizes: dict[str, int]) -> tuple[int, ...]:
-    """The shape after the time axis, with `sizes` of the symbols."""
+def trailing(dataset: Dataset | Constant, sizes: dict[str, int]) -> tuple[int, ...]:
+    """The shape after the time axis, where there is one, with `sizes` of the symbols."""
     return tuple(sizes[axis] if isinstance(axis, str) else axis for axis in dataset.shape)

@@ -22,7 +22,7 @@ from mbproj.errors import InputError, MbprojError
 from mbproj.results import trust as trusting
 from mbproj.results.faults import OutputError, cannot_write
 from mbproj.results.files import check_output, part_path
-from mbproj.results.layout import DATASETS, NAMES, Dataset, trailing
+from mbproj.results.layout import CONSTANTS, DATASETS, NAMES, Constant, Dataset, trailing
 from mbproj.results.lock import lock
 from mbproj.results.provenance import Attribute, create_text, root_attributes, write_scene
 from mbproj.results.reserve import MARGIN, reserve, room_for
@@ -33,6 +33,9 @@ from mbproj.scene.records import Scene
 Names: TypeAlias = Mapping[str, Sequence[str]]
 #: Values of T consecutive samples by dataset path, first axis time.
 Block: TypeAlias = Mapping[str, npt.NDArray[Any]]
+
+#: Marks by dataset path, without a time axis.
+Constants: TypeAlias = Mapping[str, npt.NDArray[np.bool_]]
 
 FLUSH_SECONDS = 1.0
 FLUSH_BYTES = 2**23
@@ -49,12 +52,18 @@ class ResultsWriter:
 
     Leaving it renames OUT.part over OUT with the status "complete", or, where an exception passes through,
     "failed: cause" or "interrupted" and whatever was computed; an InputError before the first sample leaves OUT alone.
+    `constants` are the layout's marks by path (`mbproj.dynamics.unique_components`), as far as they are known.
     Raises InputError where `path` cannot or must not be written (see `check_output`), OutputError where writing fails
     later. `certified`: limits in m of a run that is certified too, whose `trust` then comes at its end.
     """
 
     def __init__(
-        self, path: Path | str, scene: Scene, names: Names, certified: Sequence[float] | None = None
+        self,
+        path: Path | str,
+        scene: Scene,
+        names: Names,
+        certified: Sequence[float] | None = None,
+        constants: Constants | None = None,
     ) -> None:
         self.path = check_output(Path(path))
         self.part = part_path(self.path)
@@ -63,6 +72,7 @@ class ResultsWriter:
         self._sizes = {entry.symbol: len(self._names[kind]) for kind, entry in NAMES.items()}
         self._certified = certified
         self._trust: Trust | None = None
+        self._constants = {path: self._constant(path, values) for path, values in (constants or {}).items()}
         self._summary: dict[str, Attribute] = {}
         self._pending: list[dict[str, npt.NDArray[Any]]] = []
         self._pending_bytes = 0
@@ -142,9 +152,20 @@ class ResultsWriter:
             _create_dataset(file, dataset, trailing(dataset, self._sizes))
         if self._certified is not None:
             trusting.create(file, self._names["markers"] or self._names["bodies"], self._certified)
+        for constant in CONSTANTS:
+            if constant.path in self._constants:
+                _create_constant(file, constant, self._constants[constant.path])
         file.flush()
         file.swmr_mode = True
         return file
+
+    def _constant(self, path: str, values: npt.NDArray[np.bool_]) -> npt.NDArray[np.bool_]:
+        expected = {constant.path: trailing(constant, self._sizes) for constant in CONSTANTS}
+        if path not in expected:
+            raise ValueError(f"the layout has no '{path}'")
+        if values.shape != expected[path]:
+            raise ValueError(f"'{path}' has the shape {values.shape} where {expected[path]} is due")
+        return values.astype(bool)
 
     def _column(self, dataset: Dataset, block: Block, samples: int) -> npt.NDArray[Any]:
         expected = (samples, *trailing(dataset, self._sizes))
@@ -241,3 +262,8 @@ def _create_dataset(file: h5py.File, dataset: Dataset, shape: tuple[int, ...]) -
     created.attrs.update({"units": dataset.unit, "description": dataset.description})
     if dataset.frame:
         created.attrs["frame"] = dataset.frame
+
+
+def _create_constant(file: h5py.File, constant: Constant, values: npt.NDArray[np.bool_]) -> None:
+    created = file.create_dataset(constant.path, data=values)
+    created.attrs.update({"units": constant.unit, "description": constant.description, "frame": constant.frame})

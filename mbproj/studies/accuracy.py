@@ -12,13 +12,14 @@ from mbproj.studies.mechanism import Mechanism
 from mbproj.studies.reference import Reference
 from mbproj.studies.setting import Setting
 from mbproj.studies.solve import sample_times, solve
+from mbproj.studies.spans import stride_for
 from mbproj.studies.trial import Trial, trial
 from mbproj.studies.workers import in_parallel
 
 
 @dataclass
-class _Shared:
-    """What every worker has: the scene, and what its runs are held against."""
+class Yardstick:
+    """What a trial needs: a scene and the reference that its runs are held against. It can be sent to a process."""
 
     scene: Scene
     reference: Reference
@@ -28,17 +29,22 @@ class _Shared:
         """Compiled and assembled once in each process."""
         return Mechanism.of(self.scene)
 
+    def trial(self, setting: Setting) -> Trial:
+        """The trial of one setting over the times of the reference, or those of them that its steps meet. Its counters
+        and seconds are those of a run without samples between the steps, which cost evaluations of their own."""
+        times = self.reference.times
+        stride = 1 if setting.step is None else stride_for(times, setting.step) or 1
+        found = trial(solve(self.mechanism, setting, times[::stride]), self.reference.at_every(stride))
+        if setting.tolerance is None or found.failure:
+            return found
+        report = solve(self.mechanism, setting, sample_times(float(times[-1]), 1)).report
+        if report is None:
+            return found
+        return replace(found, counters=report.counters, seconds=report.integration_cpu_seconds)
 
-def _attempt(shared: _Shared, setting: Setting) -> Trial:
-    times = shared.reference.times
-    found = trial(solve(shared.mechanism, setting, times), shared.reference)
-    if setting.tolerance is None:
-        return found
-    # Samples between the steps cost evaluations that are not the setting's own: what it costs, a run without them says.
-    report = solve(shared.mechanism, setting, sample_times(float(times[-1]), 1)).report
-    return found if report is None else replace(
-        found, counters=report.counters, seconds=report.integration_cpu_seconds
-    )
+
+def _trial(yardstick: Yardstick, setting: Setting) -> Trial:
+    return yardstick.trial(setting)
 
 
 def attempt(
@@ -56,8 +62,8 @@ def attempt(
     missing = [number for number, key in enumerate(keys) if key not in kept]
     through = len(settings) - len(missing)
     done(through)
-    shared = _Shared(mechanism.scene, reference)
-    for number, found in in_parallel(_attempt, shared, [settings[number] for number in missing], processes):
+    yardstick = Yardstick(mechanism.scene, reference)
+    for number, found in in_parallel(_trial, yardstick, [settings[number] for number in missing], processes):
         kept.add(keys[missing[number]], found.as_json())
         through += 1
         done(through)

@@ -116,9 +116,10 @@ def sampled(settings: Settings, until: float | None) -> Array:
     if duration is None:
         raise InputError(Problem("the scene has no duration", hint="add it to 'simulation', or give --until"))
     interval = min(duration, settings.output_step or settings.step or (settings.duration or duration) / DEFAULT_SAMPLES)
-    whole = interval * np.arange(int(duration / interval * (1.0 + 1e-9)) + 1, dtype=float)
-    rest = [duration] if duration - whole[-1] > 1e-9 * duration else []
-    return np.array([*whole, *rest])
+    whole: Array = interval * np.arange(int(duration / interval * (1.0 + 1e-9)) + 1)
+    if duration - whole[-1] > 1e-9 * duration:
+        return np.concatenate([whole, [duration]])
+    return whole
 
 
 def _columns(mechanism: Mechanism, points: Sequence[str]) -> tuple[int, ...]:

@@ -23,15 +23,21 @@ from mbproj.studies.solve import Solution, solve
 
 #: The integrators of the two solutions; the first is the reference unless it is among those compared and the other not.
 INTEGRATORS = ("dopri5", "dop853")
+#: The reference is uncertain by this multiple of how far it is from the check: both may be off to the same side.
+SAFETY = 3.0
+#: Tolerance of their projections, below what any mechanism reaches: they go on until the violation no longer falls. A
+#: chaotic motion is as wrong as its least violation.
+ROUND_OFF = 1e-16
 #: Steps that the halving begins with at least.
 FEWEST_STEPS = 200
 #: Seconds that each of the two solutions may take.
 SECONDS = 10.0
 #: A solution is fine enough when it moves by less than this part of the mechanism's size.
 GOAL = 1e-13
-#: Halving goes on while a solution moves by less than this part of what it moved by before, in this part of the time:
-#: the end of a chaotic motion moves as far as before long after its beginning has settled.
-FALLING, SOMEWHERE = 0.5, 0.1
+#: Halving goes on while a solution moves by less than this part of what it moved by before.
+FALLING = 0.5
+#: It does so at more than this part of the times and points.
+PART = 0.1
 
 
 @dataclass(frozen=True, eq=False)
@@ -48,6 +54,16 @@ class Reference:
     method: str
     check: str
 
+    def at_every(self, stride: int) -> Reference:
+        """The reference at every stride-th of its times alone."""
+        return replace(
+            self,
+            times=self.times[::stride],
+            position=self.position[::stride],
+            velocity=self.velocity[::stride],
+            uncertainty=self.uncertainty[::stride],
+        )
+
     def certain_until(self, limit: float) -> float:
         """The last time (s) up to which every point is certain to `limit` (m)."""
         beyond = np.flatnonzero(~(self.uncertainty <= limit).all(axis=1))
@@ -63,8 +79,8 @@ def reference(
     """
     first, second = INTEGRATORS if INTEGRATORS[0] not in compared or INTEGRATORS[1] in compared else INTEGRATORS[::-1]
     scene = mechanism.scene
-    how = (first, seconds, FALLING, SOMEWHERE)
-    what = ("reference", scene.text, sorted(scene.overrides.items()), times.tolist(), how)
+    overrides = sorted(scene.overrides.items())
+    what = ("reference", scene.text, overrides, times.tolist(), first, seconds, FALLING, PART)
     found = cached(what, lambda: _computed(mechanism, times, first, second, seconds))
     return Reference(
         points=mechanism.points,
@@ -79,11 +95,12 @@ def reference(
 
 def _computed(mechanism: Mechanism, times: Array, first: str, second: str, seconds: float) -> dict[str, Array]:
     """The arrays of a Reference by name, and its words as arrays too."""
-    fine = _fine(mechanism, Setting(integrator=first), times, seconds)
+    fine = _fine(mechanism, Setting(integrator=first, projection_tolerance=ROUND_OFF), times, seconds)
     taken = fine.solution.report.formulation if fine.solution.report else ""
     other = "reduced" if taken == "planar" else "auto"
-    check = _fine(mechanism, Setting(integrator=second, formulation=other), times, seconds, instead="auto")
-    apart = np.linalg.norm(fine.solution.position - check.solution.position, axis=2) + check.moved
+    setting = Setting(integrator=second, projection_tolerance=ROUND_OFF, formulation=other)
+    check = _fine(mechanism, setting, times, seconds, instead="auto")
+    apart = SAFETY * np.linalg.norm(fine.solution.position - check.solution.position, axis=2) + check.moved
     return {
         "position": fine.solution.position,
         "velocity": fine.solution.velocity,
@@ -95,7 +112,7 @@ def _computed(mechanism: Mechanism, times: Array, first: str, second: str, secon
 
 @dataclass(frozen=True, eq=False)
 class _Fine:
-    """A solution, and by how much its points moved at the last halving of its steps, (T, k)."""
+    """A solution, and by how much its points moved up to each time at the last halving of its steps, (T, k)."""
 
     solution: Solution
     moved: Array
@@ -106,7 +123,8 @@ def _fine(mechanism: Mechanism, setting: Setting, times: Array, seconds: float, 
     interval, started = float(times[1] - times[0]), perf_counter()
     per_interval = max(1, -(-FEWEST_STEPS // (len(times) - 1)))
     size = mechanism.system.length
-    best = _Fine(solve(mechanism, replace(setting, step=interval / per_interval), times), np.full((1, 1), np.inf))
+    first = solve(mechanism, replace(setting, step=interval / per_interval), times)
+    best = _Fine(first, np.full((len(times), 1), np.inf))
     while True:
         begun, per_interval = perf_counter(), 2 * per_interval
         finer = solve(mechanism, replace(setting, step=interval / per_interval), times)
@@ -114,23 +132,20 @@ def _fine(mechanism: Mechanism, setting: Setting, times: Array, seconds: float, 
             if instead and instead != setting.formulation:
                 return _fine(mechanism, replace(setting, formulation=instead), times, seconds)
             raise InputError(finer.failure.cause)
-        moved = np.linalg.norm(finer.position - best.solution.position, axis=2)
+        moved = running_largest(np.linalg.norm(finer.position - best.solution.position, axis=2))
         if not _falls(best.moved, moved):
-            return _Fine(best.solution, np.where(np.isnan(moved), np.inf, moved))
-        best = _Fine(finer, np.where(np.isnan(moved), np.inf, moved))
+            return _Fine(best.solution, moved)
+        best = _Fine(finer, moved)
         taken = perf_counter()
-        if _largest(moved) <= GOAL * size or taken - started + 2.0 * (taken - begun) > seconds:
+        if moved[-1].max() <= GOAL * size or taken - started + 2.0 * (taken - begun) > seconds:
             return best
 
 
 def _falls(before: Array, now: Array) -> bool:
-    """Whether what a solution moved by, (T, k), has fallen from one halving to the next, at the times where it can."""
-    falls = running_largest(now) <= FALLING * running_largest(before)
-    return bool(np.isinf(before).all() or np.count_nonzero(falls.all(axis=1)) >= SOMEWHERE * len(now))
-
-
-def _largest(moved: Array) -> float:
-    return float(np.max(np.where(np.isnan(moved), np.inf, moved)))
+    """Whether halving the steps still helps at some of the times: a chaotic motion is far off at the end until its
+    steps are very fine, and down to round-off at the beginning long before."""
+    fallen = (now[1:] <= FALLING * before[1:]) & (now[1:] < np.inf)
+    return bool(np.isinf(before[1:]).all() or np.mean(fallen) > PART)
 
 
 def running_largest(values: Array) -> Array:

@@ -11,7 +11,7 @@ from mbproj.studies.setting import Setting
 from mbproj.studies.solve import sample_times, solve
 
 #: A run that is shorter is repeated until it has taken this long, s.
-SHORTEST = 5e-3
+SHORTEST = 15e-3
 #: A first run that is longer, and so not the time of what is done only once, counts as a repetition, s.
 LONG = 0.1
 REPETITIONS = 5

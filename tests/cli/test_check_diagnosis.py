@@ -122,3 +122,18 @@ def test_a_frame_is_a_structure(tmp_path):
     done = check(tmp_path, "".join(lines), "--set", "angle=40 deg")
     assert done.returncode == 0
     assert "  the joints leave no freedom: a structure, and whatever depends on each other does so" in done.stdout
+
+
+def test_a_run_marks_reactions_that_are_not_unique(tmp_path):
+    (tmp_path / "scene.yaml").write_text(REVOLUTES)
+    arguments = ["--set", "angle=40 deg", "--duration", "0.1", "--step", "0.01", "-o", "out.h5"]
+    assert mbproj("run", "scene.yaml", *arguments, folder=tmp_path).returncode == 0
+    assert "reactions not unique  Fy Tx Tz of A, B, C, D\n" in mbproj("info", "out.h5", folder=tmp_path).stdout
+    facts = json.loads(mbproj("info", "out.h5", "--json", folder=tmp_path).stdout)
+    assert facts["reactions_not_unique"] == dict.fromkeys("ABCD", "Fy Tx Tz")
+    assert mbproj("export", "out.h5", "--table", "joint-A", folder=tmp_path).returncode == 0
+    headings = (tmp_path / "out-joint-A.csv").read_text().splitlines()[0].split(",")
+    assert [heading for heading in headings if "reaction" in heading] == [
+        "reaction_force_x (N)", "reaction_force_y (N; not unique)", "reaction_force_z (N)",
+        "reaction_torque_x (N m; not unique)", "reaction_torque_y (N m)", "reaction_torque_z (N m; not unique)",
+    ]  # fmt: skip

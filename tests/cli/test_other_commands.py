@@ -45,7 +45,7 @@ def test_check_counts_redundant_rows(tmp_path):
 
 def test_run_refuses_what_check_refuses(tmp_path):
     (tmp_path / "four_bar.yaml").write_text(FOUR_BAR)
-    message = "error: constraints of joints 'D' follow from the others, and the full formulation does not leave them out"
+    message = "constraints of joints 'D' follow from the others, and the full formulation does not leave them out"
     checked = mbproj("check", "four_bar.yaml", "--formulation", "full", folder=tmp_path)
     assert (checked.returncode, message in checked.stderr) == (4, True)
     arguments = ["--duration", "1", "--step", "0.01", "--formulation", "full"]

@@ -10,7 +10,7 @@ import pytest
 from mbproj.dynamics.constraint_equations import tangent_jacobian
 from mbproj.dynamics.kinematics import pose_of
 from mbproj.dynamics.self_stress import self_stresses
-from mbproj.dynamics.uniqueness import indeterminate
+from mbproj.dynamics.uniqueness import indeterminate, unique_components
 from tests.dynamics import linkages
 from tests.dynamics.linkages import assembled, scaled
 from tests.dynamics.test_rank import parallelogram
@@ -69,3 +69,26 @@ def test_self_stresses_act_on_no_body(scene):
     G = tangent_jacobian(system.joints, pose_of(state.q))[:, :-1, :6].reshape(system.joints.size, -1)
     assert len(stresses) == system.joints.size - np.linalg.matrix_rank(G, tol=1e-9)
     assert np.abs(stresses @ G).max() < 1e-12 * np.abs(stresses).max()
+
+
+def test_a_loop_that_turns_with_its_table_leaves_open_what_turns_into_view():
+    """Four bars in the plane normal to y at the start, on a table that turns about z: later it is normal to x."""
+    loop = linkages.four_bar()
+    table = linkages.body("table", (0.0, 0.0, -0.5), 5.0)
+    pivot = linkages.joint("T", "revolute", ("ground", "table"), (0, 0, -0.5), (0, 0, 1))
+    joints = [
+        dataclasses.replace(joint, bodies=tuple("table" if name == "ground" else name for name in joint.bodies))
+        for joint in loop.joints
+    ]
+    scene = dataclasses.replace(loop, bodies=(*loop.bodies, table), joints=(*joints, pivot))
+    assert open_parts(scene) == dict.fromkeys("ABCD", "Fy Tx Tz") | {"T": ""}
+    marks = unique_components(*assembled(scene))
+    expected = [[False, False, True]] * 4 + [[True] * 3]
+    assert marks["joints/reaction_force_unique"].tolist() == expected
+    assert marks["joints/reaction_torque_unique"].tolist() == [[False] * 3] * 4 + [[True] * 3]
+
+
+def test_a_tree_has_nothing_open():
+    scene = linkages.slider_crank(0.5, 0.7)
+    marks = unique_components(*assembled(dataclasses.replace(scene, joints=scene.joints[:3])))
+    assert all(mark.all() for mark in marks.values())
