@@ -116,7 +116,7 @@ def sampled(settings: Settings, until: float | None) -> Array:
     if duration is None:
         raise InputError(Problem("the scene has no duration", hint="add it to 'simulation', or give --until"))
     interval = min(duration, settings.output_step or settings.step or (settings.duration or duration) / DEFAULT_SAMPLES)
-    whole: Array = interval * np.arange(int(duration / interval * (1.0 + 1e-9)) + 1)
+    whole: Array = interval * np.arange(int(duration / interval * (1.0 + 1e-9)) + 1, dtype=float)
     if duration - whole[-1] > 1e-9 * duration:
         return np.concatenate([whole, [duration]])
     return whole
