@@ -27,6 +27,7 @@ if TYPE_CHECKING:
     from mbproj.studies.certified import simulate_certified
     from mbproj.studies.compare import Comparison, compare
     from mbproj.studies.mechanism import Mechanism
+    from mbproj.studies.recommend import Recommendation, recommend
     from mbproj.studies.reference import Reference, reference
     from mbproj.studies.setting import Setting
     from mbproj.studies.solve import Solution, sample_times, solve
@@ -43,6 +44,7 @@ _HOMES = {
     "mbproj.studies.certified": ("simulate_certified",),
     "mbproj.studies.compare": ("Comparison", "compare"),
     "mbproj.studies.mechanism": ("Mechanism",),
+    "mbproj.studies.recommend": ("Recommendation", "recommend"),
     "mbproj.studies.reference": ("Reference", "reference"),
     "mbproj.studies.setting": ("Setting",),
     "mbproj.studies.solve": ("Solution", "sample_times", "solve"),
@@ -55,6 +57,7 @@ __all__ = [
     "Comparison",
     "InputError",
     "Mechanism",
+    "Recommendation",
     "Reference",
     "Report",
     "Results",
@@ -77,6 +80,7 @@ __all__ = [
     "open_results",
     "read_scene",
     "read_scene_text",
+    "recommend",
     "reference",
     "sample_times",
     "settings_to_run",

@@ -63,7 +63,7 @@ def _value(text: str, value: yaml.Node, changes: Changes, name: str) -> str:
     """The text of a value after the changes."""
     start, end, new = value.start_mark.index, _end(value), changes.get(name)
     if isinstance(new, Mapping) and isinstance(value, yaml.MappingNode):
-        return _changed(text[:end], _edits(text, value, new))[start:]
+        return _changed(text[:end], _edits(text[:end], value, new))[start:]
     return text[start:end] if new is None else _written(new)
 
 
@@ -87,9 +87,11 @@ def _end(node: yaml.Node) -> int:
 
 
 def _removal(text: str, key: yaml.Node, value: yaml.Node) -> Edit:
-    """A key of a block with its value: their lines."""
-    newline = text.find("\n", _end(value))
-    return text.rfind("\n", 0, key.start_mark.index) + 1, len(text) if newline < 0 else newline + 1, ""
+    """A key of a block with its value: their lines, of which the last may have no end."""
+    newline, start = text.find("\n", _end(value)), text.rfind("\n", 0, key.start_mark.index) + 1
+    if newline < 0:
+        return len(text[:start].rstrip("\r\n")), len(text), ""
+    return start, newline + 1, ""
 
 
 def _addition(text: str, block: yaml.MappingNode, added: Changes) -> Edit:

@@ -1,0 +1,86 @@
+"""`mbproj recommend` and `run --accuracy`, end to end."""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+
+import pytest
+
+from mbproj import read_scene
+from tests.support import ROOT
+
+PENDULUM = (ROOT / "mechanisms" / "spherical_pendulum.yaml").read_text()
+
+
+@pytest.fixture
+def mbproj(tmp_path):
+    """`mbproj ARGUMENTS` in a folder with pendulum.yaml, with a cache of its own."""
+    (tmp_path / "pendulum.yaml").write_text(PENDULUM)
+
+    def call(*arguments: str) -> subprocess.CompletedProcess[str]:
+        program = [sys.executable, "-c", "from mbproj.cli import main; main()", *arguments]
+        environment = {**os.environ, "PYTHONPATH": str(ROOT), "MBPROJ_CACHE": str(tmp_path / "cache")}
+        return subprocess.run(program, capture_output=True, text=True, cwd=tmp_path, check=False, env=environment)
+
+    return call
+
+
+def test_the_command_line_that_is_printed_runs_and_json_says_the_same(mbproj):
+    done = mbproj("recommend", "pendulum.yaml", "--error", "1 mm", "--until", "1 s")
+    assert (done.returncode, done.stderr) == (0, "")
+    line, *rest = done.stdout.splitlines()
+    assert "  the scene's own  gpopm, rk4, h = 0.005 s: " in done.stdout
+    assert rest[0].endswith("0.001 m is asked for, until t = 1 s")
+    run = mbproj(*line.split()[1:], "--json")
+    assert run.returncode == 0, run.stderr
+    numbers = json.loads(mbproj("recommend", "pendulum.yaml", "--error", "1e-3", "--until", "1", "--json").stdout)
+    assert numbers["reached"] is True
+    assert numbers["best"]["error"] <= 1e-3
+
+
+def test_write_changes_the_block_and_nothing_else(mbproj, tmp_path):
+    done = mbproj("recommend", "pendulum.yaml", "--error", "1e-8", "--write", "-q")
+    assert (done.returncode, done.stderr) == (0, "written into pendulum.yaml\n")
+    before, after = PENDULUM.splitlines(), (tmp_path / "pendulum.yaml").read_text().splitlines()
+    assert len(set(before) - set(after)) <= 2  # step and integrator
+    assert [line for line in after if line in before] == [line for line in before if line in after]
+    settings = read_scene(tmp_path / "pendulum.yaml").settings
+    assert settings.integrator in done.stdout
+    assert settings.output_step == 0.005
+
+
+def test_accuracy_chooses_and_runs(mbproj):
+    done = mbproj("run", "pendulum.yaml", "--accuracy", "1e-6", "--duration", "1", "--certify", "--json")
+    numbers = json.loads(done.stdout)
+    assert numbers["accuracy"] == 1e-6
+    assert numbers["accuracy_error"] <= 1e-6
+    assert numbers["trust"]["points"]["bob"]["largest_error"] <= 1.01e-6
+
+
+@pytest.mark.parametrize(
+    ("arguments", "code", "message"),
+    [
+        (["recommend", "pendulum.yaml", "--error", "-1"], 2, "--error: error: 'error' must be greater than 0"),
+        (["recommend", "pendulum.yaml", "--error", "1 kg"], 2, "--error: error: 'error' is in m"),
+        (["recommend", "pendulum.yaml"], 2, "Missing option '--error'"),
+        (["recommend", "pendulum.yaml", "--error", "1", "--write", "--set", "a=1"], 2, "--set: error: what is rec"),
+        (["recommend", "pendulum.yaml", "--error", "1e-19"], 4, "error: no setting keeps an error of 1e-19 m"),
+        (["run", "pendulum.yaml", "--accuracy", "1e-19"], 4, "error: no setting keeps an error of 1e-19 m"),
+        (["run", "pendulum.yaml", "--accuracy", "1", "--step", "1"], 2, "--step: error: --accuracy chooses the step"),
+    ],
+)
+def test_refusals(mbproj, arguments, code, message):
+    done = mbproj(*arguments)
+    assert (done.returncode, message in done.stderr) == (code, True), done.stderr
+    assert "Traceback" not in done.stderr
+
+
+def test_an_error_that_cannot_be_kept_to_the_end_says_until_when(mbproj):
+    arguments = ["--error", "3e-14", "--output-step", "0.1", "--until", "3"]
+    done = mbproj("recommend", str(ROOT / "mechanisms" / "five_bar.yaml"), *arguments)
+    assert done.returncode == 4
+    assert "--duration " in done.stdout.splitlines()[0]
+    assert "note: no setting keeps 3e-14 m until t = 3 s, because errors grow from round-off" in done.stderr

@@ -1,0 +1,123 @@
+"""Recommendations hold against references that the recommender did not see, and nothing is much cheaper.
+
+The whole claim (ten mechanisms, three errors, the clock) is measured by scripts/recommendations.py.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from mbproj import InputError, read_scene
+from mbproj.mechanisms_folder import mechanism
+from mbproj.studies.bench import Bench, Outcome
+from mbproj.studies.families import Family, closing, families
+from mbproj.studies.mechanism import Mechanism
+from mbproj.studies.recommend import Unreachable, recommend, sampled
+from mbproj.studies.reference import Reference
+from mbproj.studies.search import cheapest
+from mbproj.studies.setting import Setting
+from mbproj.studies.solve import solve
+
+
+@pytest.fixture(autouse=True)
+def _own_cache(tmp_path_factory, monkeypatch):
+    monkeypatch.setenv("MBPROJ_CACHE", str(tmp_path_factory.getbasetemp() / "cache"))
+
+
+def unseen(name: str, until: float, **simulation: object) -> Bench:
+    """A bench whose reference is DOP853 with error control, which the recommender's is not."""
+    ready = Mechanism.of(read_scene(mechanism(name), {}, simulation))
+    times = sampled(ready.scene.settings, until)
+    tight, loose = (solve(ready, Setting(integrator="dop853", tolerance=tol), times) for tol in (1e-14, 1e-13))
+    apart = np.linalg.norm(tight.position - loose.position, axis=2)
+    reference = Reference(ready.points, times, tight.position, tight.velocity, apart, "", "")
+    return Bench(ready, reference, 1.0, tuple(range(len(ready.points))))
+
+
+@pytest.mark.parametrize(
+    ("name", "until", "goal"), [("five_bar", 1.0, 1e-6), ("spherical_pendulum", 2.0, 1e-9), ("hooke_shaft", 1.0, 1e-3)]
+)
+def test_a_recommendation_holds_and_nothing_in_a_dense_grid_is_much_cheaper(name, until, goal):
+    bench = unseen(name, until, output_step=0.02)
+    found = recommend(bench.mechanism.scene, goal, until=until, timed=False)
+    fresh = bench.fresh(found.setting, Mechanism.of(bench.mechanism.scene))
+    assert found.reached
+    assert fresh.error <= goal + found.uncertain
+    assert fresh.evaluations == found.best.evaluations
+    rivals = []
+    for family in families(Setting(), float(bench.reference.times[1])):
+        for fineness in range(7, 209, 7) if family.by_error else range(1, 400):
+            cost = family.fixed_cost(fineness, len(bench.reference.times) - 1)
+            if not family.by_error and cost > fresh.evaluations / 1.5:
+                break
+            rivals.append(bench.measure(family.setting(fineness)))
+            if family.by_error and rivals[-1].evaluations > fresh.evaluations:
+                break
+    assert not [rival for rival in rivals if rival.error <= goal and 1.5 * rival.evaluations < fresh.evaluations]
+
+
+def test_what_cannot_be_kept_to_the_end_is_kept_as_long_as_round_off_allows():
+    scene = read_scene(mechanism("five_bar"), {}, {"output_step": 0.05})
+    found = recommend(scene, 3e-14, until=3.0, timed=False)
+    assert not found.reached
+    assert 0.5 < found.until < 2.5
+    assert (found.wanted, found.settings.duration) == (3.0, pytest.approx(found.until, rel=1e-9))
+    assert found.best.error <= 3e-14
+    with pytest.raises(Unreachable, match="round-off alone is larger"):
+        recommend(scene, 1e-19, until=3.0, timed=False)
+
+
+def test_the_error_counts_at_the_markers_that_are_named():
+    scene = read_scene(mechanism("hooke_shaft"))
+    one = recommend(scene, 1e-6, ["driven_rim"], until=0.5, timed=False)
+    assert one.points == ("driven_rim",)
+    assert one.best.point == "driven_rim"
+    with pytest.raises(InputError, match="no marker 'driven_rin'; did you mean 'driven_rim'"):
+        recommend(scene, 1e-6, ["driven_rin"])
+
+
+def test_samples_are_those_of_the_scene():
+    scene = read_scene(mechanism("five_bar"))
+    np.testing.assert_allclose(sampled(scene.settings, 0.025), [0.0, 0.01, 0.02, 0.025])
+    np.testing.assert_allclose(sampled(scene.settings, 0.001), [0.0, 0.001])
+    assert len(sampled(replace(scene.settings, step=None, tolerance=1e-6), None)) == 1001
+
+
+def test_joints_stay_closed_whatever_the_scene_asks_for():
+    assert closing(Setting("none")) == Setting("gpopm")
+    assert closing(Setting("gopm", every=5)) == Setting("gpopm")
+    assert closing(Setting("mmopm", alpha=1e7, formulation="full")) == Setting("gpopm")
+    assert closing(Setting("gopm", formulation="full")).projection == "gopm"
+
+
+class Made(Bench):
+    """A bench of made-up errors: those of the family's order, and one lucky setting."""
+
+    def __init__(self, family: Family, lucky: int | None = None) -> None:
+        self.family, self.lucky, self.goal, self.tried = family, lucky, 1e-6, []
+
+    def measure(self, setting: Setting) -> Outcome:
+        fineness = round(self.family.interval / setting.step)
+        self.tried.append(fineness)
+        error = 1e-9 if fineness == self.lucky else 1e2 * fineness ** -float(self.family.order)
+        return Outcome(setting, error, "tip", 0.0, 0.0, float(fineness))
+
+
+def test_the_search_finds_the_coarsest_in_few_runs_and_what_is_lucky_below_it():
+    family = Family(Setting(), "rk4", by_error=False, interval=1.0)
+    made = Made(family)
+    found = cheapest(made, family, 1)
+    assert 100.0 <= found.evaluations <= 1.03 * 100.0  # (1e8)^(1/4)
+    assert len(set(made.tried)) < 35
+    lucky = cheapest(Made(family, lucky=70), family, 1)
+    assert lucky.evaluations in (70.0, 100.0, 101.0, 102.0)
+
+
+def test_a_family_beyond_the_budget_has_no_cheapest():
+    bench = unseen("spherical_pendulum", 0.5)
+    bench.goal = 1e-9
+    family = Family(Setting(), "bs32", by_error=True, interval=float(bench.reference.times[1]))
+    assert cheapest(bench, family, 60, budget=200.0) is None
