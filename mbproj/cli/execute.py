@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from time import perf_counter
-from typing import TYPE_CHECKING
+from types import MappingProxyType
+from typing import TYPE_CHECKING, Any
 
 import click
 
@@ -22,10 +23,18 @@ if TYPE_CHECKING:
 
 
 def execute(
-    scene: Scene, name: str, output: str, *, certified: Sequence[float] | None = None, as_json: bool, quiet: bool
+    scene: Scene,
+    name: str,
+    output: str,
+    *,
+    certified: Sequence[float] | None = None,
+    facts: Mapping[str, Any] = MappingProxyType({}),
+    as_json: bool,
+    quiet: bool,
 ) -> None:
     """Simulates `scene`, which the summary calls `name`, writes `output`, and prints what is asked for. `certified`:
-    the limits of the error (m) for which to say how long the run can be trusted."""
+    the limits of the error (m) for which to say how long the run can be trusted; `facts`: what else the results file
+    and --json are to say."""
     from mbproj.cli.progress import progress_bar
     from mbproj.cli.summary import print_summary, summary
     from mbproj.cli.trust import as_numbers
@@ -51,7 +60,7 @@ def execute(
             report, trust = simulate(system, state, settings, recorder, progress), None
         else:
             report, trust = _certified(scene, system, state, recorder, progress, certified)
-        numbers = summary(name, output, report, total_seconds=perf_counter() - started)
+        numbers = {**summary(name, output, report, total_seconds=perf_counter() - started), **facts}
         recorder.attributes(numbers)
     if as_json:
         click.echo(json.dumps(numbers if trust is None else {**numbers, "trust": as_numbers(trust)}))

@@ -14,8 +14,8 @@ from mbproj.version import __version__
 
 #: Commands in the order of the help; each is the object `command` of the module of its name.
 COMMANDS = (
-    "run", "check", "plot", "info", "export", "rerun", "compare", "tradeoff", "threshold", "paper", "examples",
-    "schema",
+    "run", "check", "plot", "info", "export", "rerun", "compare", "tradeoff", "threshold", "recommend", "paper",
+    "examples", "schema",
 )  # fmt: skip
 
 

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 import click
 
+from mbproj.cli.quantity import Positive
 from mbproj.errors import InputError, Problem
 from mbproj.plot.kinds import KINDS
 from mbproj.scene.suggestions import choose_from
@@ -28,7 +29,7 @@ KINDS_HELP = "; ".join(f"{name}: {kind.summary}" for name, kind in KINDS.items()
 @click.option("--to", "stop", type=float, metavar="T", help="End at this time in s.")
 @click.option("--marker", "markers", multiple=True, metavar="NAME", help="Only this marker, repeatable.")
 @click.option("--joint", "joints", multiple=True, metavar="NAME", help="Only this joint, repeatable.")
-@click.option("--error", "limit", type=float, metavar="E", help="Mark where errors of certified runs may exceed E m.")
+@click.option("--error", "limit", type=Positive("m"), metavar="E", help="Mark where a certified run may be off by E.")
 def command(
     results: tuple[Path, ...],
     kinds: tuple[str, ...],
@@ -49,7 +50,7 @@ def command(
     from mbproj.plot.labels import derive_labels, stem
     from mbproj.plot.save import save
 
-    _check(results, kinds, labels, limit)
+    _check(results, kinds, labels)
     opened = [_open(path) for path in results]
     names = list(labels) or derive_labels(opened)
     first = stem(opened[0])
@@ -60,9 +61,7 @@ def command(
         click.echo(save(draw(kind, shown, names, limit), directory / f"{first}-{kind}.{file_format}"))
 
 
-def _check(results: Sequence[Path], kinds: Sequence[str], labels: Sequence[str], limit: float | None) -> None:
-    if limit is not None and not 0.0 < limit < float("inf"):
-        raise InputError(Problem("--error: an error to stay below is positive", hint="e.g. --error 1e-3"))
+def _check(results: Sequence[Path], kinds: Sequence[str], labels: Sequence[str]) -> None:
     for kind in kinds:
         if kind not in KINDS:
             raise InputError(Problem(f"--kind: unknown kind '{kind}'", hint=choose_from(kind, KINDS)))

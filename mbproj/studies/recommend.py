@@ -93,7 +93,7 @@ def recommend(
     base = closing(Setting.of(scene.settings))
     first, bench = _first(bench, base)
     contenders = _timed(bench, _contenders(bench, base, first)) if timed else _contenders(bench, base, first)
-    settings = contenders[0].setting.settings(bench.until, float(times[1]))
+    settings = contenders[0].setting.settings(float(f"{bench.until:.12g}"), float(times[1]))
     return Recommendation(
         goal=error,
         points=tuple(mechanism.points[column] for column in columns),
@@ -115,9 +115,10 @@ def sampled(settings: Settings, until: float | None) -> Array:
     duration = until or settings.duration
     if duration is None:
         raise InputError(Problem("the scene has no duration", hint="add it to 'simulation', or give --until"))
-    interval = settings.output_step or settings.step or (settings.duration or duration) / DEFAULT_SAMPLES
-    count = max(1, round(duration / interval + 0.5 - 1e-6))
-    return np.linspace(0.0, count * interval, count + 1)
+    interval = min(duration, settings.output_step or settings.step or (settings.duration or duration) / DEFAULT_SAMPLES)
+    whole = interval * np.arange(int(duration / interval * (1.0 + 1e-9)) + 1, dtype=float)
+    rest = [duration] if duration - whole[-1] > 1e-9 * duration else []
+    return np.array([*whole, *rest])
 
 
 def _columns(mechanism: Mechanism, points: Sequence[str]) -> tuple[int, ...]:

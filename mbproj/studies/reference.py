@@ -79,7 +79,8 @@ def reference(
     """
     first, second = INTEGRATORS if INTEGRATORS[0] not in compared or INTEGRATORS[1] in compared else INTEGRATORS[::-1]
     scene = mechanism.scene
-    what = ("reference", scene.text, sorted(scene.overrides.items()), times.tolist(), first, seconds)
+    how = (first, seconds, FALLING, PART, SAFETY, ROUND_OFF, GOAL)
+    what = ("reference", scene.text, sorted(scene.overrides.items()), times.tolist(), how)
     found = cached(what, lambda: _computed(mechanism, times, first, second, seconds))
     return Reference(
         points=mechanism.points,
