@@ -7,6 +7,7 @@ import json
 import os
 from collections.abc import Callable
 from pathlib import Path
+from tempfile import gettempdir
 from typing import Any
 from uuid import uuid4
 
@@ -21,7 +22,11 @@ def folder() -> Path:
     """Where it is kept: MBPROJ_CACHE, or `mbproj` in the user's folder for caches."""
     if "MBPROJ_CACHE" in os.environ:
         return Path(os.environ["MBPROJ_CACHE"])
-    return Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "mbproj"
+    try:
+        home = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache")
+    except RuntimeError:  # a user without a home
+        home = Path(gettempdir())
+    return home / "mbproj"
 
 
 def cached(what: Any, compute: Callable[[], dict[str, Array]]) -> dict[str, Array]:

@@ -2,7 +2,8 @@
 
 Each step of a run is repeated from the state before it, once without projection and once with it, in the formulation of
 the run. What the first changes of E - W + D is the integrator's part, what the second differs from it the projection's
-work; their sum is the drift. (A run of single steps differs from one run of many by round-off alone.)
+work; their sum is the drift: to round-off with fixed steps; with error control to the second order in the violation,
+because the kernel then projects with the factor of another stage.
 """
 
 from __future__ import annotations

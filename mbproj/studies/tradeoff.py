@@ -10,6 +10,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
 from functools import cached_property
+from itertools import product
 from math import inf
 from pathlib import Path
 from typing import Any
@@ -130,9 +131,10 @@ def tradeoff(
     """
     mechanism = Mechanism.of(scene)
     points = _points(mechanism, at)
-    own = _own(scene, formulation)
+    own, names = _own(scene, formulation), tuple(methods or integrators())
+    for projection, name in product(projections, names):
+        Setting(projection, name, step=1.0).settings(1.0, 1.0)  # raises InputError for a name that is not there
     base = replace(own, step=None, tolerance=None, formulation=_formulation(own, projections, formulation))
-    names = tuple(methods or integrators())
     truth, notes = certain_reference(mechanism, span(scene, until), own, names, tell)
     goal = max(ABOVE_FLOOR * float(truth.uncertainty[-1].max()), FINEST * mechanism.system.length)
     track = Track(Yardstick(scene, truth), goal, longest)
@@ -222,8 +224,6 @@ def _accuracy(
 ) -> list[Trial]:  # fmt: skip
     """The trials of the grid: integrators, then projections and schedules of the promising ones and of the scene's."""
     methods = [replace(_plain(base, name), formulation=base.formulation) for name in projections]
-    for method in methods:
-        replace(method, integrator="rk4", step=1.0).settings(1.0, 1.0)  # raises InputError for what is not there
     ladders = integrator_ladders(methods[0], names)
     tell("integrators", 0, len(ladders))
     first = sweeps(track, ladders, record, processes, lambda done: tell("integrators", done, len(ladders)))

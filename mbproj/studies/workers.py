@@ -88,8 +88,11 @@ class _Worker:
     def ask(self, item: Any) -> Any:
         """The result for an item. Raises what the function raised."""
         assert self._process.stdout is not None
-        self._send(item)
-        result, error = pickle.load(self._process.stdout)
+        try:
+            self._send(item)
+            result, error = pickle.load(self._process.stdout)
+        except (EOFError, OSError) as broken:
+            raise RuntimeError(f"a process of the study has died (exit code {self._process.poll()})") from broken
         if error is not None:
             raise error
         return result

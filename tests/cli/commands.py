@@ -15,6 +15,7 @@ SLIDER_CRANK = str(ROOT / "mechanisms" / "spatial_slider_crank.yaml")
 def mbproj(*arguments: str, folder: Path) -> subprocess.CompletedProcess[str]:
     """`mbproj ARGUMENTS` in `folder`."""
     program = [sys.executable, "-c", "from mbproj.cli import main; main()"]
+    environment = {"PYTHONPATH": str(ROOT), "MBPROJ_CACHE": str(folder / "cache")}
     return subprocess.run(
-        [*program, *arguments], capture_output=True, text=True, cwd=folder, check=False, env={"PYTHONPATH": str(ROOT)}
+        [*program, *arguments], capture_output=True, text=True, cwd=folder, check=False, env=environment
     )

@@ -7,7 +7,7 @@ import pytest
 from scipy.special import ellipj, ellipk
 
 from mbproj.errors import InputError
-from mbproj.scene import read_scene, read_scene_text
+from mbproj.scene import read_scene_text
 from mbproj.studies.accuracy import attempt
 from mbproj.studies.journal import Journal
 from mbproj.studies.measures import error, largest_error
@@ -16,17 +16,6 @@ from mbproj.studies.reference import reference
 from mbproj.studies.setting import Setting
 from mbproj.studies.solve import sample_times, solve
 from mbproj.studies.timing import time_settings
-from tests.support import ROOT
-
-
-@pytest.fixture(autouse=True)
-def _own_cache(tmp_path, monkeypatch):
-    monkeypatch.setenv("MBPROJ_CACHE", str(tmp_path / "cache"))
-
-
-@pytest.fixture
-def pendulum() -> Mechanism:
-    return Mechanism.of(read_scene(ROOT / "mechanisms" / "physical_pendulum.yaml"))
 
 
 def exact_end(times: np.ndarray) -> np.ndarray:
@@ -69,17 +58,16 @@ def test_a_reference_is_computed_once(pendulum, monkeypatch):
         reference(pendulum, sample_times(1.0, 20))
 
 
-def test_a_failure_is_a_value():
-    crank = Mechanism.of(read_scene(ROOT / "mechanisms" / "spatial_slider_crank.yaml"))
+def test_a_failure_is_a_value(slider_crank):
     times = sample_times(10.0, 100)
-    broken = solve(crank, Setting("none", "heun2", step=0.05), times)
+    broken = solve(slider_crank, Setting("none", "heun2", step=0.05), times)
     assert broken.report is None
     assert broken.failure is not None
     assert broken.failure.status == "failed"
     rows = times < broken.failure.time
     assert np.isfinite(broken.position[rows]).all()
     assert np.isnan(broken.position[~rows]).all()
-    refused = solve(crank, Setting("popm", step=0.05, formulation="full"), times)
+    refused = solve(slider_crank, Setting("popm", step=0.05, formulation="full"), times)
     assert refused.failure is not None
     assert refused.failure.status == "refused"
     assert "needs a positive definite mass matrix" in refused.failure.cause

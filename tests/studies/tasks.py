@@ -1,0 +1,20 @@
+"""What tests send to worker processes, which import it by this name."""
+
+from __future__ import annotations
+
+import os
+import time
+
+
+def place(shared: str, item: int) -> tuple[str, int]:
+    """What was shared, and the process; after hundredths of a second, or with a fault for a negative item."""
+    print("what a function prints is no answer")
+    if item < 0:
+        raise ValueError(f"{shared} {item}")
+    time.sleep(0.01 * item)
+    return shared, os.getpid()
+
+
+def die(shared: None, item: int) -> None:
+    """Ends the process at once."""
+    os._exit(item)

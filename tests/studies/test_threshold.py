@@ -1,0 +1,37 @@
+"""The threshold of the projection: fewer projections the higher it is, and no effect where it is low."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from mbproj.errors import InputError
+from mbproj.scene import read_scene_text
+from mbproj.studies.threshold import threshold_study
+
+
+def test_threshold_study(slider_crank, tmp_path):
+    options = {"until": 2.0, "repetitions": 1, "processes": 1, "journal": tmp_path / "t.jsonl"}
+    found = threshold_study(slider_crank.scene, **options)
+    thresholds = [trial.setting.threshold for trial in found.trials]
+    assert thresholds[0] is None
+    assert found.trials[-1].setting.projection == "none"
+    projections = [trial.counters["projections"] for trial in found.trials]
+    assert projections == sorted(projections, reverse=True)
+    assert (projections[0], projections[-1]) == (200, 0)
+    assert found.trials[1].error == found.trials[0].error
+    for trial in found.trials[1:-1]:
+        assert trial.position_violation <= max(trial.setting.threshold, 1e-13)
+        assert trial.velocity_violation <= max(trial.setting.threshold, 1e-13)
+    last = found.recommended
+    errors = np.array([trial.at() for trial in found.trials])
+    assert errors[: last + 1].max() <= 1.1 * errors[0] < errors[last + 1]
+    assert found.saved(last) == 1.0 - projections[last] / 200
+    again = threshold_study(slider_crank.scene, **options)
+    assert (again.trials, again.timings, again.recommended) == (found.trials, found.timings, found.recommended)
+
+
+def test_a_method_without_projections_has_no_threshold(slider_crank):
+    text = slider_crank.scene.text.replace("projection: gpopm", "projection: baumgarte")
+    with pytest.raises(InputError, match="'baumgarte' makes no projections; choose one with --projection"):
+        threshold_study(read_scene_text(text))

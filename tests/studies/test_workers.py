@@ -1,0 +1,47 @@
+"""Processes: every item once, in another process, faults handed on, and none left behind."""
+
+from __future__ import annotations
+
+import os
+import time
+
+import pytest
+
+from mbproj.studies.workers import in_parallel
+from tests.studies.tasks import die, place
+
+
+def test_items_run_elsewhere_and_each_once():
+    found = dict(in_parallel(place, "shared", [3, 0, 1, 2], processes=2))
+    assert sorted(found) == [0, 1, 2, 3]
+    assert {shared for shared, _ in found.values()} == {"shared"}
+    pids = {pid for _, pid in found.values()}
+    assert os.getpid() not in pids
+    assert len(pids) == 2
+
+
+def test_one_process_is_this_one():
+    assert list(in_parallel(place, "x", [0, 0], processes=1)) == [(0, ("x", os.getpid())), (1, ("x", os.getpid()))]
+
+
+def test_a_fault_is_raised_here_and_no_process_is_left():
+    results = in_parallel(place, "fault", [0, -1, 100, 100], processes=2)
+    with pytest.raises(ValueError, match="fault -1"):
+        for _ in results:
+            pass
+
+
+def test_a_process_that_dies_is_said_to():
+    with pytest.raises(RuntimeError, match="a process of the study has died"):
+        list(in_parallel(die, None, [1, 1], processes=2))
+
+
+def test_leaving_early_ends_the_processes():
+    results = in_parallel(place, "early", [0, 0, 500, 500], processes=2)
+    pids = {next(results)[1][1], next(results)[1][1]}
+    started = time.monotonic()
+    results.close()
+    for pid in pids:
+        with pytest.raises(ProcessLookupError):
+            os.kill(pid, 0)
+    assert time.monotonic() - started < 5.0  # the items would take five seconds each
