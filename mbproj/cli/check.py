@@ -73,6 +73,7 @@ def command(scene: str, settings: tuple[str, ...], as_json: bool, **options: Any
         "moved_by": moved_by(guess.q, state.q),
         "coordinates_at_start": _coordinates(system, state),
         **diagnosis.facts(),
+        "expectations": [each.name for each in what.expectations],
         "can_run": not problems,
         "problems": [_problem(problem) for problem in problems],
     }
@@ -189,6 +190,17 @@ def _formulation(scene: Scene, facts: dict[str, Any]) -> list[str]:
     return lines
 
 
+def _expectations(scene: Scene) -> list[str]:
+    """What the scene expects of its run."""
+    from mbproj.cli.expectations import subject, wanted
+
+    if not scene.expectations:
+        return []
+    width = max(len(each.name) for each in scene.expectations)
+    rows = [f"    {each.name:{width}}  {subject(each)}: {wanted(each)}" for each in scene.expectations]
+    return [f"  {len(rows)} expectations", *_shortened(rows)]
+
+
 def _start(scene: Scene, facts: dict[str, Any]) -> list[str]:
     from mbproj.cli.summary import step_words
 
@@ -209,5 +221,6 @@ def _start(scene: Scene, facts: dict[str, Any]) -> list[str]:
         *_shortened(rows),
         *_formulation(scene, facts),
         f"  {settings.projection.method}, {settings.integrator}, {step}, {duration}",
+        *_expectations(scene),
         "  can run" if facts["can_run"] else "  cannot run",
     ]

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from mbproj.cli.table import table
+from mbproj.cli.trust import as_numbers, lines_on
 
 if TYPE_CHECKING:
     from mbproj.results import Results
@@ -56,6 +57,7 @@ def _contents(results: Results) -> dict[str, Any]:
         "overrides": results.overrides,
         "attributes": dict(results.attributes),
         "names": {kind: list(results.names(kind)) for kind in ("bodies", "markers", "joints", "coordinates")},
+        **({} if results.trust is None else {"trust": as_numbers(results.trust)}),
         "datasets": {
             dataset.path: {"shape": list(results.shape(dataset.path)), "unit": dataset.unit} for dataset in DATASETS
         },
@@ -95,6 +97,11 @@ def _lines(results: Results) -> Iterator[str]:
             **_reactions(has),
         }
     )
+    if results.trust is not None:
+        yield "\ntrust"
+        yield from lines_on(results.trust)
+    elif results.certified is not None:
+        yield "\ntrust\n  it was to be certified, but was interrupted before"
     for title, values in (("settings", _settings(has)), ("attributes", _attributes(has)), ("datasets", _datasets(has))):
         yield f"\n{title}"
         yield from table(values, "  ")

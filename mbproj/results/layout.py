@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 FORMAT = "mbproj results"
-SCHEMA_VERSION = 2
+SCHEMA_VERSION = 3
 
 FLOAT, COUNT = "f8", "i8"
 GLOBAL, BODY = "global axes", "body axes"
@@ -92,6 +92,10 @@ DATASETS: tuple[Dataset, ...] = (
     Dataset("motions/force", ("nm",), "N m or N", "driving torque or force, positive where it drives it up"),
     Dataset("diagnostics/position_violation", (), "m or rad", "largest absolute value of C, norm rows included"),
     Dataset("diagnostics/velocity_violation", (), "m/s or rad/s", "largest absolute value of the time derivative of C"),
+    Dataset(
+        "diagnostics/acceleration_violation", (), "m/s^2 or rad/s^2",
+        "largest absolute value of the second time derivative of C",
+    ),
     Dataset("diagnostics/kinetic_energy", (), "J", "kinetic energy"),
     Dataset("diagnostics/potential_energy", (), "J", "potential energy of gravity and springs"),
     Dataset("diagnostics/total_energy", (), "J", "kinetic and potential energy"),

@@ -3,24 +3,28 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from types import MappingProxyType, TracebackType
-from typing import Any, final
+from typing import Any, TypeVar, final
 
 import h5py
 import numpy as np
 import numpy.typing as npt
 
 from mbproj.arrays import Array, Integers
+from mbproj.results import trust as trusting
 from mbproj.results.faults import damaged, no_such_name
 from mbproj.results.files import DAMAGE
 from mbproj.results.layout import CONSTANTS, DATASETS, NAMES, Dataset, trailing
 from mbproj.results.members import Body, Coordinate, Force, Joint, Marker, Motion
 from mbproj.results.provenance import settings_from
+from mbproj.results.trust import Trust
 from mbproj.scene.records import Settings, Vector
 from mbproj.scene.suggestions import choose_from
+
+T = TypeVar("T")
 
 NAMES_BY_PATH = MappingProxyType({entry.path: kind for kind, entry in NAMES.items()})
 BY_PATH: Mapping[str, Dataset] = MappingProxyType({dataset.path: dataset for dataset in DATASETS})
@@ -233,6 +237,24 @@ class Results:
         except DAMAGE as error:
             raise damaged(self.path, "'scene/gravity' cannot be read") from error
         return x, y, z
+
+    @property
+    def trust(self) -> Trust | None:
+        """What a better solution says of the run: of all its markers and samples, whatever was selected; None for a
+        run that was not certified."""
+        return self._trusting(trusting.read)
+
+    @property
+    def certified(self) -> tuple[float, ...] | None:
+        """The limits (m) for which the run was to be certified, whether that came to its end or not; None: it was not
+        asked for."""
+        return self._trusting(trusting.asked_limits)
+
+    def _trusting(self, read: Callable[[h5py.File], T]) -> T:
+        try:
+            return read(self._file)
+        except DAMAGE as error:
+            raise damaged(self.path, f"'{trusting.GROUP}' cannot be read") from error
 
     def _text(self, name: str) -> str:
         try:

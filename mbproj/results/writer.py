@@ -19,12 +19,14 @@ import numpy as np
 import numpy.typing as npt
 
 from mbproj.errors import InputError, MbprojError
+from mbproj.results import trust as trusting
 from mbproj.results.faults import OutputError, cannot_write
 from mbproj.results.files import check_output, part_path
 from mbproj.results.layout import CONSTANTS, DATASETS, NAMES, Constant, Dataset, trailing
 from mbproj.results.lock import lock
 from mbproj.results.provenance import Attribute, create_text, root_attributes, write_scene
 from mbproj.results.reserve import MARGIN, reserve, room_for
+from mbproj.results.trust import Trust
 from mbproj.scene.records import Scene
 
 #: Names by kind: "bodies", "markers", "joints", "coordinates" ("A.angle"), "coordinate_units" ("rad" | "m").
@@ -52,16 +54,26 @@ class ResultsWriter:
     "failed: cause" or "interrupted" and whatever was computed; an InputError before the first sample leaves OUT alone.
     `constants` are the layout's marks by path (`mbproj.dynamics.unique_components`), as far as they are known.
     Raises InputError where `path` cannot or must not be written (see `check_output`), OutputError where writing fails
-    later.
+    later. `certified`: limits in m of a run that is certified too, whose `trust` then comes at its end.
     """
 
-    def __init__(self, path: Path | str, scene: Scene, names: Names, constants: Constants | None = None) -> None:
+    def __init__(
+        self,
+        path: Path | str,
+        scene: Scene,
+        names: Names,
+        certified: Sequence[float] | None = None,
+        *,
+        constants: Constants | None = None,
+    ) -> None:
         self.path = check_output(Path(path))
         self.part = part_path(self.path)
         self._scene = scene
         self._names = {kind: list(names[kind]) for kind in NAMES}
         self._sizes = {entry.symbol: len(self._names[kind]) for kind, entry in NAMES.items()}
         self._constants = {path: self._constant(path, values) for path, values in (constants or {}).items()}
+        self._certified = certified
+        self._trust: Trust | None = None
         self._summary: dict[str, Attribute] = {}
         self._pending: list[dict[str, npt.NDArray[Any]]] = []
         self._pending_bytes = 0
@@ -108,6 +120,10 @@ class ResultsWriter:
         """Add attributes (timings, counters, a summary) to the file, written at its end. What is None is left out."""
         self._summary.update(values)
 
+    def trust(self, trust: Trust) -> None:
+        """Add what a better solution says of the run, written at its end; the limits must be those announced."""
+        self._trust = trust
+
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
@@ -138,6 +154,8 @@ class ResultsWriter:
         for constant in CONSTANTS:
             if constant.path in self._constants:
                 _create_constant(file, constant, self._constants[constant.path])
+        if self._certified is not None:
+            trusting.create(file, self._names["markers"] or self._names["bodies"], self._certified)
         file.flush()
         file.swmr_mode = True
         return file
@@ -183,6 +201,9 @@ class ResultsWriter:
 
     def _finish(self, status: str) -> None:
         with self._breaking():
+            if self._trust is not None:
+                reserve(self._descriptor, room_for(self._file, self._samples) + trusting.room(self._trust))
+                trusting.write(self._file, self._trust)
             self._file.attrs.update({name: value for name, value in self._summary.items() if value is not None})
             self._file.attrs["status"] = status
             self._file.flush()

@@ -21,7 +21,8 @@ class Case:
     by quantity; `relative` those of the other quantities, as a part of each column's largest magnitude. `short` in s
     is how far the projection methods are run that are not the default, with the settings `quick`. `loops` are the
     joints that close planar loops of spatial revolutes, whose rows are redundant in space. `moments` in kg m² stand for
-    the zero ones of a point mass.
+    the zero ones of a point mass. `markers` are points of bodies in their axes, by name; without any the last body's
+    centre of mass is one.
     """
 
     name: str
@@ -39,6 +40,7 @@ class Case:
     quick: Mapping[str, str] = field(default_factory=dict)
     loops: tuple[str, ...] = ()
     moments: float | None = None
+    markers: Mapping[str, tuple[str, tuple[float, float, float]]] = field(default_factory=dict)
 
     @property
     def scene(self) -> Path:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from .case import Case
+from .readable import LETTERS
 
 IFTOMM = "IFToMM library of computational benchmark problems"
 #: The squeezer's angles are those of joints in a tree of its bodies; the source's are sums, see `reference_table`.
@@ -14,6 +15,31 @@ SQUEEZER = {
     **{f"K{k}.speed": f"K{k}.angular_velocity.z" for k in range(1, 8)},
     **{f"K{k}.acceleration": f"K{k}.angular_acceleration.z" for k in range(1, 8)},
 }
+
+
+def n_four_bar(n: int, **quick: str) -> Case:
+    """Problem A02 with n loops."""
+    return Case(
+        name=f"iftomm_n_four_bar_{n}",
+        title=f"N-four-bar with N = {n} (IFToMM A02)",
+        source=f"iftomm/A02_N{n}",
+        origin="the exact equation at 1e-13; MSC Adams' solution for N = 40 (IFToMM library, A02) agrees to 1.5e-6",
+        notes=(
+            f"Problem A02 of the {IFTOMM}: {n + 1} bars on the ground, coupled at their tops by {n} bars into "
+            "parallelograms. Twice a turn all bars lie on one line, where every loop could go on crossed as well, and the "
+            "rows of C_q become dependent. With φ from the vertical, φ(0) = 0 and φ'(0) = 1 rad/s, the exact equation is "
+            "φ'' = g ((N + 1)/2 + N) / ((N + 1)/3 + N) sin φ. In space the revolutes of a loop hold its plane three times "
+            "over. Compared over 10 s: the top of the first bar."
+        ),
+        columns={"x_B0": "B0.position.x", "y_B0": "B0.position.y"},
+        simulation={"duration": "10 s", "tolerance": "1.0e-11", "integrator": "dop853", "output_step": "50 ms"},
+        tolerances={"position": 2e-8},
+        grid=0.05,
+        quick=quick,
+        loops=LETTERS[n + 2 : 3 * n + 2 : 2],  # after those on the ground, the second of each coupler
+        markers={"B0": ("v0", (0.0, 0.5, 0.0))},
+    )
+
 
 OTHERS = (
     Case(
@@ -73,4 +99,7 @@ OTHERS = (
         quick={"tolerance": "1.0e-10"},
         loops=("C", "F", "I"),
     ),
+    n_four_bar(1),
+    n_four_bar(2),
+    n_four_bar(40, integrator="rk4", step="10 ms"),
 )

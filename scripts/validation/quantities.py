@@ -2,9 +2,9 @@
 
 A column is OWNER.QUANTITY or OWNER.QUANTITY.COMPONENT, SI units. Of a body: `position`, `velocity`, `acceleration`
 (global), `orientation` (e0..e3, of either sign), `angular_velocity`, `angular_acceleration` (body axes),
-`global_angular_velocity`, `global_angular_acceleration`. Of a joint: its coordinates, `speed` (`speed_1`) of its
-`angle` (`angle_1`), and `force_on_first`, `torque_on_first`: the reaction on the joint's first body, the ground here,
-at the joint's point in that body, global axes.
+`global_angular_velocity`, `global_angular_acceleration`. Of a marker: its `position`. Of a joint: its coordinates,
+`speed` (`speed_1`) of its `angle` (`angle_1`), and `force_on_first`, `torque_on_first`: the reaction on the joint's
+first body, the ground here, at the joint's point in that body, global axes.
 """
 
 from __future__ import annotations
@@ -65,6 +65,8 @@ def quantity(done: Done, owner: str, name: str) -> Array:
         return recorded[path][:, names.coordinates.index(f"{owner}.{name.replace('speed', 'angle')}")]
     if name.endswith("_on_first"):
         return _on_first(done, names.joints.index(owner), name.removesuffix("_on_first"))
+    if owner in names.markers:
+        return recorded[f"markers/{name}"][:, names.markers.index(owner)]
     body = names.bodies.index(owner)
     values = recorded[f"bodies/{name.removeprefix('global_')}"][:, body]
     if name.startswith("global_"):

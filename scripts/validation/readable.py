@@ -4,10 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from math import atan2, degrees, pi, sqrt
+from string import ascii_uppercase
 
 #: What is this near, relative to 1, is the same number.
 SAME = 2e-15
 ROOTS = {"sqrt(2)": sqrt(2.0), "sqrt(2)/2": sqrt(0.5)}
+#: What nameless joints are called in their order: A, B, .., Z, AA, AB, .., ZZ.
+LETTERS = (*ascii_uppercase, *(a + b for a in ascii_uppercase for b in ascii_uppercase))
 
 
 def number(value: float) -> str:

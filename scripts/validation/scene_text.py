@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from string import ascii_uppercase
 from textwrap import wrap
 from typing import Any
 
@@ -12,7 +11,8 @@ import numpy as np
 from mbproj.model.euler_parameters import rotation_matrix
 
 from .case import Case
-from .readable import number, orientation, vector
+from .expect_text import expect_lines
+from .readable import LETTERS, number, orientation, vector
 
 JOINT_TYPES = {"revsph": "revolute_spherical"}
 WIDTH = 120
@@ -20,7 +20,7 @@ Json = Mapping[str, Any]
 
 
 def scene_text(case: Case, mechanism: Json) -> str:
-    """The scene file of a case."""
+    """The scene file of a case, whose table is there already."""
     lines = [
         *(f"# {line}" for line in wrap(f"{case.notes} Reference: {case.origin}.", WIDTH - 2)),
         "mbproj: 1",
@@ -35,12 +35,12 @@ def scene_text(case: Case, mechanism: Json) -> str:
     ]
     if "forces" in mechanism:
         lines += ["forces:", *(_force(mechanism, force) for force in mechanism["forces"])]
-    return "\n".join([*lines, "markers:", *_markers(mechanism)]) + "\n"
+    return "\n".join([*lines, "markers:", *_markers(case, mechanism), *expect_lines(case)]) + "\n"
 
 
 def joint_names(mechanism: Json) -> dict[str, Json]:
-    """The joints in their order, called A, B, ..."""
-    return dict(zip(ascii_uppercase, mechanism["joints"], strict=False))
+    """The joints in their order, called A, B, .."""
+    return dict(zip(LETTERS, mechanism["joints"], strict=False))
 
 
 def _body(body: Json, moments: float | None) -> Iterator[str]:
@@ -96,7 +96,8 @@ def _entry(name: str, *items: str) -> str:
     return line if len(line) <= WIDTH else "\n".join([f"  {name}:", *(f"    {item}" for item in items)])
 
 
-def _markers(mechanism: Json) -> Iterator[str]:
-    """The centre of mass of the last body, whose path is then drawn."""
-    body = mechanism["bodies"][-1]["name"]
-    yield f"  centre: {{body: {body}, location: {{{body}: [0, 0, 0]}}}}"
+def _markers(case: Case, mechanism: Json) -> Iterator[str]:
+    """The case's markers, or the centre of mass of the last body, whose path is then drawn."""
+    last = mechanism["bodies"][-1]["name"]
+    for name, (body, point) in (case.markers or {"centre": (last, (0.0, 0.0, 0.0))}).items():
+        yield f"  {name}: {{body: {body}, location: {{{body}: {vector(point)}}}}}"

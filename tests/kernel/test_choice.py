@@ -16,13 +16,15 @@ from mbproj.scene import read_scene
 from mbproj.scene.records import ProjectionSettings, Scene, Settings
 from tests.kernel.scenes import assembled, needs_kernel, parallelogram
 from tests.model.planar_scenes import REFUSED, SCENES, Drawing
-from tests.support import MECHANISMS, random_body, random_chain, scene_of
+from tests.support import MECHANISMS, REDUNDANT, random_body, random_chain, scene_of
 
 pytestmark = needs_kernel
 IN_Y = "the joints keep every body in the plane normal to [0, 1, 0]"
 FREE = "not planar: nothing but symmetry "
 #: The formulation, the beginning of the reason, and the degrees of freedom of every mechanism.
 EXPECTED = {
+    "bennett": ("reduced", "not planar: joint 'B' is tilted", 1),
+    "bricard": ("reduced", f"{FREE}keeps body 'bar3' in the plane", 1),
     "delta_robot": ("reduced", "not planar: joint 'A2' is tilted", 3),
     "double_pendulum": ("planar", IN_Y, 2),
     "five_bar": ("planar", IN_Y, 5),
@@ -30,6 +32,9 @@ EXPECTED = {
     "heavy_top": ("reduced", f"{FREE}can keep the bodies in a plane: no joint has an axis", 3),
     "hooke_shaft": ("reduced", f"{FREE}keeps body 'driven' in the plane", 1),
     "inline_four": ("planar", "the joints keep every body in the plane normal to [1, 0, 0]", 0),
+    "locomotive": ("planar", IN_Y, 1),
+    "massless_coupler": ("planar", IN_Y, 1),
+    "n_four_bar": ("planar", IN_Y, 1),
     "physical_pendulum": ("planar", IN_Y, 1),
     "planar_four_bar": ("planar", IN_Y, 1),
     "spatial_four_bar": ("reduced", f"{FREE}keeps body 'crank' in the plane", 2),
@@ -66,11 +71,21 @@ def test_each_mechanism_gets_the_smallest_coordinates_that_its_joints_allow(name
     formulation, why, degrees = EXPECTED[name]
     assert (choice.name, choice.degrees_of_freedom) == (formulation, degrees)
     assert choice.why.startswith(why)
-    full = chosen(mechanism(name), formulation="full")
-    assert (full.name, full.why, full.degrees_of_freedom) == ("full", "as asked for", degrees)
-    assert full.elimination is None
     total = choice.elimination["eliminated_bodies"] + choice.elimination["core_bodies"]
     assert total == choice.compiled.system.bodies
+
+
+@pytest.mark.parametrize("name", sorted(EXPECTED.keys() - REDUNDANT.keys()))
+def test_each_regular_mechanism_runs_in_full_coordinates(name):
+    full = chosen(mechanism(name), formulation="full")
+    assert (full.name, full.why, full.degrees_of_freedom) == ("full", "as asked for", EXPECTED[name][2])
+    assert full.elimination is None
+
+
+@pytest.mark.parametrize("name", REDUNDANT)
+def test_full_coordinates_refuse_redundant_rows(name):
+    with pytest.raises(InputError, match="follow from the others, and the full formulation does not leave them out"):
+        chosen(mechanism(name), formulation="full")
 
 
 @pytest.mark.parametrize("name", SCENES)

@@ -12,7 +12,7 @@ from mbproj import assemble, compile_system, initial_guess, read_scene, settings
 from mbproj.integrate import Report
 from mbproj.model import System
 from mbproj.model.euler_parameters import rotation_matrix
-from mbproj.scene import Scene
+from mbproj.scene import Scene, read_scene_text
 from tests.support import ROOT, Recorder
 
 #: Tolerance at which what an integrator leaves is far below what the tests ask for.
@@ -55,6 +55,12 @@ def run(name: str, parameters: Mapping[str, Any] | None = None, **simulation: An
     """The mechanism mechanisms/<name>.yaml with these parameters and settings."""
     options = {key: str(value) for key, value in simulation.items()}
     return run_scene(read_scene(ROOT / "mechanisms" / f"{name}.yaml", parameters or {}, options))
+
+
+def run_text(text: str, parameters: Mapping[str, Any] | None = None, **simulation: Any) -> Run:
+    """The scene of this text with these parameters and settings."""
+    options = {key: str(value) for key, value in simulation.items()}
+    return run_scene(read_scene_text(text, "scene.yaml", parameters or {}, options))
 
 
 def global_angular_velocity(done: Run, body: str) -> np.ndarray:

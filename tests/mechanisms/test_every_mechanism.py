@@ -9,10 +9,12 @@ from mbproj import assemble, compile_system, initial_guess, mobility, read_scene
 from mbproj.dynamics.constraint_equations import constraint_at, constraint_velocity_at
 from mbproj.dynamics.kinematics import pose_of
 from tests.mechanisms.running import run
-from tests.support import MECHANISMS
+from tests.support import MECHANISMS, REDUNDANT
 
 #: Bodies and degrees of freedom: the spatial four-bar's with the idle spin of its rod, the engine is driven.
 SIZES = {
+    "bennett": (3, 1),
+    "bricard": (5, 1),
     "delta_robot": (10, 3),
     "double_pendulum": (2, 2),
     "five_bar": (5, 5),
@@ -20,6 +22,9 @@ SIZES = {
     "heavy_top": (1, 3),
     "hooke_shaft": (3, 1),
     "inline_four": (9, 0),
+    "locomotive": (4, 1),
+    "massless_coupler": (3, 1),
+    "n_four_bar": (5, 1),
     "physical_pendulum": (1, 1),
     "planar_four_bar": (3, 1),
     "spatial_four_bar": (3, 2),
@@ -38,7 +43,7 @@ def test_closes_with_the_degrees_of_freedom_of_the_table(path):
     assert np.abs(constraint_velocity_at(system, state.q, state.v)).max() <= 1e-13
     ranks = mobility(system, pose_of(state.q))
     assert (system.bodies, ranks.degrees_of_freedom) == SIZES[path.stem]
-    assert ranks.redundant == {}
+    assert sum(ranks.redundant.values()) == REDUNDANT.get(path.stem, 0)
     assert ranks.massless == ()
 
 
@@ -56,7 +61,7 @@ def test_stays_closed_over_20_steps(path):
     done = run(path.stem, step="1 ms", duration="20 ms", output_step="1 ms")
     assert done.report.counters["steps"] == 20
     assert done.report.position_violation.value <= 1e-13
-    assert done.report.velocity_violation.value <= 1e-13
+    assert done.report.velocity_violation.value <= (1e-12 if path.stem in REDUNDANT else 1e-13)
     assert np.abs(done["markers/position"][-1] - done["markers/position"][0]).max() > 1e-6
 
 

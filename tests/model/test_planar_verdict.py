@@ -22,6 +22,8 @@ from tests.support import MECHANISMS
 
 #: What the shipped mechanisms are: the plane's normal, or the reason.
 SHIPPED = {
+    "bennett": "joint 'B' is tilted, seen in the plane normal to [0, 0, 1]",
+    "bricard": "nothing but symmetry keeps body 'bar3' in the plane normal to [1, 0, 0]",
     "delta_robot": "joint 'A2' is tilted, seen in the plane normal to [0, 1, 0]",
     "double_pendulum": [0, 1, 0],
     "five_bar": [0, 1, 0],
@@ -29,6 +31,9 @@ SHIPPED = {
     "heavy_top": "nothing but symmetry can keep the bodies in a plane: no joint has an axis",
     "hooke_shaft": "nothing but symmetry keeps body 'driven' in the plane normal to [0, 0, 1]",
     "inline_four": [1, 0, 0],
+    "locomotive": [0, 1, 0],
+    "massless_coupler": [0, 1, 0],
+    "n_four_bar": [0, 1, 0],
     "physical_pendulum": [0, 1, 0],
     "planar_four_bar": [0, 1, 0],
     "spatial_four_bar": "nothing but symmetry keeps body 'crank' in the plane normal to [0, 1, 0]",

@@ -118,7 +118,7 @@ def changed(tmp_path, change) -> str:
 def test_another_schema_version(tmp_path):
     said = changed(tmp_path, lambda file: file.attrs.modify("schema_version", 1))
     assert said == (
-        "error: 'OUT' has schema version 1, and this mbproj reads version 2; "
+        "error: 'OUT' has schema version 1, and this mbproj reads version 3; "
         "repeat the run, or read it with the mbproj that wrote it"
     )
 

@@ -1,0 +1,129 @@
+"""Linkages in space that move although their joints have more rows than they need, against their closed forms:
+redundant joints change no motion, and the rows that are left out stay closed."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from tests.mechanisms.one_degree import Linkage
+from tests.mechanisms.running import TIGHT, Run, assert_close, run
+
+
+def turn(axis: str, angle: complex) -> np.ndarray:
+    """The rotation about a coordinate axis, analytic in the angle."""
+    k = "xyz".index(axis)
+    c, s = np.cos(angle), np.sin(angle)
+    matrix = np.zeros((3, 3), dtype=complex)
+    matrix[k, k] = 1.0
+    i, j = (k + 1) % 3, (k + 2) % 3
+    matrix[i, i], matrix[j, j], matrix[i, j], matrix[j, i] = c, c, -s, s
+    return matrix
+
+
+@pytest.fixture(scope="module")
+def bennett() -> Run:
+    return run("bennett", **TIGHT, duration=1.0, output_step=0.02)
+
+
+def bennett_ratio(done: Run) -> float:
+    alpha, beta = done.parameters["alpha"], done.parameters["beta"]
+    return np.sin((alpha + beta) / 2) / np.sin((beta - alpha) / 2)
+
+
+def bennett_poses(done: Run, theta: complex) -> tuple[np.ndarray, np.ndarray]:
+    """By Denavit & Hartenberg's frames from both ends of the frame, with θ2 of the closed relation."""
+    p = done.parameters
+    a, b, alpha, beta = (p[name] for name in ("short", "long", "alpha", "beta"))
+    half = theta / 2  # θ2/2 = atan2(k cos θ1/2, sin θ1/2), free of poles: cos and sin of θ2 are rational in these
+    x, y = np.sin(half), bennett_ratio(done) * np.cos(half)
+    cosine, sine = (x * x - y * y) / (x * x + y * y), 2 * x * y / (x * x + y * y)
+    next_turn = np.array([[cosine, -sine, 0], [sine, cosine, 0], [0, 0, 1]])
+    crank = turn("z", theta)
+    coupler = crank @ turn("x", alpha) @ next_turn
+    rocker = turn("x", -beta) @ next_turn
+    centres = a / 2 * crank[:, 0], a * crank[:, 0] + b / 2 * coupler[:, 0], [-b, 0, 0] - a / 2 * rocker[:, 0]
+    return np.array(centres), np.array([crank, coupler, rocker])
+
+
+def test_bennetts_relation_between_the_angles(bennett):
+    θ1, θ2, θ3, θ4 = bennett_angles(bennett)
+    assert np.ptp(θ1) > 2 * np.pi
+    assert_close(np.sin(θ1 / 2) * np.sin(θ2 / 2), bennett_ratio(bennett) * np.cos(θ1 / 2) * np.cos(θ2 / 2), 1e-12)
+    assert_close(θ3, -θ1, 1e-12)
+    assert_close(θ4, -θ2, 1e-12)
+
+
+def bennett_angles(done: Run) -> list[np.ndarray]:
+    """θ1 to θ4, up to full turns: the rocker's joint angle is that of the frame from the rocker, taken backwards."""
+    first, second = done.parameters["start"], done.parameters["next"]
+    A, B, C, D = (done.column("joints/coordinate", f"{joint}.angle") for joint in "ABCD")
+    return [first + A, second + B, C - first, -D - second]
+
+
+def test_bennetts_linkage_is_where_its_closed_form_and_its_energy_have_it(bennett):
+    linkage = Linkage(bennett, lambda u: bennett_poses(bennett, u))
+    θ, speed = bennett_angles(bennett)[0], bennett.column("joints/speed", "A.angle")
+    linkage.assert_poses(θ, 1e-12)
+    linkage.assert_velocities(θ, speed, 1e-11)
+    linkage.assert_accelerations(θ, speed, 1e-8)
+    linkage.assert_times(θ, bennett.parameters["speed"], 1e-10)
+    assert bennett.report.energy_drift_relative < 1e-11
+
+
+@pytest.fixture(scope="module")
+def bricard() -> Run:
+    return run("bricard", **TIGHT, duration=1.0, output_step=0.02)
+
+
+def bricard_coordinate(done: Run) -> tuple[np.ndarray, np.ndarray]:
+    """u and u', where x = tan(45° + β/2) = √3 sin u and y = tan(45° + α/2) = √3 cos u / w with w² = 1 + x²: the closed
+    curve of (α, β), once round in 2π. u is the inclination of the pins B to the plane that the axis of symmetry is
+    normal to."""
+    (x, x_rate), (y, y_rate) = (
+        (np.tan(np.pi / 4 + done.column("joints/coordinate", f"{joint}1.angle") / 2),
+         done.column("joints/speed", f"{joint}1.angle") / 2)
+        for joint in "BA"
+    )
+    w = np.sqrt(1 + x * x)
+    sine, cosine = x / np.sqrt(3), y * w / np.sqrt(3)
+    x_rate, y_rate = (1 + x * x) * x_rate, (1 + y * y) * y_rate
+    rate = (cosine * x_rate - sine * (y_rate * w + y * x * x_rate / w)) / np.sqrt(3)
+    return np.unwrap(np.arctan2(sine, cosine)), rate
+
+
+def bricard_poses(done: Run, u: complex) -> tuple[np.ndarray, np.ndarray]:
+    """The chain of five bars, pin after pin."""
+    x = np.sqrt(3) * np.sin(u)
+    beta = 2 * np.arctan(x) - np.pi / 2
+    alpha = 2 * np.arctan(np.sqrt(3) * np.cos(u) / np.sqrt(1 + x * x)) - np.pi / 2
+    corner, rotation, centres, rotations = np.array([1.0, 1.0, 0.0]), np.eye(3), [], []
+    for axis, angle, bar in zip("zyxzy", (beta, alpha, beta, alpha, beta), BARS, strict=True):
+        rotation = rotation @ turn(axis, angle)
+        centres.append(corner + rotation @ bar / 2)
+        rotations.append(rotation)
+        corner = corner + rotation @ bar
+    return done.parameters["side"] * np.array(centres), np.array(rotations)
+
+
+#: Along the bars at the start, for a cube of side 1.
+BARS = np.array([[-1.0, 0, 0], [0, 0, 1], [0, -1, 0], [1, 0, 0], [0, 0, -1]])
+
+
+def test_the_invertible_cube_turns_every_second_pin_alike(bricard):
+    α, β = (bricard.column("joints/coordinate", f"{joint}1.angle") for joint in "AB")
+    assert_close((1 - np.sin(α)) * (1 - np.sin(β)), 1.0, 1e-11)
+    for k in "23":
+        assert_close(bricard.column("joints/coordinate", f"A{k}.angle"), α, 1e-11)
+        assert_close(bricard.column("joints/coordinate", f"B{k}.angle"), β, 1e-11)
+    assert np.ptp(bricard_coordinate(bricard)[0]) > 2 * np.pi, "it has not turned inside out and back"
+
+
+def test_the_invertible_cube_is_where_its_closed_form_and_its_energy_have_it(bricard):
+    linkage = Linkage(bricard, lambda u: bricard_poses(bricard, u))
+    u, rate = bricard_coordinate(bricard)
+    linkage.assert_poses(u, 1e-11)
+    linkage.assert_velocities(u, rate, 1e-10)
+    linkage.assert_accelerations(u, rate, 1e-7)
+    linkage.assert_times(u, rate[0], 1e-10)
+    assert bricard.report.energy_drift_relative < 1e-11
