@@ -4,7 +4,7 @@
     system = compile_system(scene)                      # names -> arrays
     state = assemble(system, initial_guess(scene, system))   # a consistent start      (InputError)
     unique = unique_components(system, state)           # which reactions joints do not share at will
-    with ResultsWriter("results.h5", scene, system.names.as_mapping(), constants=unique) as recorder:
+    with ResultsWriter("results.h5", scene, system.names.as_mapping(), unique) as recorder:
         report = simulate(system, state, settings_to_run(scene), recorder)   #        (SimulationError)
 
 Names are imported when they are first used, so that `import mbproj` is cheap.

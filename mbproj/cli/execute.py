@@ -52,9 +52,8 @@ def execute(
     system = compile_system(scene)
     state = assemble(system, initial_guess(scene, system))
     with placed_at(Place("--output")):
-        writer = ResultsWriter(
-            output, scene, system.names.as_mapping(), certified, constants=unique_components(system, state)
-        )
+        constants = unique_components(system, state)
+        writer = ResultsWriter(output, scene, system.names.as_mapping(), constants, certified=certified)
     with (
         _what_is_kept(name, output, as_json=as_json, quiet=quiet),
         placed_at(scene.place("simulation", "projection", "method")),

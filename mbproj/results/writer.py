@@ -62,18 +62,18 @@ class ResultsWriter:
         path: Path | str,
         scene: Scene,
         names: Names,
-        certified: Sequence[float] | None = None,
-        *,
         constants: Constants | None = None,
+        *,
+        certified: Sequence[float] | None = None,
     ) -> None:
         self.path = check_output(Path(path))
         self.part = part_path(self.path)
         self._scene = scene
         self._names = {kind: list(names[kind]) for kind in NAMES}
         self._sizes = {entry.symbol: len(self._names[kind]) for kind, entry in NAMES.items()}
-        self._constants = {path: self._constant(path, values) for path, values in (constants or {}).items()}
         self._certified = certified
         self._trust: Trust | None = None
+        self._constants = {path: self._constant(path, values) for path, values in (constants or {}).items()}
         self._summary: dict[str, Attribute] = {}
         self._pending: list[dict[str, npt.NDArray[Any]]] = []
         self._pending_bytes = 0
@@ -151,11 +151,11 @@ class ResultsWriter:
             create_text(file, entry.path, self._names[kind], entry.description)
         for dataset in DATASETS:
             _create_dataset(file, dataset, trailing(dataset, self._sizes))
+        if self._certified is not None:
+            trusting.create(file, self._names["markers"] or self._names["bodies"], self._certified)
         for constant in CONSTANTS:
             if constant.path in self._constants:
                 _create_constant(file, constant, self._constants[constant.path])
-        if self._certified is not None:
-            trusting.create(file, self._names["markers"] or self._names["bodies"], self._certified)
         file.flush()
         file.swmr_mode = True
         return file

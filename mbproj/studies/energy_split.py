@@ -21,10 +21,10 @@ from mbproj.integrate import simulate
 from mbproj.integrate.formulation import Choice, choose
 from mbproj.integrate.full import FullFormulation
 from mbproj.integrate.march import march
-from mbproj.integrate.output import whole_steps
 from mbproj.integrate.tally import Tally
 from mbproj.registry import PROJECTIONS
 from mbproj.scene.records import Settings
+from mbproj.scene.sampling import whole_steps
 from mbproj.studies.mechanism import Mechanism
 from mbproj.studies.setting import Setting
 from mbproj.studies.solve import Solution

@@ -14,8 +14,8 @@ import numpy as np
 
 from mbproj.arrays import Array
 from mbproj.errors import ExitCode, InputError, MbprojError, Problem
-from mbproj.integrate.output import DEFAULT_SAMPLES
 from mbproj.scene.records import Scene, Settings
+from mbproj.scene.sampling import DEFAULT_SAMPLES
 from mbproj.scene.suggestions import choose_from
 from mbproj.studies.bench import Bench, Outcome
 from mbproj.studies.families import Family, closing, families
@@ -116,8 +116,9 @@ def sampled(settings: Settings, until: float | None) -> Array:
     if duration is None:
         raise InputError(Problem("the scene has no duration", hint="add it to 'simulation', or give --until"))
     interval = min(duration, settings.output_step or settings.step or (settings.duration or duration) / DEFAULT_SAMPLES)
-    whole: Array = interval * np.arange(int(duration / interval * (1.0 + 1e-9)) + 1)
-    return np.append(whole, duration) if duration - whole[-1] > 1e-9 * duration else whole
+    whole = np.asarray(interval * np.arange(int(duration / interval * (1.0 + 1e-9)) + 1), dtype=float)
+    over = duration - float(whole[-1]) > 1e-9 * duration
+    return np.concatenate([whole, [duration]]) if over else whole
 
 
 def _columns(mechanism: Mechanism, points: Sequence[str]) -> tuple[int, ...]:

@@ -79,7 +79,8 @@ def reference(
     """
     first, second = INTEGRATORS if INTEGRATORS[0] not in compared or INTEGRATORS[1] in compared else INTEGRATORS[::-1]
     scene = mechanism.scene
-    what = ("reference", scene.text, sorted(scene.overrides.items()), times.tolist(), first, seconds, FALLING, SOMEWHERE)
+    overrides = sorted(scene.overrides.items())
+    what = ("reference", scene.text, overrides, times.tolist(), first, seconds, FALLING, PART)
     found = cached(what, lambda: _computed(mechanism, times, first, second, seconds))
     return Reference(
         points=mechanism.points,

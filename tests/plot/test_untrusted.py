@@ -21,7 +21,7 @@ def certified(tmp_path_factory):
     path = tmp_path_factory.mktemp("trust") / "run.h5"
     scene = read_scene(ROOT / "mechanisms" / "five_bar.yaml", {}, {"duration": 5})
     ready = Mechanism.of(scene)
-    with ResultsWriter(path, scene, ready.system.names.as_mapping(), [1e-3]) as recorder:
+    with ResultsWriter(path, scene, ready.system.names.as_mapping(), certified=[1e-3]) as recorder:
         simulate_certified(ready, settings_to_run(scene), recorder, limits=[1e-3])
     with open_results(path) as opened:
         yield opened

@@ -111,7 +111,7 @@ def part_of(whole: Block, samples: slice) -> Block:
 def record(path: Path, whole: Block | None = None, the_scene: Scene | None = None, **arguments: Any) -> Path:
     """A complete results file of the pendulum at `path`."""
     names = arguments.get("names", NAMES)
-    with ResultsWriter(path, the_scene or scene(), names, constants=arguments.get("constants")) as recorder:
+    with ResultsWriter(path, the_scene or scene(), names, arguments.get("constants")) as recorder:
         recorder.write(block(times(), names) if whole is None else whole)
         recorder.attributes({"integration_seconds": 0.5, "degrees_of_freedom": 1})
     return path
