@@ -13,7 +13,7 @@ from mbproj.dynamics.diagnosis import problems_of
 from mbproj.dynamics.kinematics import pose_of
 from mbproj.dynamics.massless import MasslessMotion, massless_motions, massless_problem
 from mbproj.dynamics.redundancy import DependentSet, Redundancy, redundancy
-from mbproj.dynamics.uniqueness import indeterminate
+from mbproj.dynamics.uniqueness import unique_components
 from mbproj.errors import Problem
 from mbproj.model import System
 
@@ -90,12 +90,12 @@ class Diagnosis:
 def diagnose(system: System, state: State) -> Diagnosis:
     """The diagnosis of a mechanism at its start."""
     pose = pose_of(state.q)
-    force, torque = indeterminate(system, pose)
+    unique = unique_components(system, state)
     return Diagnosis(
         redundancy(system, state),
         massless_motions(system, pose),
         conditioning(system, pose),
-        open_components(system.names.joints, ~force, ~torque),
+        open_components(system.names.joints, *unique.values()) if unique else {},
     )
 
 

@@ -14,10 +14,10 @@ from mbproj.dynamics.rank import mobility
 from mbproj.dynamics.redundancy import redundancy
 from mbproj.dynamics.row_space import scaled_jacobian
 from mbproj.dynamics.row_words import listed
+from mbproj.mechanisms_folder import mechanism
 from mbproj.scene import read_scene
 from tests.dynamics import linkages
 from tests.dynamics.linkages import assembled, scaled
-from tests.support import MECHANISMS
 
 #: Mechanism, permanent sets, sets at the pose only, degrees of freedom at the pose.
 KNOWN = {
@@ -107,9 +107,19 @@ def test_a_joint_given_twice_depends_on_itself():
 
 
 def test_regular_mechanisms_have_none():
-    for path in MECHANISMS[:6]:
-        found = redundancy(*assembled(read_scene(path, {}, {})))
+    for name in ("delta_robot", "five_bar", "hooke_shaft", "inline_four", "planar_four_bar", "stewart_platform"):
+        found = redundancy(*assembled(read_scene(mechanism(name))))
         assert (found.sets, found.freedom, found.is_constant) == ((), None, True)
+
+
+@pytest.mark.parametrize(
+    "name, permanent, freedom", [("bennett", 3, 1), ("bricard", 1, 1), ("locomotive", None, 1), ("n_four_bar", None, 1)]
+)
+def test_overconstrained_examples_are_so_for_good(name, permanent, freedom):
+    found = redundancy(*assembled(read_scene(mechanism(name))))
+    assert found.is_constant and found.moves
+    assert found.freedom == freedom
+    assert len(found.sets) == permanent or permanent is None
 
 
 @pytest.mark.parametrize("length", [1e-6, 1e6])

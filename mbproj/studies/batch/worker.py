@@ -10,7 +10,7 @@ from multiprocessing.connection import Connection, wait
 from time import perf_counter
 
 from mbproj.analysis import Outcome, outcomes
-from mbproj.dynamics import assemble
+from mbproj.dynamics import assemble, unique_components
 from mbproj.errors import ExitCode, MbprojError, placed_at
 from mbproj.integrate import simulate
 from mbproj.integrate.report import summary
@@ -58,9 +58,10 @@ def _outcomes(task: Task) -> tuple[Outcome, ...]:
     settings = settings_to_run(scene)
     system = compile_system(scene)
     state = assemble(system, initial_guess(scene, system))
+    unique = unique_components(system, state)
     with (
         placed_at(scene.place("simulation", "projection", "method")),
-        ResultsWriter(task.output, scene, system.names.as_mapping()) as recorder,
+        ResultsWriter(task.output, scene, system.names.as_mapping(), constants=unique) as recorder,
     ):
         report = simulate(system, state, settings, recorder)
         seconds = perf_counter() - started
