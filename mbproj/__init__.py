@@ -3,7 +3,8 @@
     scene = read_scene("five_bar.yaml")                 # what the user wrote          (InputError)
     system = compile_system(scene)                      # names -> arrays
     state = assemble(system, initial_guess(scene, system))   # a consistent start      (InputError)
-    with ResultsWriter("results.h5", scene, system.names.as_mapping()) as recorder:
+    unique = unique_components(system, state)           # which reactions joints do not share at will
+    with ResultsWriter("results.h5", scene, system.names.as_mapping(), unique) as recorder:
         report = simulate(system, state, settings_to_run(scene), recorder)   #        (SimulationError)
 
 Names are imported when they are first used, so that `import mbproj` is cheap.
@@ -17,42 +18,74 @@ from typing import TYPE_CHECKING, Any
 from mbproj.version import __version__
 
 if TYPE_CHECKING:
-    from mbproj.dynamics import State, assemble, mobility
+    from mbproj.dynamics import State, assemble, mobility, unique_components
     from mbproj.errors import InputError, SimulationError
     from mbproj.integrate import Report, simulate
     from mbproj.model import System, compile_system, initial_guess
-    from mbproj.results import Results, ResultsWriter, open_results
+    from mbproj.results import Results, ResultsWriter, Trust, open_results
     from mbproj.scene import Scene, read_scene, read_scene_text, settings_to_run
+    from mbproj.studies.certified import simulate_certified
+    from mbproj.studies.compare import Comparison, compare
+    from mbproj.studies.mechanism import Mechanism
+    from mbproj.studies.reference import Reference, reference
+    from mbproj.studies.setting import Setting
+    from mbproj.studies.solve import Solution, sample_times, solve
+    from mbproj.studies.threshold import ThresholdStudy, threshold_study
+    from mbproj.studies.tradeoff import Tradeoff, tradeoff
 
 _HOMES = {
-    "mbproj.dynamics": ("State", "assemble", "mobility"),
+    "mbproj.dynamics": ("State", "assemble", "mobility", "unique_components"),
     "mbproj.errors": ("InputError", "SimulationError"),
     "mbproj.integrate": ("Report", "simulate"),
     "mbproj.model": ("System", "compile_system", "initial_guess"),
-    "mbproj.results": ("Results", "ResultsWriter", "open_results"),
+    "mbproj.results": ("Results", "ResultsWriter", "Trust", "open_results"),
     "mbproj.scene": ("Scene", "read_scene", "read_scene_text", "settings_to_run"),
+    "mbproj.studies.certified": ("simulate_certified",),
+    "mbproj.studies.compare": ("Comparison", "compare"),
+    "mbproj.studies.mechanism": ("Mechanism",),
+    "mbproj.studies.reference": ("Reference", "reference"),
+    "mbproj.studies.setting": ("Setting",),
+    "mbproj.studies.solve": ("Solution", "sample_times", "solve"),
+    "mbproj.studies.threshold": ("ThresholdStudy", "threshold_study"),
+    "mbproj.studies.tradeoff": ("Tradeoff", "tradeoff"),
 }
 _HOME_OF = {name: home for home, names in _HOMES.items() for name in names}
 
 __all__ = [
+    "Comparison",
     "InputError",
+    "Mechanism",
+    "Reference",
     "Report",
     "Results",
     "ResultsWriter",
     "Scene",
+    "Setting",
     "SimulationError",
+    "Solution",
     "State",
     "System",
+    "ThresholdStudy",
+    "Tradeoff",
+    "Trust",
     "__version__",
     "assemble",
+    "compare",
     "compile_system",
     "initial_guess",
     "mobility",
     "open_results",
     "read_scene",
     "read_scene_text",
+    "reference",
+    "sample_times",
     "settings_to_run",
     "simulate",
+    "simulate_certified",
+    "solve",
+    "threshold_study",
+    "tradeoff",
+    "unique_components",
 ]
 
 

@@ -9,6 +9,7 @@ import numpy.typing as npt
 
 Array: TypeAlias = npt.NDArray[np.float64]
 Integers: TypeAlias = npt.NDArray[np.intp]
+Flags: TypeAlias = npt.NDArray[np.bool_]
 #: Real in a run; complex where a test differentiates by the complex step.
 Numbers: TypeAlias = npt.NDArray[Any]
 

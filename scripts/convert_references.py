@@ -19,14 +19,17 @@ from validation.scene_text import scene_text
 
 
 def convert(case: Case, folder: Path) -> None:
-    """Writes the scene and the table of a case."""
+    """Writes the table and the scene of a case."""
     source = folder / f"{case.source}.json"
     mechanism = json.loads(source.read_text(encoding="utf-8"))
-    for path, text in ((case.scene, scene_text(case, mechanism)),
-                       (case.table, reference_table(case, mechanism, source.parent))):
-        path.parent.mkdir(parents=True, exist_ok=True)
-        path.write_text(text, encoding="utf-8")
-        print(path)
+    _write(case.table, reference_table(case, mechanism, source.parent))
+    _write(case.scene, scene_text(case, mechanism))  # which takes what it expects from the table
+
+
+def _write(path: Path, text: str) -> None:
+    path.parent.mkdir(parents=True, exist_ok=True)
+    path.write_text(text, encoding="utf-8")
+    print(path)
 
 
 def main() -> None:

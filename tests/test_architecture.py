@@ -27,9 +27,11 @@ MAY_IMPORT = {
     "integrate": {"scene", "model", "dynamics", "projection", "kernel"},
     "results": {"scene"},
     "analysis": {"results", "scene"},
-    "studies": {"scene", "model", "dynamics", "projection", "integrate", "results", "analysis"},
+    "templates": {"scene"},
+    "studies": {"scene", "model", "dynamics", "projection", "integrate", "kernel", "results", "analysis"},
     "plot": {"results", "analysis", "scene"},
-    "cli": {"joints", "scene", "model", "dynamics", "integrate", "kernel", "results", "analysis", "studies", "plot"},
+    "cli": {"joints", "scene", "model", "dynamics", "integrate", "kernel", "results", "analysis", "studies", "plot",
+            "templates"},
 }
 
 

@@ -1,16 +1,19 @@
-"""Pure functions of results: energy, violations, comparison, summary."""
+"""Pure functions of results: energy, violations, comparison, summary, expectations."""
 
 from mbproj.analysis.comparison import Difference, common_samples, trajectory_difference
 from mbproj.analysis.energy import EnergyDrift, energy_drift
+from mbproj.analysis.expectations import Outcome, outcomes
 from mbproj.analysis.summary import summary
 from mbproj.analysis.violations import Peak, peak, worst
 
 __all__ = [
     "Difference",
     "EnergyDrift",
+    "Outcome",
     "Peak",
     "common_samples",
     "energy_drift",
+    "outcomes",
     "peak",
     "summary",
     "trajectory_difference",

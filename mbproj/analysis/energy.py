@@ -23,8 +23,12 @@ def energy_drift(balance: Array, kinetic: Array, potential: Array) -> EnergyDrif
     The relative drift is over the largest kinetic energy plus the range of the potential energy: E(0) may be zero.
     Where nothing moved it is 0 without drift and infinite with it; NaN in any series gives NaN.
     """
-    absolute = float(np.max(np.abs(balance)))
-    exchanged = float(np.max(kinetic) + np.ptp(potential))
-    if exchanged == 0.0:
+    absolute, size = float(np.max(np.abs(balance))), exchanged(kinetic, potential)
+    if size == 0.0:
         return EnergyDrift(absolute, 0.0 if absolute == 0.0 else float("inf"))
-    return EnergyDrift(absolute, absolute / exchanged)
+    return EnergyDrift(absolute, absolute / size)
+
+
+def exchanged(kinetic: Array, potential: Array) -> float:
+    """The largest kinetic energy plus the range of the potential energy of series (T) in J."""
+    return float(np.max(kinetic) + np.ptp(potential))

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from mbproj.arrays import Array
-from mbproj.results import DATASETS, Results
+from mbproj.results import DATASETS, Results, Trust
 
 #: How the components of a quantity are called, by their number.
 COMPONENTS = {1: ("",), 3: ("_x", "_y", "_z"), 4: ("_0", "_1", "_2", "_3")}
@@ -31,15 +31,25 @@ def tables(results: Results) -> Iterator[Table]:
             blocks = [(path.partition("/")[2], unit, results[path][:, column]) for path, unit in parts]
             if kind == "joints":
                 blocks += _coordinates(results, name)
-            yield _table(results, f"{group}-{name}", blocks)
+            open_ = _not_unique(results, column) if kind == "joints" else ()
+            yield _table(results, f"{group}-{name}", blocks, open_)
     for kind, symbol, group in (("force_units", "nf", "force"), ("motion_units", "nm", "motion")):
         for column, unit in enumerate(results.names(kind)):
-            parts = [(dataset.path, _unit(dataset.unit, unit)) for dataset in DATASETS if dataset.symbol == symbol]
+            parts = [(dataset.path, own_unit(dataset.unit, unit)) for dataset in DATASETS if dataset.symbol == symbol]
             blocks = [(path.partition("/")[2], unit, results[path][:, column]) for path, unit in parts]
             yield _table(results, f"{group}-{results.names(f'{group}s')[column]}", blocks)
     diagnostics = [entry for entry in DATASETS if entry.path.startswith("diagnostics/")]
     blocks = [(entry.path.partition("/")[2], entry.unit, results[entry.path]) for entry in diagnostics]
     yield _table(results, "diagnostics", blocks)
+    if results.trust is not None:
+        yield _trust(results.trust)
+
+
+def _trust(trust: Trust) -> Table:
+    """The error of each marker of a certified run, and its uncertainty."""
+    headings = [f"{quantity} of {name} (m)" for quantity in ("error", "uncertainty") for name in trust.names]
+    values = np.concatenate([trust.time[:, None], trust.error, trust.uncertainty], axis=1)
+    return Table("trust", ("time (s)", *headings), values)
 
 
 def _coordinates(results: Results, joint: str) -> Iterator[tuple[str, str, Array]]:
@@ -51,16 +61,29 @@ def _coordinates(results: Results, joint: str) -> Iterator[tuple[str, str, Array
             yield f"{coordinate}_speed", f"{units[column]}/s", results["joints/speed"][:, column]
 
 
-def _unit(either: str, unit: str) -> str:
+def own_unit(either: str, unit: str) -> str:
     """The unit of a column of "rad or m", "N m or N", ...: the first where `unit` is rad, the second where it is m."""
     first, _, second = either.partition(" or ")
     return first if unit == "rad" else second
 
 
-def _table(results: Results, name: str, blocks: list[tuple[str, str, Array]]) -> Table:
+def _not_unique(results: Results, column: int) -> tuple[str, ...]:
+    """The columns of a joint's reactions that are not unique, as "reaction_force_y"."""
+    found: list[str] = []
+    for quantity in ("reaction_force", "reaction_torque"):
+        unique = results.constant(f"joints/{quantity}_unique")
+        if unique is not None:
+            found += [quantity + COMPONENTS[3][axis] for axis in np.flatnonzero(~unique[column])]
+    return tuple(found)
+
+
+def _table(
+    results: Results, name: str, blocks: list[tuple[str, str, Array]], not_unique: tuple[str, ...] = ()
+) -> Table:
     headings, columns = ["time (s)"], [results.time[:, None]]
     for quantity, unit, values in blocks:
         flat = values.reshape(len(values), -1)
-        headings += [f"{quantity}{component} ({unit})" for component in COMPONENTS[flat.shape[1]]]
+        columns_of = [f"{quantity}{component}" for component in COMPONENTS[flat.shape[1]]]
+        headings += [f"{column} ({unit}{'; not unique' if column in not_unique else ''})" for column in columns_of]
         columns.append(flat)
     return Table(name, tuple(headings), np.concatenate(columns, axis=1))

@@ -13,6 +13,7 @@ from mbproj.joints import JOINTS
 
 if TYPE_CHECKING:
     from mbproj.dynamics import Mobility, State
+    from mbproj.integrate.formulation import Choice
     from mbproj.model import System
     from mbproj.scene import Scene
     from mbproj.scene.records import Body, Joint
@@ -31,11 +32,11 @@ def command(scene: str, settings: tuple[str, ...], as_json: bool, **options: Any
     """
     import json
 
+    from mbproj.cli.diagnosis import diagnose
     from mbproj.dynamics import assemble, mobility
-    from mbproj.dynamics.assembly import LARGE, moved_by
+    from mbproj.dynamics.assembly import moved_by
     from mbproj.dynamics.constraint_equations import constraint_at, constraint_velocity_at
     from mbproj.dynamics.kinematics import pose_of
-    from mbproj.dynamics.rank import full_rank
     from mbproj.integrate.formulation import choose
     from mbproj.integrate.full import FullFormulation
     from mbproj.model import compile_system, initial_guess
@@ -53,16 +54,17 @@ def command(scene: str, settings: tuple[str, ...], as_json: bool, **options: Any
     except InputError as error:
         place = what.place("simulation", "projection", "method")
         problems = [Problem(problem.message, problem.place or place, problem.hint) for problem in error.problems]
-    # The kernel's factor has shown the rank already; a dense decomposition of a large system would take minutes.
-    known = choice is not None and choice.name == "reduced" and system.bodies > LARGE
-    ranks = full_rank(system) if known else mobility(system, pose_of(state.q))
+    diagnosis = diagnose(system, state)
+    problems = diagnosis.problems(system, runs=choice is not None) or problems
+    # A dense decomposition of a loop of hundreds of bodies would take minutes.
+    ranks = None if diagnosis.redundancy.left_out else mobility(system, pose_of(state.q))
     facts = {
         "scene": scene,
         "title": what.title,
-        "coordinates": ranks.coordinates,
-        "constraints": ranks.constraints,
-        "rank": ranks.rank,
-        "degrees_of_freedom": ranks.degrees_of_freedom,
+        "coordinates": 7 * system.bodies,
+        "constraints": system.constraints,
+        "rank": None if ranks is None else ranks.rank,
+        "degrees_of_freedom": _degrees_of_freedom(ranks, choice),
         "formulation": None if choice is None else choice.name,
         "formulation_why": None if choice is None else choice.why,
         "elimination": None if choice is None else choice.elimination,
@@ -70,16 +72,26 @@ def command(scene: str, settings: tuple[str, ...], as_json: bool, **options: Any
         "velocity_violation": float(abs(constraint_velocity_at(system, state.q, state.v)).max()),
         "moved_by": moved_by(guess.q, state.q),
         "coordinates_at_start": _coordinates(system, state),
+        **diagnosis.facts(),
+        "expectations": [each.name for each in what.expectations],
         "can_run": not problems,
         "problems": [_problem(problem) for problem in problems],
     }
     if as_json:
         click.echo(json.dumps(facts))
     else:
-        click.echo("\n".join([what.title or Path(scene).stem, *_sizes(what, ranks), *_start(what, facts)]))
+        lines = [*_sizes(what, facts), *diagnosis.lines(), *_start(what, facts)]
+        click.echo("\n".join([what.title or Path(scene).stem, *lines]))
         for problem in problems:
             click.echo(str(problem), err=True)
     return int(ExitCode.CHECK_FAILED if problems else ExitCode.DONE)
+
+
+def _degrees_of_freedom(ranks: Mobility | None, choice: Choice | None) -> int | None:
+    """From the rank, or from the kernel's equations where that is not computed; None where neither is known."""
+    if ranks is not None:
+        return ranks.degrees_of_freedom
+    return None if choice is None else choice.degrees_of_freedom
 
 
 def _problem(problem: Problem) -> dict[str, Any]:
@@ -123,16 +135,20 @@ def _shortened(lines: list[str]) -> list[str]:
     return lines if left <= 0 else [*lines[:MOST_ROWS], f"    ... and {left} more"]
 
 
-def _sizes(scene: Scene, ranks: Mobility) -> list[str]:
+def _sizes(scene: Scene, facts: dict[str, Any]) -> list[str]:
     width = max((len(joint.name) for joint in scene.joints), default=0)
     joints = [f"    {joint.name:{width}}  {_joint(joint)}" for joint in scene.joints]
     return [
         f"  {len(scene.bodies)} bodies, {len(scene.joints)} joints, {len(scene.markers)} markers{_driven(scene)}",
         *_shortened([f"    {_body(body)}" for body in scene.bodies]),
         *_shortened(joints),
-        f"  {ranks.coordinates} coordinates, {ranks.constraints} constraints of rank {ranks.rank}: "
-        f"{ranks.degrees_of_freedom} degrees of freedom",
+        f"  {facts['coordinates']} coordinates, {facts['constraints']} constraints{_rank(facts)} degrees of freedom",
     ]
+
+
+def _rank(facts: dict[str, Any]) -> str:
+    rank, freedom = facts["rank"], facts["degrees_of_freedom"]
+    return f"{'' if rank is None else f' of rank {rank}'}: {'unknown' if freedom is None else freedom}"
 
 
 def _driven(scene: Scene) -> str:
@@ -174,6 +190,17 @@ def _formulation(scene: Scene, facts: dict[str, Any]) -> list[str]:
     return lines
 
 
+def _expectations(scene: Scene) -> list[str]:
+    """What the scene expects of its run."""
+    from mbproj.cli.expectations import subject, wanted
+
+    if not scene.expectations:
+        return []
+    width = max(len(each.name) for each in scene.expectations)
+    rows = [f"    {each.name:{width}}  {subject(each)}: {wanted(each)}" for each in scene.expectations]
+    return [f"  {len(rows)} expectations", *_shortened(rows)]
+
+
 def _start(scene: Scene, facts: dict[str, Any]) -> list[str]:
     from mbproj.cli.summary import step_words
 
@@ -194,5 +221,6 @@ def _start(scene: Scene, facts: dict[str, Any]) -> list[str]:
         *_shortened(rows),
         *_formulation(scene, facts),
         f"  {settings.projection.method}, {settings.integrator}, {step}, {duration}",
+        *_expectations(scene),
         "  can run" if facts["can_run"] else "  cannot run",
     ]

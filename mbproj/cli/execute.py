@@ -3,25 +3,46 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from time import perf_counter
-from typing import TYPE_CHECKING
+from types import MappingProxyType
+from typing import TYPE_CHECKING, Any
 
 import click
 
 from mbproj.errors import Place, SimulationError, placed_at
 
 if TYPE_CHECKING:
+    from mbproj.analysis import Outcome
+    from mbproj.dynamics import State
+    from mbproj.integrate import Report
+    from mbproj.integrate.simulate import Progress
+    from mbproj.model import System
+    from mbproj.results import ResultsWriter, Trust
     from mbproj.scene import Scene
 
 
-def execute(scene: Scene, name: str, output: str, *, as_json: bool, quiet: bool) -> None:
-    """Simulates `scene`, which the summary calls `name`, writes `output`, and prints what is asked for."""
+def execute(
+    scene: Scene,
+    name: str,
+    output: str,
+    *,
+    certified: Sequence[float] | None = None,
+    facts: Mapping[str, Any] = MappingProxyType({}),
+    as_json: bool,
+    quiet: bool,
+) -> None:
+    """Simulates `scene`, which the summary calls `name`, writes `output`, and prints what is asked for. `certified`:
+    the limits of the error (m) for which to say how long the run can be trusted; `facts`: what else the results file
+    and --json are to say."""
+    from mbproj.cli import expectations
     from mbproj.cli.progress import progress_bar
-    from mbproj.cli.summary import print_summary, summary
-    from mbproj.dynamics import assemble
+    from mbproj.cli.summary import print_summary
+    from mbproj.cli.trust import as_numbers
+    from mbproj.dynamics import assemble, unique_components
     from mbproj.integrate import simulate
+    from mbproj.integrate.report import summary
     from mbproj.model import compile_system, initial_guess
     from mbproj.results import ResultsWriter
     from mbproj.scene import settings_to_run
@@ -31,30 +52,78 @@ def execute(scene: Scene, name: str, output: str, *, as_json: bool, quiet: bool)
     system = compile_system(scene)
     state = assemble(system, initial_guess(scene, system))
     with placed_at(Place("--output")):
-        writer = ResultsWriter(output, scene, system.names.as_mapping())
+        constants = unique_components(system, state)
+        writer = ResultsWriter(output, scene, system.names.as_mapping(), certified, constants)
     with (
-        _what_is_kept(name, output, as_json),
+        _what_is_kept(name, output, as_json=as_json, quiet=quiet),
         placed_at(scene.place("simulation", "projection", "method")),
         writer as recorder,
         progress_bar(settings.duration, hidden=quiet or as_json) as progress,
     ):
-        report = simulate(system, state, settings, recorder, progress)
-        numbers = summary(name, output, report, total_seconds=perf_counter() - started)
+        if certified is None:
+            report, trust = simulate(system, state, settings, recorder, progress), None
+        else:
+            report, trust = _certified(scene, system, state, recorder, progress, certified)
+        numbers = {**summary(name, output, report, total_seconds=perf_counter() - started), **facts}
         recorder.attributes(numbers)
+    found = _expected(scene, output)
     if as_json:
-        click.echo(json.dumps(numbers))
+        certificate = {} if trust is None else {"trust": as_numbers(trust)}
+        judged = [expectations.record(outcome) for outcome in found]
+        click.echo(json.dumps({**numbers, **certificate, "expectations": judged}))
     elif not quiet:
-        print_summary(scene.title or name, system, report, numbers)
+        print_summary(scene.title or name, system, report, numbers, trust, found)
+
+
+def _expected(scene: Scene, output: str) -> list[Outcome]:
+    """What the scene expects, held against the results; nothing is read where it expects nothing."""
+    if not scene.expectations:
+        return []
+    from mbproj.analysis import outcomes
+    from mbproj.results import open_results
+
+    with open_results(output) as results:
+        return outcomes(scene.expectations, results)
+
+
+def _certified(
+    scene: Scene,
+    system: System,
+    state: State,
+    recorder: ResultsWriter,
+    progress: Progress | None,
+    limits: Sequence[float],
+) -> tuple[Report, Trust]:
+    """The run and its certificate, with a line on stderr for each solution of it, where there is a progress bar too."""
+    from mbproj.scene import settings_to_run
+    from mbproj.studies.certified import simulate_certified
+    from mbproj.studies.mechanism import Mechanism
+
+    def tell(message: str) -> None:
+        if progress is not None:
+            click.echo(message, err=True)
+
+    mechanism = Mechanism(scene, system, state)
+    return simulate_certified(mechanism, settings_to_run(scene), recorder, progress, limits, tell)
 
 
 @contextmanager
-def _what_is_kept(name: str, output: str, as_json: bool) -> Iterator[None]:
-    """Says where the results of a run are that did not end well; a program gets its object all the same."""
+def _what_is_kept(name: str, output: str, *, as_json: bool, quiet: bool) -> Iterator[None]:
+    """Says where the results of a run are that did not end well, and how far they can be trusted where it was to be
+    certified; a program gets its object all the same."""
+    from mbproj.cli.trust import as_numbers, lines_on
+    from mbproj.results import open_results
+
     try:
         yield
     except (SimulationError, KeyboardInterrupt) as error:
         click.echo(f"note: what was computed until then is in {output}", err=True)
+        with open_results(output) as results:
+            trust = results.trust
         if as_json:
             status = f"failed: {error}" if isinstance(error, SimulationError) else "interrupted"
-            click.echo(json.dumps({"scene": name, "output": output, "status": status}))
+            numbers = {"scene": name, "output": output, "status": status}
+            click.echo(json.dumps(numbers if trust is None else {**numbers, "trust": as_numbers(trust)}))
+        elif trust is not None and not quiet:
+            click.echo("\n".join(lines_on(trust)))
         raise

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from mbproj.cli.table import table
+from mbproj.cli.trust import as_numbers, lines_on
 
 if TYPE_CHECKING:
     from mbproj.results import Results
@@ -44,16 +45,19 @@ def _contents(results: Results) -> dict[str, Any]:
     from dataclasses import asdict
 
     from mbproj.analysis import summary
+    from mbproj.analysis.reactions import reactions_not_unique
     from mbproj.results import DATASETS
 
     return {
         **summary(results),
         "scene": None if results.scene_path is None else str(results.scene_path),
         "gravity": list(results.gravity),
+        "reactions_not_unique": reactions_not_unique(results),
         "settings": asdict(results.settings),
         "overrides": results.overrides,
         "attributes": dict(results.attributes),
         "names": {kind: list(results.names(kind)) for kind in ("bodies", "markers", "joints", "coordinates")},
+        **({} if results.trust is None else {"trust": as_numbers(results.trust)}),
         "datasets": {
             dataset.path: {"shape": list(results.shape(dataset.path)), "unit": dataset.unit} for dataset in DATASETS
         },
@@ -90,8 +94,14 @@ def _lines(results: Results) -> Iterator[str]:
             "size": f"{has['bodies']} bodies, {has['joints']} joints with {has['coordinates']} coordinates, "
             f"{has['markers']} markers",
             **numbers,
+            **_reactions(has),
         }
     )
+    if results.trust is not None:
+        yield "\ntrust"
+        yield from lines_on(results.trust)
+    elif results.certified is not None:
+        yield "\ntrust\n  it was to be certified, but was interrupted before"
     for title, values in (("settings", _settings(has)), ("attributes", _attributes(has)), ("datasets", _datasets(has))):
         yield f"\n{title}"
         yield from table(values, "  ")
@@ -118,6 +128,14 @@ def _numbers(has: Mapping[str, Any]) -> dict[str, str]:
         **worst,
         "energy drift": f"{has['energy_drift']:.3g} J, relative {has['energy_drift_relative']:.3g}",
     }
+
+
+def _reactions(has: Mapping[str, Any]) -> dict[str, str]:
+    """Which components of reactions are not unique, where there are any."""
+    from mbproj.analysis.reactions import in_words
+
+    components = has["reactions_not_unique"]
+    return {"reactions not unique": in_words(components)} if components else {}
 
 
 def _at(time: float) -> str:

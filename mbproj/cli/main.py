@@ -13,7 +13,8 @@ from mbproj.errors import ExitCode, InputError, MbprojError
 from mbproj.version import __version__
 
 #: Commands in the order of the help; each is the object `command` of the module of its name.
-COMMANDS = ("run", "check", "plot", "info", "export", "rerun", "paper", "examples", "schema")
+COMMANDS = ("run", "check", "plot", "info", "export", "rerun", "compare", "tradeoff", "threshold", "recommend", "batch",
+            "compare-results", "new", "paper", "examples", "schema")
 
 
 class CommandsOnDemand(click.Group):
@@ -25,7 +26,7 @@ class CommandsOnDemand(click.Group):
     def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
         if cmd_name not in COMMANDS:
             return None
-        command: click.Command = import_module(f"mbproj.cli.{cmd_name}").command
+        command: click.Command = import_module(f"mbproj.cli.{cmd_name.replace('-', '_')}").command
         return command
 
 

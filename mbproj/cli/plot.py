@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 import click
 
+from mbproj.cli.quantity import Positive
 from mbproj.errors import InputError, Problem
 from mbproj.plot.kinds import KINDS
 from mbproj.scene.suggestions import choose_from
@@ -28,6 +29,7 @@ KINDS_HELP = "; ".join(f"{name}: {kind.summary}" for name, kind in KINDS.items()
 @click.option("--to", "stop", type=float, metavar="T", help="End at this time in s.")
 @click.option("--marker", "markers", multiple=True, metavar="NAME", help="Only this marker, repeatable.")
 @click.option("--joint", "joints", multiple=True, metavar="NAME", help="Only this joint, repeatable.")
+@click.option("--error", "limit", type=Positive("m"), metavar="E", help="Mark where a certified run may be off by E.")
 def command(
     results: tuple[Path, ...],
     kinds: tuple[str, ...],
@@ -38,6 +40,7 @@ def command(
     stop: float | None,
     markers: tuple[str, ...],
     joints: tuple[str, ...],
+    limit: float | None,
 ) -> None:
     """Draw RESULTS, several overlaid, and print the paths of the pictures: DIR/<first file>-<kind>.<format>.
 
@@ -55,7 +58,7 @@ def command(
     drawn = _applicable(kinds, {kind: why_not(kind, shown) for kind in KINDS})
     _make(directory)
     for kind in drawn:
-        click.echo(save(draw(kind, shown, names), directory / f"{first}-{kind}.{file_format}"))
+        click.echo(save(draw(kind, shown, names, limit), directory / f"{first}-{kind}.{file_format}"))
 
 
 def _check(results: Sequence[Path], kinds: Sequence[str], labels: Sequence[str]) -> None:

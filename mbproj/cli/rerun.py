@@ -27,8 +27,8 @@ def command(results: Path, output: str, as_json: bool, quiet: bool) -> None:
         name = str(before.scene_path or results)
         scene = read_scene_text(before.scene_text, name, before.overrides)
         scene = replace(scene, path=before.scene_path, settings=before.settings)
-        source = before.path
+        source, certified = before.path, before.certified
     if Path(output).resolve() == source.resolve():
         problem = Problem(f"'{output}' is the file to repeat", Place("--output"), "choose another name")
         raise InputError(problem)
-    execute(scene, name, output, as_json=as_json, quiet=quiet)
+    execute(scene, name, output, certified=certified, as_json=as_json, quiet=quiet)

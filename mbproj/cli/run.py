@@ -2,22 +2,83 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import click
 
+from mbproj.cli.quantity import Positive
 from mbproj.cli.scene_options import overrides, parameters, scene_options
+
+if TYPE_CHECKING:
+    from mbproj.scene import Scene
 
 
 @click.command("run")
 @scene_options
 @click.option("-o", "--output", default="results.h5", show_default=True, type=click.Path(), help="Results file.")
+@click.option("--accuracy", type=Positive("m"), metavar="E",
+              help="Choose the cheapest integrator and step that keep the error of every marker below E.")
+@click.option("--certify", is_flag=True, help="Say how long each marker can be trusted, by a better solution.")
+@click.option("--limit", "limits", multiple=True, type=Positive("m"), metavar="E",
+              help="With --certify: an error to give the time for, repeatable (1e-9, 1e-8, .. 1 m).")
 @click.option("--json", "as_json", is_flag=True, help="Print one JSON object instead of the summary.")
 @click.option("-q", "--quiet", is_flag=True, help="Print nothing but errors.")
-def command(scene: str, settings: tuple[str, ...], output: str, as_json: bool, quiet: bool, **options: Any) -> None:
+def command(
+    scene: str,
+    settings: tuple[str, ...],
+    output: str,
+    accuracy: float | None,
+    certify: bool,
+    limits: tuple[float, ...],
+    as_json: bool,
+    quiet: bool,
+    **options: Any,
+) -> None:
     """Simulates SCENE and writes a results file."""
     from mbproj.cli.execute import execute
     from mbproj.scene import read_scene
 
-    what = read_scene(scene, parameters(settings), overrides(options))
-    execute(what, scene, output, as_json=as_json, quiet=quiet)
+    asked, given = _limits(certify, limits), overrides(options)
+    what, facts = read_scene(scene, parameters(settings), given), dict[str, Any]()
+    if accuracy is not None:
+        what, facts = _accurate(what, accuracy, given, hidden=as_json or quiet)
+    execute(what, scene, output, certified=asked, facts=facts, as_json=as_json, quiet=quiet)
+
+
+def _accurate(scene: Scene, accuracy: float, given: dict[str, str], hidden: bool) -> tuple[Scene, dict[str, Any]]:
+    """The scene with the cheapest settings for an error, and what is known of it; for --json and the results file."""
+    from dataclasses import replace
+
+    from mbproj.cli.recommend import noting
+    from mbproj.errors import InputError, Place, Problem
+    from mbproj.studies.recommend import Unreachable, recommend
+
+    for name in ("integrator", "step", "tolerance"):
+        if name in given:
+            hint = "leave out the one or the other"
+            raise InputError(Problem(f"--accuracy chooses the {name} itself", Place(f"--{name}"), hint))
+    with noting(hidden) as tell:
+        found = recommend(scene, accuracy, timed=False, tell=tell)
+    if not found.reached:
+        raise Unreachable(
+            f"no setting keeps an error of {accuracy:g} m longer than {found.until:.6g} s: errors grow from round-off; "
+            f"try --duration {found.until:.6g}, or a larger error"
+        )
+    if not hidden:
+        label, best = found.setting.label, found.best
+        click.echo(f"{label}: off by {best.error:.1e} m at most, {best.evaluations:.0f} evaluations", err=True)
+    facts = {"accuracy": accuracy, "accuracy_error": found.best.error, "accuracy_uncertainty": found.uncertain}
+    return replace(scene, settings=found.settings), facts
+
+
+def _limits(certify: bool, limits: tuple[float, ...]) -> tuple[float, ...] | None:
+    """The limits to certify for, increasing; None where that is not asked for."""
+    from mbproj.errors import InputError, Place, Problem
+
+    if limits and not certify:
+        raise InputError(Problem("needs --certify", Place("--limit"), "add it, or leave this out"))
+    if not certify:
+        return None
+    from mbproj.studies.certify import LIMITS
+
+    return tuple(sorted(set(limits))) or LIMITS

@@ -1,44 +1,36 @@
-"""The end of a run in words and as one JSON object."""
+"""The end of a run in words."""
 
 from __future__ import annotations
 
-from typing import Any
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
 
 import click
 
+from mbproj.cli.expectations import summary_lines
+from mbproj.cli.trust import lines_on
 from mbproj.integrate.report import Report, Worst
 from mbproj.model.system import System
+from mbproj.results.trust import Trust
 from mbproj.scene.records import Settings
+
+if TYPE_CHECKING:
+    from mbproj.analysis import Outcome
 
 #: Relative energy drift from which on a run is told that its step may be too large.
 SUSPICIOUS_DRIFT = 1e-4
 
 
-def summary(scene: str, output: str, report: Report, total_seconds: float) -> dict[str, Any]:
-    """What --json prints and the results file keeps as attributes."""
-    return {
-        "scene": str(scene),
-        "output": str(output),
-        "formulation": report.formulation,
-        "formulation_why": report.why,
-        "projection": report.settings.projection.method,
-        "integrator": report.settings.integrator,
-        "degrees_of_freedom": report.degrees_of_freedom,
-        **report.counters,
-        "integration_seconds": report.integration_seconds,
-        "recording_seconds": report.recording_seconds,
-        "total_seconds": total_seconds,
-        "position_violation_max": report.position_violation.value,
-        "velocity_violation_max": report.velocity_violation.value,
-        "worst_joint": report.worst_joint,
-        "energy_drift": report.energy_drift,
-        "energy_drift_relative": report.energy_drift_relative,
-        "status": "complete",
-    }
-
-
-def print_summary(title: str, system: System, report: Report, numbers: dict[str, Any]) -> None:
-    """The summary for a reader, on stdout; what should worry him, on stderr."""
+def print_summary(
+    title: str,
+    system: System,
+    report: Report,
+    numbers: dict[str, Any],
+    trust: Trust | None = None,
+    outcomes: Sequence[Outcome] = (),
+) -> None:
+    """The summary for a reader, with what a certificate says and the `outcomes` of the scene's expectations, on stdout;
+    what should worry him, on stderr."""
     counts, settings = report.counters, report.settings
     seconds = report.integration_seconds
     lines = [
@@ -57,6 +49,8 @@ def print_summary(title: str, system: System, report: Report, numbers: dict[str,
         f"  projection          {counts['projections']} times, {counts['projection_iterations']} position and "
         f"{counts['velocity_iterations']} velocity iterations, {counts['projection_failures']} failures",
         *_phases(report),
+        *(lines_on(trust) if trust is not None else ()),
+        *(summary_lines(outcomes) if outcomes else ()),
         f"  written to {numbers['output']}",
     ]
     click.echo("\n".join(lines))

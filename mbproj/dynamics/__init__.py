@@ -2,5 +2,6 @@
 
 from mbproj.dynamics.assembly import State, assemble
 from mbproj.dynamics.rank import Mobility, mobility
+from mbproj.dynamics.uniqueness import unique_components
 
-__all__ = ["Mobility", "State", "assemble", "mobility"]
+__all__ = ["Mobility", "State", "assemble", "mobility", "unique_components"]

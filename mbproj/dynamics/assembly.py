@@ -88,7 +88,7 @@ def is_angle(system: System) -> Integers:
 
 def _close(system: System, q: Array, start: Conditions, drive: Drive | None) -> Array:
     """The closed pose next to q. Raises InputError where there is none."""
-    closed, residual = nearest(system, q, start, drive)
+    closed, residual = nearest(system, q, start, drive, _close_enough(system))
     if np.abs(residual).max(initial=0.0) <= CLOSED:
         return closed
     if system.motions is not None:
@@ -98,13 +98,15 @@ def _close(system: System, q: Array, start: Conditions, drive: Drive | None) -> 
     raise _not_closed(system, residual)
 
 
-def nearest(system: System, q: Array, start: Conditions, drive: Drive | None) -> tuple[Array, Array]:
+def nearest(
+    system: System, q: Array, start: Conditions, drive: Drive | None, close_enough: float
+) -> tuple[Array, Array]:
     """Gauss-Newton with the shortest weighted step; where that does not reduce the violation, Levenberg's damping.
-    The pose reached, and what is left of the violation."""
+    The pose reached, and what is left of the violation, in rad and parts of the length; it ends at `close_enough`."""
     weights = _inverse_weights(system)
     residual, damping = _residual(system, q, start, drive), 0.0
     for _ in range(MAX_ITERATIONS):
-        if np.abs(residual).max(initial=0.0) <= _close_enough(system) or damping > 1e6:
+        if np.abs(residual).max(initial=0.0) <= close_enough or damping > 1e6:
             break
         rows = _rows(system, pose_of(q), start) * weights
         trial = _normalised(q + weights * _damped_solution(rows, -residual, damping))

@@ -21,15 +21,24 @@ from mbproj.model.system import System
 
 @dataclass(frozen=True, eq=False)
 class Block:
-    """Rows (k,) of C, counted without the norm rows, and the bodies (b,) that they hold, the ground left out."""
+    """Rows (k,) of C, counted without the norm rows, and the bodies (b,) that they hold, the ground left out.
+
+    `is_loop`: whether it has several joints or motions, or one that joins a body to itself: no others have rows that
+    could depend on each other."""
 
     rows: Integers
     bodies: Integers
+    is_loop: bool = True
 
 
 def row_sets(system: System) -> list[PrimitiveSet]:
     """The joints' rows, and the motions' where there are any."""
     return [system.joints] if system.motions is None else [system.joints, system.motions.rows]
+
+
+def loops_of(system: System) -> list[Block]:
+    """The blocks whose rows can depend on each other."""
+    return [block for block in blocks_of(system) if block.is_loop]
 
 
 def blocks_of(system: System) -> list[Block]:
@@ -45,7 +54,8 @@ def blocks_of(system: System) -> list[Block]:
         links = sorted({edges[edge][2] for edge in members})
         bodies = {body for link in links for body in bodies_of[link]} - {system.bodies}
         rows = np.concatenate([rows_of[link] for link in links])
-        found.append(Block(np.sort(rows), np.array(sorted(bodies), dtype=np.intp)))
+        is_loop = len(links) > 1 or len(bodies_of[links[0]]) < 2
+        found.append(Block(np.sort(rows), np.array(sorted(bodies), dtype=np.intp), is_loop))
     return sorted(found, key=lambda block: int(block.rows[0]))
 
 

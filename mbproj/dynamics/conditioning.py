@@ -8,7 +8,7 @@ import numpy as np
 
 from mbproj.arrays import Array, Integers
 from mbproj.dynamics.assembly import LARGE
-from mbproj.dynamics.blocks import Block, block_rows, blocks_of
+from mbproj.dynamics.blocks import Block, block_rows, loops_of
 from mbproj.dynamics.constraint_equations import jacobian
 from mbproj.dynamics.kinematics import Pose
 from mbproj.dynamics.row_space import DEPENDENT, row_distances, scaled_jacobian, split, unit_rows
@@ -36,7 +36,7 @@ class Conditioning:
     def words(self) -> str:
         """How far the pose is from a singular one."""
         if self.distance is None:
-            return "no loops, hence no singular poses"
+            return "no loops, and so no singular poses"
         if self.distance < CLOSE:
             return "all but singular"
         return "near a singular pose" if self.distance < NEAR else "far from singular poses"
@@ -44,7 +44,7 @@ class Conditioning:
 
 def conditioning(system: System, pose: Pose) -> Conditioning:
     """The conditions at a pose. Blocks of more than `LARGE` bodies do not count for the distance."""
-    blocks = [block for block in blocks_of(system) if len(block.bodies) <= LARGE and _is_loop(system, block)]
+    blocks = [block for block in loops_of(system) if len(block.bodies) <= LARGE and _has_joints(system, block)]
     distance, owner = None, None
     for block, rows in zip(blocks, block_rows(system, pose, blocks), strict=True):
         unit = unit_rows(rows)
@@ -63,7 +63,7 @@ def conditioning(system: System, pose: Pose) -> Conditioning:
     )
 
 
-def _is_loop(system: System, block: Block) -> bool:
+def _has_joints(system: System, block: Block) -> bool:
     """Whether the block has several joints."""
     joints = system.joints.owner[block.rows[block.rows < system.joints.size]]
     return bool(np.any(joints != joints[0]))

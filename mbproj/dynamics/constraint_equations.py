@@ -83,6 +83,17 @@ def gamma(system: System, pose: Pose, twist: Twist, drive: Drive | None = None) 
     return np.concatenate(rows, axis=-1)
 
 
+def constraint_acceleration(
+    system: System, pose: Pose, twist: Twist, change: Twist, drive: Drive | None = None
+) -> Numbers:
+    """C'' = C_q q'' - γ, (..., m); `change` holds q'' as a twist does q'."""
+    norms = 2.0 * np.sum(pose.orientation[..., :-1, :] * change.rate[..., :-1, :], axis=-1)
+    rows = [norms, set_velocity(system.joints, pose, change)]
+    if system.motions is not None:
+        rows.append(set_velocity(system.motions.rows, pose, change))
+    return np.concatenate(rows, axis=-1) - gamma(system, pose, twist, drive)
+
+
 def set_bias(bound: PrimitiveSet, pose: Pose, twist: Twist) -> Numbers:
     """The part of d²/dt² of a set's values that does not hold q'', (..., m)."""
     x, x_dot = attached(pose, *slots_of(bound)), attached_velocity(twist, *slots_of(bound))

@@ -122,6 +122,8 @@ def _motion(length: float, centre: Array, shift: Array, turn: Array) -> str:
     along = abs(turn @ shift) / rate**2
     where = "its centre of mass"
     if np.linalg.norm(to_axis) > NO_PART:
-        where = "[" + ", ".join(f"{part:.4g}" for part in centre + length * to_axis) + "] m"
+        point = centre + length * to_axis
+        point[np.abs(point) < NO_PART * length] = 0.0
+        where = "[" + ", ".join(f"{part:.4g}" for part in point) + "] m"
     slides = " and shifts along it" if along > NO_PART else ""
     return f"turns about {direction(turn)} through {where}{slides}"

@@ -10,6 +10,7 @@ import numpy as np
 from mbproj.arrays import Array
 from mbproj.dynamics.assembly import CLOSED, nearest
 from mbproj.dynamics.blocks import Block, block_rows
+from mbproj.dynamics.branches import branch_directions
 from mbproj.dynamics.kinematics import Pose, pose_of
 from mbproj.dynamics.row_space import DEPENDENT, unit_rows
 from mbproj.model.euler_parameters import matrix_L
@@ -17,8 +18,10 @@ from mbproj.model.system import Conditions, System
 
 #: How far the body that moves most is moved at a time, in rad and in parts of the system's length.
 STEPS = (0.03, 0.15)
-#: Random directions that are tried, and their seed.
-DIRECTIONS, SEED = 3, 6
+#: Directions that are followed, of how many random ones, and their seed.
+DIRECTIONS, TRIALS, SEED = 3, 12, 6
+#: What is closed to this, in rad and parts of the length, is closed: far below what makes rows independent.
+ROUND_OFF = 1e-13
 NO_CONDITIONS = Conditions(np.zeros(0, dtype=np.intp), np.zeros(0))
 
 
@@ -34,26 +37,29 @@ class Nearby:
 def nearby(system: System, q: Array) -> Nearby:
     """Poses that the joints reach from q (7n,); motions do not hold them, as they go on in time."""
     free = replace(system, motions=None)
-    rows = _joint_rows(free, pose_of(q))
-    freedom = rows.shape[1] - int(np.linalg.matrix_rank(rows, tol=DEPENDENT)) if rows.size else 6 * system.bodies
-    return Nearby(tuple(_walk(free, q)) if freedom else (), freedom)
+    pose = pose_of(q)
+    rows = _joint_rows(free, pose)
+    _, values, vectors = np.linalg.svd(rows, full_matrices=True)
+    motions = vectors[np.count_nonzero(values > DEPENDENT) :]
+    trials = np.random.default_rng(SEED).normal(size=(TRIALS, len(motions)))
+    directions = branch_directions(free, pose, motions, trials)[:DIRECTIONS]
+    return Nearby(tuple(found for direction in directions for found in _walk(free, q, direction)), len(motions))
 
 
-def _walk(system: System, q: Array) -> Iterator[Pose]:
-    rng = np.random.default_rng(SEED)
-    for _ in range(DIRECTIONS):
-        direction, reached = rng.normal(size=6 * system.bodies), q
-        for step in STEPS:
-            motion = _allowed(_joint_rows(system, pose_of(reached)), direction)
-            size = float(np.abs(motion).max())
-            if size < 1e-6:
-                break
-            aim = moved(system, reached, motion * (step / size))
-            closed, residual = nearest(system, aim, NO_CONDITIONS, None)
-            if np.abs(residual).max(initial=0.0) > CLOSED or _far(system, closed, reached) < 0.1 * step:
-                break
-            yield pose_of(closed)
-            reached = closed
+def _walk(system: System, q: Array, direction: Array) -> Iterator[Pose]:
+    """Poses along a direction (6n,), each some steps further, until one does not close."""
+    reached = q
+    for step in STEPS:
+        motion = _allowed(_joint_rows(system, pose_of(reached)), direction)
+        size = float(np.abs(motion).max())
+        if size < 1e-6:
+            return
+        aim = moved(system, reached, motion * (step / size))
+        closed, residual = nearest(system, aim, NO_CONDITIONS, None, ROUND_OFF)
+        if np.abs(residual).max(initial=0.0) > CLOSED or _far(system, closed, reached) < 0.1 * step:
+            return
+        yield pose_of(closed)
+        reached = closed
 
 
 def moved(system: System, q: Array, motion: Array) -> Array:

@@ -10,7 +10,13 @@ import numpy.typing as npt
 
 from mbproj.arrays import Array, Integers, Numbers
 from mbproj.dynamics.assembly import State, coordinate_values, is_angle
-from mbproj.dynamics.constraint_equations import constraint, constraint_velocity, cross, set_velocity
+from mbproj.dynamics.constraint_equations import (
+    constraint,
+    constraint_acceleration,
+    constraint_velocity,
+    cross,
+    set_velocity,
+)
 from mbproj.dynamics.energy import kinetic_energy, potential_energy
 from mbproj.dynamics.forces import LawState, law_state, potential_of_springs
 from mbproj.dynamics.kinematics import (
@@ -51,6 +57,9 @@ def observe(system: System, samples: Samples, initial_energy: float) -> Block:
         **_energies(system, pose, twist, laws, samples.work, initial_energy),
         "diagnostics/position_violation": np.abs(constraint(system, pose, drive)).max(axis=-1),
         "diagnostics/velocity_violation": np.abs(constraint_velocity(system, pose, twist, drive)).max(axis=-1),
+        "diagnostics/acceleration_violation": np.abs(
+            constraint_acceleration(system, pose, twist, change, drive)
+        ).max(axis=-1),
         "diagnostics/step_size": samples.step_size,
         **{f"diagnostics/{name}": values for name, values in samples.counters.items()},
     }
@@ -58,11 +67,15 @@ def observe(system: System, samples: Samples, initial_energy: float) -> Block:
 
 def total_energy(system: System, state: State) -> float:
     """T + V in J of one state."""
-    pose = pose_of(state.q)
-    twist = twist_of(pose, state.v)
-    coordinate = coordinate_values(system, pose) + 2.0 * np.pi * state.turns
-    laws = _law_state(system, pose, twist, state.t, coordinate)
-    return float(kinetic_energy(system, pose, twist) + _potential(system, pose, laws))
+    return float(total_energies(system, np.array(state.t), state.q, state.v, state.turns))
+
+
+def total_energies(system: System, t: Array, q: Array, v: Array, turns: Integers) -> Numbers:
+    """T + V in J, (...), of states: times (...), coordinates and velocities (..., 7n), whole turns (..., nc)."""
+    pose = pose_of(q)
+    twist = twist_of(pose, v)
+    laws = _law_state(system, pose, twist, t, coordinate_values(system, pose) + 2.0 * np.pi * turns)
+    return kinetic_energy(system, pose, twist) + _potential(system, pose, laws)
 
 
 def _law_state(

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from mbproj.dynamics.blocks import block_rows, blocks_of
+from mbproj.dynamics.blocks import block_rows, loops_of
 from mbproj.dynamics.kinematics import Pose
 from mbproj.dynamics.massless import MasslessMotion, massless_motions, massless_problem
 from mbproj.dynamics.row_space import DEPENDENT, SINGULAR, row_distances, scaled_jacobian, unit_rows
@@ -57,7 +57,7 @@ def full_rank(system: System) -> Mobility:
 
 def mobility(system: System, pose: Pose) -> Mobility:
     """The ranks of C_q and of Eq. 20 at this pose. Norm rows are independent of all others."""
-    blocks, free = blocks_of(system), np.ones(system.constraints - system.bodies, dtype=bool)
+    blocks, free = loops_of(system), np.ones(system.constraints - system.bodies, dtype=bool)
     for block, rows in zip(blocks, block_rows(system, pose, blocks), strict=True):
         free[block.rows] = row_distances(unit_rows(rows)) > DEPENDENT
     dependent = np.flatnonzero(~free)

@@ -15,7 +15,7 @@ import numpy as np
 
 from mbproj.arrays import Array, Integers
 from mbproj.dynamics.assembly import LARGE, State
-from mbproj.dynamics.blocks import Block, block_rows, blocks_of
+from mbproj.dynamics.blocks import Block, block_rows, loops_of, row_sets
 from mbproj.dynamics.kinematics import pose_of
 from mbproj.dynamics.nearby import Nearby, nearby
 from mbproj.dynamics.right_hand_sides import RightHandSides, right_hand_sides
@@ -27,19 +27,29 @@ from mbproj.model.system import System
 @dataclass(frozen=True, eq=False)
 class DependentSet:
     """Rows of C that depend on each other: `rows` counted without the norm rows, the one that depends on the others
-    first, and what each holds. `weights` are their coefficients in Σ weight · row = 0 of C_q at the start, 1 for the
-    first.
+    first, in the `unit` m or rad, and what each holds. `weights` are their coefficients in Σ weight · row = 0 of C_q at
+    the start, 1 for the first.
 
     `permanent`: whether they depend on each other along the motion, or only at this pose; None where that was not
     examined. `residual`: by how much the velocities and the accelerations that they ask for differ at the start, in
-    the first row's unit per s and per s²; `contradictory`, whether that is more than round-off."""
+    that unit per s and per s², 0 where it is round-off."""
 
     rows: tuple[int, ...]
+    unit: str
     held: tuple[Row, ...]
     weights: Array
     permanent: bool | None
     residual: tuple[float, float]
-    contradictory: bool
+
+    @property
+    def contradictory(self) -> bool:
+        """Whether no velocities or no accelerations meet all of the rows at the start."""
+        return any(self.residual)
+
+    @property
+    def motions(self) -> tuple[str, ...]:
+        """The motions that drive what follows from the joints and each other."""
+        return tuple(row.name for row in self.held if row.kind == "motion")
 
 
 @dataclass(frozen=True, eq=False)
@@ -57,13 +67,16 @@ class Redundancy:
 
     @property
     def is_constant(self) -> bool:
-        """Whether every set is permanent and without contradiction: rows may be dropped, and nothing else changes."""
-        return not self.left_out and all(found.permanent and not found.contradictory for found in self.sets)
+        """Whether all sets are of joints alone, permanent and without contradiction: rows may then be dropped, and no
+        motion changes."""
+        return not self.left_out and all(
+            entry.permanent and not entry.contradictory and not entry.motions for entry in self.sets
+        )
 
 
 def redundancy(system: System, state: State) -> Redundancy:
     """The redundant rows at a closed state. Blocks of more than `LARGE` bodies are left out."""
-    pose, blocks = pose_of(state.q), blocks_of(system)
+    pose, blocks = pose_of(state.q), loops_of(system)
     left_out = max((len(block.bodies) for block in blocks if len(block.bodies) > LARGE), default=0)
     blocks = [block for block in blocks if len(block.bodies) <= LARGE]
     found = []
@@ -134,13 +147,14 @@ def _dependent_set(
     share = np.linalg.lstsq(unit_rows(others).T, first, rcond=None)[0] / np.linalg.norm(others, axis=1)
     weights = np.concatenate([[1.0], -share])
     rows = part.block.rows[members]
-    residual, contradictory = sides.disagreement(rows, weights)
+    velocity, acceleration = sides.disagreement(rows, weights)
     scale = system.row_scale[system.bodies :][rows]
+    units = [unit for bound in row_sets(system) for unit in bound.units]
     return DependentSet(
         rows=tuple(rows.tolist()),
+        unit=units[int(rows[0])],
         held=tuple(names[row] for row in rows),
         weights=weights * scale[0] / scale,
         permanent=permanent,
-        residual=(residual[0] * float(scale[0]), residual[1] * float(scale[0])),
-        contradictory=contradictory,
+        residual=(velocity * float(scale[0]), acceleration * float(scale[0])),
     )

@@ -9,8 +9,8 @@ import numpy as np
 from mbproj.arrays import Array, Integers
 from mbproj.dynamics.assembly import State
 from mbproj.dynamics.constraint_equations import gamma, jacobian, time_derivative
-from mbproj.dynamics.kinematics import body_rates, pose_of, twist_of
-from mbproj.dynamics.motions import drive_at
+from mbproj.dynamics.kinematics import Pose, Twist, body_rates, pose_of, twist_of
+from mbproj.dynamics.motions import Drive, drive_at
 from mbproj.model.system import System
 
 #: Right-hand sides agree to this part of what they are made of.
@@ -26,15 +26,15 @@ class RightHandSides:
     acceleration: Array
     speed: float
 
-    def disagreement(self, rows: Integers, weights: Array) -> tuple[tuple[float, float], bool]:
-        """Σ weight · side of rows whose weighted sum is 0 in C_q, for velocity and acceleration, and whether that is
-        more than round-off."""
-        found, above = [], False
+    def disagreement(self, rows: Integers, weights: Array) -> tuple[float, float]:
+        """Σ weight · side of rows whose weighted sum is 0 in C_q, for velocity and acceleration; round-off is 0."""
+        found = []
         for side, least in ((self.velocity, self.speed), (self.acceleration, self.speed**2)):
             parts = weights * side[rows]
-            found.append(float(parts.sum()))
-            above |= abs(found[-1]) > AGREE * (float(np.abs(parts).sum()) + float(np.abs(weights).max()) * least)
-        return (found[0], found[1]), above
+            off = abs(float(parts.sum()))
+            round_off = AGREE * (float(np.abs(parts).sum()) + float(np.abs(weights).max()) * least)
+            found.append(off if off > round_off else 0.0)
+        return found[0], found[1]
 
 
 def right_hand_sides(system: System, state: State) -> RightHandSides:
@@ -42,12 +42,16 @@ def right_hand_sides(system: System, state: State) -> RightHandSides:
     pose, n = pose_of(state.q), system.bodies
     twist, drive = twist_of(pose, state.v), drive_at(system, state.t)
     scale = system.row_scale[n:]
-    # γ of coordinates that keep |Λ|: Λ'' has the part -|Λ'|² Λ, which the norm rows ask for.
-    kept = np.zeros((n, 7))
-    kept[:, 3:] = -np.sum(twist.rate[:-1] ** 2, axis=1, keepdims=True) * pose.orientation[:-1]
-    acceleration = gamma(system, pose, twist, drive)[n:] - jacobian(system, pose)[n:] @ kept.ravel()
     velocity = -time_derivative(system, drive)[n:] / scale
-    speeds = np.concatenate(
-        [(twist.velocity / system.length).ravel(), body_rates(pose, twist).ravel(), velocity]
-    )
-    return RightHandSides(velocity, acceleration / scale, float(np.abs(speeds).max()))
+    speeds = np.concatenate([(twist.velocity / system.length).ravel(), body_rates(pose, twist).ravel(), velocity])
+    acceleration = tangent_gamma(system, pose, twist, drive) / scale
+    return RightHandSides(velocity, acceleration, float(np.abs(speeds).max()))
+
+
+def tangent_gamma(system: System, pose: Pose, twist: Twist, drive: Drive | None) -> Array:
+    """γ of the rows but the norm rows, (k,), for accelerations in (r'', ω'): the part of Λ'' that keeps |Λ|, which the
+    norm rows ask for, is -|Λ'|² Λ."""
+    kept = np.zeros((system.bodies, 7))
+    kept[:, 3:] = -np.sum(twist.rate[:-1] ** 2, axis=1, keepdims=True) * pose.orientation[:-1]
+    rows = gamma(system, pose, twist, drive) - jacobian(system, pose) @ kept.ravel()
+    return np.asarray(rows[system.bodies :], dtype=float)

@@ -34,14 +34,16 @@ def name_rows(system: System, pose: Pose) -> list[Row]:
     return [*joints, *(Row("motion", name, "") for name in system.names.motions)]
 
 
-def listed(rows: Iterable[Row]) -> str:
-    """Rows as one reads them, gathered by owner: "joint 'A' (along y, about x), motion 'm'"."""
+def listed(rows: Iterable[Row], most: int | None = None) -> str:
+    """Rows as one reads them, gathered by owner: "joint 'A' (along y, about x), motion 'm'"; at most so many owners."""
     gathered: dict[tuple[str, str], list[str]] = {}
     for row in rows:
         gathered.setdefault((row.kind, row.name), []).append(row.holds)
-    return ", ".join(
+    parts = [
         f"{kind} '{name}'" + (f" ({', '.join(held)})" if any(held) else "") for (kind, name), held in gathered.items()
-    )
+    ]
+    left = 0 if most is None else len(parts) - most
+    return ", ".join(parts) if left <= 0 else ", ".join([*parts[:most], f"and {left} more"])
 
 
 def direction(vector: Array) -> str:

@@ -5,16 +5,18 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
-from mbproj.arrays import Array
-from mbproj.dynamics.assembly import LARGE
-from mbproj.dynamics.blocks import block_rows, blocks_of
-from mbproj.dynamics.kinematics import Pose
+from mbproj.dynamics.assembly import LARGE, State
+from mbproj.dynamics.blocks import loops_of
+from mbproj.dynamics.kinematics import Pose, pose_of
+from mbproj.dynamics.nearby import nearby
 from mbproj.dynamics.observe import reactions
-from mbproj.dynamics.row_space import shares, split, unit_rows
+from mbproj.dynamics.self_stress import self_stresses
 from mbproj.model.system import System
 
 #: A component below this part of the largest is none.
 NO_PART = 1e-8
+#: Bodies up to which poses nearby are looked at: that takes some tens of milliseconds.
+FEW = 20
 Marks = npt.NDArray[np.bool_]
 
 
@@ -33,20 +35,17 @@ def indeterminate(system: System, pose: Pose) -> tuple[Marks, Marks]:
     )
 
 
-def self_stresses(system: System, pose: Pose) -> Array:
-    """A basis of the multipliers λ (d, k) of joints and motions that exert nothing on any body, Gᵀλ = 0; torques are of
-    the order of 1, and forces of 1 / length."""
-    blocks = [block for block in blocks_of(system) if len(block.bodies) <= LARGE]
-    scale = system.row_scale[system.bodies :]
-    found = [np.zeros((0, len(scale)))]
-    for block, rows in zip(blocks, block_rows(system, pose, blocks), strict=True):
-        unit = unit_rows(rows)
-        basis, dependent = split(unit, np.arange(len(rows)))
-        length = np.where(unit.any(axis=1), np.linalg.norm(rows, axis=1), 1.0)
-        part = np.zeros((len(dependent), len(rows)))
-        part[np.arange(len(dependent)), dependent] = 1.0
-        part[:, basis] = -shares(unit, basis, dependent)
-        stress = np.zeros((len(dependent), len(scale)))
-        stress[:, block.rows] = part / length / np.abs(part).max(axis=1, initial=1.0, keepdims=True)
-        found.append(stress / scale)
-    return np.concatenate(found)
+def unique_components(system: System, state: State) -> dict[str, Marks]:
+    """Which components of the joints' reactions are unique, (nj, 3), by their paths in a results file: those that are
+    so at the start and, for up to `FEW` bodies, at poses nearby. Empty where a loop has too many bodies to tell."""
+    loops = loops_of(system)
+    if max((len(loop.bodies) for loop in loops), default=0) > LARGE:
+        return {}
+    force, torque = (np.zeros((len(system.names.joints), 3), dtype=bool) for _ in range(2))
+    if loops:
+        force, torque = indeterminate(system, pose_of(state.q))
+    if force.any() or torque.any():
+        for pose in nearby(system, state.q).poses if system.bodies <= FEW else ():
+            marks = indeterminate(system, pose)
+            force, torque = force | marks[0], torque | marks[1]
+    return {"joints/reaction_force_unique": ~force, "joints/reaction_torque_unique": ~torque}

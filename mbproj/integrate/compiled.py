@@ -18,11 +18,11 @@ from mbproj.dynamics.motions import drive_at
 from mbproj.dynamics.samples import Samples
 from mbproj.errors import SimulationError
 from mbproj.integrate.failures import left_open, not_finite, other_branch, singular, step_vanished
-from mbproj.integrate.output import output_every, output_times, whole_steps
 from mbproj.integrate.tableau import Tableau, load_tableau
 from mbproj.integrate.tally import Peak, Tally
 from mbproj.model.system import System
 from mbproj.scene.records import ProjectionSettings, Settings
+from mbproj.scene.sampling import output_every, output_times, whole_steps
 
 #: The kernel comes back for Ctrl-C and for progress at least this often, s, and with at most this many samples.
 RETURN_SECONDS, RETURN_SAMPLES = 0.1, 200

@@ -21,10 +21,11 @@ def singular(t: float, where: str | None) -> SimulationError:
 def other_branch(t: float, change: float) -> SimulationError:
     """A projection led to another branch of the motion, which it must not do silently."""
     cause = (
-        f"the projection would change the velocity by {100.0 * change:.0f} % at once: branches of the motion cross near "
-        "here (a singular position), and the step has come nearer to another one than its own"
+        f"the projection would change the velocity by {100.0 * change:.0f} % at once: branches of the motion cross "
+        "near here (a singular position), and the step has come nearer to another one than its own"
     )
-    return SimulationError(t, cause, hint="a smaller step or tolerance keeps nearer to the branch; or change a length a little")
+    hint = "a smaller step or tolerance keeps nearer to the branch; or change a length a little"
+    return SimulationError(t, cause, hint=hint)
 
 
 def left_open(t: float, where: str, by: float, passes: int, *, projection_failed: bool) -> SimulationError:

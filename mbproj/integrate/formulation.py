@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+import numpy as np
+
 from mbproj.dynamics.assembly import LARGE, State
 from mbproj.dynamics.kinematics import pose_of
 from mbproj.dynamics.rank import mobility, refuse_unsolvable
@@ -18,6 +20,9 @@ from mbproj.model.planar import NotPlanar, Plane, obstacle_in_plane, planar_redu
 from mbproj.model.system import System
 from mbproj.registry import PROJECTIONS
 from mbproj.scene.records import Settings
+
+#: A principal moment of inertia below this part of the largest is none.
+NO_INERTIA = 1e-14
 
 
 @dataclass(frozen=True, eq=False)
@@ -96,6 +101,7 @@ def _full(system: System, state: State, why: str) -> Choice:
 
 def _solvable(compiled: Compiled, system: System, state: State, settings: Settings, why: str) -> Choice:
     """The choice, with redundant rows left out, unless the equations have no unique solution at the start."""
+    _refuse_massless(system, state, settings)
     redundant = count_redundant(compiled, state)
     compiled.model.redundant = redundant or 0
     regular, number = compiled.is_regular(state)
@@ -106,7 +112,8 @@ def _solvable(compiled: Compiled, system: System, state: State, settings: Settin
     owner = compiled.owner(number) or "the mechanism"
     if compiled.name == "reduced" and settings.formulation == "auto" and not regular and system.bodies <= LARGE:
         return _full(system, state, f"the start is near to a singular pose ({owner})")
-    place = system.joint_places[compiled.joint(number)] if 0 <= compiled.joint(number) < len(system.joint_places) else None
+    joint = compiled.joint(number) if number >= 0 else len(system.joint_places)
+    place = system.joint_places[joint] if joint < len(system.joint_places) else None
     raise InputError(
         Problem(
             f"{owner}: the start is a singular pose, or so near to one that its constraints cannot be told apart",
@@ -114,3 +121,21 @@ def _solvable(compiled: Compiled, system: System, state: State, settings: Settin
             "start from a pose that is not stretched or folded; drive no coordinate that the others fix already",
         )
     )
+
+
+def _refuse_massless(system: System, state: State, settings: Settings) -> None:
+    """Raises InputError where bodies without mass, or without inertia about some axis, are free to move (Eq. 20), or
+    where the method weighs corrections with M alone."""
+    smallest = np.linalg.eigvalsh(system.inertia)[:, 0] / np.linalg.norm(system.inertia, axis=(1, 2)).clip(1e-300)
+    light = np.flatnonzero((system.mass <= 0.0) | (smallest < NO_INERTIA))
+    if not len(light):
+        return
+    if settings.projection.method == "popm":
+        name = system.names.carriers[light[0]]
+        raise InputError(
+            Problem(f"popm needs a definite mass matrix, and body '{name}' has no definite mass and inertia",
+                    hint="use gpopm, which does not")
+        )
+    ranks = mobility(system, pose_of(state.q))
+    if ranks.massless:
+        refuse_unsolvable(system, ranks)

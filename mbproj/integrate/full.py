@@ -128,13 +128,17 @@ class FullFormulation:
         weights = np.tile([1.0] * 3 + [2.0 * self.system.length] * 4, self.system.bodies)
         change = float(np.linalg.norm(weights * (projected.v - v)))
         part = change / max(float(np.linalg.norm(weights * v)), np.finfo(float).tiny)
-        if part > BRANCH_CHANGE and row_distances(scaled_jacobian(self.system, pose_of(q))).min(initial=1.0) < NEAR_BRANCH:
+        if part > BRANCH_CHANGE and self._nearest_to_dependent(q) < NEAR_BRANCH:
             raise other_branch(t, part)
 
     def check_regular(self, t: float, q: Array) -> None:
         """Raises SimulationError that names the joint where C_q has lost its rank at this pose."""
-        if row_distances(scaled_jacobian(self.system, pose_of(q))).min(initial=1.0) < SINGULAR:
+        if self._nearest_to_dependent(q) < SINGULAR:
             raise self._singular(t, q)
+
+    def _nearest_to_dependent(self, q: Array) -> float:
+        """The smallest distance of a row of C_q from the span of those before it."""
+        return float(row_distances(scaled_jacobian(self.system, pose_of(q))).min(initial=1.0))
 
     def _singular(self, t: float, q: Array) -> SimulationError:
         if not np.all(np.isfinite(q)):

@@ -37,7 +37,7 @@ class InPlane(Compiled):
         self._joints = joints_in_plane(plane)
         self._rows = plane_rows(plane)
         self._space = Reduced(core, system).equations()
-        self._unique: bool | None = None
+        self._redundant: bool | None = None
 
     @property
     def degrees_of_freedom(self) -> int:
@@ -99,12 +99,11 @@ class InPlane(Compiled):
         reference = coordinate_values(system, pose_of(q)) + 2.0 * np.pi * turns
         states = space_state(q, v)
         for at, t in enumerate(times.tolist()):
-            y, solved = np.ascontiguousarray(states[at]), None
-            if self._unique is None:
-                self._unique = not self._space.dependent_rows(y, t, NEARLY_DEPENDENT)
+            y = np.ascontiguousarray(states[at])
+            if self._redundant is None:
+                self._redundant = self._space.dependent_rows(y, t, NEARLY_DEPENDENT) > 0
                 self._space = Reduced(self.core, system).equations()
-            if self._unique:
-                solved = self._space.accelerations(y, t, reference[at].tolist())
+            solved = self._space.accelerations(y, t, reference[at].tolist(), smallest=self._redundant)
             found[at] = solved[1] if solved else self._smallest(t, q[at], v[at], reference[at], accelerations[at])
         return found
 

@@ -15,12 +15,12 @@ from mbproj.dynamics.samples import Sample
 from mbproj.dynamics.turning import Turning
 from mbproj.integrate.failures import left_open, not_finite, step_vanished
 from mbproj.integrate.full import Accelerations, FullFormulation
-from mbproj.integrate.output import output_every, output_times, whole_steps
 from mbproj.integrate.runge_kutta import RightHandSide, Step, continuous_extension, error_estimates, rk_step
 from mbproj.integrate.step_size import Controller, error_norm, first_step
 from mbproj.integrate.tableau import Tableau, load_tableau
 from mbproj.integrate.tally import Tally
 from mbproj.model.system import System
+from mbproj.scene.sampling import output_every, output_times, whole_steps
 
 #: Violations, in rad or in units of the system's length, that no run goes on with: after a failed projection, and ever.
 OPEN, LOST = 1e-6, 1.0

@@ -9,6 +9,8 @@ from typing import Any, final
 import numpy as np
 
 from mbproj.arrays import Array, Integers
+from mbproj.dynamics.assembly import coordinate_values
+from mbproj.dynamics.kinematics import pose_of
 from mbproj.dynamics.samples import Samples
 from mbproj.integrate.compiled import Compiled, work_of
 from mbproj.kernel.models import space_model
@@ -48,12 +50,25 @@ class Reduced(Compiled):
             q=q,
             v=v,
             acceleration=acceleration,
-            multipliers=block["multipliers"],
+            multipliers=self._smallest(block, q) if self.model.redundant else block["multipliers"],
             turns=block["turns"],
             step_size=block["step_size"],
             work=work_of(block),
             counters=counters,
         )
+
+    def _smallest(self, block: Mapping[str, Any], q: Array) -> Array:
+        """Where redundant rows leave reactions open, the smallest λ of each sample, (T, m)."""
+        found = np.array(block["multipliers"])
+        equations = self.equations()
+        reference = coordinate_values(self.system, pose_of(q)) + 2.0 * np.pi * block["turns"]
+        for at, t in enumerate(block["t"].tolist()):
+            solved = equations.accelerations(
+                np.ascontiguousarray(block["y"][at]), t, reference[at].tolist(), smallest=True
+            )
+            if solved is not None:
+                found[at] = solved[1]
+        return found
 
     def turns(self, turns: Integers) -> Integers:
         return turns

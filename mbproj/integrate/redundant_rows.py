@@ -10,8 +10,8 @@ from mbproj.arrays import Array
 from mbproj.dynamics.assembly import State
 from mbproj.integrate.compiled import Compiled
 
-#: Squares of the distances below which a row counts as dependent, looked at one after another: where rows depend on each
-#: other for good, round-off leaves less than the first; a pose that is merely nearly singular is told apart below it.
+#: Squares of the distances below which a row counts as dependent, looked at one after another: where rows depend on
+#: each other for good, round-off leaves less than the first; a pose that is nearly singular is told apart below it.
 THRESHOLDS = (1e-8, 1e-10, 1e-12)
 #: How far the mechanism is moved to see whether rows stay dependent, in its lengths or rad; how far rows that are left
 #: out may then be open, by the same measure.

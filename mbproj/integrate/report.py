@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 from mbproj.integrate.tally import Peak
 from mbproj.model.system import System
@@ -24,8 +25,9 @@ class Report:
 
     `formulation` is the one that was used, and `why`. The largest violations are those over all steps, recorded or not;
     `worst_joint` names the joint that was open most, None without joints. `energy_drift` in J, and relative to the
-    largest kinetic energy + |ΔV|. `integration_seconds` went into the steps, `recording_seconds` into observing and
-    writing the samples. `phases`: seconds by phase in a sample of the steps; empty where they were not measured.
+    largest kinetic energy + |ΔV|. `integration_seconds` went into the steps (`integration_cpu_seconds` of them
+    with the processor, by the thread's own clock), `recording_seconds` into observing and writing the samples.
+    `phases`: seconds by phase in a sample of the steps; empty where they were not measured.
     """
 
     formulation: str
@@ -39,6 +41,7 @@ class Report:
     energy_drift: float
     energy_drift_relative: float
     integration_seconds: float
+    integration_cpu_seconds: float
     recording_seconds: float
     phases: dict[str, float]
 
@@ -51,6 +54,29 @@ def worst(system: System, peak: Peak) -> Worst:
 def worst_joint(system: System, peak: Peak) -> str | None:
     """The joint that had a peak over the joints' rows."""
     return system.names.joints[system.joints.owner[peak.row]] if system.joints.size else None
+
+
+def summary(scene: str, output: str, report: Report, total_seconds: float) -> dict[str, Any]:
+    """What the results file keeps as attributes, and --json prints: the run of the scene at `scene` to `output`."""
+    return {
+        "scene": str(scene),
+        "output": str(output),
+        "formulation": report.formulation,
+        "formulation_why": report.why,
+        "projection": report.settings.projection.method,
+        "integrator": report.settings.integrator,
+        "degrees_of_freedom": report.degrees_of_freedom,
+        **report.counters,
+        "integration_seconds": report.integration_seconds,
+        "recording_seconds": report.recording_seconds,
+        "total_seconds": total_seconds,
+        "position_violation_max": report.position_violation.value,
+        "velocity_violation_max": report.velocity_violation.value,
+        "worst_joint": report.worst_joint,
+        "energy_drift": report.energy_drift,
+        "energy_drift_relative": report.energy_drift_relative,
+        "status": "complete",
+    }
 
 
 class EnergyWatch:

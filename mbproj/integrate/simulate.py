@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from time import perf_counter
-from typing import Protocol
+from time import perf_counter, thread_time
+from typing import NamedTuple, Protocol
 
 import numpy as np
 
@@ -36,6 +36,25 @@ class Recorder(Protocol):
 Progress = Callable[[float], None]
 
 
+class _Clocks(NamedTuple):
+    """Seconds that passed, and those of them in which this thread had the processor."""
+
+    elapsed: float = 0.0
+    busy: float = 0.0
+
+    @classmethod
+    def now(cls) -> _Clocks:
+        """Both clocks."""
+        return cls(perf_counter(), thread_time())
+
+    def __sub__(self, other: _Clocks) -> _Clocks:
+        return _Clocks(self.elapsed - other.elapsed, self.busy - other.busy)
+
+    def plus(self, other: _Clocks) -> _Clocks:
+        """The sum of two spans."""
+        return _Clocks(self.elapsed + other.elapsed, self.busy + other.busy)
+
+
 def simulate(
     system: System,
     state: State,
@@ -52,10 +71,10 @@ def simulate(
     choice = choose(system, state, settings)
     tally, energy = Tally(), EnergyWatch()
     initial_energy = total_energy(system, state)
-    started, recording = perf_counter(), 0.0
+    started, recording = _Clocks.now(), _Clocks()
     with interruption() as asked:
         for samples in _blocks(_march(choice, system, state, settings, tally), asked):
-            handed_over = perf_counter()
+            handed_over = _Clocks.now()
             block = observe(system, samples, initial_energy)
             potential = block["diagnostics/potential_energy"]
             energy.take(
@@ -68,7 +87,8 @@ def simulate(
                 recorder.write(block)
             if progress is not None:
                 progress(float(samples.t[-1]))
-            recording += perf_counter() - handed_over
+            recording = recording.plus(_Clocks.now() - handed_over)
+    integration = _Clocks.now() - started - recording
     return Report(
         formulation=choice.name,
         why=choice.why,
@@ -80,8 +100,9 @@ def simulate(
         worst_joint=worst_joint(system, tally.joint_peak),
         energy_drift=energy.drift,
         energy_drift_relative=energy.relative,
-        integration_seconds=perf_counter() - started - recording,
-        recording_seconds=recording,
+        integration_seconds=integration.elapsed,
+        integration_cpu_seconds=integration.busy,
+        recording_seconds=recording.elapsed,
         phases=tally.phases,
     )
 

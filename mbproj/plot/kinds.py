@@ -16,13 +16,15 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Kind:
-    """A kind of picture: its module in `mbproj.plot`, one line on it, the names without which it does not apply, and
-    whether most results have those, so that it is worth a note where they have not."""
+    """A kind of picture: its module in `mbproj.plot`, one line on it, the names without which it does not apply,
+    whether most results have those, so that it is worth a note where they have not, and whether it shows the motion, so
+    that what is not to be trusted is marked in it."""
 
     module: str
     summary: str
     needs: str | None = None
     usual: bool = True
+    of_motion: bool = True
 
 
 KINDS: Mapping[str, Kind] = MappingProxyType(
@@ -30,13 +32,14 @@ KINDS: Mapping[str, Kind] = MappingProxyType(
         "markers": Kind("markers", "position and velocity of each marker", "markers"),
         "paths": Kind("paths", "path of each marker in a plane", "markers"),
         "coordinates": Kind("coordinates", "joint coordinates and their speeds", "coordinates"),
-        "violation": Kind("violation", "violation of the constraints, position and velocity"),
-        "joints": Kind("joints", "violation of each joint, lengths and angles", "joints"),
+        "violation": Kind("violation", "violation of the constraints, position and velocity", of_motion=False),
+        "joints": Kind("joints", "violation of each joint, lengths and angles", "joints", of_motion=False),
         "reactions": Kind("reactions", "reaction force and torque of each joint", "joints"),
         "forces": Kind("forces", "what forces act along, and their size", "forces", usual=False),
         "motions": Kind("motions", "what motions prescribe, and what they take", "motions", usual=False),
-        "energy": Kind("energy", "kinetic, potential and total energy, and the energy balance"),
-        "steps": Kind("steps", "step size and iterations of the projection"),
+        "energy": Kind("energy", "kinetic, potential and total energy, and the energy balance", of_motion=False),
+        "steps": Kind("steps", "step size and iterations of the projection", of_motion=False),
+        "trust": Kind("trust", "error of each marker, of certified runs", "trust", usual=False, of_motion=False),
     }
 )
 
@@ -48,15 +51,24 @@ NEEDED = {"markers": "markers", "joints": "joints", "coordinates": "joint coordi
 def why_not(kind: str, results: Sequence[Results]) -> str | None:
     """Why `kind` does not apply to `results`; None where it does."""
     needs = KINDS[kind].needs
+    if needs == "trust":
+        return None if any(result.trust for result in results) else "no result is certified: mbproj run --certify"
     if needs is None or any(result.names(needs) for result in results):
         return None
     return f"the results have no {NEEDED[needs]}"
 
 
-def draw(kind: str, results: Sequence[Results], labels: Sequence[str]) -> Figure:
-    """The picture of one or several overlaid `results`, each with at least one sample; `labels` name them."""
+def draw(kind: str, results: Sequence[Results], labels: Sequence[str], limit: float | None = None) -> Figure:
+    """The picture of one or several overlaid `results`, each with at least one sample; `labels` name them.
+
+    What the error of a certified run may have made wrong by more than `limit` (m) is marked: by default a power of ten
+    below a thousandth of the markers' travel."""
     module = import_module(f"mbproj.plot.{KINDS[kind].module}")
     figure: Figure = module.draw(results, labels)
+    if KINDS[kind].of_motion and any(result.trust for result in results):
+        untrusted = import_module("mbproj.plot.untrusted")
+        mark = getattr(module, "mark_untrusted", untrusted.mark)
+        untrusted.explain(figure, mark(figure, results, limit or untrusted.usual_limit(results)))
     import_module("mbproj.plot.panels").small_print(figure, caption(results))
     return figure
 

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 from matplotlib.figure import Figure
 
-from mbproj.plot import panels, shown
+from mbproj.plot import panels, shown, untrusted
 from mbproj.plot.style import styled
 from mbproj.results import Results
 
@@ -17,6 +17,14 @@ def draw(results: Sequence[Results], labels: Sequence[str]) -> Figure:
     names, remark = shown.rows(results, "markers", "--marker")
     figure = _components(results[0], names) if len(results) == 1 else _overlaid(results, labels, names)
     return panels.finish(figure, remark=remark)
+
+
+def mark_untrusted(figure: Figure, results: Sequence[Results], limit: float) -> str:
+    """Shade each marker's panels from its own time on. What was done, in words."""
+    names, _ = shown.rows(results, "markers", "--marker")
+    each = len(figure.axes) // len(names)
+    own = {name: figure.axes[each * k : each * (k + 1)] for k, name in enumerate(names)}
+    return untrusted.shade(own, results, limit)
 
 
 def _components(result: Results, names: Sequence[str]) -> Figure:

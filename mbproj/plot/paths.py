@@ -8,12 +8,14 @@ from typing import Any
 import numpy as np
 from matplotlib.figure import Figure
 
-from mbproj.plot import panels, shown
+from mbproj.plot import panels, shown, untrusted
 from mbproj.plot.style import LEGEND_HEIGHT, WIDTH, styled
 from mbproj.results import Results
 
 #: Where a path starts.
 DOT: dict[str, Any] = {"marker": "o", "markersize": 3}
+#: How much is left of the colour of what is not to be trusted.
+PALE = 0.25
 
 
 @styled
@@ -33,6 +35,21 @@ def draw(results: Sequence[Results], labels: Sequence[str]) -> Figure:
     axis.set_xlabel(f"{'xyz'[first]} (m)")
     axis.set_ylabel(f"{'xyz'[second]} (m)")
     return panels.finish(figure, remark=remark)
+
+
+def mark_untrusted(figure: Figure, results: Sequence[Results], limit: float) -> str:
+    """Draw what a marker does after its own time pale. What was done, in words."""
+    names, _ = shown.rows(results, "markers", "--marker")
+    drawn = [(result, name) for result in results for name in names if name in result.names("markers")]
+    pale = False
+    for line, (result, name) in zip(list(figure.axes[0].lines), drawn, strict=True):
+        since = untrusted.since(result, limit, name)
+        if since is not None:
+            pale, late = True, result.time >= since
+            x, y = (np.asarray(values) for values in line.get_data())
+            figure.axes[0].plot(x[late], y[late], color=line.get_color(), alpha=PALE, linewidth=0.8)
+            line.set_data(np.where(late, np.nan, x), np.where(late, np.nan, y))
+    return f"pale: {untrusted.exceeds(limit)}" if pale else ""
 
 
 def _plane(results: Sequence[Results], names: Sequence[str]) -> tuple[int, int]:

@@ -17,7 +17,7 @@ from mbproj.projection.method import Projection
 from mbproj.projection.tolerance import PAPER_TOLERANCE, ROUND_OFF, row_grain, row_tolerances
 from mbproj.scene.records import ProjectionSettings
 
-#: No pass turns a body by more (rad, to first order): light bodies ask for it where the linearised rows promise too much.
+#: No pass turns a body by more (rad, to first order): light bodies ask for it where linearised rows promise too much.
 WIDEST_TURN = 0.5
 #: The smallest part of a correction that is tried.
 SHORTEST = 1e-3
@@ -36,7 +36,7 @@ class Position:
 def correct_position(
     system: System, method: Projection, settings: ProjectionSettings, q: Array, drive: Drive | None = None
 ) -> Position:
-    """q with C(q) = 0 by the test that is set; where that does not converge, in GOPM's metric, if the settings allow."""
+    """q with C(q) = 0 by the test that is set; where that does not converge, in GOPM's metric, if that is allowed."""
     correct = _by_violation if settings.test == "violation" else _by_paper
     found = correct(system, method, settings, q, drive)
     if found.met or settings.fallback == "none":
@@ -59,12 +59,13 @@ def _by_violation(
         change = method.correction(mass_matrix(system, pose), jacobian(system, pose), C)
         last = bool(np.all(np.abs(C) <= ROUND_OFF * row_grain(system, pose)))
         part, left = min(1.0, _part_in_reach(q, change)), _scaled(system, C)
-        while not _scaled(system, trial := constraint(system, pose_of(q + part * change), drive)) < (1 - part / 2) * left:
+        pose = pose_of(q + part * change)
+        while not _scaled(system, C := constraint(system, pose, drive)) < (1.0 - 0.5 * part) * left:
             part *= 0.5
             if last or part < SHORTEST:
                 return Position(q, passes + 1, met=last)
-        q, C = q + part * change, trial
-        pose = pose_of(q)
+            pose = pose_of(q + part * change)
+        q = q + part * change
     return Position(q, settings.max_iterations, met=bool(np.all(np.abs(C) <= tolerances)))
 
 

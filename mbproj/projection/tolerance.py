@@ -25,8 +25,8 @@ def row_tolerances(system: System, settings: ProjectionSettings, pose: Pose) -> 
 
 
 def row_grain(system: System, pose: Pose) -> Array:
-    """ε × the largest coordinate that enters each row of C, (m,): 1 in rows of vectors; in rows of points, their bodies'
-    positions and their places in them."""
+    """ε × the largest coordinate that enters each row of C, (m,): 1 in rows of vectors; in rows of points, the
+    positions of their bodies and their places in them."""
     largest, first = np.zeros(system.constraints), system.bodies
     for bound in [system.joints] if system.motions is None else [system.joints, system.motions.rows]:
         reach = np.abs(pose.position).max(axis=-1)[bound.body] + np.abs(bound.local).max(axis=-1)

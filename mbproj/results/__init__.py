@@ -5,6 +5,7 @@ from mbproj.results.files import check_output, part_path
 from mbproj.results.layout import DATASETS, Dataset
 from mbproj.results.reader import open_results
 from mbproj.results.record import Results
+from mbproj.results.trust import Trust
 from mbproj.results.writer import Names, ResultsWriter
 
 __all__ = [
@@ -14,6 +15,7 @@ __all__ = [
     "OutputError",
     "Results",
     "ResultsWriter",
+    "Trust",
     "check_output",
     "open_results",
     "part_path",

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 FORMAT = "mbproj results"
-SCHEMA_VERSION = 2
+SCHEMA_VERSION = 3
 
 FLOAT, COUNT = "f8", "i8"
 GLOBAL, BODY = "global axes", "body axes"
@@ -26,6 +26,17 @@ class Dataset:
     def symbol(self) -> str | None:
         """What the columns count ("n", "k", "nj", "nc"); None for a series."""
         return str(self.shape[0]) if self.shape else None
+
+
+@dataclass(frozen=True)
+class Constant:
+    """Marks that do not change with time, written once where the run knows them: shape with symbols as in `Dataset`."""
+
+    path: str
+    shape: tuple[str | int, ...]
+    description: str
+    frame: str
+    unit: str = "1"
 
 
 @dataclass(frozen=True)
@@ -81,6 +92,10 @@ DATASETS: tuple[Dataset, ...] = (
     Dataset("motions/force", ("nm",), "N m or N", "driving torque or force, positive where it drives it up"),
     Dataset("diagnostics/position_violation", (), "m or rad", "largest absolute value of C, norm rows included"),
     Dataset("diagnostics/velocity_violation", (), "m/s or rad/s", "largest absolute value of the time derivative of C"),
+    Dataset(
+        "diagnostics/acceleration_violation", (), "m/s^2 or rad/s^2",
+        "largest absolute value of the second time derivative of C",
+    ),
     Dataset("diagnostics/kinetic_energy", (), "J", "kinetic energy"),
     Dataset("diagnostics/potential_energy", (), "J", "potential energy of gravity and springs"),
     Dataset("diagnostics/total_energy", (), "J", "kinetic and potential energy"),
@@ -105,10 +120,16 @@ DATASETS: tuple[Dataset, ...] = (
     Dataset("diagnostics/factorisations", (), "1", f"factorisations {SINCE_START}", dtype=COUNT),
 )
 
+UNIQUE = "whether the constraints determine this component; where not, redundant joints share it at will"
+CONSTANTS: tuple[Constant, ...] = (
+    Constant("joints/reaction_force_unique", ("nj", 3), UNIQUE, GLOBAL),
+    Constant("joints/reaction_torque_unique", ("nj", 3), UNIQUE, GLOBAL),
+)
+
 #: The counters, cumulated since the start of the run.
 COUNTERS = tuple(dataset.path for dataset in DATASETS if dataset.dtype == COUNT)
 
 
-def trailing(dataset: Dataset, sizes: dict[str, int]) -> tuple[int, ...]:
-    """The shape after the time axis, with `sizes` of the symbols."""
+def trailing(dataset: Dataset | Constant, sizes: dict[str, int]) -> tuple[int, ...]:
+    """The shape after the time axis, where there is one, with `sizes` of the symbols."""
     return tuple(sizes[axis] if isinstance(axis, str) else axis for axis in dataset.shape)

@@ -3,24 +3,28 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from types import MappingProxyType, TracebackType
-from typing import Any, final
+from typing import Any, TypeVar, final
 
 import h5py
 import numpy as np
 import numpy.typing as npt
 
 from mbproj.arrays import Array, Integers
+from mbproj.results import trust as trusting
 from mbproj.results.faults import damaged, no_such_name
 from mbproj.results.files import DAMAGE
-from mbproj.results.layout import DATASETS, NAMES, Dataset, trailing
+from mbproj.results.layout import CONSTANTS, DATASETS, NAMES, Dataset, trailing
 from mbproj.results.members import Body, Coordinate, Force, Joint, Marker, Motion
 from mbproj.results.provenance import settings_from
+from mbproj.results.trust import Trust
 from mbproj.scene.records import Settings, Vector
 from mbproj.scene.suggestions import choose_from
+
+T = TypeVar("T")
 
 NAMES_BY_PATH = MappingProxyType({entry.path: kind for kind, entry in NAMES.items()})
 BY_PATH: Mapping[str, Dataset] = MappingProxyType({dataset.path: dataset for dataset in DATASETS})
@@ -93,6 +97,24 @@ class Results:
             values = np.take(values, columns, axis=1)
         values.flags.writeable = False
         return values
+
+    def constant(self, path: str) -> npt.NDArray[np.bool_] | None:
+        """Marks of the layout that do not change with time, as "joints/reaction_force_unique" (nj, 3); None where the
+        run did not know them: its loops were too large, or its program had not given them to the writer."""
+        constant = next((entry for entry in CONSTANTS if entry.path == path), None)
+        if constant is None:
+            raise KeyError(f"results have no marks '{path}'; {choose_from(path, [entry.path for entry in CONSTANTS])}")
+        sizes = {entry.symbol: len(self._all_names[kind]) for kind, entry in NAMES.items()}
+        try:
+            if path not in self._file:
+                return None
+            values = np.asarray(self._file[path][()])
+        except DAMAGE as error:
+            raise damaged(self.path, f"'{path}' cannot be read") from error
+        if values.shape != trailing(constant, sizes) or values.dtype != np.bool_:
+            raise damaged(self.path, f"'{path}' has the wrong shape or type")
+        columns = self._view.columns.get(str(constant.shape[0]))
+        return values if columns is None else np.take(values, columns, axis=0)
 
     def shape(self, path: str) -> tuple[int, ...]:
         """The shape of a dataset's array, without reading it."""
@@ -215,6 +237,24 @@ class Results:
         except DAMAGE as error:
             raise damaged(self.path, "'scene/gravity' cannot be read") from error
         return x, y, z
+
+    @property
+    def trust(self) -> Trust | None:
+        """What a better solution says of the run: of all its markers and samples, whatever was selected; None for a
+        run that was not certified."""
+        return self._trusting(trusting.read)
+
+    @property
+    def certified(self) -> tuple[float, ...] | None:
+        """The limits (m) for which the run was to be certified, whether that came to its end or not; None: it was not
+        asked for."""
+        return self._trusting(trusting.asked_limits)
+
+    def _trusting(self, read: Callable[[h5py.File], T]) -> T:
+        try:
+            return read(self._file)
+        except DAMAGE as error:
+            raise damaged(self.path, f"'{trusting.GROUP}' cannot be read") from error
 
     def _text(self, name: str) -> str:
         try:

@@ -19,18 +19,23 @@ import numpy as np
 import numpy.typing as npt
 
 from mbproj.errors import InputError, MbprojError
+from mbproj.results import trust as trusting
 from mbproj.results.faults import OutputError, cannot_write
 from mbproj.results.files import check_output, part_path
-from mbproj.results.layout import DATASETS, NAMES, Dataset, trailing
+from mbproj.results.layout import CONSTANTS, DATASETS, NAMES, Constant, Dataset, trailing
 from mbproj.results.lock import lock
 from mbproj.results.provenance import Attribute, create_text, root_attributes, write_scene
 from mbproj.results.reserve import MARGIN, reserve, room_for
+from mbproj.results.trust import Trust
 from mbproj.scene.records import Scene
 
 #: Names by kind: "bodies", "markers", "joints", "coordinates" ("A.angle"), "coordinate_units" ("rad" | "m").
 Names: TypeAlias = Mapping[str, Sequence[str]]
 #: Values of T consecutive samples by dataset path, first axis time.
 Block: TypeAlias = Mapping[str, npt.NDArray[Any]]
+
+#: Marks by dataset path, without a time axis.
+Constants: TypeAlias = Mapping[str, npt.NDArray[np.bool_]]
 
 FLUSH_SECONDS = 1.0
 FLUSH_BYTES = 2**23
@@ -47,16 +52,27 @@ class ResultsWriter:
 
     Leaving it renames OUT.part over OUT with the status "complete", or, where an exception passes through,
     "failed: cause" or "interrupted" and whatever was computed; an InputError before the first sample leaves OUT alone.
+    `constants` are the layout's marks by path (`mbproj.dynamics.unique_components`), as far as they are known.
     Raises InputError where `path` cannot or must not be written (see `check_output`), OutputError where writing fails
-    later.
+    later. `certified`: limits in m of a run that is certified too, whose `trust` then comes at its end.
     """
 
-    def __init__(self, path: Path | str, scene: Scene, names: Names) -> None:
+    def __init__(
+        self,
+        path: Path | str,
+        scene: Scene,
+        names: Names,
+        certified: Sequence[float] | None = None,
+        constants: Constants | None = None,
+    ) -> None:
         self.path = check_output(Path(path))
         self.part = part_path(self.path)
         self._scene = scene
         self._names = {kind: list(names[kind]) for kind in NAMES}
         self._sizes = {entry.symbol: len(self._names[kind]) for kind, entry in NAMES.items()}
+        self._certified = certified
+        self._trust: Trust | None = None
+        self._constants = {path: self._constant(path, values) for path, values in (constants or {}).items()}
         self._summary: dict[str, Attribute] = {}
         self._pending: list[dict[str, npt.NDArray[Any]]] = []
         self._pending_bytes = 0
@@ -103,6 +119,10 @@ class ResultsWriter:
         """Add attributes (timings, counters, a summary) to the file, written at its end. What is None is left out."""
         self._summary.update(values)
 
+    def trust(self, trust: Trust) -> None:
+        """Add what a better solution says of the run, written at its end; the limits must be those announced."""
+        self._trust = trust
+
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
@@ -130,9 +150,22 @@ class ResultsWriter:
             create_text(file, entry.path, self._names[kind], entry.description)
         for dataset in DATASETS:
             _create_dataset(file, dataset, trailing(dataset, self._sizes))
+        if self._certified is not None:
+            trusting.create(file, self._names["markers"] or self._names["bodies"], self._certified)
+        for constant in CONSTANTS:
+            if constant.path in self._constants:
+                _create_constant(file, constant, self._constants[constant.path])
         file.flush()
         file.swmr_mode = True
         return file
+
+    def _constant(self, path: str, values: npt.NDArray[np.bool_]) -> npt.NDArray[np.bool_]:
+        expected = {constant.path: trailing(constant, self._sizes) for constant in CONSTANTS}
+        if path not in expected:
+            raise ValueError(f"the layout has no '{path}'")
+        if values.shape != expected[path]:
+            raise ValueError(f"'{path}' has the shape {values.shape} where {expected[path]} is due")
+        return values.astype(bool)
 
     def _column(self, dataset: Dataset, block: Block, samples: int) -> npt.NDArray[Any]:
         expected = (samples, *trailing(dataset, self._sizes))
@@ -167,6 +200,9 @@ class ResultsWriter:
 
     def _finish(self, status: str) -> None:
         with self._breaking():
+            if self._trust is not None:
+                reserve(self._descriptor, room_for(self._file, self._samples) + trusting.room(self._trust))
+                trusting.write(self._file, self._trust)
             self._file.attrs.update({name: value for name, value in self._summary.items() if value is not None})
             self._file.attrs["status"] = status
             self._file.flush()
@@ -226,3 +262,8 @@ def _create_dataset(file: h5py.File, dataset: Dataset, shape: tuple[int, ...]) -
     created.attrs.update({"units": dataset.unit, "description": dataset.description})
     if dataset.frame:
         created.attrs["frame"] = dataset.frame
+
+
+def _create_constant(file: h5py.File, constant: Constant, values: npt.NDArray[np.bool_]) -> None:
+    created = file.create_dataset(constant.path, data=values)
+    created.attrs.update({"units": constant.unit, "description": constant.description, "frame": constant.frame})

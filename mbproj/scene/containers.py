@@ -205,4 +205,5 @@ class Named(Field[Mapping[str, T_co]], Generic[T_co]):
         if name in self.reserved:
             reading.report(f"'{name}' is a reserved name", place, f"give the {self.what} another name")
         elif not self.names.fullmatch(name):
-            reading.report(f"'{name}' cannot name a {self.what}", place, f"a name has {self.rule}")
+            article = "an" if self.what[0] in "aeiou" else "a"
+            reading.report(f"'{name}' cannot name {article} {self.what}", place, f"a name has {self.rule}")

@@ -22,6 +22,8 @@ from mbproj.scene.checks import (
 from mbproj.scene.choices import Choice, Reference
 from mbproj.scene.containers import Check, Named, Record
 from mbproj.scene.coordinates import act_on_coordinates, drive_coordinates, on_bodies
+from mbproj.scene.expectation_checks import CHECKS
+from mbproj.scene.expectations import EXPECTATION
 from mbproj.scene.fields import Converted, Field, Flag, List, Text
 from mbproj.scene.forces import FORCE
 from mbproj.scene.motions import MOTION
@@ -136,6 +138,7 @@ SCENE: Record[dict[str, Any]] = Record(
         "forces": Named("force", FORCE),
         "motions": Named("motion", MOTION),
         "markers": Named("marker", MARKER),
+        "expect": Named("expectation", EXPECTATION),
     },
     dict,
     required=("mbproj", "gravity", "bodies"),
@@ -144,5 +147,6 @@ SCENE: Record[dict[str, Any]] = Record(
         Check(("bodies", "forces"), on_bodies),
         Check(("joints", "forces"), act_on_coordinates),
         Check(("joints", "motions"), drive_coordinates),
+        *(Check(keys, find) for keys, find in CHECKS),
     ),
 )

@@ -37,16 +37,13 @@ class Number(Field[float]):
         value = reading.value(node, tree)
         if value is None:
             return None
-        if self.unit is not None and not self._agrees(value.dimension):
+        if self.unit is not None and not agrees(self.unit, value.dimension):
             assert value.dimension is not None
             mine = f"is in {self.unit}" if self.unit else "has no unit"
             found = f"{label(path)} {mine}, this is {describe(value.dimension)}"
             reading.report(found, node.place, unit_hint(node.text, tree))
             return None
         return self._bounded(value.number, node, path, reading)
-
-    def _agrees(self, found: Dimension | None) -> bool:
-        return found is None or (dimension_of(self.unit or "").agrees(found) and (bool(self.unit) or found == BARE))
 
     def _bounded(self, number: float, node: Node, path: KeyPath, reading: Reading) -> float | None:
         limits = (
@@ -68,6 +65,11 @@ class Number(Field[float]):
 
 #: The dimension of each unit that a field can be in; 1/s is one without a name of its own.
 DIMENSIONS = {"": BARE, "1/s": Dimension(time=-1), **{name: unit.dimension for name, unit in UNITS.items()}}
+
+
+def agrees(unit: str, found: Dimension | None) -> bool:
+    """Whether a number of the dimension `found` may stand where `unit` is wanted ("": none is)."""
+    return found is None or (dimension_of(unit).agrees(found) and (bool(unit) or found == BARE))
 
 
 def dimension_of(unit: str) -> Dimension:

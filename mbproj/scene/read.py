@@ -10,6 +10,7 @@ from typing import Any
 from mbproj.errors import InputError, Place, Problem
 from mbproj.scene.coordinates import coordinates_in
 from mbproj.scene.document import compose
+from mbproj.scene.expectation_checks import expectations_of, unsampled
 from mbproj.scene.grammar import SCENE
 from mbproj.scene.nodes import MappingNode, ScalarNode, as_mapping, describe
 from mbproj.scene.parameters import override
@@ -20,7 +21,7 @@ from mbproj.scene.simulation import SIMULATION
 from mbproj.scene.text import MAX_BYTES, read_text
 
 #: The blocks whose items other items name.
-_REFERRED = ("bodies", "joints")
+_REFERRED = ("bodies", "joints", "forces", "motions", "markers")
 _NOTHING: Mapping[str, Any] = {}
 
 
@@ -56,6 +57,8 @@ def _read(
     reading = Reading(items=_items(root), places={(): root.place}, problems=[*problems, *wrong_overrides])
     found = SCENE.read(root, (), reading)
     settings = _settings(root, simulation, reading)
+    if found is not None:
+        _check_times(found, reading)
     if reading.problems or found is None or settings is None:
         raise InputError(in_text_order(reading.problems))
     return Scene(
@@ -66,6 +69,7 @@ def _read(
         forces=tuple(_on_coordinates(found.get("forces", {}), found.get("joints", {}))),
         motions=tuple(found.get("motions", {}).values()),
         markers=tuple(found.get("markers", {}).values()),
+        expectations=tuple(expectations_of(found)),
         parameters=found.get("parameters", {}),
         settings=settings,
         text=text,
@@ -93,6 +97,12 @@ def _on_coordinates(forces: Mapping[str, Force], joints: Mapping[str, Joint]) ->
             yield replace(force, laws={coordinate: force.laws[""]})
         else:
             yield force
+
+
+def _check_times(found: Mapping[str, Any], reading: Reading) -> None:
+    """Report times of expectations that the scene's own settings do not record; the command line may change those."""
+    for complaint in unsampled(found.get("expect", {}), settings_of(flatten(found.get("simulation", {})))):
+        reading.report(complaint.message, reading.places[complaint.path], complaint.hint)
 
 
 def _items(root: MappingNode) -> dict[str, tuple[str, ...]]:

@@ -150,6 +150,30 @@ class Marker:
 
 
 @dataclass(frozen=True)
+class Expectation:
+    """What a run has to find, with where the number comes from (`source`).
+
+    `of` says of what ("marker", "body", "joint", "force", "motion", "diagnostic"), `item` is its name; `quantity` is
+    one of `mbproj.scene.observables`, in the SI unit `unit`. `component` of a vector: "x", "y", "z", "norm", or "" for
+    all of it. `at` is a time in s, or "end", "maximum", "minimum", "largest" (in magnitude) over the samples. Either
+    `value` holds within `tolerance`, or the quantity stays at or below `below`, or at or above `above`.
+    """
+
+    name: str
+    of: str
+    item: str
+    quantity: str
+    unit: str
+    component: str
+    at: float | str
+    source: str
+    value: tuple[float, ...] | None = None
+    tolerance: float | None = None
+    below: float | None = None
+    above: float | None = None
+
+
+@dataclass(frozen=True)
 class ProjectionSettings:
     """How the constraints are enforced. `tolerance` None: max(1e-13, 4 ε × the largest coordinate) for the violation
     test, 1e-12 for the paper's. `threshold` (violation) None: by `every` alone. `alpha`, `gains`: None where the
@@ -201,6 +225,7 @@ class Scene:
     places: Mapping[KeyPath, Place] = field(repr=False, compare=False)
     forces: tuple[Force, ...] = ()
     motions: tuple[Motion, ...] = ()
+    expectations: tuple[Expectation, ...] = ()
 
     def place(self, *path: str | int) -> Place | None:
         """Where the value at `path` stands, or the nearest value around it."""

@@ -22,4 +22,4 @@ def choose_from(word: str, names: Iterable[str], what: str = "choose from") -> s
     """The closest of `names`, or else a list of them (of the first twenty)."""
     names = tuple(names)
     shown = ", ".join(names[:20]) + (", ..." if len(names) > 20 else "")
-    return did_you_mean(word, names) or f"{what}: {shown}"
+    return did_you_mean(word, names) or (f"{what}: {shown}" if names else "there is none")

@@ -76,6 +76,7 @@ UNITS: Mapping[str, Unit] = MappingProxyType(
         "N": Unit(FORCE),
         "kN": Unit(FORCE, 1000.0),
         "N*m": Unit(TORQUE),
+        "J": Unit(TORQUE),
         "N/m": Unit(STIFFNESS),
         "N/mm": Unit(STIFFNESS, 1000.0),
         "N*s/m": Unit(DAMPING),

@@ -11,6 +11,7 @@ import numpy as np
 from mbproj.model.euler_parameters import rotation_matrix
 
 from .case import Case
+from .expect_text import expect_lines
 from .readable import LETTERS, number, orientation, vector
 
 JOINT_TYPES = {"revsph": "revolute_spherical"}
@@ -19,7 +20,7 @@ Json = Mapping[str, Any]
 
 
 def scene_text(case: Case, mechanism: Json) -> str:
-    """The scene file of a case."""
+    """The scene file of a case, whose table is there already."""
     lines = [
         *(f"# {line}" for line in wrap(f"{case.notes} Reference: {case.origin}.", WIDTH - 2)),
         "mbproj: 1",
@@ -34,7 +35,7 @@ def scene_text(case: Case, mechanism: Json) -> str:
     ]
     if "forces" in mechanism:
         lines += ["forces:", *(_force(mechanism, force) for force in mechanism["forces"])]
-    return "\n".join([*lines, "markers:", *_markers(case, mechanism)]) + "\n"
+    return "\n".join([*lines, "markers:", *_markers(case, mechanism), *expect_lines(case)]) + "\n"
 
 
 def joint_names(mechanism: Json) -> dict[str, Json]:

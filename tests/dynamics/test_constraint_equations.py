@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from mbproj.dynamics.constraint_equations import (
+    constraint_acceleration,
     constraint_at,
     constraint_velocity_at,
     gamma,
@@ -81,6 +82,16 @@ def test_joint_coordinates_have_the_same_derivatives(mechanism):
     expected = np.transpose(columns).reshape(bound.size, 21)
     np.testing.assert_allclose(set_jacobian(bound, pose), expected, rtol=1e-11, atol=1e-11)
     np.testing.assert_allclose(set_velocity(bound, pose, twist_of(pose, v)), expected @ v, rtol=1e-11, atol=1e-11)
+
+
+def test_acceleration_of_C_is_the_derivative_of_its_velocity(mechanism):
+    """d/dt of C' along q' = v, v' = a by the complex step."""
+    system, q, v = mechanism
+    a = np.random.default_rng(12).normal(size=21)
+    rate = constraint_velocity_at(system, q + 1j * STEP * v, v + 1j * STEP * a).imag / STEP
+    pose = pose_of(q)
+    found = constraint_acceleration(system, pose, twist_of(pose, v), twist_of(pose, a))
+    np.testing.assert_allclose(found, rate, rtol=1e-11, atol=1e-11)
 
 
 def test_samples_in_time_are_a_leading_axis(mechanism):

@@ -110,4 +110,5 @@ def test_violations_are_split_into_lengths_and_angles(run):
     np.testing.assert_array_equal(record["joints/violation"], largest)
     assert np.all(record["diagnostics/position_violation"] >= largest.max(axis=1))
     assert record["diagnostics/position_violation"].max() <= 1e-13
+    assert record["diagnostics/acceleration_violation"].max() <= 1e-11
     assert np.all(record["joints/violation_angle"][:, 3] == 0.0)  # a ball joint has no rows in radians

@@ -13,10 +13,10 @@ import pytest
 from mbproj.dynamics import assemble
 from mbproj.errors import InputError, SimulationError
 from mbproj.integrate import simulate
-from mbproj.integrate.output import output_times, whole_steps
 from mbproj.model import compile_system, initial_guess
 from mbproj.registry import PROJECTIONS
 from mbproj.scene.records import Body, Joint, Marker, Pair, ProjectionSettings, Settings
+from mbproj.scene.sampling import output_times, whole_steps
 from tests.support import Recorder, random_chain, scene_of
 
 ROUND = ((0.01, 0.0, 0.0), (0.0, 0.01, 0.0), (0.0, 0.0, 0.01))

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from scipy.integrate import quad
+from scipy.optimize import brentq
 
 from tests.mechanisms.running import Run, assert_close
 
@@ -104,3 +105,8 @@ class Linkage:
     def turned(self, path: str, body: str) -> np.ndarray:
         """A vector in body axes, (T, 3), in global axes."""
         return np.einsum("tij,tj->ti", self.done.rotation(body), self.done.column(path, body))
+
+
+def reached_at(time: float, most: float, start: float, speed: float, moment: Of, potential: Of) -> float:
+    """The coordinate at a time, which is below `most`: `time_to_reach` solved for the angle."""
+    return float(brentq(lambda φ: time_to_reach(φ, start, speed, moment, potential) - time, start, most, xtol=1e-13))

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from tests.mechanisms.one_degree import time_to_reach
+from tests.mechanisms.one_degree import Of, time_to_reach
 from tests.mechanisms.running import TIGHT, Run, assert_close, global_angular_velocity, run
 
 
@@ -57,14 +57,15 @@ def test_floating_bearing_stays(shafts):
     assert_close(shafts.column("joints/coordinate", "floating.displacement"), 0.0, 1e-13)
 
 
+def energy(done: Run) -> tuple[Of, Of]:
+    """Moment of inertia on the driving shaft, of its angle, and no potential energy."""
+    driving, driven, _ = done.scene.bodies
+    return lambda φ1: driving.inertia[0][0] + driven.inertia[0][0] * ratio(done, φ1) ** 2, lambda φ1: 0.0
+
+
 def test_shafts_turn_as_their_energy_demands(shafts):
-    driving, driven, _ = shafts.scene.bodies
-
-    def moment(φ1: float) -> float:
-        return driving.inertia[0][0] + driven.inertia[0][0] * ratio(shafts, φ1) ** 2
-
     φ1 = shafts.column("joints/coordinate", "bearing.angle")[1::10]
-    times = [time_to_reach(angle, 0.0, shafts.parameters["speed"], moment, lambda φ: 0.0) for angle in φ1]
+    times = [time_to_reach(angle, 0.0, shafts.parameters["speed"], *energy(shafts)) for angle in φ1]
     assert_close(times, shafts["time"][1::10], 1e-12)
 
 

@@ -19,6 +19,9 @@ from mbproj.results import open_results
 from mbproj.scene.records import ProjectionSettings
 from tests.results.pendulum_blocks import NAMES, NO_NAMES, SETTINGS, block, record, scene, times
 
+#: What can be drawn of a run that is not certified.
+UNCERTIFIED = [kind for kind in KINDS if kind != "trust"]
+
 
 @pytest.fixture
 def results(tmp_path):
@@ -204,7 +207,7 @@ def test_too_many_names_are_cut_with_a_remark(tmp_path):
         assert remark.startswith("the 7 largest of 20 joints: choose others with --joint")
 
 
-@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("kind", UNCERTIFIED)
 @pytest.mark.parametrize("suffix", ["png", "svg", "pdf"])
 def test_every_kind_can_be_saved_and_leaves_no_trace(two, tmp_path, kind, suffix):
     settings = mpl.rcParams.copy()
@@ -214,7 +217,7 @@ def test_every_kind_can_be_saved_and_leaves_no_trace(two, tmp_path, kind, suffix
     assert mpl.rcParams.copy() == settings
 
 
-@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("kind", UNCERTIFIED)
 def test_one_sample_is_a_dot(tmp_path, kind):
     with open_results(record(tmp_path / "run.h5", block(times(1)))) as results:
         figure = draw(kind, [results], ["run"])
@@ -267,3 +270,37 @@ def test_a_picture_says_what_it_is_of(tmp_path):
     settings = results.settings
     caption = draw("energy", [results], ["run"]).get_supxlabel().splitlines()[0]
     assert caption.startswith(f"{results.title}; {settings.projection.method}, {settings.integrator}, ")
+
+
+def marked(tmp_path, force, torque):
+    """The pendulum's results with these components of its two joints not unique."""
+    unique = [np.ones((2, 3), dtype=bool) for _ in range(2)]
+    for marks, found in zip(unique, (force, torque), strict=True):
+        for joint, axis in found:
+            marks[joint, axis] = False
+    constants = dict(zip(("joints/reaction_force_unique", "joints/reaction_torque_unique"), unique, strict=True))
+    return open_results(record(tmp_path / "marked.h5", constants=constants))
+
+
+def test_components_that_are_not_unique_are_grey_and_the_legend_says_so(tmp_path):
+    with marked(tmp_path, [(0, 1)], [(0, 0), (0, 1), (0, 2)]) as results:
+        figure = draw("reactions", [results.select(joints=["A"])], ["run"])
+        assert legend(figure) == ["x", "y", "z", "not unique"]
+        force, torque = figure.axes
+        (grey,) = [line for line in force.lines if line.get_label() == "not unique"]
+        assert np.array_equal(grey.get_ydata(), results.joint("A").reaction_force[:, 1])
+        assert grey.get_color() != "#D55E00"
+        assert len(lines(force)["y"]) == 0
+        assert [line.get_color() for line in torque.lines if len(line.get_ydata())] == [grey.get_color()] * 3
+
+
+def test_magnitudes_leave_out_what_is_not_unique(tmp_path):
+    with marked(tmp_path, [(0, 2), (1, 0), (1, 1), (1, 2)], []) as results:
+        figure = draw("reactions", [results], ["run"])
+        force = figure.axes[0]
+        value = results.joint("A").reaction_force
+        assert np.allclose(lines(force)["A"], np.hypot(value[:, 0], value[:, 1]), rtol=1e-14)
+        whole = np.linalg.norm(results.joint("Gelenk ä").reaction_force, axis=1)
+        assert np.array_equal(lines(force)["not unique"], whole)
+        assert "not unique, and left out of magnitudes" in figure.get_supxlabel()
+        assert "Fz of A; Fx Fy Fz of Gelenk ä" in figure.get_supxlabel()

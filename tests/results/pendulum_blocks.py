@@ -91,12 +91,14 @@ def block(time: npt.NDArray[np.float64], names: Mapping[str, Sequence[str]] = NA
         "motions/value": each(angle, nm), "motions/rate": each(speed, nm), "motions/force": each(2 * angle, nm),
         "diagnostics/work": 0 * time, "diagnostics/dissipation": 0 * time,
         "diagnostics/position_violation": violation, "diagnostics/velocity_violation": 4 * violation,
+        "diagnostics/acceleration_violation": 9 * violation,
         "diagnostics/kinetic_energy": kinetic, "diagnostics/potential_energy": potential,
         "diagnostics/total_energy": kinetic + potential, "diagnostics/energy_balance": drift * time,
         "diagnostics/step_size": np.full_like(time, 0.01),
         "diagnostics/steps": count, "diagnostics/rejected_steps": 0 * count, "diagnostics/evaluations": 4 * count,
         "diagnostics/projections": count, "diagnostics/projection_iterations": 2 * count,
         "diagnostics/velocity_iterations": count, "diagnostics/projection_failures": 0 * count,
+        "diagnostics/projection_fallbacks": 0 * count,
         "diagnostics/factorisations": 7 * count,
     }  # fmt: skip
 
@@ -109,7 +111,7 @@ def part_of(whole: Block, samples: slice) -> Block:
 def record(path: Path, whole: Block | None = None, the_scene: Scene | None = None, **arguments: Any) -> Path:
     """A complete results file of the pendulum at `path`."""
     names = arguments.get("names", NAMES)
-    with ResultsWriter(path, the_scene or scene(), names) as recorder:
+    with ResultsWriter(path, the_scene or scene(), names, arguments.get("constants")) as recorder:
         recorder.write(block(times(), names) if whole is None else whole)
         recorder.attributes({"integration_seconds": 0.5, "degrees_of_freedom": 1})
     return path

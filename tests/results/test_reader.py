@@ -118,7 +118,7 @@ def changed(tmp_path, change) -> str:
 def test_another_schema_version(tmp_path):
     said = changed(tmp_path, lambda file: file.attrs.modify("schema_version", 1))
     assert said == (
-        "error: 'OUT' has schema version 1, and this mbproj reads version 2; "
+        "error: 'OUT' has schema version 1, and this mbproj reads version 3; "
         "repeat the run, or read it with the mbproj that wrote it"
     )
 
@@ -203,3 +203,30 @@ def test_import_is_light():
     code = "import mbproj.results, mbproj.analysis, sys; print('matplotlib' in sys.modules, 'scipy' in sys.modules)"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout == "False False\n"
+
+
+UNIQUE = "joints/reaction_force_unique"
+
+
+def test_marks_are_read_as_they_were_written_and_follow_the_joints(tmp_path):
+    marks = np.array([[True, False, True], [False, True, True]])
+    with open_results(record(tmp_path / "marks.h5", constants={UNIQUE: marks})) as results:
+        assert np.array_equal(results.constant(UNIQUE), marks)
+        assert np.array_equal(results.select(joints=["Gelenk ä"]).constant(UNIQUE), marks[1:])
+        assert results.constant("joints/reaction_torque_unique") is None
+        with pytest.raises(KeyError, match="did you mean 'joints/reaction_force_unique'"):
+            results.constant("joints/reaction_force_uniqe")
+    with h5py.File(tmp_path / "marks.h5") as file:
+        assert file[UNIQUE].attrs["frame"] == "global axes"
+
+
+def test_marks_of_the_wrong_shape_are_neither_written_nor_read(tmp_path):
+    with pytest.raises(ValueError, match=r"has the shape \(3, 3\) where \(2, 3\) is due"):
+        record(tmp_path / "never.h5", constants={UNIQUE: np.ones((3, 3), dtype=bool)})
+    with pytest.raises(ValueError, match="the layout has no 'joints/unique'"):
+        record(tmp_path / "never.h5", constants={"joints/unique": np.ones((2, 3), dtype=bool)})
+    path = record(tmp_path / "damaged.h5")
+    with h5py.File(path, "r+") as file:
+        file[UNIQUE] = np.ones((2, 2), dtype=bool)
+    with open_results(path) as results, pytest.raises(InputError, match="has the wrong shape or type"):
+        results.constant(UNIQUE)

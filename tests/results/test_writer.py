@@ -126,7 +126,7 @@ def test_attributes(tmp_path):
         found = results.attributes
         assert (found["integration_seconds"], found["formulation"]) == (0.5, "full")
         assert "worst_joint" not in found
-        assert (found["format"], found["schema_version"], found["status"]) == ("mbproj results", 2, "complete")
+        assert (found["format"], found["schema_version"], found["status"]) == ("mbproj results", 3, "complete")
         assert (found["numpy_version"], found["h5py_version"]) == (np.__version__, h5py.__version__)
         assert {"date", "host", "mbproj_version"} <= set(found)
 

@@ -135,6 +135,13 @@ ODD = [
         "{table: {rows: [[0, 1], [1, 2]], between: clamped}}", "{expression: sin(t)}", "|\n      t +\n      1",
     ) if not function.startswith("|")),
     (M, f"forces:\n{M}"), (M, f"motions: {{}}\n{M}"),
+    *((M, f"expect:\n  e: {expectation}\n{M}") for expectation in (
+        "{marker: tip, quantity: position, at: 3 s, value: [1 mm, '2', 3], absolute: 1e-6, source: x}",
+        "{marker: tip, quantity: position, component: norm, at: end, value: 1, relative: 1e-6, source: 2015}",
+        "{diagnostic: kinetic_energy, at: maximum, below: 3 J, source: x}",
+        "{joint: C, quantity: angle_2_speed, at: 0, above: -3 rpm, source: x}",
+    )),
+    (M, f"expect:\n{M}"), (M, f"expect: {{}}\n{M}"),
     (B, "{type: screw, bodies: [crank, rod], location: [0, 0, 0], axis: [0, 0, 1], pitch: -1 mm}"),
 ]
 

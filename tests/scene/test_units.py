@@ -28,7 +28,8 @@ SI = {
     "m": 1, "mm": 1e-3, "cm": 1e-2, "km": 1e3, "kg": 1, "g": 1e-3, "s": 1, "ms": 1e-3, "min": 60, "rad": 1,
     "deg": math.pi / 180, "rad/s": 1, "deg/s": math.pi / 180, "rpm": 2 * math.pi / 60,
     "m/s": 1, "mm/s": 1e-3, "cm/s": 1e-2, "m/s^2": 1, "kg*m^2": 1, "kg/m^3": 1, "g/cm^3": 1e3,
-    "Hz": 2 * math.pi, "N": 1, "kN": 1e3, "N*m": 1, "N/m": 1, "N/mm": 1e3, "N*s/m": 1, "N*m/rad": 1, "N*m*s/rad": 1,
+    "Hz": 2 * math.pi, "N": 1, "kN": 1e3, "N*m": 1, "J": 1, "N/m": 1, "N/mm": 1e3, "N*s/m": 1,
+    "N*m/rad": 1, "N*m*s/rad": 1,
 }
 
 

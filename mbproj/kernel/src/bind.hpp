@@ -150,14 +150,15 @@ template <int D> void add_equations(nb::module_& m, const char* name) {
             const auto count = rows.size() / std::max<std::size_t>(1, Size<D>::freedoms * self.model().size());
             return array_of(std::move(rows), count, self.model().size(), Size<D>::freedoms);
         }, nb::arg("y"), nb::arg("t") = 0.0)
-        .def("accelerations", [=](E& self, Numbers2 y, double t, std::vector<double> coordinates) -> nb::object {
+        .def("accelerations", [=](E& self, Numbers2 y, double t, std::vector<double> coordinates, bool smallest) -> nb::object {
             coordinates.resize(self.model().coordinates.instances.size());
-            auto found = self.accelerations(t, checked(self, y), coordinates);
+            auto found = self.accelerations(t, checked(self, y), coordinates, smallest);
             if (!found) return nb::none();
             const auto rows = found->second.size();
             return nb::make_tuple(array_of(std::move(found->first), self.model().size(), Size<D>::freedoms),
                                   array_of(std::move(found->second), rows));
-        }, nb::arg("y"), nb::arg("t") = 0.0, nb::arg("coordinates") = std::vector<double>())
+        }, nb::arg("y"), nb::arg("t") = 0.0, nb::arg("coordinates") = std::vector<double>(),
+           nb::arg("smallest") = false)
         .def("newton", [=](E& self, Numbers2 y, double t) -> nb::object {
             auto found = self.newton(t, checked(self, y));
             if (!found) return nb::none();

@@ -57,6 +57,17 @@ public:
     }
     std::vector<std::vector<int>> independent_rows(double smallest);
 
+    // Rows that `factor` leaves out from now on: their λ is 0, whatever is asked of them.
+    void leave_out(std::vector<char> rows) { left_out_ = std::move(rows); }
+    double largest() const {
+        double most = 0.0;
+        for (const ColumnOf& column : columns_)
+            for (int i = 0, size = sizes_[column.block]; i < size; ++i)
+                most = std::max(most, values_[column.diagonal + i * (size + 1)]);
+        return most;
+    }
+    bool leaves_out() const { return !left_out_.empty(); }
+
     std::size_t stored() const { return values_.size(); }
     std::size_t filled() const { return fill_; }  // of these, numbers in blocks that the matrix does not have
     int row(int block) const { return begin_[block]; }
@@ -89,6 +100,7 @@ private:
     std::vector<int> sizes_, place_, begin_;
     std::vector<ColumnOf> columns_;  // in the order of elimination
     std::vector<double> values_, diagonal_, reciprocal_;
+    std::vector<char> left_out_;  // one for each row, or none
     std::size_t fill_ = 0;
     double smallest_pivot_ = 1.0;
 };
@@ -172,6 +184,10 @@ inline int BlockCholesky::factor_diagonal(const ColumnOf& column, double smalles
             double sum = L[i * size + j];
             for (int k = 0; k < j; ++k) sum -= L[i * size + k] * L[j * size + k];
             L[i * size + j] = sum * reciprocal_[row + j];
+        }
+        if (leaves_out() && left_out_[row + i]) {
+            reciprocal_[row + i] = 0.0;
+            continue;
         }
         double pivot = L[i * size + i];
         for (int k = 0; k < i; ++k) pivot -= L[i * size + k] * L[i * size + k];

@@ -16,9 +16,13 @@ enum class Metric { mass, coordinates, penalised };
 // A pivot of S below this part of its diagonal entry has no digits left: the rows depend on each other.
 constexpr double smallest_pivot = 1e-13;
 
-// Where rows are left out, others are looked for when the smallest pivot of those held falls below this, and so far
-// below what it was when they were chosen.
-constexpr double weak_pivot = 1e-5, decline = 1e-2;
+// The square of the distance from the span of the others below which a row counts as dependent at a pose: √ε, since
+// round-off leaves rows that do depend on others ε over the square of the distance of these.
+constexpr double near_dependent = 1e-8;
+
+// Where rows are left out for good, others are looked for when the smallest pivot of those held falls to this part of
+// what it was when they were chosen.
+constexpr double decline = 1e-2;
 
 template <int D> class Bordered {
 public:
@@ -40,14 +44,24 @@ public:
     // model has redundant rows, some are left out: those that follow from the others best.
     bool factor(const Pose<D>& pose, Metric metric) {
         if (model_.redundant > left_out_) leave_out(pose);
-        return factor_held(pose, metric) || (left_out_ > 0 && leave_out(pose) && factor_held(pose, metric));
+        const bool found = factor_held(pose, metric);
+        if (left_out_ == 0 || (found && !near_singular())) return found;
+        leave_out(pose);
+        return factor_held(pose, metric);
     }
 
-    // Whether other rows than those held now may determine the motion better.
-    bool weak() const {
-        const double pivot = core_.cholesky().smallest_pivot();
-        return left_out_ > 0 && pivot < weak_pivot && pivot < decline * pivot_at_choice_;
+    // Factors with all rows, redundant ones too, so that `solve` gives the smallest λ.
+    bool factor_smallest(const Pose<D>& pose) {
+        if (!factor_held(pose, Metric::mass) || !set_halves(pose, Metric::mass)) return false;
+        core_.factor_smallest(pose);
+        return true;
     }
+
+    // Whether rows had to be left out of the last factor because they depend on the others at its pose alone.
+    bool near_singular() const { return core_.cholesky().leaves_out(); }
+
+    // Whether other rows than those held now may determine the motion better.
+    bool weak() const { return left_out_ > 0 && core_.cholesky().smallest_pivot() < decline * pivot_at_choice_; }
 
     // Chooses the rows to hold at a pose, as far from dependent as leaves so many out as are redundant.
     bool leave_out(const Pose<D>& pose) {
@@ -118,10 +132,23 @@ private:
         for (std::size_t l = 0; l < factors_.size(); ++l)
             if (!factor_leaf(topology_.leaves[l], factors_[l])) return false;
         if (!set_halves(pose, metric)) return fails(-1);
-        const int failed = core_.factor(pose, smallest_pivot, metric == Metric::penalised ? shift_ : 0.0);
-        if (failed >= 0) return fails(failed);
+        core_.leave_none_out();
+        const double shift = metric == Metric::penalised ? shift_ : 0.0;
+        const int failed = core_.factor(pose, smallest_pivot, shift);
+        if (failed >= 0 || core_.cholesky().smallest_pivot() < near_dependent)
+            if (!factor_near_singular(pose, metric, shift, failed)) return fails(failed);
         if (pivot_at_choice_ == 0.0) pivot_at_choice_ = core_.cholesky().smallest_pivot();
         return true;
+    }
+
+    // Near a singular pose, rows that have almost become dependent have finite multipliers but almost no gradient left:
+    // leaving them out errs by their distance from the span of the others, dividing by that errs without bound. Where no
+    // row is near to dependent, it is the masses that leave S few digits, or none.
+    bool factor_near_singular(const Pose<D>& pose, Metric metric, double shift, int failed) {
+        const int dependent = core_.leave_out(pose, near_dependent);
+        if (!set_halves(pose, metric)) return false;
+        if (dependent == 0 && failed >= 0) return core_.factor_by_qr(pose);
+        return core_.factor(pose, smallest_pivot, shift) < 0;
     }
 
     // The inertias of the core's bodies, halved; false where one has no inverse.
@@ -130,9 +157,11 @@ private:
         core_.lend(by_coordinates ? Wrench(Wrench::Zero()) : lent_);
         for (std::size_t b = 0; b < topology_.core_bodies.size(); ++b) {
             const int body = topology_.core_bodies[b];
-            if (model_.bodies[body].is_light && !by_coordinates) inertias_[body].lend(lent_);
-            if (articulated_[body] || (model_.bodies[body].is_light && !by_coordinates)) {
-                if (!core_.half(b).articulated(inertias_[body])) return false;
+            const bool lends = model_.bodies[body].is_light && !by_coordinates;
+            if (articulated_[body] || lends) {
+                Inertia<D> M = inertias_[body];
+                if (lends) M.lend(lent_);
+                if (!core_.half(b).articulated(M)) return false;
             } else if (by_coordinates) {
                 core_.half(b).bare(1.0, pose[body].rotation, 2.0 * Matrix<S::turns, S::turns>::Identity());
             } else {

@@ -5,6 +5,7 @@
 #include <numeric>
 
 #include "block_cholesky.hpp"
+#include "dense_qr.hpp"
 #include "half_inverse.hpp"
 #include "independent_rows.hpp"
 #include "light_body.hpp"
@@ -12,8 +13,12 @@
 
 namespace mbproj {
 
-// A pivot of S below this part of its diagonal entry asks for a second solution on the residual.
-constexpr double ill_conditioned = 1e-4;
+// A pivot of S below this part of its diagonal entry asks for further solutions on the residual, so many at most, until
+// they change λ by less than that part.
+constexpr double ill_conditioned = 1e-4, refined_part = 1e-13;
+constexpr int most_refining = 8;
+// Of the largest entry of S: what makes a positive matrix of dependent rows, and is refined away.
+constexpr double smallest_shift = 1e-9;
 
 template <int D> class Core {
 public:
@@ -42,18 +47,51 @@ public:
     int factor(const Pose<D>& pose, double smallest, double shift = 0.0) {
         fill(pose);
         if (shift > 0.0) cholesky_.shift(shift);
+        by_qr_ = false;
         const int failed = cholesky_.factor(smallest);
         return failed < 0 ? -1 : held_[failed].joint;
+    }
+
+    // The factor of Y in place of that of S; false where it would be too large.
+    bool factor_by_qr(const Pose<D>& pose) {
+        if (rhs_.size() > most_dense_rows) return false;
+        fill(pose);
+        Eigen::MatrixXd Y = Eigen::MatrixXd::Zero(F * halves_.size(), rhs_.size());
+        for (const Incidence& at : incidences_)
+            for (int r = 0, row = cholesky_.row(at.held); r < held_[at.held].count; ++r)
+                Y.template block<F, 1>(F * at.body, row + r) = at.Y.col(r);
+        qr_.factor(Y);
+        return by_qr_ = true;
+    }
+
+    // Leaves out of the factors to come the rows that depend on the others at this pose, up to a distance of √smallest, or
+    // none again. How many; overwrites the factor.
+    int leave_out(const Pose<D>& pose, double smallest) {
+        fill_evenly(pose);
+        const auto independent = cholesky_.independent_rows(smallest);
+        std::vector<char> dependent(rhs_.size(), 1);
+        for (std::size_t h = 0; h < held_.size(); ++h)
+            for (const int r : independent[h]) dependent[cholesky_.row(static_cast<int>(h)) + r] = 0;
+        const auto count = std::count(dependent.begin(), dependent.end(), 1);
+        cholesky_.leave_out(count ? std::move(dependent) : std::vector<char>());
+        return static_cast<int>(count);
+    }
+    void leave_none_out() { cholesky_.leave_out({}); }
+
+    // All rows, with so much of the largest entry of S on its diagonal: then `solve_smallest` finds the smallest λ.
+    void factor_smallest(const Pose<D>& pose) {
+        hold_all();
+        fill(pose);
+        cholesky_.shift(smallest_shift * cholesky_.largest());
+        by_qr_ = false;
+        cholesky_.factor(0.0);
     }
 
     // Keeps only rows that are independent at a pose: those whose distance from the span of the rows before them exceeds
     // √smallest, where all bodies weigh the same and lengths count in the mechanism's own. How many are left out.
     int select(const Pose<D>& pose, double smallest) {
         hold_all();
-        for (std::size_t b = 0; b < halves_.size(); ++b)
-            halves_[b].bare(1.0 / (model_.length * model_.length), pose[topology_.core_bodies[b]].rotation,
-                            Matrix<S::turns, S::turns>::Identity());
-        fill(pose);
+        fill_evenly(pose);
         const auto independent = cholesky_.independent_rows(smallest);
         std::vector<Held> kept;
         int left_out = 0;
@@ -82,11 +120,10 @@ public:
                 rhs_[cholesky_.row(static_cast<int>(h)) + r] = -c[joint.row + held_[h].rows[r]];
         }
         lambda_.assign(rhs_.size(), 0.0);
+        step_.resize(rhs_.size());
         improve();
-        // S squares the condition of Y. Where a pivot shows that to matter, a second time on what is left, which is
-        // computed from Y itself, gives the digits back (Björck 1996, sect. 6.6.5: corrected seminormal equations).
-        if (cholesky_.smallest_pivot() < ill_conditioned && !shifted) improve();
-        const bool settled = light_.empty() || settle();
+        if (cholesky_.smallest_pivot() < ill_conditioned && !shifted) refine();
+        const bool settled = light_.empty() || settle(shifted);
         for (std::size_t b = 0; b < halves_.size(); ++b) {
             halves_[b].backward(work_[b]);
             delta[topology_.core_bodies[b]] = work_[b];
@@ -188,8 +225,33 @@ private:
         }
     }
 
+    // The same with bodies that all weigh the same, lengths in the mechanism's own.
+    void fill_evenly(const Pose<D>& pose) {
+        for (std::size_t b = 0; b < halves_.size(); ++b)
+            halves_[b].bare(1.0 / (model_.length * model_.length), pose[topology_.core_bodies[b]].rotation,
+                            Matrix<S::turns, S::turns>::Identity());
+        fill(pose);
+    }
+
+    // S squares the condition of Y. Where a pivot shows that to matter, further solutions on what is left, which is computed
+    // from Y itself, give the digits back (Björck 1996, sect. 6.6.5: corrected seminormal equations).
+    void refine() {
+        double before = std::numeric_limits<double>::infinity();
+        for (int pass = 0; pass < most_refining; ++pass) {
+            improve();
+            double change = 0.0, size = 0.0;
+            for (std::size_t r = 0; r < lambda_.size(); ++r) {
+                change = std::max(change, std::abs(step_[r]));
+                size = std::max(size, std::abs(lambda_[r]));
+            }
+            if (!(change > refined_part * size && change < 0.5 * before)) return;
+            before = change;
+        }
+    }
+
     // λ += S⁻¹ (Yᵀ w - c), and w less Y times that, with -c in `rhs_`.
     void improve() {
+        if (by_qr_) return improve_by_qr();
         step_ = rhs_;
         for (const Incidence& at : incidences_)
             for (int r = 0, row = cholesky_.row(at.held); r < held_[at.held].count; ++r)
@@ -201,8 +263,16 @@ private:
         for (std::size_t r = 0; r < lambda_.size(); ++r) lambda_[r] += step_[r];
     }
 
+    void improve_by_qr() {
+        Eigen::VectorXd w(F * work_.size()), lambda;
+        for (std::size_t b = 0; b < work_.size(); ++b) w.template segment<F>(F * b) = work_[b];
+        qr_.solve(w, -Eigen::Map<const Eigen::VectorXd>(rhs_.data(), rhs_.size()), lambda);
+        for (std::size_t b = 0; b < work_.size(); ++b) work_[b] = w.template segment<F>(F * b);
+        for (std::size_t r = 0; r < lambda_.size(); ++r) lambda_[r] += step_[r] = lambda[r];
+    }
+
     // Takes back what light bodies were lent (see light_body.hpp): each pass moves them as the last one's change asks.
-    bool settle() {
+    bool settle(bool shifted) {
         double before = std::numeric_limits<double>::infinity();
         for (Light<D>& light : light_) light.moved.setZero();
         for (int pass = 0; pass < most_settling; ++pass) {
@@ -218,8 +288,13 @@ private:
             if (change <= settled_part * size) return true;
             if (!(change < 0.5 * before)) return change <= settled_enough * size;
             before = change;
+            // What is shifted keeps a residual, which must not be taken for an error: it begins anew, without forces.
+            if (shifted) {
+                for (Column<F>& w : work_) w.setZero();
+                lambda_.assign(lambda_.size(), 0.0);
+            }
             for (const Light<D>& light : light_) {
-                Column<F> back = light.lent.cwiseProduct(light.change);
+                Column<F> back = light.lent.cwiseProduct(shifted ? light.moved : light.change);
                 halves_[light.body].forward(back);
                 work_[light.body] += back;
             }
@@ -238,6 +313,8 @@ private:
     std::vector<Column<F>> work_;
     std::vector<double> rhs_, step_, lambda_;
     BlockCholesky cholesky_;
+    DenseQr qr_;
+    bool by_qr_ = false;
 };
 
 }  // namespace mbproj

@@ -12,6 +12,7 @@ namespace mbproj {
 struct Corrected {
     int projections = 0, position_passes = 0, velocity_passes = 0, failures = 0, fallbacks = 0;
     double velocity_change = 0.0;  // by the correction, as a part of the velocity
+    double speed_change = 0.0;     // and as it is, rotations times the mechanism's length
     bool regular = true;
 };
 
@@ -117,7 +118,7 @@ private:
         const int most = done.position_passes + settings_.max_iterations;
         while (!meets(dynamics_.C())) {
             if (done.position_passes == most) {
-                ++done.failures;
+                if (!nearly_closed(left)) ++done.failures;
                 return;
             }
             if (fresh && !(done.regular = dynamics_.factor(metric))) return;
@@ -128,13 +129,16 @@ private:
             if (descend(y, left, fresh ? part_in_reach() : 1.0, fresh && !last ? shortest : 1.0)) {
                 fresh = !(left < slow * before);
             } else if (fresh) {
-                if (!last) ++done.failures;
+                if (!last && !nearly_closed(left)) ++done.failures;
                 return;
             } else {
                 fresh = true;
             }
         }
     }
+
+    // Near a singular pose a row without a gradient stays open to second order.
+    bool nearly_closed(double left) const { return dynamics_.bordered().near_singular() && left < 1e-8; }
 
     // Moves y by a part of the correction at hand that brings the violation down by half of what Newton's method promises,
     // or leaves it.
@@ -195,6 +199,7 @@ private:
             ++done.velocity_passes;
         } while (metric_ == Metric::penalised && done.velocity_passes < settings_.max_iterations && falls(y, left));
         done.velocity_change = std::sqrt(change2 / speed2);
+        done.speed_change = std::sqrt(change2);
     }
 
     // Whether the velocity violation has come down to less than half of what was `left`.

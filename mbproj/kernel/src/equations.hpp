@@ -54,12 +54,13 @@ public:
     }
 
     // (r'', ω' in body axes) of each body and λ, or nothing where they are not unique. `coordinates` are the joints',
-    // each to less than half a turn.
-    std::optional<std::pair<Numbers, Numbers>> accelerations(double t, const double* y, const Numbers& coordinates) {
+    // each to less than half a turn. `smallest`: the smallest λ where redundant rows leave it open.
+    std::optional<std::pair<Numbers, Numbers>> accelerations(double t, const double* y, const Numbers& coordinates,
+                                                             bool smallest) {
         dynamics_.turning() = {t, coordinates, Numbers(coordinates.size())};
         Numbers slope(dynamics_.total()), lambda(model_.constraints.rows), found;
         dynamics_.place(t, y);
-        if (!dynamics_.factor(Metric::mass)) return std::nullopt;
+        if (!(smallest ? dynamics_.factor_smallest() : dynamics_.factor(Metric::mass))) return std::nullopt;
         dynamics_.move(y, false);
         if (!dynamics_.slope_at(y, slope.data(), lambda.data())) return std::nullopt;
         for (int b = 0; b < model_.size(); ++b) {

@@ -14,8 +14,9 @@ namespace mbproj {
 constexpr double open_limit = 1e-6, lost_limit = 1.0;
 
 // A projection that changes the velocity by more than this part, where a pivot is below that, has met another branch of
-// the motion: velocities are continuous, but branches cross in singular poses at an angle.
-constexpr double branch_change = 0.05, near_branch = 1e-2;
+// the motion: velocities are continuous, but branches cross in singular poses at an angle. What moves the mechanism by
+// less than the last part of its length in a step is at rest.
+constexpr double branch_change = 0.05, near_branch = 0.05, at_rest = 1e-10;
 
 template <int D> class Run {
 public:
@@ -177,7 +178,9 @@ private:
         counters.projection_failures += done.failures;
         counters.projection_fallbacks += done.fallbacks;
         if (!done.regular) return stop_at(t), false;
-        if (done.velocity_change > branch_change && dynamics_.bordered().cholesky().smallest_pivot() < near_branch) {
+        const auto& bordered = dynamics_.bordered();
+        if (done.velocity_change > branch_change && done.speed_change * (t - t_) > at_rest * model_.length &&
+            (bordered.near_singular() || bordered.cholesky().smallest_pivot() < near_branch)) {
             Outcome branch{Status::branch, t};
             branch.velocity_change = done.velocity_change;
             return stop(branch), false;

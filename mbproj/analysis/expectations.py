@@ -1,0 +1,150 @@
+"""What a scene expects of its run, held against the results."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass
+from math import inf
+from typing import Any
+
+import numpy as np
+
+from mbproj.analysis.energy import exchanged
+from mbproj.arrays import Array
+from mbproj.results import Results
+from mbproj.scene.records import Expectation
+from mbproj.scene.sampling import SAME_TIME
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """An expectation and what the run says to it, in the unit of the expectation.
+
+    `measured` has the components that were asked for, at the time `time` in s; both are None where the run has no such
+    sample. `error` is the largest distance of a component from the value; None of a bound.
+    """
+
+    expectation: Expectation
+    measured: tuple[float, ...] | None = None
+    time: float | None = None
+    error: float | None = None
+
+    @property
+    def checked(self) -> bool:
+        """Whether there was a sample to look at."""
+        return self.measured is not None
+
+    @property
+    def holds(self) -> bool:
+        """Whether the expectation is met; a NaN meets none, and neither does a sample that is not there."""
+        return self.share <= 1.0
+
+    @property
+    def share(self) -> float:
+        """How much of what is allowed is used up: above 1 where the expectation falls short, infinite without sample.
+        A bound is used up by the part of it that was reached, where the two have one sign."""
+        expected, measured = self.expectation, self.measured
+        if measured is None:
+            return inf
+        if expected.tolerance is not None:
+            assert self.error is not None
+            return self.error / expected.tolerance
+        if expected.below is not None:
+            return _share_of_bound(measured[0], expected.below)
+        assert expected.above is not None
+        return _share_of_bound(-measured[0], -expected.above)
+
+
+def _share_of_bound(number: float, bound: float) -> float:
+    """Above 1 where the number is beyond the bound, or none."""
+    share = number / bound if bound > 0.0 else 0.0
+    if number <= bound:
+        return max(share, 0.0)
+    return share if share > 1.0 else inf
+
+
+def outcomes(expectations: Iterable[Expectation], results: Results) -> list[Outcome]:
+    """One for each expectation of the scene that the results come from, in its order."""
+    return [outcome(expectation, results) for expectation in expectations]
+
+
+def outcome(expectation: Expectation, results: Results) -> Outcome:
+    """What the samples of `results` say to one expectation."""
+    time = results.time
+    if not len(time):
+        return Outcome(expectation)
+    values = _components(expectation, series(expectation, results))
+    row = _row(expectation, time, values, results.settings.duration)
+    if row is None:
+        return Outcome(expectation)
+    measured = values[row]
+    if expectation.value is None:
+        return Outcome(expectation, _plain(measured), float(time[row]))
+    exact = np.array(expectation.value)
+    if expectation.quantity == "orientation" and measured @ exact < 0.0:  # q and -q are one orientation
+        measured = -measured
+    return Outcome(expectation, _plain(measured), float(time[row]), float(np.abs(measured - exact).max()))
+
+
+def series(expectation: Expectation, results: Results) -> Array:
+    """The quantity that the expectation is about over all samples: (T, k), k components."""
+    found = _SERIES[expectation.of](results, expectation.item, expectation.quantity)
+    return np.asarray(found, dtype=float).reshape(len(results.time), -1)
+
+
+def _components(expectation: Expectation, values: Array) -> Array:
+    """The columns (T, k) that the expectation asks for; of the largest magnitude, magnitudes."""
+    if expectation.component == "norm":
+        return np.linalg.norm(values, axis=1, keepdims=True)
+    chosen = values[:, ["xyz".index(expectation.component)]] if expectation.component else values
+    return np.abs(chosen) if expectation.at == "largest" else chosen
+
+
+def _row(expectation: Expectation, time: Array, values: Array, duration: float | None) -> int | None:
+    """The sample to look at; None where there is none at that time. A NaN is larger and smaller than any number."""
+    at = expectation.at
+    if isinstance(at, str):
+        pick: Mapping[str, Callable[[], Any]] = {
+            "end": lambda: len(time) - 1,
+            "maximum": lambda: np.argmax(values[:, 0]),
+            "minimum": lambda: np.argmin(values[:, 0]),
+            "largest": lambda: np.argmax(values[:, 0]),
+        }
+        return int(pick[at]())
+    nearest = int(np.argmin(np.abs(time - at)))
+    return nearest if abs(time[nearest] - at) <= SAME_TIME * (duration or time[-1]) else None
+
+
+def _plain(values: Array) -> tuple[float, ...]:
+    return tuple(float(value) for value in values)
+
+
+def _of_joint(results: Results, joint: str, quantity: str) -> Array:
+    for name in results.names("coordinates"):
+        if name == f"{joint}.{quantity}":
+            return results.coordinate(name).value
+        if f"{name}_speed" == f"{joint}.{quantity}":
+            return results.coordinate(name).speed
+    values: Array = getattr(results.joint(joint), quantity)
+    return values
+
+
+def _diagnostic(results: Results, name: str, _: str) -> Array:
+    """A series of the file, or the energy balance's size, in J or as a part of the energy that the run exchanged."""
+    if not name.startswith("energy_drift"):
+        return results[f"diagnostics/{name}"]
+    balance: Array = np.abs(results["diagnostics/energy_balance"])
+    if name == "energy_drift":
+        return balance
+    size = exchanged(results["diagnostics/kinetic_energy"], results["diagnostics/potential_energy"])
+    return np.where(balance == 0.0, 0.0, balance / size if size else inf)
+
+
+_SERIES: Mapping[str, Callable[[Results, str, str], Array]] = {
+    "marker": lambda results, name, quantity: getattr(results.marker(name), quantity),
+    "body": lambda results, name, quantity: getattr(results.body(name), quantity),
+    "joint": _of_joint,
+    "force": lambda results, name, quantity: getattr(results.force(name), quantity),
+    "motion": lambda results, name, quantity: getattr(results.motion(name), quantity),
+    "diagnostic": _diagnostic,
+}

@@ -1,0 +1,47 @@
+"""Components of reactions that are not unique, in words: redundant joints share them at will."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+import numpy.typing as npt
+
+from mbproj.results import Results
+
+Marks = npt.NDArray[np.bool_]
+#: Joints with the same components that are named.
+SHOWN = 8
+
+
+def open_components(joints: Sequence[str], force_unique: Marks, torque_unique: Marks) -> dict[str, str]:
+    """What marks of unique components (nj, 3) leave open, by joint, as "Fy Tx Tz"; joints without any are left out."""
+    words = {}
+    for name, *marks in zip(joints, force_unique, torque_unique, strict=True):
+        pairs = zip("FT", marks, strict=True)
+        found = [kind + "xyz"[axis] for kind, unique in pairs for axis in np.flatnonzero(~unique)]
+        if found:
+            words[name] = " ".join(found)
+    return words
+
+
+def reactions_not_unique(results: Results) -> dict[str, str] | None:
+    """The same of a results file; None where it does not say."""
+    marks = [results.constant(f"joints/reaction_{kind}_unique") for kind in ("force", "torque")]
+    if marks[0] is None or marks[1] is None:
+        return None
+    return open_components(results.names("joints"), marks[0], marks[1])
+
+
+def in_words(components: Mapping[str, str]) -> str:
+    """Components by joint as one reads them, joints with the same ones together: "Fy Tx Tz of A, B, C, D"."""
+    joints: dict[str, list[str]] = {}
+    for joint, open_ in components.items():
+        joints.setdefault(open_, []).append(joint)
+    return "; ".join(f"{open_} of {shortened(names, SHOWN)}" for open_, names in joints.items())
+
+
+def shortened(words: Sequence[str], most: int) -> str:
+    """The first words, and how many more there are."""
+    more = f" and {len(words) - most} more" if len(words) > most else ""
+    return ", ".join(words[:most]) + more

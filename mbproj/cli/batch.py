@@ -1,0 +1,103 @@
+"""`mbproj batch`: runs many scenes in parallel processes and checks what they expect."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+if TYPE_CHECKING:
+    from mbproj.studies.batch import SceneResult, Task
+
+
+@click.command("batch")
+@click.argument("paths", nargs=-1, required=True, type=click.Path(path_type=Path))
+@click.option("-j", "--jobs", type=click.IntRange(min=1), metavar="N", help="Scenes at a time (one a processor).")
+@click.option("--timeout", default="5 min", show_default=True, metavar="TIME", help="A scene is stopped after this.")
+@click.option("--junit", "xml", type=click.Path(path_type=Path), metavar="FILE", help="Write JUnit XML.")
+@click.option("--keep", type=click.Path(path_type=Path), metavar="DIR", help="Keep the results files, in DIR.")
+@click.option("--json", "as_json", is_flag=True, help="Print one JSON object instead of the table.")
+def command(
+    paths: tuple[Path, ...], jobs: int | None, timeout: str, xml: Path | None, keep: Path | None, as_json: bool
+) -> int:
+    """Runs the scenes PATHS, and those in the directories among them, and checks their `expect` blocks.
+
+    One table: scene, result, how many expectations hold, seconds, and of the one nearest to its limit the error against
+    what is allowed. All scenes are run, whatever becomes of one.
+
+    Exit code 0: all hold; 4: one falls short; 3: one failed or was stopped; 2: one cannot be read or assembled. Where
+    several apply, the lowest.
+    """
+    import json
+
+    from mbproj.cli import batch_table as table
+    from mbproj.cli.junit import junit
+    from mbproj.errors import ExitCode
+    from mbproj.scene.given import given_number
+    from mbproj.scene.quantities import Number
+    from mbproj.studies.batch import exit_code, run_batch, scene_paths
+
+    seconds = given_number(timeout, "--timeout", Number("s", above=0.0))
+    scenes = scene_paths(paths)
+    if xml is not None:
+        _write(xml, junit([]))  # before the work: whether it can be written
+    results: dict[int, SceneResult] = {}
+    rows = table.Rows([str(scene) for scene in scenes], shown=not as_json)
+
+    def done(number: int, result: SceneResult) -> None:
+        results[number] = result
+        rows.show(results)
+
+    interrupted = False
+    with _tasks(scenes, keep) as batch:
+        try:
+            run_batch(batch, jobs or _processors(), seconds, done)
+        except KeyboardInterrupt:
+            interrupted = True
+    ended = [results[number] for number in sorted(results)]
+    code = ExitCode.INTERRUPTED if interrupted else exit_code(ended)
+    if xml is not None:
+        _write(xml, junit(ended))
+    if as_json:
+        click.echo(json.dumps(table.record(ended, [str(scene) for scene in scenes], code)))
+    else:
+        rows.finish(results)
+    for message in table.messages(ended):
+        click.echo(message, err=True)
+    if interrupted:
+        click.echo("interrupted", err=True)
+    return int(code)
+
+
+@contextmanager
+def _tasks(scenes: list[Path], keep: Path | None) -> Iterator[list[Task]]:
+    """The scenes with where their results go: to be kept, or for as long as the block runs."""
+    from tempfile import TemporaryDirectory
+
+    from mbproj.studies.batch import tasks
+
+    if keep is not None:
+        yield tasks(scenes, keep, keep=True)
+        return
+    with TemporaryDirectory(prefix="mbproj-batch-", ignore_cleanup_errors=True) as directory:
+        yield tasks(scenes, Path(directory), keep=False)
+
+
+def _processors() -> int:
+    """Those that this process may use."""
+    import os
+
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+
+
+def _write(path: Path, text: str) -> None:
+    from mbproj.errors import InputError, Problem
+
+    try:
+        path.write_text(text, encoding="utf-8")
+    except OSError as error:
+        problem = Problem(f"cannot write '{path}': {error.strerror or error}", hint="choose another file with --junit")
+        raise InputError(problem) from error

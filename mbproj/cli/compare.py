@@ -1,0 +1,111 @@
+"""`mbproj compare`: chosen methods on one mechanism, in one table and one page of figures."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from mbproj.registry import PROJECTIONS, integrators
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from mbproj.studies.compare import Comparison
+
+
+@click.command("compare")
+@click.argument("scene", type=click.Path())
+@click.option("--projections", metavar="A,B,..", help=f"Of {', '.join(PROJECTIONS)} (none,baumgarte,gopm,gpopm).")
+@click.option("--integrators", metavar="A,B,..", help=f"Of {', '.join(integrators())} (the scene's).")
+@click.option("--steps", metavar="TIME,..", help="Fixed steps in s (the scene's).")
+@click.option("--tolerances", metavar="NUMBER,..", help="Error tolerances, of integrators that estimate their error.")
+@click.option("--formulations", metavar="A,B", help="Several: cost is then shown in factorisations, not in time.")
+@click.option("--until", type=click.FloatRange(min=0, min_open=True), metavar="TIME", help="In s (the duration).")
+@click.option("--set", "changes", multiple=True, metavar="NAME=VALUE", help="Changes a parameter.")
+@click.option("--repeat", default=5, show_default=True, type=click.IntRange(1), help="Timings of each setting.")
+@click.option("-o", "--output", default=".", type=click.Path(path_type=Path), metavar="DIR", help="Directory (.).")
+@click.option("--format", "ending", default="png", type=click.Choice(["png", "svg", "pdf"]), help="Format (png).")
+@click.option("--json", "as_json", is_flag=True, help="Print the table as JSON.")
+def command(scene: str, changes: tuple[str, ...], output: Path, ending: str, as_json: bool, **options: Any) -> None:
+    """Compares projection methods, integrators and steps on SCENE.
+
+    Prints a table: violations, trajectory error against a reference of another method, energy drift in the parts of
+    the integrator and of the projection, CPU time with its spread, counters. Writes it as CSV, and a page of figures.
+    """
+    from mbproj.cli.scene_options import parameters
+    from mbproj.cli.study import listed, make, positive, telling, write_csv
+    from mbproj.plot.save import save
+    from mbproj.scene import read_scene
+    from mbproj.studies.compare import PROJECTIONS_COMPARED, compare
+
+    what = read_scene(scene, parameters(changes))
+    folder, stem = make(output), Path(scene).stem
+    with telling(hidden=as_json) as tell:
+        found = compare(
+            what,
+            projections=listed("--projections", options["projections"], str) or PROJECTIONS_COMPARED,
+            integrators=listed("--integrators", options["integrators"], str),
+            steps=listed("--steps", options["steps"], positive),
+            tolerances=listed("--tolerances", options["tolerances"], positive),
+            formulations=listed("--formulations", options["formulations"], str),
+            until=options["until"],
+            repetitions=options["repeat"],
+            tell=tell,
+        )
+    rows = [{"label": entry.label, **entry.numbers} for entry in found.entries]
+    written = [write_csv(folder / f"{stem}-compare.csv", rows), save(_page(found, what.title),
+                                                                     folder / f"{stem}-compare.{ending}")]
+    if as_json:
+        click.echo(json.dumps({"until": float(found.reference.times[-1]), "entries": rows, "notes": found.notes}))
+        return
+    click.echo(_table(found, rows))
+    for note in found.notes:
+        click.echo(f"note: {note}", err=True)
+    for path in written:
+        click.echo(path)
+
+
+def _table(found: Comparison, rows: Sequence[Mapping[str, Any]]) -> str:
+    from mbproj.cli.study import columns, milliseconds, number
+
+    headings = ["", "|C|", "|C'|", "|C''|", "error, m", "drift, J", "integrator", "projection"]
+    cost = ["CPU, ms", "spread"] if found.cost_in_time else []
+    lines = []
+    for row in rows:
+        ends = [milliseconds(row[f"cpu_seconds_{end}"]) for end in ("lowest", "highest")]
+        spread = "-" if "-" in ends else " to ".join(ends)
+        lines.append([
+            row["label"],
+            *(number(row[f"{level}_violation"]) for level in ("position", "velocity", "acceleration")),
+            "failed" if row["failure"] else number(row["error"]),
+            *(number(row[f"energy_drift{part}"], "+.1e") for part in ("", "_integrator", "_projection")),
+            *([milliseconds(row["cpu_seconds"]), spread] if cost else []),
+            *(number(row[name], ".0f") for name in ("evaluations", "projection_iterations", "velocity_iterations")),
+            number(row["factorisations"], ".0f"),
+        ])  # fmt: skip
+    counts = ["evaluations", "position it.", "velocity it.", "factorisations"]
+    return columns([*headings, *cost, *counts], lines)
+
+
+def _page(found: Comparison, title: str) -> Figure:
+    from mbproj.plot.comparison_page import Compared, comparison_page
+
+    methods = []
+    for entry in found.entries:
+        solution, report, timing = entry.solution, entry.solution.report, entry.timing
+        counters = report.counters if report else {}
+        methods.append(Compared(
+            label=entry.label, time=solution.times, position_violation=solution.position_violation,
+            velocity_violation=solution.velocity_violation, acceleration_violation=solution.acceleration_violation,
+            error=entry.error.max(axis=1),
+            integrator=entry.split.integrator if entry.split else None,
+            projection=entry.split.projection if entry.split else None,
+            seconds=(timing.median, *timing.spread) if timing else None,
+            factorisations=counters.get("factorisations", 0),
+            iterations=counters.get("projection_iterations", 0) + counters.get("velocity_iterations", 0),
+        ))  # fmt: skip
+    return comparison_page(methods, found.reference.uncertainty.max(axis=1), title.replace("$", r"\$"))

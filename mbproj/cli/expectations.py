@@ -1,0 +1,99 @@
+"""What a scene expects, and what a run says to it, in words and for a program."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from mbproj.analysis import Outcome
+    from mbproj.scene.records import Expectation
+
+
+def subject(expected: Expectation) -> str:
+    """What an expectation is about: "marker tip, position x at 3 s"."""
+    what = "" if expected.of == "diagnostic" else f"{expected.of} {expected.item}, "
+    part = f" {expected.component}" if expected.component else ""
+    return f"{what}{expected.quantity}{part} {moment(expected)}"
+
+
+def moment(expected: Expectation) -> str:
+    """When: "at 3 s", "at the end", "at its maximum"."""
+    if not isinstance(expected.at, str):
+        return f"at {expected.at:.10g} s"
+    return "at the end" if expected.at == "end" else f"at its {expected.at}"
+
+
+def wanted(expected: Expectation) -> str:
+    """What is expected: "0.12 ± 1e-06 m", "≤ 1e-12"."""
+    unit = f" {expected.unit}" if expected.unit else ""
+    if expected.value is not None:
+        return f"{_numbers(expected.value)} ± {expected.tolerance:.3g}{unit}"
+    bound, sign = (expected.below, "≤") if expected.below is not None else (expected.above, "≥")
+    return f"{sign} {bound:.6g}{unit}"
+
+
+def error_words(outcome: Outcome) -> str:
+    """How far off it is against what is allowed: "2.3e-07 of 1e-06 m"; of a bound, what was reached against it."""
+    expected, unit = outcome.expectation, f" {outcome.expectation.unit}" if outcome.expectation.unit else ""
+    if outcome.measured is None:
+        return "no such sample"
+    if outcome.error is not None:
+        return f"{outcome.error:.1e} of {expected.tolerance:.3g}{unit}"
+    return f"{outcome.measured[0]:.3g}{'' if outcome.holds else ', not'} {wanted(expected)}"
+
+
+def verdict(outcome: Outcome) -> str:
+    """In one word or two."""
+    return "holds" if outcome.holds else "falls short" if outcome.checked else "not checked"
+
+
+def summary_lines(outcomes: Sequence[Outcome]) -> Iterator[str]:
+    """How many hold, and each."""
+    holding = sum(outcome.holds for outcome in outcomes)
+    yield f"  expectations        {holding} of {len(outcomes)} hold"
+    width = max(len(outcome.expectation.name) for outcome in outcomes)
+    for outcome in outcomes:
+        expected = outcome.expectation
+        yield f"    {expected.name:{width}}  {verdict(outcome):11}  {error_words(outcome)}  ({subject(expected)})"
+
+
+def record(outcome: Outcome) -> dict[str, Any]:
+    """The outcome for a program to read; what is not finite is None."""
+    expected = outcome.expectation
+    return {
+        "name": expected.name,
+        "of": expected.of,
+        "item": expected.item,
+        "quantity": expected.quantity,
+        "component": expected.component or None,
+        "unit": expected.unit,
+        "at": expected.at,
+        "time": outcome.time,
+        "measured": _shortest(outcome.measured),
+        "value": _shortest(expected.value),
+        "error": _finite(outcome.error),
+        "tolerance": expected.tolerance,
+        "below": expected.below,
+        "above": expected.above,
+        "checked": outcome.checked,
+        "holds": outcome.holds,
+        "source": expected.source,
+    }
+
+
+def _numbers(values: Sequence[float]) -> str:
+    texts = [f"{value:.10g}" for value in values]
+    return texts[0] if len(texts) == 1 else f"[{', '.join(texts)}]"
+
+
+def _shortest(values: Sequence[float] | None) -> Any:
+    """One number for a list of one."""
+    if values is None:
+        return None
+    finite = [_finite(value) for value in values]
+    return finite[0] if len(finite) == 1 else finite
+
+
+def _finite(value: float | None) -> float | None:
+    return value if value is not None and abs(value) < float("inf") else None

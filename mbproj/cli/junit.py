@@ -1,0 +1,78 @@
+"""JUnit's XML in the dialect that Jenkins, GitLab and GitHub's actions read: a testsuite a scene, a testcase an
+expectation. GitLab shows a testcase's `classname` as its suite, and Jenkins groups by it: that is the scene as well."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from datetime import datetime, timezone
+from typing import TYPE_CHECKING
+from xml.etree import ElementTree as Xml
+
+from mbproj.cli.expectations import error_words, subject, verdict, wanted
+from mbproj.errors import ExitCode
+
+if TYPE_CHECKING:
+    from mbproj.analysis import Outcome
+    from mbproj.studies.batch import SceneResult
+
+#: What XML 1.0 cannot say, escaped or not.
+UNPRINTABLE = re.compile("[^\t\n\r\x20-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
+
+
+def junit(results: Sequence[SceneResult]) -> str:
+    """The results as XML. The first testcase of each scene, "runs", is in error where the scene could not run."""
+    root = Xml.Element("testsuites", name="mbproj batch")
+    for result in results:
+        root.append(_suite(result))
+    for key in ("tests", "failures", "errors", "skipped"):
+        root.set(key, str(sum(int(suite.get(key, "0")) for suite in root)))
+    root.set("time", f"{sum(result.seconds for result in results):.3f}")
+    Xml.indent(root)
+    return f'<?xml version="1.0" encoding="UTF-8"?>\n{Xml.tostring(root, encoding="unicode")}\n'
+
+
+def _suite(result: SceneResult) -> Xml.Element:
+    failures = sum(not outcome.holds for outcome in result.outcomes)
+    failed = result.code not in (ExitCode.DONE, ExitCode.CHECK_FAILED)
+    suite = Xml.Element(
+        "testsuite", name=_text(str(result.scene)), tests=str(1 + len(result.outcomes)), failures=str(failures),
+        errors=str(int(failed)), skipped="0", time=f"{result.seconds:.3f}",
+        timestamp=datetime.now(timezone.utc).strftime("%Y-%m-%dT%H:%M:%S"),
+    )  # fmt: skip
+    runs = _case(suite, result, "runs", result.seconds)
+    if failed:
+        first, _, _ = result.message.partition("\n")
+        error = Xml.SubElement(runs, "error", message=_text(first), type=result.word)
+        error.text = _text(result.message)
+    for outcome in result.outcomes:
+        case = _case(suite, result, outcome.expectation.name, 0.0)
+        if not outcome.holds:
+            failure = Xml.SubElement(case, "failure", message=_text(error_words(outcome)), type=verdict(outcome))
+            failure.text = _text(_whole(outcome))
+    return suite
+
+
+def _case(suite: Xml.Element, result: SceneResult, name: str, seconds: float) -> Xml.Element:
+    """A testcase, whose classname is the path with dots, because Jenkins takes dots for its packages."""
+    where = ".".join(part for part in result.scene.with_suffix("").parts if part.strip("./"))
+    attributes = {"classname": _text(where), "name": name, "file": _text(result.scene.as_posix())}
+    return Xml.SubElement(suite, "testcase", attributes, time=f"{seconds:.3f}")
+
+
+def _whole(outcome: Outcome) -> str:
+    """All there is to say about an expectation that falls short."""
+    expected, measured = outcome.expectation, outcome.measured
+    found = "nothing" if measured is None else ", ".join(f"{value:.17g}" for value in measured)
+    lines = [
+        subject(expected),
+        f"expected: {wanted(expected)}",
+        f"found: {found} {expected.unit}".rstrip(),
+        f"error: {error_words(outcome)}",
+        f"source: {expected.source}",
+    ]
+    return "\n".join(lines)
+
+
+def _text(text: str) -> str:
+    return UNPRINTABLE.sub("?", text)

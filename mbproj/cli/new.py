@@ -1,0 +1,57 @@
+"""`mbproj new`: scene files to begin with, of any size."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import click
+
+from mbproj.errors import InputError, Problem
+from mbproj.templates import OPTIONS, TEMPLATES, written
+
+KINDS = tuple(TEMPLATES)
+
+
+def _options(command: Callable[..., Any]) -> Callable[..., Any]:
+    """An option for each number of the templates."""
+    for name, option in reversed(list(OPTIONS.items())):
+        command = click.option(f"--{name}", metavar="N" if name in ("links", "loops") else "NUMBER",
+                               help=f"{option.help} {_defaults(name)}")(command)
+    return command
+
+
+def _defaults(name: str) -> str:
+    """What it is where it is not given, by template."""
+    found = {kind: template.defaults[name] for kind, template in TEMPLATES.items() if name in template.defaults}
+    if len(set(found.values())) == 1:
+        return f"[default: {next(iter(found.values()))}; {', '.join(found)}]"
+    return f"[default: {', '.join(f'{kind} {default}' for kind, default in found.items())}]"
+
+
+@click.command("new")
+@click.argument("kind", type=click.Choice(KINDS), metavar="|".join(KINDS))
+@click.option("-o", "--output", type=click.Path(path_type=Path), metavar="FILE", help="Write it there, not to stdout.")
+@_options
+@click.option("--spatial", is_flag=True, help="Every second joint about another axis. [chain, tree]")
+def command(kind: str, output: Path | None, spatial: bool, **numbers: str | None) -> None:
+    """Writes a scene file to begin with: commented, ready to run, and with what it expects of its run.
+
+    Numbers take units as in a scene ("300 mm"), and stand among the scene's parameters. An existing file is not
+    replaced.
+    """
+    text = written(kind, {name: number for name, number in numbers.items() if number is not None}, spatial)
+    if output is None:
+        click.echo(text, nl=False)
+        return
+    try:
+        with output.open("x", encoding="utf-8") as file:
+            file.write(text)
+    except FileExistsError:
+        problem = Problem(f"'{output}' exists and is not replaced", hint="choose another file with -o")
+        raise InputError(problem) from None
+    except OSError as error:
+        problem = Problem(f"cannot write '{output}': {error.strerror or error}", hint="choose another file with -o")
+        raise InputError(problem) from error
+    click.echo(output)

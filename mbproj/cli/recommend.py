@@ -1,0 +1,156 @@
+"""`mbproj recommend`: the cheapest setting that keeps an error, as a command line, or written into the scene."""
+
+from __future__ import annotations
+
+import json
+import shlex
+import sys
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from mbproj.cli.quantity import Positive
+from mbproj.errors import ExitCode, InputError, Place, Problem
+
+if TYPE_CHECKING:
+    from mbproj.scene import Scene
+    from mbproj.studies.bench import Outcome
+    from mbproj.studies.recommend import Recommendation
+
+
+@click.command("recommend")
+@click.argument("scene", type=click.Path())
+@click.option("--error", "goal", required=True, type=Positive("m"), metavar="E", help="The largest error allowed.")
+@click.option("--at", "points", multiple=True, metavar="MARKER", help="Only at this marker, repeatable (all).")
+@click.option("--until", type=Positive("s"), metavar="TIME", help="Up to this time (the duration).")
+@click.option("--output-step", metavar="TIME", help="Time between the samples at which the error counts (the scene's).")
+@click.option("--set", "changes", multiple=True, metavar="NAME=VALUE", help="Changes a parameter.")
+@click.option("--write", is_flag=True, help="Write it into the scene's simulation block; all else stays as it is.")
+@click.option("--json", "as_json", is_flag=True, help="Print one JSON object.")
+@click.option("-q", "--quiet", is_flag=True, help="Print the command line alone.")
+def command(
+    scene: str,
+    goal: float,
+    points: tuple[str, ...],
+    until: float | None,
+    output_step: str | None,
+    changes: tuple[str, ...],
+    write: bool,
+    as_json: bool,
+    quiet: bool,
+) -> int:
+    """Finds the cheapest integrator and step (or tolerance) for SCENE whose error is at most E at every sample.
+
+    The error is measured against a reference of two other methods, on a run of its own in the end. Prints the command
+    line first. Exit code 4 where the error cannot be kept so long: what is printed then holds up to the time it says.
+    """
+    from mbproj.cli.scene_options import parameters
+    from mbproj.scene import read_scene
+    from mbproj.studies.recommend import recommend
+    from mbproj.studies.write_back import write_back
+
+    if write and changes:
+        hint = "change the parameter in the scene, then leave this out"
+        raise InputError(Problem("what is recommended for other parameters is not written", Place("--set"), hint))
+    what = read_scene(scene, parameters(changes), {"output_step": output_step})
+    with noting(as_json or quiet) as tell:
+        found = recommend(what, goal, points, until, tell=tell)
+    line = _command_line(what, scene, changes, output_step, found)
+    if as_json:
+        click.echo(json.dumps({"command": line, **_numbers(found)}))
+    else:
+        click.echo("\n".join([line] if quiet else [line, *_lines(found)]))
+    if not found.reached:
+        click.echo(
+            f"note: no setting keeps {goal:g} m until t = {found.wanted:.6g} s, because errors grow from round-off; "
+            f"this one does until {found.until:.6g} s", err=True,
+        )  # fmt: skip
+    if write and found.reached:
+        click.echo(f"written into {write_back(what, found.settings)}", err=True)
+    return ExitCode.DONE if found.reached else ExitCode.CHECK_FAILED
+
+
+@contextmanager
+def noting(hidden: bool) -> Iterator[Callable[[str], None]]:
+    """Shows what a search is at, in one line of stderr, on a terminal only."""
+    shown = not hidden and sys.stderr.isatty()
+
+    def tell(message: str) -> None:
+        if shown:
+            sys.stderr.write(f"\r{message[:110]}\x1b[K")
+            sys.stderr.flush()
+
+    try:
+        yield tell
+    finally:
+        tell("")
+
+
+def _command_line(
+    scene: Scene, name: str, changes: tuple[str, ...], output_step: str | None, found: Recommendation
+) -> str:
+    from mbproj.studies.setting import shortest
+
+    words = ["mbproj", "run", name, *(word for change in changes for word in ("--set", change))]
+    words += shlex.split(found.setting.command_line(scene.settings))
+    settings = found.settings
+    assert settings.duration is not None and settings.output_step is not None
+    if settings.duration != scene.settings.duration:
+        words += ["--duration", f"{settings.duration:.12g}"]
+    if settings.output_step != scene.settings.output_step or output_step:
+        words += ["--output-step", output_step or shortest(settings.output_step)]
+    return shlex.join(words)
+
+
+def _numbers(found: Recommendation) -> dict[str, Any]:
+    return {
+        "goal": found.goal,
+        "points": list(found.points),
+        "reached": found.reached,
+        "until": found.until,
+        "wanted": found.wanted,
+        "best": _outcome(found.best),
+        "contenders": [_outcome(outcome) for outcome in found.contenders],
+        "own": None if found.own is None else _outcome(found.own),
+        "uncertain": found.uncertain,
+        "reference": found.method,
+        "check": found.check,
+    }
+
+
+def _outcome(outcome: Outcome) -> dict[str, Any]:
+    from math import isfinite
+
+    numbers = {name: getattr(outcome, name) for name in ("error", "time", "evaluations", "seconds")}
+    finite = {name: value if isfinite(value) else None for name, value in numbers.items()}
+    setting = {name: value for name, value in vars(outcome.setting).items() if value is not None}
+    return {"setting": setting, "point": outcome.point, **finite}
+
+
+def _lines(found: Recommendation) -> list[str]:
+    from mbproj.cli.table import table
+
+    best = found.best
+    rows: dict[str, str] = {
+        "error": f"{best.error:.2g} m at most, of {best.point} at t = {best.time:.4g} s; "
+        f"{found.goal:g} m is asked for, until t = {found.until:.6g} s",
+        "reference": f"uncertain by {found.uncertain:.1g} m: {found.method}",
+        "checked by": found.check,
+        "cost": _cost(best),
+    }
+    rows |= {f"near it ({place})": _words(other) for place, other in enumerate(found.contenders[1:], 1)}
+    if found.own is not None:
+        rows["the scene's own"] = _words(found.own)
+    return list(table(rows, "  "))
+
+
+def _words(outcome: Outcome) -> str:
+    if outcome.error == float("inf"):
+        return f"{outcome.setting.label}: fails"
+    return f"{outcome.setting.label}: {outcome.error:.2g} m, {_cost(outcome)}"
+
+
+def _cost(outcome: Outcome) -> str:
+    return f"{outcome.evaluations:.0f} evaluations, {1e3 * outcome.seconds:.3g} ms"

@@ -1,0 +1,122 @@
+"""`mbproj threshold`: from which violation on a projection is worth while."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from mbproj.cli.scene_options import overrides, parameters, scene_options
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from mbproj.studies.threshold import ThresholdStudy
+
+
+@click.command("threshold")
+@scene_options
+@click.option("--thresholds", metavar="NUMBER,..", help="Those to try (by decades up to a tenth of the size).")
+@click.option("--at", metavar="A,B,..", help="Markers (or bodies, where there are none) whose error counts (all).")
+@click.option("--repeat", default=5, show_default=True, type=click.IntRange(1), help="Timings of each setting.")
+@click.option("-o", "--output", default=".", type=click.Path(path_type=Path), metavar="DIR", help="Directory (.).")
+@click.option("--format", "ending", default="png", type=click.Choice(["png", "svg", "pdf"]), help="Format (png).")
+def command(
+    scene: str, settings: tuple[str, ...], thresholds: str | None, at: str | None, repeat: int, output: Path,
+    ending: str, **options: Any,
+) -> None:  # fmt: skip
+    """Varies the projection threshold on SCENE: error, violation, projections saved, CPU time.
+
+    Recommends the largest threshold up to which the error stays within a tenth of that with all projections. Other
+    options change the setting that is studied, as for `mbproj run`.
+    """
+    from mbproj.cli.study import listed, make, positive, telling, write_csv
+    from mbproj.plot.save import save
+    from mbproj.scene import read_scene
+    from mbproj.studies.threshold import threshold_study
+
+    chosen = overrides(options)
+    chosen.pop("threshold", None)
+    what = read_scene(scene, parameters(settings), chosen)
+    stem, points = make(output) / f"{Path(scene).stem}-threshold", tuple(listed("--at", at, str) or ())
+    with telling(hidden=False) as tell:
+        found = threshold_study(
+            what, thresholds=listed("--thresholds", thresholds, positive), at=points, repetitions=repeat, tell=tell
+        )
+    click.echo(_report(found, points))
+    for note in found.notes:
+        click.echo(f"note: {note}", err=True)
+    click.echo(write_csv(Path(f"{stem}.csv"), _rows(found, points)))
+    click.echo(save(_page(found, points), Path(f"{stem}.{ending}")))
+
+
+def _rows(found: ThresholdStudy, points: tuple[str, ...]) -> list[dict[str, Any]]:
+    table = []
+    for index, (trial, timing) in enumerate(zip(found.trials, found.timings, strict=True)):
+        low, high = timing.spread if timing else (float("nan"), float("nan"))
+        table.append({
+            "threshold": trial.setting.threshold, "projection": trial.setting.projection, "error": trial.at(points),
+            "position_violation": trial.position_violation, "velocity_violation": trial.velocity_violation,
+            "energy_drift": trial.energy_drift, "steps": trial.counters.get("steps", 0),
+            "projections": trial.counters.get("projections", 0), "projections_saved": found.saved(index),
+            "cpu_seconds": timing.median if timing else float("nan"), "cpu_seconds_lowest": low,
+            "cpu_seconds_highest": high, "recommended": index == found.recommended, "failure": trial.failure or "",
+        })  # fmt: skip
+    return table
+
+
+def _report(found: ThresholdStudy, points: tuple[str, ...]) -> str:
+    from mbproj.cli.study import columns, milliseconds, number
+
+    lines = []
+    for index, row in enumerate(_rows(found, points)):
+        name = "none" if index == len(found.trials) - 1 else f"{row['threshold']:.0e}" if index else "every step"
+        lines.append([
+            name + " *" * row["recommended"], number(row["error"]), number(row["position_violation"]),
+            number(row["velocity_violation"]), str(row["projections"]), number(100.0 * row["projections_saved"], ".0f"),
+            milliseconds(row["cpu_seconds"]),
+        ])  # fmt: skip
+    table = columns(["threshold", "error, m", "|C|", "|C'|", "projections", "saved, %", "CPU, ms"], lines)
+    return f"{found.title}, {found.trials[0].setting.label}\n\n{table}\n\n{_verdict(found)}"
+
+
+def _verdict(found: ThresholdStudy) -> str:
+    index = found.recommended
+    if index is None:
+        return "no threshold keeps the error: project after every step"
+    trial, timing, always = found.trials[index], found.timings[index], found.timings[0]
+    cost = f"{100 * (1 - timing.median / always.median):.0f} % of the CPU time" if timing and always else "its time"
+    return (
+        f"* recommended: --threshold {trial.setting.threshold:g} saves {100 * found.saved(index):.0f} % of the "
+        f"projections and {cost}, with joints open by up to {trial.position_violation:.1e}"
+    )
+
+
+def _page(found: ThresholdStudy, points: tuple[str, ...]) -> Figure:
+    import numpy as np
+
+    from mbproj.plot.threshold_page import Thresholds, threshold_page
+
+    rows = _rows(found, points)
+    middle = rows[1:-1]
+
+    def column(name: str) -> Any:
+        values = np.array([row[name] for row in middle], dtype=float)
+        return np.where(np.isfinite(values), values, np.nan)
+
+    ends = [
+        (row["error"], row["position_violation"], float(row["projections"]), row["cpu_seconds"])
+        for row in (rows[0], rows[-1])
+    ]
+    shown = Thresholds(
+        threshold=column("threshold"), error=column("error"), position_violation=column("position_violation"),
+        velocity_violation=column("velocity_violation"), projections=column("projections"),
+        seconds=column("cpu_seconds"),
+        spread=np.column_stack([column("cpu_seconds_lowest"), column("cpu_seconds_highest")]),
+        always=ends[0], never=ends[1],
+        recommended=None if found.recommended is None else found.trials[found.recommended].setting.threshold,
+        floor=float(found.reference.uncertainty[-1].max()),
+    )  # fmt: skip
+    title = found.title.replace("$", r"\$")
+    return threshold_page(shown, f"{title}; {found.trials[0].setting.label}")

@@ -1,0 +1,171 @@
+"""`mbproj tradeoff`: what accuracy costs on a mechanism, measured."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from mbproj.registry import FORMULATIONS, PROJECTIONS, integrators
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from mbproj.studies.tradeoff import Tradeoff
+
+
+@click.command("tradeoff")
+@click.argument("scene", type=click.Path())
+@click.option("--projections", metavar="A,B,..", help=f"Of {', '.join(PROJECTIONS)} (gpopm,gopm,none,baumgarte).")
+@click.option("--integrators", metavar="A,B,..", help=f"Of {', '.join(integrators())} (all).")
+@click.option("--formulation", type=click.Choice(FORMULATIONS), help="Of all settings (the scene's).")
+@click.option("--at", metavar="A,B,..", help="Markers (or bodies, where there are none) whose error counts (all).")
+@click.option("--until", type=click.FloatRange(min=0, min_open=True), metavar="TIME", help="In s (the duration).")
+@click.option("--set", "changes", multiple=True, metavar="NAME=VALUE", help="Changes a parameter.")
+@click.option("--longest", default=0.5, show_default=True, metavar="SECONDS", help="Sweeps end with a run of so long.",
+              type=click.FloatRange(min=0, min_open=True))
+@click.option("--repeat", default=5, show_default=True, type=click.IntRange(1), help="Timings of each setting.")
+@click.option("-o", "--output", default=".", type=click.Path(path_type=Path), metavar="DIR", help="Directory (.).")
+@click.option("--format", "ending", default="png", type=click.Choice(["png", "svg", "pdf"]), help="Format (png).")
+@click.option("--fresh", is_flag=True, help="Begin anew where an earlier study was interrupted or is complete.")
+def command(scene: str, changes: tuple[str, ...], output: Path, ending: str, fresh: bool, **options: Any) -> None:
+    """Measures accuracy against cost on SCENE over projections, integrators, steps, tolerances and schedules.
+
+    Prints the cheapest setting for each error; writes all settings as CSV and HDF5, and work-precision diagrams. An
+    interrupted study resumes where it stopped: what was done stands in DIR/<scene>-tradeoff.jsonl.
+    """
+    from mbproj.cli.scene_options import parameters
+    from mbproj.cli.study import listed, make, telling, unwritable, write_csv
+    from mbproj.plot.save import save
+    from mbproj.scene import read_scene
+    from mbproj.studies.tradeoff import PROJECTIONS_TRIED, tradeoff
+    from mbproj.studies.tradeoff_table import rows, write_hdf5
+
+    what = read_scene(scene, parameters(changes))
+    stem = make(output) / f"{Path(scene).stem}-tradeoff"
+    journal = Path(f"{stem}.jsonl")
+    if fresh:
+        journal.unlink(missing_ok=True)
+    with telling(hidden=False) as tell:
+        found = tradeoff(
+            what,
+            projections=listed("--projections", options["projections"], str) or PROJECTIONS_TRIED,
+            methods=listed("--integrators", options["integrators"], str),
+            formulation=options["formulation"],
+            at=listed("--at", options["at"], str) or (),
+            until=options["until"],
+            longest=options["longest"],
+            repetitions=options["repeat"],
+            journal=journal,
+            tell=tell,
+        )
+    for line in _report(found):
+        click.echo(line)
+    for note in found.notes:
+        click.echo(f"note: {note}", err=True)
+    table = rows(found)
+    click.echo(write_csv(Path(f"{stem}.csv"), table))
+    try:
+        click.echo(write_hdf5(Path(f"{stem}.h5"), found, table))
+    except OSError as error:
+        raise unwritable(Path(f"{stem}.h5"), error) from error
+    click.echo(save(_page(found), Path(f"{stem}.{ending}")))
+
+
+def _report(found: Tradeoff) -> Iterator[str]:
+    """The tables."""
+    import numpy as np
+
+    from mbproj.cli.study import columns
+    from mbproj.studies.near_front import CLOSED
+
+    failed = sum(trial.failure is not None for trial in found.trials)
+    until = found.reference.times[-1]
+    yield f"{found.title or 'The mechanism'}: {len(found.trials)} settings up to {until:g} s, of which {failed} failed"
+    yield f"errors of {', '.join(found.points)}; the reference is uncertain by {found.floor:.1e} m"
+    errors = found.error[np.isfinite(found.seconds)]
+    limits = 10.0 ** np.arange(-14.0, 3.0)[::-1]
+    limits = limits[(limits > max(found.floor, errors.min(initial=np.inf))) & (limits < 10.0 * errors.max(initial=0.0))]
+    closed = CLOSED * max(1.0, found.size)
+    kinds = {"the cheapest setting for an error": np.inf, f"the same with joints closed to {closed:.0e}": closed}
+    for title, most in kinds.items():
+        best = {found.cheapest(limit, most): limit for limit in limits}  # of equal settings the smallest error
+        rows = [[f"<= {limit:.0e}", *_cells(found, index)] for index, limit in best.items() if index is not None]
+        if rows:
+            yield ""
+            yield f"{title}:"
+            yield columns(["error, m", *HEADINGS], rows)
+    if found.compared:
+        yield ""
+        yield "the same steps with other projections:"
+        yield columns(HEADINGS, [_cells(found, index) for index in found.compared])
+    if found.own is not None:
+        yield ""
+        yield from _own(found, found.own)
+
+
+HEADINGS = ["is", "|C|", "CPU, ms", "spread", "evaluations", "projections", "setting"]
+
+
+def _cells(found: Tradeoff, index: int) -> list[str]:
+    from mbproj.cli.study import milliseconds, number
+
+    trial, timing = found.trials[index], found.timings.get(index)
+    spread = " to ".join(milliseconds(end) for end in timing.spread) if timing else "-"
+    return [
+        number(float(found.error[index])), number(trial.position_violation),
+        milliseconds(found.seconds[index]), spread,
+        str(trial.counters["evaluations"]), str(trial.counters["projections"]), trial.setting.label,
+    ]  # fmt: skip
+
+
+def _own(found: Tradeoff, own: int) -> Iterator[str]:
+    """How far the scene's own setting is from the front."""
+    from mbproj.cli.study import milliseconds
+
+    trial = found.trials[own]
+    if trial.failure is not None:
+        yield f"the scene's own setting ({trial.setting.label}) failed: {trial.failure}"
+        return
+    seconds, error = found.seconds[own], found.error[own]
+    yield f"the scene's own setting ({trial.setting.label}): error {error:.1e} m in {milliseconds(seconds)} ms"
+    same_error, same_cost = found.cheapest(error), found.most_accurate(seconds)
+    if same_error is not None and same_cost is not None:
+        cheaper, better = found.seconds[same_error], found.error[same_cost]
+        yield (f"  as accurate for {milliseconds(cheaper)} ms ({seconds / cheaper:.2g} times cheaper): "
+               f"{found.trials[same_error].setting.label}")  # fmt: skip
+        yield (f"  for the same time {better:.1e} m ({error / better:.2g} times more accurate): "
+               f"{found.trials[same_cost].setting.label}")  # fmt: skip
+
+
+def _page(found: Tradeoff) -> Figure:
+    import numpy as np
+
+    from mbproj.plot.work_precision import Cloud, Diagram, work_precision
+    from mbproj.studies.curves import by_integrator, by_projection, studied
+
+    def cloud(indices: list[int]) -> Cloud:
+        return Cloud(
+            evaluations=np.array([found.trials[i].counters.get("evaluations", np.nan) for i in indices], dtype=float),
+            seconds=np.where(np.isfinite(found.seconds[indices]), found.seconds[indices], np.nan),
+            error=found.error[indices],
+            violation=found.violation[indices],
+        )
+
+    front, name = list(found.front), studied(found.trials, found.front)
+    return work_precision(
+        Diagram(
+            by_integrator={label: cloud(indices) for label, indices in by_integrator(found.trials).items()},
+            timed=cloud(sorted(found.timings)),
+            by_projection={label: cloud(indices) for label, indices in by_projection(found.trials, name).items()},
+            integrator=name,
+            front=np.column_stack([found.seconds[front], found.error[front]]),
+            own=None if found.own is None or not np.isfinite(found.seconds[found.own])
+            else (float(found.seconds[found.own]), float(found.error[found.own])),
+            floor=found.floor,
+            points=", ".join(found.points) if len(found.points) <= 3 else "the worst point",
+        ),
+        found.title.replace("$", r"\$"),
+    )  # fmt: skip

@@ -1,0 +1,77 @@
+"""How far a run can be trusted: as a table for a reader, and as numbers for a program."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from math import inf, isfinite
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from mbproj.arrays import Array
+    from mbproj.results.trust import Trust
+
+#: Columns and rows that the table has room for.
+MAX_LIMITS, MAX_POINTS = 8, 8
+
+
+def as_numbers(trust: Trust) -> dict[str, Any]:
+    """One object for --json; None for a time that does not come, and for a growth that cannot be told."""
+    times = ("horizon", "horizon_low", "horizon_high")
+    points = {
+        name: {
+            **{key: [_finite(t) for t in getattr(trust, key)[k].tolist()] for key in times},
+            **{key: _finite(getattr(trust, key)[k]) for key in ("growth_rate", "growth_power")},
+            "growth_law": trust.growth_law[k] or None,
+            "largest_error": _finite(_largest(trust.error[:, k])),
+            "largest_uncertainty": _finite(_largest(trust.uncertainty[:, k])),
+        }
+        for k, name in enumerate(trust.names)
+    }
+    words = {"solution": trust.solution, "remark": trust.remark or None}
+    return {**words, "limits": list(map(float, trust.limits)), "points": points}
+
+
+def lines_on(trust: Trust) -> Iterator[str]:
+    """The times at which errors exceed limits, a row a point; limits that nothing reaches are left out."""
+    yield f"  how far to trust it, by {trust.solution}"
+    limits = enumerate(trust.limits.tolist())
+    reached = [(column, limit) for column, limit in limits if trust.horizon_low[:, column].min() < inf][-MAX_LIMITS:]
+    points = trust.names[:MAX_POINTS]
+    heads = [f"{limit:.3g} m".replace("e-0", "e-") for _, limit in reached]
+    rows = [
+        [*(_time(trust, k, column) for column, _ in reached), f"{_largest(trust.error[:, k]):.1e} m", _growth(trust, k)]
+        for k in range(len(points))
+    ]
+    table = [["error exceeds", *heads, "largest", "grows as"]]
+    table += [[name, *row] for name, row in zip(points, rows, strict=True)]
+    widths = [max(len(row[column]) for row in table) for column in range(len(table[0]))]
+    for row in table:
+        yield "    " + "  ".join(f"{cell:<{width}}" for cell, width in zip(row, widths, strict=True)).rstrip()
+    if len(trust.names) > MAX_POINTS:
+        yield f"    the first {MAX_POINTS} of {len(trust.names)}: the results file has all"
+    if trust.remark:
+        yield f"    {trust.remark}"
+
+
+def _time(trust: Trust, k: int, column: int) -> str:
+    """A time in s as it is known: "0.95 s", "4.1-4.7 s", "4.1 s or later", "-" where it does not come."""
+    low, high = trust.horizon_low[k, column], trust.horizon_high[k, column]
+    if not isfinite(low):
+        return "-"
+    if not isfinite(high):
+        return f"{low:.3g} s or later"
+    return f"{low:.3g} s" if f"{low:.3g}" == f"{high:.3g}" else f"{low:.3g}-{high:.3g} s"
+
+
+def _growth(trust: Trust, k: int) -> str:
+    laws = {"exponential": f"exp({trust.growth_rate[k]:.2g} t)", "power": f"t^{trust.growth_power[k]:.2g}"}
+    return laws.get(trust.growth_law[k], "-")
+
+
+def _largest(values: Array) -> float:
+    """The largest that is known."""
+    return max((value for value in values.tolist() if isfinite(value)), default=0.0)
+
+
+def _finite(value: float) -> float | None:
+    return float(value) if isfinite(value) else None

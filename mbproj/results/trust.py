@@ -1,0 +1,126 @@
+"""The /trust group of a results file (`run --certify`): how long each marker can be trusted, its error over time."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from types import MappingProxyType
+from typing import Any
+
+import h5py
+import numpy as np
+
+from mbproj.arrays import Array
+from mbproj.results.provenance import create_text
+
+GROUP = "trust"
+#: Of a run that ended before the better solution did.
+NOT_COMPUTED = "not computed"
+
+
+@dataclass(frozen=True, eq=False)
+class Trust:
+    """What a better solution says of a run, for k points (the markers, or the bodies' centres of mass) and E limits.
+
+    `error` (S, k): distance to the better solution in m at the times (S,), the samples of the run; `uncertainty`
+    (S, k): what that solution's own error is at most. `horizon` (k, E): the first time in s at which the error exceeds
+    a limit, and the range `horizon_low`, `horizon_high` that it lies in; infinite where the limit holds to the end.
+    `growth_rate` in 1/s and `growth_power` fit the error's growth (k,); `growth_law` says which is nearer ("": none).
+    `solution` is the better one in words, `remark` what a reader should know besides.
+    """
+
+    names: tuple[str, ...]
+    limits: Array
+    time: Array
+    error: Array
+    uncertainty: Array
+    horizon: Array
+    horizon_low: Array
+    horizon_high: Array
+    growth_rate: Array
+    growth_power: Array
+    growth_law: tuple[str, ...]
+    solution: str
+    remark: str = ""
+
+    def untrusted_from(self, limit: float, name: str | None = None) -> float | None:
+        """The first time (s) at which the error of a point may exceed `limit` (m), or of any point where `name` is none
+        of them; None where it never does."""
+        columns = [self.names.index(name)] if name in self.names else slice(None)
+        beyond = np.flatnonzero(~(self.error + self.uncertainty <= limit)[:, columns].all(axis=1))
+        return float(self.time[beyond[0]]) if len(beyond) else None
+
+
+@dataclass(frozen=True)
+class Entry:
+    """A dataset of the group: its axes ("S" samples, "k" points, "E" limits), unit, description."""
+
+    axes: str
+    unit: str
+    description: str
+
+
+LAYOUT: Mapping[str, Entry] = MappingProxyType(
+    {
+        "limits": Entry("E", "m", "limits of the error that the horizons are of"),
+        "error": Entry("Sk", "m", "distance to the better solution at the samples of the run"),
+        "uncertainty": Entry("Sk", "m", "largest error that the better solution itself may have"),
+        "horizon": Entry("kE", "s", "first time at which the error exceeds the limit; infinite where it does not"),
+        "horizon_low": Entry("kE", "s", "first time at which the error can exceed the limit"),
+        "horizon_high": Entry("kE", "s", "first time by which the error must have exceeded the limit"),
+        "growth_rate": Entry("k", "1/s", "a of exp(a t) fitted to the largest error so far"),
+        "growth_power": Entry("k", "1", "p of t^p fitted to the largest error so far"),
+    }
+)
+LAW = h5py.string_dtype("utf-8", len("exponential"))
+
+
+def create(file: h5py.File, names: Sequence[str], limits: Sequence[float]) -> None:
+    """The group of a run that is to be certified, empty but for names and limits."""
+    sizes = {"S": 0, "k": len(names), "E": len(limits)}
+    create_text(file, f"{GROUP}/names", names, "markers, or bodies (their centres of mass) where there are none")
+    for name, entry in LAYOUT.items():
+        shape = tuple(sizes[axis] for axis in entry.axes)
+        longest = tuple(None if axis == "S" else sizes[axis] for axis in entry.axes)
+        data = file.create_dataset(
+            f"{GROUP}/{name}", shape, "f8", maxshape=longest, chunks="S" in entry.axes or None, fillvalue=np.nan
+        )
+        data.attrs.update({"units": entry.unit, "description": entry.description})
+    file[GROUP]["limits"][:] = limits
+    law = file.create_dataset(f"{GROUP}/growth_law", (len(names),), LAW)
+    law.attrs["description"] = "the nearer of the two fits, 'exponential' or 'power'; empty where there is none"
+    file[GROUP].attrs["status"] = NOT_COMPUTED
+
+
+def room(trust: Trust) -> int:
+    """What `write` adds to the file, in bytes."""
+    return 2 * trust.error.nbytes
+
+
+def write(file: h5py.File, trust: Trust) -> None:
+    """Fill the group."""
+    group = file[GROUP]
+    for name, entry in LAYOUT.items():
+        values = getattr(trust, name)
+        if "S" in entry.axes:
+            group[name].resize(values.shape)
+        group[name][...] = values
+    group["growth_law"][...] = np.array([law.encode() for law in trust.growth_law], dtype=LAW)
+    group.attrs.update({"solution": trust.solution, "remark": trust.remark, "status": "complete"})
+
+
+def asked_limits(file: h5py.File) -> tuple[float, ...] | None:
+    """The limits for which the run was, or was to be, certified; None where it was not."""
+    return tuple(map(float, file[GROUP]["limits"][:])) if GROUP in file else None
+
+
+def read(file: h5py.File) -> Trust | None:
+    """The group's content; None where there is none, or it was not computed."""
+    if GROUP not in file or file[GROUP].attrs["status"] != "complete":
+        return None
+    group = file[GROUP]
+    values: dict[str, Any] = {name: group[name][...] for name in LAYOUT}
+    values["time"] = file["time"][: len(values["error"])]
+    names, laws = (tuple(bytes(text).decode() for text in group[name][:]) for name in ("names", "growth_law"))
+    solution, remark = (str(group.attrs[name]) for name in ("solution", "remark"))
+    return Trust(names=names, growth_law=laws, solution=solution, remark=remark, **values)

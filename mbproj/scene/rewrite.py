@@ -1,0 +1,120 @@
+"""Changing settings in the text of a scene: the `simulation` block in place, every other character as it was."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from typing import TypeAlias
+
+import yaml
+
+#: New texts by key; None removes a key, a mapping changes the keys inside of one.
+Changes: TypeAlias = Mapping[str, "str | Changes | None"]
+#: Characters from, to, and what takes their place.
+Edit = tuple[int, int, str]
+#: Keys of which a scene has one: the new one takes the other's place.
+EITHER = {"step": "tolerance", "tolerance": "step"}
+
+
+def with_simulation(text: str, changes: Changes) -> str:
+    """The text of a scene with its `simulation` block changed. Comments stay; a new key comes last in its block.
+
+    Raises ValueError where the block is written in a way that cannot be changed in place (an alias, for example).
+    """
+    root = yaml.compose(text, Loader=yaml.SafeLoader)
+    if not isinstance(root, yaml.MappingNode):
+        raise ValueError("a scene is a mapping")
+    block = dict(_entries(root)).get("simulation")
+    if block is None:
+        return f"{text}{'' if text.endswith(chr(10)) else chr(10)}simulation: {_flow(changes)}\n"
+    return _changed(text, _edits(text, block[1], changes))
+
+
+def _entries(node: yaml.MappingNode) -> Iterator[tuple[str, tuple[yaml.Node, yaml.Node]]]:
+    for key, value in node.value:
+        yield key.value, (key, value)
+
+
+def _edits(text: str, block: yaml.Node, changes: Changes) -> Iterator[Edit]:
+    """What to replace inside of a block, or a value in its place."""
+    if not isinstance(block, yaml.MappingNode):
+        yield block.start_mark.index, block.end_mark.index, _lead(text, block) + _flow(changes)
+        return
+    there, names = dict(_entries(block)), dict[str, str]()
+    for name in there:
+        other = EITHER.get(name, "")
+        names[name] = other if name in changes and changes[name] is None and other in changes else name
+    kept = {name: new for name, new in names.items() if changes.get(new, "") is not None}
+    if block.flow_style and len(kept) < len(there):
+        items = [f"{new}: {_value(text, there[name][1], changes, new)}" for name, new in kept.items()]
+        items += [f"{name}: {_written(new)}" for name, new in _added(changes, names).items()]
+        yield block.start_mark.index, block.end_mark.index, "{" + ", ".join(items) + "}"
+        return
+    for name, (key, value) in there.items():
+        if name not in kept:
+            yield _removal(text, key, value)
+        elif kept[name] in changes:
+            yield key.start_mark.index, key.end_mark.index, kept[name]
+            yield value.start_mark.index, _end(value), _value(text, value, changes, kept[name])
+    if _added(changes, names):
+        yield _addition(text, block, _added(changes, names))
+
+
+def _value(text: str, value: yaml.Node, changes: Changes, name: str) -> str:
+    """The text of a value after the changes."""
+    start, end, new = value.start_mark.index, _end(value), changes.get(name)
+    if isinstance(new, Mapping) and isinstance(value, yaml.MappingNode):
+        return _changed(text[:end], _edits(text, value, new))[start:]
+    return text[start:end] if new is None else _written(new)
+
+
+def _changed(text: str, edits: Iterator[Edit]) -> str:
+    for start, end, new in sorted(edits, reverse=True):
+        text = text[:start] + new + text[end:]
+    return text
+
+
+def _added(changes: Changes, names: Mapping[str, str]) -> dict[str, str | Changes | None]:
+    """The changes to keys that are not there."""
+    return {name: new for name, new in changes.items() if new is not None and name not in names.values()}
+
+
+def _end(node: yaml.Node) -> int:
+    """Where a value ends: that of a block is its last value's end, before any comment."""
+    if isinstance(node, yaml.CollectionNode) and not node.flow_style and node.value:
+        last = node.value[-1]
+        return _end(last[1] if isinstance(node, yaml.MappingNode) else last)
+    return int(node.end_mark.index)
+
+
+def _removal(text: str, key: yaml.Node, value: yaml.Node) -> Edit:
+    """A key of a block with its value: their lines."""
+    newline = text.find("\n", _end(value))
+    return text.rfind("\n", 0, key.start_mark.index) + 1, len(text) if newline < 0 else newline + 1, ""
+
+
+def _addition(text: str, block: yaml.MappingNode, added: Changes) -> Edit:
+    """New keys after the last one, in the style of the block."""
+    if block.flow_style:
+        inside = _flow(added)[1:-1]
+        end = _end(block.value[-1][1]) if block.value else block.start_mark.index + 1
+        return end, end, f", {inside}" if block.value else inside
+    newline, line_end = text.find("\n", _end(block.value[-1][1])), "\r\n" if "\r\n" in text else "\n"
+    end, before = (len(text), line_end) if newline < 0 else (newline + 1, "")
+    indent = " " * block.value[0][0].start_mark.column
+    return end, end, before + "".join(f"{indent}{name}: {_written(new)}{line_end}" for name, new in added.items())
+
+
+def _lead(text: str, block: yaml.Node) -> str:
+    """A space before a value where there was none: `simulation:` with nothing after it."""
+    return " " if text[block.start_mark.index - 1 : block.start_mark.index] == ":" else ""
+
+
+def _written(new: str | Changes | None) -> str:
+    return _flow(new) if isinstance(new, Mapping) else str(new)
+
+
+def _flow(changes: Changes) -> str:
+    kept = {name: new for name, new in changes.items() if new is not None}
+    if set(kept) == {"method"}:
+        return _written(kept["method"])
+    return "{" + ", ".join(f"{name}: {_written(new)}" for name, new in kept.items()) + "}"

@@ -1,0 +1,60 @@
+"""A ladder of settings run from coarse to fine until it has nothing more to give."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+from mbproj.studies.accuracy import Yardstick
+from mbproj.studies.grid import Ladder
+from mbproj.studies.journal import Journal
+from mbproj.studies.trial import Trial
+from mbproj.studies.workers import in_parallel
+
+#: A ladder is at its end when so many settings in a row have not brought the error below this part of the best.
+PATIENCE, FALLING = 3, 0.7
+
+
+@dataclass(frozen=True)
+class Track:
+    """What every sweep has: what its trials are held against, the error (m) at which it may end, and the seconds that a
+    run may take for a finer one to be tried."""
+
+    yardstick: Yardstick
+    goal: float
+    longest: float
+
+
+def sweep(track: Track, ladder: Ladder) -> list[Trial]:
+    """Trials of a ladder's settings from coarse to fine."""
+    trials: list[Trial] = []
+    best, stuck = float("inf"), 0
+    for setting in ladder.sizes(track.yardstick.reference.times):
+        trials.append(track.yardstick.trial(setting))
+        reached = trials[-1].at()
+        if reached < float("inf"):
+            stuck = 0 if reached < FALLING * best else stuck + 1
+            best = min(best, reached)
+            if best <= track.goal or trials[-1].seconds > track.longest or stuck >= PATIENCE:
+                break
+    return trials
+
+
+def sweeps(
+    track: Track,
+    ladders: Sequence[Ladder],
+    journal: Journal,
+    processes: int | None = None,
+    done: Callable[[int], None] = lambda count: None,
+) -> list[list[Trial]]:
+    """The sweep of each ladder, in their order, in parallel; those in the journal are not run again. `done` is called
+    with the number of ladders that are through."""
+    keys = [f"sweep {ladder.base.command_line()}{' by tolerance' * ladder.by_tolerance}" for ladder in ladders]
+    missing = [number for number, key in enumerate(keys) if key not in journal]
+    through = len(ladders) - len(missing)
+    done(through)
+    for number, found in in_parallel(sweep, track, [ladders[number] for number in missing], processes):
+        journal.add(keys[missing[number]], [each.as_json() for each in found])
+        through += 1
+        done(through)
+    return [[Trial.from_json(record) for record in journal[key]] for key in keys]

@@ -1,0 +1,61 @@
+"""What settings cost: timed alone, in turn, several times over, by the thread's own clock."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from statistics import median
+
+from mbproj.studies.mechanism import Mechanism
+from mbproj.studies.setting import Setting
+from mbproj.studies.solve import sample_times, solve
+
+#: A run that is shorter is repeated until it has taken this long, s.
+SHORTEST = 15e-3
+#: A first run that is longer, and so not the time of what is done only once, counts as a repetition, s.
+LONG = 0.1
+REPETITIONS = 5
+
+
+@dataclass(frozen=True)
+class Timing:
+    """Seconds of processor time of the steps of one run, as each repetition found them (assembly and recording are not
+    among them)."""
+
+    samples: tuple[float, ...]
+
+    @property
+    def median(self) -> float:
+        """The middle one."""
+        return median(self.samples)
+
+    @property
+    def spread(self) -> tuple[float, float]:
+        """The smallest and the largest."""
+        return min(self.samples), max(self.samples)
+
+
+def run_seconds(mechanism: Mechanism, setting: Setting, until: float) -> float:
+    """Seconds of processor time of one run that records its end alone; infinite where it fails."""
+    report = solve(mechanism, setting, sample_times(until, 1)).report
+    return float("inf") if report is None else report.integration_cpu_seconds
+
+
+def time_settings(
+    mechanism: Mechanism,
+    settings: Sequence[Setting],
+    until: float,
+    repetitions: int = REPETITIONS,
+    done: Callable[[int], None] = lambda count: None,
+) -> list[Timing]:
+    """A Timing for each setting. All are timed in turn, `repetitions` times over, so that a slow spell of the machine
+    meets all of them alike; `done` is called with the number of timings taken so far."""
+    pilots = [run_seconds(mechanism, setting, until) for setting in settings]
+    samples: list[list[float]] = [[pilot] if pilot > LONG else [] for pilot in pilots]
+    for repetition in range(repetitions):
+        for number, setting in enumerate(settings):
+            if len(samples[number]) < repetitions:
+                runs = max(1, round(SHORTEST / max(pilots[number], 1e-6)))
+                samples[number].append(median(run_seconds(mechanism, setting, until) for _ in range(runs)))
+            done(repetition * len(settings) + number + 1)
+    return [Timing(tuple(each)) for each in samples]

@@ -1,0 +1,101 @@
+"""Bars that hang on each other: chains and trees, in a plane or in space."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from typing import NamedTuple
+
+from mbproj.templates.pendulum import closed_and_kept
+from mbproj.templates.values import Values
+
+CHAIN = {"links": "5", "length": "1 m", "mass": "1 kg", "angle": "60 deg"}
+TREE = {"links": "7", "length": "1 m", "mass": "1 kg", "angle": "30 deg"}
+
+#: Settings that suit any number of bars of any length.
+SIMULATION = (
+    "simulation:",
+    "  duration: 15 * sqrt(length / g)        # a few swings",
+    "  tolerance: 1.0e-9",
+    "  integrator: dop853",
+    "  output_step: 0.015 * sqrt(length / g)",
+)
+
+
+class _Bar(NamedTuple):
+    """A bar: its parent's number (-1: the ground), the side to which it leans (+1 or -1), how many joints are above its
+    own, and where its upper end is, in units of the parameters `across` and `down`."""
+
+    parent: int
+    side: int
+    depth: int
+    across: int
+    down: int
+
+
+def chain(values: Values, spatial: bool) -> Iterator[str]:
+    """Links in a row."""
+    links = values.count("links")
+    yield "# Bars in a row, the first on the ground, straight at the start. The motion is chaotic: look at when two"
+    yield "# runs with different tolerances part (mbproj compare-results)."
+    yield from _scene("Chain", values, _grown([(number - 1, 1) for number in range(links)]), spatial)
+    yield "  stretched: {marker: end, quantity: position, component: norm, at: maximum, source: the bars are rigid,"
+    yield f"              below: {links} * length * (1 + 1e-12)}}"
+
+
+def tree(values: Values, spatial: bool) -> Iterator[str]:
+    """A binary tree."""
+    links = values.count("links")
+    yield "# A binary tree: two bars hang on the end of each, one to either side."
+    family = [((number - 1) // 2, 1 if number % 2 == 0 else -1) for number in range(links)]
+    yield from _scene("Tree", values, _grown(family), spatial)
+
+
+def _grown(family: Iterable[tuple[int, int]]) -> list[_Bar]:
+    """The bars, of their parents and sides."""
+    bars: list[_Bar] = []
+    for parent, side in family:
+        above = bars[parent] if parent >= 0 else None
+        bars.append(
+            _Bar(parent, side, 0, 0, 0) if above is None
+            else _Bar(parent, side, above.depth + 1, above.across + above.side, above.down + 1)
+        )
+    return bars
+
+
+def _scene(title: str, values: Values, bars: list[_Bar], spatial: bool) -> Iterator[str]:
+    where = "in space" if spatial else "in a plane"
+    yield from ("mbproj: 1", f"title: {title} of {len(bars)} {where}", "gravity: [0, 0, -g]", "parameters:")
+    yield "  g: 9.81 m/s^2"
+    yield from values.parameters("length", "mass", "angle")
+    yield "  radius: length / 50                    # of the bars"
+    yield "  across: length * sin(angle)            # from one end of a bar to the other"
+    yield "  down: length * cos(angle)"
+    if spatial:
+        yield "  kick: 0.3 * sqrt(g / length)           # of every second joint at the start, out of the plane"
+    yield from SIMULATION
+    yield "bodies:                                  # a bar's axis is its body x, which points to its lower end"
+    for number, bar in enumerate(bars):
+        x, z = bar.across + bar.side / 2, bar.down + 0.5
+        yield f"  bar{number + 1}:"
+        yield "    mass: mass"
+        yield "    shape: {cylinder: {radius: radius, length: length, axis: x}}"
+        yield f"    position: [{x:g} * across, 0, -{z:g} * down]"
+        yield f"    orientation: {{axis: [0, 1, 0], angle: 90 deg {'-' if bar.side > 0 else '+'} angle}}"
+    yield "joints:"
+    for number, bar in enumerate(bars):
+        yield from _pin(number, bar, spatial)
+    last = len(bars)
+    yield "markers:"
+    yield f"  end: {{body: bar{last}, location: {{bar{last}: [length/2, 0, 0]}}}}"
+    yield "expect:"
+    yield from closed_and_kept("1.0e-6")
+
+
+def _pin(number: int, bar: _Bar, spatial: bool) -> Iterator[str]:
+    """The joint of a bar: about y, or in space every second about the normal of the bar in the plane of the start."""
+    out = spatial and bar.depth % 2 == 1
+    normal = f"[cos(angle), 0, {'' if bar.side > 0 else '-'}sin(angle)]"
+    axis = f"{normal}, speed: kick" if out else "[0, 1, 0]"
+    parent = f"bar{bar.parent + 1}" if bar.parent >= 0 else "ground"
+    yield f"  pin{number + 1}: {{type: revolute, bodies: [{parent}, bar{number + 1}],"
+    yield f"    location: [{bar.across} * across, 0, -{bar.down} * down], axis: {axis}}}"

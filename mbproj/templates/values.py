@@ -1,0 +1,83 @@
+"""What a template is given: numbers, as they were written and as they are."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+from mbproj.errors import InputError, Place, Problem
+from mbproj.scene.fields import Field
+from mbproj.scene.given import given_number
+from mbproj.scene.quantities import Integer, Number
+
+#: The most bodies or loops of a scene: the reader takes more, but nobody would read it.
+MOST = 5000
+
+
+@dataclass(frozen=True)
+class Option:
+    """An option of `mbproj new`: what its text is read as, and what it says."""
+
+    field: Field[float]
+    help: str
+
+
+LENGTH, MASS = Number("m", above=0.0), Number("kg", above=0.0)
+OPTIONS: Mapping[str, Option] = {
+    "links": Option(Integer(minimum=1), "Number of bars."),
+    "loops": Option(Integer(minimum=1), "Number of loops, one below the other."),
+    "length": Option(LENGTH, "Length of each bar."),
+    "mass": Option(MASS, "Mass of each bar; of the slider, or of the coupler."),
+    "angle": Option(Number("rad"), "Angle of the bars at the start, from hanging straight down."),
+    "crank": Option(LENGTH, "Length of the crank."),
+    "rod": Option(LENGTH, "Length of the connecting rod."),
+    "coupler": Option(LENGTH, "Length of the coupler."),
+    "rocker": Option(LENGTH, "Length of the rocker."),
+    "frame": Option(LENGTH, "Distance of the pivots of crank and rocker."),
+    "speed": Option(Number("rad/s", above=0.0), "Speed of the crank or the hub."),
+}
+
+
+@dataclass(frozen=True)
+class Values:
+    """Numbers by option: `text` as they were written, units and all, `number` in SI units."""
+
+    text: Mapping[str, str]
+    number: Mapping[str, float]
+
+    def count(self, option: str) -> int:
+        """A whole number."""
+        return int(self.number[option])
+
+    def parameters(self, *options: str) -> list[str]:
+        """Lines for the block `parameters`."""
+        return [f"  {option}: {self.text[option]}" for option in options]
+
+
+def values_of(given: Mapping[str, str], defaults: Mapping[str, str], what: str) -> Values:
+    """The values of a template called `what`. Raises InputError for an option that it does not have or a bad number."""
+    problems = []
+    for option in given:
+        if option not in defaults:
+            takes = ", ".join(f"--{other}" for other in defaults)
+            problems.append(Problem(f"a {what} has no --{option}", Place(f"--{option}"), f"it takes {takes}"))
+    if problems:
+        raise InputError(problems)
+    text = {option: " ".join(str(given.get(option, default)).split()) for option, default in defaults.items()}
+    number: dict[str, float] = {}
+    for option, value in text.items():
+        try:
+            number[option] = given_number(value, f"--{option}", OPTIONS[option].field)
+        except InputError as error:
+            problems += error.problems
+    for option in ("links", "loops"):
+        if number.get(option, 0) > MOST:
+            problems.append(refused(option, f"is at most {MOST}, found {number[option]:g}", "give fewer"))
+    if problems:
+        raise InputError(problems)
+    return Values(text, number)
+
+
+def refused(option: str, why: str, hint: str) -> Problem:
+    """A number that makes no mechanism."""
+    return Problem(f"'{option}' {why}", Place(f"--{option}"), hint)

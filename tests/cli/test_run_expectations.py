@@ -1,0 +1,43 @@
+"""`run` and `check` on a scene that expects something."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+from tests.cli.commands import mbproj
+from tests.studies.scenes import HOLDS, SHORT, write
+
+
+def test_run_says_what_holds_and_leaves_the_verdict_to_batch(tmp_path: Path) -> None:
+    write(tmp_path, "a", HOLDS + SHORT)
+    done = mbproj("run", "a.yaml", folder=tmp_path)
+    assert done.returncode == 0
+    at = done.stdout.splitlines().index("  expectations        1 of 2 hold")
+    assert done.stdout.splitlines()[at + 1 : at + 3] == [
+        "    falls  holds        -0.07 ≤ -0.001 m  (marker end, position z at 0.1 s)",
+        "    rises  falls short  -0.07, not ≥ 0.001 m  (marker end, position z at 0.1 s)",
+    ]
+
+
+def test_a_run_that_is_cut_short_says_what_it_did_not_check(tmp_path: Path) -> None:
+    write(tmp_path, "a", HOLDS)
+    done = mbproj("run", "a.yaml", "--duration", "0.05", folder=tmp_path)
+    assert "    falls  not checked  no such sample  (marker end, position z at 0.1 s)" in done.stdout
+    found = json.loads(mbproj("run", "a.yaml", "--duration", "0.05", "--json", folder=tmp_path).stdout)
+    (expectation,) = found["expectations"]
+    assert (expectation["checked"], expectation["holds"], expectation["measured"]) == (False, False, None)
+
+
+def test_rerun_checks_them_too(tmp_path: Path) -> None:
+    write(tmp_path, "a", HOLDS)
+    mbproj("run", "a.yaml", "-q", folder=tmp_path)
+    found = json.loads(mbproj("rerun", "results.h5", "--json", folder=tmp_path).stdout)
+    assert [each["holds"] for each in found["expectations"]] == [True]
+
+
+def test_check_lists_them(tmp_path: Path) -> None:
+    write(tmp_path, "a", HOLDS + SHORT)
+    done = mbproj("check", "a.yaml", folder=tmp_path)
+    assert "  2 expectations\n    falls  marker end, position z at 0.1 s: ≤ -0.001 m\n" in done.stdout
+    assert json.loads(mbproj("check", "a.yaml", "--json", folder=tmp_path).stdout)["expectations"] == ["falls", "rises"]

@@ -1,0 +1,146 @@
+"""The trust horizon is where the true error says, or in a range that holds."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from mbproj import SimulationError, read_scene, read_scene_text, settings_to_run
+from mbproj.mechanisms_folder import mechanism
+from mbproj.studies.certified import simulate_certified
+from mbproj.studies.certify import certify, ladder
+from mbproj.studies.mechanism import Mechanism
+from mbproj.studies.perturbed import perturbed
+from mbproj.studies.setting import Setting
+from mbproj.studies.solve import sample_times, solve
+from tests.support import ROOT, Recorder
+
+EXACT = np.genfromtxt(ROOT / "tests" / "data" / "five_bar.csv", delimiter=",", skip_header=1)
+#: The error of the five-bar's exact solution, m: 1e-13 at 5 s, 1e-9 at 10 s.
+LEFT = 1e-13 * np.exp(np.log(1e4) / 5.0 * (EXACT[:, 0] - 5.0))
+
+
+class Kept(Recorder):
+    """A recorder of blocks and of the certificate."""
+
+    def trust(self, trust):
+        self.certificate = trust
+
+
+def certified(name, limits, **simulation):
+    scene = read_scene(mechanism(name), {}, simulation)
+    recorder = Kept()
+    _, trust = simulate_certified(Mechanism.of(scene), settings_to_run(scene), recorder, limits=limits)
+    assert trust is recorder.certificate
+    return recorder, trust
+
+
+def test_the_five_bar_at_the_papers_settings_is_8_mm_off_at_5_s_and_a_metre_at_8():
+    _, trust = certified("five_bar", [7e-3], formulation="full", duration=5.1)
+    at = np.searchsorted(trust.time, 5.0 - 1e-9)
+    assert trust.error[at, 0] == pytest.approx(7.9e-3, rel=0.02)
+    assert trust.horizon[0, 0] == pytest.approx(4.95, abs=0.1)
+    _, trust = certified("five_bar", [1.0], duration=10)
+    assert trust.horizon[0, 0] == pytest.approx(8.05, abs=0.05)
+    assert trust.growth_law == ("exponential",)
+    assert 1.5 < trust.growth_rate[0] < 2.5
+
+
+@pytest.fixture(scope="module")
+def truths():
+    """Exact enough solutions by another method, step control and formulation than those of the certificate."""
+    found = {}
+    for name, step, until in (("five_bar", 5e-4, 8.0), ("spatial_slider_crank", 5e-4, 10.0)):
+        ready = Mechanism.of(read_scene(mechanism(name)))
+        times = sample_times(until, round(until / 0.01))
+        found[name] = solve(ready, Setting(integrator="dopri5", step=step, formulation="reduced"), times).position
+    return found
+
+
+@pytest.mark.parametrize(
+    ("name", "simulation"),
+    [
+        ("five_bar", {"step": 0.01, "duration": 8}),
+        ("five_bar", {"step": 0.01, "duration": 8, "projection": "none"}),
+        ("five_bar", {"step": 0.005, "duration": 8, "integrator": "heun2", "output_step": 0.01}),
+        ("five_bar", {"tolerance": 1e-6, "duration": 8, "integrator": "bs32", "output_step": 0.01}),
+        ("five_bar", {"tolerance": 1e-7, "duration": 8, "integrator": "dop853", "output_step": 0.01}),
+        ("spatial_slider_crank", {"step": 0.01}),
+        ("spatial_slider_crank", {"tolerance": 1e-5, "integrator": "dopri5", "output_step": 0.01}),
+    ],
+)
+def test_horizons_are_within_a_tenth_of_the_true_ones(truths, name, simulation):
+    limits = np.array([1e-5, 1e-4, 1e-3, 1e-2])
+    recorder, trust = certified(name, limits, **simulation)
+    path = recorder["markers/position"][:, 0]
+    error = np.linalg.norm(path - truths[name][: len(path), 0], axis=1)
+    for limit, horizon, low, high in zip(
+        limits, trust.horizon[0], trust.horizon_low[0], trust.horizon_high[0], strict=True
+    ):
+        exceeded = trust.time[error > limit]
+        true = exceeded[0] if len(exceeded) else np.inf
+        assert horizon == pytest.approx(true, rel=0.1, abs=0.01)
+        assert low <= true <= high
+
+
+@pytest.mark.parametrize("formulation", ["auto", "reduced"])
+@pytest.mark.parametrize("tolerance", [1e-10, 1e-12, 1e-13, 1e-14])
+def test_near_round_off_the_ranges_hold(tolerance, formulation):
+    simulation = {"tolerance": tolerance, "integrator": "dop853", "output_step": 0.5, "formulation": formulation}
+    limits = np.array([1e-12, 1e-11, 1e-10, 1e-9, 1e-8])
+    recorder, trust = certified("five_bar", limits, **simulation)
+    error = np.linalg.norm(recorder["markers/position"][:, 0, ::2] - EXACT[:, 1:3], axis=1)
+    for limit, low, high in zip(limits, trust.horizon_low[0], trust.horizon_high[0], strict=True):
+        can, must = (trust.time[bound > limit].min(initial=np.inf) for bound in (error + LEFT, error - LEFT))
+        assert low <= must
+        assert can <= high
+    if tolerance <= 1e-12:
+        assert "round-off" in trust.remark
+
+
+def test_the_better_solution_is_always_better():
+    for simulation in ({"step": 0.01}, {"tolerance": 1e-3}, {"tolerance": 1e-9}, {"tolerance": 1e-13}):
+        settings = settings_to_run(read_scene(mechanism("free_body"), {}, {"integrator": "dop853", **simulation}))
+        rungs = list(ladder(settings))
+        assert rungs == sorted(rungs, reverse=True)
+        assert rungs[-1] == 1e-14
+        assert rungs[0] <= min(1e-8, 0.1 * (settings.tolerance or 1.0))
+
+
+def test_a_perturbed_start_differs_by_round_off_and_is_consistent():
+    ready = Mechanism.of(read_scene(mechanism("five_bar")))
+    other = perturbed(ready, 1)
+    apart = np.abs(other.state.q - ready.state.q).max()
+    assert 1e-16 < apart < 1e-14
+    np.testing.assert_array_equal(perturbed(ready, 1).state.q, other.state.q)
+
+
+FAILING = """
+mbproj: 1
+gravity: [0, 0, -9.81]
+simulation: {duration: 3, step: 0.01}
+bodies: {crank: {mass: 1, inertia: [0.01, 0.01, 0.01], position: [0.5, 0, 0]}}
+joints: {A: {type: revolute, bodies: [ground, crank], location: [0, 0, 0], axis: [0, 1, 0]}}
+forces: {w: {type: torque, body: crank, torque: [0, sqrt(1.5 - t), 0]}}
+"""
+
+
+def test_a_run_that_fails_is_certified_up_to_there():
+    scene, recorder = read_scene_text(FAILING), Kept()
+    with pytest.raises(SimulationError, match=r"at t = 1\.50"):
+        simulate_certified(Mechanism.of(scene), settings_to_run(scene), recorder)
+    trust = recorder.certificate
+    assert trust.names == ("crank",)
+    assert trust.time[-1] == pytest.approx(1.5)
+    assert np.all(np.isfinite(trust.error))
+
+
+def test_where_the_better_solution_fails_nothing_is_certified_after_it():
+    scene = read_scene_text(FAILING)
+    ready, times = Mechanism.of(scene), sample_times(3.0, 300)
+    still = np.broadcast_to(ready.state.q[:3], (301, 1, 3))
+    trust = certify(ready, settings_to_run(scene), times, still, [100.0])
+    assert "the better solution stopped at t = 1.5" in trust.remark
+    assert trust.horizon_low[0, 0] == pytest.approx(1.5, abs=0.011)
+    assert trust.horizon_high[0, 0] == np.inf
+    assert trust.untrusted_from(100.0) == trust.horizon_low[0, 0]
