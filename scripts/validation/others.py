@@ -17,7 +17,7 @@ SQUEEZER = {
 }
 
 
-def n_four_bar(n: int, **quick: str) -> Case:
+def n_four_bar(n: int, short: float = 0.5, **quick: str) -> Case:
     """Problem A02 with n loops."""
     return Case(
         name=f"iftomm_n_four_bar_{n}",
@@ -35,6 +35,7 @@ def n_four_bar(n: int, **quick: str) -> Case:
         simulation={"duration": "10 s", "tolerance": "1.0e-11", "integrator": "dop853", "output_step": "50 ms"},
         tolerances={"position": 2e-8},
         grid=0.05,
+        short=short,
         quick=quick,
         loops=LETTERS[n + 2 : 3 * n + 2 : 2],  # after those on the ground, the second of each coupler
         markers={"B0": ("v0", (0.0, 0.5, 0.0))},
@@ -101,5 +102,5 @@ OTHERS = (
     ),
     n_four_bar(1),
     n_four_bar(2),
-    n_four_bar(40, integrator="rk4", step="10 ms"),
+    n_four_bar(40, short=0.05, integrator="dop853", step="25 ms"),
 )
