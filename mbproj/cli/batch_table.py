@@ -42,8 +42,9 @@ class Rows:
             else:
                 self._print(self._scenes[number], "not run", "", "", "")
         counts = _counts(list(results.values()))
+        scenes = "scene" if len(self._scenes) == 1 else "scenes"
         click.echo(
-            f"{len(self._scenes)} {'scene' if len(self._scenes) == 1 else 'scenes'} in {perf_counter() - self._started:.1f} s: {counts['hold']} as expected, "
+            f"{len(self._scenes)} {scenes} in {perf_counter() - self._started:.1f} s: {counts['hold']} as expected, "
             f"{counts['fall_short']} short of it, {counts['failed']} failed; "
             f"{counts['expectations_hold']} of {counts['expectations']} expectations hold"
         )

@@ -22,11 +22,12 @@ def test_every_option_reaches_its_setting() -> None:
         "formulation": "full", "acceleration": "eliminated", "projection": "mmopm", "projection_tolerance": "1e-9",
         "projection_test": "paper", "every": 3, "threshold": "1e-6", "project_position": True,
         "project_velocity": False, "max_iterations": "9", "alpha": 1e6,
+            "projection_fallback": "gopm",
     }
     settings = read(GOOD, simulation=given).settings
     assert (settings.duration, settings.step, settings.integrator) == (120.0, 0.005, "heun2")
     assert (settings.formulation, settings.acceleration, settings.output_step) == ("full", "eliminated", 0.01)
-    assert settings.projection == ProjectionSettings("mmopm", 1e-9, "paper", 3, 1e-6, True, False, 9, 1e6, None)
+    assert settings.projection == ProjectionSettings("mmopm", 1e-9, "paper", 3, 1e-6, True, False, 9, 1e6, None, "gopm")
     assert {*given} == {*OPTIONS} - {"tolerance", "gains"}
 
 
