@@ -122,7 +122,8 @@ class FullFormulation:
         return np.abs(constraint(system, pose, drive)), np.abs(constraint_velocity(system, pose, twist, drive))
 
     def check_branch(self, t: float, y: Array, projected: Projected) -> None:
-        """Raises SimulationError where the projection has changed the velocities of y by more than they can be wrong by,
+        """Raises SimulationError where the projection has changed the velocities of y by more than they can be
+        wrong by,
         near a pose where C_q loses its rank: there branches of the motion cross at an angle."""
         q, v, _ = self.parts(y)
         weights = np.tile([1.0] * 3 + [2.0 * self.system.length] * 4, self.system.bodies)
