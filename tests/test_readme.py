@@ -133,6 +133,17 @@ def test_the_pipeline_runs_as_written(tmp_path):
     assert done.stdout.splitlines()[-1] == "the same motion"
 
 
+def test_the_example_of_a_study_runs_as_written(tmp_path):
+    code = blocks("python")[-1].replace("mechanisms/", f"{ROOT}/mechanisms/")
+    code = code.replace("until=1.0, longest=0.05", "until=0.2, longest=0.005, repetitions=1")
+    program, environment = [sys.executable, "-c", code], {"PYTHONPATH": str(ROOT), "MBPROJ_CACHE": str(tmp_path)}
+    done = subprocess.run(program, capture_output=True, text=True, cwd=tmp_path, check=False, env=environment)
+    assert done.returncode == 0, done.stderr
+    assert done.stdout.startswith("--integrator ")
+    assert float(done.stdout.splitlines()[1].split()[0]) < 1e-6
+    assert done.stdout.splitlines()[1].endswith(" None")
+
+
 def test_the_set_up_commands_are_what_ci_runs():
     ci = (ROOT / ".ci" / "run").read_text(encoding="utf-8")
     for command in blocks("sh")[:2]:

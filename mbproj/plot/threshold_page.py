@@ -14,6 +14,8 @@ from mbproj.plot import panels
 from mbproj.plot.style import LEGEND_HEIGHT, SHADE, WIDTH, line, styled
 
 HEIGHT = 1.6
+#: Where the error is above this multiple of the reference's uncertainty, that is not drawn: violations lie there, too.
+NEAR_FLOOR = 1e4
 
 
 @dataclass(frozen=True, eq=False)
@@ -44,9 +46,10 @@ def threshold_page(shown: Thresholds, remark: str) -> Figure:
     _series(axes[0], shown.threshold, shown.position_violation, "$|C|_\\infty$ (m or rad)", 1)
     _series(axes[0], shown.threshold, shown.velocity_violation, "$|\\dot{C}|_\\infty$ (per s)", 3)
     axes[0].set_yscale("log")
-    axes[0].axhspan(axes[0].get_ylim()[0], shown.floor, color=SHADE, linewidth=0, zorder=0)
-    place: dict[str, Any] = {"transform": axes[0].transAxes, "fontsize": 7, "color": "#555555"}
-    axes[0].text(0.01, 0.03, "uncertainty of the reference", **place)
+    if np.nanmin(shown.error) < NEAR_FLOOR * shown.floor:
+        axes[0].axhspan(axes[0].get_ylim()[0], shown.floor, color=SHADE, linewidth=0, zorder=0)
+        place: dict[str, Any] = {"transform": axes[0].transAxes, "fontsize": 7, "color": "#555555"}
+        axes[0].text(0.01, 0.03, "uncertainty of the reference (error)", **place)
     axes[0].set_ylabel("error, violation")
     axes[1].plot(shown.threshold, shown.projections, marker="o", markersize=3, **line(0))
     axes[1].set_ylabel("projections")

@@ -31,7 +31,7 @@ class Journal:
         lines = path.read_text(encoding="utf-8").split("\n")
         if lines[0] != head:
             message = f"'{path}' belongs to another study: another scene, version, span or grid"
-            raise InputError(Problem(message, hint="remove it, or choose another place with --output"))
+            raise InputError(Problem(message, hint="begin anew with --fresh, or choose another place with -o"))
         for line in lines[1:-1]:
             key, record = json.loads(line)
             self._records[key] = record
