@@ -1,4 +1,4 @@
-"""The numbers in the `expect` blocks of linkages with redundant joints and of the massless rod, against closed forms."""
+"""The numbers in the `expect` blocks of redundant linkages and of the massless rod, against closed forms."""
 
 from __future__ import annotations
 
