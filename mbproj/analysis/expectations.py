@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from mbproj.analysis.energy import exchanged
+from mbproj.analysis.reactions import REACTIONS
 from mbproj.arrays import Array
 from mbproj.results import Results
 from mbproj.scene.records import Expectation
@@ -21,13 +22,15 @@ class Outcome:
     """An expectation and what the run says to it, in the unit of the expectation.
 
     `measured` has the components that were asked for, at the time `time` in s; both are None where the run has no such
-    sample. `error` is the largest distance of a component from the value; None of a bound.
+    sample. `error` is the largest distance of a component from the value; None of a bound. `unique` is False of a
+    reaction that redundant joints share at will.
     """
 
     expectation: Expectation
     measured: tuple[float, ...] | None = None
     time: float | None = None
     error: float | None = None
+    unique: bool = True
 
     @property
     def checked(self) -> bool:
@@ -77,13 +80,24 @@ def outcome(expectation: Expectation, results: Results) -> Outcome:
     row = _row(expectation, time, values, results.settings.duration)
     if row is None:
         return Outcome(expectation)
-    measured = values[row]
+    measured, unique = values[row], _is_unique(expectation, results)
     if expectation.value is None:
-        return Outcome(expectation, _plain(measured), float(time[row]))
+        return Outcome(expectation, _plain(measured), float(time[row]), unique=unique)
     exact = np.array(expectation.value)
     if expectation.quantity == "orientation" and measured @ exact < 0.0:  # q and -q are one orientation
         measured = -measured
-    return Outcome(expectation, _plain(measured), float(time[row]), float(np.abs(measured - exact).max()))
+    return Outcome(expectation, _plain(measured), float(time[row]), float(np.abs(measured - exact).max()), unique)
+
+
+def _is_unique(expectation: Expectation, results: Results) -> bool:
+    """Whether the constraints determine it, as far as the results say."""
+    if f"joints/{expectation.quantity}" not in REACTIONS:
+        return True
+    marks = results.constant(f"joints/{expectation.quantity}_unique")
+    if marks is None:
+        return True
+    mine = marks[results.names("joints").index(expectation.item)]
+    return bool(mine["xyz".index(expectation.component)] if expectation.component in ("x", "y", "z") else mine.all())
 
 
 def series(expectation: Expectation, results: Results) -> Array:

@@ -10,7 +10,7 @@ from mbproj.templates.values import Values, refused
 
 DEFAULTS = {"length": "1 m", "mass": "1 kg", "angle": "60 deg"}
 #: Means of the arithmetic-geometric mean: each doubles the number of right digits.
-MEANS = 6
+MEANS = 7
 
 
 def pendulum(values: Values) -> Iterator[str]:
