@@ -57,6 +57,15 @@ public:
     int leave_out(const Pose<D>& pose, double smallest) { return rows_.mark_dependent(pose, smallest); }
     void leave_none_out() { rows_.cholesky.leave_out({}); }
 
+    // Holds rows that are as far from dependent as leaves out so many as are redundant; false, with those held before,
+    // where more of them depend on the others at this pose.
+    bool choose(const Pose<D>& pose, int redundant) {
+        CoreRows<D> before = rows_;
+        for (double smallest = 1e-1; smallest > 1e-14; smallest *= 0.1)
+            if (rows_.select(pose, smallest) == redundant) return true;
+        rows_.take(std::move(before));
+        return false;
+    }
     // Holds only rows that are independent at a pose, up to a distance of √smallest. How many are left out.
     int select(const Pose<D>& pose, double smallest) { return rows_.select(pose, smallest); }
 
@@ -93,6 +102,17 @@ public:
     void smallest_multipliers(const Pose<D>& pose, double* lambda) const {
         multipliers(lambda);
         spread(rows_, model_, pose, lambda);
+    }
+
+    // How far rows that are left out at this pose alone are from what the others say of a violation, in rows' own scales.
+    double contradiction(const double* violation) const {
+        std::vector<double> own(rows_.count());
+        double least = std::numeric_limits<double>::infinity();
+        each_row([&](int row, int of_model) {
+            own[row] = violation[of_model];
+            least = std::min(least, model_.row_scale[of_model]);
+        });
+        return cholesky().contradiction(std::move(own)) / least;
     }
 
     const BlockCholesky& cholesky() const { return rows_.cholesky; }

@@ -32,6 +32,17 @@ public:
         hold_all();
     }
 
+    // What another has.
+    void take(CoreRows&& other) {
+        halves = std::move(other.halves);
+        cholesky = std::move(other.cholesky);
+        held_ = std::move(other.held_);
+        spare_ = std::move(other.spare_);
+        incidences_ = std::move(other.incidences_);
+        products_ = std::move(other.products_);
+        count_ = other.count_;
+    }
+
     std::vector<HalfInverse<D>> halves;  // of the core's bodies
     BlockCholesky cholesky;
 
