@@ -28,6 +28,16 @@ def other_branch(t: float, change: float) -> SimulationError:
     return SimulationError(t, cause, hint=hint)
 
 
+def branches_near(t: float) -> SimulationError:
+    """A step to where branches of the motion cannot be told apart."""
+    cause = (
+        "branches of the motion cross near here (a singular position), and the step is too large to tell its own from "
+        "another one"
+    )
+    hint = "a smaller step or tolerance keeps nearer to the branch; or change a length a little"
+    return SimulationError(t, cause, hint=hint)
+
+
 def left_open(t: float, where: str, by: float, passes: int, *, projection_failed: bool) -> SimulationError:
     """A joint is open by so much (m, rad) that it will not close again."""
     if projection_failed:

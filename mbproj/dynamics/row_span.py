@@ -1,0 +1,136 @@
+"""Which combinations of the rows of C_q a run holds: all rows where they are independent, as many combinations as there
+are independent rows where some follow from the others, and near a singular pose those that still have a gradient.
+
+Near such a pose a combination at the distance σ from dependence closes σ w + ½ κ w² = -c for the violation c: Newton's
+method finds the root of the branch that the motion is on only where c is small against σ² (Kantorovich), and an
+acceleration that divides what a stage violates by σ errs without bound. Its multiplier stays finite where the motion
+goes on, so that leaving the combination out errs by σ at most.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from mbproj.arrays import Array
+from mbproj.dynamics.row_space import DEPENDENT, row_distances
+from mbproj.model.system import System
+
+#: A pose is near to a singular one where a distance has fallen to this part of the largest that it has had.
+NEAR = 0.1
+#: There, combinations are left out below this part of it, and where σ² is less than so many times what they violate.
+SMALLEST, APART = 1e-4, 10.0
+#: A step is looked at closely where the distance would fall below NEAR at so many times its rate before.
+AHEAD = 2.0
+
+
+@dataclass(frozen=True, eq=False)
+class Held:
+    """Rows that are independent: `C_q` (r, 7n), combinations of all rows by `weights` (m, r), or all (None).
+    `left_out` (m, k): combinations that are not held, near a singular pose."""
+
+    C_q: Array
+    weights: Array | None = None
+    left_out: Array | None = None
+
+    def combined(self, rows: Array) -> Array:
+        """γ, C or C' (m,) of the rows held, (r,)."""
+        return rows if self.weights is None else self.weights.T @ rows
+
+    def multipliers(self, held: Array) -> Array:
+        """λ (m,) from that of the rows held, (r,): the smallest where rows are redundant."""
+        return held if self.weights is None else self.weights @ held
+
+    def closes(self, rows: Array) -> Array:
+        """The part of a violation (m,) that the rows held can close."""
+        if self.left_out is None:
+            return rows
+        return rows - np.linalg.lstsq(self.left_out.T, self.left_out.T @ rows, rcond=None)[0]
+
+    def open(self, rows: Array) -> float:
+        """The largest violation of what is left out."""
+        return 0.0 if self.left_out is None else float(np.abs(self.left_out.T @ rows).max(initial=0.0))
+
+
+class RowSpan:
+    """Scratch of a run: how many rows are redundant, the largest distances so far, and whether the pose is near to a
+    singular one. Without redundant rows, and away from singular poses, it costs nothing but one QR a step."""
+
+    def __init__(self, system: System, redundant: int = 0, watching: bool = True) -> None:
+        self.redundant = redundant
+        self.watching = watching
+        #: The smallest distance since the last point, as a part of the largest.
+        self.nearest = 1.0
+        self._largest = np.full(system.constraints if not redundant else 1, DEPENDENT)
+        self._before: float | None = None
+        lengths = np.tile([system.length] * 3 + [1.0] * 4, system.bodies)
+        self._lengths, self._row_scale, self._norms = lengths, system.row_scale, system.bodies
+
+    def arrive(self, C_q: Array) -> float:
+        """Takes note of an accepted state, and whether the next step is to be looked at closely; the smallest distance
+        since the last one, as a part of the largest."""
+        distances = self._distances(*self._scaled(C_q))
+        self._largest = np.maximum(self._largest, distances)
+        here = self._part(distances)[0]
+        fall = 0.0 if self._before is None else AHEAD * abs(here - self._before)
+        passed, self.nearest, self._before = min(self.nearest, here), here, here
+        self.watching = here - fall < NEAR
+        return passed
+
+    def held(self, C_q: Array, *violations: Array) -> Held:
+        """The rows to hold at a pose where they have these violations."""
+        if not self.redundant and not self.watching:
+            return Held(C_q)
+        rows, factors = self._scaled(C_q)
+        if not self.redundant:
+            part, size = self._part(row_distances(rows))
+            self.nearest = min(self.nearest, part)
+            if part >= NEAR:
+                return Held(C_q)
+        U, sigma, _ = np.linalg.svd(rows, full_matrices=False)
+        rank = len(rows) - self.redundant
+        if self.redundant:
+            part, size = self._part(sigma[rank - 1 : rank])
+            self.nearest = min(self.nearest, part)
+        W = factors[:, None] * U
+        kept = rank
+        if part < NEAR:
+            while kept and sigma[kept - 1] < NEAR * size and self._blind(sigma[kept - 1], size, W[:, kept - 1], violations):
+                kept -= 1
+        if kept == len(rows):
+            return Held(C_q)
+        weights = W[:, :kept] / np.median(factors)
+        return Held(weights.T @ C_q, weights, W[:, kept:rank] if kept < rank else None)
+
+    def in_lengths(self, v: Array) -> Array:
+        """A change of q with the mechanism's own lengths as unit: r / length and Λ."""
+        return v / self._lengths
+
+    def per_speed(self, C_dot: Array, v: Array) -> Array:
+        """C' over the speed of the motion, in the mechanism's own lengths: 0 at rest."""
+        speed = float(np.linalg.norm(self.in_lengths(v)))
+        return C_dot / speed if speed > 0.0 else np.zeros_like(C_dot)
+
+    def _blind(self, sigma: float, size: float, weights: Array, violations: tuple[Array, ...]) -> bool:
+        c = sum(abs(float(weights @ violation)) for violation in violations)
+        return sigma < max(SMALLEST * size, np.sqrt(APART * c))
+
+    def _scaled(self, C_q: Array) -> tuple[Array, Array]:
+        """Rows of unit length, and the factors that make them so."""
+        rows = C_q * self._lengths
+        length = np.linalg.norm(rows, axis=1)
+        factors = np.where(length > DEPENDENT * self._row_scale, 1.0 / np.maximum(length, np.finfo(float).tiny), 0.0)
+        return rows * factors[:, None], factors
+
+    def _distances(self, rows: Array, factors: Array) -> Array:
+        if not self.redundant:
+            return row_distances(rows)
+        rank = len(rows) - self.redundant
+        return np.asarray(np.linalg.svd(rows, compute_uv=False)[rank - 1 : rank])
+
+    def _part(self, distances: Array) -> tuple[float, float]:
+        """The smallest distance, as a part of the largest, and that."""
+        parts = distances / self._largest
+        row = int(np.argmin(parts))
+        return float(parts[row]), float(self._largest[row])
