@@ -9,18 +9,23 @@ goes on, so that leaving the combination out errs by σ at most.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 
 from mbproj.arrays import Array
+from mbproj.dynamics.constraint_equations import constraint, jacobian, time_derivative
+from mbproj.dynamics.kinematics import Pose
+from mbproj.dynamics.motions import Drive
 from mbproj.dynamics.row_space import DEPENDENT, row_distances
 from mbproj.model.system import System
 
 #: A pose is near to a singular one where a distance has fallen to this part of the largest that it has had.
 NEAR = 0.1
-#: There, combinations are left out below this part of it, and where σ² is less than so many times what they violate.
-SMALLEST, APART = 1e-4, 10.0
+#: There, a combination that violates c at the distance σ is left out of the positions where σ² < APART c, and of
+#: velocities and accelerations, which err by c / σ² with it and by σ without it, where σ³ < c, at least ROUND_OFF.
+APART, ROUND_OFF = 10.0, 1e-12
 #: A step is looked at closely where the distance would fall below NEAR at so many times its rate before.
 AHEAD = 2.0
 
@@ -28,11 +33,13 @@ AHEAD = 2.0
 @dataclass(frozen=True, eq=False)
 class Held:
     """Rows that are independent: `C_q` (r, 7n), combinations of all rows by `weights` (m, r), or all (None).
-    `left_out` (m, k): combinations that are not held, near a singular pose."""
+    `left_out` (m, k): combinations that are not held, near a singular pose, and `unseen` (m, k) what the rows held do
+    not see of a violation for each."""
 
     C_q: Array
     weights: Array | None = None
     left_out: Array | None = None
+    unseen: Array | None = None
 
     def combined(self, rows: Array) -> Array:
         """γ, C or C' (m,) of the rows held, (r,)."""
@@ -44,9 +51,9 @@ class Held:
 
     def closes(self, rows: Array) -> Array:
         """The part of a violation (m,) that the rows held can close."""
-        if self.left_out is None:
+        if self.left_out is None or self.unseen is None:
             return rows
-        return rows - np.linalg.lstsq(self.left_out.T, self.left_out.T @ rows, rcond=None)[0]
+        return rows - self.unseen @ (self.left_out.T @ rows)
 
     def open(self, rows: Array) -> float:
         """The largest violation of what is left out."""
@@ -58,14 +65,14 @@ class RowSpan:
     singular one. Without redundant rows, and away from singular poses, it costs nothing but one QR a step."""
 
     def __init__(self, system: System, redundant: int = 0, watching: bool = True) -> None:
-        self.redundant = redundant
+        self.system, self.redundant = system, redundant
         self.watching = watching
         #: The smallest distance since the last point, as a part of the largest.
         self.nearest = 1.0
         self._largest = np.full(system.constraints if not redundant else 1, DEPENDENT)
         self._before: float | None = None
         lengths = np.tile([system.length] * 3 + [1.0] * 4, system.bodies)
-        self._lengths, self._row_scale, self._norms = lengths, system.row_scale, system.bodies
+        self._lengths, self._row_scale = lengths, system.row_scale
 
     def arrive(self, C_q: Array) -> float:
         """Takes note of an accepted state, and whether the next step is to be looked at closely; the smallest distance
@@ -78,8 +85,26 @@ class RowSpan:
         self.watching = here - fall < NEAR
         return passed
 
-    def held(self, C_q: Array, *violations: Array) -> Held:
-        """The rows to hold at a pose where they have these violations."""
+    def to_close(self, pose: Pose, C: Array) -> Held:
+        """The rows that correct a position which violates them by C."""
+        C_q = jacobian(self.system, pose)
+        return self._held(C_q, lambda sigma, weights: sigma**2 < APART * abs(float(weights @ C)))
+
+    def to_move(self, pose: Pose, v: Array, drive: Drive | None) -> Held:
+        """The rows that velocities and accelerations are to meet at a state, which may violate them."""
+        C_q = jacobian(self.system, pose)
+        if not self.watching:
+            return self._held(C_q, lambda sigma, weights: False)
+        speed = float(np.linalg.norm(self.in_lengths(v)))
+        C, C_dot = constraint(self.system, pose, drive), C_q @ v + time_derivative(self.system, drive)
+        rates = C_dot / speed if speed > 0.0 else np.zeros_like(C_dot)
+
+        def is_blind(sigma: float, weights: Array) -> bool:
+            return sigma**3 < max(abs(float(weights @ C)) + abs(float(weights @ rates)), ROUND_OFF)
+
+        return self._held(C_q, is_blind)
+
+    def _held(self, C_q: Array, is_blind: Callable[[float, Array], bool]) -> Held:
         if not self.redundant and not self.watching:
             return Held(C_q)
         rows, factors = self._scaled(C_q)
@@ -89,32 +114,25 @@ class RowSpan:
             if part >= NEAR:
                 return Held(C_q)
         U, sigma, _ = np.linalg.svd(rows, full_matrices=False)
-        rank = len(rows) - self.redundant
+        kept = rank = len(rows) - self.redundant
         if self.redundant:
             part, size = self._part(sigma[rank - 1 : rank])
             self.nearest = min(self.nearest, part)
-        W = factors[:, None] * U
-        kept = rank
-        if part < NEAR:
-            while kept and sigma[kept - 1] < NEAR * size and self._blind(sigma[kept - 1], size, W[:, kept - 1], violations):
-                kept -= 1
+        weights = factors[:, None] * U
+        while part < NEAR and kept and sigma[kept - 1] < NEAR * size:
+            if not is_blind(float(sigma[kept - 1]), weights[:, kept - 1]):
+                break
+            kept -= 1
         if kept == len(rows):
             return Held(C_q)
-        weights = W[:, :kept] / np.median(factors)
-        return Held(weights.T @ C_q, weights, W[:, kept:rank] if kept < rank else None)
+        held = weights[:, :kept] / np.median(factors)
+        if kept == rank:
+            return Held(held.T @ C_q, held)
+        return Held(held.T @ C_q, held, weights[:, kept:rank], U[:, kept:rank] / factors[:, None])
 
     def in_lengths(self, v: Array) -> Array:
         """A change of q with the mechanism's own lengths as unit: r / length and Λ."""
         return v / self._lengths
-
-    def per_speed(self, C_dot: Array, v: Array) -> Array:
-        """C' over the speed of the motion, in the mechanism's own lengths: 0 at rest."""
-        speed = float(np.linalg.norm(self.in_lengths(v)))
-        return C_dot / speed if speed > 0.0 else np.zeros_like(C_dot)
-
-    def _blind(self, sigma: float, size: float, weights: Array, violations: tuple[Array, ...]) -> bool:
-        c = sum(abs(float(weights @ violation)) for violation in violations)
-        return sigma < max(SMALLEST * size, np.sqrt(APART * c))
 
     def _scaled(self, C_q: Array) -> tuple[Array, Array]:
         """Rows of unit length, and the factors that make them so."""

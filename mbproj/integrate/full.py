@@ -13,13 +13,13 @@ import numpy as np
 
 from mbproj.arrays import Array
 from mbproj.dynamics.assembly import State
-from mbproj.dynamics.constraint_equations import constraint, constraint_velocity, gamma, jacobian, time_derivative
+from mbproj.dynamics.constraint_equations import constraint, constraint_velocity, gamma, jacobian
 from mbproj.dynamics.equations import SOLVERS, generalised_force, mass_matrix
 from mbproj.dynamics.forces import applied, generalised
-from mbproj.dynamics.kinematics import Pose, pose_of, twist_of
-from mbproj.dynamics.motions import Drive, drive_at
+from mbproj.dynamics.kinematics import pose_of, twist_of
+from mbproj.dynamics.motions import drive_at
 from mbproj.dynamics.rank import SINGULAR, row_distances, scaled_jacobian
-from mbproj.dynamics.row_span import NEAR, Held, RowSpan
+from mbproj.dynamics.row_span import NEAR, RowSpan
 from mbproj.dynamics.turning import Turning
 from mbproj.errors import InputError, SimulationError
 from mbproj.integrate.failures import branches_near, not_finite, other_branch, singular
@@ -31,7 +31,7 @@ from mbproj.scene.records import Settings
 #: what it moves in a step is less than that part of the mechanism's length: then it is at rest.
 BRANCH_CHANGE, AT_REST = 0.05, 1e-10
 #: What rows without a gradient may leave open, in the mechanism's own lengths.
-SECOND_ORDER = 1e-11
+SECOND_ORDER = 1e-12
 
 
 class Accelerations(NamedTuple):
@@ -92,7 +92,7 @@ class FullFormulation:
             loads = applied(system, pose, twist, t, turning.expected(t))
             force = force + generalised(pose, loads.force, loads.torque)
             power += [loads.power, loads.dissipation]
-        held = self._held(pose, v, drive)
+        held = self.span.to_move(pose, v, drive)
         try:
             acceleration, found = solve(mass_matrix(system, pose), held.C_q, force, held.combined(rhs))
         except np.linalg.LinAlgError as error:
@@ -101,14 +101,6 @@ class FullFormulation:
         if drive is not None:
             power[0] -= multipliers[-system.driven :] @ drive.rate
         return Accelerations(acceleration, multipliers, power)
-
-    def _held(self, pose: Pose, v: Array, drive: Drive | None) -> Held:
-        """The rows to hold at a stage, which violates them at both levels."""
-        C_q = jacobian(self.system, pose)
-        if not self.span.watching:
-            return self.span.held(C_q)
-        C_dot = C_q @ v + time_derivative(self.system, drive)
-        return self.span.held(C_q, constraint(self.system, pose, drive), self.span.per_speed(C_dot, v))
 
     def project(self, step: int, t: float, y: Array) -> Projected:
         """The state after step number `step`, projected as the settings say."""

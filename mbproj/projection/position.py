@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from mbproj.arrays import Array
-from mbproj.dynamics.constraint_equations import constraint, jacobian
+from mbproj.dynamics.constraint_equations import constraint
 from mbproj.dynamics.equations import mass_matrix
 from mbproj.dynamics.kinematics import pose_of
 from mbproj.dynamics.motions import Drive
@@ -64,7 +64,7 @@ def _by_violation(
     for passes in range(settings.max_iterations):
         if np.all(np.abs(C) <= tolerances):
             return Position(q, passes, met=True)
-        held = span.held(jacobian(system, pose), C)
+        held = span.to_close(pose, C)
         left_open = held.open(C)
         if left_open and np.all(np.abs(held.closes(C)) <= tolerances):
             return Position(q, passes, met=True, left_open=left_open)
@@ -104,7 +104,7 @@ def _by_paper(
     for passes in range(settings.max_iterations):
         pose = pose_of(q)
         M, C = mass_matrix(system, pose), constraint(system, pose, drive)
-        held = span.held(jacobian(system, pose), C)
+        held = span.to_close(pose, C)
         change = method.correction(M, held.C_q, held.combined(C))
         q = q + change
         if change @ M @ change + C @ C <= tolerance:
