@@ -49,6 +49,12 @@ class Held:
         """λ (m,) from that of the rows held, (r,): the smallest where rows are redundant."""
         return held if self.weights is None else self.weights @ held
 
+    def lasting(self, multipliers: Array) -> Array:
+        """The part (m,) of multipliers λ that is of what is left out."""
+        if self.left_out is None or self.unseen is None:
+            return np.zeros_like(multipliers)
+        return self.left_out @ (self.unseen.T @ multipliers)
+
     def closes(self, rows: Array) -> Array:
         """The part of a violation (m,) that the rows held can close."""
         if self.left_out is None or self.unseen is None:
@@ -71,6 +77,8 @@ class RowSpan:
         self.nearest = 1.0
         self._largest = np.full(system.constraints if not redundant else 1, DEPENDENT)
         self._before: float | None = None
+        #: λ of the last pose that was not near to a singular one.
+        self.multipliers = np.zeros(system.constraints)
         lengths = np.tile([system.length] * 3 + [1.0] * 4, system.bodies)
         self._lengths, self._row_scale = lengths, system.row_scale
 

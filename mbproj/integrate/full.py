@@ -31,7 +31,7 @@ from mbproj.scene.records import Settings
 #: what it moves in a step is less than that part of the mechanism's length: then it is at rest.
 BRANCH_CHANGE, AT_REST = 0.05, 1e-10
 #: What rows without a gradient may leave open, in the mechanism's own lengths.
-SECOND_ORDER = 1e-12
+SECOND_ORDER = 3e-13
 
 
 class Accelerations(NamedTuple):
@@ -93,11 +93,14 @@ class FullFormulation:
             force = force + generalised(pose, loads.force, loads.torque)
             power += [loads.power, loads.dissipation]
         held = self.span.to_move(pose, v, drive)
+        lasting = held.lasting(self.span.multipliers)
+        if held.left_out is not None:
+            force = force - jacobian(system, pose).T @ lasting
         try:
             acceleration, found = solve(mass_matrix(system, pose), held.C_q, force, held.combined(rhs))
         except np.linalg.LinAlgError as error:
             raise self._singular(t, q) from error
-        multipliers = held.multipliers(found)
+        multipliers = held.multipliers(found) + lasting
         if drive is not None:
             power[0] -= multipliers[-system.driven :] @ drive.rate
         return Accelerations(acceleration, multipliers, power)
