@@ -127,6 +127,9 @@ class RowSpan:
             part, size = self._part(sigma[rank - 1 : rank])
             self.nearest = min(self.nearest, part)
         weights = factors[:, None] * U
+        if self.redundant:  # for the smallest λ: without what exerts nothing on any body
+            idle = np.linalg.qr(weights[:, rank:])[0]
+            weights = weights - idle @ (idle.T @ weights)
         while part < NEAR and kept and sigma[kept - 1] < NEAR * size:
             if not is_blind(float(sigma[kept - 1]), weights[:, kept - 1]):
                 break
