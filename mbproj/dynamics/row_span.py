@@ -98,14 +98,16 @@ class RowSpan:
         C_q = jacobian(self.system, pose)
         return self._held(C_q, lambda sigma, weights: sigma**2 < APART * abs(float(weights @ C)))
 
-    def to_move(self, pose: Pose, v: Array, drive: Drive | None) -> Held:
-        """The rows that velocities and accelerations are to meet at a state, which may violate them."""
-        C_q = jacobian(self.system, pose)
-        if not self.watching:
-            return self._held(C_q, lambda sigma, weights: False)
-        speed = float(np.linalg.norm(self.in_lengths(v)))
-        C, C_dot = constraint(self.system, pose, drive), C_q @ v + time_derivative(self.system, drive)
-        rates = C_dot / speed if speed > 0.0 else np.zeros_like(C_dot)
+    def to_move(self, pose: Pose, drive: Drive | None, v: Array | None = None) -> Held:
+        """The rows that velocities are to meet at a pose which may violate them, or accelerations, for which the velocity
+        v counts as well."""
+        C_q, C = jacobian(self.system, pose), np.zeros(self.system.constraints)
+        rates = C
+        if self.watching:
+            C = constraint(self.system, pose, drive)
+        if self.watching and v is not None:
+            speed = float(np.linalg.norm(self.in_lengths(v)))
+            rates = (C_q @ v + time_derivative(self.system, drive)) / max(speed, np.finfo(float).tiny)
 
         def is_blind(sigma: float, weights: Array) -> bool:
             return sigma**3 < max(abs(float(weights @ C)) + abs(float(weights @ rates)), ROUND_OFF)

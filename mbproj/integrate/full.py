@@ -92,7 +92,7 @@ class FullFormulation:
             loads = applied(system, pose, twist, t, turning.expected(t))
             force = force + generalised(pose, loads.force, loads.torque)
             power += [loads.power, loads.dissipation]
-        held = self.span.to_move(pose, v, drive)
+        held = self.span.to_move(pose, drive, v)
         lasting = held.lasting(self.span.multipliers)
         if held.left_out is not None:
             force = force - jacobian(system, pose).T @ lasting

@@ -79,7 +79,7 @@ def correct_velocity(
     drive: Drive | None = None,
 ) -> tuple[Array, int]:
     """v with C_q v + C_t = 0 at this pose, and the passes taken: one (Eq. 46), more where the method is a penalty."""
-    M, held, C_t = mass_matrix(system, pose), span.to_move(pose, v, drive), time_derivative(system, drive)
+    M, held, C_t = mass_matrix(system, pose), span.to_move(pose, drive), time_derivative(system, drive)
     C_t = held.combined(C_t)
     C_dot = held.C_q @ v + C_t
     for passes in range(settings.max_iterations):
