@@ -10,12 +10,12 @@ goes on, so that leaving the combination out errs by σ at most.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
 
 import numpy as np
 
 from mbproj.arrays import Array
 from mbproj.dynamics.constraint_equations import constraint, jacobian, time_derivative
+from mbproj.dynamics.held_rows import Held
 from mbproj.dynamics.kinematics import Pose
 from mbproj.dynamics.motions import Drive
 from mbproj.dynamics.row_space import DEPENDENT, row_distances
@@ -28,42 +28,6 @@ NEAR = 0.1
 APART, ROUND_OFF = 10.0, 1e-12
 #: A step is looked at closely where the distance would fall below NEAR at so many times its rate before.
 AHEAD = 2.0
-
-
-@dataclass(frozen=True, eq=False)
-class Held:
-    """Rows that are independent: `C_q` (r, 7n), combinations of all rows by `weights` (m, r), or all (None).
-    `left_out` (m, k): combinations that are not held, near a singular pose, and `unseen` (m, k) what the rows held do
-    not see of a violation for each."""
-
-    C_q: Array
-    weights: Array | None = None
-    left_out: Array | None = None
-    unseen: Array | None = None
-
-    def combined(self, rows: Array) -> Array:
-        """γ, C or C' (m,) of the rows held, (r,)."""
-        return rows if self.weights is None else self.weights.T @ rows
-
-    def multipliers(self, held: Array) -> Array:
-        """λ (m,) from that of the rows held, (r,): the smallest where rows are redundant."""
-        return held if self.weights is None else self.weights @ held
-
-    def lasting(self, multipliers: Array) -> Array:
-        """The part (m,) of multipliers λ that is of what is left out."""
-        if self.left_out is None or self.unseen is None:
-            return np.zeros_like(multipliers)
-        return self.left_out @ (self.unseen.T @ multipliers)
-
-    def closes(self, rows: Array) -> Array:
-        """The part of a violation (m,) that the rows held can close."""
-        if self.left_out is None or self.unseen is None:
-            return rows
-        return rows - self.unseen @ (self.left_out.T @ rows)
-
-    def open(self, rows: Array) -> float:
-        """The largest violation of what is left out."""
-        return 0.0 if self.left_out is None else float(np.abs(self.left_out.T @ rows).max(initial=0.0))
 
 
 class RowSpan:
@@ -99,10 +63,9 @@ class RowSpan:
         return self._held(C_q, lambda sigma, weights: sigma**2 < APART * abs(float(weights @ C)))
 
     def to_move(self, pose: Pose, drive: Drive | None, v: Array | None = None) -> Held:
-        """The rows that velocities are to meet at a pose which may violate them, or accelerations, for which the velocity
-        v counts as well."""
-        C_q, C = jacobian(self.system, pose), np.zeros(self.system.constraints)
-        rates = C
+        """The rows that velocities are to meet at a pose, or accelerations, where the velocity v counts as well."""
+        C_q = jacobian(self.system, pose)
+        C = rates = np.zeros(self.system.constraints)
         if self.watching:
             C = constraint(self.system, pose, drive)
         if self.watching and v is not None:
@@ -115,24 +78,26 @@ class RowSpan:
         return self._held(C_q, is_blind)
 
     def _held(self, C_q: Array, is_blind: Callable[[float, Array], bool]) -> Held:
+        """All rows where they are independent, or combinations by singular values, of which those are left out near a
+        singular pose that are blind."""
         if not self.redundant and not self.watching:
             return Held(C_q)
         rows, factors = self._scaled(C_q)
         if not self.redundant:
-            part, size = self._part(row_distances(rows))
+            part, largest = self._part(row_distances(rows))
             self.nearest = min(self.nearest, part)
             if part >= NEAR:
                 return Held(C_q)
         U, sigma, _ = np.linalg.svd(rows, full_matrices=False)
-        kept = rank = len(rows) - self.redundant
+        rank, weights = len(rows) - self.redundant, factors[:, None] * U
         if self.redundant:
-            part, size = self._part(sigma[rank - 1 : rank])
+            part, largest = self._part(sigma[rank - 1 : rank])
             self.nearest = min(self.nearest, part)
-        weights = factors[:, None] * U
-        if self.redundant:  # for the smallest λ: without what exerts nothing on any body
-            idle = np.linalg.qr(weights[:, rank:])[0]
-            weights = weights - idle @ (idle.T @ weights)
-        while part < NEAR and kept and sigma[kept - 1] < NEAR * size:
+            # The smallest λ of joints and motions: less the multipliers that exert nothing on any body.
+            idle, joints = weights[:, rank:], slice(self.system.bodies, None)
+            weights = weights - idle @ np.linalg.lstsq(idle[joints], weights[joints], rcond=None)[0]
+        kept = rank
+        while part < NEAR and kept and sigma[kept - 1] < NEAR * largest:
             if not is_blind(float(sigma[kept - 1]), weights[:, kept - 1]):
                 break
             kept -= 1
@@ -141,7 +106,8 @@ class RowSpan:
         held = weights[:, :kept] / np.median(factors)
         if kept == rank:
             return Held(held.T @ C_q, held)
-        return Held(held.T @ C_q, held, weights[:, kept:rank], U[:, kept:rank] / factors[:, None])
+        out = weights[:, kept:rank]
+        return Held(held.T @ C_q, held, out, U[:, kept:rank] / factors[:, None], out.T @ C_q)
 
     def in_lengths(self, v: Array) -> Array:
         """A change of q with the mechanism's own lengths as unit: r / length and Λ."""

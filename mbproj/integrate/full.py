@@ -54,8 +54,8 @@ class FullFormulation:
 
     @classmethod
     def of(cls, system: System, state: State, settings: Settings, redundant: int = 0) -> FullFormulation:
-        """Of a system with so many redundant rows. Raises InputError where the projection method cannot be used with its
-        mass matrix."""
+        """Of a system with so many redundant rows. Raises InputError where its mass matrix does not suit the projection
+        method."""
         method = make_method(settings.projection)
         reason = method.refusal(mass_matrix(system, pose_of(state.q))) if isinstance(method, Projection) else None
         if reason:
@@ -93,11 +93,9 @@ class FullFormulation:
             force = force + generalised(pose, loads.force, loads.torque)
             power += [loads.power, loads.dissipation]
         held = self.span.to_move(pose, drive, v)
-        lasting = held.lasting(self.span.multipliers)
-        if held.left_out is not None:
-            force = force - jacobian(system, pose).T @ lasting
+        lasting, exerted = held.lasting(self.span.multipliers)
         try:
-            acceleration, found = solve(mass_matrix(system, pose), held.C_q, force, held.combined(rhs))
+            acceleration, found = solve(mass_matrix(system, pose), held.C_q, force + exerted, held.combined(rhs))
         except np.linalg.LinAlgError as error:
             raise self._singular(t, q) from error
         multipliers = held.multipliers(found) + lasting
@@ -132,9 +130,9 @@ class FullFormulation:
         return np.abs(constraint(system, pose, drive)), np.abs(constraint_velocity(system, pose, twist, drive))
 
     def check_branch(self, t: float, h: float, y: Array, projected: Projected) -> None:
-        """Raises SimulationError where the projection after a step of size h has changed the velocities of y by more than
-        they can be wrong by, or could not close what has lost its gradient: near a pose where C_q loses its rank, where
-        branches of the motion cross at an angle."""
+        """Raises SimulationError where, near a pose at which C_q loses its rank and branches of the motion cross at an
+        angle, the projection after a step of size h has changed the velocities of y by more than they can be wrong by,
+        or left open what has lost its gradient."""
         v = self.parts(y)[1]
         part = self.change(v, projected.v)
         moved = float(np.linalg.norm(self.span.in_lengths(projected.v - v))) * h
@@ -153,8 +151,9 @@ class FullFormulation:
         return self.span.arrive(jacobian(self.system, pose_of(q)))
 
     def check_regular(self, t: float, q: Array) -> None:
-        """Raises SimulationError that names the joint where C_q has lost its rank at this pose."""
-        if not self.span.redundant and row_distances(scaled_jacobian(self.system, pose_of(q))).min(initial=1.0) < SINGULAR:
+        """Raises SimulationError that names the joint where C_q has lost its rank at the start."""
+        distances = row_distances(scaled_jacobian(self.system, pose_of(q)))
+        if not self.span.redundant and distances.min(initial=1.0) < SINGULAR:
             raise self._singular(t, q)
 
     def _singular(self, t: float, q: Array) -> SimulationError:

@@ -192,7 +192,8 @@ def _point(formulation: FullFormulation, before: Point, t: float, y: Array) -> P
     moved = np.round((expected - coordinate) / (2.0 * np.pi)).astype(np.intp) * is_angle(formulation.system)
     turns = before.turns + moved
     found = formulation.accelerations(t, q, v, Turning(t, coordinate + 2.0 * np.pi * turns, speed))
-    if formulation.span.nearest >= CLOSE: formulation.span.multipliers = found.multipliers
+    if formulation.span.nearest >= CLOSE:
+        formulation.span.multipliers = found.multipliers
     return Point(t, y, found, coordinate, speed, turns)
 
 

@@ -24,7 +24,7 @@ STAGNATION = 0.5
 @dataclass(frozen=True, eq=False)
 class Projected:
     """The state after a projection, the passes it took, whether the position met its test, and whether the fallback was
-    needed; `left_open` is what rows without a gradient violate, in the mechanism's own lengths, near a singular pose."""
+    needed; `left_open`: what rows without a gradient violate near a singular pose, in the mechanism's own lengths."""
 
     q: Array
     v: Array
