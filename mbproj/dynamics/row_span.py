@@ -88,7 +88,7 @@ class RowSpan:
             self.nearest = min(self.nearest, part)
             if part >= NEAR:
                 return Held(C_q)
-        U, sigma, _ = np.linalg.svd(rows, full_matrices=False)
+        U, sigma, _ = np.linalg.svd(rows)
         rank, weights = len(rows) - self.redundant, factors[:, None] * U
         if self.redundant:
             part, largest = self._part(sigma[rank - 1 : rank])

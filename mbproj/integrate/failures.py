@@ -38,6 +38,15 @@ def branches_near(t: float) -> SimulationError:
     return SimulationError(t, cause, hint=hint)
 
 
+def unresolved(t: float, off: float) -> SimulationError:
+    """A step past a singular pose and its two halves do not come to the same."""
+    cause = (
+        f"the step is too coarse for the singular position near here: in two halves it comes out {100.0 * off:.0f} % off, "
+        "and branches of the motion cross there"
+    )
+    return SimulationError(t, cause, hint=SMALLER)
+
+
 def left_open(t: float, where: str, by: float, passes: int, *, projection_failed: bool) -> SimulationError:
     """A joint is open by so much (m, rad) that it will not close again."""
     if projection_failed:

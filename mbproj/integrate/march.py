@@ -13,7 +13,7 @@ from mbproj.arrays import Array, Integers
 from mbproj.dynamics.assembly import State, coordinates, is_angle
 from mbproj.dynamics.samples import Sample
 from mbproj.dynamics.turning import Turning
-from mbproj.integrate.failures import branches_near, left_open, not_finite, step_vanished
+from mbproj.integrate.failures import left_open, not_finite, step_vanished, unresolved
 from mbproj.integrate.full import BRANCH_CHANGE, Accelerations, FullFormulation
 from mbproj.integrate.runge_kutta import RightHandSide, Step, continuous_extension, error_estimates, rk_step
 from mbproj.integrate.step_size import Controller, error_norm, first_step
@@ -166,8 +166,9 @@ def _check_by_halves(formulation: FullFormulation, tableau: Tableau, before: Poi
         step = rk_step(_derivative(formulation, half), tableau, half.t, half.y, time - half.t, half.slope)
         half = _point(formulation, half, time, formulation.project_copy(time, step.y_new))
     v = formulation.parts(y)[1]
-    if not formulation.change(v, formulation.parts(half.y)[1]) <= BRANCH_CHANGE:
-        raise branches_near(t)
+    off = formulation.change(v, formulation.parts(half.y)[1])
+    if not off <= BRANCH_CHANGE:
+        raise unresolved(t, off)
 
 
 def _first(formulation: FullFormulation, state: State, tally: Tally) -> Point:
