@@ -41,8 +41,8 @@ def branches_near(t: float) -> SimulationError:
 def unresolved(t: float, off: float) -> SimulationError:
     """A step past a singular pose and its two halves do not come to the same."""
     cause = (
-        f"the step is too coarse for the singular position near here: in two halves it comes out {100.0 * off:.0f} % off, "
-        "and branches of the motion cross there"
+        f"the step is too coarse for the singular position near here: in two halves it comes out {100.0 * off:.0f} % "
+        "off, and branches of the motion cross there"
     )
     return SimulationError(t, cause, hint=SMALLER)
 
