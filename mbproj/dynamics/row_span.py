@@ -93,9 +93,10 @@ class RowSpan:
         if self.redundant:
             part, largest = self._part(sigma[rank - 1 : rank])
             self.nearest = min(self.nearest, part)
-            # The smallest λ of joints and motions: less the multipliers that exert nothing on any body.
-            idle, joints = weights[:, rank:], slice(self.system.bodies, None)
-            weights = weights - idle @ np.linalg.lstsq(idle[joints], weights[joints], rcond=None)[0]
+            # The smallest λ of joints and motions, forces times the mechanism's length: less what acts on no body.
+            n, idle = self.system.bodies, weights[:, rank:]
+            weighed = self._row_scale[n:, None] * weights[n:]
+            weights = weights - idle @ np.linalg.lstsq(weighed[:, rank:], weighed, rcond=None)[0]
         kept = rank
         while part < NEAR and kept and sigma[kept - 1] < NEAR * largest:
             if not is_blind(float(sigma[kept - 1]), weights[:, kept - 1]):
