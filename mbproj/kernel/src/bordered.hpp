@@ -48,9 +48,15 @@ public:
     bool factor(const Pose<D>& pose, Metric metric, double near = near_dependent) {
         if (model_.redundant > left_out_) leave_out(pose);
         const bool found = factor_held(pose, metric, near);
-        if (left_out_ == 0 || (found && !near_singular())) return found;
+        const bool regular = left_out_ == 0 || (found && !near_singular());
+        if (regular || (found && !others_may_serve_)) {
+            others_may_serve_ = others_may_serve_ || regular;
+            return found;
+        }
         leave_out(pose);
-        return factor_held(pose, metric, near);
+        const bool now = factor_held(pose, metric, near);
+        others_may_serve_ = !near_singular();
+        return now;
     }
 
     // With the rows that are held; `near` = 0 takes all of these, even where some hardly differ from the others.
@@ -254,6 +260,7 @@ private:
     std::vector<LeafScratch> scratch_;
     int singular_joint_ = -1;
     int left_out_ = 0;              // rows, as redundant
+    bool others_may_serve_ = true;  // where rows become dependent
     double pivot_at_choice_ = 0.0;  // the smallest when they were chosen; 0 until it is known
     Metric metric_ = Metric::mass;
     long factorisations_ = 0;

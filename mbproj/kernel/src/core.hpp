@@ -2,6 +2,8 @@
 // core's bodies as W, and its block-sparse Cholesky factor.
 #pragma once
 
+#include <memory>
+
 #include "core_rows.hpp"
 #include "dense_qr.hpp"
 #include "light_body.hpp"
@@ -60,14 +62,19 @@ public:
     // Holds rows that are as far from dependent as leaves out so many as are redundant; false, with those held before,
     // where more of them depend on the others at this pose.
     bool choose(const Pose<D>& pose, int redundant) {
-        CoreRows<D> before = rows_;
         for (double smallest = 1e-1; smallest > 1e-14; smallest *= 0.1)
-            if (rows_.select(pose, smallest) == redundant) return true;
-        rows_.take(std::move(before));
+            if (const auto rows = all().independent(pose, smallest); left_out(rows) == redundant) {
+                rows_.hold(rows);
+                return true;
+            }
         return false;
     }
     // Holds only rows that are independent at a pose, up to a distance of √smallest. How many are left out.
-    int select(const Pose<D>& pose, double smallest) { return rows_.select(pose, smallest); }
+    int select(const Pose<D>& pose, double smallest) {
+        const auto rows = all().independent(pose, smallest);
+        rows_.hold(rows);
+        return left_out(rows);
+    }
 
     // δ of the core's bodies from their forces f, with G δ = c; the multipliers stay for `multipliers`. False where the
     // motion of a light body does not settle: then it moves no mass. A shifted factor is applied as it is.
@@ -118,6 +125,17 @@ public:
     const BlockCholesky& cholesky() const { return rows_.cholesky; }
 
 private:
+    // All rows, to look for those that depend on others.
+    CoreRows<D>& all() {
+        if (!all_) all_ = std::make_unique<CoreRows<D>>(model_, topology_);
+        return *all_;
+    }
+    int left_out(const std::vector<std::vector<int>>& rows) {
+        int count = all().count();
+        for (const auto& some : rows) count -= static_cast<int>(some.size());
+        return count;
+    }
+
     // Calls visit(row of S, row of the model) for all rows that are held.
     template <class Visit> void each_row(Visit&& visit) const {
         const auto& held = rows_.held();
@@ -201,6 +219,7 @@ private:
     const Model<D>& model_;
     const Topology<D>& topology_;
     CoreRows<D> rows_;
+    std::unique_ptr<CoreRows<D>> all_;
     std::vector<Light<D>> light_;
     std::vector<Column<F>> work_;
     std::vector<double> rhs_, step_, lambda_;

@@ -13,8 +13,10 @@ namespace mbproj {
 // the step is checked.
 constexpr double nearing = 0.25;
 
-// Both may differ by this part, of the velocity or of the way made.
-constexpr double agreement = 0.02;
+// Both may differ by this part, of the velocity or of the way made; with error control by so many tolerances, else the step
+// is tried so many times shorter, so that its stages lie elsewhere.
+constexpr double agreement = 0.02, agreed_tolerances = 100.0, shorter = 0.7;
+constexpr int most_shorter = 8;
 
 // What moves the mechanism by less than this part of its length in a step is at rest.
 constexpr double at_rest = 1e-10;
@@ -29,11 +31,10 @@ public:
           evaluations_(2 * tableau.stages() - 1), middle_(Vector::Zero(dynamics.total())), end_(middle_) {}
 
     // Whether the step that was just made, with these pivots at its stages, needs the check.
-    bool is_near(const Pivots& pivots) {
-        const double most = std::max(before_, pivots.largest);
-        before_ = pivots.largest;
-        return pivots.smallest < near_branch && pivots.smallest < nearing * most;
+    bool is_near(const Pivots& pivots) const {
+        return pivots.smallest < near_branch && pivots.smallest < nearing * std::max(before_, pivots.largest);
     }
+    void accepted(const Pivots& pivots) { before_ = pivots.largest; }
 
     // Two half steps from y at t, with its slope; false where they fail. Their evaluations count.
     bool repeat(double t, const Vector& y, const Vector& slope, double h, long& evaluations) {

@@ -94,7 +94,7 @@ private:
         counters.evaluations += tableau_.stages() - 1;
         phases_.mark(Phase::evaluation);
         const bool due = k % steps_.every == 0 || last;
-        if (!accept(t, due)) return;
+        if (!halve(t) || !accept(t, due)) return;
         take_over({t, h, due});
         if (last) stop({Status::finished, t_});
         phases_.mark(Phase::rest);
@@ -118,6 +118,15 @@ private:
             h_ = control_.after_rejected(error, h);
             return;
         }
+        if (!halve(t)) return;
+        if (halved_ && shortened_ < most_shorter && passage_.off(y_new_, h) > agreed_tolerances * steps_.tolerance) {
+            ++shortened_;
+            ++counters.rejected_steps;
+            dynamics_.pivots = {};
+            h_ = shorter * h;
+            return;
+        }
+        shortened_ = 0;
         inside_ = next_sample_;
         while (inside_ < steps_.times.size() && steps_.times[inside_] < t) ++inside_;
         const bool due = inside_ < steps_.times.size() && steps_.times[inside_] == t;
@@ -167,13 +176,19 @@ private:
         if (reached.due) sample(t_, y_, method_.first(), lambda_, reached.h, counted_.turns);
     }
 
+    // Near a singular pose, the same step in two halves. False where these cannot be made.
+    bool halve(double t) {
+        halved_ = passage_.is_near(dynamics_.pivots);
+        if (halved_ && !passage_.repeat(t_, y_, method_.first(), t - t_, counters.evaluations)) return stop_at(t), false;
+        return true;
+    }
+
     // The state y_new after a step: projected, checked, counted, and its slope evaluated.
     bool accept(double t, bool with_multipliers) {
         if (!y_new_.allFinite()) return stop({Status::not_finite, t}), false;
         ++counters.steps;
         ++counters.evaluations;
-        const bool checked = passage_.is_near(dynamics_.pivots);
-        if (checked && !passage_.repeat(t_, y_, method_.first(), t - t_, counters.evaluations)) return stop_at(t), false;
+        passage_.accepted(dynamics_.pivots);
         dynamics_.pivots = {};
         const Corrected done = corrector_.after_step(counters.steps, t, y_new_.data());
         counters.projections += done.projections;
@@ -185,7 +200,7 @@ private:
         if (done.velocity_change > branch_change && done.speed_change * (t - t_) > at_rest * model_.length &&
             dynamics_.bordered().nearness() < near_branch)
             return stop_at_branch(Status::branch, t, done.velocity_change), false;
-        if (const double off = checked ? passage_.off(y_new_, t - t_) : 0.0; off > agreement)
+        if (const double off = halved_ ? passage_.off(y_new_, t - t_) : 0.0; off > agreement)
             return stop_at_branch(Status::unresolved, t, off), false;
         const double previous = t_;
         t_ = t;
@@ -299,7 +314,8 @@ private:
     Counted counted_, counted_before_;
     Reached reached_{};
     std::size_t next_sample_ = 0, inside_ = 0;  // samples up to `inside_` lie in the step that was just accepted
-    bool started_ = false;
+    bool started_ = false, halved_ = false;
+    int shortened_ = 0;  // times the step at hand, near a singular pose
 };
 
 }  // namespace mbproj
