@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from mbproj.cli.quantity import Names, PositiveList
 from mbproj.cli.scene_options import overrides, parameters, scene_options
 
 if TYPE_CHECKING:
@@ -17,21 +18,25 @@ if TYPE_CHECKING:
 
 @click.command("threshold")
 @scene_options
-@click.option("--thresholds", metavar="NUMBER,..", help="Those to try (by decades up to a tenth of the size).")
-@click.option("--at", metavar="A,B,..", help="Markers (or bodies, where there are none) whose error counts (all).")
+@click.option("--thresholds", type=PositiveList(""), metavar="NUMBER,..",
+              help="Those to try (by decades up to a tenth of the size).")
+@click.option("--at", type=Names(), metavar="A,B,..",
+              help="Markers (or bodies, where there are none) whose error counts (all).")
 @click.option("--repeat", default=5, show_default=True, type=click.IntRange(1), help="Timings of each setting.")
 @click.option("-o", "--output", default=".", type=click.Path(path_type=Path), metavar="DIR", help="Directory (.).")
 @click.option("--format", "ending", default="png", type=click.Choice(["png", "svg", "pdf"]), help="Format (png).")
+@click.option("--fresh", is_flag=True, help="Begin anew where an earlier study was interrupted or is complete.")
 def command(
-    scene: str, settings: tuple[str, ...], thresholds: str | None, at: str | None, repeat: int, output: Path,
-    ending: str, **options: Any,
+    scene: str, settings: tuple[str, ...], thresholds: tuple[float, ...] | None, at: tuple[str, ...] | None,
+    repeat: int, output: Path, ending: str, fresh: bool, **options: Any,
 ) -> None:  # fmt: skip
     """Varies the projection threshold on SCENE: error, violation, projections saved, CPU time.
 
     Recommends the largest threshold up to which the error stays within a tenth of that with all projections. Other
-    options change the setting that is studied, as for `mbproj run`.
+    options change the setting that is studied, as for `mbproj run`. An interrupted study resumes where it stopped:
+    what was done stands in DIR/<scene>-threshold.jsonl.
     """
-    from mbproj.cli.study import listed, make, positive, telling, write_csv
+    from mbproj.cli.study import journal_at, make, telling, write_csv
     from mbproj.plot.save import save
     from mbproj.scene import read_scene
     from mbproj.studies.threshold import threshold_study
@@ -39,10 +44,11 @@ def command(
     chosen = overrides(options)
     chosen.pop("threshold", None)
     what = read_scene(scene, parameters(settings), chosen)
-    stem, points = make(output) / f"{Path(scene).stem}-threshold", tuple(listed("--at", at, str) or ())
+    stem, points = make(output) / f"{Path(scene).stem}-threshold", at or ()
+    journal = journal_at(stem, fresh)
     with telling(hidden=False) as tell:
         found = threshold_study(
-            what, thresholds=listed("--thresholds", thresholds, positive), at=points, repetitions=repeat, tell=tell
+            what, thresholds=thresholds, at=points, repetitions=repeat, journal=journal, tell=tell
         )
     click.echo(_report(found, points))
     for note in found.notes:

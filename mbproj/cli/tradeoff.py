@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from mbproj.cli.quantity import Names, Positive
 from mbproj.registry import FORMULATIONS, PROJECTIONS, integrators
 
 if TYPE_CHECKING:
@@ -18,14 +19,16 @@ if TYPE_CHECKING:
 
 @click.command("tradeoff")
 @click.argument("scene", type=click.Path())
-@click.option("--projections", metavar="A,B,..", help=f"Of {', '.join(PROJECTIONS)} (gpopm,gopm,none,baumgarte).")
-@click.option("--integrators", metavar="A,B,..", help=f"Of {', '.join(integrators())} (all).")
+@click.option("--projections", type=Names(), metavar="A,B,..",
+              help=f"Of {', '.join(PROJECTIONS)} (gpopm,gopm,none,baumgarte).")
+@click.option("--integrators", type=Names(), metavar="A,B,..", help=f"Of {', '.join(integrators())} (all).")
 @click.option("--formulation", type=click.Choice(FORMULATIONS), help="Of all settings (the scene's).")
-@click.option("--at", metavar="A,B,..", help="Markers (or bodies, where there are none) whose error counts (all).")
-@click.option("--until", type=click.FloatRange(min=0, min_open=True), metavar="TIME", help="In s (the duration).")
+@click.option("--at", type=Names(), metavar="A,B,..",
+              help="Markers (or bodies, where there are none) whose error counts (all).")
+@click.option("--until", type=Positive("s"), metavar="TIME", help="Up to this time (the duration).")
 @click.option("--set", "changes", multiple=True, metavar="NAME=VALUE", help="Changes a parameter.")
-@click.option("--longest", default=0.5, show_default=True, metavar="SECONDS", help="Sweeps end with a run of so long.",
-              type=click.FloatRange(min=0, min_open=True))
+@click.option("--longest", default="0.5 s", show_default=True, type=Positive("s"), metavar="TIME",
+              help="Sweeps end with a run of so long.")
 @click.option("--repeat", default=5, show_default=True, type=click.IntRange(1), help="Timings of each setting.")
 @click.option("-o", "--output", default=".", type=click.Path(path_type=Path), metavar="DIR", help="Directory (.).")
 @click.option("--format", "ending", default="png", type=click.Choice(["png", "svg", "pdf"]), help="Format (png).")
@@ -37,7 +40,7 @@ def command(scene: str, changes: tuple[str, ...], output: Path, ending: str, fre
     interrupted study resumes where it stopped: what was done stands in DIR/<scene>-tradeoff.jsonl.
     """
     from mbproj.cli.scene_options import parameters
-    from mbproj.cli.study import listed, make, telling, unwritable, write_csv
+    from mbproj.cli.study import journal_at, make, telling, unwritable, write_csv
     from mbproj.plot.save import save
     from mbproj.scene import read_scene
     from mbproj.studies.tradeoff import PROJECTIONS_TRIED, tradeoff
@@ -45,16 +48,14 @@ def command(scene: str, changes: tuple[str, ...], output: Path, ending: str, fre
 
     what = read_scene(scene, parameters(changes))
     stem = make(output) / f"{Path(scene).stem}-tradeoff"
-    journal = Path(f"{stem}.jsonl")
-    if fresh:
-        journal.unlink(missing_ok=True)
+    journal = journal_at(stem, fresh)
     with telling(hidden=False) as tell:
         found = tradeoff(
             what,
-            projections=listed("--projections", options["projections"], str) or PROJECTIONS_TRIED,
-            methods=listed("--integrators", options["integrators"], str),
+            projections=options["projections"] or PROJECTIONS_TRIED,
+            integrators=options["integrators"],
             formulation=options["formulation"],
-            at=listed("--at", options["at"], str) or (),
+            at=options["at"] or (),
             until=options["until"],
             longest=options["longest"],
             repetitions=options["repeat"],
