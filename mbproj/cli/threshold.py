@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from math import nan
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -60,13 +61,13 @@ def command(
 def _rows(found: ThresholdStudy, points: tuple[str, ...]) -> list[dict[str, Any]]:
     table = []
     for index, (trial, timing) in enumerate(zip(found.trials, found.timings, strict=True)):
-        low, high = timing.spread if timing else (float("nan"), float("nan"))
+        low, high = timing.spread if timing else (nan, nan)
         table.append({
             "threshold": trial.setting.threshold, "projection": trial.setting.projection, "error": trial.at(points),
             "position_violation": trial.position_violation, "velocity_violation": trial.velocity_violation,
-            "energy_drift": trial.energy_drift, "steps": trial.counters.get("steps", 0),
-            "projections": trial.counters.get("projections", 0), "projections_saved": found.saved(index),
-            "cpu_seconds": timing.median if timing else float("nan"), "cpu_seconds_lowest": low,
+            "energy_drift": trial.energy_drift, "steps": trial.counters.get("steps", nan),
+            "projections": trial.counters.get("projections", nan), "projections_saved": found.saved(index),
+            "cpu_seconds": timing.median if timing else nan, "cpu_seconds_lowest": low,
             "cpu_seconds_highest": high, "recommended": index == found.recommended, "failure": trial.failure or "",
         })  # fmt: skip
     return table
@@ -79,8 +80,9 @@ def _report(found: ThresholdStudy, points: tuple[str, ...]) -> str:
     for index, row in enumerate(_rows(found, points)):
         name = "none" if index == len(found.trials) - 1 else f"{row['threshold']:.0e}" if index else "every step"
         lines.append([
-            name + " *" * row["recommended"], number(row["error"]), number(row["position_violation"]),
-            number(row["velocity_violation"]), str(row["projections"]), number(100.0 * row["projections_saved"], ".0f"),
+            name + " *" * row["recommended"], "failed" if row["failure"] else number(row["error"]),
+            *("-" if row["failure"] else number(row[f"{level}_violation"]) for level in ("position", "velocity")),
+            number(row["projections"], ".0f"), number(100.0 * row["projections_saved"], ".0f"),
             milliseconds(row["cpu_seconds"]),
         ])  # fmt: skip
     table = columns(["threshold", "error, m", "|C|", "|C'|", "projections", "saved, %", "CPU, ms"], lines)
@@ -88,13 +90,18 @@ def _report(found: ThresholdStudy, points: tuple[str, ...]) -> str:
 
 
 def _verdict(found: ThresholdStudy) -> str:
+    from mbproj.studies.setting import shortest
+
     index = found.recommended
     if index is None:
-        return "no threshold keeps the error: project after every step"
+        return "no threshold saves projections without changing the error: project after every step"
     trial, timing, always = found.trials[index], found.timings[index], found.timings[0]
-    cost = f"{100 * (1 - timing.median / always.median):.0f} % of the CPU time" if timing and always else "its time"
+    assert trial.setting.threshold is not None and timing is not None and always is not None  # neither has failed
+    part = 1.0 - timing.median / always.median
+    clear = timing.median < always.spread[0]
+    cost = f"{100 * part:.0f} % of the CPU time" if clear else "no CPU time that could be told from the spread"
     return (
-        f"* recommended: --threshold {trial.setting.threshold:g} saves {100 * found.saved(index):.0f} % of the "
+        f"* recommended: --threshold {shortest(trial.setting.threshold)} saves {100 * found.saved(index):.0f} % of the "
         f"projections and {cost}, with joints open by up to {trial.position_violation:.1e}"
     )
 
@@ -112,7 +119,7 @@ def _page(found: ThresholdStudy, points: tuple[str, ...]) -> Figure:
         return np.where(np.isfinite(values), values, np.nan)
 
     ends = [
-        (row["error"], row["position_violation"], float(row["projections"]), row["cpu_seconds"])
+        (row["error"], row["position_violation"], row["projections"], row["cpu_seconds"])
         for row in (rows[0], rows[-1])
     ]
     shown = Thresholds(

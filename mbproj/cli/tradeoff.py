@@ -88,13 +88,15 @@ def _report(found: Tradeoff) -> Iterator[str]:
     yield f"errors of {', '.join(found.points)}; the reference is uncertain by {found.floor:.1e} m"
     errors = found.error[np.isfinite(found.seconds)]
     limits = 10.0 ** np.arange(-14.0, 3.0)[::-1]
-    limits = limits[(limits > max(found.floor, errors.min(initial=np.inf))) & (limits < 10.0 * errors.max(initial=0.0))]
+    limits = limits[(limits > max(found.floor, errors.min(initial=np.inf))) & (limits <= WORTHLESS * found.size)]
     closed = CLOSED * max(1.0, found.size)
     kinds = {"the cheapest setting for an error": np.inf, f"the same with joints closed to {closed:.0e}": closed}
+    shown: list[list[str]] = []
     for title, most in kinds.items():
         best = {found.cheapest(limit, most): limit for limit in limits}  # of equal settings the smallest error
         rows = [[f"<= {limit:.0e}", *_cells(found, index)] for index, limit in best.items() if index is not None]
-        if rows:
+        if rows and rows != shown:
+            shown = rows
             yield ""
             yield f"{title}:"
             yield columns(["error, m", *HEADINGS], rows)
@@ -107,6 +109,8 @@ def _report(found: Tradeoff) -> Iterator[str]:
         yield from _own(found, found.own)
 
 
+#: Errors above this part of the mechanism's size are not worth a line.
+WORTHLESS = 0.1
 HEADINGS = ["is", "|C|", "CPU, ms", "spread", "evaluations", "projections", "setting"]
 
 
@@ -133,7 +137,9 @@ def _own(found: Tradeoff, own: int) -> Iterator[str]:
     seconds, error = found.seconds[own], found.error[own]
     yield f"the scene's own setting ({trial.setting.label}): error {error:.1e} m in {milliseconds(seconds)} ms"
     same_error, same_cost = found.cheapest(error), found.most_accurate(seconds)
-    if same_error is not None and same_cost is not None:
+    if same_error == same_cost == own:
+        yield "  nothing that was timed is cheaper and as accurate, or more accurate for the same time"
+    elif same_error is not None and same_cost is not None:
         cheaper, better = found.seconds[same_error], found.error[same_cost]
         yield (f"  as accurate for {milliseconds(cheaper)} ms ({seconds / cheaper:.2g} times cheaper): "
                f"{found.trials[same_error].setting.label}")  # fmt: skip

@@ -191,8 +191,9 @@ def _accuracy(
     ladders = integrator_ladders(methods[0], names)
     first = sweeps(track, ladders, record, processes, "integrators", tell)
     others: list[Ladder] = []
+    constrained = track.yardstick.mechanism.system.joints.size > 0
     owned = [each for each in ladders if own is not None and each.holds(own)]
-    for ladder in dict.fromkeys((*promising(ladders, first), *owned)):
+    for ladder in dict.fromkeys((*promising(ladders, first), *owned)) if constrained else ():
         others += projection_ladders(ladder, methods[1:])
         if registry.PROJECTIONS[methods[0].projection].corrects:
             others += schedule_ladders(ladder, track.yardstick.mechanism.system.length)

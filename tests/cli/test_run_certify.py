@@ -106,7 +106,10 @@ def test_an_interrupted_run_says_that_it_is_not_certified(tmp_path):
 
 @pytest.mark.parametrize(
     ("arguments", "message"),
-    [(["--limit", "1e-3"], "--limit: error: needs --certify"), (["--certify", "--limit", "0"], "--limit: error: '--limit' must be greater than 0")],
+    [
+        (["--limit", "1e-3"], "--limit: error: needs --certify"),
+        (["--certify", "--limit", "0"], "--limit: error: '--limit' must be greater than 0"),
+    ],
 )
 def test_wrong_limits(tmp_path, arguments, message):
     done = mbproj("run", FIVE_BAR, *arguments, folder=tmp_path)

@@ -286,7 +286,7 @@ private:
                 size += now.dot(light.lent.cwiseProduct(now));
             }
             if (change <= settled_part * size) return true;
-            if (!(change < 0.5 * before)) return change <= settled_enough * size;
+            if (!(change < 0.5 * before)) return change <= settled_enough * size || change <= settled_at_rest * motion();
             before = change;
             // What is shifted keeps a residual, which must not be taken for an error: it begins anew, without forces.
             if (shifted) {
@@ -301,6 +301,17 @@ private:
             improve();
         }
         return false;
+    }
+
+    // The motion of all bodies in the metric of what is lent, squared.
+    double motion() const {
+        double sum = 0.0;
+        for (std::size_t b = 0; b < halves_.size(); ++b) {
+            Column<F> now = work_[b];
+            halves_[b].backward(now);
+            sum += now.dot(light_.front().lent.cwiseProduct(now));
+        }
+        return sum;
     }
 
     const Model<D>& model_;

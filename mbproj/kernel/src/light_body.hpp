@@ -13,6 +13,8 @@ constexpr double lent_part = 1e-6;
 constexpr int most_settling = 100;
 // Squares of relative changes: what counts as settled, and what does where round-off lets it fall no further.
 constexpr double settled_part = 1e-28, settled_enough = 1e-16;
+// The same of the motion of all bodies, which light ones may happen to stand still in but for round-off.
+constexpr double settled_at_rest = 1e-28;
 
 template <int D> struct Light {
     using Twist = Column<Size<D>::freedoms>;
