@@ -23,9 +23,9 @@ from tests.support import Recorder
 #: Distances from the singular pose, rad, at which a step lands: by hits, near misses, and twentieths of a step.
 OFFSETS = (0.0, 1e-15, -1e-14, 1e-13, -1e-12, 1e-11, -1e-10, 1e-9, -1e-8, 1e-7, -1e-6, 1e-5, -1e-4, 1e-3, -3e-3,
            0.005, 0.0075, 0.01, 0.0125, 0.015, 0.0175, 0.02, 0.0225, 0.025)
-#: What C sees of cranks that part by δ, at φ from the singular pose, is a φ δ + a (1 - a/l) δ²/2 with a = 0.2 m: joints
-#: that are closed to 1e-13 m leave |δ| <= min(SEEN / φ, sqrt(SEEN)).
-SEEN = 1e-11
+#: What C sees of cranks that part by δ, at φ from the singular pose, is a φ δ + a (1 - a/l) δ²/2 with a = 0.2 m: where
+#: joints close to 1e-12 m, some 1e-13 for each, |δ| <= min(SEEN / φ, sqrt(SEEN)) is left.
+SEEN = 5e-11
 #: Less than this is no other branch, rad: a step that lands near the pose leaves rows without a gradient open.
 PARTED = 1e-4
 #: What is not yet as this file asks for.
@@ -134,7 +134,7 @@ def test_no_integrator_leaves_the_parallelogram(integrator, closure, formulation
     for step in (0.02, 0.1, np.pi / 16):
         outcome = attempt(PARALLELOGRAM.replace("CLOSURE", closure), {"start": np.pi / 4, "speed": -2.0}, step=step,
                           integrator=integrator, duration=8 * np.pi // step * step, formulation=formulation)
-        assert_parallel(outcome, np.pi / 4, -2.0)
+        assert_parallel(outcome, np.pi / 4, -2.0, even=0.03)
         if outcome.stopped:
             passages = np.pi / 8 + np.pi / 2 * np.arange(17)
             nearest = passages[np.argmin(np.abs(passages - outcome.stopped.time))]

@@ -50,13 +50,6 @@ public:
         return factor_held(pose, metric);
     }
 
-    // Factors with all rows, redundant ones too, so that `solve` gives the smallest λ.
-    bool factor_smallest(const Pose<D>& pose) {
-        if (!factor_held(pose, Metric::mass) || !set_halves(pose, Metric::mass)) return false;
-        core_.factor_smallest(pose);
-        return true;
-    }
-
     // Whether rows had to be left out of the last factor because they depend on the others at its pose alone.
     bool near_singular() const { return core_.cholesky().leaves_out(); }
 
@@ -97,6 +90,9 @@ public:
         if (lambda) core_.multipliers(lambda);
         return settled || fails(-1);
     }
+
+    // λ of the last `solve`, spread over redundant rows so that it is smallest.
+    void spread(const Pose<D>& pose, double* lambda) const { core_.smallest_multipliers(pose, lambda); }
 
     // (δr, δθ) or accelerations of a body, of its centre of mass, global axes.
     Turn<D> turn(int body) const { return delta_[body].template tail<S::turns>(); }

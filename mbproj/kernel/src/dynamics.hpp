@@ -87,11 +87,6 @@ public:
         metric_ = metric;
         return held_ = factored_ = bordered_.factor(pose_, metric);
     }
-    // With all rows, for the smallest λ.
-    bool factor_smallest() {
-        held_ = factored_ = false;
-        return bordered_.factor_smallest(pose_);
-    }
     // At a closed pose: whether the equations have a unique solution there, with other rows held where that is better.
     bool factor_closed() {
         if (!factor(Metric::mass)) return false;
