@@ -25,7 +25,7 @@ def certain_reference(
     found = reference(mechanism, common_times(until, steps), names)
     limit, notes = CERTAIN * mechanism.system.length, list[str]()
     while (certain := found.certain_until(limit)) < found.times[-1]:
-        why = found.failure or "two fine solutions do not agree"
+        why = found.limit or "two fine solutions do not agree"
         if certain < 2 * found.times[1]:
             hint = "is a force or a motion not smooth? try a shorter time"
             raise InputError(Problem(f"there is no reference for this mechanism: {why}", hint=hint))

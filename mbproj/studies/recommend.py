@@ -113,7 +113,7 @@ def recommend(
         uncertain=float(bench.uncertainty[-1]),
         method=truth.method,
         check=truth.check,
-        why=truth.failure or "errors grow from round-off" if bench.until < times[-1] else "",
+        why=truth.limit or "errors grow from round-off" if bench.until < times[-1] else "",
         settings=settings,
     )
 
@@ -135,7 +135,7 @@ def _first(bench: Bench, base: Setting, tell: Tell) -> tuple[Outcome, Bench]:
             assert family.finest is not None
             reach = min(bench.measure(family.setting(family.finest)).kept_until, bench.until - SHORTER * wanted)
         if reach <= bench.reference.times[1]:
-            why = bench.reference.failure or "round-off alone is larger"
+            why = bench.reference.limit or "round-off alone is larger"
             raise Unreachable(f"no setting keeps an error of {bench.goal:g} m: {why}")
         bench = bench.shortened(reach)
 
