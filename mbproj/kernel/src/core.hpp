@@ -2,6 +2,8 @@
 // core's bodies as W, and its block-sparse Cholesky factor.
 #pragma once
 
+#include <memory>
+
 #include "core_rows.hpp"
 #include "dense_qr.hpp"
 #include "light_body.hpp"
@@ -57,8 +59,22 @@ public:
     int leave_out(const Pose<D>& pose, double smallest) { return rows_.mark_dependent(pose, smallest); }
     void leave_none_out() { rows_.cholesky.leave_out({}); }
 
+    // Holds rows that are as far from dependent as leaves out so many as are redundant; false, with those held before,
+    // where more of them depend on the others at this pose.
+    bool choose(const Pose<D>& pose, int redundant) {
+        for (double smallest = 1e-1; smallest > 1e-14; smallest *= 0.1)
+            if (const auto rows = all().independent(pose, smallest); left_out(rows) == redundant) {
+                rows_.hold(rows);
+                return true;
+            }
+        return false;
+    }
     // Holds only rows that are independent at a pose, up to a distance of √smallest. How many are left out.
-    int select(const Pose<D>& pose, double smallest) { return rows_.select(pose, smallest); }
+    int select(const Pose<D>& pose, double smallest) {
+        const auto rows = all().independent(pose, smallest);
+        rows_.hold(rows);
+        return left_out(rows);
+    }
 
     // δ of the core's bodies from their forces f, with G δ = c; the multipliers stay for `multipliers`. False where the
     // motion of a light body does not settle: then it moves no mass. A shifted factor is applied as it is.
@@ -95,9 +111,31 @@ public:
         spread(rows_, model_, pose, lambda);
     }
 
+    // How far rows that are left out at this pose alone are from what the others say of a violation, in rows' own scales.
+    double contradiction(const double* violation) const {
+        std::vector<double> own(rows_.count());
+        double least = std::numeric_limits<double>::infinity();
+        each_row([&](int row, int of_model) {
+            own[row] = violation[of_model];
+            least = std::min(least, model_.row_scale[of_model]);
+        });
+        return cholesky().contradiction(std::move(own)) / least;
+    }
+
     const BlockCholesky& cholesky() const { return rows_.cholesky; }
 
 private:
+    // All rows, to look for those that depend on others.
+    CoreRows<D>& all() {
+        if (!all_) all_ = std::make_unique<CoreRows<D>>(model_, topology_);
+        return *all_;
+    }
+    int left_out(const std::vector<std::vector<int>>& rows) {
+        int count = all().count();
+        for (const auto& some : rows) count -= static_cast<int>(some.size());
+        return count;
+    }
+
     // Calls visit(row of S, row of the model) for all rows that are held.
     template <class Visit> void each_row(Visit&& visit) const {
         const auto& held = rows_.held();
@@ -192,6 +230,7 @@ private:
     const Model<D>& model_;
     const Topology<D>& topology_;
     CoreRows<D> rows_;
+    std::unique_ptr<CoreRows<D>> all_;
     std::vector<Light<D>> light_;
     std::vector<Column<F>> work_;
     std::vector<double> rhs_, step_, lambda_;

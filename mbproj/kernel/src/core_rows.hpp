@@ -20,6 +20,9 @@ public:
     struct Held {
         int joint, count;
         int rows[F];
+        bool operator==(const Held& other) const {
+            return joint == other.joint && count == other.count && std::equal(rows, rows + count, other.rows);
+        }
     };
     // Of a joint in a list of them and one of its bodies, by its number in the core: as many columns as it has rows.
     struct Incidence {
@@ -29,7 +32,12 @@ public:
 
     CoreRows(const Model<D>& model, const Topology<D>& topology) : model_(model), topology_(topology) {
         halves.resize(topology.core_bodies.size());
-        hold_all();
+        std::vector<std::vector<int>> all;
+        for (const int j : topology.core_joints) {
+            all.emplace_back(model.joints[j].rows);
+            std::iota(all.back().begin(), all.back().end(), 0);
+        }
+        hold(all);
     }
 
     std::vector<HalfInverse<D>> halves;  // of the core's bodies
@@ -66,37 +74,44 @@ public:
         return found;
     }
 
+    // Of each joint that is held, the rows that are independent at a pose: those whose distance from the span of the rows
+    // before them exceeds √smallest, where all bodies weigh the same and lengths count in the mechanism's own. Overwrites S.
+    std::vector<std::vector<int>> independent(const Pose<D>& pose, double smallest) {
+        for (std::size_t b = 0; b < halves.size(); ++b)
+            halves[b].bare(1.0 / (model_.length * model_.length), pose[topology_.core_bodies[b]].rotation,
+                           Matrix<S::turns, S::turns>::Identity());
+        fill(pose);
+        return cholesky.independent_rows(smallest);
+    }
+
     // Leaves out of the factors to come the rows that depend on the others at this pose, up to a distance of √smallest, or
     // none again. How many; overwrites the factor.
     int mark_dependent(const Pose<D>& pose, double smallest) {
-        fill_evenly(pose);
-        const auto independent = cholesky.independent_rows(smallest);
+        const auto found = independent(pose, smallest);
         std::vector<char> dependent(count_, 1);
         for (std::size_t h = 0; h < held_.size(); ++h)
-            for (const int r : independent[h]) dependent[cholesky.row(static_cast<int>(h)) + r] = 0;
+            for (const int r : found[h]) dependent[cholesky.row(static_cast<int>(h)) + r] = 0;
         const auto count = std::count(dependent.begin(), dependent.end(), 1);
         cholesky.leave_out(count ? std::move(dependent) : std::vector<char>());
         return static_cast<int>(count);
     }
 
-    // Holds only rows that are independent at a pose: those whose distance from the span of the rows before them exceeds
-    // √smallest, where all bodies weigh the same and lengths count in the mechanism's own. How many are left out.
-    int select(const Pose<D>& pose, double smallest) {
-        hold_all();
-        fill_evenly(pose);
-        const auto independent = cholesky.independent_rows(smallest);
-        std::vector<Held> all, kept;
-        all.swap(held_);
-        spare_.clear();
-        int left_out = 0;
-        for (std::size_t h = 0; h < all.size(); ++h) {
-            const Held rest = without(all[h], independent[h]), some = without(all[h], {rest.rows, rest.rows + rest.count});
-            left_out += rest.count;
-            if (rest.count) spare_.push_back(rest);
-            if (some.count) held_.push_back(some);
+    // Of all rows of the core's joints, in their order, holds those given; the others are spare.
+    void hold(const std::vector<std::vector<int>>& rows) {
+        std::vector<Held> held, spare;
+        for (std::size_t h = 0; h < rows.size(); ++h) {
+            Held some{topology_.core_joints[h], 0, {}}, rest = some;
+            for (int r = 0; r < model_.joints[some.joint].rows; ++r) {
+                Held& to = std::find(rows[h].begin(), rows[h].end(), r) == rows[h].end() ? rest : some;
+                to.rows[to.count++] = r;
+            }
+            if (some.count) held.push_back(some);
+            if (rest.count) spare.push_back(rest);
         }
+        if (held == held_) return;
+        held_ = std::move(held);
+        spare_ = std::move(spare);
         arrange();
-        return left_out;
     }
 
 private:
@@ -104,24 +119,6 @@ private:
         int a, b;
         std::size_t offset;
     };
-
-    static Held without(const Held& all, const std::vector<int>& some) {
-        Held rest{all.joint, 0, {}};
-        for (int r = 0; r < all.count; ++r)
-            if (std::find(some.begin(), some.end(), all.rows[r]) == some.end()) rest.rows[rest.count++] = all.rows[r];
-        return rest;
-    }
-
-    void hold_all() {
-        held_.clear();
-        spare_.clear();
-        for (const int j : topology_.core_joints) {
-            Held held{j, model_.joints[j].rows, {}};
-            std::iota(held.rows, held.rows + held.count, 0);
-            held_.push_back(held);
-        }
-        arrange();
-    }
 
     // The structure of S for the rows that are held.
     void arrange() {
@@ -162,14 +159,6 @@ private:
             halves[at.body].forward(y);
             at.Y.col(r) = y;
         }
-    }
-
-    // Y and S with bodies that all weigh the same, lengths in the mechanism's own.
-    void fill_evenly(const Pose<D>& pose) {
-        for (std::size_t b = 0; b < halves.size(); ++b)
-            halves[b].bare(1.0 / (model_.length * model_.length), pose[topology_.core_bodies[b]].rotation,
-                           Matrix<S::turns, S::turns>::Identity());
-        fill(pose);
     }
 
     const Model<D>& model_;

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 
 from mbproj.errors import ExitCode
+from mbproj.results.files import part_path
 from mbproj.studies.batch.result import SceneResult, Task
 from mbproj.studies.batch.run import run_task
 from mbproj.studies.workers import in_parallel
@@ -28,5 +29,9 @@ def _run(shared: None, task: Task) -> SceneResult:
 
 
 def _lost(task: Task, why: str, seconds: float) -> SceneResult:
-    """The result of a task that its process did not get done."""
-    return SceneResult(task.scene, ExitCode.FAILED, why, (), seconds)
+    """The result of a task that its process did not get done; what was recorded so far can be read."""
+    part = part_path(task.output)
+    kept = part if task.keep and part.exists() else None
+    if kept is not None:
+        why += f"; what it has recorded is in '{kept}'"
+    return SceneResult(task.scene, ExitCode.FAILED, why, (), seconds, kept)
