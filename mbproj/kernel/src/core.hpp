@@ -219,9 +219,9 @@ private:
     // The motion of all bodies in the metric of what is lent, squared.
     double motion() const {
         double sum = 0.0;
-        for (std::size_t b = 0; b < halves_.size(); ++b) {
+        for (std::size_t b = 0; b < work_.size(); ++b) {
             Column<F> now = work_[b];
-            halves_[b].backward(now);
+            rows_.halves[b].backward(now);
             sum += now.dot(light_.front().lent.cwiseProduct(now));
         }
         return sum;
