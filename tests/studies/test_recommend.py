@@ -122,3 +122,13 @@ def test_a_family_beyond_the_budget_has_no_cheapest():
     bench.goal = 1e-9
     family = Family(Setting(), "bs32", by_error=True, interval=float(bench.reference.times[1]))
     assert cheapest(bench, family, 60, budget=200.0) is None
+
+
+def test_what_was_tried_is_not_tried_again_but_the_winner_runs_afresh(monkeypatch):
+    scene = read_scene(mechanism("spherical_pendulum"), {}, {"output_step": 0.02})
+    first = recommend(scene, 2e-5, until=0.5, timed=False)
+    runs, fresh = [], Bench.fresh
+    monkeypatch.setattr(Bench, "fresh", lambda self, which, ready: runs.append(which) or fresh(self, which, ready))
+    again = recommend(scene, 2e-5, until=0.5, timed=False)
+    assert runs == [first.setting]
+    assert again.setting == first.setting
