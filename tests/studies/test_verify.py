@@ -20,9 +20,9 @@ from mbproj.studies.variants.moved import RigidMotion
 from mbproj.studies.variants.rescaled import rescaled
 from mbproj.studies.verify import accelerations, balance, invariance, runs, verify
 from mbproj.studies.verify.case import Case
+from mbproj.studies.verify.checks import CHECKS
 from mbproj.studies.verify.finding import Finding
 from mbproj.studies.verify.rounded import Rounded, solve
-from mbproj.studies.verify.verify import CHECKS
 from tests.support import MECHANISMS, ROOT, random_chain
 
 SLIDER_CRANK = ROOT / "mechanisms" / "spatial_slider_crank.yaml"
