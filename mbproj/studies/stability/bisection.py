@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from bisect import insort
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
@@ -182,12 +183,21 @@ def _walked(nothing: None, item: tuple[str, Subject, list[float]]) -> list[Point
         return quantity.run(quantity.changed(subject, value), value)
 
     found = [at(value) for value in grid]
-    for below, above in list(_changes(found))[:CHANGES]:
-        while log(above.value / below.value) > PRECISION:
+    for _ in range(CHANGES):
+        wide = [pair for pair in _changes(found) if _gap(*pair) > PRECISION]
+        if not wide:
+            break
+        below, above = wide[0]
+        while _gap(below, above) > PRECISION:
             middle = at(exp(0.5 * (log(below.value) + log(above.value))))
-            found.append(middle)
+            insort(found, middle, key=lambda point: point.value)
             below, above = (middle, above) if middle.state == below.state else (below, middle)
-    return sorted(found, key=lambda point: point.value)
+    return found
+
+
+def _gap(below: Point, above: Point) -> float:
+    """How far apart two values are, relatively."""
+    return log(above.value / below.value)
 
 
 def _changes(points: Sequence[Point]) -> list[tuple[Point, Point]]:

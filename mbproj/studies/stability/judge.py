@@ -96,4 +96,5 @@ class _Watch:
         finite = size[np.isfinite(size)]
         weight = float(self._system.mass.sum() * np.linalg.norm(self._system.gravity) * self._system.length)
         least = max(STILL * weight, float(np.median(finite)) if len(finite) else 0.0, np.finfo(float).tiny)
-        return np.asarray(np.abs(balance) / np.maximum(size, least))
+        with np.errstate(invalid="ignore"):  # both overflow where a run is lost
+            return np.asarray(np.abs(balance) / np.maximum(size, least))

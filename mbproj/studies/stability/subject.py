@@ -23,7 +23,7 @@ class Limits:
     closed: float = 1e-6
     energy: float = 1e-2
     open: float = 1e-2
-    lost: float = 1.0
+    lost: float = 0.1
 
 
 @dataclass(frozen=True)
