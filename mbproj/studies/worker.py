@@ -11,7 +11,10 @@ def main() -> None:
     """Answers each item with (result, None), or (None, the exception)."""
     answers = os.fdopen(os.dup(sys.stdout.fileno()), "wb")
     os.dup2(sys.stderr.fileno(), sys.stdout.fileno())  # what a function prints is no answer
-    function, shared = pickle.load(sys.stdin.buffer)
+    try:
+        function, shared = pickle.load(sys.stdin.buffer)
+    except EOFError:  # the study was interrupted before it had sent them
+        return
     while True:
         try:
             item = pickle.load(sys.stdin.buffer)

@@ -54,7 +54,7 @@ def test_json_of_baumgartes_limit(tmp_path):
 @pytest.mark.parametrize(
     ("arguments", "said"),
     [
-        (("--vary", "stiffness"), "--vary: error: no force of the scene has a 'stiffness' to vary; add a spring_damper"),
+        (("--vary", "stiffness"), "--vary: error: no force of the scene has a 'stiffness' to vary; add a spring"),
         (("--vary", "sped"), "--vary: error: unknown quantity 'sped'; did you mean 'speed'"),
         (("--vary", "penalty", "--projections", "gopm"), "'gopm' has no 'alpha' to vary"),
         (("--vary", "step", "--from", "-1"), "--from"),

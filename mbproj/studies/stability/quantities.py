@@ -69,9 +69,8 @@ def _step_of(subject: Subject, value: float) -> Subject:
 
 def _gains(subject: Subject) -> Span:
     if not (subject.scene.joints or subject.scene.motions):
-        problem = Problem("the scene has no joints for Baumgarte's terms to close", subject.scene.place("joints"),
-                          "vary something else, 'step' for example")  # fmt: skip
-        raise InputError(problem)
+        said = "the scene has no joints for Baumgarte's terms to close"
+        raise InputError(Problem(said, hint="vary something else, 'step' for example"))
     step = _step(subject)
     return Span(0.05 / step, 1.0 / step, 20.0 / step)
 

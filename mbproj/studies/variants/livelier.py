@@ -15,9 +15,8 @@ def with_speed(scene: Scene, factor: float) -> Scene:
     """The start's velocities times a factor, and the motions so many times as fast; gravity and forces stay."""
     moving = any(any(body.velocity) or any(body.angular_velocity) for body in scene.bodies)
     if not (moving or scene.motions or any(any(joint.speed.values()) for joint in scene.joints)):
-        problem = Problem("the scene starts at rest and has no motions: there is no speed to vary",
-                          scene.place("joints"), "give a joint a 'speed', or a body a 'velocity'")  # fmt: skip
-        raise InputError(problem)
+        what = "the scene starts at rest and has no motions: there is no speed to vary"
+        raise InputError(Problem(what, hint="give a joint a 'speed', or a body a 'velocity'"))
 
     def faster(vector: Vector) -> Vector:
         x, y, z = vector
@@ -43,9 +42,8 @@ def with_speed(scene: Scene, factor: float) -> Scene:
 def with_stiffness(scene: Scene, factor: float) -> Scene:
     """Every stiffness times a factor; dampers, tables and functions stay."""
     if not any(law.stiffness > 0.0 for force in scene.forces for law in _laws(force)):
-        problem = Problem("no force of the scene has a 'stiffness' to vary", scene.place("forces"),
-                          "add a spring_damper, or vary something else")  # fmt: skip
-        raise InputError(problem)
+        what = "no force of the scene has a 'stiffness' to vary"
+        raise InputError(Problem(what, hint="add a spring_damper, or vary something else"))
 
     def stiffer(law: Law) -> Law:
         return replace(law, stiffness=factor * law.stiffness)

@@ -28,9 +28,8 @@ def with_inertia_ratio(scene: Scene, r: float) -> Scene:
 def _alternating(scene: Scene, r: float, what: str, changed: Callable[[Body, float], Body]) -> Scene:
     distance = joints_from_ground(scene)
     if len({number % 2 for number in distance.values()}) < 2:
-        problem = Problem(f"no two bodies are joined to each other: there is no {what} ratio between neighbours",
-                          scene.place("joints"), "vary something else, 'step' for example")  # fmt: skip
-        raise InputError(problem)
+        said = f"no two bodies are joined to each other: there is no {what} ratio between neighbours"
+        raise InputError(Problem(said, hint="vary something else, 'step' for example"))
     factors = {name: r**0.5 if number % 2 else r**-0.5 for name, number in distance.items()}
     return replace(scene, bodies=tuple(changed(body, factors[body.name]) for body in scene.bodies))
 
