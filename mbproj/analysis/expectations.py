@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from mbproj.analysis.energy import exchanged
+from mbproj.analysis.observed import is_unique, series
 from mbproj.arrays import Array
 from mbproj.results import Results
 from mbproj.scene.records import Expectation
@@ -21,13 +21,15 @@ class Outcome:
     """An expectation and what the run says to it, in the unit of the expectation.
 
     `measured` has the components that were asked for, at the time `time` in s; both are None where the run has no such
-    sample. `error` is the largest distance of a component from the value; None of a bound.
+    sample. `error` is the largest distance of a component from the value; None of a bound. `unique` is False of a
+    reaction that redundant joints share at will.
     """
 
     expectation: Expectation
     measured: tuple[float, ...] | None = None
     time: float | None = None
     error: float | None = None
+    unique: bool = True
 
     @property
     def checked(self) -> bool:
@@ -77,19 +79,13 @@ def outcome(expectation: Expectation, results: Results) -> Outcome:
     row = _row(expectation, time, values, results.settings.duration)
     if row is None:
         return Outcome(expectation)
-    measured = values[row]
+    measured, unique = values[row], is_unique(expectation, results)
     if expectation.value is None:
-        return Outcome(expectation, _plain(measured), float(time[row]))
+        return Outcome(expectation, _plain(measured), float(time[row]), unique=unique)
     exact = np.array(expectation.value)
     if expectation.quantity == "orientation" and measured @ exact < 0.0:  # q and -q are one orientation
         measured = -measured
-    return Outcome(expectation, _plain(measured), float(time[row]), float(np.abs(measured - exact).max()))
-
-
-def series(expectation: Expectation, results: Results) -> Array:
-    """The quantity that the expectation is about over all samples: (T, k), k components."""
-    found = _SERIES[expectation.of](results, expectation.item, expectation.quantity)
-    return np.asarray(found, dtype=float).reshape(len(results.time), -1)
+    return Outcome(expectation, _plain(measured), float(time[row]), float(np.abs(measured - exact).max()), unique)
 
 
 def _components(expectation: Expectation, values: Array) -> Array:
@@ -117,34 +113,3 @@ def _row(expectation: Expectation, time: Array, values: Array, duration: float |
 
 def _plain(values: Array) -> tuple[float, ...]:
     return tuple(float(value) for value in values)
-
-
-def _of_joint(results: Results, joint: str, quantity: str) -> Array:
-    for name in results.names("coordinates"):
-        if name == f"{joint}.{quantity}":
-            return results.coordinate(name).value
-        if f"{name}_speed" == f"{joint}.{quantity}":
-            return results.coordinate(name).speed
-    values: Array = getattr(results.joint(joint), quantity)
-    return values
-
-
-def _diagnostic(results: Results, name: str, _: str) -> Array:
-    """A series of the file, or the energy balance's size, in J or as a part of the energy that the run exchanged."""
-    if not name.startswith("energy_drift"):
-        return results[f"diagnostics/{name}"]
-    balance: Array = np.abs(results["diagnostics/energy_balance"])
-    if name == "energy_drift":
-        return balance
-    size = exchanged(results["diagnostics/kinetic_energy"], results["diagnostics/potential_energy"])
-    return np.where(balance == 0.0, 0.0, balance / size if size else inf)
-
-
-_SERIES: Mapping[str, Callable[[Results, str, str], Array]] = {
-    "marker": lambda results, name, quantity: getattr(results.marker(name), quantity),
-    "body": lambda results, name, quantity: getattr(results.body(name), quantity),
-    "joint": _of_joint,
-    "force": lambda results, name, quantity: getattr(results.force(name), quantity),
-    "motion": lambda results, name, quantity: getattr(results.motion(name), quantity),
-    "diagnostic": _diagnostic,
-}

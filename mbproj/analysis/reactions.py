@@ -10,6 +10,8 @@ import numpy.typing as npt
 from mbproj.results import Results
 
 Marks = npt.NDArray[np.bool_]
+#: Reactions by their path in the results.
+REACTIONS = ("joints/reaction_force", "joints/reaction_torque")
 #: Joints with the same components that are named.
 SHOWN = 8
 
@@ -27,7 +29,7 @@ def open_components(joints: Sequence[str], force_unique: Marks, torque_unique: M
 
 def reactions_not_unique(results: Results) -> dict[str, str] | None:
     """The same of a results file; None where it does not say."""
-    marks = [results.constant(f"joints/reaction_{kind}_unique") for kind in ("force", "torque")]
+    marks = [results.constant(f"{path}_unique") for path in REACTIONS]
     if marks[0] is None or marks[1] is None:
         return None
     return open_components(results.names("joints"), marks[0], marks[1])

@@ -23,13 +23,14 @@ if TYPE_CHECKING:
 def command(
     paths: tuple[Path, ...], jobs: int | None, timeout: str, xml: Path | None, keep: Path | None, as_json: bool
 ) -> int:
-    """Runs the scenes PATHS, and those in the directories among them, and checks their `expect` blocks.
+    """Runs the scenes PATHS, those in the directories among them and those that a pattern matches ('**/*.yaml'), and
+    checks their `expect` blocks.
 
     One table: scene, result, how many expectations hold, seconds, and of the one nearest to its limit the error against
     what is allowed. All scenes are run, whatever becomes of one.
 
-    Exit code 0: all hold; 4: one falls short; 3: one failed or was stopped; 2: one cannot be read or assembled. Where
-    several apply, the lowest.
+    Exit code 0: all hold; 3: one could not be run, for wrong input, a failure or the timeout; 4: all ran, and one falls
+    short; 2: wrong options, or no scenes.
     """
     import json
 
@@ -60,7 +61,7 @@ def command(
     ended = [results[number] for number in sorted(results)]
     code = ExitCode.INTERRUPTED if interrupted else exit_code(ended)
     if xml is not None:
-        _write(xml, junit(ended))
+        _write(xml, junit(ended, [scene for number, scene in enumerate(scenes) if number not in results]))
     if as_json:
         click.echo(json.dumps(table.record(ended, [str(scene) for scene in scenes], code)))
     else:

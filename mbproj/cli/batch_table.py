@@ -45,8 +45,9 @@ class Rows:
         scenes = "scene" if len(self._scenes) == 1 else "scenes"
         click.echo(
             f"{len(self._scenes)} {scenes} in {perf_counter() - self._started:.1f} s: {counts['hold']} as expected, "
-            f"{counts['fall_short']} short of it, {counts['failed']} failed; "
-            f"{counts['expectations_hold']} of {counts['expectations']} expectations hold"
+            f"{counts['fall_short']} short of it, {counts['failed']} failed"
+            + (f", {counts['without_expectations']} without expectations" if counts["without_expectations"] else "")
+            + f"; {counts['expectations_hold']} of {counts['expectations']} expectations hold"
         )
 
     def _row(self, result: SceneResult) -> None:
@@ -98,8 +99,10 @@ def messages(results: Sequence[SceneResult]) -> Iterator[str]:
 def _counts(results: Sequence[SceneResult]) -> dict[str, int]:
     codes = [result.code for result in results]
     outcomes = [outcome for result in results for outcome in result.outcomes]
+    unjudged = sum(result.code == ExitCode.DONE and not result.outcomes for result in results)
     return {
-        "hold": codes.count(ExitCode.DONE),
+        "hold": codes.count(ExitCode.DONE) - unjudged,
+        "without_expectations": unjudged,
         "fall_short": codes.count(ExitCode.CHECK_FAILED),
         "failed": len(codes) - codes.count(ExitCode.DONE) - codes.count(ExitCode.CHECK_FAILED),
         "expectations": len(outcomes),

@@ -54,7 +54,7 @@ def command(first: Path, second: Path, tolerance: str, absolute: tuple[str, ...]
 
 def _limit(text: str) -> tuple[str, float]:
     """QUANTITY=VALUE, the value in the unit of the quantity."""
-    from mbproj.analysis.same_motion import COMPARED
+    from mbproj.analysis.shared import COMPARED
     from mbproj.errors import InputError, Place, Problem
     from mbproj.scene.given import given_number
     from mbproj.scene.quantities import Number
@@ -71,11 +71,15 @@ def _limit(text: str) -> tuple[str, float]:
 
 
 def _lines(found: MotionComparison, first: Path, second: Path) -> Iterator[str]:
+    from mbproj.analysis.reactions import in_words
+
     for path, count, end in zip((first, second), found.counts, found.ends, strict=True):
         yield f"{path}: {count} samples to t = {end:.6g} s"
     yield f"compared at the {found.samples} times that both have"
     for kind, names in found.missing.items():
         yield f"only one of them has the {kind} {', '.join(names)}"
+    if found.left_out:
+        yield f"not compared, because redundant joints share it at will: {in_words(found.left_out)}"
     rows = [_row(each) for each in found.quantities]
     header = ("quantity", "largest difference", "of", "at", "allowed", "")
     widths = [max(len(row[place]) for row in (header, *rows)) for place in range(len(header))]
@@ -113,6 +117,7 @@ def _record(found: MotionComparison) -> dict[str, Any]:
         "samples_compared": found.samples,
         "ends": list(found.ends),
         "parting": None if parting is None else {"quantity": parting.quantity, **_parting(parting.first)},
+        "reactions_not_unique": dict(found.left_out),
         "only_in_one": {kind: list(names) for kind, names in found.missing.items()},
         "quantities": [
             {

@@ -38,9 +38,10 @@ def error_words(outcome: Outcome) -> str:
     expected, unit = outcome.expectation, f" {outcome.expectation.unit}" if outcome.expectation.unit else ""
     if outcome.measured is None:
         return "no such sample"
+    doubt = "" if outcome.unique else "; not unique, redundant joints share it at will"
     if outcome.error is not None:
-        return f"{outcome.error:.1e} of {expected.tolerance:.3g}{unit}"
-    return f"{outcome.measured[0]:.3g}{'' if outcome.holds else ', not'} {wanted(expected)}"
+        return f"{outcome.error:.1e} of {expected.tolerance:.3g}{unit}{doubt}"
+    return f"{outcome.measured[0]:.3g}{'' if outcome.holds else ', not'} {wanted(expected)}{doubt}"
 
 
 def verdict(outcome: Outcome) -> str:
@@ -77,6 +78,7 @@ def record(outcome: Outcome) -> dict[str, Any]:
         "below": expected.below,
         "above": expected.above,
         "checked": outcome.checked,
+        "unique": outcome.unique,
         "holds": outcome.holds,
         "source": expected.source,
     }

@@ -6,6 +6,7 @@ from __future__ import annotations
 import re
 from collections.abc import Sequence
 from datetime import datetime, timezone
+from pathlib import Path
 from typing import TYPE_CHECKING
 from xml.etree import ElementTree as Xml
 
@@ -20,12 +21,17 @@ if TYPE_CHECKING:
 UNPRINTABLE = re.compile("[^\t\n\r\x20-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
 
 
-def junit(results: Sequence[SceneResult]) -> str:
-    """The results as XML. The first testcase of each scene, "runs", is in error where the scene could not run."""
+def junit(results: Sequence[SceneResult], not_run: Sequence[Path] = ()) -> str:
+    """The results as XML. The first testcase of each scene, "runs", is in error where the scene could not run, and
+    skipped for the scenes that an interruption left."""
     root = Xml.Element("testsuites", name="mbproj batch")
     for result in results:
         root.append(_suite(result))
-    for key in ("tests", "failures", "errors", "skipped"):
+    for scene in not_run:
+        suite = _new_suite(scene, tests=1, skipped=1)
+        Xml.SubElement(_case(suite, scene, "runs", 0.0), "skipped", message="interrupted")
+        root.append(suite)
+    for key in ("tests", "failures", "errors"):  # Jenkins' schema knows no `skipped` here
         root.set(key, str(sum(int(suite.get(key, "0")) for suite in root)))
     root.set("time", f"{sum(result.seconds for result in results):.3f}")
     Xml.indent(root)
@@ -35,28 +41,34 @@ def junit(results: Sequence[SceneResult]) -> str:
 def _suite(result: SceneResult) -> Xml.Element:
     failures = sum(not outcome.holds for outcome in result.outcomes)
     failed = result.code not in (ExitCode.DONE, ExitCode.CHECK_FAILED)
-    suite = Xml.Element(
-        "testsuite", name=_text(str(result.scene)), tests=str(1 + len(result.outcomes)), failures=str(failures),
-        errors=str(int(failed)), skipped="0", time=f"{result.seconds:.3f}",
-        timestamp=datetime.now(timezone.utc).strftime("%Y-%m-%dT%H:%M:%S"),
-    )  # fmt: skip
-    runs = _case(suite, result, "runs", result.seconds)
+    suite = _new_suite(result.scene, 1 + len(result.outcomes), failures, int(failed), seconds=result.seconds)
+    runs = _case(suite, result.scene, "runs", result.seconds)
     if failed:
         first, _, _ = result.message.partition("\n")
         error = Xml.SubElement(runs, "error", message=_text(first), type=result.word)
         error.text = _text(result.message)
     for outcome in result.outcomes:
-        case = _case(suite, result, outcome.expectation.name, 0.0)
+        case = _case(suite, result.scene, outcome.expectation.name, 0.0)
         if not outcome.holds:
             failure = Xml.SubElement(case, "failure", message=_text(error_words(outcome)), type=verdict(outcome))
             failure.text = _text(_whole(outcome))
     return suite
 
 
-def _case(suite: Xml.Element, result: SceneResult, name: str, seconds: float) -> Xml.Element:
+def _new_suite(
+    scene: Path, tests: int, failures: int = 0, errors: int = 0, skipped: int = 0, seconds: float = 0.0
+) -> Xml.Element:
+    counts = {"tests": tests, "failures": failures, "errors": errors, "skipped": skipped}
+    return Xml.Element(
+        "testsuite", {"name": _text(str(scene)), **{key: str(count) for key, count in counts.items()}},
+        time=f"{seconds:.3f}", timestamp=datetime.now(timezone.utc).strftime("%Y-%m-%dT%H:%M:%S"),
+    )  # fmt: skip
+
+
+def _case(suite: Xml.Element, scene: Path, name: str, seconds: float) -> Xml.Element:
     """A testcase, whose classname is the path with dots, because Jenkins takes dots for its packages."""
-    where = ".".join(part for part in result.scene.with_suffix("").parts if part.strip("./"))
-    attributes = {"classname": _text(where), "name": name, "file": _text(result.scene.as_posix())}
+    where = ".".join(part for part in scene.with_suffix("").parts if part.strip("./"))
+    attributes = {"classname": _text(where), "name": name, "file": _text(scene.as_posix())}
     return Xml.SubElement(suite, "testcase", attributes, time=f"{seconds:.3f}")
 
 

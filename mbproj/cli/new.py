@@ -12,6 +12,14 @@ from mbproj.errors import InputError, Problem
 from mbproj.templates import OPTIONS, TEMPLATES, written
 
 KINDS = tuple(TEMPLATES)
+HELP = f"""Writes a scene file to begin with: commented, ready to run, and with what it expects of its run.
+
+Numbers take units as in a scene ("300 mm"), and stand among the scene's parameters. An existing file is not replaced.
+KIND is one of:
+
+\b
+{chr(10).join(f"  {name:12}  {template.summary}" for name, template in TEMPLATES.items())}
+"""
 
 
 def _options(command: Callable[..., Any]) -> Callable[..., Any]:
@@ -30,17 +38,13 @@ def _defaults(name: str) -> str:
     return f"[default: {', '.join(f'{kind} {default}' for kind, default in found.items())}]"
 
 
-@click.command("new")
-@click.argument("kind", type=click.Choice(KINDS), metavar="|".join(KINDS))
+@click.command("new", help=HELP)
+@click.argument("kind", type=click.Choice(KINDS), metavar="KIND")
 @click.option("-o", "--output", type=click.Path(path_type=Path), metavar="FILE", help="Write it there, not to stdout.")
 @_options
 @click.option("--spatial", is_flag=True, help="Every second joint about another axis. [chain, tree]")
 def command(kind: str, output: Path | None, spatial: bool, **numbers: str | None) -> None:
-    """Writes a scene file to begin with: commented, ready to run, and with what it expects of its run.
-
-    Numbers take units as in a scene ("300 mm"), and stand among the scene's parameters. An existing file is not
-    replaced.
-    """
+    """`mbproj new`."""
     text = written(kind, {name: number for name, number in numbers.items() if number is not None}, spatial)
     if output is None:
         click.echo(text, nl=False)

@@ -17,7 +17,7 @@ from mbproj.dynamics.kinematics import pose_of, twist_of
 from mbproj.dynamics.motions import drive_at
 from mbproj.dynamics.samples import Samples
 from mbproj.errors import SimulationError
-from mbproj.integrate.failures import left_open, not_finite, other_branch, singular, step_vanished
+from mbproj.integrate.failures import left_open, not_finite, other_branch, singular, step_vanished, unresolved
 from mbproj.integrate.tableau import Tableau, load_tableau
 from mbproj.integrate.tally import Peak, Tally
 from mbproj.model.system import System
@@ -159,6 +159,8 @@ class Compiled(ABC):
             return singular(t, self.owner(outcome.joint))
         if outcome.status == status.branch:
             return other_branch(t, outcome.velocity_change)
+        if outcome.status == status.unresolved:
+            return unresolved(t, outcome.velocity_change)
         if outcome.status == status.broken:
             return self._broken(t, run.broken_state)
         where = self.system.row_owner(self.row(outcome.row))

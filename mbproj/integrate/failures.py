@@ -28,6 +28,25 @@ def other_branch(t: float, change: float) -> SimulationError:
     return SimulationError(t, cause, hint=hint)
 
 
+def branches_near(t: float) -> SimulationError:
+    """A step to where branches of the motion cannot be told apart."""
+    cause = (
+        "branches of the motion cross near here (a singular position), and the step is too large to tell its own from "
+        "another one"
+    )
+    hint = "a smaller step or tolerance keeps nearer to the branch; or change a length a little"
+    return SimulationError(t, cause, hint=hint)
+
+
+def unresolved(t: float, off: float) -> SimulationError:
+    """A step past a singular pose and its two halves do not come to the same."""
+    cause = (
+        f"the step is too coarse for the singular position near here: in two halves it comes out {100.0 * off:.0f} % "
+        "off, and branches of the motion cross there"
+    )
+    return SimulationError(t, cause, hint=SMALLER)
+
+
 def left_open(t: float, where: str, by: float, passes: int, *, projection_failed: bool) -> SimulationError:
     """A joint is open by so much (m, rad) that it will not close again."""
     if projection_failed:

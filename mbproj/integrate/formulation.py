@@ -86,17 +86,10 @@ def _obstacle(system: System, settings: Settings) -> str | None:
 
 def _full(system: System, state: State, why: str) -> Choice:
     ranks = mobility(system, pose_of(state.q))
-    if ranks.redundant and not ranks.massless and not ranks.locked and redundancy(system, state).is_constant:
-        names = ", ".join(f"'{name}'" for name in ranks.redundant)
-        raise InputError(
-            Problem(
-                f"constraints of joints {names} follow from the others, and the full formulation does not leave them "
-                f"out ({why})",
-                hint="run this in the reduced formulation, in the compiled kernel",
-            )
-        )
-    refuse_unsolvable(system, ranks)
-    return Choice("full", why, ranks.degrees_of_freedom)
+    if not ranks.redundant or ranks.massless or ranks.locked or not redundancy(system, state).is_constant:
+        refuse_unsolvable(system, ranks)
+    redundant = ranks.constraints - ranks.rank
+    return Choice("full", why, ranks.degrees_of_freedom, redundant=redundant)
 
 
 def _solvable(compiled: Compiled, system: System, state: State, settings: Settings, why: str) -> Choice:

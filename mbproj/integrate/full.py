@@ -19,16 +19,19 @@ from mbproj.dynamics.forces import applied, generalised
 from mbproj.dynamics.kinematics import pose_of, twist_of
 from mbproj.dynamics.motions import drive_at
 from mbproj.dynamics.rank import SINGULAR, row_distances, scaled_jacobian
+from mbproj.dynamics.row_span import NEAR, RowSpan
 from mbproj.dynamics.turning import Turning
 from mbproj.errors import InputError, SimulationError
-from mbproj.integrate.failures import not_finite, other_branch, singular
+from mbproj.integrate.failures import branches_near, not_finite, other_branch, singular
 from mbproj.model.system import System
 from mbproj.projection import Method, Projected, Projection, make_method, project_after
 from mbproj.scene.records import Settings
 
-#: A projection that changes the velocity by more than this part, where a row of C_q is nearer than that to the span of
-#: the others, has met another branch.
-BRANCH_CHANGE, NEAR_BRANCH = 0.05, 0.1
+#: A projection that changes the velocity by more than this part, near a singular pose, has met another branch, unless
+#: what it moves in a step is less than that part of the mechanism's length: then it is at rest.
+BRANCH_CHANGE, AT_REST = 0.05, 1e-10
+#: What rows without a gradient may leave open, in the mechanism's own lengths.
+SECOND_ORDER = 3e-13
 
 
 class Accelerations(NamedTuple):
@@ -47,15 +50,17 @@ class FullFormulation:
     system: System
     settings: Settings
     method: Method
+    span: RowSpan
 
     @classmethod
-    def of(cls, system: System, state: State, settings: Settings) -> FullFormulation:
-        """Raises InputError where the projection method cannot be used with this system's mass matrix."""
+    def of(cls, system: System, state: State, settings: Settings, redundant: int = 0) -> FullFormulation:
+        """Of a system with so many redundant rows. Raises InputError where its mass matrix does not suit the projection
+        method."""
         method = make_method(settings.projection)
         reason = method.refusal(mass_matrix(system, pose_of(state.q))) if isinstance(method, Projection) else None
         if reason:
             raise InputError(reason)
-        return cls(system, settings, method)
+        return cls(system, settings, method, RowSpan(system, redundant))
 
     @property
     def quadratures(self) -> int:
@@ -87,10 +92,13 @@ class FullFormulation:
             loads = applied(system, pose, twist, t, turning.expected(t))
             force = force + generalised(pose, loads.force, loads.torque)
             power += [loads.power, loads.dissipation]
+        held = self.span.to_move(pose, drive, v)
+        lasting, exerted = held.lasting(self.span.multipliers)
         try:
-            acceleration, multipliers = solve(mass_matrix(system, pose), jacobian(system, pose), force, rhs)
+            acceleration, found = solve(mass_matrix(system, pose), held.C_q, force + exerted, held.combined(rhs))
         except np.linalg.LinAlgError as error:
             raise self._singular(t, q) from error
+        multipliers = held.multipliers(found) + lasting
         if drive is not None:
             power[0] -= multipliers[-system.driven :] @ drive.rate
         return Accelerations(acceleration, multipliers, power)
@@ -102,7 +110,7 @@ class FullFormulation:
             return Projected(q, v)
         try:
             drive = drive_at(self.system, t)
-            return project_after(step, self.system, self.method, self.settings.projection, q, v, drive)
+            return project_after(step, self.system, self.method, self.settings.projection, q, v, drive, self.span)
         except np.linalg.LinAlgError as error:
             raise self._singular(t, q) from error
 
@@ -112,7 +120,7 @@ class FullFormulation:
             return y
         always = replace(self.settings.projection, every=1, threshold=None)
         q, v, integrals = self.parts(y)
-        projected = project_after(1, self.system, self.method, always, q, v, drive_at(self.system, t))
+        projected = project_after(1, self.system, self.method, always, q, v, drive_at(self.system, t), self.span)
         return np.concatenate([projected.q, projected.v, integrals])
 
     def violations(self, t: float, q: Array, v: Array) -> tuple[Array, Array]:
@@ -121,25 +129,32 @@ class FullFormulation:
         twist = twist_of(pose, v)
         return np.abs(constraint(system, pose, drive)), np.abs(constraint_velocity(system, pose, twist, drive))
 
-    def check_branch(self, t: float, y: Array, projected: Projected) -> None:
-        """Raises SimulationError where the projection has changed the velocities of y by more than they can be
-        wrong by,
-        near a pose where C_q loses its rank: there branches of the motion cross at an angle."""
-        q, v, _ = self.parts(y)
-        weights = np.tile([1.0] * 3 + [2.0 * self.system.length] * 4, self.system.bodies)
-        change = float(np.linalg.norm(weights * (projected.v - v)))
-        part = change / max(float(np.linalg.norm(weights * v)), np.finfo(float).tiny)
-        if part > BRANCH_CHANGE and self._nearest_to_dependent(q) < NEAR_BRANCH:
+    def check_branch(self, t: float, h: float, y: Array, projected: Projected) -> None:
+        """Raises SimulationError where, near a pose at which C_q loses its rank and branches of the motion cross at an
+        angle, the projection after a step of size h has changed the velocities of y by more than they can be wrong by,
+        or left open what has lost its gradient."""
+        v = self.parts(y)[1]
+        part = self.change(v, projected.v)
+        moved = float(np.linalg.norm(self.span.in_lengths(projected.v - v))) * h
+        if self.span.nearest < NEAR and part > BRANCH_CHANGE and moved > AT_REST:
             raise other_branch(t, part)
+        if projected.left_open > SECOND_ORDER or (projected.failures and self.span.nearest < NEAR):
+            raise branches_near(t)
+
+    def change(self, v: Array, to: Array) -> float:
+        """By how much a velocity differs from another, as a part of it; lengths in the mechanism's own."""
+        size = np.linalg.norm(self.span.in_lengths(v))
+        return float(np.linalg.norm(self.span.in_lengths(to - v)) / max(size, np.finfo(float).tiny))
+
+    def arrive(self, q: Array) -> float:
+        """Takes note of an accepted pose; how near the way there came to a singular one."""
+        return self.span.arrive(jacobian(self.system, pose_of(q)))
 
     def check_regular(self, t: float, q: Array) -> None:
-        """Raises SimulationError that names the joint where C_q has lost its rank at this pose."""
-        if self._nearest_to_dependent(q) < SINGULAR:
+        """Raises SimulationError that names the joint where C_q has lost its rank at the start."""
+        distances = row_distances(scaled_jacobian(self.system, pose_of(q)))
+        if not self.span.redundant and distances.min(initial=1.0) < SINGULAR:
             raise self._singular(t, q)
-
-    def _nearest_to_dependent(self, q: Array) -> float:
-        """The smallest distance of a row of C_q from the span of those before it."""
-        return float(row_distances(scaled_jacobian(self.system, pose_of(q))).min(initial=1.0))
 
     def _singular(self, t: float, q: Array) -> SimulationError:
         if not np.all(np.isfinite(q)):

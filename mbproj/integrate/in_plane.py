@@ -9,19 +9,17 @@ from typing import Any, final
 import numpy as np
 
 from mbproj.arrays import Array, Integers
-from mbproj.dynamics.assembly import coordinate_values
+from mbproj.dynamics.assembly import State, coordinate_values
 from mbproj.dynamics.constraint_equations import cross, tangent_jacobian
 from mbproj.dynamics.forces import applied
 from mbproj.dynamics.kinematics import body_rates, pose_of, twist_of
 from mbproj.dynamics.samples import Samples
 from mbproj.integrate.compiled import Compiled, work_of
 from mbproj.integrate.reduced import Reduced, space_state
+from mbproj.integrate.redundant_rows import count_redundant
 from mbproj.kernel.models import joints_in_plane, plane_model, plane_row_scale, plane_rows
 from mbproj.model.planar import Plane
 from mbproj.model.system import System
-
-#: Rows of the spatial equations that are nearer to dependent (a square) have reactions that are not unique.
-NEARLY_DEPENDENT = 1e-10
 
 
 @final
@@ -36,8 +34,7 @@ class InPlane(Compiled):
         self.plane = plane
         self._joints = joints_in_plane(plane)
         self._rows = plane_rows(plane)
-        self._space = Reduced(core, system).equations()
-        self._redundant: bool | None = None
+        self._space: Any = None
 
     @property
     def degrees_of_freedom(self) -> int:
@@ -100,12 +97,17 @@ class InPlane(Compiled):
         states = space_state(q, v)
         for at, t in enumerate(times.tolist()):
             y = np.ascontiguousarray(states[at])
-            if self._redundant is None:
-                self._redundant = self._space.dependent_rows(y, t, NEARLY_DEPENDENT) > 0
-                self._space = Reduced(self.core, system).equations()
-            solved = self._space.accelerations(y, t, reference[at].tolist(), smallest=self._redundant)
+            if self._space is None:
+                self._space = self._equations_in_space(State(t, q[at], v[at], turns[at]))
+            solved = self._space.accelerations(y, t, reference[at].tolist(), smallest=True)
             found[at] = solved[1] if solved else self._smallest(t, q[at], v[at], reference[at], accelerations[at])
         return found
+
+    def _equations_in_space(self, state: State) -> Any:
+        """Those of the kernel in space, with what is redundant there left out."""
+        space = Reduced(self.core, self.system)
+        space.model.redundant = count_redundant(space, state) or 0
+        return space.equations()
 
     def _smallest(self, t: float, q: Array, v: Array, reference: Array, a: Array) -> Array:
         """The smallest λ with Gᵀλ the applied forces less what the motion, r'' and ω' in `a` (n, 6), global, takes."""
@@ -122,4 +124,6 @@ class InPlane(Compiled):
             loads = applied(system, pose, twist, t, reference)
             force, torque = force + loads.force[:-1], torque + loads.torque[:-1]
         missing = np.concatenate([force, torque], axis=-1).ravel()
-        return np.asarray(np.linalg.lstsq(G.reshape(len(G), -1).T, missing, rcond=1e-11)[0], dtype=float)
+        weighed = G.reshape(len(G), -1) / system.row_scale[system.bodies :, None]
+        multipliers = np.linalg.lstsq(weighed.T, missing, rcond=1e-11)[0] / system.row_scale[system.bodies :]
+        return np.asarray(multipliers, dtype=float)

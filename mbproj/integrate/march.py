@@ -13,8 +13,8 @@ from mbproj.arrays import Array, Integers
 from mbproj.dynamics.assembly import State, coordinates, is_angle
 from mbproj.dynamics.samples import Sample
 from mbproj.dynamics.turning import Turning
-from mbproj.integrate.failures import left_open, not_finite, step_vanished
-from mbproj.integrate.full import Accelerations, FullFormulation
+from mbproj.integrate.failures import left_open, not_finite, step_vanished, unresolved
+from mbproj.integrate.full import BRANCH_CHANGE, Accelerations, FullFormulation
 from mbproj.integrate.runge_kutta import RightHandSide, Step, continuous_extension, error_estimates, rk_step
 from mbproj.integrate.step_size import Controller, error_norm, first_step
 from mbproj.integrate.tableau import Tableau, load_tableau
@@ -24,6 +24,8 @@ from mbproj.scene.sampling import output_every, output_times, whole_steps
 
 #: Violations, in rad or in units of the system's length, that no run goes on with: after a failed projection, and ever.
 OPEN, LOST = 1e-6, 1.0
+#: A step that comes so near to a singular pose, as a part of how far away from it the run has been, is checked.
+CLOSE = 0.05
 
 
 @dataclass(frozen=True, eq=False)
@@ -77,7 +79,7 @@ def _fixed(formulation: FullFormulation, tableau: Tableau, point: Point, tally: 
         t = end if k == steps else start + k * h
         step = rk_step(_derivative(formulation, point), tableau, point.t, point.y, t - point.t, point.slope)
         tally.count_evaluations(tableau.stages - 1)
-        point = _accept(formulation, tally, point, t, step.y_new)
+        point = _accept(formulation, tableau, tally, point, t, step.y_new)
         if k % every == 0 or k == steps:
             yield point.sample(step.h, tally)
 
@@ -103,7 +105,7 @@ def _by_error(formulation: FullFormulation, tableau: Tableau, point: Point, tall
             tally.rejected_steps += 1
             h, control = control.after_rejected(error, h)
             continue
-        before, point = point, _accept(formulation, tally, point, t, step.y_new)
+        before, point = point, _accept(formulation, tableau, tally, point, t, step.y_new)
         f = _derivative(formulation, point)
         between = times[done : bisect_left(times, t, done)]
         if between:
@@ -132,7 +134,9 @@ def _in_between(
         yield _point(formulation, before, time, projected).sample(step.h, tally)
 
 
-def _accept(formulation: FullFormulation, tally: Tally, before: Point, t: float, y: Array) -> Point:
+def _accept(
+    formulation: FullFormulation, tableau: Tableau, tally: Tally, before: Point, t: float, y: Array
+) -> Point:
     """The point after a step: projected, checked, counted."""
     if not np.all(np.isfinite(y)):
         raise not_finite(t)
@@ -140,7 +144,7 @@ def _accept(formulation: FullFormulation, tally: Tally, before: Point, t: float,
     tally.count_evaluations(1)
     projected = formulation.project(tally.steps, t, y)
     tally.count_projection(projected)
-    formulation.check_branch(t, y, projected)
+    formulation.check_branch(t, t - before.t, y, projected)
     position, velocity = formulation.violations(t, projected.q, projected.v)
     limit = OPEN if projected.failures else LOST
     if not np.all(position <= limit * formulation.system.row_scale):
@@ -148,7 +152,23 @@ def _accept(formulation: FullFormulation, tally: Tally, before: Point, t: float,
         passes, failed = projected.position_iterations, bool(projected.failures)
         raise left_open(t, system.row_owner(row), position[row], passes, projection_failed=failed)
     tally.watch(position, velocity, _joint_rows(formulation.system), t)
-    return _point(formulation, before, t, np.concatenate([projected.q, projected.v, formulation.parts(y)[2]]))
+    y = np.concatenate([projected.q, projected.v, formulation.parts(y)[2]])
+    if formulation.arrive(projected.q) < CLOSE:
+        _check_by_halves(formulation, tableau, before, t, y)
+    return _point(formulation, before, t, y)
+
+
+def _check_by_halves(formulation: FullFormulation, tableau: Tableau, before: Point, t: float, y: Array) -> None:
+    """Raises SimulationError where a step that came near a singular pose reaches other velocities than two half steps:
+    it may have left its branch of the motion with velocities that belong to another one."""
+    h, half = 0.5 * (t - before.t), before
+    for time in (before.t + h, t):
+        step = rk_step(_derivative(formulation, half), tableau, half.t, half.y, time - half.t, half.slope)
+        half = _point(formulation, half, time, formulation.project_copy(time, step.y_new))
+    v = formulation.parts(y)[1]
+    off = formulation.change(v, formulation.parts(half.y)[1])
+    if not off <= BRANCH_CHANGE:
+        raise unresolved(t, off)
 
 
 def _first(formulation: FullFormulation, state: State, tally: Tally) -> Point:
@@ -158,6 +178,7 @@ def _first(formulation: FullFormulation, state: State, tally: Tally) -> Point:
     coordinate, speed = coordinates(formulation.system, state.q, state.v)
     formulation.check_regular(state.t, state.q)
     turning = Turning(state.t, coordinate + 2.0 * np.pi * state.turns, speed)
+    formulation.arrive(state.q)
     found = formulation.accelerations(state.t, state.q, state.v, turning)
     y = np.concatenate([state.q, state.v, np.zeros(formulation.quadratures)])
     return Point(state.t, y, found, coordinate, speed, state.turns)
@@ -167,12 +188,13 @@ def _point(formulation: FullFormulation, before: Point, t: float, y: Array) -> P
     """The point at y. Turns are counted from `before`; the rates at both ends predict the change of an angle, so that
     more than half a turn in a step is counted right."""
     q, v, _ = formulation.parts(y)
-    formulation.check_regular(t, q)
     coordinate, speed = coordinates(formulation.system, q, v)
     expected = before.coordinate + 0.5 * (t - before.t) * (before.speed + speed)
     moved = np.round((expected - coordinate) / (2.0 * np.pi)).astype(np.intp) * is_angle(formulation.system)
     turns = before.turns + moved
     found = formulation.accelerations(t, q, v, Turning(t, coordinate + 2.0 * np.pi * turns, speed))
+    if formulation.span.nearest >= CLOSE:
+        formulation.span.multipliers = found.multipliers
     return Point(t, y, found, coordinate, speed, turns)
 
 

@@ -114,7 +114,7 @@ def _march(
     if choice.compiled is not None:
         yield from march_compiled(choice.compiled, state, settings, tally)
     else:
-        for sample in march(FullFormulation.of(system, state, settings), state, tally):
+        for sample in march(FullFormulation.of(system, state, settings, choice.redundant), state, tally):
             yield stack([sample])
 
 

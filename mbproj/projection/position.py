@@ -7,10 +7,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from mbproj.arrays import Array
-from mbproj.dynamics.constraint_equations import constraint, jacobian
+from mbproj.dynamics.constraint_equations import constraint
 from mbproj.dynamics.equations import mass_matrix
 from mbproj.dynamics.kinematics import pose_of
 from mbproj.dynamics.motions import Drive
+from mbproj.dynamics.row_span import RowSpan
 from mbproj.model.system import System
 from mbproj.projection.gopm import Gopm
 from mbproj.projection.method import Projection
@@ -25,48 +26,60 @@ SHORTEST = 1e-3
 
 @dataclass(frozen=True, eq=False)
 class Position:
-    """q after a projection, the passes taken, whether the stop test was met, and whether the fallback was needed."""
+    """q after a projection, the passes taken, whether the stop test was met, and whether the fallback was needed.
+    `left_open`: what rows violate that were not held, near a singular pose."""
 
     q: Array
     passes: int
     met: bool
     fell_back: bool = False
+    left_open: float = 0.0
 
 
 def correct_position(
-    system: System, method: Projection, settings: ProjectionSettings, q: Array, drive: Drive | None = None
+    system: System,
+    method: Projection,
+    settings: ProjectionSettings,
+    span: RowSpan,
+    q: Array,
+    drive: Drive | None = None,
 ) -> Position:
     """q with C(q) = 0 by the test that is set; where that does not converge, in GOPM's metric, if that is allowed."""
     correct = _by_violation if settings.test == "violation" else _by_paper
-    found = correct(system, method, settings, q, drive)
+    found = correct(system, method, settings, span, q, drive)
     if found.met or settings.fallback == "none":
         return found
-    again = _by_violation(system, Gopm(), settings, q, drive)
+    again = _by_violation(system, Gopm(), settings, span, q, drive)
     return replace(again, passes=found.passes + again.passes, fell_back=True)
 
 
 def _by_violation(
-    system: System, method: Projection, settings: ProjectionSettings, q: Array, drive: Drive | None
+    system: System, method: Projection, settings: ProjectionSettings, span: RowSpan, q: Array, drive: Drive | None
 ) -> Position:
     """Until |C| <= tolerance in every row. A correction that does not bring the violation down by half of what Newton's
     method promises is shortened; where that does not help, round-off is reached, or the iteration does not converge."""
     pose = pose_of(q)
-    C = constraint(system, pose, drive)
+    C, left_open = constraint(system, pose, drive), 0.0
     tolerances = row_tolerances(system, settings, pose)
     for passes in range(settings.max_iterations):
         if np.all(np.abs(C) <= tolerances):
             return Position(q, passes, met=True)
-        change = method.correction(mass_matrix(system, pose), jacobian(system, pose), C)
+        held = span.to_close(pose, C)
+        left_open = held.open(C)
+        if left_open and np.all(np.abs(held.closes(C)) <= tolerances):
+            return Position(q, passes, met=True, left_open=left_open)
+        change = method.correction(mass_matrix(system, pose), held.C_q, held.combined(C))
         last = bool(np.all(np.abs(C) <= ROUND_OFF * row_grain(system, pose)))
-        part, left = min(1.0, _part_in_reach(q, change)), _scaled(system, C)
+        part, left = min(1.0, _part_in_reach(q, change)), _scaled(system, held.closes(C))
         pose = pose_of(q + part * change)
-        while not _scaled(system, C := constraint(system, pose, drive)) < (1.0 - 0.5 * part) * left:
+        while not _scaled(system, held.closes(C := constraint(system, pose, drive))) < (1.0 - 0.5 * part) * left:
             part *= 0.5
             if last or part < SHORTEST:
-                return Position(q, passes + 1, met=last)
+                return Position(q, passes + 1, met=last, left_open=left_open)
             pose = pose_of(q + part * change)
         q = q + part * change
-    return Position(q, settings.max_iterations, met=bool(np.all(np.abs(C) <= tolerances)))
+    met = bool(np.all(np.abs(C) <= tolerances))
+    return Position(q, settings.max_iterations, met=met, left_open=left_open)
 
 
 def _scaled(system: System, C: Array) -> float:
@@ -83,7 +96,7 @@ def _part_in_reach(q: Array, change: Array) -> float:
 
 
 def _by_paper(
-    system: System, method: Projection, settings: ProjectionSettings, q: Array, drive: Drive | None
+    system: System, method: Projection, settings: ProjectionSettings, span: RowSpan, q: Array, drive: Drive | None
 ) -> Position:
     """Until ΔqᵀMΔq + CᵀC <= tolerance: the paper's test (sect. 5) in the metric of Eq. 72, because M alone is singular
     along Λ and would not see its length."""
@@ -91,8 +104,9 @@ def _by_paper(
     for passes in range(settings.max_iterations):
         pose = pose_of(q)
         M, C = mass_matrix(system, pose), constraint(system, pose, drive)
-        change = method.correction(M, jacobian(system, pose), C)
+        held = span.to_close(pose, C)
+        change = method.correction(M, held.C_q, held.combined(C))
         q = q + change
         if change @ M @ change + C @ C <= tolerance:
-            return Position(q, passes + 1, met=True)
+            return Position(q, passes + 1, met=True, left_open=held.open(C))
     return Position(q, settings.max_iterations, met=False)

@@ -1,4 +1,4 @@
-"""Rules on expectations: that what they are of has their quantity, and that units, components and times fit."""
+"""Rules on expectations: that what they are of has their quantity, and that the run records at their times."""
 
 from __future__ import annotations
 
@@ -8,14 +8,13 @@ from typing import Any
 from mbproj.joints import JOINTS
 from mbproj.scene.containers import Complaint
 from mbproj.scene.coordinates import coordinates_in
-from mbproj.scene.expectations import BOUNDS, Given, expectation, subject
+from mbproj.scene.expectation_fit import fits
+from mbproj.scene.expectations import Given, expectation, subject
 from mbproj.scene.forces import COORDINATES
-from mbproj.scene.observables import EXTREMES, OBSERVABLES, Observable
-from mbproj.scene.quantities import agrees
-from mbproj.scene.records import BodyForce, Expectation, Force, Joint, JointForce, KeyPath, Motion, PointForce, Settings
+from mbproj.scene.observables import OBSERVABLES, Observable
+from mbproj.scene.records import BodyForce, Expectation, Force, Joint, JointForce, Motion, PointForce, Settings
 from mbproj.scene.sampling import nearest_samples
 from mbproj.scene.suggestions import choose_from
-from mbproj.scene.units import describe
 
 Items = Mapping[str, Any]
 Expected = Mapping[str, Given]
@@ -27,7 +26,7 @@ def of_markers_and_bodies(expected: Expected) -> Iterator[Complaint]:
         for name, given, _, quantity in _of(of, expected):
             able = OBSERVABLES[of]
             if quantity in able:
-                yield from _fits(name, given, able[quantity], able[quantity].unit)
+                yield from fits(name, given, able[quantity], able[quantity].unit)
             else:
                 yield Complaint(("expect", name, "quantity"), f"a {of} has no '{quantity}'", _choices(quantity, able))
 
@@ -47,7 +46,7 @@ def of_joints(joints: Mapping[str, Joint], expected: Expected) -> Iterator[Compl
             message = f"joint '{item}' is {joint.type} and has no '{quantity}'"
             yield Complaint(("expect", name, "quantity"), message, f"it has {', '.join(able)}")
         else:
-            yield from _fits(name, given, observable, observable.unit)
+            yield from fits(name, given, observable, observable.unit)
 
 
 def of_forces(forces: Mapping[str, Force], expected: Expected) -> Iterator[Complaint]:
@@ -60,7 +59,7 @@ def of_forces(forces: Mapping[str, Force], expected: Expected) -> Iterator[Compl
         elif quantity not in able:
             yield Complaint(("expect", name, "quantity"), f"a force has no '{quantity}'", _choices(quantity, able))
         elif isinstance(force, PointForce):
-            yield from _fits(name, given, able[quantity], able[quantity].unit_with("m"))
+            yield from fits(name, given, able[quantity], able[quantity].unit_with("m"))
 
 
 def of_joint_forces(
@@ -76,7 +75,7 @@ def of_joint_forces(
             message = f"force '{item}' acts on {len(units)} coordinates"
             yield Complaint(("expect", name, "force"), message, "write a force for each of them")
         elif units and quantity in able:
-            yield from _fits(name, given, able[quantity], able[quantity].unit_with(units[0]))
+            yield from fits(name, given, able[quantity], able[quantity].unit_with(units[0]))
 
 
 def of_motions(motions: Mapping[str, Motion], expected: Expected) -> Iterator[Complaint]:
@@ -87,7 +86,7 @@ def of_motions(motions: Mapping[str, Motion], expected: Expected) -> Iterator[Co
             yield Complaint(("expect", name, "quantity"), f"a motion has no '{quantity}'", _choices(quantity, able))
         else:
             unit = able[quantity].unit_with(COORDINATES[motions[item].coordinate])
-            yield from _fits(name, given, able[quantity], unit)
+            yield from fits(name, given, able[quantity], unit)
 
 
 def expectations_of(found: Mapping[str, Any]) -> Iterator[Expectation]:
@@ -137,52 +136,6 @@ def _of(of: str, expected: Expected) -> Iterator[tuple[str, Given, str, str]]:
 
 def _choices(quantity: str, able: Mapping[str, Observable]) -> str:
     return choose_from(quantity, able, "it has")
-
-
-def _fits(name: str, given: Given, observable: Observable, unit: str) -> Iterator[Complaint]:
-    """What does not fit the quantity: the component, the number of values, their units."""
-    path: KeyPath = ("expect", name)
-    what = subject(given)[2]
-    for check in (_component_fits, _count_fits):
-        complaint = check(given, observable, what)
-        if complaint is not None:
-            yield complaint._replace(path=(*path, *complaint.path))
-            return
-    numbers = [(("value", index), part) for index, part in enumerate(given.get("value", ()))]
-    for where, value in [*numbers, *(((key,), given[key]) for key in ("absolute", *BOUNDS) if key in given)]:
-        if not agrees(unit, value.dimension):
-            mine = f"is in {unit}" if unit else "has no unit"
-            yield Complaint(_place(given, path, where), f"'{what}' {mine}, this is {describe(value.dimension)}")
-    if "relative" in given and not any(part.number for part in given["value"]):
-        yield Complaint((*path, "relative"), "a part of zero is zero", "give an 'absolute' tolerance")
-
-
-def _place(given: Given, path: KeyPath, where: KeyPath) -> KeyPath:
-    """A value that stands alone is no list."""
-    return (*path, where[0]) if where[0] != "value" or len(given["value"]) == 1 else (*path, *where)
-
-
-def _component_fits(given: Given, observable: Observable, what: str) -> Complaint | None:
-    component, of_one = given.get("component"), given["at"] not in EXTREMES and "value" in given
-    if component and observable.components == 1:
-        return Complaint(("component",), f"'{what}' is one number and has no components", "leave it out")
-    if component and observable.components == 4:
-        return Complaint(("component",), "the sign of an orientation means nothing", "give all four as 'value'")
-    if observable.components > 1 and not component and not of_one:
-        key = "at" if "value" in given else next(bound for bound in BOUNDS if bound in given)
-        hint = "add component: x, y, z or norm" if observable.components == 3 else "expect it at a time"
-        return Complaint((key,), f"'{what}' has {observable.components} components, and this is about one number", hint)
-    return None
-
-
-def _count_fits(given: Given, observable: Observable, what: str) -> Complaint | None:
-    needed = 1 if "component" in given else observable.components
-    found = len(given.get("value", [None] * needed))
-    if found == needed:
-        return None
-    also = ", or a component: x, y, z or norm" if needed == 3 else ""
-    numbers = f"{needed} numbers" if needed > 1 else "one number"
-    return Complaint(("value",), f"'{what}' needs {numbers} here, found {found}", f"give {numbers}{also}")
 
 
 CHECKS: tuple[tuple[tuple[str, ...], Callable[..., Iterator[Complaint]]], ...] = (

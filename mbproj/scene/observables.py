@@ -62,6 +62,7 @@ OBSERVABLES: Mapping[str, Mapping[str, Observable]] = MappingProxyType(
         "diagnostic": {
             "position_violation": Observable(""),
             "velocity_violation": Observable(""),
+            "acceleration_violation": Observable(""),
             "kinetic_energy": Observable("J"),
             "potential_energy": Observable("J"),
             "total_energy": Observable("J"),

@@ -101,7 +101,8 @@ def _one_step(mechanism: Mechanism, choice: Choice, settings: Settings, state: S
     """One step of size h (s). Raises SimulationError where there is none."""
     single = replace(settings, step=h, duration=h, tolerance=None, output_step=None)
     if choice.compiled is None:
-        *_, last = march(FullFormulation.of(mechanism.system, state, single), state, Tally())
+        full = FullFormulation.of(mechanism.system, state, single, choice.redundant)
+        *_, last = march(full, state, Tally())
         return _End(State(last.t, last.q, last.v, last.turns), float(last.work[0] - last.work[1]))
     run = choice.compiled.run(state, single)
     block = run.advance(2, np.inf)

@@ -14,7 +14,7 @@ TREE = {"links": "7", "length": "1 m", "mass": "1 kg", "angle": "30 deg"}
 #: Settings that suit any number of bars of any length.
 SIMULATION = (
     "simulation:",
-    "  duration: 15 * sqrt(length / g)        # a few swings",
+    "  duration: 15 * sqrt(length / g)        # a few swings of one bar",
     "  tolerance: 1.0e-9",
     "  integrator: dop853",
     "  output_step: 0.015 * sqrt(length / g)",
@@ -39,7 +39,7 @@ def chain(values: Values, spatial: bool) -> Iterator[str]:
     yield "# runs with different tolerances part (mbproj compare-results)."
     yield from _scene("Chain", values, _grown([(number - 1, 1) for number in range(links)]), spatial)
     yield "  stretched: {marker: end, quantity: position, component: norm, at: maximum, source: the bars are rigid,"
-    yield f"              below: {links} * length * (1 + 1e-12)}}"
+    yield "              below: reach * (1 + 1e-12)}"
 
 
 def tree(values: Values, spatial: bool) -> Iterator[str]:
@@ -70,8 +70,12 @@ def _scene(title: str, values: Values, bars: list[_Bar], spatial: bool) -> Itera
     yield "  radius: length / 50                    # of the bars"
     yield "  across: length * sin(angle)            # from one end of a bar to the other"
     yield "  down: length * cos(angle)"
-    if spatial:
-        yield "  kick: 0.3 * sqrt(g / length)           # of every second joint at the start, out of the plane"
+    levels = 1 + max(bar.depth for bar in bars)
+    yield f"  reach: {levels} * length".ljust(41) + "# of as many bars as hang on each other"
+    yield f"  energy: {len(bars)} * mass * g * reach".ljust(41) + "# J, of the size of what the run exchanges"
+    if spatial and levels > 1:
+        kick = f"  kick: 0.3 * sqrt(g / reach) / {levels // 2}".ljust(41)
+        yield f"{kick}# of every second joint at the start, out of the plane"
     yield from SIMULATION
     yield "bodies:                                  # a bar's axis is its body x, which points to its lower end"
     for number, bar in enumerate(bars):
@@ -88,7 +92,7 @@ def _scene(title: str, values: Values, bars: list[_Bar], spatial: bool) -> Itera
     yield "markers:"
     yield f"  end: {{body: bar{last}, location: {{bar{last}: [length/2, 0, 0]}}}}"
     yield "expect:"
-    yield from closed_and_kept("1.0e-6")
+    yield from closed_and_kept("1.0e-8", "energy", levels * values.number["length"])
 
 
 def _pin(number: int, bar: _Bar, spatial: bool) -> Iterator[str]:

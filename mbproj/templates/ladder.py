@@ -50,7 +50,7 @@ def ladder(values: Values) -> Iterator[str]:
         "expect:",
         f"  level: {{body: rung{loops}, quantity: orientation, at: end, value: [1, 0, 0, 0], absolute: 1.0e-10,",
         "          source: parallelograms}",
-        *closed_and_kept("1.0e-6"),
+        *closed_and_kept("1.0e-6", size=loops * values.number["length"]),
     )
 
 

@@ -10,7 +10,7 @@ from mbproj.templates.values import Values, refused
 
 DEFAULTS = {"length": "1 m", "mass": "1 kg", "angle": "60 deg"}
 #: Means of the arithmetic-geometric mean: each doubles the number of right digits.
-MEANS = 6
+MEANS = 7
 
 
 def pendulum(values: Values) -> Iterator[str]:
@@ -39,8 +39,8 @@ def pendulum(values: Values) -> Iterator[str]:
         f"  period: 2 * pi / (rate * a{MEANS - 1})",
         "simulation:",
         "  duration: 2 * period",
-        "  step: period / 2000",
-        "  integrator: rk4",
+        "  step: period / 1000",
+        "  integrator: dop853",
         "  output_step: period / 200",
         "bodies:",
         "  bar:                                   # its axis is its body x, which points away from the pin",
@@ -59,11 +59,14 @@ def pendulum(values: Values) -> Iterator[str]:
         "  pull: {joint: pin, quantity: reaction_force, component: norm, at: period/4, relative: 1.0e-6,",
         "         value: mass * (g + length/2 * (2 * rate * sin(angle/2))**2), source: weight and centripetal force}",
         "  returns: {joint: pin, quantity: angle, at: period, value: 0, absolute: 1.0e-7, source: exact period}",
-        *closed_and_kept("1.0e-8"),
+        *closed_and_kept("1.0e-8", "mass * g * length", values.number["length"]),
     )
 
 
-def closed_and_kept(drift: str) -> Iterator[str]:
-    """What every scene expects."""
-    yield "  closed: {diagnostic: position_violation, at: maximum, below: 1.0e-12, source: joints are closed}"
-    yield f"  energy: {{diagnostic: energy_drift_relative, at: maximum, below: {drift}, source: balance of energy}}"
+def closed_and_kept(drift: str, energy: str = "", size: float = 1.0) -> Iterator[str]:
+    """What every scene expects: joints closed as far as coordinates of `size` in m can say, and energy kept to the
+    part `drift` of `energy`, an expression in J, or where none is given of what the run exchanges."""
+    bound = f"{max(1e-12, 2e-15 * size):.1e}"
+    yield f"  closed: {{diagnostic: position_violation, at: maximum, below: {bound}, source: joints are closed}}"
+    of, below = ("energy_drift", f"{drift} * {energy}") if energy else ("energy_drift_relative", drift)
+    yield f"  energy: {{diagnostic: {of}, at: maximum, below: {below}, source: balance of energy}}"

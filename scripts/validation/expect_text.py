@@ -64,7 +64,7 @@ def _entry(
     case: Case, what: _Expected, when: str, time: str, values: Sequence[float], tolerance: float
 ) -> Iterator[str]:
     """One expectation, on as many lines as it takes."""
-    of, quantity, sign = "body", what.quantity, 1.0
+    of, quantity, sign = "marker" if what.owner in case.markers else "body", what.quantity, 1.0
     if quantity in COORDINATES:
         of, quantity = "joint", f"{quantity.replace('speed', 'angle')}_speed" if "speed" in quantity else quantity
     elif quantity == "force_on_first":

@@ -25,7 +25,7 @@ def n_four_bar(n: int, short: float = 0.5, **quick: str) -> Case:
         source=f"iftomm/A02_N{n}",
         origin="the exact equation at 1e-13; MSC Adams' solution for N = 40 (IFToMM library, A02) agrees to 1.5e-6",
         notes=(
-            f"Problem A02 of the {IFTOMM}: {n + 1} bars on the ground, coupled at their tops by {n} bars into "
+            f"Problem A02 of the {IFTOMM}: {n + 1} bars on the ground, coupled by {n} at their tops into "
             "parallelograms. Twice a turn all bars lie on one line, where every loop could go on crossed as well, and "
             "the rows of C_q become dependent. With φ from the vertical, φ(0) = 0 and φ'(0) = 1 rad/s, the exact "
             "equation is φ'' = g ((N + 1)/2 + N) / ((N + 1)/3 + N) sin φ. In space the revolutes of a loop hold its "

@@ -8,7 +8,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from mbproj.analysis.expectations import Outcome, outcome, series
+from mbproj.analysis.expectations import Outcome, outcome
+from mbproj.analysis.observed import series
 from mbproj.results import DATASETS, Results, open_results
 from mbproj.scene.observables import OBSERVABLES
 from mbproj.scene.records import Expectation

@@ -9,7 +9,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from mbproj.analysis.same_motion import COMPARED, MotionComparison, compare_motions
+from mbproj.analysis.same_motion import MotionComparison, compare_motions
+from mbproj.analysis.shared import COMPARED
 from mbproj.errors import InputError
 from mbproj.results import ResultsWriter, open_results
 from tests.results.pendulum_blocks import NAMES, block, scene, times
@@ -17,8 +18,10 @@ from tests.results.pendulum_blocks import NAMES, block, scene, times
 Change = Callable[[dict[str, Any]], None]
 
 
-def write(path: Path, time: np.ndarray, change: Change = lambda values: None, names: Any = NAMES) -> Path:
-    with ResultsWriter(path, scene(), names) as writer:
+def write(
+    path: Path, time: np.ndarray, change: Change = lambda values: None, names: Any = NAMES, marks: Any = None
+) -> Path:
+    with ResultsWriter(path, scene(), names, marks or {}) as writer:
         values = {key: np.array(value) for key, value in block(time, names).items()}
         change(values)
         writer.write(values)
@@ -99,6 +102,27 @@ def test_a_nan_is_not_the_same(tmp_path: Path) -> None:
     found = compared(tmp_path, change)
     assert found.parting is not None
     assert found.parting.quantity == "joints/speed"
+
+
+def test_reactions_that_joints_share_at_will_are_no_part_of_the_motion(tmp_path: Path) -> None:
+    """Components that either of the results marks as not unique are left out, the others are compared."""
+    everything = np.ones((len(NAMES["joints"]), 3), dtype=bool)
+    shared = everything.copy()
+    shared[0, 1] = False
+    marks = {"joints/reaction_force_unique": shared, "joints/reaction_torque_unique": everything}
+
+    def load(component: int) -> Change:
+        def change(values: dict[str, Any]) -> None:
+            values["joints/reaction_force"][90:, 0, component] += 1e3
+
+        return change
+
+    for component, same in ((1, True), (2, False)):
+        paths = [write(tmp_path / "a.h5", times()), write(tmp_path / "b.h5", times(), load(component), marks=marks)]
+        with open_results(paths[0]) as one, open_results(paths[1]) as other:
+            for pair in ((one, other), (other, one)):
+                found = compare_motions(*pair, 1e-6)
+                assert (found.same, found.left_out) == (same, {NAMES["joints"][0]: "Fy"})
 
 
 def test_only_shared_times_are_compared_and_a_shorter_run_is_not_the_same(tmp_path: Path) -> None:

@@ -8,6 +8,7 @@ import signal
 import subprocess
 import sys
 import time
+from collections.abc import Callable
 from pathlib import Path
 from xml.etree import ElementTree
 
@@ -29,22 +30,22 @@ def test_table_messages_and_exit_code(tmp_path: Path) -> None:
     assert words[2].startswith("b.yaml falls short 1 of 2 ")
     assert words[2].endswith(" rises: -0.07, not ≥ 0.001 m")
     assert words[3].startswith("c.yaml ran ")
-    assert words[4].endswith("2 as expected, 1 short of it, 0 failed; 2 of 3 expectations hold")
+    assert words[4].endswith("1 as expected, 1 short of it, 0 failed, 1 without expectations; 2 of 3 expectations hold")
     assert (done.returncode, done.stderr) == (4, "")
     assert not list(tmp_path.glob("*.h5*"))
 
 
 @pytest.mark.parametrize(
-    ("make", "code", "message"),
-    [(wrong, 2, "error: unknown key 'mas'; did you mean 'mass'?"), (failing, 3, "failing.yaml: stopped at t = ")],
+    ("make", "message"),
+    [(wrong, "error: unknown key 'mas'; did you mean 'mass'?"), (failing, "failing.yaml: stopped at t = ")],
 )
 def test_a_scene_that_cannot_run_goes_before_one_that_falls_short(
-    tmp_path: Path, make: object, code: int, message: str
+    tmp_path: Path, make: Callable[[Path], Path], message: str
 ) -> None:
-    make(tmp_path)  # type: ignore[operator]
+    make(tmp_path)
     write(tmp_path, "short", SHORT)
     done = mbproj("batch", ".", "--jobs", "1", folder=tmp_path)
-    assert done.returncode == code
+    assert done.returncode == 3
     assert message in done.stderr
     assert "Traceback" not in done.stderr
 
@@ -71,6 +72,36 @@ def test_junit_xml(tmp_path: Path) -> None:
     assert error is not None
     assert (error.get("message") or "").startswith("stopped at t = ")
     assert all(float(case.get("time", "nan")) >= 0.0 for case in root.iter("testcase"))
+
+
+#: What the schema of Jenkins' xUnit plugin (junit-10.xsd) lets each element have of what is written.
+SCHEMA = {
+    "testsuites": {"name", "time", "tests", "failures", "errors"},
+    "testsuite": {"name", "tests", "failures", "errors", "time", "skipped", "timestamp"},
+    "testcase": {"name", "time", "classname", "file"},
+    "failure": {"type", "message"}, "error": {"type", "message"}, "skipped": {"type", "message"},
+}  # fmt: skip
+
+
+def test_the_xml_has_nothing_that_schemas_do_not_know(tmp_path: Path) -> None:
+    write(tmp_path, "a", HOLDS + SHORT)
+    wrong(tmp_path, "b")
+    mbproj("batch", ".", "--junit", "report.xml", folder=tmp_path)
+    root = ElementTree.parse(tmp_path / "report.xml").getroot()
+    assert {element.tag for element in root.iter()} == set(SCHEMA) - {"skipped"}
+    for element in root.iter():
+        assert set(element.keys()) <= SCHEMA[element.tag], element.tag
+
+
+def test_a_pattern_that_the_shell_does_not_look_up(tmp_path: Path) -> None:
+    write(tmp_path, "a", HOLDS)
+    write(tmp_path / "d" / "e", "b", HOLDS)
+    done = mbproj("batch", "**/*.yaml", folder=tmp_path)
+    assert [line.split()[0] for line in done.stdout.splitlines()[1:-1]] == ["a.yaml", "d/e/b.yaml"]
+    none = mbproj("batch", "**/*.yml", folder=tmp_path)
+    assert (none.returncode, none.stdout, none.stderr) == (
+        2, "", "error: no file matches '**/*.yml'; give scene files, or directories of them\n"
+    )  # fmt: skip
 
 
 def test_json_and_kept_results(tmp_path: Path) -> None:
@@ -145,4 +176,5 @@ def test_no_process_is_left_behind(tmp_path: Path, number: signal.Signals) -> No
     assert output.splitlines()[0].split() == ["b.yaml", "not", "run"]
     assert errors == "interrupted\n"
     suites = ElementTree.parse(tmp_path / "r.xml").getroot()
-    assert [suite.get("name") for suite in suites] == ["a.yaml"]
+    assert [(suite.get("name"), suite.get("skipped")) for suite in suites] == [("a.yaml", "0"), ("b.yaml", "1")]
+    assert [child.tag for case in suites[1] for child in case] == ["skipped"]

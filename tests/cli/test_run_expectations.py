@@ -41,3 +41,15 @@ def test_check_lists_them(tmp_path: Path) -> None:
     done = mbproj("check", "a.yaml", folder=tmp_path)
     assert "  2 expectations\n    falls  marker end, position z at 0.1 s: ≤ -0.001 m\n" in done.stdout
     assert json.loads(mbproj("check", "a.yaml", "--json", folder=tmp_path).stdout)["expectations"] == ["falls", "rises"]
+
+
+def test_a_reaction_that_joints_share_at_will_is_marked(tmp_path: Path) -> None:
+    """Two pins on one line hold the bar five times over, but for the torque about them."""
+    load = "  {0}: {{joint: pin, quantity: reaction_{1}, component: {2}, at: maximum, below: 1000, source: x}}\n"
+    expect = load.format("push", "force", "y") + load.format("turn", "torque", "y")
+    second = "  pin2: {type: revolute, bodies: [ground, bar], location: [0, 0.1, 0], axis: [0, 1, 0]}\nmarkers:"
+    write(tmp_path, "a", expect, "markers:", second)
+    done = mbproj("run", "a.yaml", folder=tmp_path)
+    assert "≤ 1000 N; not unique, redundant joints share it at will  (joint pin, reaction_force y" in done.stdout
+    found = json.loads(mbproj("batch", "a.yaml", "--json", folder=tmp_path).stdout)
+    assert [each["unique"] for each in found["scenes"][0]["expectations"]] == [False, True]

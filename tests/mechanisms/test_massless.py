@@ -155,7 +155,7 @@ def test_a_massless_cross_is_a_universal_joint(formulation):
     assert_close(cross.column("joints/reaction_force", "second"), joint.column("joints/reaction_force", "both"), 1e-7)
 
 
-HOOKE = (ROOT / "mechanisms" / "hooke_shaft.yaml").read_text(encoding="utf-8")
+HOOKE = (ROOT / "mechanisms" / "hooke_shaft.yaml").read_text(encoding="utf-8").partition("expect:")[0]
 #: Hooke's joint as engineers build it: a cross between two forks, here without mass.
 FORKS = HOOKE.replace(
     "  block:\n", "  cross: {mass: 0, inertia: [0, 0, 0], position: [0, 0, 0]}\n  block:\n"

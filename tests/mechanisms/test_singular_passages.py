@@ -23,13 +23,9 @@ from tests.support import Recorder
 #: Distances from the singular pose, rad, at which a step lands: by hits, near misses, and twentieths of a step.
 OFFSETS = (0.0, 1e-15, -1e-14, 1e-13, -1e-12, 1e-11, -1e-10, 1e-9, -1e-8, 1e-7, -1e-6, 1e-5, -1e-4, 1e-3, -3e-3,
            0.005, 0.0075, 0.01, 0.0125, 0.015, 0.0175, 0.02, 0.0225, 0.025)
-#: What C sees of cranks that part by δ, at φ from the singular pose, is a φ δ + a (1 - a/l) δ²/2 with a = 0.2 m: joints
-#: that are closed to 1e-13 m leave |δ| <= min(SEEN / φ, sqrt(SEEN)).
-SEEN = 1e-11
-#: Less than this is no other branch, rad: a step that lands near the pose leaves rows without a gradient open.
-PARTED = 1e-4
-#: What is not yet as this file asks for.
-UNFINISHED = pytest.mark.xfail(reason="coarse steps may still leave their branch near a singular pose", strict=False)
+#: What C sees of cranks that part by δ, at φ from the singular pose, is a φ δ + a (1 - a/l) δ²/2 with a = 0.2 m: where
+#: joints close to 1e-12 m, some 1e-13 for each, |δ| <= min(SEEN / φ, sqrt(SEEN)) is left.
+SEEN = 5e-11
 
 
 @dataclass(frozen=True)
@@ -66,13 +62,13 @@ def assert_stopped_with_the_reason(outcome: Outcome, singular_time: float, step:
     """Within two steps of the pose, as a singular one."""
     error = outcome.stopped
     assert error is not None
-    assert "singular position" in error.cause or "did not close" in error.cause, str(error)
+    assert "singular position" in error.cause, str(error)
     assert abs(error.time - singular_time) <= 2.0 * step, str(error)
 
 
 def allowed(departure: np.ndarray) -> np.ndarray:
     """By how much an angle may be off where the singular pose is so far away, rad."""
-    return np.maximum(np.minimum(SEEN / np.maximum(np.abs(departure), 1e-30), np.sqrt(SEEN)), PARTED)
+    return np.minimum(SEEN / np.maximum(np.abs(departure), 1e-30), np.sqrt(SEEN))
 
 
 #: A parallelogram without gravity turns evenly; φ is counted from the line of all bars.
@@ -112,7 +108,6 @@ def assert_parallel(outcome: Outcome, start: float, speed: float, even: float = 
     assert_close(rate[departure > 1e-3], speed, even)
 
 
-@UNFINISHED
 @pytest.mark.parametrize(("closure", "formulation"), FORMS)
 @pytest.mark.parametrize("offset", OFFSETS)
 def test_a_parallelogram_keeps_its_cranks_parallel(offset, closure, formulation):
@@ -126,22 +121,20 @@ def test_a_parallelogram_keeps_its_cranks_parallel(offset, closure, formulation)
         assert outcome["time"][-1] == 2.0
 
 
-@UNFINISHED
 @pytest.mark.parametrize(("closure", "formulation"), FORMS[:3])
 @pytest.mark.parametrize("integrator", list(integrators()))
 def test_no_integrator_leaves_the_parallelogram(integrator, closure, formulation):
-    """Eight turns, with stages of the step everywhere."""
+    """Eight turns, with stages of the step everywhere; each of 16 passages may cost 1 % of the speed."""
     for step in (0.02, 0.1, np.pi / 16):
         outcome = attempt(PARALLELOGRAM.replace("CLOSURE", closure), {"start": np.pi / 4, "speed": -2.0}, step=step,
                           integrator=integrator, duration=8 * np.pi // step * step, formulation=formulation)
-        assert_parallel(outcome, np.pi / 4, -2.0)
+        assert_parallel(outcome, np.pi / 4, -2.0, even=0.16)
         if outcome.stopped:
             passages = np.pi / 8 + np.pi / 2 * np.arange(17)
             nearest = passages[np.argmin(np.abs(passages - outcome.stopped.time))]
             assert_stopped_with_the_reason(outcome, nearest, step)
 
 
-@UNFINISHED
 @pytest.mark.parametrize("closure", ["revolute", "point_on_line"])
 @pytest.mark.parametrize("integrator", [name for name, entry in integrators().items() if entry.embedded])
 def test_error_control_does_not_leave_the_parallelogram(integrator, closure):
@@ -155,7 +148,6 @@ def test_error_control_does_not_leave_the_parallelogram(integrator, closure):
             assert "singular position" in outcome.stopped.cause
 
 
-@UNFINISHED
 @pytest.mark.parametrize("offset", OFFSETS[::3])
 @pytest.mark.parametrize(("closure", "formulation"), FORMS[:3])
 def test_a_driven_parallelogram_keeps_its_cranks_parallel(offset, closure, formulation):
@@ -213,7 +205,6 @@ def time_at_the_branch(start: float, speed: float) -> float:
     return quad(lambda θ: float(np.sqrt(equal_moment(np.array(θ)) / whole)), start, np.pi / 2, epsabs=1e-14)[0]
 
 
-@UNFINISHED
 @pytest.mark.parametrize("formulation", ["planar", "reduced", "full"])
 @pytest.mark.parametrize("offset", OFFSETS)
 def test_a_slider_goes_on_through_the_bearing(offset, formulation):

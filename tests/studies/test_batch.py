@@ -52,8 +52,8 @@ def test_each_ends_in_its_own_way_and_the_others_go_on(tmp_path: Path) -> None:
     assert 3.0 <= found[1].seconds < 30.0
     assert [outcome.holds for outcome in found[2].outcomes] == [True, False]
     assert "stopped at t = " in found[3].message
-    assert exit_code(found) == ExitCode.BAD_INPUT
-    assert exit_code(found[1:]) == ExitCode.FAILED
+    assert exit_code(found) == exit_code(found[1:]) == ExitCode.FAILED
+    assert exit_code([found[0], found[4]]) == ExitCode.FAILED
     assert exit_code([found[2], *found[4:]]) == ExitCode.CHECK_FAILED
     assert exit_code(found[4:]) == ExitCode.DONE
     assert list((tmp_path / "results").glob("*.h5")) == []
@@ -118,6 +118,19 @@ def test_paths_are_files_and_directories_each_scene_once_in_order(tmp_path: Path
     assert [problem.message for problem in raised.value.problems] == [
         f"there is no '{tmp_path / 'nowhere.yaml'}'", f"'{tmp_path / 'empty'}' has no *.yaml in it",
     ]  # fmt: skip
+    assert scene_paths([tmp_path / "d" / "[ac].y*", tmp_path / "d" / "**" / "?.yaml"]) == [a, b, deep]
+
+
+def test_what_a_scene_recorded_before_its_time_was_up_is_kept(tmp_path: Path) -> None:
+    done: dict[int, SceneResult] = {}
+    scene = write(tmp_path, "hanging", "", "duration: 0.2, step: 0.01", "duration: 1e7, step: 1e-5, output_step: 1e-4")
+    run_batch(tasks([scene], tmp_path / "kept", keep=True), 1, 3.0, done.__setitem__)
+    part = tmp_path / "kept" / "hanging.h5.part"
+    assert done[0].message == f"stopped: it took longer than 3 s; what it has recorded is in '{part}'"
+    assert done[0].output == part
+    with open_results(part) as results:
+        assert results.status == "running"
+        assert results.marker("end").position[0] == pytest.approx([1.0, 0.0, 0.0], abs=1e-15)
 
 
 def test_a_fault_of_mbproj_is_one(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

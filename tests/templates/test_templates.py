@@ -19,6 +19,8 @@ SIZES = [
     ("pendulum", {"length": "3 cm", "mass": "20 g", "angle": "-170 deg"}, False),
     ("chain", {"links": "1"}, False), ("chain", {"links": "4", "length": "200 mm"}, True),
     ("tree", {"links": "6", "angle": "-10 deg"}, True), ("star", {"links": "1", "speed": "1 rad/s"}, False),
+    ("pendulum", {"angle": "179.9 deg"}, False), ("pendulum", {"angle": "1e-3 deg"}, False),
+    ("chain", {"angle": "1e-4 deg"}, False), ("chain", {"links": "1"}, True), ("star", {"speed": "1e-6 rad/s"}, False),
     ("ladder", {"loops": "1", "length": "5 cm"}, False),
     ("slider-crank", {"crank": "10 m", "rod": "10.5 m", "speed": "1"}, False),
     ("four-bar", {"crank": "8 cm", "coupler": "1 m", "rocker": "90 cm", "frame": "40 cm", "mass": "5"}, False),
@@ -55,6 +57,17 @@ def test_it_is_readable(name: str) -> None:
 def test_sizes(name: str, given: dict[str, str], bodies: int, joints: int) -> None:
     scene = read_scene_text(written(name, given))
     assert (len(scene.bodies), len(scene.joints)) == (bodies, joints)
+
+
+@pytest.mark.parametrize("name", ["chain", "tree"])
+@pytest.mark.parametrize("links", [2, 7, 200])
+def test_a_push_out_of_the_plane_is_gentle_at_any_size(name: str, links: int) -> None:
+    """Speeds of joints add up along a branch, to 0.3 sqrt(g / reach) at its end."""
+    scene = read_scene_text(written(name, {"links": str(links)}, spatial=True))
+    turning = {"ground": 0.0}
+    for joint in scene.joints:
+        turning[joint.bodies[1]] = turning[joint.bodies[0]] + joint.speed.get("angle", 0.0)
+    assert max(turning.values()) == pytest.approx(0.3 * (9.81 / scene.parameters["reach"]) ** 0.5, rel=1e-12)
 
 
 def test_a_tree_is_binary_and_a_chain_is_one() -> None:

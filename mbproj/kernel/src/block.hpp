@@ -6,7 +6,7 @@
 
 namespace mbproj {
 
-enum class Status : int { running, finished, not_finite, singular, open, vanished, broken, branch };
+enum class Status : int { running, finished, not_finite, singular, open, vanished, broken, branch, unresolved };
 
 // In the order of the fields of mbproj.integrate.tally.Tally.
 struct Counters {

@@ -49,6 +49,8 @@ public:
     // Factors in place; returns the block that has a pivot below `smallest` of its diagonal entry, or -1.
     int factor(double smallest);
     void solve(double* x) const;
+    // x of the rows that are left out, less what the others before them say of it: the largest in magnitude.
+    double contradiction(std::vector<double> x) const;
 
     // Adds to the diagonal, before `factor`.
     void shift(double by) {
@@ -93,6 +95,7 @@ private:
             if (entry.block == i) return entry.offset;
         return 0;
     }
+    template <class LeftOut> void forward(double* x, LeftOut&& left_out) const;
     int factor_diagonal(const ColumnOf& column, double smallest);
     int largest_pivot(const ColumnOf& column, const std::vector<bool>& open, double smallest);
     void eliminate(const ColumnOf& column, int row, const std::vector<bool>& open);
@@ -226,13 +229,15 @@ inline int BlockCholesky::factor(double smallest) {
     return -1;
 }
 
-inline void BlockCholesky::solve(double* x) const {
+// x := L⁻¹ x, by columns; `left_out` is told of the rest of rows that are left out.
+template <class LeftOut> void BlockCholesky::forward(double* x, LeftOut&& left_out) const {
     for (const ColumnOf& column : columns_) {
         const int size = sizes_[column.block];
         const double* L = values_.data() + column.diagonal;
         double* part = x + begin_[column.block];
         for (int i = 0; i < size; ++i) {
             for (int k = 0; k < i; ++k) part[i] -= L[i * size + k] * part[k];
+            if (leaves_out() && left_out_[begin_[column.block] + i]) left_out(part[i]);
             part[i] *= reciprocal_[begin_[column.block] + i];
         }
         for (const Entry& entry : column.below) {
@@ -242,6 +247,16 @@ inline void BlockCholesky::solve(double* x) const {
                 for (int k = 0; k < size; ++k) below[i] -= X[i * size + k] * part[k];
         }
     }
+}
+
+inline double BlockCholesky::contradiction(std::vector<double> x) const {
+    double most = 0.0;
+    forward(x.data(), [&most](double rest) { most = std::max(most, std::abs(rest)); });
+    return most;
+}
+
+inline void BlockCholesky::solve(double* x) const {
+    forward(x, [](double) {});
     for (auto column = columns_.rbegin(); column != columns_.rend(); ++column) {
         const int size = sizes_[column->block];
         double* part = x + begin_[column->block];

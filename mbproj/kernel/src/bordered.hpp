@@ -20,6 +20,9 @@ constexpr double smallest_pivot = 1e-13;
 // round-off leaves rows that do depend on others ε over the square of the distance of these.
 constexpr double near_dependent = 1e-8;
 
+// The same from which on such a pose is looked out for.
+constexpr double near_branch = 0.05;
+
 // Where rows are left out for good, others are looked for when the smallest pivot of those held falls to this part of
 // what it was when they were chosen.
 constexpr double decline = 1e-2;
@@ -40,20 +43,41 @@ public:
             if (leaf.hinge.parent < model.size()) articulated_[leaf.hinge.parent] = true;
     }
 
-    // Factors at a pose. False where a joint's rows are dependent or a motion carries no mass: `singular_joint`. Where the
+    // Factors at a pose; rows whose squared distance from the span of the others is below `near` are left out for now. False where a joint's rows are dependent or a motion carries no mass: `singular_joint`. Where the
     // model has redundant rows, some are left out: those that follow from the others best.
-    bool factor(const Pose<D>& pose, Metric metric) {
+    bool factor(const Pose<D>& pose, Metric metric, double near = near_dependent) {
         if (model_.redundant > left_out_) leave_out(pose);
-        const bool found = factor_held(pose, metric);
-        if (left_out_ == 0 || (found && !near_singular())) return found;
+        const bool found = factor_held(pose, metric, near);
+        const bool regular = left_out_ == 0 || (found && !near_singular());
+        if (regular || (found && !others_may_serve_)) {
+            others_may_serve_ = others_may_serve_ || regular;
+            return found;
+        }
         leave_out(pose);
-        return factor_held(pose, metric);
+        const bool now = factor_held(pose, metric, near);
+        others_may_serve_ = !near_singular();
+        return now;
     }
 
-    // Factors with all rows, redundant ones too, so that `solve` gives the smallest λ.
-    bool factor_smallest(const Pose<D>& pose) {
-        if (!factor_held(pose, Metric::mass) || !set_halves(pose, Metric::mass)) return false;
-        core_.factor_smallest(pose);
+    // With the rows that are held; `near` = 0 takes all of these, even where some hardly differ from the others.
+    bool factor_held(const Pose<D>& pose, Metric metric, double near) {
+        ++factorisations_;
+        metric_ = metric;
+        for (std::size_t l = 0; l < factors_.size(); ++l) {
+            const Hinge<D>& hinge = topology_.leaves[l].hinge;
+            if (!factors_[l].frame.update(model_, hinge, pose)) return fails(topology_.leaves[l].joint);
+            reference_[hinge.child] = factors_[l].frame.child_arm;
+        }
+        for (int b = 0; b < model_.size(); ++b) set_inertia(b, pose[b].rotation, metric);
+        for (std::size_t l = 0; l < factors_.size(); ++l)
+            if (!factor_leaf(topology_.leaves[l], factors_[l])) return false;
+        if (!set_halves(pose, metric)) return fails(-1);
+        core_.leave_none_out();
+        const double shift = metric == Metric::penalised ? shift_ : 0.0;
+        const int failed = core_.factor(pose, smallest_pivot, shift);
+        if (failed >= 0 || core_.cholesky().smallest_pivot() < near)
+            if (near == 0.0 || !factor_near_singular(pose, metric, shift, failed, near)) return fails(failed);
+        if (pivot_at_choice_ == 0.0) pivot_at_choice_ = core_.cholesky().smallest_pivot();
         return true;
     }
 
@@ -64,11 +88,10 @@ public:
     bool weak() const { return left_out_ > 0 && core_.cholesky().smallest_pivot() < decline * pivot_at_choice_; }
 
     // Chooses the rows to hold at a pose, as far from dependent as leaves so many out as are redundant.
-    bool leave_out(const Pose<D>& pose) {
-        for (double smallest = 1e-1; smallest > smallest_pivot; smallest *= 0.1)
-            if ((left_out_ = core_.select(pose, smallest)) <= model_.redundant) break;
+    void leave_out(const Pose<D>& pose) {
+        if (!core_.choose(pose, model_.redundant)) return;
+        left_out_ = model_.redundant;
         pivot_at_choice_ = 0.0;
-        return true;
     }
 
     // How many rows follow from the others at a pose, up to a distance of √smallest.
@@ -98,6 +121,11 @@ public:
         return settled || fails(-1);
     }
 
+    // How far rows that were left out of the last factor are from what the others say of a violation.
+    double contradiction(const double* violation) const { return core_.contradiction(violation); }
+    // λ of the last `solve`, spread over redundant rows so that it is smallest.
+    void spread(const Pose<D>& pose, double* lambda) const { core_.smallest_multipliers(pose, lambda); }
+
     // (δr, δθ) or accelerations of a body, of its centre of mass, global axes.
     Turn<D> turn(int body) const { return delta_[body].template tail<S::turns>(); }
     Point<D> shift(int body) const {
@@ -108,6 +136,8 @@ public:
     long factorisations() const { return factorisations_; }
     const Topology<D>& topology() const { return topology_; }
     const BlockCholesky& cholesky() const { return core_.cholesky(); }
+    // Of the last factor: the square of the distance of its rows from dependent, about.
+    double nearness() const { return near_singular() ? 0.0 : cholesky().smallest_pivot(); }
 
 private:
     struct LeafScratch {
@@ -120,32 +150,12 @@ private:
         return false;
     }
 
-    bool factor_held(const Pose<D>& pose, Metric metric) {
-        ++factorisations_;
-        metric_ = metric;
-        for (std::size_t l = 0; l < factors_.size(); ++l) {
-            const Hinge<D>& hinge = topology_.leaves[l].hinge;
-            if (!factors_[l].frame.update(model_, hinge, pose)) return fails(topology_.leaves[l].joint);
-            reference_[hinge.child] = factors_[l].frame.child_arm;
-        }
-        for (int b = 0; b < model_.size(); ++b) set_inertia(b, pose[b].rotation, metric);
-        for (std::size_t l = 0; l < factors_.size(); ++l)
-            if (!factor_leaf(topology_.leaves[l], factors_[l])) return false;
-        if (!set_halves(pose, metric)) return fails(-1);
-        core_.leave_none_out();
-        const double shift = metric == Metric::penalised ? shift_ : 0.0;
-        const int failed = core_.factor(pose, smallest_pivot, shift);
-        if (failed >= 0 || core_.cholesky().smallest_pivot() < near_dependent)
-            if (!factor_near_singular(pose, metric, shift, failed)) return fails(failed);
-        if (pivot_at_choice_ == 0.0) pivot_at_choice_ = core_.cholesky().smallest_pivot();
-        return true;
-    }
-
     // Near a singular pose, rows that have almost become dependent have finite multipliers but almost no gradient left:
     // leaving them out errs by their distance from the span of the others, dividing by that errs without bound. Where no
     // row is near to dependent, it is the masses that leave S few digits, or none.
-    bool factor_near_singular(const Pose<D>& pose, Metric metric, double shift, int failed) {
-        const int dependent = core_.leave_out(pose, near_dependent);
+    bool factor_near_singular(const Pose<D>& pose, Metric metric, double shift, int failed,
+                              double near) {
+        const int dependent = core_.leave_out(pose, near);
         if (!set_halves(pose, metric)) return false;
         if (dependent == 0 && failed >= 0) return core_.factor_by_qr(pose);
         return core_.factor(pose, smallest_pivot, shift) < 0;
@@ -250,6 +260,7 @@ private:
     std::vector<LeafScratch> scratch_;
     int singular_joint_ = -1;
     int left_out_ = 0;              // rows, as redundant
+    bool others_may_serve_ = true;  // where rows become dependent
     double pivot_at_choice_ = 0.0;  // the smallest when they were chosen; 0 until it is known
     Metric metric_ = Metric::mass;
     long factorisations_ = 0;

@@ -2,14 +2,12 @@
 // core's bodies as W, and its block-sparse Cholesky factor.
 #pragma once
 
-#include <numeric>
+#include <memory>
 
-#include "block_cholesky.hpp"
+#include "core_rows.hpp"
 #include "dense_qr.hpp"
-#include "half_inverse.hpp"
-#include "independent_rows.hpp"
 #include "light_body.hpp"
-#include "topology.hpp"
+#include "smallest_multipliers.hpp"
 
 namespace mbproj {
 
@@ -17,27 +15,21 @@ namespace mbproj {
 // they change λ by less than that part.
 constexpr double ill_conditioned = 1e-4, refined_part = 1e-13;
 constexpr int most_refining = 8;
-// Of the largest entry of S: what makes a positive matrix of dependent rows, and is refined away.
-constexpr double smallest_shift = 1e-9;
 
 template <int D> class Core {
 public:
-    using S = Size<D>;
-    static constexpr int F = S::freedoms;
-    using Rows = Matrix<F, F>;  // a joint's rows on one body, as columns Y = Zᵀ Gᵀ, of which as many count as it has rows
+    static constexpr int F = Size<D>::freedoms;
 
-    Core(const Model<D>& model, const Topology<D>& topology) : model_(model), topology_(topology) {
-        halves_.resize(topology.core_bodies.size());
-        work_.resize(halves_.size());
-        for (std::size_t b = 0; b < topology.core_bodies.size(); ++b)
+    Core(const Model<D>& model, const Topology<D>& topology)
+        : model_(model), topology_(topology), rows_(model, topology), work_(topology.core_bodies.size()) {
+        for (std::size_t b = 0; b < work_.size(); ++b)
             if (model.bodies[topology.core_bodies[b]].is_light) {
                 light_.emplace_back();
                 light_.back().body = static_cast<int>(b);
             }
-        hold_all();
     }
 
-    HalfInverse<D>& half(int b) { return halves_[b]; }
+    HalfInverse<D>& half(int b) { return rows_.halves[b]; }
     // What light bodies are lent: nothing where their inertia is not theirs (GOPM's metric).
     void lend(const Column<F>& lent) {
         for (Light<D>& light : light_) light.lent = lent;
@@ -45,87 +37,61 @@ public:
 
     // S + shift and its factor at a pose; returns the joint whose rows depend on the others, or -1.
     int factor(const Pose<D>& pose, double smallest, double shift = 0.0) {
-        fill(pose);
-        if (shift > 0.0) cholesky_.shift(shift);
+        rows_.fill(pose);
+        if (shift > 0.0) rows_.cholesky.shift(shift);
         by_qr_ = false;
-        const int failed = cholesky_.factor(smallest);
-        return failed < 0 ? -1 : held_[failed].joint;
+        const int failed = rows_.cholesky.factor(smallest);
+        return failed < 0 ? -1 : rows_.held()[failed].joint;
     }
 
     // The factor of Y in place of that of S; false where it would be too large.
     bool factor_by_qr(const Pose<D>& pose) {
-        if (rhs_.size() > most_dense_rows) return false;
-        fill(pose);
-        Eigen::MatrixXd Y = Eigen::MatrixXd::Zero(F * halves_.size(), rhs_.size());
-        for (const Incidence& at : incidences_)
-            for (int r = 0, row = cholesky_.row(at.held); r < held_[at.held].count; ++r)
-                Y.template block<F, 1>(F * at.body, row + r) = at.Y.col(r);
+        if (rows_.count() > most_dense_rows) return false;
+        rows_.fill(pose);
+        Eigen::MatrixXd Y = Eigen::MatrixXd::Zero(F * work_.size(), rows_.count());
+        each_column([&](int body, int row, const auto& y) { Y.template block<F, 1>(F * body, row) = y; });
         qr_.factor(Y);
         return by_qr_ = true;
     }
 
     // Leaves out of the factors to come the rows that depend on the others at this pose, up to a distance of √smallest, or
     // none again. How many; overwrites the factor.
-    int leave_out(const Pose<D>& pose, double smallest) {
-        fill_evenly(pose);
-        const auto independent = cholesky_.independent_rows(smallest);
-        std::vector<char> dependent(rhs_.size(), 1);
-        for (std::size_t h = 0; h < held_.size(); ++h)
-            for (const int r : independent[h]) dependent[cholesky_.row(static_cast<int>(h)) + r] = 0;
-        const auto count = std::count(dependent.begin(), dependent.end(), 1);
-        cholesky_.leave_out(count ? std::move(dependent) : std::vector<char>());
-        return static_cast<int>(count);
-    }
-    void leave_none_out() { cholesky_.leave_out({}); }
+    int leave_out(const Pose<D>& pose, double smallest) { return rows_.mark_dependent(pose, smallest); }
+    void leave_none_out() { rows_.cholesky.leave_out({}); }
 
-    // All rows, with so much of the largest entry of S on its diagonal: then `solve_smallest` finds the smallest λ.
-    void factor_smallest(const Pose<D>& pose) {
-        hold_all();
-        fill(pose);
-        cholesky_.shift(smallest_shift * cholesky_.largest());
-        by_qr_ = false;
-        cholesky_.factor(0.0);
+    // Holds rows that are as far from dependent as leaves out so many as are redundant; false, with those held before,
+    // where more of them depend on the others at this pose.
+    bool choose(const Pose<D>& pose, int redundant) {
+        for (double smallest = 1e-1; smallest > 1e-14; smallest *= 0.1)
+            if (const auto rows = all().independent(pose, smallest); left_out(rows) == redundant) {
+                rows_.hold(rows);
+                return true;
+            }
+        return false;
     }
-
-    // Keeps only rows that are independent at a pose: those whose distance from the span of the rows before them exceeds
-    // √smallest, where all bodies weigh the same and lengths count in the mechanism's own. How many are left out.
+    // Holds only rows that are independent at a pose, up to a distance of √smallest. How many are left out.
     int select(const Pose<D>& pose, double smallest) {
-        hold_all();
-        fill_evenly(pose);
-        const auto independent = cholesky_.independent_rows(smallest);
-        std::vector<Held> kept;
-        int left_out = 0;
-        for (std::size_t h = 0; h < held_.size(); ++h) {
-            left_out += held_[h].count - static_cast<int>(independent[h].size());
-            if (independent[h].empty()) continue;
-            Held held{held_[h].joint, static_cast<int>(independent[h].size()), {}};
-            std::copy(independent[h].begin(), independent[h].end(), held.rows);
-            kept.push_back(held);
-        }
-        held_ = std::move(kept);
-        arrange();
-        return left_out;
+        const auto rows = all().independent(pose, smallest);
+        rows_.hold(rows);
+        return left_out(rows);
     }
 
     // δ of the core's bodies from their forces f, with G δ = c; the multipliers stay for `multipliers`. False where the
     // motion of a light body does not settle: then it moves no mass. A shifted factor is applied as it is.
     template <class Forces, class Twists> bool solve(const Forces& f, const double* c, Twists& delta, bool shifted = false) {
-        for (std::size_t b = 0; b < halves_.size(); ++b) {
+        for (std::size_t b = 0; b < work_.size(); ++b) {
             work_[b] = f[topology_.core_bodies[b]];
-            halves_[b].forward(work_[b]);
+            half(b).forward(work_[b]);
         }
-        for (std::size_t h = 0; h < held_.size(); ++h) {
-            const Joint& joint = model_.joints[held_[h].joint];
-            for (int r = 0; r < held_[h].count; ++r)
-                rhs_[cholesky_.row(static_cast<int>(h)) + r] = -c[joint.row + held_[h].rows[r]];
-        }
+        rhs_.resize(rows_.count());
+        each_row([&](int own, int of_model) { rhs_[own] = -c[of_model]; });
         lambda_.assign(rhs_.size(), 0.0);
         step_.resize(rhs_.size());
         improve();
-        if (cholesky_.smallest_pivot() < ill_conditioned && !shifted) refine();
+        if (cholesky().smallest_pivot() < ill_conditioned && !shifted) refine();
         const bool settled = light_.empty() || settle(shifted);
-        for (std::size_t b = 0; b < halves_.size(); ++b) {
-            halves_[b].backward(work_[b]);
+        for (std::size_t b = 0; b < work_.size(); ++b) {
+            half(b).backward(work_[b]);
             delta[topology_.core_bodies[b]] = work_[b];
         }
         return settled;
@@ -137,100 +103,51 @@ public:
             const Joint& joint = model_.joints[j];
             std::fill(lambda + joint.row, lambda + joint.row + joint.rows, 0.0);
         }
-        for (std::size_t h = 0; h < held_.size(); ++h) {
-            const Joint& joint = model_.joints[held_[h].joint];
-            for (int r = 0; r < held_[h].count; ++r)
-                lambda[joint.row + held_[h].rows[r]] = lambda_[cholesky_.row(static_cast<int>(h)) + r];
-        }
+        each_row([&](int own, int of_model) { lambda[of_model] = lambda_[own]; });
+    }
+    // The same, spread over rows that are left out for good so that they are smallest.
+    void smallest_multipliers(const Pose<D>& pose, double* lambda) const {
+        multipliers(lambda);
+        spread(rows_, model_, pose, lambda);
     }
 
-    const BlockCholesky& cholesky() const { return cholesky_; }
+    // How far rows that are left out at this pose alone are from what the others say of a violation, in rows' own scales.
+    double contradiction(const double* violation) const {
+        std::vector<double> own(rows_.count());
+        double least = std::numeric_limits<double>::infinity();
+        each_row([&](int row, int of_model) {
+            own[row] = violation[of_model];
+            least = std::min(least, model_.row_scale[of_model]);
+        });
+        return cholesky().contradiction(std::move(own)) / least;
+    }
+
+    const BlockCholesky& cholesky() const { return rows_.cholesky; }
 
 private:
-    // A joint, and which of its rows count.
-    struct Held {
-        int joint, count;
-        int rows[F];
-    };
-    struct Incidence {
-        int held, body;  // of the core
-        Rows Y;
-    };
-    struct Product {  // incidences a and b share a body: YᵀY goes to this block of S
-        int a, b;
-        std::size_t offset;
-    };
-
-    void hold_all() {
-        held_.clear();
-        for (const int j : topology_.core_joints) {
-            Held held{j, model_.joints[j].rows, {}};
-            std::iota(held.rows, held.rows + held.count, 0);
-            held_.push_back(held);
-        }
-        arrange();
+    // All rows, to look for those that depend on others.
+    CoreRows<D>& all() {
+        if (!all_) all_ = std::make_unique<CoreRows<D>>(model_, topology_);
+        return *all_;
+    }
+    int left_out(const std::vector<std::vector<int>>& rows) {
+        int count = all().count();
+        for (const auto& some : rows) count -= static_cast<int>(some.size());
+        return count;
     }
 
-    // The structure of S for the rows that are held.
-    void arrange() {
-        std::vector<int> place(model_.size(), -1), sizes;
-        for (std::size_t b = 0; b < topology_.core_bodies.size(); ++b) place[topology_.core_bodies[b]] = static_cast<int>(b);
-        std::vector<std::vector<int>> touching(topology_.core_bodies.size());
-        incidences_.clear();
-        products_.clear();
-        for (std::size_t h = 0; h < held_.size(); ++h) {
-            sizes.push_back(held_[h].count);
-            for (const int body : model_.joints[held_[h].joint].bodies) {
-                touching[place[body]].push_back(static_cast<int>(incidences_.size()));
-                incidences_.push_back({static_cast<int>(h), place[body], Rows::Zero()});
-            }
-        }
-        std::vector<std::pair<int, int>> couplings;
-        for (const auto& joints : touching)
-            for (const int a : joints)
-                for (const int b : joints) couplings.push_back({incidences_[a].held, incidences_[b].held});
-        rhs_.resize(std::accumulate(sizes.begin(), sizes.end(), 0));
-        cholesky_ = BlockCholesky(std::move(sizes), couplings);
-        for (const auto& joints : touching)
-            for (std::size_t a = 0; a < joints.size(); ++a)
-                for (std::size_t b = 0; b <= a; ++b) add_product(joints[a], joints[b]);
+    // Calls visit(row of S, row of the model) for all rows that are held.
+    template <class Visit> void each_row(Visit&& visit) const {
+        const auto& held = rows_.held();
+        for (std::size_t h = 0; h < held.size(); ++h)
+            for (int r = 0, row = cholesky().row(static_cast<int>(h)); r < held[h].count; ++r)
+                visit(row + r, model_.joints[held[h].joint].row + held[h].rows[r]);
     }
-
-    void add_product(int a, int b) {
-        const auto target = cholesky_.target(incidences_[a].held, incidences_[b].held);
-        products_.push_back(target.transposed ? Product{b, a, target.offset} : Product{a, b, target.offset});
-    }
-
-    // Y and S at a pose.
-    void fill(const Pose<D>& pose) {
-        Matrix<F, F> G;
-        for (Incidence& at : incidences_) {
-            const Held& held = held_[at.held];
-            jacobian<D>(model_, pose, model_.joints[held.joint], topology_.core_bodies[at.body], G);
-            for (int r = 0; r < held.count; ++r) {
-                Column<F> y = G.row(held.rows[r]).transpose();
-                halves_[at.body].forward(y);
-                at.Y.col(r) = y;
-            }
-        }
-        cholesky_.clear();
-        for (const Product& product : products_) {
-            const Incidence &a = incidences_[product.a], &b = incidences_[product.b];
-            const int rows = held_[a.held].count, columns = held_[b.held].count;
-            double* target = cholesky_.at(product.offset);
-            const bool diagonal = product.a == product.b;  // of which the lower half counts
-            for (int r = 0; r < rows; ++r)
-                for (int c = 0; c < (diagonal ? r + 1 : columns); ++c)
-                    target[r * columns + c] += a.Y.col(r).dot(b.Y.col(c));
-        }
-    }
-
-    // The same with bodies that all weigh the same, lengths in the mechanism's own.
-    void fill_evenly(const Pose<D>& pose) {
-        for (std::size_t b = 0; b < halves_.size(); ++b)
-            halves_[b].bare(1.0 / (model_.length * model_.length), pose[topology_.core_bodies[b]].rotation,
-                            Matrix<S::turns, S::turns>::Identity());
-        fill(pose);
+    // Calls visit(body of the core, row of S, column of Y).
+    template <class Visit> void each_column(Visit&& visit) const {
+        for (const auto& at : rows_.incidences())
+            for (int r = 0, row = cholesky().row(at.held); r < rows_.held()[at.held].count; ++r)
+                visit(at.body, row + r, at.Y.col(r));
     }
 
     // S squares the condition of Y. Where a pivot shows that to matter, further solutions on what is left, which is computed
@@ -253,13 +170,9 @@ private:
     void improve() {
         if (by_qr_) return improve_by_qr();
         step_ = rhs_;
-        for (const Incidence& at : incidences_)
-            for (int r = 0, row = cholesky_.row(at.held); r < held_[at.held].count; ++r)
-                step_[row + r] += at.Y.col(r).dot(work_[at.body]);
-        cholesky_.solve(step_.data());
-        for (const Incidence& at : incidences_)
-            for (int r = 0, row = cholesky_.row(at.held); r < held_[at.held].count; ++r)
-                work_[at.body] -= step_[row + r] * at.Y.col(r);
+        each_column([this](int body, int row, const auto& y) { step_[row] += y.dot(work_[body]); });
+        cholesky().solve(step_.data());
+        each_column([this](int body, int row, const auto& y) { work_[body] -= step_[row] * y; });
         for (std::size_t r = 0; r < lambda_.size(); ++r) lambda_[r] += step_[r];
     }
 
@@ -279,7 +192,7 @@ private:
             double change = 0.0, size = 0.0;  // squares
             for (Light<D>& light : light_) {
                 Column<F> now = work_[light.body];
-                halves_[light.body].backward(now);
+                half(light.body).backward(now);
                 light.change = now - light.moved;
                 light.moved = now;
                 change += light.change.dot(light.lent.cwiseProduct(light.change));
@@ -295,7 +208,7 @@ private:
             }
             for (const Light<D>& light : light_) {
                 Column<F> back = light.lent.cwiseProduct(shifted ? light.moved : light.change);
-                halves_[light.body].forward(back);
+                half(light.body).forward(back);
                 work_[light.body] += back;
             }
             improve();
@@ -305,14 +218,11 @@ private:
 
     const Model<D>& model_;
     const Topology<D>& topology_;
-    std::vector<Held> held_;
-    std::vector<Incidence> incidences_;
-    std::vector<Product> products_;
-    std::vector<HalfInverse<D>> halves_;
+    CoreRows<D> rows_;
+    std::unique_ptr<CoreRows<D>> all_;
     std::vector<Light<D>> light_;
     std::vector<Column<F>> work_;
     std::vector<double> rhs_, step_, lambda_;
-    BlockCholesky cholesky_;
     DenseQr qr_;
     bool by_qr_ = false;
 };

@@ -13,7 +13,7 @@ struct Corrected {
     int projections = 0, position_passes = 0, velocity_passes = 0, failures = 0, fallbacks = 0;
     double velocity_change = 0.0;  // by the correction, as a part of the velocity
     double speed_change = 0.0;     // and as it is, rotations times the mechanism's length
-    bool regular = true;
+    bool regular = true, near_singular = false;  // the second: near a pose where rows become dependent
 };
 
 template <int D> class Corrector {
@@ -76,6 +76,8 @@ private:
     static constexpr double widest_turn = 0.5;
     // The smallest part of a correction that is tried.
     static constexpr double shortest = 1e-3;
+    // What a row without a gradient may stay open by, lengths in the mechanism's own.
+    static constexpr double nearly_closed = 1e-8;
     // Violations up to so many ε of the coordinates in a row may be round-off.
     static constexpr double round_off = 64.0;
 
@@ -117,10 +119,7 @@ private:
         double left = scaled(dynamics_.C());
         const int most = done.position_passes + settings_.max_iterations;
         while (!meets(dynamics_.C())) {
-            if (done.position_passes == most) {
-                if (!nearly_closed(left)) ++done.failures;
-                return;
-            }
+            if (done.position_passes == most) return close_in_full(y, left, done, metric);
             if (fresh && !(done.regular = dynamics_.factor(metric))) return;
             if (!(done.regular = solve(dynamics_.C()))) return;
             ++done.position_passes;
@@ -129,16 +128,25 @@ private:
             if (descend(y, left, fresh ? part_in_reach() : 1.0, fresh && !last ? shortest : 1.0)) {
                 fresh = !(left < slow * before);
             } else if (fresh) {
-                if (!last && !nearly_closed(left)) ++done.failures;
-                return;
+                return last ? void() : close_in_full(y, left, done, metric);
             } else {
                 fresh = true;
             }
         }
     }
 
-    // Near a singular pose a row without a gradient stays open to second order.
-    bool nearly_closed(double left) const { return dynamics_.bordered().near_singular() && left < 1e-8; }
+    // Near a singular pose a row that is left out for want of a gradient stays open to second order. With all rows, each
+    // damped step leaves a quarter of that. A failure where more is left, or the pose is not singular.
+    void close_in_full(double* y, double left, Corrected& done, Metric metric) {
+        done.near_singular = dynamics_.bordered().near_singular();
+        const int most = done.position_passes + settings_.max_iterations;
+        while (done.near_singular && !meets(dynamics_.C()) && done.position_passes < most &&
+               dynamics_.factor_all(metric) && solve(dynamics_.C())) {
+            ++done.position_passes;
+            if (!descend(y, left, part_in_reach(), shortest)) break;
+        }
+        if (!(done.near_singular && left < nearly_closed)) ++done.failures;
+    }
 
     // Moves y by a part of the correction at hand that brings the violation down by half of what Newton's method promises,
     // or leaves it.

@@ -9,6 +9,15 @@
 
 namespace mbproj {
 
+// The smallest pivots of S, parts of its diagonal entries, at the poses of a step; 0 where rows had to be left out.
+struct Pivots {
+    double smallest = 1.0, largest = 0.0;
+    void watch(double pivot) {
+        smallest = std::min(smallest, pivot);
+        largest = std::max(largest, pivot);
+    }
+};
+
 // Everything that is known at one state; scratch that evaluations overwrite.
 template <int D> class Dynamics {
 public:
@@ -26,7 +35,8 @@ public:
     // y' at a state. False where the equations have no unique solution or a function has no value: see `broken`.
     bool derivative(double t, const double* y, double* slope) {
         place(t, y);
-        if (!factor(Metric::mass)) return false;
+        if (!factor(Metric::mass) || !look_near(y)) return false;
+        pivots.watch(bordered_.nearness());
         move(y, false);
         return slope_at(y, slope);
     }
@@ -87,10 +97,10 @@ public:
         metric_ = metric;
         return held_ = factored_ = bordered_.factor(pose_, metric);
     }
-    // With all rows, for the smallest λ.
-    bool factor_smallest() {
+    // The same with rows that depend on the others at this pose alone; no other use is made of that factor.
+    bool factor_all(Metric metric) {
         held_ = factored_ = false;
-        return bordered_.factor_smallest(pose_);
+        return bordered_.factor_held(pose_, metric, 0.0);
     }
     // At a closed pose: whether the equations have a unique solution there, with other rows held where that is better.
     bool factor_closed() {
@@ -136,6 +146,8 @@ public:
         return true;
     }
 
+    Pivots pivots;  // of the derivatives, until it is set anew
+
     const Model<D>& model() const { return model_; }
     Pose<D>& pose() { return pose_; }
     const Motion<D>& motion() const { return motion_; }
@@ -143,6 +155,38 @@ public:
     const Bordered<D>& bordered() const { return bordered_; }
 
 private:
+    // A stage is off the constraints. A row at a distance s from the span of the others, and off what they say of it by c,
+    // errs the accelerations by c / s² where it is held, and by s where it is left out: it is held where s³ > c.
+    bool look_near(const double* y) {
+        if (bordered_.nearness() >= near_branch) return true;
+        constraint();
+        constraint_velocity(y);
+        const double first = held_above(largest(C_) + largest(C_dot_) / speed(y));
+        if (bordered_.nearness() > first) return true;
+        if (!(held_ = factored_ = bordered_.factor(pose_, Metric::mass, first))) return false;
+        const double off = bordered_.contradiction(C_.data()) + bordered_.contradiction(C_dot_.data()) / speed(y);
+        return held_ = factored_ = bordered_.factor(pose_, Metric::mass, std::min(held_above(off), first));
+    }
+
+    // s² from c.
+    static double held_above(double off) { return std::pow(std::max(off, 1e-12), 2.0 / 3.0); }
+
+    // The largest row, lengths in the mechanism's own.
+    double largest(const std::vector<double>& rows) const {
+        double most = 0.0;
+        for (std::size_t r = 0; r < rows.size(); ++r) most = std::max(most, std::abs(rows[r]) / model_.row_scale[r]);
+        return most;
+    }
+    // The largest velocity, in the mechanism's own length and rad.
+    double speed(const double* y) const {
+        double most = std::numeric_limits<double>::min();
+        for (int b = 0; b < model_.size(); ++b) {
+            const Part<D> part(y, b);
+            most = std::max({most, part.velocity().norm() / model_.length, part.omega().norm()});
+        }
+        return most;
+    }
+
     bool set_forces(const double* y) {
         if (model_.loads && !applied_.update(*model_.loads, pose_, motion_, t_, turning_)) return false;
         for (int b = 0; b < model_.size(); ++b) {

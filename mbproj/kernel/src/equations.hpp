@@ -60,9 +60,10 @@ public:
         dynamics_.turning() = {t, coordinates, Numbers(coordinates.size())};
         Numbers slope(dynamics_.total()), lambda(model_.constraints.rows), found;
         dynamics_.place(t, y);
-        if (!(smallest ? dynamics_.factor_smallest() : dynamics_.factor(Metric::mass))) return std::nullopt;
+        if (!dynamics_.factor(Metric::mass)) return std::nullopt;
         dynamics_.move(y, false);
         if (!dynamics_.slope_at(y, slope.data(), lambda.data())) return std::nullopt;
+        if (smallest) dynamics_.bordered().spread(dynamics_.pose(), lambda.data());
         for (int b = 0; b < model_.size(); ++b) {
             const double* a = slope.data() + S::state * b + S::pose;
             found.insert(found.end(), a, a + S::freedoms);

@@ -76,6 +76,11 @@ template <int D> struct Model {
     std::vector<DrivenRow> driven;
     std::shared_ptr<const Programs> motions;    // the functions of the driven rows
 
+    int joint_of(int row) const {
+        int found = 0;
+        while (row >= joints[found].row + joints[found].rows) ++found;
+        return found;
+    }
     int size() const { return static_cast<int>(bodies.size()); }
     // Integrals at the end of the state: work and dissipation where there is either.
     int integrals() const { return loads || !driven.empty() ? 2 : 0; }

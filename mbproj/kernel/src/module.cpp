@@ -77,7 +77,8 @@ void add_settings(nb::module_& m) {
         .value("open", Status::open)
         .value("vanished", Status::vanished)
         .value("broken", Status::broken)
-        .value("branch", Status::branch);
+        .value("branch", Status::branch)
+        .value("unresolved", Status::unresolved);
     nb::class_<Outcome>(m, "Outcome")
         .def_ro("status", &Outcome::status)
         .def_ro("time", &Outcome::time)

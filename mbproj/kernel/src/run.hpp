@@ -4,7 +4,7 @@
 #include "block.hpp"
 #include "correction.hpp"
 #include "flush_to_zero.hpp"
-#include "runge_kutta.hpp"
+#include "passage.hpp"
 #include "step_size.hpp"
 #include "turn_counter.hpp"
 
@@ -14,9 +14,8 @@ namespace mbproj {
 constexpr double open_limit = 1e-6, lost_limit = 1.0;
 
 // A projection that changes the velocity by more than this part, where a pivot is below that, has met another branch of
-// the motion: velocities are continuous, but branches cross in singular poses at an angle. What moves the mechanism by
-// less than the last part of its length in a step is at rest.
-constexpr double branch_change = 0.05, near_branch = 0.05, at_rest = 1e-10;
+// the motion: velocities are continuous, but branches cross in singular poses at an angle.
+constexpr double branch_change = 0.05;
 
 template <int D> class Run {
 public:
@@ -27,7 +26,8 @@ public:
         std::vector<long> turns)
         : model_(std::move(model)), tableau_(std::move(tableau)), projection_(projection), steps_(std::move(steps)),
           dynamics_(model_, projection_), corrector_(dynamics_, projection_, phases_), counter_(model_),
-          method_(tableau_, dynamics_, model_.length), control_(tableau_.error_order), t_(steps_.start),
+          method_(tableau_, dynamics_, model_.length),
+          passage_(tableau_, dynamics_, corrector_), control_(tableau_.error_order), t_(steps_.start),
           y_(Vector::Zero(dynamics_.total())), y_new_(y_), slope_(y_), copy_(y_), copy_slope_(y_),
           lambda_(model_.constraints.rows), copy_lambda_(lambda_),
           counted_{{}, std::move(turns)} {
@@ -94,7 +94,7 @@ private:
         counters.evaluations += tableau_.stages() - 1;
         phases_.mark(Phase::evaluation);
         const bool due = k % steps_.every == 0 || last;
-        if (!accept(t, due)) return;
+        if (!halve(t) || !accept(t, due)) return;
         take_over({t, h, due});
         if (last) stop({Status::finished, t_});
         phases_.mark(Phase::rest);
@@ -114,9 +114,19 @@ private:
         phases_.mark(Phase::evaluation);
         if (!(error <= 1.0)) {
             ++counters.rejected_steps;
+            dynamics_.pivots = {};
             h_ = control_.after_rejected(error, h);
             return;
         }
+        if (!halve(t)) return;
+        if (halved_ && shortened_ < most_shorter && passage_.off(y_new_, h) > agreed_tolerances * steps_.tolerance) {
+            ++shortened_;
+            ++counters.rejected_steps;
+            dynamics_.pivots = {};
+            h_ = shorter * h;
+            return;
+        }
+        shortened_ = 0;
         inside_ = next_sample_;
         while (inside_ < steps_.times.size() && steps_.times[inside_] < t) ++inside_;
         const bool due = inside_ < steps_.times.size() && steps_.times[inside_] == t;
@@ -166,11 +176,20 @@ private:
         if (reached.due) sample(t_, y_, method_.first(), lambda_, reached.h, counted_.turns);
     }
 
+    // Near a singular pose, the same step in two halves. False where these cannot be made.
+    bool halve(double t) {
+        halved_ = passage_.is_near(dynamics_.pivots);
+        if (halved_ && !passage_.repeat(t_, y_, method_.first(), t - t_, counters.evaluations)) return stop_at(t), false;
+        return true;
+    }
+
     // The state y_new after a step: projected, checked, counted, and its slope evaluated.
     bool accept(double t, bool with_multipliers) {
         if (!y_new_.allFinite()) return stop({Status::not_finite, t}), false;
         ++counters.steps;
         ++counters.evaluations;
+        passage_.accepted(dynamics_.pivots);
+        dynamics_.pivots = {};
         const Corrected done = corrector_.after_step(counters.steps, t, y_new_.data());
         counters.projections += done.projections;
         counters.projection_iterations += done.position_passes;
@@ -178,13 +197,11 @@ private:
         counters.projection_failures += done.failures;
         counters.projection_fallbacks += done.fallbacks;
         if (!done.regular) return stop_at(t), false;
-        const auto& bordered = dynamics_.bordered();
         if (done.velocity_change > branch_change && done.speed_change * (t - t_) > at_rest * model_.length &&
-            (bordered.near_singular() || bordered.cholesky().smallest_pivot() < near_branch)) {
-            Outcome branch{Status::branch, t};
-            branch.velocity_change = done.velocity_change;
-            return stop(branch), false;
-        }
+            dynamics_.bordered().nearness() < near_branch)
+            return stop_at_branch(Status::branch, t, done.velocity_change), false;
+        if (const double off = halved_ ? passage_.off(y_new_, t - t_) : 0.0; off > agreement)
+            return stop_at_branch(Status::unresolved, t, off), false;
         const double previous = t_;
         t_ = t;
         const double* C = dynamics_.constraint();
@@ -199,6 +216,11 @@ private:
                 most = part;
                 worst = r;
             }
+        if (worst >= 0 && done.near_singular) {
+            stop_at(t);
+            outcome.joint = model_.joint_of(worst);
+            return false;
+        }
         if (worst >= 0) {
             Outcome open{Status::open, t};
             open.row = worst;
@@ -214,8 +236,9 @@ private:
     }
 
     bool evaluate(const Vector& y, bool with_multipliers) {
-        return dynamics_.factor_closed() &&
-               dynamics_.slope_at(y.data(), slope_.data(), with_multipliers ? lambda_.data() : nullptr);
+        if (!dynamics_.factor_closed()) return false;
+        dynamics_.pivots.watch(dynamics_.bordered().nearness());
+        return dynamics_.slope_at(y.data(), slope_.data(), with_multipliers ? lambda_.data() : nullptr);
     }
 
     void watch(const double* C, const double* C_dot) {
@@ -256,6 +279,10 @@ private:
     }
 
     void stop(const Outcome& reached) { outcome = reached; }
+    void stop_at_branch(Status status, double t, double change) {
+        outcome = {status, t};
+        outcome.velocity_change = change;
+    }
     void stop_at(double t) {
         if (!dynamics_.broken_state().empty()) {
             outcome = {Status::broken, dynamics_.time()};
@@ -278,6 +305,7 @@ private:
     Corrector<D> corrector_;
     TurnCounter<D> counter_;
     RungeKutta<D> method_;
+    Passage<D> passage_;
     Controller control_;
     double t_, h_ = 0.0;
     Vector y_, y_new_, slope_;  // slope_ at y_new_, until the step is taken over
@@ -286,7 +314,8 @@ private:
     Counted counted_, counted_before_;
     Reached reached_{};
     std::size_t next_sample_ = 0, inside_ = 0;  // samples up to `inside_` lie in the step that was just accepted
-    bool started_ = false;
+    bool started_ = false, halved_ = false;
+    int shortened_ = 0;  // times the step at hand, near a singular pose
 };
 
 }  // namespace mbproj

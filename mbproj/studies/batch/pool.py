@@ -13,6 +13,7 @@ from time import monotonic
 
 from mbproj.errors import ExitCode
 from mbproj.integrate.interruption import interruption
+from mbproj.results.files import part_path
 from mbproj.studies.batch.result import SceneResult, Task
 from mbproj.studies.batch.worker import work
 
@@ -98,10 +99,16 @@ class _Worker:
         self.connection.close()
 
     def _lost(self, message: str) -> SceneResult:
-        """The result of the task that it will not get done."""
+        """The result of the task that it will not get done; what was recorded so far can be read."""
         assert self.task is not None
         self.gone = True
-        return SceneResult(self.task.scene, ExitCode.FAILED, message, (), monotonic() - self.begun)
+        self.process.kill()
+        self.process.join()
+        part = part_path(self.task.output)
+        kept = part if self.task.keep and part.exists() else None
+        if kept is not None:
+            message += f"; what it has recorded is in '{kept}'"
+        return SceneResult(self.task.scene, ExitCode.FAILED, message, (), monotonic() - self.begun, kept)
 
 
 @contextmanager

@@ -54,6 +54,7 @@ class SceneResult:
 
 
 def exit_code(results: Iterable[SceneResult]) -> ExitCode:
-    """The code of all: of those that are not DONE the lowest, so that a scene that could not run goes before one that
-    falls short."""
-    return min((result.code for result in results if result.code != ExitCode.DONE), default=ExitCode.DONE)
+    """The code of all: FAILED where a scene could not be run, for wrong input in it too, or else CHECK_FAILED where one
+    falls short, or DONE. A fault of mbproj goes before."""
+    codes = {ExitCode.FAILED if result.code == ExitCode.BAD_INPUT else result.code for result in results}
+    return min(codes - {ExitCode.DONE}, default=ExitCode.DONE)

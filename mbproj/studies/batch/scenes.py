@@ -12,19 +12,26 @@ from mbproj.studies.batch.result import Task
 
 
 def scene_paths(paths: Iterable[Path]) -> list[Path]:
-    """The files among `paths`, and of each directory its *.yaml, by name, not those of directories in it.
+    """The files among `paths`, those that a pattern matches (`*`, `?`, `[..]`, `**`: any directories), which not every
+    shell looks up, and of each directory its *.yaml, by name, not those of directories in it.
 
-    In the order of `paths`, each once. Raises InputError for a path that is not there or a directory without scenes.
+    In the order of `paths`, each once. Raises InputError for what is not there, and for what has or matches no scene.
     """
     found: list[Path] = []
     problems: list[Problem] = []
     for path in paths:
-        inside = sorted(path.glob("*.yaml")) if path.is_dir() else []
-        if not path.exists():
-            problems.append(Problem(f"there is no '{path}'", hint="give scene files, or directories of them"))
-        elif path.is_dir() and not inside:
-            problems.append(Problem(f"'{path}' has no *.yaml in it", hint="directories in it are to be named too"))
-        found += inside or [path]
+        if path.is_dir():
+            inside = sorted(path.glob("*.yaml"))
+            wrong = Problem(f"'{path}' has no *.yaml in it", hint=f"for those below it give '{path}/**/*.yaml'")
+        elif not path.exists() and any(letter in str(path) for letter in "*?["):
+            root = Path(path.anchor)
+            inside = sorted(match for match in root.glob(str(path.relative_to(root))) if match.is_file())
+            wrong = Problem(f"no file matches '{path}'", hint="give scene files, or directories of them")
+        else:
+            inside = [path] if path.exists() else []
+            wrong = Problem(f"there is no '{path}'", hint="give scene files, or directories of them")
+        problems += [] if inside else [wrong]
+        found += inside
     if problems:
         raise InputError(problems)
     first = {path.resolve(): path for path in reversed(found)}

@@ -1,0 +1,173 @@
+// The rows of the core's joints, as columns Y = Zᵀ Gᵀ of the half-inverted inertias of their bodies, and S = YᵀY: which of
+// them are held, and which are left out for good because they follow from these.
+#pragma once
+
+#include <numeric>
+
+#include "block_cholesky.hpp"
+#include "half_inverse.hpp"
+#include "independent_rows.hpp"
+#include "topology.hpp"
+
+namespace mbproj {
+
+template <int D> class CoreRows {
+public:
+    using S = Size<D>;
+    static constexpr int F = S::freedoms;
+
+    // A joint, and which of its rows count.
+    struct Held {
+        int joint, count;
+        int rows[F];
+        bool operator==(const Held& other) const {
+            return joint == other.joint && count == other.count && std::equal(rows, rows + count, other.rows);
+        }
+    };
+    // Of a joint in a list of them and one of its bodies, by its number in the core: as many columns as it has rows.
+    struct Incidence {
+        int held, body;
+        Matrix<F, F> Y;
+    };
+
+    CoreRows(const Model<D>& model, const Topology<D>& topology) : model_(model), topology_(topology) {
+        halves.resize(topology.core_bodies.size());
+        std::vector<std::vector<int>> all;
+        for (const int j : topology.core_joints) {
+            all.emplace_back(model.joints[j].rows);
+            std::iota(all.back().begin(), all.back().end(), 0);
+        }
+        hold(all);
+    }
+
+    std::vector<HalfInverse<D>> halves;  // of the core's bodies
+    BlockCholesky cholesky;
+
+    const std::vector<Held>& held() const { return held_; }
+    const std::vector<Incidence>& incidences() const { return incidences_; }
+    int count() const { return count_; }
+    const std::vector<Held>& spare() const { return spare_; }
+
+    // Y and S at a pose.
+    void fill(const Pose<D>& pose) {
+        for (Incidence& at : incidences_) fill_incidence(pose, held_[at.held], at);
+        cholesky.clear();
+        for (const Product& product : products_) {
+            const Incidence &a = incidences_[product.a], &b = incidences_[product.b];
+            const int rows = held_[a.held].count, columns = held_[b.held].count;
+            double* target = cholesky.at(product.offset);
+            const bool diagonal = product.a == product.b;  // of which the lower half counts
+            for (int r = 0; r < rows; ++r)
+                for (int c = 0; c < (diagonal ? r + 1 : columns); ++c)
+                    target[r * columns + c] += a.Y.col(r).dot(b.Y.col(c));
+        }
+    }
+
+    // Columns of Y of the rows that are left out for good, at the pose of the last `fill`.
+    std::vector<Incidence> spare_incidences(const Pose<D>& pose) const {
+        std::vector<Incidence> found;
+        for (std::size_t h = 0; h < spare_.size(); ++h)
+            for (const int body : model_.joints[spare_[h].joint].bodies) {
+                found.push_back({static_cast<int>(h), place_[body], Matrix<F, F>::Zero()});
+                fill_incidence(pose, spare_[h], found.back());
+            }
+        return found;
+    }
+
+    // Of each joint that is held, the rows that are independent at a pose: those whose distance from the span of the rows
+    // before them exceeds √smallest, where all bodies weigh the same and lengths count in the mechanism's own. Overwrites S.
+    std::vector<std::vector<int>> independent(const Pose<D>& pose, double smallest) {
+        for (std::size_t b = 0; b < halves.size(); ++b)
+            halves[b].bare(1.0 / (model_.length * model_.length), pose[topology_.core_bodies[b]].rotation,
+                           Matrix<S::turns, S::turns>::Identity());
+        fill(pose);
+        return cholesky.independent_rows(smallest);
+    }
+
+    // Leaves out of the factors to come the rows that depend on the others at this pose, up to a distance of √smallest, or
+    // none again. How many; overwrites the factor.
+    int mark_dependent(const Pose<D>& pose, double smallest) {
+        const auto found = independent(pose, smallest);
+        std::vector<char> dependent(count_, 1);
+        for (std::size_t h = 0; h < held_.size(); ++h)
+            for (const int r : found[h]) dependent[cholesky.row(static_cast<int>(h)) + r] = 0;
+        const auto count = std::count(dependent.begin(), dependent.end(), 1);
+        cholesky.leave_out(count ? std::move(dependent) : std::vector<char>());
+        return static_cast<int>(count);
+    }
+
+    // Of all rows of the core's joints, in their order, holds those given; the others are spare.
+    void hold(const std::vector<std::vector<int>>& rows) {
+        std::vector<Held> held, spare;
+        for (std::size_t h = 0; h < rows.size(); ++h) {
+            Held some{topology_.core_joints[h], 0, {}}, rest = some;
+            for (int r = 0; r < model_.joints[some.joint].rows; ++r) {
+                Held& to = std::find(rows[h].begin(), rows[h].end(), r) == rows[h].end() ? rest : some;
+                to.rows[to.count++] = r;
+            }
+            if (some.count) held.push_back(some);
+            if (rest.count) spare.push_back(rest);
+        }
+        if (held == held_) return;
+        held_ = std::move(held);
+        spare_ = std::move(spare);
+        arrange();
+    }
+
+private:
+    struct Product {  // incidences a and b share a body: YᵀY goes to this block of S
+        int a, b;
+        std::size_t offset;
+    };
+
+    // The structure of S for the rows that are held.
+    void arrange() {
+        std::vector<int> sizes;
+        place_.assign(model_.size(), -1);
+        for (std::size_t b = 0; b < topology_.core_bodies.size(); ++b) place_[topology_.core_bodies[b]] = static_cast<int>(b);
+        std::vector<std::vector<int>> touching(topology_.core_bodies.size());
+        incidences_.clear();
+        products_.clear();
+        for (std::size_t h = 0; h < held_.size(); ++h) {
+            sizes.push_back(held_[h].count);
+            for (const int body : model_.joints[held_[h].joint].bodies) {
+                touching[place_[body]].push_back(static_cast<int>(incidences_.size()));
+                incidences_.push_back({static_cast<int>(h), place_[body], Matrix<F, F>::Zero()});
+            }
+        }
+        std::vector<std::pair<int, int>> couplings;
+        for (const auto& joints : touching)
+            for (const int a : joints)
+                for (const int b : joints) couplings.push_back({incidences_[a].held, incidences_[b].held});
+        count_ = std::accumulate(sizes.begin(), sizes.end(), 0);
+        cholesky = BlockCholesky(std::move(sizes), couplings);
+        for (const auto& joints : touching)
+            for (std::size_t a = 0; a < joints.size(); ++a)
+                for (std::size_t b = 0; b <= a; ++b) add_product(joints[a], joints[b]);
+    }
+
+    void add_product(int a, int b) {
+        const auto target = cholesky.target(incidences_[a].held, incidences_[b].held);
+        products_.push_back(target.transposed ? Product{b, a, target.offset} : Product{a, b, target.offset});
+    }
+
+    void fill_incidence(const Pose<D>& pose, const Held& held, Incidence& at) const {
+        Matrix<F, F> G;
+        jacobian<D>(model_, pose, model_.joints[held.joint], topology_.core_bodies[at.body], G);
+        for (int r = 0; r < held.count; ++r) {
+            Column<F> y = G.row(held.rows[r]).transpose();
+            halves[at.body].forward(y);
+            at.Y.col(r) = y;
+        }
+    }
+
+    const Model<D>& model_;
+    const Topology<D>& topology_;
+    std::vector<Held> held_, spare_;
+    std::vector<Incidence> incidences_;
+    std::vector<Product> products_;
+    std::vector<int> place_;  // of a body in the core
+    int count_ = 0;           // rows that are held
+};
+
+}  // namespace mbproj

@@ -1,0 +1,80 @@
+// Steps past singular poses. On the constraints the motion goes through such a pose smoothly, but a stage is off them by
+// some power of h, and that is divided there by the distance of C_q from losing its rank: a coarse step may come out
+// anywhere, on another branch of the motion even, with velocities that agree with it. So a step within which that distance
+// changes by a large part is repeated as two halves, and both must come to the same.
+#pragma once
+
+#include "correction.hpp"
+#include "runge_kutta.hpp"
+
+namespace mbproj {
+
+// The smallest pivot of S is the square of the distance: where it falls, within two steps, below this part of what it was,
+// the step is checked.
+constexpr double nearing = 0.25;
+
+// Both may differ by this part, of the velocity or of the way made; with error control by so many tolerances, else the step
+// is tried so many times shorter, so that its stages lie elsewhere.
+constexpr double agreement = 0.02, agreed_tolerances = 100.0, shorter = 0.7;
+constexpr int most_shorter = 8;
+
+// What moves the mechanism by less than this part of its length in a step is at rest.
+constexpr double at_rest = 1e-10;
+
+template <int D> class Passage {
+public:
+    using S = Size<D>;
+    using Vector = Eigen::VectorXd;
+
+    Passage(const Tableau& tableau, Dynamics<D>& dynamics, Corrector<D>& corrector)
+        : dynamics_(dynamics), corrector_(corrector), half_(tableau, dynamics, dynamics.model().length),
+          evaluations_(2 * tableau.stages() - 1), middle_(Vector::Zero(dynamics.total())), end_(middle_) {}
+
+    // Whether the step that was just made, with these pivots at its stages, needs the check.
+    bool is_near(const Pivots& pivots) const {
+        return pivots.smallest < near_branch && pivots.smallest < nearing * std::max(before_, pivots.largest);
+    }
+    void accepted(const Pivots& pivots) { before_ = pivots.largest; }
+
+    // Two half steps from y at t, with its slope; false where they fail. Their evaluations count.
+    bool repeat(double t, const Vector& y, const Vector& slope, double h, long& evaluations) {
+        evaluations += evaluations_;
+        half_.first() = slope;
+        if (!half_.step(t, y, 0.5 * h, middle_) || !corrector_.anywhere(t + 0.5 * h, middle_.data()).regular ||
+            !dynamics_.derivative(t + 0.5 * h, middle_.data(), half_.first().data()) ||
+            !half_.step(t + 0.5 * h, middle_, 0.5 * h, end_))
+            return false;
+        return corrector_.anywhere(t + h, end_.data()).regular;
+    }
+
+    // How far a state is from where the half steps end, as a part of the velocity or of the way made in the step.
+    double off(const Vector& y, double h) const {
+        const double length = dynamics_.model().length;
+        double way = 0.0, change = 0.0, speed = 0.0;  // squares
+        for (int b = 0; b < dynamics_.model().size(); ++b) {
+            const Part<D> a(y.data(), b), e(end_.data(), b);
+            way += (a.position() - e.position()).squaredNorm() + 0.5 * length * length * turned(a, e);
+            change += (a.velocity() - e.velocity()).squaredNorm() + length * length * (a.omega() - e.omega()).squaredNorm();
+            speed += std::max(a.velocity().squaredNorm(), e.velocity().squaredNorm()) +
+                     length * length * std::max(a.omega().squaredNorm(), e.omega().squaredNorm());
+        }
+        if (std::sqrt(speed) * h <= at_rest * length) return 0.0;
+        return std::sqrt(std::max(way / (h * h), change) / speed);
+    }
+
+private:
+    // 2 |δθ|², of small turns.
+    static double turned(const Part<D>& a, const Part<D>& b) {
+        using Orientation = Column<S::orientation>;
+        return (rotation(Orientation(a.orientation())) - rotation(Orientation(b.orientation()))).squaredNorm();
+    }
+
+    Dynamics<D>& dynamics_;
+    Corrector<D>& corrector_;
+    RungeKutta<D> half_;
+    const long evaluations_;
+    Vector middle_, end_;
+    double before_ = 0.0;
+};
+
+}  // namespace mbproj
