@@ -10,6 +10,7 @@ import scipy.linalg
 
 from mbproj import read_scene, read_scene_text
 from mbproj.dynamics import equations
+from mbproj.dynamics.constraint_equations import tangent_jacobian
 from mbproj.integrate.tableau import load_tableau
 from mbproj.projection.gpopm import Gpopm
 from mbproj.projection.mmopm import Mmopm
@@ -17,8 +18,10 @@ from mbproj.projection.popm import Popm
 from mbproj.scene.records import BodyForce
 from mbproj.studies.mechanism import Mechanism
 from mbproj.studies.variants.moved import RigidMotion
+from mbproj.studies.variants.renumbered import renumbered
 from mbproj.studies.variants.rescaled import rescaled
 from mbproj.studies.verify import accelerations, balance, invariance, runs, verify
+from mbproj.studies.verify import equations as terms
 from mbproj.studies.verify.case import Case
 from mbproj.studies.verify.checks import CHECKS
 from mbproj.studies.verify.finding import Finding
@@ -68,6 +71,22 @@ def tilted(method, part=1e-3):
     return correction
 
 
+def pushed(system, pose, twist):
+    """Forces that are off in the ninth digit."""
+    return (1.0 + 1e-9) * equations.generalised_force(system, pose, twist)
+
+
+def less_on_the_ground(bound, pose):
+    """Rows that pull less at the ground than at the bodies."""
+    return tangent_jacobian(bound, pose) * np.append(np.ones(len(pose.position) - 1), 0.9)[:, None]
+
+
+def heavier(scene):
+    """One body a millionth heavier."""
+    first, *others = scene.bodies
+    return replace(scene, bodies=(replace(first, mass=first.mass * (1.0 + 1e-6)), *others))
+
+
 @pytest.mark.parametrize(
     ("name", "target", "attribute", "wrong"),
     [
@@ -82,12 +101,22 @@ def tilted(method, part=1e-3):
         ("momentum", balance, "cross", lambda a, b: 1.001 * np.cross(a, b)),
         ("rotation", RigidMotion, "_direction", lambda self, given: given),
         ("translation", RigidMotion, "_point", lambda self, given: given),
+        ("reduced", terms, "generalised_force", pushed),
+        ("reaction", balance, "tangent_jacobian", less_on_the_ground),
+        ("renumbering", invariance, "renumbered", lambda scene: heavier(renumbered(scene))),
     ],
 )  # fmt: skip
 def test_each_check_notices_what_is_wrong(monkeypatch, name, target, attribute, wrong):
     assert outcome(name).passed
     monkeypatch.setattr(target, attribute, wrong)
     assert not outcome(name).passed
+
+
+def test_the_planar_solve_is_held_against_the_full_one(monkeypatch):
+    bars = ROOT / "mechanisms" / "five_bar.yaml"
+    assert outcome("planar", case(bars)).passed
+    monkeypatch.setattr(terms, "generalised_force", pushed)
+    assert not outcome("planar", case(bars)).passed
 
 
 def test_a_unit_that_is_not_changed_everywhere_is_noticed(monkeypatch):
