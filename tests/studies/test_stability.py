@@ -159,6 +159,15 @@ def test_motions_run_faster():
     np.testing.assert_allclose(fast["bodies/position"][-1], slow["bodies/position"][-1], atol=1e-9)
 
 
+def test_all_methods_run_with_the_scenes_own_schedule():
+    """A projection after every hundredth step leaves the joints open, whichever the method."""
+    options = {"projection": "gopm", "every": "100", "duration": "2"}
+    scene = read_scene(ROOT / "mechanisms" / "five_bar.yaml", {}, options)
+    found = stability(scene, "step", projections=["gopm", "gpopm"], low=0.009, high=0.01, points=2, processes=1)
+    for track in found.tracks:
+        assert min(point.closure for point in track.points) > 1e-6
+
+
 def test_values_are_even_and_have_the_scenes_own():
     assert values(Span(1e-2, 1.0, 1e2), 5) == pytest.approx([1e-2, 1e-1, 1.0, 10.0, 100.0])
     assert 3.0 in values(Span(1e-2, 3.0, 1e2), 5)

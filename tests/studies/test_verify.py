@@ -194,6 +194,16 @@ def test_without_the_kernel_what_needs_it_does_not_apply(monkeypatch):
     assert found.holds
 
 
+def test_a_structure_that_cannot_move_is_no_failure():
+    from tests.studies.scenes import PENDULUM
+
+    pin = "  pin2: {type: revolute, bodies: [ground, bar], location: [1, 0, 0], axis: [0, 1, 0]}\nmarkers:"
+    found = {check.name: check for check in verify(read_scene_text(PENDULUM.replace("markers:", pin))).checks}
+    assert [name for name, check in found.items() if check.verdict == "failed"] == []
+    assert found["energy"].remark == "nothing moves, and no energy changes"
+    assert found["planar"].remark == "what is compared is nothing but round-off"
+
+
 def test_a_function_with_a_kink_says_why_no_order_is_seen():
     from tests.studies.scenes import PENDULUM
 

@@ -167,11 +167,9 @@ def _fixed(mechanism: Mechanism, until: float) -> Setting:
 
 def _with_method(subject: Subject, name: str) -> Subject:
     """The subject with another projection method; options that it does not take are left behind."""
-    own, bare = subject.setting, Setting(name)
-    kept = {key: getattr(own, key) for key in ("integrator", "step", "formulation", "acceleration")}
-    if name == own.projection:
-        return subject
-    return replace(subject, setting=replace(bare, **kept))
+    own = subject.setting
+    taken = {option: getattr(own, option) for option in PROJECTIONS[name].options}
+    return replace(subject, setting=replace(own, **{"alpha": None, "gains": None, **taken}, projection=name))
 
 
 def _walked(nothing: None, item: tuple[str, Subject, list[float]]) -> list[Point]:

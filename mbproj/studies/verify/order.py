@@ -20,6 +20,8 @@ ROUNDED = 0.5
 UNTOLD = 2.0
 #: Runs that an order takes.
 FEWEST = 3
+#: Energy below this part of what the mass of the mechanism can have is none.
+STILL = 1e-12
 #: Operations that are not smooth, so that no method keeps its order where one changes its branch.
 KINKS = frozenset({Op.TABLE, Op.MIN, Op.MAX, Op.ABS, Op.SIGN, Op.FLOOR, Op.CEIL})
 
@@ -43,8 +45,8 @@ def energy_balance(case: Case) -> Found:
         return obstacle
     if len(runs.solutions) < FEWEST:
         return _stopped(case)
-    size = max(map(_energy, runs.solutions))
-    if size == 0.0:
+    size, system = max(map(_energy, runs.solutions)), case.system
+    if size <= STILL * float(system.mass.sum()) * (case.rate * system.length) ** 2:
         return "nothing moves, and no energy changes"
     drifts = np.array([np.abs(each.energy_balance).max() for each in runs.solutions]) / size
     order = runs.order(drifts)
