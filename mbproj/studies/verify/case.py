@@ -10,8 +10,8 @@ import numpy as np
 from mbproj.arrays import Array
 from mbproj.dynamics import State
 from mbproj.dynamics.assembly import coordinate_values
-from mbproj.dynamics.constraint_equations import jacobian
 from mbproj.dynamics.kinematics import pose_of
+from mbproj.dynamics.row_space import scaled_jacobian
 from mbproj.errors import InputError
 from mbproj.integrate.compiled import Compiled
 from mbproj.integrate.formulation import Choice, choose
@@ -56,11 +56,10 @@ class Case:
         """The start, with a random velocity added that the joints allow: of the size of that of a fall through the
         mechanism's length, or of what moves already."""
         system, start = self.system, self.mechanism.state
-        rows = jacobian(system, pose_of(start.q))[independent_rows(system, start.q)]
+        rows = scaled_jacobian(system, pose_of(start.q))[independent_rows(system, start.q)]
         weights = np.tile([system.length] * 3 + [1.0] * 4, system.bodies)
         rate = self.rate * np.random.default_rng(0).normal(size=len(weights))
-        scaled = rows * weights
-        allowed = rate - np.linalg.lstsq(scaled, scaled @ rate, rcond=None)[0]
+        allowed = rate - np.linalg.lstsq(rows, rows @ rate, rcond=None)[0]
         return replace(start, v=start.v + weights * allowed)
 
     @cached_property

@@ -33,16 +33,21 @@ SHIFT = np.array([3.0, -2.0, 5.0])
 
 def units(case: Case) -> Found:
     """In millimetres GPOPM's correction and the accelerations are the same motion; GOPM's correction is not."""
-    k = MILLIMETRES
-    scale = np.tile([k] * 3 + [1.0] * 4, case.system.bodies)
-    found = _same(case, rescaled(case.scene, k), np.diag(scale), np.zeros(7 * case.system.bodies))
-    if not isinstance(found, Finding):
-        return found
-    known, other = case.equations, _equations_of(case, rescaled(case.scene, k), np.diag(scale), np.zeros(len(scale)))
-    own = Gopm().correction(known.M.value, known.C_q.value, known.C_q.value @ case.displacement)
-    theirs = Gopm().correction(other.M.value, other.C_q.value, other.C_q.value @ (scale * case.displacement)) / scale
-    part = np.abs((theirs - own) / _scale(case.system)).max() / np.abs(own / _scale(case.system)).max()
-    return replace(found, remark=f"gopm's correction changes by {100.0 * part:.2g} %")
+    scene, scale = rescaled(case.scene, MILLIMETRES), np.tile([MILLIMETRES] * 3 + [1.0] * 4, case.system.bodies)
+    found = _same(case, scene, np.diag(scale), np.zeros(len(scale)))
+    return replace(found, remark=_of_gopm(case, scene, scale)) if isinstance(found, Finding) else found
+
+
+def _of_gopm(case: Case, scene: Scene, scale: Array) -> str:
+    """By how much GOPM's correction changes."""
+    known, other = case.equations, _equations_of(case, scene, np.diag(scale), np.zeros(len(scale)))
+    unit, shift = _scale(case.system), case.displacement
+    own = Gopm().correction(known.M.value, known.C_q.value, known.C_q.value @ shift) / unit
+    try:
+        theirs = Gopm().correction(other.M.value, other.C_q.value, other.C_q.value @ (scale * shift)) / (scale * unit)
+    except np.linalg.LinAlgError:
+        return "gopm has no correction there: C_qC_qᵀ is singular to working precision"
+    return f"gopm's correction changes by {100.0 * np.abs(theirs - own).max() / np.abs(own).max():.2g} %"
 
 
 def rotation(case: Case) -> Found:

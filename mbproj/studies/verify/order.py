@@ -33,7 +33,7 @@ def observed_order(case: Case) -> Found:
         return obstacle
     order = runs.order(runs.errors) if len(runs.solutions) >= FEWEST else None
     if order is None:
-        return _stopped(case) if runs.failure else "its error is round-off at every step: no order can be seen"
+        return _stopped(case) if runs.failure else "its error is no more than round-off and the projection leave: no order can be seen"
     return _against(case, order, "")
 
 
