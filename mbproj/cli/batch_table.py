@@ -15,7 +15,7 @@ from mbproj.errors import ExitCode
 if TYPE_CHECKING:
     from mbproj.studies.batch import SceneResult
 
-RESULT_WIDTH = len("wrong input")
+RESULT_WIDTH = len("fault of mbproj")
 
 
 class Rows:
