@@ -210,7 +210,9 @@ def test_a_structure_that_cannot_move_is_no_failure():
     found = {check.name: check for check in verify(read_scene_text(PENDULUM.replace("markers:", pin))).checks}
     assert [name for name, check in found.items() if check.verdict == "failed"] == []
     assert found["energy"].remark == "nothing moves, and no energy changes"
-    assert found["planar"].remark == "what is compared is nothing but round-off"
+    assert found["planar"].remark in (
+        "what is compared is nothing but round-off", "nothing moves: all that is compared is zero"
+    )
 
 
 def test_a_function_with_a_kink_says_why_no_order_is_seen():

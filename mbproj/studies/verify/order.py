@@ -33,7 +33,8 @@ def observed_order(case: Case) -> Found:
         return obstacle
     order = runs.order(runs.errors) if len(runs.solutions) >= FEWEST else None
     if order is None:
-        return _stopped(case) if runs.failure else "its error is no more than round-off and the projection leave: no order can be seen"
+        unseen = "its error is no more than round-off and the projection leave: no order can be seen"
+        return _stopped(case) if runs.failure else unseen
     return _against(case, order, "")
 
 
