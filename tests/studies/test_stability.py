@@ -51,6 +51,8 @@ def test_baumgartes_limit_is_that_of_the_tableau(name):
     assert found.analytic == pytest.approx(1e4 * real_axis_limit(load_tableau(name)))
     assert [(change.below.state, change.above.state) for change in found.tracks[0].changes] == [("holds", "fails")]
     assert limit(found).value == pytest.approx(found.analytic, rel=0.02)
+    near = min(found.tracks[0].points, key=lambda point: abs(np.log(point.value / 1e4)))
+    assert near.closure < 1e-3 * 1e-8  # α h = 1: after 300 steps nothing is left of the offset
 
 
 def test_the_limit_is_the_same_in_the_full_formulation():

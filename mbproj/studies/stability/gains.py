@@ -16,6 +16,8 @@ from mbproj.dynamics.constraint_equations import constraint_at
 from mbproj.dynamics.observe import Block
 from mbproj.errors import MbprojError, SimulationError
 from mbproj.integrate import simulate
+from mbproj.integrate.formulation import choose
+from mbproj.integrate.in_plane import InPlane
 from mbproj.integrate.tableau import Tableau
 from mbproj.model import System
 from mbproj.model.euler_parameters import product, rotation_matrix
@@ -46,7 +48,7 @@ def growth(subject: Subject, value: float) -> Point:
     rad. It is the difference to a run without the offset, whose own C the integrator's error feeds all the time."""
     try:
         mechanism = Mechanism.of(subject.scene)
-        own, opened = (_violations(subject, each) for each in (mechanism, _opened(mechanism)))
+        own, opened = (_violations(subject, each) for each in (mechanism, _opened(subject, mechanism)))
     except MbprojError as error:
         where, time = (error.where, error.time) if isinstance(error, SimulationError) else (None, 0.0)
         return Point(value, FAILS, np.nan, np.nan, time, where, cause_of(error), ended=False)
@@ -62,11 +64,15 @@ def _step(subject: Subject) -> float:
     return subject.setting.step
 
 
-def _opened(mechanism: Mechanism) -> Mechanism:
-    """The mechanism with its bodies shifted by the offset, to and fro."""
+def _opened(subject: Subject, mechanism: Mechanism) -> Mechanism:
+    """The mechanism with its bodies shifted by the offset, to and fro; in its plane where that is where it moves."""
     state, random = mechanism.state, np.random.default_rng(0)
     shift = np.zeros((mechanism.system.bodies, 7))
     shift[:, :3] = OFFSET * mechanism.system.length * random.choice([-1.0, 1.0], (mechanism.system.bodies, 3))
+    run = choose(mechanism.system, state, subject.setting.settings(STEPS * _step(subject), _step(subject))).compiled
+    if isinstance(run, InPlane):
+        normal = run.plane.axes[:, 2]
+        shift[:, :3] -= np.outer(shift[:, :3] @ normal, normal)
     return replace(mechanism, state=replace(state, q=state.q + shift.ravel()))
 
 
