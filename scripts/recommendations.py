@@ -14,7 +14,6 @@ from __future__ import annotations
 import sys
 from collections.abc import Iterator
 from dataclasses import replace
-from statistics import median
 
 import numpy as np
 
@@ -24,10 +23,12 @@ from mbproj.scene import read_scene
 from mbproj.studies.bench import Bench, Outcome
 from mbproj.studies.families import closing, families
 from mbproj.studies.mechanism import Mechanism
-from mbproj.studies.recommend import Recommendation, recommend, sampled
+from mbproj.studies.recommend import Recommendation, recommend
 from mbproj.studies.reference import Reference
 from mbproj.studies.setting import Setting
 from mbproj.studies.solve import solve
+from mbproj.studies.spans import sampled
+from mbproj.studies.timing import time_settings
 
 #: Mechanisms, and until when (s): their duration, or less where the motion is chaotic.
 CASES = {
@@ -76,7 +77,7 @@ class Unseen:
     """A mechanism with a reference of its own, and a grid of settings around any recommendation."""
 
     def __init__(self, ready: Mechanism, until: float | None) -> None:
-        times = sampled(ready.scene.settings, until)
+        times = sampled(ready.scene, until)
         tight, loose = (solve(ready, Setting(integrator="dop853", tolerance=tol), times) for tol in (1e-14, 1e-13))
         apart = np.linalg.norm(tight.position - loose.position, axis=2)
         self.mechanism, self._costs = ready, dict[tuple[str, float], float]()
@@ -122,11 +123,7 @@ class Unseen:
 def clock_ratio(bench: Bench, found: Recommendation, rivals: list[Outcome]) -> float:
     """The recommendation's time over the fastest rival's, each the median of runs in turn."""
     chosen = [found.setting, *(outcome.setting for outcome in sorted(rivals, key=lambda one: one.evaluations)[:TIMED])]
-    seconds: list[list[float]] = [[] for _ in chosen]
-    for _ in range(REPETITIONS):
-        for own, setting in zip(seconds, chosen, strict=True):
-            own.append(bench.fresh(setting, bench.mechanism).seconds)
-    medians = [median(own) for own in seconds]
+    medians = [each.median for each in time_settings(bench.mechanism, chosen, bench.reference.times, REPETITIONS)]
     return medians[0] / min(medians)
 
 

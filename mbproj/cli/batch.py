@@ -55,7 +55,7 @@ def command(
     interrupted = False
     with _tasks(scenes, keep) as batch:
         try:
-            run_batch(batch, jobs or _processors(), seconds, done)
+            run_batch(batch, jobs, seconds, done)
         except KeyboardInterrupt:
             interrupted = True
     ended = [results[number] for number in sorted(results)]
@@ -85,13 +85,6 @@ def _tasks(scenes: list[Path], keep: Path | None) -> Iterator[list[Task]]:
         return
     with TemporaryDirectory(prefix="mbproj-batch-", ignore_cleanup_errors=True) as directory:
         yield tasks(scenes, Path(directory), keep=False)
-
-
-def _processors() -> int:
-    """Those that this process may use."""
-    import os
-
-    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
 def _write(path: Path, text: str) -> None:

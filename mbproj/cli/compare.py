@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from mbproj.cli.quantity import Names, Positive, PositiveList
 from mbproj.registry import PROJECTIONS, integrators
 
 if TYPE_CHECKING:
@@ -19,12 +20,15 @@ if TYPE_CHECKING:
 
 @click.command("compare")
 @click.argument("scene", type=click.Path())
-@click.option("--projections", metavar="A,B,..", help=f"Of {', '.join(PROJECTIONS)} (none,baumgarte,gopm,gpopm).")
-@click.option("--integrators", metavar="A,B,..", help=f"Of {', '.join(integrators())} (the scene's).")
-@click.option("--steps", metavar="TIME,..", help="Fixed steps in s (the scene's).")
-@click.option("--tolerances", metavar="NUMBER,..", help="Error tolerances, of integrators that estimate their error.")
-@click.option("--formulations", metavar="A,B", help="Several: cost is then shown in factorisations, not in time.")
-@click.option("--until", type=click.FloatRange(min=0, min_open=True), metavar="TIME", help="In s (the duration).")
+@click.option("--projections", type=Names(), metavar="A,B,..",
+              help=f"Of {', '.join(PROJECTIONS)} (none,baumgarte,gopm,gpopm).")
+@click.option("--integrators", type=Names(), metavar="A,B,..", help=f"Of {', '.join(integrators())} (the scene's).")
+@click.option("--steps", type=PositiveList("s"), metavar="TIME,..", help="Fixed steps (the scene's).")
+@click.option("--tolerances", type=PositiveList(""), metavar="NUMBER,..",
+              help="Error tolerances, of integrators that estimate their error.")
+@click.option("--formulations", type=Names(), metavar="A,B",
+              help="Several: cost is then shown in factorisations, not in time.")
+@click.option("--until", type=Positive("s"), metavar="TIME", help="Up to this time (the duration).")
 @click.option("--set", "changes", multiple=True, metavar="NAME=VALUE", help="Changes a parameter.")
 @click.option("--repeat", default=5, show_default=True, type=click.IntRange(1), help="Timings of each setting.")
 @click.option("-o", "--output", default=".", type=click.Path(path_type=Path), metavar="DIR", help="Directory (.).")
@@ -37,7 +41,7 @@ def command(scene: str, changes: tuple[str, ...], output: Path, ending: str, as_
     the integrator and of the projection, CPU time with its spread, counters. Writes it as CSV, and a page of figures.
     """
     from mbproj.cli.scene_options import parameters
-    from mbproj.cli.study import listed, make, positive, telling, write_csv
+    from mbproj.cli.study import make, telling, write_csv
     from mbproj.plot.save import save
     from mbproj.scene import read_scene
     from mbproj.studies.compare import PROJECTIONS_COMPARED, compare
@@ -47,14 +51,10 @@ def command(scene: str, changes: tuple[str, ...], output: Path, ending: str, as_
     with telling(hidden=as_json) as tell:
         found = compare(
             what,
-            projections=listed("--projections", options["projections"], str) or PROJECTIONS_COMPARED,
-            integrators=listed("--integrators", options["integrators"], str),
-            steps=listed("--steps", options["steps"], positive),
-            tolerances=listed("--tolerances", options["tolerances"], positive),
-            formulations=listed("--formulations", options["formulations"], str),
-            until=options["until"],
-            repetitions=options["repeat"],
+            projections=options.pop("projections") or PROJECTIONS_COMPARED,
+            repetitions=options.pop("repeat"),
             tell=tell,
+            **options,
         )
     rows = [{"label": entry.label, **entry.numbers} for entry in found.entries]
     written = [write_csv(folder / f"{stem}-compare.csv", rows), save(_page(found, what.title),

@@ -94,17 +94,16 @@ def _certified(
     progress: Progress | None,
     limits: Sequence[float],
 ) -> tuple[Report, Trust]:
-    """The run and its certificate, with a line on stderr for each solution of it, where there is a progress bar too."""
+    """The run and its certificate, whose progress is shown where that of the run is."""
+    from mbproj.cli.study import telling
     from mbproj.scene import settings_to_run
     from mbproj.studies.certified import simulate_certified
     from mbproj.studies.mechanism import Mechanism
 
-    def tell(message: str) -> None:
-        if progress is not None:
-            click.echo(message, err=True)
-
-    mechanism = Mechanism(scene, system, state)
-    return simulate_certified(mechanism, settings_to_run(scene), recorder, progress, limits, tell)
+    with telling(hidden=progress is None) as tell:
+        return simulate_certified(
+            Mechanism(scene, system, state), settings_to_run(scene), recorder, progress, limits, tell
+        )
 
 
 @contextmanager

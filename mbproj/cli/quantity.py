@@ -6,8 +6,6 @@ from typing import Any
 
 import click
 
-from mbproj.errors import InputError, Place
-
 
 class Positive(click.ParamType):  # type: ignore[type-arg]  # generic in the newest click alone
     """A positive number in the SI unit `unit`."""
@@ -17,14 +15,25 @@ class Positive(click.ParamType):  # type: ignore[type-arg]  # generic in the new
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> float:
         """The number in SI. Raises InputError at the option."""
-        from mbproj.scene.nodes import from_value
+        from mbproj.scene.given import given_number
         from mbproj.scene.quantities import Number
-        from mbproj.scene.reading import Reading
 
-        option = param.opts[0] if param is not None else ""
-        reading = Reading()
-        key = option.removeprefix("--")
-        number = Number(self.unit, above=0.0).read(from_value(value, Place(option)), (key,), reading)
-        if number is None:
-            raise InputError(reading.problems)
-        return number
+        return given_number(value, param.opts[0] if param is not None else "", Number(self.unit, above=0.0))
+
+
+class PositiveList(Positive):
+    """Several of them: "0.01,5 ms"."""
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
+        """The numbers in SI, a tuple. Raises InputError at the option."""
+        return tuple(super(PositiveList, self).convert(part, param, ctx) for part in value.split(","))
+
+
+class Names(click.ParamType):  # type: ignore[type-arg]
+    """Several words: "gopm,gpopm"."""
+
+    name = "names"
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> tuple[str, ...]:
+        """The words, a tuple."""
+        return tuple(part.strip() for part in value.split(","))

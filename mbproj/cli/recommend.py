@@ -4,14 +4,11 @@ from __future__ import annotations
 
 import json
 import shlex
-import sys
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
 
 import click
 
-from mbproj.cli.quantity import Positive
+from mbproj.cli.quantity import Names, Positive
 from mbproj.errors import ExitCode, InputError, Place, Problem
 
 if TYPE_CHECKING:
@@ -23,7 +20,8 @@ if TYPE_CHECKING:
 @click.command("recommend")
 @click.argument("scene", type=click.Path())
 @click.option("--error", "goal", required=True, type=Positive("m"), metavar="E", help="The largest error allowed.")
-@click.option("--at", "points", multiple=True, metavar="MARKER", help="Only at this marker, repeatable (all).")
+@click.option("--at", type=Names(), metavar="A,B,..",
+              help="Markers (or bodies, where there are none) whose error counts (all).")
 @click.option("--until", type=Positive("s"), metavar="TIME", help="Up to this time (the duration).")
 @click.option("--output-step", metavar="TIME", help="Time between the samples at which the error counts (the scene's).")
 @click.option("--set", "changes", multiple=True, metavar="NAME=VALUE", help="Changes a parameter.")
@@ -33,7 +31,7 @@ if TYPE_CHECKING:
 def command(
     scene: str,
     goal: float,
-    points: tuple[str, ...],
+    at: tuple[str, ...] | None,
     until: float | None,
     output_step: str | None,
     changes: tuple[str, ...],
@@ -47,6 +45,7 @@ def command(
     line first. Exit code 4 where the error cannot be kept so long: what is printed then holds up to the time it says.
     """
     from mbproj.cli.scene_options import parameters
+    from mbproj.cli.study import telling
     from mbproj.scene import read_scene
     from mbproj.studies.recommend import recommend
     from mbproj.studies.write_back import write_back
@@ -55,8 +54,8 @@ def command(
         hint = "change the parameter in the scene, then leave this out"
         raise InputError(Problem("what is recommended for other parameters is not written", Place("--set"), hint))
     what = read_scene(scene, parameters(changes), {"output_step": output_step})
-    with noting(as_json or quiet) as tell:
-        found = recommend(what, goal, points, until, tell=tell)
+    with telling(as_json or quiet) as tell:
+        found = recommend(what, goal, at or (), until, tell=tell)
     line = _command_line(what, scene, changes, output_step, found)
     if as_json:
         click.echo(json.dumps({"command": line, **_numbers(found)}))
@@ -64,28 +63,12 @@ def command(
         click.echo("\n".join([line] if quiet else [line, *_lines(found)]))
     if not found.reached:
         click.echo(
-            f"note: no setting keeps {goal:g} m until t = {found.wanted:.6g} s, because errors grow from round-off; "
-            f"this one does until {found.until:.6g} s", err=True,
+            f"note: no setting keeps {goal:g} m until t = {found.wanted:.6g} s: {found.why}; this one does until "
+            f"{found.until:.6g} s", err=True,
         )  # fmt: skip
     if write and found.reached:
         click.echo(f"written into {write_back(what, found.settings)}", err=True)
     return ExitCode.DONE if found.reached else ExitCode.CHECK_FAILED
-
-
-@contextmanager
-def noting(hidden: bool) -> Iterator[Callable[[str], None]]:
-    """Shows what a search is at, in one line of stderr, on a terminal only."""
-    shown = not hidden and sys.stderr.isatty()
-
-    def tell(message: str) -> None:
-        if shown:
-            sys.stderr.write(f"\r{message[:110]}\x1b[K")
-            sys.stderr.flush()
-
-    try:
-        yield tell
-    finally:
-        tell("")
 
 
 def _command_line(
@@ -97,7 +80,7 @@ def _command_line(
     words += shlex.split(found.setting.command_line(scene.settings))
     settings = found.settings
     assert settings.duration is not None and settings.output_step is not None
-    if settings.duration != scene.settings.duration:
+    if f"{settings.duration:.12g}" != f"{scene.settings.duration or 0.0:.12g}":
         words += ["--duration", f"{settings.duration:.12g}"]
     if settings.output_step != scene.settings.output_step or output_step:
         words += ["--output-step", output_step or shortest(settings.output_step)]
@@ -117,6 +100,7 @@ def _numbers(found: Recommendation) -> dict[str, Any]:
         "uncertain": found.uncertain,
         "reference": found.method,
         "check": found.check,
+        "why": found.why or None,
     }
 
 

@@ -49,7 +49,7 @@ def _accurate(scene: Scene, accuracy: float, given: dict[str, str], hidden: bool
     """The scene with the cheapest settings for an error, and what is known of it; for --json and the results file."""
     from dataclasses import replace
 
-    from mbproj.cli.recommend import noting
+    from mbproj.cli.study import telling
     from mbproj.errors import InputError, Place, Problem
     from mbproj.studies.recommend import Unreachable, recommend
 
@@ -57,12 +57,12 @@ def _accurate(scene: Scene, accuracy: float, given: dict[str, str], hidden: bool
         if name in given:
             hint = "leave out the one or the other"
             raise InputError(Problem(f"--accuracy chooses the {name} itself", Place(f"--{name}"), hint))
-    with noting(hidden) as tell:
+    with telling(hidden) as tell:
         found = recommend(scene, accuracy, timed=False, tell=tell)
     if not found.reached:
         raise Unreachable(
-            f"no setting keeps an error of {accuracy:g} m longer than {found.until:.6g} s: errors grow from round-off; "
-            f"try --duration {found.until:.6g}, or a larger error"
+            f"no setting keeps an error of {accuracy:g} m longer than {found.until:.6g} s: {found.why}; try --duration "
+            f"{found.until:.6g}, or a larger error"
         )
     if not hidden:
         label, best = found.setting.label, found.best

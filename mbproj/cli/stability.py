@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from mbproj.cli.quantity import Positive
+from mbproj.cli.quantity import Names, Positive
 from mbproj.cli.scene_options import overrides, parameters, scene_options
 from mbproj.errors import Place, placed_at
 from mbproj.registry import PROJECTIONS
@@ -24,7 +24,8 @@ if TYPE_CHECKING:
 @scene_options
 @click.option("--vary", required=True, metavar="QUANTITY", help="step, mass-ratio, inertia-ratio, speed, length-scale, "
               "stiffness, baumgarte-gain, penalty or duration.")
-@click.option("--projections", metavar="A,B,..", help=f"Of {', '.join(PROJECTIONS)} (none,baumgarte,gopm,gpopm).")
+@click.option("--projections", type=Names(), metavar="A,B,..",
+              help=f"Of {', '.join(PROJECTIONS)} (none,baumgarte,gopm,gpopm).")
 @click.option("--from", "low", type=Positive(""), metavar="NUMBER", help="The lowest value (see the README).")
 @click.option("--to", "high", type=Positive(""), metavar="NUMBER", help="The highest value.")
 @click.option("--points", default=25, show_default=True, type=click.IntRange(2), help="Values over the span.")
@@ -36,8 +37,8 @@ if TYPE_CHECKING:
 @click.option("--json", "as_json", is_flag=True, help="Print one JSON object instead of the table.")
 @click.option("--fresh", is_flag=True, help="Begin anew where an earlier study was interrupted or is complete.")
 def command(
-    scene: str, settings: tuple[str, ...], vary: str, projections: str | None, low: float | None, high: float | None,
-    points: int, closed: float | None, energy: float | None, output: Path, ending: str, as_json: bool, fresh: bool,
+    scene: str, settings: tuple[str, ...], vary: str, projections: tuple[str, ...] | None, low: float | None,
+    high: float | None, points: int, closed: float | None, energy: float | None, output: Path, ending: str, as_json: bool, fresh: bool,
     **options: Any,
 ) -> None:  # fmt: skip
     """Varies one quantity of SCENE and finds where each projection method holds, degrades and fails.
@@ -45,7 +46,7 @@ def command(
     Limits come from bisection, with the first bad time and joint beyond. Writes a figure and all points as CSV. Other
     options change the setting that is studied, as for `mbproj run`. An interrupted study resumes where it stopped.
     """
-    from mbproj.cli.study import listed, make, telling, write_csv
+    from mbproj.cli.study import journal_at, make, telling, write_csv
     from mbproj.plot.save import save
     from mbproj.scene import read_scene
     from mbproj.studies.stability import stability
@@ -54,14 +55,11 @@ def command(
     what = read_scene(scene, parameters(settings), overrides(options))
     stem = make(output) / f"{Path(scene).stem}-stability-{vary}"
     given = {name: value for name, value in (("closed", closed), ("energy", energy)) if value is not None}
-    names = listed("--projections", projections, str)
-    journal = Path(f"{stem}.jsonl")
-    if fresh:
-        journal.unlink(missing_ok=True)
+    journal = journal_at(stem, fresh)
     with telling(hidden=as_json) as tell, placed_at(Place("--vary")):
         found = stability(
-            what, vary, projections=names, low=low, high=high, points=points, limits=Limits(**given), journal=journal,
-            tell=tell,
+            what, vary, projections=projections, low=low, high=high, points=points, limits=Limits(**given),
+            journal=journal, tell=tell,
         )
     written = [write_csv(Path(f"{stem}.csv"), _rows(found)), save(_page(found), Path(f"{stem}.{ending}"))]
     if as_json:

@@ -1,45 +1,17 @@
-"""What the commands that run many simulations share: lists of values, progress with the time left, tables, files."""
+"""What the commands that run many simulations share: progress with the time left, tables, files."""
 
 from __future__ import annotations
 
 import csv
 import sys
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from time import monotonic
-from typing import Any, TypeVar
+from typing import Any
 
-from mbproj.errors import InputError, Place, Problem
-
-Value = TypeVar("Value")
-
-#: Called with a phase in words, how much of it is done, and how much there is.
-Tell = Callable[[str, int, int], None]
-
-
-def listed(option: str, text: str | None, read: Callable[[str], Value]) -> list[Value] | None:
-    """The values of an option "a,b,c"; None where it was not given. Raises InputError at the option."""
-    if text is None:
-        return None
-    values = []
-    for part in text.split(","):
-        try:
-            values.append(read(part.strip()))
-        except ValueError as error:
-            raise InputError(Problem(f"'{part.strip()}': {error}", Place(option), "e.g. a,b,c")) from error
-    return values
-
-
-def positive(text: str) -> float:
-    """A number above zero, e.g. of seconds."""
-    try:
-        value = float(text)
-    except ValueError:
-        raise ValueError("not a number") from None
-    if not 0.0 < value < float("inf"):
-        raise ValueError("not a positive number")
-    return value
+from mbproj.errors import InputError, Problem
+from mbproj.studies.progress import Tell
 
 
 @contextmanager
@@ -109,6 +81,14 @@ def unwritable(path: Path, error: OSError) -> InputError:
     """A file or folder that cannot be made."""
     message = f"cannot write '{path}': {error.strerror or error}"
     return InputError(Problem(message, hint="choose another folder with -o"))
+
+
+def journal_at(stem: Path, fresh: bool) -> Path:
+    """The journal of a study whose files begin with `stem`; without what is in it where it is to begin anew."""
+    journal = Path(f"{stem}.jsonl")
+    if fresh:
+        journal.unlink(missing_ok=True)
+    return journal
 
 
 def make(folder: Path) -> Path:

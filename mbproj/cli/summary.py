@@ -42,8 +42,8 @@ def print_summary(
         f"  {counts['steps']} steps to t = {settings.duration:g} s in {seconds:.2f} s "
         f"({_time(seconds / max(counts['steps'], 1))} a step), {counts['evaluations']} evaluations, "
         f"{counts['rejected_steps']} steps rejected",
-        f"  position violation  {_worst(report.position_violation)}",
-        f"  velocity violation  {_worst(report.velocity_violation)}",
+        f"  position violation  {_worst(report.position_violation, report.position_floor)}",
+        f"  velocity violation  {_worst(report.velocity_violation, report.velocity_floor)}",
         f"  energy drift        {report.energy_drift:.2e} J "
         f"({report.energy_drift_relative:.1e} of the largest kinetic energy + |ΔV|)",
         f"  projection          {counts['projections']} times, {counts['projection_iterations']} position and "
@@ -65,6 +65,12 @@ def warnings(report: Report) -> list[str]:
         found.append(
             f"the energy drifted by {100 * report.energy_drift_relative:.2g} %: the joints may be closed and the "
             "motion still wrong; compare with a smaller --step, or with --integrator dop853 --tolerance 1e-10"
+        )
+    asked = report.settings.projection.tolerance
+    if asked is not None and report.settings.projection.test == "violation" and asked < report.position_floor:
+        found.append(
+            f"the projection's tolerance of {asked:.0e} is below what round-off allows, {report.position_floor:.0e}: "
+            "iterations stop where they get no further"
         )
     if report.counters["projection_failures"]:
         found.append(
@@ -92,5 +98,5 @@ def _phases(report: Report) -> list[str]:
     return [f"  time                {shares}; recording {_time(report.recording_seconds)} more"]
 
 
-def _worst(violation: Worst) -> str:
-    return f"{violation.value:.1e}  ({violation.owner} at t = {violation.time:.4g} s)"
+def _worst(violation: Worst, floor: float) -> str:
+    return f"{violation.value:.1e}  ({violation.owner} at t = {violation.time:.4g} s); round-off allows {floor:.0e}"

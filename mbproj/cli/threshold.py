@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from math import nan
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
 
+from mbproj.cli.quantity import Names, PositiveList
 from mbproj.cli.scene_options import overrides, parameters, scene_options
 
 if TYPE_CHECKING:
@@ -17,21 +19,25 @@ if TYPE_CHECKING:
 
 @click.command("threshold")
 @scene_options
-@click.option("--thresholds", metavar="NUMBER,..", help="Those to try (by decades up to a tenth of the size).")
-@click.option("--at", metavar="A,B,..", help="Markers (or bodies, where there are none) whose error counts (all).")
+@click.option("--thresholds", type=PositiveList(""), metavar="NUMBER,..",
+              help="Those to try (by decades up to a tenth of the size).")
+@click.option("--at", type=Names(), metavar="A,B,..",
+              help="Markers (or bodies, where there are none) whose error counts (all).")
 @click.option("--repeat", default=5, show_default=True, type=click.IntRange(1), help="Timings of each setting.")
 @click.option("-o", "--output", default=".", type=click.Path(path_type=Path), metavar="DIR", help="Directory (.).")
 @click.option("--format", "ending", default="png", type=click.Choice(["png", "svg", "pdf"]), help="Format (png).")
+@click.option("--fresh", is_flag=True, help="Begin anew where an earlier study was interrupted or is complete.")
 def command(
-    scene: str, settings: tuple[str, ...], thresholds: str | None, at: str | None, repeat: int, output: Path,
-    ending: str, **options: Any,
+    scene: str, settings: tuple[str, ...], thresholds: tuple[float, ...] | None, at: tuple[str, ...] | None,
+    repeat: int, output: Path, ending: str, fresh: bool, **options: Any,
 ) -> None:  # fmt: skip
     """Varies the projection threshold on SCENE: error, violation, projections saved, CPU time.
 
     Recommends the largest threshold up to which the error stays within a tenth of that with all projections. Other
-    options change the setting that is studied, as for `mbproj run`.
+    options change the setting that is studied, as for `mbproj run`. An interrupted study resumes where it stopped:
+    what was done stands in DIR/<scene>-threshold.jsonl.
     """
-    from mbproj.cli.study import listed, make, positive, telling, write_csv
+    from mbproj.cli.study import journal_at, make, telling, write_csv
     from mbproj.plot.save import save
     from mbproj.scene import read_scene
     from mbproj.studies.threshold import threshold_study
@@ -39,10 +45,11 @@ def command(
     chosen = overrides(options)
     chosen.pop("threshold", None)
     what = read_scene(scene, parameters(settings), chosen)
-    stem, points = make(output) / f"{Path(scene).stem}-threshold", tuple(listed("--at", at, str) or ())
+    stem, points = make(output) / f"{Path(scene).stem}-threshold", at or ()
+    journal = journal_at(stem, fresh)
     with telling(hidden=False) as tell:
         found = threshold_study(
-            what, thresholds=listed("--thresholds", thresholds, positive), at=points, repetitions=repeat, tell=tell
+            what, thresholds=thresholds, at=points, repetitions=repeat, journal=journal, tell=tell
         )
     click.echo(_report(found, points))
     for note in found.notes:
@@ -54,13 +61,13 @@ def command(
 def _rows(found: ThresholdStudy, points: tuple[str, ...]) -> list[dict[str, Any]]:
     table = []
     for index, (trial, timing) in enumerate(zip(found.trials, found.timings, strict=True)):
-        low, high = timing.spread if timing else (float("nan"), float("nan"))
+        low, high = timing.spread if timing else (nan, nan)
         table.append({
             "threshold": trial.setting.threshold, "projection": trial.setting.projection, "error": trial.at(points),
             "position_violation": trial.position_violation, "velocity_violation": trial.velocity_violation,
-            "energy_drift": trial.energy_drift, "steps": trial.counters.get("steps", 0),
-            "projections": trial.counters.get("projections", 0), "projections_saved": found.saved(index),
-            "cpu_seconds": timing.median if timing else float("nan"), "cpu_seconds_lowest": low,
+            "energy_drift": trial.energy_drift, "steps": trial.counters.get("steps", nan),
+            "projections": trial.counters.get("projections", nan), "projections_saved": found.saved(index),
+            "cpu_seconds": timing.median if timing else nan, "cpu_seconds_lowest": low,
             "cpu_seconds_highest": high, "recommended": index == found.recommended, "failure": trial.failure or "",
         })  # fmt: skip
     return table
@@ -73,8 +80,9 @@ def _report(found: ThresholdStudy, points: tuple[str, ...]) -> str:
     for index, row in enumerate(_rows(found, points)):
         name = "none" if index == len(found.trials) - 1 else f"{row['threshold']:.0e}" if index else "every step"
         lines.append([
-            name + " *" * row["recommended"], number(row["error"]), number(row["position_violation"]),
-            number(row["velocity_violation"]), str(row["projections"]), number(100.0 * row["projections_saved"], ".0f"),
+            name + " *" * row["recommended"], "failed" if row["failure"] else number(row["error"]),
+            *("-" if row["failure"] else number(row[f"{level}_violation"]) for level in ("position", "velocity")),
+            number(row["projections"], ".0f"), number(100.0 * row["projections_saved"], ".0f"),
             milliseconds(row["cpu_seconds"]),
         ])  # fmt: skip
     table = columns(["threshold", "error, m", "|C|", "|C'|", "projections", "saved, %", "CPU, ms"], lines)
@@ -82,13 +90,18 @@ def _report(found: ThresholdStudy, points: tuple[str, ...]) -> str:
 
 
 def _verdict(found: ThresholdStudy) -> str:
+    from mbproj.studies.setting import shortest
+
     index = found.recommended
     if index is None:
-        return "no threshold keeps the error: project after every step"
+        return "no threshold saves projections without changing the error: project after every step"
     trial, timing, always = found.trials[index], found.timings[index], found.timings[0]
-    cost = f"{100 * (1 - timing.median / always.median):.0f} % of the CPU time" if timing and always else "its time"
+    assert trial.setting.threshold is not None and timing is not None and always is not None  # neither has failed
+    part = 1.0 - timing.median / always.median
+    clear = timing.median < always.spread[0]
+    cost = f"{100 * part:.0f} % of the CPU time" if clear else "no CPU time that could be told from the spread"
     return (
-        f"* recommended: --threshold {trial.setting.threshold:g} saves {100 * found.saved(index):.0f} % of the "
+        f"* recommended: --threshold {shortest(trial.setting.threshold)} saves {100 * found.saved(index):.0f} % of the "
         f"projections and {cost}, with joints open by up to {trial.position_violation:.1e}"
     )
 
@@ -106,7 +119,7 @@ def _page(found: ThresholdStudy, points: tuple[str, ...]) -> Figure:
         return np.where(np.isfinite(values), values, np.nan)
 
     ends = [
-        (row["error"], row["position_violation"], float(row["projections"]), row["cpu_seconds"])
+        (row["error"], row["position_violation"], row["projections"], row["cpu_seconds"])
         for row in (rows[0], rows[-1])
     ]
     shown = Thresholds(

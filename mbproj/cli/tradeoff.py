@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from mbproj.cli.quantity import Names, Positive
 from mbproj.registry import FORMULATIONS, PROJECTIONS, integrators
 
 if TYPE_CHECKING:
@@ -18,14 +19,16 @@ if TYPE_CHECKING:
 
 @click.command("tradeoff")
 @click.argument("scene", type=click.Path())
-@click.option("--projections", metavar="A,B,..", help=f"Of {', '.join(PROJECTIONS)} (gpopm,gopm,none,baumgarte).")
-@click.option("--integrators", metavar="A,B,..", help=f"Of {', '.join(integrators())} (all).")
+@click.option("--projections", type=Names(), metavar="A,B,..",
+              help=f"Of {', '.join(PROJECTIONS)} (gpopm,gopm,none,baumgarte).")
+@click.option("--integrators", type=Names(), metavar="A,B,..", help=f"Of {', '.join(integrators())} (all).")
 @click.option("--formulation", type=click.Choice(FORMULATIONS), help="Of all settings (the scene's).")
-@click.option("--at", metavar="A,B,..", help="Markers (or bodies, where there are none) whose error counts (all).")
-@click.option("--until", type=click.FloatRange(min=0, min_open=True), metavar="TIME", help="In s (the duration).")
+@click.option("--at", type=Names(), metavar="A,B,..",
+              help="Markers (or bodies, where there are none) whose error counts (all).")
+@click.option("--until", type=Positive("s"), metavar="TIME", help="Up to this time (the duration).")
 @click.option("--set", "changes", multiple=True, metavar="NAME=VALUE", help="Changes a parameter.")
-@click.option("--longest", default=0.5, show_default=True, metavar="SECONDS", help="Sweeps end with a run of so long.",
-              type=click.FloatRange(min=0, min_open=True))
+@click.option("--longest", default="0.5 s", show_default=True, type=Positive("s"), metavar="TIME",
+              help="Sweeps end with a run of so long.")
 @click.option("--repeat", default=5, show_default=True, type=click.IntRange(1), help="Timings of each setting.")
 @click.option("-o", "--output", default=".", type=click.Path(path_type=Path), metavar="DIR", help="Directory (.).")
 @click.option("--format", "ending", default="png", type=click.Choice(["png", "svg", "pdf"]), help="Format (png).")
@@ -37,7 +40,7 @@ def command(scene: str, changes: tuple[str, ...], output: Path, ending: str, fre
     interrupted study resumes where it stopped: what was done stands in DIR/<scene>-tradeoff.jsonl.
     """
     from mbproj.cli.scene_options import parameters
-    from mbproj.cli.study import listed, make, telling, unwritable, write_csv
+    from mbproj.cli.study import journal_at, make, telling, unwritable, write_csv
     from mbproj.plot.save import save
     from mbproj.scene import read_scene
     from mbproj.studies.tradeoff import PROJECTIONS_TRIED, tradeoff
@@ -45,16 +48,14 @@ def command(scene: str, changes: tuple[str, ...], output: Path, ending: str, fre
 
     what = read_scene(scene, parameters(changes))
     stem = make(output) / f"{Path(scene).stem}-tradeoff"
-    journal = Path(f"{stem}.jsonl")
-    if fresh:
-        journal.unlink(missing_ok=True)
+    journal = journal_at(stem, fresh)
     with telling(hidden=False) as tell:
         found = tradeoff(
             what,
-            projections=listed("--projections", options["projections"], str) or PROJECTIONS_TRIED,
-            methods=listed("--integrators", options["integrators"], str),
+            projections=options["projections"] or PROJECTIONS_TRIED,
+            integrators=options["integrators"],
             formulation=options["formulation"],
-            at=listed("--at", options["at"], str) or (),
+            at=options["at"] or (),
             until=options["until"],
             longest=options["longest"],
             repetitions=options["repeat"],
@@ -87,13 +88,15 @@ def _report(found: Tradeoff) -> Iterator[str]:
     yield f"errors of {', '.join(found.points)}; the reference is uncertain by {found.floor:.1e} m"
     errors = found.error[np.isfinite(found.seconds)]
     limits = 10.0 ** np.arange(-14.0, 3.0)[::-1]
-    limits = limits[(limits > max(found.floor, errors.min(initial=np.inf))) & (limits < 10.0 * errors.max(initial=0.0))]
+    limits = limits[(limits > max(found.floor, errors.min(initial=np.inf))) & (limits <= WORTHLESS * found.size)]
     closed = CLOSED * max(1.0, found.size)
     kinds = {"the cheapest setting for an error": np.inf, f"the same with joints closed to {closed:.0e}": closed}
+    shown: list[list[str]] = []
     for title, most in kinds.items():
         best = {found.cheapest(limit, most): limit for limit in limits}  # of equal settings the smallest error
         rows = [[f"<= {limit:.0e}", *_cells(found, index)] for index, limit in best.items() if index is not None]
-        if rows:
+        if rows and rows != shown:
+            shown = rows
             yield ""
             yield f"{title}:"
             yield columns(["error, m", *HEADINGS], rows)
@@ -106,6 +109,8 @@ def _report(found: Tradeoff) -> Iterator[str]:
         yield from _own(found, found.own)
 
 
+#: Errors above this part of the mechanism's size are not worth a line.
+WORTHLESS = 0.1
 HEADINGS = ["is", "|C|", "CPU, ms", "spread", "evaluations", "projections", "setting"]
 
 
@@ -132,7 +137,9 @@ def _own(found: Tradeoff, own: int) -> Iterator[str]:
     seconds, error = found.seconds[own], found.error[own]
     yield f"the scene's own setting ({trial.setting.label}): error {error:.1e} m in {milliseconds(seconds)} ms"
     same_error, same_cost = found.cheapest(error), found.most_accurate(seconds)
-    if same_error is not None and same_cost is not None:
+    if same_error == same_cost == own:
+        yield "  nothing that was timed is cheaper and as accurate, or more accurate for the same time"
+    elif same_error is not None and same_cost is not None:
         cheaper, better = found.seconds[same_error], found.error[same_cost]
         yield (f"  as accurate for {milliseconds(cheaper)} ms ({seconds / cheaper:.2g} times cheaper): "
                f"{found.trials[same_error].setting.label}")  # fmt: skip

@@ -37,7 +37,7 @@ def lines_on(trust: Trust) -> Iterator[str]:
     limits = enumerate(trust.limits.tolist())
     reached = [(column, limit) for column, limit in limits if trust.horizon_low[:, column].min() < inf][-MAX_LIMITS:]
     points = trust.names[:MAX_POINTS]
-    heads = [f"{limit:.3g} m".replace("e-0", "e-") for _, limit in reached]
+    heads = [_written(limit) for _, limit in reached]
     rows = [
         [*(_time(trust, k, column) for column, _ in reached), f"{_largest(trust.error[:, k]):.1e} m", _growth(trust, k)]
         for k in range(len(points))
@@ -51,6 +51,12 @@ def lines_on(trust: Trust) -> Iterator[str]:
         yield f"    the first {MAX_POINTS} of {len(trust.names)}: the results file has all"
     if trust.remark:
         yield f"    {trust.remark}"
+
+
+def _written(limit: float) -> str:
+    """A limit in m: "1e-4 m", "2.5 m"."""
+    mantissa, _, power = f"{limit:.2e}".partition("e")
+    return f"{limit:.3g} m" if limit >= 1.0 else f"{float(mantissa):g}e{int(power)} m"
 
 
 def _time(trust: Trust, k: int, column: int) -> str:

@@ -24,6 +24,7 @@ class Report:
     """What a run did, and how well.
 
     `formulation` is the one that was used, and `why`. The largest violations are those over all steps, recorded or not;
+    `position_floor` and `velocity_floor` are what round-off alone leaves (m or rad, per s), the largest of the samples.
     `worst_joint` names the joint that was open most, None without joints. `energy_drift` in J, and relative to the
     largest kinetic energy + |ΔV|. `integration_seconds` went into the steps (`integration_cpu_seconds` of them
     with the processor, by the thread's own clock), `recording_seconds` into observing and writing the samples.
@@ -37,6 +38,8 @@ class Report:
     counters: dict[str, int]
     position_violation: Worst
     velocity_violation: Worst
+    position_floor: float
+    velocity_floor: float
     worst_joint: str | None
     energy_drift: float
     energy_drift_relative: float
@@ -72,6 +75,8 @@ def summary(scene: str, output: str, report: Report, total_seconds: float) -> di
         "total_seconds": total_seconds,
         "position_violation_max": report.position_violation.value,
         "velocity_violation_max": report.velocity_violation.value,
+        "position_violation_floor": report.position_floor,
+        "velocity_violation_floor": report.velocity_floor,
         "worst_joint": report.worst_joint,
         "energy_drift": report.energy_drift,
         "energy_drift_relative": report.energy_drift_relative,

@@ -8,8 +8,11 @@ from typing import NamedTuple, Protocol
 
 import numpy as np
 
+from mbproj.arrays import Array
 from mbproj.dynamics.assembly import State
+from mbproj.dynamics.kinematics import pose_of, twist_of
 from mbproj.dynamics.observe import Block, observe, total_energy
+from mbproj.dynamics.round_off import position_grain, velocity_grain
 from mbproj.dynamics.samples import Samples, join, stack
 from mbproj.integrate.compiled import march as march_compiled
 from mbproj.integrate.formulation import Choice, choose
@@ -69,7 +72,7 @@ def simulate(
     far was recorded.
     """
     choice = choose(system, state, settings)
-    tally, energy = Tally(), EnergyWatch()
+    tally, energy, floors = Tally(), EnergyWatch(), np.zeros(2)
     initial_energy = total_energy(system, state)
     started, recording = _Clocks.now(), _Clocks()
     with interruption() as asked:
@@ -83,6 +86,7 @@ def simulate(
                 float(potential.min()),
                 float(potential.max()),
             )
+            floors = np.maximum(floors, _floors(system, samples))
             if recorder is not None:
                 recorder.write(block)
             if progress is not None:
@@ -97,6 +101,8 @@ def simulate(
         counters=tally.counters(),
         position_violation=worst(system, tally.position_peak),
         velocity_violation=worst(system, tally.velocity_peak),
+        position_floor=float(floors[0]),
+        velocity_floor=float(floors[1]),
         worst_joint=worst_joint(system, tally.joint_peak),
         energy_drift=energy.drift,
         energy_drift_relative=energy.relative,
@@ -105,6 +111,13 @@ def simulate(
         recording_seconds=recording.elapsed,
         phases=tally.phases,
     )
+
+
+def _floors(system: System, samples: Samples) -> Array:
+    """What round-off leaves of C and of C' at the last of some samples, (2,)."""
+    pose = pose_of(samples.q[-1])
+    grains = position_grain(system, pose), velocity_grain(system, pose, twist_of(pose, samples.v[-1]))
+    return np.array([grain.max(initial=0.0) for grain in grains])
 
 
 def _march(

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.ticker import EngFormatter
 
 from mbproj.arrays import Array
 from mbproj.plot import panels
@@ -77,13 +78,14 @@ def _errors(axis: Axes, methods: Sequence[Compared], uncertainty: Array) -> None
 def _energies(axes: Sequence[Axes], methods: Sequence[Compared]) -> None:
     """The two parts of the drift on one scale."""
     largest = 0.0
-    for axis, part in zip(axes, ("integrator", "projection"), strict=True):
+    parts = {"integrator": "|drift by the integrator| (J)", "projection": "|work of the projection| (J)"}
+    for axis, (part, title) in zip(axes, parts.items(), strict=True):
         for index, method in enumerate(methods):
             values = getattr(method, part)
             if values is not None and (part == "integrator" or np.nanmax(np.abs(values)) > 0.0):
                 panels.plot_log(axis, method.time[1:], values[1:], method.label, index)
                 largest = max(largest, float(np.nanmax(np.abs(values))))
-        axis.set_ylabel(f"energy: {part} (J)")
+        axis.set_ylabel(title)
     for axis in axes:
         axis.set_yscale("log")
         top = 3.0 * max(largest, 1e-12)
@@ -111,6 +113,7 @@ def _costs(axes: Sequence[Axes], methods: Sequence[Compared]) -> None:
     for axis in axes:
         axis.set_ylim(rows[-1] - 0.6, 0.6)
         axis.set_xlim(left=0.0, right=1.08 * max(axis.get_xlim()[1], 1e-9))
+        axis.xaxis.set_major_formatter(EngFormatter(sep=""))
         axis.set_yticks(rows)
         axis.grid(visible=False, axis="y")
     axes[0].set_yticklabels([panels.literal(method.label) for method in methods], fontsize=7)

@@ -13,6 +13,10 @@ from mbproj.plot.style import line, styled
 from mbproj.results import Results
 from mbproj.results.trust import Trust
 
+#: An uncertainty that is less than this part of the error cannot be seen.
+SEEN = 0.05
+BAND = "band: what the error may be at most"
+
 
 @styled
 def draw(results: Sequence[Results], labels: Sequence[str]) -> Figure:
@@ -20,9 +24,7 @@ def draw(results: Sequence[Results], labels: Sequence[str]) -> Figure:
     certified = [(result, result.trust, label) for result, label in zip(results, labels, strict=True) if result.trust]
     names = list(dict.fromkeys(name for result, trust, _ in certified for name in _names(result, trust)))
     drawn = names[:MAX_ROWS]
-    remark = "band: what the error may be at most"
-    if drawn != names:
-        remark += f"; the first {len(drawn)} of {len(names)} markers: choose others with --marker"
+    remarks = [f"the first {len(drawn)} of {len(names)} markers: choose others with --marker"] if drawn != names else []
     figure, axes = panels.panels(len(drawn), height=2.1)
     for axis, name in zip(axes[:, 0], drawn, strict=True):
         for index, (result, trust, label) in enumerate(certified):
@@ -32,9 +34,11 @@ def draw(results: Sequence[Results], labels: Sequence[str]) -> Figure:
                 time, error, unsure = trust.time[rows], trust.error[rows, k], trust.uncertainty[rows, k]
                 known = np.where(error > panels.FLOOR, error, np.nan)
                 panels.plot_log(axis, time, known, label, index)
-                axis.fill_between(time, known, known + unsure, color=line(index)["color"], alpha=0.2, linewidth=0)
+                if np.nanmax(unsure / known, initial=0.0) > SEEN:
+                    axis.fill_between(time, known, known + unsure, color=line(index)["color"], alpha=0.2, linewidth=0)
+                    remarks = list(dict.fromkeys([BAND, *remarks]))
         axis.set_ylabel(panels.literal(f"error of {name} (m)"))
-    return panels.finish(figure, remark=remark, with_legend=len(certified) > 1)
+    return panels.finish(figure, remark="; ".join(remarks), with_legend=len(certified) > 1)
 
 
 def _names(result: Results, trust: Trust) -> list[str]:

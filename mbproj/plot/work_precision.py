@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure, SubFigure
-from matplotlib.ticker import NullFormatter
+from matplotlib.ticker import EngFormatter, LogLocator, NullFormatter
 
 from mbproj.arrays import Array
 from mbproj.plot import panels
@@ -18,6 +18,8 @@ from mbproj.plot.style import SHADE, WIDTH, line, styled
 #: Height of a row of panels, inches.
 ROW = 2.75
 MARKS = "osD^vPX<>*h"
+#: An axis that spans less than this factor has labels between the powers of ten.
+NARROW = 50.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -72,7 +74,7 @@ def work_precision(shown: Diagram, remark: str) -> Figure:
     right.set(xlabel="CPU time of the steps (ms)")
     errors.set(xlabel=f"evaluations, {shown.integrator}", ylabel=f"error of {panels.literal(shown.points)} (m)")
     violations.set(xlabel=f"evaluations, {shown.integrator}", ylabel="violation $|C|_\\infty$ (m or rad)")
-    for axis in (left, right, errors):
+    for axis in (left, right, errors, violations):
         _decades(axis)
     for part, axes in ((upper, (left, right)), (lower, (errors,))):
         _legend(part, axes)
@@ -110,11 +112,12 @@ def _front(axis: Axes, shown: Diagram) -> None:
 
 
 def _decades(axis: Axes) -> None:
-    """Label powers of ten alone, of which there is one at least: labels in between run into each other."""
+    """Label powers of ten alone, or where there are few of them 2 and 5 times as much, too."""
     low, high = axis.get_xlim()
-    if np.ceil(np.log10(low)) > np.floor(np.log10(high)):
-        axis.set_xlim(left=10.0 ** np.floor(np.log10(low)))
     axis.xaxis.set_minor_formatter(NullFormatter())
+    if high < NARROW * low:
+        axis.xaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+        axis.xaxis.set_major_formatter(EngFormatter(sep=""))
 
 
 def _floor(axis: Axes, floor: float) -> None:

@@ -11,11 +11,12 @@ from mbproj.dynamics.constraint_equations import constraint
 from mbproj.dynamics.equations import mass_matrix
 from mbproj.dynamics.kinematics import pose_of
 from mbproj.dynamics.motions import Drive
+from mbproj.dynamics.round_off import position_grain
 from mbproj.dynamics.row_span import RowSpan
 from mbproj.model.system import System
 from mbproj.projection.gopm import Gopm
 from mbproj.projection.method import Projection
-from mbproj.projection.tolerance import PAPER_TOLERANCE, ROUND_OFF, row_grain, row_tolerances
+from mbproj.projection.tolerance import PAPER_TOLERANCE, ROUND_OFF, row_tolerances
 from mbproj.scene.records import ProjectionSettings
 
 #: No pass turns a body by more (rad, to first order): light bodies ask for it where linearised rows promise too much.
@@ -69,7 +70,7 @@ def _by_violation(
         if left_open and np.all(np.abs(held.closes(C)) <= tolerances):
             return Position(q, passes, met=True, left_open=left_open)
         change = method.correction(mass_matrix(system, pose), held.C_q, held.combined(C))
-        last = bool(np.all(np.abs(C) <= ROUND_OFF * row_grain(system, pose)))
+        last = bool(np.all(np.abs(C) <= ROUND_OFF * position_grain(system, pose)))
         part, left = min(1.0, _part_in_reach(q, change)), _scaled(system, held.closes(C))
         pose = pose_of(q + part * change)
         while not _scaled(system, held.closes(C := constraint(system, pose, drive))) < (1.0 - 0.5 * part) * left:

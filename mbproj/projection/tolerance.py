@@ -6,6 +6,7 @@ import numpy as np
 
 from mbproj.arrays import Array
 from mbproj.dynamics.kinematics import Pose
+from mbproj.dynamics.round_off import position_grain
 from mbproj.model.system import System
 from mbproj.scene.records import ProjectionSettings
 
@@ -21,16 +22,4 @@ def row_tolerances(system: System, settings: ProjectionSettings, pose: Pose) -> 
     """The tolerance of each row of C, (m,): as set, or max(1e-13, 4 ε × the largest coordinate that enters the row)."""
     if settings.tolerance is not None and settings.test == "violation":
         return np.full(system.constraints, settings.tolerance)
-    return np.maximum(FLOOR * np.minimum(1.0, system.row_scale), 4.0 * row_grain(system, pose))
-
-
-def row_grain(system: System, pose: Pose) -> Array:
-    """ε × the largest coordinate that enters each row of C, (m,): 1 in rows of vectors; in rows of points, the
-    positions of their bodies and their places in them."""
-    largest, first = np.zeros(system.constraints), system.bodies
-    for bound in [system.joints] if system.motions is None else [system.joints, system.motions.rows]:
-        reach = np.abs(pose.position).max(axis=-1)[bound.body] + np.abs(bound.local).max(axis=-1)
-        reach *= bound.is_point
-        np.maximum.at(largest, first + bound.entry_row, reach[bound.entry_slot])
-        first += bound.size
-    return np.finfo(float).eps * np.maximum(largest, np.minimum(1.0, system.row_scale))
+    return np.maximum(FLOOR * np.minimum(1.0, system.row_scale), 4.0 * position_grain(system, pose))

@@ -1,1 +1,1 @@
-"""What runs many simulations: the paper's numerical examples."""
+"""What runs many simulations: comparisons, trade-offs, recommendations, certificates, batches, the paper's examples."""

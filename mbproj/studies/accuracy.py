@@ -2,19 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import Any
 
 from mbproj.scene.records import Scene
 from mbproj.studies.journal import Journal
 from mbproj.studies.mechanism import Mechanism
+from mbproj.studies.progress import Tell, silent
 from mbproj.studies.reference import Reference
+from mbproj.studies.resumable import resumable
 from mbproj.studies.setting import Setting
 from mbproj.studies.solve import sample_times, solve
 from mbproj.studies.spans import stride_for
 from mbproj.studies.trial import Trial, trial
-from mbproj.studies.workers import in_parallel
 
 
 @dataclass
@@ -43,8 +45,8 @@ class Yardstick:
         return replace(found, counters=report.counters, seconds=report.integration_cpu_seconds)
 
 
-def _trial(yardstick: Yardstick, setting: Setting) -> Trial:
-    return yardstick.trial(setting)
+def _trial(yardstick: Yardstick, setting: Setting) -> dict[str, Any]:
+    return yardstick.trial(setting).as_json()
 
 
 def attempt(
@@ -53,18 +55,11 @@ def attempt(
     reference: Reference,
     journal: Journal | None = None,
     processes: int | None = None,
-    done: Callable[[int], None] = lambda count: None,
+    tell: Tell = silent,
 ) -> list[Trial]:
-    """A trial of each setting over the times of the reference, in their order. `done` is called with the number of
-    settings that are through; those in the journal are not run again."""
-    kept = journal or Journal(None, {})
+    """A trial of each setting over the times of the reference, in their order; those in the journal are not run
+    again."""
     keys = [f"trial {setting.command_line()}" for setting in settings]
-    missing = [number for number, key in enumerate(keys) if key not in kept]
-    through = len(settings) - len(missing)
-    done(through)
-    yardstick = Yardstick(mechanism.scene, reference)
-    for number, found in in_parallel(_trial, yardstick, [settings[number] for number in missing], processes):
-        kept.add(keys[missing[number]], found.as_json())
-        through += 1
-        done(through)
-    return [Trial.from_json(kept[key]) for key in keys]
+    items, yardstick = dict(zip(keys, settings, strict=True)), Yardstick(mechanism.scene, reference)
+    found = resumable(_trial, yardstick, items, journal or Journal(None, {}), processes, "runs", tell)
+    return [Trial.from_json(found[key]) for key in keys]

@@ -2,16 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass, field, replace
+from dataclasses import asdict, dataclass, field, replace
 
 import numpy as np
 
 from mbproj.arrays import Array
+from mbproj.studies.journal import Journal
 from mbproj.studies.measures import error
 from mbproj.studies.mechanism import Mechanism
 from mbproj.studies.reference import Reference
-from mbproj.studies.setting import Setting, shortest
+from mbproj.studies.setting import Setting
 from mbproj.studies.solve import solve
 
 NO_END = float("inf")
@@ -33,14 +33,14 @@ class Outcome:
 
 @dataclass(eq=False)
 class Bench:
-    """A mechanism and its reference; `goal` is the error asked for, m, at the points number `columns`."""
+    """A mechanism and its reference; `goal` is the error asked for, m, at the points number `columns`. The journal
+    keeps what was measured."""
 
     mechanism: Mechanism
     reference: Reference
     goal: float
     columns: tuple[int, ...]
-    tell: Callable[[str], None] = lambda message: None
-    _known: dict[Setting, Outcome] = field(default_factory=dict)
+    journal: Journal = field(default_factory=lambda: Journal(None, {}))
 
     @property
     def until(self) -> float:
@@ -57,14 +57,14 @@ class Bench:
         """The same up to another sample time, in s."""
         kept, whole = self.reference.times <= until * (1.0 + 1e-9), self.reference
         arrays = {name: getattr(whole, name)[kept] for name in ("times", "position", "velocity", "uncertainty")}
-        return Bench(self.mechanism, replace(whole, **arrays), self.goal, self.columns, self.tell)
+        return Bench(self.mechanism, replace(whole, **arrays), self.goal, self.columns, self.journal)
 
     def measure(self, setting: Setting) -> Outcome:
-        """Its outcome, computed where that was not done before."""
-        if setting not in self._known:
-            outcome = self._known[setting] = self.fresh(setting, self.mechanism)
-            self.tell(f"{setting.label}: off by {outcome.error:.1e} m, {shortest(outcome.evaluations)} evaluations")
-        return self._known[setting]
+        """Its outcome, computed where it is not in the journal."""
+        key = f"{setting.command_line()} --duration {self.until!r}"
+        if key not in self.journal:
+            self.journal.add(key, asdict(self.fresh(setting, self.mechanism)))
+        return Outcome(**{**self.journal[key], "setting": setting})
 
     def fresh(self, setting: Setting, mechanism: Mechanism) -> Outcome:
         """The outcome on a mechanism of the same scene."""

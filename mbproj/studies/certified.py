@@ -14,8 +14,9 @@ from mbproj.integrate import Report, simulate
 from mbproj.integrate.simulate import Progress
 from mbproj.results.trust import Trust
 from mbproj.scene.records import Settings
-from mbproj.studies.certify import LIMITS, Tell, certify
+from mbproj.studies.certify import LIMITS, certify
 from mbproj.studies.mechanism import Mechanism
+from mbproj.studies.progress import Tell, silent
 
 
 class CertificateRecorder(Protocol):
@@ -34,7 +35,7 @@ def simulate_certified(
     recorder: CertificateRecorder | None = None,
     progress: Progress | None = None,
     limits: Sequence[float] = LIMITS,
-    tell: Tell = lambda message: None,
+    tell: Tell = silent,
 ) -> tuple[Report, Trust]:
     """`simulate`, and how long its result can be trusted (see `certify`).
 

@@ -8,7 +8,7 @@ far any solution in double precision may be from the truth, and horizons become 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 
@@ -19,7 +19,8 @@ from mbproj.results.trust import Trust
 from mbproj.scene.records import Settings
 from mbproj.studies.mechanism import Mechanism
 from mbproj.studies.perturbed import perturbed
-from mbproj.studies.setting import Setting, shortest
+from mbproj.studies.progress import Tell, silent
+from mbproj.studies.setting import Setting
 from mbproj.studies.solve import Solution, solve
 
 #: Limits of the error in m that horizons are given for.
@@ -31,8 +32,6 @@ PERTURBED, SAFETY = 4, 3.0
 #: Part of the distance between the two tightest tolerances that the tightest may still be off.
 LEFT = 0.1
 
-Tell = Callable[[str], None]
-
 
 def certify(
     mechanism: Mechanism,
@@ -40,16 +39,17 @@ def certify(
     times: Array,
     position: Array,
     limits: Sequence[float] = LIMITS,
-    tell: Tell = lambda message: None,
+    tell: Tell = silent,
 ) -> Trust:
     """What a better solution says of a run with `settings` whose points (see `Mechanism`) were at `position` (T, k, 3),
-    m, at the sample times (T,), s. `limits` in m; `tell` is called with a line before each run."""
+    m, at the sample times (T,), s. `limits` in m."""
     tested = tuple(limits)
     if len(times) < 2:
         return _trust(mechanism, times, position, position, np.zeros(position.shape[:2]), tested, "", "nothing was run")
     better, before = None, None
-    for tolerance in ladder(settings):
-        tell(f"certifying: dop853 at a tolerance of {shortest(tolerance)}")
+    rungs = list(ladder(settings))
+    for number, tolerance in enumerate(rungs):
+        tell("certifying", number, len(rungs))
         before, better = better, solve(mechanism, _better(tolerance), times)
         if before is not None:
             uncertainty = _spread([before], better)
@@ -68,7 +68,7 @@ def ladder(settings: Settings) -> Iterator[float]:
     """Tolerances of the better solution of a run with `settings`: always tighter than its own."""
     tolerance = min(LOOSEST, FACTOR * (settings.tolerance or 1.0))
     while tolerance > TIGHTEST / FACTOR**0.5:
-        yield tolerance
+        yield float(f"{tolerance:.2g}")
         tolerance *= FACTOR
     yield TIGHTEST
 
@@ -79,11 +79,10 @@ def _better(tolerance: float) -> Setting:
 
 def _round_off(mechanism: Mechanism, better: Solution, tell: Tell) -> Array:
     """What starts that differ by round-off make of the motion, (T, k), m."""
-    tell(f"certifying: {PERTURBED} runs from starts that differ by round-off")
-    others = [
-        solve(perturbed(mechanism, seed), _better((1.0 + 0.25 * seed) * TIGHTEST), better.times)
-        for seed in range(1, PERTURBED + 1)
-    ]
+    others = []
+    for seed in range(1, PERTURBED + 1):
+        tell("certifying near round-off", seed - 1, PERTURBED)
+        others.append(solve(perturbed(mechanism, seed), _better((1.0 + 0.25 * seed) * TIGHTEST), better.times))
     return SAFETY * _spread(others, better)
 
 

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass, replace
 from itertools import product
 from math import nan
 from typing import Any
@@ -12,14 +12,16 @@ import numpy as np
 
 from mbproj.arrays import Array
 from mbproj.errors import InputError, Problem, SimulationError
-from mbproj.registry import PROJECTIONS, integrators
+from mbproj.registry import integrators
 from mbproj.scene.records import Scene
+from mbproj.studies.cache import cached
 from mbproj.studies.energy_split import EnergySplit, energy_split
 from mbproj.studies.measures import error
 from mbproj.studies.mechanism import Mechanism
+from mbproj.studies.progress import Tell, silent
 from mbproj.studies.reference import Reference, reference
-from mbproj.studies.setting import Setting
-from mbproj.studies.solve import Solution, solve
+from mbproj.studies.setting import Setting, only_full
+from mbproj.studies.solve import Solution, sample_times, solve
 from mbproj.studies.spans import common_times, span
 from mbproj.studies.timing import REPETITIONS, Timing, time_settings
 from mbproj.studies.workers import in_parallel
@@ -29,13 +31,6 @@ PROJECTIONS_COMPARED = ("none", "baumgarte", "gopm", "gpopm")
 
 #: What an entry counts.
 COUNTERS = ("steps", "evaluations", "projections", "projection_iterations", "velocity_iterations", "factorisations")
-
-#: Called with a phase in words, how much of it is done, and how much there is.
-Tell = Callable[[str, int, int], None]
-
-
-def _silent(phase: str, done: int, whole: int) -> None:
-    """Tells nobody."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -97,7 +92,7 @@ def compare(
     until: float | None = None,
     repetitions: int = REPETITIONS,
     processes: int | None = None,
-    tell: Tell = _silent,
+    tell: Tell = silent,
 ) -> Comparison:
     """Runs every projection with every integrator and every step (s) or tolerance over `until` s.
 
@@ -116,13 +111,9 @@ def compare(
     taken = {s.report.formulation for s, _ in found.values() if s.report is not None}
     alive = [number for number in sorted(found) if found[number][0].report is not None] if len(taken) == 1 else []
 
-    def timed(done: int) -> None:
-        tell("timing", done, repetitions * len(alive))
-
-    timings = dict(
-        zip(alive, time_settings(mechanism, [settings[n] for n in alive], float(times[-1]), repetitions, timed),
-            strict=True)
-    )  # fmt: skip
+    ends = sample_times(float(times[-1]), 1)
+    taken_times = time_settings(mechanism, [settings[n] for n in alive], ends, repetitions, tell)
+    timings = dict(zip(alive, taken_times, strict=True))
     labels = labels_of(settings)
     entries = tuple(
         Entry(each, labels[n], found[n][0], error(found[n][0], truth), found[n][1], timings.get(n))
@@ -132,9 +123,15 @@ def compare(
 
 
 def _run(shared: tuple[Scene, Array], setting: Setting) -> tuple[Solution, EnergySplit | None]:
-    """One entry's solution and energy split; runs in a process of its own."""
-    mechanism = Mechanism.of(shared[0])
-    solution = solve(mechanism, setting, shared[1])
+    """One entry's solution and energy split, from the cache where they are there; runs in a process of its own."""
+    scene, times = shared
+    mechanism = Mechanism.of(scene)
+    what = ["compare", mechanism.identity, times.tolist(), asdict(setting)]
+    return cached(what, lambda: _solved(mechanism, setting, times))
+
+
+def _solved(mechanism: Mechanism, setting: Setting, times: Array) -> tuple[Solution, EnergySplit | None]:
+    solution = solve(mechanism, setting, times)
     try:
         return solution, None if solution.failure else energy_split(mechanism, solution)
     except SimulationError:
@@ -159,13 +156,13 @@ def _settings(
                               "say which with --steps or --tolerances")  # fmt: skip
             raise InputError(problem)
         sizes = [{"step": own.step, "tolerance": own.tolerance}]
-    only_full = [name for name in projections if name in PROJECTIONS and not PROJECTIONS[name].compiled]
-    chosen = list(formulations or ["full" if only_full else own.formulation])
-    if only_full and not formulations and own.formulation != "full":
-        names = ", ".join(f"'{name}'" for name in only_full)
-        notes.append(f"all in the full formulation: {names} exist{'s' * (len(only_full) == 1)} there only")
+    slow = only_full(projections)
+    chosen = list(formulations or ["full" if slow else own.formulation])
+    if slow and not formulations and own.formulation != "full":
+        names = ", ".join(f"'{name}'" for name in slow)
+        notes.append(f"all in the full formulation: {names} exist{'s' * (len(slow) == 1)} there only")
     found = [
-        replace(plain(own, projection), integrator=integrator, formulation=formulation, **size)
+        replace(own.projected_by(projection), integrator=integrator, formulation=formulation, **size)
         for formulation, projection, integrator, size in product(
             chosen, projections, methods or [own.integrator], sizes
         )
@@ -181,14 +178,6 @@ def _estimates(integrator: str) -> bool:
     return integrator not in integrators() or integrators()[integrator].embedded
 
 
-def plain(own: Setting, projection: str) -> Setting:
-    """A setting with this projection, and of the scene's own what belongs to every method; all of it where the method
-    is the scene's own."""
-    if projection == own.projection:
-        return own
-    return Setting(projection=projection, acceleration=own.acceleration)
-
-
 def labels_of(settings: Sequence[Setting]) -> list[str]:
     """For a legend: of each setting's label the words in which they differ, and where that is none the projection."""
     words = [[each.formulation, *each.label.split(", ")] for each in settings]
@@ -199,7 +188,7 @@ def labels_of(settings: Sequence[Setting]) -> list[str]:
 def _remarks(entries: Sequence[Entry], truth: Reference, taken: set[str]) -> list[str]:
     """What a reader of the table should know."""
     found = [
-        f"reference: {truth.method}; it is {truth.uncertainty[-1].max():.1e} m from {truth.check} or nearer",
+        truth.words,
         *(f"{entry.label}: {entry.solution.failure}" for entry in entries if entry.solution.failure),
     ]
     if len(taken) > 1:

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 from mbproj.arrays import Array
 from mbproj.registry import integrators
-from mbproj.studies.setting import Setting
+from mbproj.studies.setting import Setting, shortest
 from mbproj.studies.spans import divisors
 
 #: Steps over the whole span: the fewest and the most that are tried, and the ratio from one size to the next at least.
@@ -50,7 +50,7 @@ def schedule_label(setting: Setting) -> str:
     text = setting.projection
     if setting.every != 1:
         text += f" every {setting.every} steps"
-    return text if setting.threshold is None else f"{text} above {setting.threshold:.2g}"
+    return text if setting.threshold is None else f"{text} above {shortest(setting.threshold)}"
 
 
 def step_numbers(intervals: int) -> list[int]:

@@ -21,8 +21,7 @@ class Journal:
             if path is not None and not self._read(path, head):
                 path.write_text(head + "\n", encoding="utf-8")
         except OSError as error:
-            problem = Problem(f"cannot write '{path}': {error.strerror}", hint="choose another place")
-            raise InputError(problem) from error
+            raise _unwritable(path, error) from error
 
     def _read(self, path: Path, head: str) -> bool:
         """Takes in the records; False where there is no such file. A last line that was cut short is dropped."""
@@ -48,6 +47,13 @@ class Journal:
     def add(self, key: str, record: Any) -> None:
         """Keeps a record; it is on the disk when this returns."""
         self._records[key] = record
-        if self.path is not None:
-            with self.path.open("a", encoding="utf-8") as file:
-                file.write(json.dumps([key, record]) + "\n")
+        try:
+            if self.path is not None:
+                with self.path.open("a", encoding="utf-8") as file:
+                    file.write(json.dumps([key, record]) + "\n")
+        except OSError as error:
+            raise _unwritable(self.path, error) from error
+
+
+def _unwritable(path: Path | None, error: OSError) -> InputError:
+    return InputError(Problem(f"cannot write '{path}': {error.strerror}", hint="choose another place"))

@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 from mbproj.dynamics import State, assemble
+from mbproj.errors import InputError, Problem
 from mbproj.model import System, compile_system, initial_guess
 from mbproj.scene.records import Scene
+from mbproj.scene.suggestions import choose_from
 
 
 @dataclass(frozen=True, eq=False)
@@ -33,3 +37,17 @@ class Mechanism:
     def kind(self) -> str:
         """What the points are: "markers" or "bodies"."""
         return "markers" if self.system.names.markers else "bodies"
+
+    def columns(self, names: Sequence[str] = ()) -> tuple[int, ...]:
+        """Numbers of the points with these names; of all where none is named. Raises InputError for one that is not
+        there."""
+        for name in names:
+            if name not in self.points:
+                problem = Problem(f"there is no '{name}' among the {self.kind}", hint=choose_from(name, self.points))
+                raise InputError(problem)
+        return tuple(k for k, name in enumerate(self.points) if not names or name in names)
+
+    @property
+    def identity(self) -> dict[str, Any]:
+        """What it follows from, for a journal or the cache."""
+        return {"scene": self.scene.text, "parameters": dict(self.scene.overrides)}

@@ -25,7 +25,7 @@ CLOSED = 1e-11
 
 def promising(ladders: Sequence[Ladder], swept: Sequence[Sequence[Trial]]) -> list[Ladder]:
     """The ladders with about the fewest evaluations for the most errors, a decade apart."""
-    flat = [(number, trial) for number, trials in enumerate(swept) for trial in trials if trial.failure is None]
+    flat = [(number, trial) for number, trials in enumerate(swept) for trial in trials if np.isfinite(trial.at())]
     errors = np.array([trial.at() for _, trial in flat])
     evaluations = np.array([trial.counters["evaluations"] for _, trial in flat], dtype=float)
     owner = np.array([number for number, _ in flat])

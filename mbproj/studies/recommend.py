@@ -6,26 +6,26 @@ quarter of the fewest are then timed in turn. All settings close the joints afte
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from statistics import median
 
 import numpy as np
 
-from mbproj.arrays import Array
-from mbproj.errors import ExitCode, InputError, MbprojError, Problem
+from mbproj.errors import ExitCode, MbprojError
 from mbproj.scene.records import Scene, Settings
-from mbproj.scene.sampling import DEFAULT_SAMPLES
-from mbproj.scene.suggestions import choose_from
 from mbproj.studies.bench import Bench, Outcome
+from mbproj.studies.cache import journal_of
 from mbproj.studies.families import Family, closing, families
 from mbproj.studies.mechanism import Mechanism
+from mbproj.studies.progress import Tell, silent
 from mbproj.studies.reference import reference
 from mbproj.studies.search import cheapest
 from mbproj.studies.setting import Setting
+from mbproj.studies.spans import sampled
+from mbproj.studies.timing import time_settings
 
-#: Settings that take at most so many times the fewest evaluations are timed, so many times over.
-CONTENDERS, REPETITIONS = 1.25, 5
+#: Settings that take at most so many times the fewest evaluations are timed.
+CONTENDERS = 1.25
 #: Where the search in a family begins: the tolerance that is this part of the error over the mechanism's size.
 FIRST = 0.1
 #: Part of the time that is given up at once where the error cannot be kept to the end.
@@ -45,7 +45,8 @@ class Recommendation:
     `best` is that run's outcome, `contenders` are those that were near, cheapest first (seconds are medians of several
     runs where they were timed), `own` the scene's own setting where it has one. All of them are up to `until` (s),
     which is before `wanted` where nothing keeps the error that long. The reference is uncertain by `uncertain` (m);
-    `method` and `check` are its two solutions in words. `settings` are those of the best run.
+    `method` and `check` are its two solutions in words; `why` says why the error cannot be kept longer ("" if
+    it can be). `settings` are those of the best run.
     """
 
     goal: float
@@ -58,6 +59,7 @@ class Recommendation:
     uncertain: float
     method: str
     check: str
+    why: str
     settings: Settings
 
     @property
@@ -74,65 +76,53 @@ class Recommendation:
 def recommend(
     scene: Scene,
     error: float,
-    points: Sequence[str] = (),
+    at: Sequence[str] = (),
     until: float | None = None,
     timed: bool = True,
-    tell: Callable[[str], None] = lambda message: None,
+    tell: Tell = silent,
 ) -> Recommendation:
     """The cheapest setting of `scene` whose error at every sample up to `until` (s; the scene's duration) is at most
-    `error` (m) at the named points (all). `tell` is called with a line for each run; without `timed` the fewest
-    evaluations decide.
+    `error` (m) at the markers `at` (all; the bodies' centres where there are none). Without `timed` the fewest
+    evaluations decide. What was tried is kept in the cache: a search that was interrupted resumes.
 
     Raises InputError for a name or duration that is not there, Unreachable where no setting keeps the error at all.
     """
     mechanism = Mechanism.of(scene)
-    columns = _columns(mechanism, points)
-    times = sampled(scene.settings, until)
-    tell("reference: two fine solutions by different methods")
-    bench = Bench(mechanism, reference(mechanism, times), error, columns, tell)
+    columns = mechanism.columns(at)
+    times = sampled(scene, until)
+    tell("reference", 0, 1)
+    truth = reference(mechanism, times)
+    journal = journal_of(["recommend", mechanism.identity, times.tolist(), error, columns])
+    bench = Bench(mechanism, truth, error, columns, journal)
     base = closing(Setting.of(scene.settings))
-    first, bench = _first(bench, base)
-    contenders = _timed(bench, _contenders(bench, base, first)) if timed else _contenders(bench, base, first)
+    own = Setting.of(scene.settings) if scene.settings.step or scene.settings.tolerance else None
+    first, bench = _first(bench, base, tell)
+    contenders = _contenders(bench, base, first, tell)
+    usual = [] if own is None else [bench.measure(own)]
+    if timed:
+        contenders, usual = _timed(bench, contenders, usual, tell)
     settings = contenders[0].setting.settings(float(f"{bench.until:.12g}"), float(times[1]))
     return Recommendation(
         goal=error,
         points=tuple(mechanism.points[column] for column in columns),
         best=replace(bench.fresh(contenders[0].setting, Mechanism.of(scene)), seconds=contenders[0].seconds),
         contenders=tuple(contenders),
-        own=_own(bench, scene.settings),
+        own=usual[0] if usual else None,
         until=bench.until,
         wanted=float(times[-1]),
         uncertain=float(bench.uncertainty[-1]),
-        method=bench.reference.method,
-        check=bench.reference.check,
+        method=truth.method,
+        check=truth.check,
+        why=truth.limit or "errors grow from round-off" if bench.until < times[-1] else "",
         settings=settings,
     )
 
 
-def sampled(settings: Settings, until: float | None) -> Array:
-    """The times of the samples of a scene (T,), s: every output step, or step, or a thousandth of the duration; up to
-    `until`. Raises InputError where the scene has no duration."""
-    duration = until or settings.duration
-    if duration is None:
-        raise InputError(Problem("the scene has no duration", hint="add it to 'simulation', or give --until"))
-    interval = min(duration, settings.output_step or settings.step or (settings.duration or duration) / DEFAULT_SAMPLES)
-    whole = np.asarray(interval * np.arange(int(duration / interval * (1.0 + 1e-9)) + 1), dtype=float)
-    over = duration - float(whole[-1]) > 1e-9 * duration
-    return np.concatenate([whole, [duration]]) if over else whole
-
-
-def _columns(mechanism: Mechanism, points: Sequence[str]) -> tuple[int, ...]:
-    for name in points:
-        if name not in mechanism.points:
-            hint = choose_from(name, mechanism.points, mechanism.kind)
-            raise InputError(Problem(f"--at: no {mechanism.kind[:-1]} '{name}'", hint=hint))
-    return tuple(k for k, name in enumerate(mechanism.points) if not points or name in points)
-
-
-def _first(bench: Bench, base: Setting) -> tuple[Outcome, Bench]:
+def _first(bench: Bench, base: Setting, tell: Tell) -> tuple[Outcome, Bench]:
     """The cheapest of the first family, which reaches the smallest errors; with a shorter time where that is needed,
     because the motion is chaotic or the error near round-off."""
-    wanted, family = bench.until, next(families(base, _interval(bench)))
+    wanted, (family, *others) = bench.until, families(base, _interval(bench))
+    tell("integrators", 0, 1 + len(others))
     certain = bench.uncertainty <= bench.goal
     while True:
         if not certain[: len(bench.reference.times)].all():
@@ -145,7 +135,8 @@ def _first(bench: Bench, base: Setting) -> tuple[Outcome, Bench]:
             assert family.finest is not None
             reach = min(bench.measure(family.setting(family.finest)).kept_until, bench.until - SHORTER * wanted)
         if reach <= bench.reference.times[1]:
-            raise Unreachable(f"no setting keeps an error of {bench.goal:g} m: round-off alone is larger")
+            why = bench.reference.limit or "round-off alone is larger"
+            raise Unreachable(f"no setting keeps an error of {bench.goal:g} m: {why}")
         bench = bench.shortened(reach)
 
 
@@ -155,10 +146,12 @@ def _start(bench: Bench, family: Family) -> int:
     return family.at_error(1, tolerance / family.tolerance(1))
 
 
-def _contenders(bench: Bench, base: Setting, first: Outcome) -> list[Outcome]:
+def _contenders(bench: Bench, base: Setting, first: Outcome, tell: Tell) -> list[Outcome]:
     """The cheapest of each family that is near the cheapest of all, fewest evaluations first."""
     found, intervals = [first], len(bench.reference.times) - 1
-    for family in list(families(base, _interval(bench)))[1:]:
+    tried = list(families(base, _interval(bench)))
+    for through, family in enumerate(tried[1:], 1):
+        tell("integrators", through, len(tried))
         budget = CONTENDERS * min(outcome.evaluations for outcome in found)
         start = _start(bench, family) if family.by_error else int(budget / family.fixed_cost(1, intervals))
         outcome = cheapest(bench, family, start, budget)
@@ -167,20 +160,15 @@ def _contenders(bench: Bench, base: Setting, first: Outcome) -> list[Outcome]:
     return [outcome for outcome in found if outcome.evaluations <= CONTENDERS * found[0].evaluations]
 
 
-def _timed(bench: Bench, outcomes: Sequence[Outcome]) -> list[Outcome]:
-    """The outcomes with the median of their times, run in turn so that a slow spell of the machine meets all alike;
-    fastest first."""
-    seconds: list[list[float]] = [[] for _ in outcomes]
-    for _ in range(REPETITIONS):
-        for own, outcome in zip(seconds, outcomes, strict=True):
-            own.append(bench.fresh(outcome.setting, bench.mechanism).seconds)
-    timed = [replace(outcome, seconds=median(own)) for outcome, own in zip(outcomes, seconds, strict=True)]
-    return sorted(timed, key=lambda outcome: outcome.seconds)
-
-
-def _own(bench: Bench, settings: Settings) -> Outcome | None:
-    """What the scene's own setting does; None where it has none."""
-    return None if settings.step is None and settings.tolerance is None else bench.measure(Setting.of(settings))
+def _timed(
+    bench: Bench, contenders: Sequence[Outcome], usual: Sequence[Outcome], tell: Tell
+) -> tuple[list[Outcome], list[Outcome]]:
+    """Both with the medians of their times, of runs with all samples; the fastest of the contenders first."""
+    outcomes = [*contenders, *usual]
+    settings = [outcome.setting for outcome in outcomes]
+    timings = time_settings(bench.mechanism, settings, bench.reference.times, tell=tell)
+    timed = [replace(outcome, seconds=timing.median) for outcome, timing in zip(outcomes, timings, strict=True)]
+    return sorted(timed[: len(contenders)], key=lambda outcome: outcome.seconds), timed[len(contenders) :]
 
 
 def _interval(bench: Bench) -> float:

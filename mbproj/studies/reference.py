@@ -8,9 +8,9 @@ is what the reference is uncertain by.
 
 from __future__ import annotations
 
-from collections.abc import Collection
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass, replace
-from time import perf_counter
+from time import process_time
 
 import numpy as np
 
@@ -30,7 +30,7 @@ SAFETY = 3.0
 ROUND_OFF = 1e-16
 #: Steps that the halving begins with at least.
 FEWEST_STEPS = 200
-#: Seconds that each of the two solutions may take.
+#: Seconds of processor time that each of the two solutions may take.
 SECONDS = 10.0
 #: A solution is fine enough when it moves by less than this part of the mechanism's size.
 GOAL = 1e-13
@@ -44,7 +44,8 @@ PART = 0.1
 class Reference:
     """Positions (T, k, 3) in m and velocities in m/s of `points` at `times` (T,), and by how much the positions are
     `uncertain` at most up to each time, (T, k) in m; infinite where there is no reference. `method` and `check` say in
-    words how the two solutions were computed."""
+    words how the two solutions were computed, `limit` why they are no better: one ended early, or time was up; empty
+    where round-off is the reason."""
 
     points: tuple[str, ...]
     times: Array
@@ -53,6 +54,14 @@ class Reference:
     uncertainty: Array
     method: str
     check: str
+    limit: str = ""
+
+    @property
+    def words(self) -> str:
+        """What it is, for a reader of errors."""
+        largest = float(self.uncertainty[-1].max())
+        why = f" ({self.limit})" if self.limit and not np.isfinite(largest) else ""
+        return f"reference: {self.method}; checked by {self.check}; uncertain by {largest:.1e} m{why}"
 
     def at_every(self, stride: int) -> Reference:
         """The reference at every stride-th of its times alone."""
@@ -78,55 +87,48 @@ def reference(
     It is kept on disk (`mbproj.studies.cache`). Raises InputError where the mechanism cannot be run at all.
     """
     first, second = INTEGRATORS if INTEGRATORS[0] not in compared or INTEGRATORS[1] in compared else INTEGRATORS[::-1]
-    scene = mechanism.scene
-    overrides = sorted(scene.overrides.items())
-    what = ("reference", scene.text, overrides, times.tolist(), first, seconds, FALLING, PART)
-    found = cached(what, lambda: _computed(mechanism, times, first, second, seconds))
-    return Reference(
-        points=mechanism.points,
-        times=times,
-        position=found["position"],
-        velocity=found["velocity"],
-        uncertainty=found["uncertainty"],
-        method=str(found["method"]),
-        check=str(found["check"]),
-    )
+    what = ("reference", mechanism.identity, times.tolist(), first, seconds, FALLING, PART)
+    return cached(what, lambda: _computed(mechanism, times, first, second, seconds))
 
 
-def _computed(mechanism: Mechanism, times: Array, first: str, second: str, seconds: float) -> dict[str, Array]:
-    """The arrays of a Reference by name, and its words as arrays too."""
+def _computed(mechanism: Mechanism, times: Array, first: str, second: str, seconds: float) -> Reference:
     fine = _fine(mechanism, Setting(integrator=first, projection_tolerance=ROUND_OFF), times, seconds)
     taken = fine.solution.report.formulation if fine.solution.report else ""
     other = "reduced" if taken == "planar" else "auto"
     setting = Setting(integrator=second, projection_tolerance=ROUND_OFF, formulation=other)
     check = _fine(mechanism, setting, times, seconds, instead="auto")
     apart = SAFETY * np.linalg.norm(fine.solution.position - check.solution.position, axis=2) + check.moved
-    return {
-        "position": fine.solution.position,
-        "velocity": fine.solution.velocity,
-        "uncertainty": running_largest(apart),
-        "method": np.array(_words(fine.solution)),
-        "check": np.array(_words(check.solution)),
-    }
+    return Reference(
+        points=mechanism.points,
+        times=times,
+        position=fine.solution.position,
+        velocity=fine.solution.velocity,
+        uncertainty=running_largest(apart),
+        method=_words(fine.solution),
+        check=_words(check.solution),
+        limit=_limit((fine, check), seconds),
+    )
 
 
 @dataclass(frozen=True, eq=False)
 class _Fine:
-    """A solution, and by how much its points moved up to each time at the last halving of its steps, (T, k)."""
+    """A solution, and by how much its points moved up to each time at the last halving of its steps, (T, k); whether
+    there was no time for more."""
 
     solution: Solution
     moved: Array
+    out_of_time: bool = False
 
 
 def _fine(mechanism: Mechanism, setting: Setting, times: Array, seconds: float, instead: str = "") -> _Fine:
     """Halves the steps until that does not help. Where the formulation is refused, `instead` takes its place."""
-    interval, started = float(times[1] - times[0]), perf_counter()
+    interval, started = float(times[1] - times[0]), process_time()
     per_interval = max(1, -(-FEWEST_STEPS // (len(times) - 1)))
     size = mechanism.system.length
     first = solve(mechanism, replace(setting, step=interval / per_interval), times)
     best = _Fine(first, np.full((len(times), 1), np.inf))
     while True:
-        begun, per_interval = perf_counter(), 2 * per_interval
+        begun, per_interval = process_time(), 2 * per_interval
         finer = solve(mechanism, replace(setting, step=interval / per_interval), times)
         if finer.failure and finer.failure.status == "refused":
             if instead and instead != setting.formulation:
@@ -136,9 +138,17 @@ def _fine(mechanism: Mechanism, setting: Setting, times: Array, seconds: float, 
         if not _falls(best.moved, moved):
             return _Fine(best.solution, moved)
         best = _Fine(finer, moved)
-        taken = perf_counter()
-        if moved[-1].max() <= GOAL * size or taken - started + 2.0 * (taken - begun) > seconds:
+        taken = process_time()
+        if moved[-1].max() <= GOAL * size:
             return best
+        if taken - started + 2.0 * (taken - begun) > seconds:
+            return replace(best, out_of_time=True)
+
+
+def _limit(solutions: Sequence[_Fine], seconds: float) -> str:
+    failures = [str(fine.solution.failure) for fine in solutions if fine.solution.failure]
+    late = any(fine.out_of_time for fine in solutions)
+    return failures[0] if failures else f"{seconds:g} s are too few for a better reference" if late else ""
 
 
 def _falls(before: Array, now: Array) -> bool:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import asdict, dataclass, fields
 from typing import Any
 
@@ -32,6 +33,7 @@ class Setting:
     projection_test: str = "violation"
     project_position: bool = True
     project_velocity: bool = True
+    projection_fallback: str = "none"
     max_iterations: int = 25
     alpha: float | None = None
     gains: tuple[float, float] | None = None
@@ -53,10 +55,16 @@ class Setting:
             projection_test=inner.test,
             project_position=inner.position,
             project_velocity=inner.velocity,
+            projection_fallback=inner.fallback,
             max_iterations=inner.max_iterations,
             alpha=inner.alpha,
             gains=inner.gains,
         )
+
+    def projected_by(self, projection: str) -> Setting:
+        """The setting with this projection, and of its own what belongs to every method; all of it where the method is
+        its own."""
+        return self if projection == self.projection else Setting(projection, acceleration=self.acceleration)
 
     def options(self, over: Settings | None = None) -> dict[str, Any]:
         """What to ask for on top of `over` (the program's defaults): projection, integrator, step or tolerance, and
@@ -109,10 +117,15 @@ class Setting:
 #: Options that only some methods have, with their keys in the scene's `projection`.
 _OF_METHODS = {
     field.name: {"projection_tolerance": "tolerance", "projection_test": "test", "project_position": "position",
-                 "project_velocity": "velocity"}.get(field.name, field.name)
+                 "project_velocity": "velocity", "projection_fallback": "fallback"}.get(field.name, field.name)
     for field in fields(Setting)
     if field.name not in ("projection", "integrator", "step", "tolerance", "formulation", "acceleration")
 }  # fmt: skip
+
+
+def only_full(projections: Iterable[str]) -> list[str]:
+    """Those of the methods that exist in the full formulation alone."""
+    return [name for name in projections if name in PROJECTIONS and not PROJECTIONS[name].compiled]
 
 
 def _written(value: Any) -> str:

@@ -11,6 +11,7 @@ import numpy as np
 from mbproj.arrays import Array
 from mbproj.errors import InputError, Problem
 from mbproj.scene.records import Scene
+from mbproj.scene.sampling import DEFAULT_SAMPLES
 from mbproj.studies.solve import sample_times
 
 #: Samples that are wanted at least and at most, where the steps allow it.
@@ -25,9 +26,20 @@ def span(scene: Scene, until: float | None) -> float:
     """How long a study runs, in s: `until`, or the scene's duration. Raises InputError where neither is given."""
     found = scene.settings.duration if until is None else until
     if found is None or not 0.0 < found < float("inf"):
-        problem = Problem("the scene has no duration", scene.place("simulation"), "say how long with --until")
+        hint = "add it to 'simulation', or say how long on the command line"
+        problem = Problem("the scene has no duration", scene.place("simulation"), hint)
         raise InputError(problem)
     return found
+
+
+def sampled(scene: Scene, until: float | None) -> Array:
+    """The times of the samples of a run of the scene (T,), s: every output step, or step, or a thousandth of the
+    duration; up to `until` s. Raises InputError where the scene has no duration."""
+    duration, settings = span(scene, until), scene.settings
+    interval = min(duration, settings.output_step or settings.step or (settings.duration or duration) / DEFAULT_SAMPLES)
+    whole = np.asarray(interval * np.arange(int(duration / interval * (1.0 + WHOLE)) + 1), dtype=float)
+    over = duration - float(whole[-1]) > WHOLE * duration
+    return np.concatenate([whole, [duration]]) if over else whole
 
 
 def common_times(until: float, steps: Iterable[float]) -> Array:

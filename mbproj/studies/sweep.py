@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 from mbproj.studies.accuracy import Yardstick
 from mbproj.studies.grid import Ladder
 from mbproj.studies.journal import Journal
+from mbproj.studies.progress import Tell
+from mbproj.studies.resumable import resumable
 from mbproj.studies.trial import Trial
-from mbproj.studies.workers import in_parallel
 
 #: A ladder is at its end when so many settings in a row have not brought the error below this part of the best.
 PATIENCE, FALLING = 3, 0.7
@@ -40,21 +42,14 @@ def sweep(track: Track, ladder: Ladder) -> list[Trial]:
     return trials
 
 
+def _sweep(track: Track, ladder: Ladder) -> list[dict[str, Any]]:
+    return [trial.as_json() for trial in sweep(track, ladder)]
+
+
 def sweeps(
-    track: Track,
-    ladders: Sequence[Ladder],
-    journal: Journal,
-    processes: int | None = None,
-    done: Callable[[int], None] = lambda count: None,
+    track: Track, ladders: Sequence[Ladder], journal: Journal, processes: int | None, phase: str, tell: Tell
 ) -> list[list[Trial]]:
-    """The sweep of each ladder, in their order, in parallel; those in the journal are not run again. `done` is called
-    with the number of ladders that are through."""
+    """The sweep of each ladder, in their order, in parallel; those in the journal are not run again."""
     keys = [f"sweep {ladder.base.command_line()}{' by tolerance' * ladder.by_tolerance}" for ladder in ladders]
-    missing = [number for number, key in enumerate(keys) if key not in journal]
-    through = len(ladders) - len(missing)
-    done(through)
-    for number, found in in_parallel(sweep, track, [ladders[number] for number in missing], processes):
-        journal.add(keys[missing[number]], [each.as_json() for each in found])
-        through += 1
-        done(through)
-    return [[Trial.from_json(record) for record in journal[key]] for key in keys]
+    found = resumable(_sweep, track, dict(zip(keys, ladders, strict=True)), journal, processes, phase, tell)
+    return [[Trial.from_json(record) for record in found[key]] for key in keys]

@@ -5,7 +5,7 @@ The paper recommends it in one sentence (sect. 4.3) and tests nothing.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -15,13 +15,14 @@ from mbproj.errors import InputError, Problem
 from mbproj.registry import PROJECTIONS
 from mbproj.scene.records import Scene
 from mbproj.studies.accuracy import attempt
+from mbproj.studies.certain import certain_reference
 from mbproj.studies.journal import Journal
 from mbproj.studies.mechanism import Mechanism
+from mbproj.studies.progress import Tell, silent
 from mbproj.studies.reference import Reference
 from mbproj.studies.setting import Setting
 from mbproj.studies.spans import span
-from mbproj.studies.timing import REPETITIONS, Timing, time_settings
-from mbproj.studies.tradeoff import certain_reference
+from mbproj.studies.timing import REPETITIONS, Timing, kept_timings
 from mbproj.studies.trial import Trial
 from mbproj.version import __version__
 
@@ -30,18 +31,12 @@ EXPONENTS = range(-13, 0)
 #: The error may be larger by this factor than with a projection after every step.
 TOLERATED = 1.1
 
-Tell = Callable[[str, int, int], None]
-
-
-def _silent(phase: str, done: int, whole: int) -> None:
-    """Tells nobody."""
-
 
 @dataclass(frozen=True, eq=False)
 class ThresholdStudy:
     """Trials and timings (None where the run failed) of a setting that projects after every step, of the same above
     each threshold, increasing, and of the same without projection. `recommended` is the index of the largest threshold
-    up to which the error stays within a tenth of that with all projections; None where there is none."""
+    up to which the error stays within a tenth of that with all projections; None where that saves no projection."""
 
     title: str
     trials: tuple[Trial, ...]
@@ -66,40 +61,38 @@ def threshold_study(
     repetitions: int = REPETITIONS,
     processes: int | None = None,
     journal: Path | None = None,
-    tell: Tell = _silent,
+    tell: Tell = silent,
 ) -> ThresholdStudy:
     """Varies the threshold (m or rad, and per s) of the scene's own setting, and measures error, violation and cost.
 
     Raises InputError where that setting has no projection, or does not run."""
     mechanism = Mechanism.of(scene)
+    columns = mechanism.columns(at)
     own = _every_step(Setting.of(scene.settings), scene)
     size = round(np.log10(mechanism.system.length))
     chosen = sorted(thresholds or (float(f"1e{size + exponent}") for exponent in EXPONENTS))
     settings = [own, *(replace(own, threshold=value) for value in chosen), _without(own)]
     truth, notes = certain_reference(mechanism, span(scene, until), own, (own.integrator,), tell)
-    what = {"version": __version__, "scene": scene.text, "parameters": dict(scene.overrides), "thresholds": chosen,
-            "own": own.command_line(), "until": float(truth.times[-1]), "repetitions": repetitions}  # fmt: skip
+    what = {"version": __version__, **mechanism.identity, "thresholds": chosen, "own": own.command_line(),
+            "until": float(truth.times[-1]), "repetitions": repetitions}  # fmt: skip
     record = Journal(journal, what)
-    tell("runs", 0, len(settings))
-    trials = attempt(mechanism, settings, truth, record, processes, lambda done: tell("runs", done, len(settings)))
+    trials = attempt(mechanism, settings, truth, record, processes, tell)
     if trials[0].failure is not None:
         raise InputError(Problem(f"the scene's own setting fails: {trials[0].failure}", hint="choose a smaller step"))
+    if not trials[0].counters["projections"]:
+        raise InputError(Problem("there is nothing to project: no joint, and no motion, constrains this mechanism"))
     alive = [index for index, trial in enumerate(trials) if trial.failure is None]
-    whole = repetitions * len(alive)
-    if "timings" not in record:
-        tell("timing", 0, whole)
-        taken = time_settings(mechanism, [settings[index] for index in alive], float(truth.times[-1]), repetitions,
-                              lambda done: tell("timing", done, whole))  # fmt: skip
-        record.add("timings", [timing.samples for timing in taken])
-    timings = dict(zip(alive, (Timing(tuple(samples)) for samples in record["timings"]), strict=True))
-    columns = [truth.points.index(name) for name in at] or list(range(len(truth.points)))
+    taken = kept_timings(
+        record, mechanism, [settings[index] for index in alive], float(truth.times[-1]), repetitions, tell
+    )
+    timings = dict(zip(alive, taken, strict=True))
     floor = float(truth.uncertainty[-1, columns].max())
     return ThresholdStudy(
         title=scene.title,
         trials=tuple(trials),
         timings=tuple(timings.get(index) for index in range(len(trials))),
         reference=truth,
-        recommended=_recommended([trial.at(tuple(at)) for trial in trials[:-1]], floor),
+        recommended=_recommended(trials[:-1], tuple(at), floor),
         notes=tuple(notes),
     )
 
@@ -124,9 +117,10 @@ def _without(own: Setting) -> Setting:
     )  # fmt: skip
 
 
-def _recommended(errors: Sequence[float], floor: float) -> int | None:
+def _recommended(trials: Sequence[Trial], at: tuple[str, ...], floor: float) -> int | None:
     """The last of the thresholds (index from 1) up to which no error exceeds the first by more than is tolerated."""
+    errors = [trial.at(at) for trial in trials]
     limit = max(TOLERATED * errors[0], errors[0] + floor)
-    beyond = [index for index in range(1, len(errors)) if not errors[index] <= limit]
-    last = (beyond[0] if beyond else len(errors)) - 1
-    return last if last >= 1 and np.isfinite(errors[last]) else None
+    last = next((index for index in range(1, len(errors)) if not errors[index] <= limit), len(errors)) - 1
+    saves = trials[last].counters.get("projections", 0) < trials[0].counters["projections"]
+    return last if saves else None

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from statistics import median
 
+from mbproj.arrays import Array
+from mbproj.studies.journal import Journal
 from mbproj.studies.mechanism import Mechanism
+from mbproj.studies.progress import Tell, silent
 from mbproj.studies.setting import Setting
 from mbproj.studies.solve import sample_times, solve
 
@@ -35,27 +38,41 @@ class Timing:
         return min(self.samples), max(self.samples)
 
 
-def run_seconds(mechanism: Mechanism, setting: Setting, until: float) -> float:
-    """Seconds of processor time of one run that records its end alone; infinite where it fails."""
-    report = solve(mechanism, setting, sample_times(until, 1)).report
+def run_seconds(mechanism: Mechanism, setting: Setting, times: Array) -> float:
+    """Seconds of processor time of one run with these samples; infinite where it fails."""
+    report = solve(mechanism, setting, times).report
     return float("inf") if report is None else report.integration_cpu_seconds
 
 
 def time_settings(
     mechanism: Mechanism,
     settings: Sequence[Setting],
-    until: float,
+    times: Array,
     repetitions: int = REPETITIONS,
-    done: Callable[[int], None] = lambda count: None,
+    tell: Tell = silent,
 ) -> list[Timing]:
-    """A Timing for each setting. All are timed in turn, `repetitions` times over, so that a slow spell of the machine
-    meets all of them alike; `done` is called with the number of timings taken so far."""
-    pilots = [run_seconds(mechanism, setting, until) for setting in settings]
+    """A Timing for each setting, of runs with samples at `times` (T,), s. All are timed in turn, `repetitions` times
+    over, so that a slow spell of the machine meets all of them alike."""
+    whole = repetitions * len(settings)
+    tell("timing", 0, whole)
+    pilots = [run_seconds(mechanism, setting, times) for setting in settings]
     samples: list[list[float]] = [[pilot] if pilot > LONG else [] for pilot in pilots]
     for repetition in range(repetitions):
         for number, setting in enumerate(settings):
             if len(samples[number]) < repetitions:
                 runs = max(1, round(SHORTEST / max(pilots[number], 1e-6)))
-                samples[number].append(median(run_seconds(mechanism, setting, until) for _ in range(runs)))
-            done(repetition * len(settings) + number + 1)
+                samples[number].append(median(run_seconds(mechanism, setting, times) for _ in range(runs)))
+            tell("timing", repetition * len(settings) + number + 1, whole)
     return [Timing(tuple(each)) for each in samples]
+
+
+def kept_timings(
+    journal: Journal, mechanism: Mechanism, settings: Sequence[Setting], until: float, repetitions: int, tell: Tell
+) -> list[Timing]:
+    """The timings of runs that record their end alone, at `until` s: from the journal, or taken and put there, all of
+    them together because they are taken in turn."""
+    key = " ".join(["timings", *(setting.command_line() for setting in settings)])
+    if key not in journal:
+        taken = time_settings(mechanism, settings, sample_times(until, 1), repetitions, tell)
+        journal.add(key, [timing.samples for timing in taken])
+    return [Timing(tuple(samples)) for samples in journal[key]]

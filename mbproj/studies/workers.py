@@ -15,13 +15,19 @@ from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
 from contextlib import suppress
 from pathlib import Path
 from queue import SimpleQueue
+from threading import Event, Timer
+from time import monotonic
 from typing import Any, TypeVar
+
+from mbproj.integrate.interruption import interruption
 
 Item = TypeVar("Item")
 Result = TypeVar("Result")
 
+#: How often Ctrl-C is looked for, s.
+LOOK = 0.1
 #: One BLAS thread: matrices are small, and each process has a processor of its own.
-_THREADS = dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"), "1")
+THREADS = dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"), "1")
 
 
 def processors() -> int:
@@ -30,79 +36,121 @@ def processors() -> int:
 
 
 def in_parallel(
-    function: Callable[[Any, Item], Result], shared: Any, items: Sequence[Item], processes: int | None = None
+    function: Callable[[Any, Item], Result],
+    shared: Any,
+    items: Sequence[Item],
+    processes: int | None = None,
+    lost: Callable[[Item, str, float], Result] | None = None,
+    timeout: float | None = None,
 ) -> Iterator[tuple[int, Result]]:
     """(index, function(shared, item)) for every item, in the order in which they come to an end.
 
     `function` is a module's own; `shared` is sent to each process once. Where one process is enough everything happens
-    in this one. Leaving the iterator early, by Ctrl-C for example, ends the processes.
+    in this one. With `lost`, all items run elsewhere, and `lost(item, why, seconds)` is the result of one whose process
+    dies, or takes longer than `timeout` in s; without, that is a RuntimeError. Leaving the iterator early ends the
+    processes; SIGINT and SIGTERM raise KeyboardInterrupt.
     """
     count = min(processes or processors(), len(items))
-    if count <= 1:
+    if lost is None and count <= 1:
         for index, item in enumerate(items):
             yield index, function(shared, item)
         return
-    workers = [_Worker(function, shared) for _ in range(count)]
-    idle: SimpleQueue[_Worker] = SimpleQueue()
+    workers = [Worker(function, shared) for _ in range(count)]
+    idle: SimpleQueue[Worker] = SimpleQueue()
     for worker in workers:
         idle.put(worker)
 
     def run(item: Item) -> Result:
-        worker = idle.get()
+        worker, begun = idle.get(), monotonic()
         try:
-            return worker.ask(item)
+            result: Result = worker.ask(item, timeout)
+            return result
+        except WorkerLost as reason:
+            if lost is None:
+                raise
+            worker.start()
+            return lost(item, str(reason), monotonic() - begun)
         finally:
             idle.put(worker)
 
-    pool = ThreadPoolExecutor(count)
+    pool = ThreadPoolExecutor(max(count, 1))
     try:
-        waiting: dict[Future[Result], int] = {pool.submit(run, item): index for index, item in enumerate(items)}
-        while waiting:
-            for done in wait(waiting, return_when=FIRST_COMPLETED).done:
-                yield waiting.pop(done), done.result()
+        with interruption() as asked:
+            waiting: dict[Future[Result], int] = {pool.submit(run, item): index for index, item in enumerate(items)}
+            while waiting:
+                asked.check()
+                for done in wait(waiting, LOOK, FIRST_COMPLETED).done:
+                    yield waiting.pop(done), done.result()
     finally:
         pool.shutdown(wait=False, cancel_futures=True)
         for worker in workers:
             worker.stop()
 
 
-class _Worker:
+class WorkerLost(RuntimeError):
+    """A process that has died, or was ended because its time was up; the message says which."""
+
+
+class Worker:
     """A process that answers one item after another."""
 
     def __init__(self, function: Callable[[Any, Any], Any], shared: Any) -> None:
+        self._task = (function, shared)
+        self._stopped = False
+        self.start()
+
+    def start(self) -> None:
+        """A new process, in place of one that was lost."""
+        if self._stopped:
+            return
         package = str(Path(__file__).parents[2])
         path = os.pathsep.join([package, *filter(None, [os.environ.get("PYTHONPATH")])])
-        self._process = subprocess.Popen(
+        self.process = subprocess.Popen(
             [sys.executable, "-m", "mbproj.studies.worker"],
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
-            env={**os.environ, **_THREADS, "PYTHONPATH": path},
+            env={**os.environ, **THREADS, "PYTHONPATH": path},
             start_new_session=True,  # Ctrl-C is for the study, which then stops its workers
         )
-        self._send((function, shared))
+        self._send(self._task)
 
     def _send(self, message: Any) -> None:
-        assert self._process.stdin is not None
-        pickle.dump(message, self._process.stdin)
-        self._process.stdin.flush()
+        assert self.process.stdin is not None
+        pickle.dump(message, self.process.stdin)
+        self.process.stdin.flush()
 
-    def ask(self, item: Any) -> Any:
-        """The result for an item. Raises what the function raised."""
-        assert self._process.stdout is not None
+    def ask(self, item: Any, timeout: float | None = None) -> Any:
+        """The result for an item. Raises what the function raised, or WorkerLost."""
+        assert self.process.stdout is not None
+        overdue = Event()
+
+        def end() -> None:
+            overdue.set()
+            self.process.kill()
+
+        clock = Timer(timeout or 0.0, end)
+        if timeout is not None:
+            clock.start()
         try:
             self._send(item)
-            result, error = pickle.load(self._process.stdout)
-        except (EOFError, OSError) as broken:
-            raise RuntimeError(f"a process of the study has died (exit code {self._process.poll()})") from broken
+            result, error = pickle.load(self.process.stdout)
+        except (EOFError, OSError, pickle.UnpicklingError) as broken:
+            code = self.process.wait()
+            if overdue.is_set():
+                raise WorkerLost(f"stopped: it took longer than {timeout:g} s") from broken
+            raise WorkerLost(f"its process ended with code {code}: killed, or out of memory?") from broken
+        finally:
+            clock.cancel()
         if error is not None:
             raise error
         return result
 
     def stop(self) -> None:
         """Ends the process, whatever it does."""
-        self._process.kill()
-        self._process.wait()
-        for pipe in (self._process.stdin, self._process.stdout):
+        self._stopped = True
+        self.process.kill()
+        self.process.wait()
+        for pipe in (self.process.stdin, self.process.stdout):
             if pipe is not None:
                 with suppress(OSError):  # what was being sent has nobody to go to
                     pipe.close()

@@ -63,8 +63,8 @@ def test_accuracy_chooses_and_runs(mbproj):
 @pytest.mark.parametrize(
     ("arguments", "code", "message"),
     [
-        (["recommend", "pendulum.yaml", "--error", "-1"], 2, "--error: error: 'error' must be greater than 0"),
-        (["recommend", "pendulum.yaml", "--error", "1 kg"], 2, "--error: error: 'error' is in m"),
+        (["recommend", "pendulum.yaml", "--error", "-1"], 2, "--error: error: '--error' must be greater than 0"),
+        (["recommend", "pendulum.yaml", "--error", "1 kg"], 2, "--error: error: '--error' is in m"),
         (["recommend", "pendulum.yaml"], 2, "Missing option '--error'"),
         (["recommend", "pendulum.yaml", "--error", "1", "--write", "--set", "a=1"], 2, "--set: error: what is rec"),
         (["recommend", "pendulum.yaml", "--error", "1e-19"], 4, "error: no setting keeps an error of 1e-19 m"),
@@ -83,4 +83,4 @@ def test_an_error_that_cannot_be_kept_to_the_end_says_until_when(mbproj):
     done = mbproj("recommend", str(ROOT / "mechanisms" / "five_bar.yaml"), *arguments)
     assert done.returncode == 4
     assert "--duration " in done.stdout.splitlines()[0]
-    assert "note: no setting keeps 3e-14 m until t = 3 s, because errors grow from round-off" in done.stderr
+    assert "note: no setting keeps 3e-14 m until t = 3 s: errors grow from round-off; this" in done.stderr

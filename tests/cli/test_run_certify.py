@@ -67,7 +67,7 @@ def test_plots_mark_what_is_not_to_be_trusted(tmp_path):
     assert done.returncode == 0, done.stderr
     assert (tmp_path / "a-trust.png").exists()
     wrong = mbproj("plot", "a.h5", "--error", "-1", folder=tmp_path)
-    assert (wrong.returncode, wrong.stderr) == (2, "--error: error: 'error' must be greater than 0, found -1\n")
+    assert (wrong.returncode, wrong.stderr.count("--error: error: '--error' must be greater than 0")) == (2, 1)
     mbproj("run", FIVE_BAR, "--duration", "0.1", "-q", "-o", "b.h5", folder=tmp_path)
     wrong = mbproj("plot", "b.h5", "--kind", "trust", folder=tmp_path)
     assert (wrong.returncode, "mbproj run --certify" in wrong.stderr) == (2, True)
@@ -108,7 +108,7 @@ def test_an_interrupted_run_says_that_it_is_not_certified(tmp_path):
     ("arguments", "message"),
     [
         (["--limit", "1e-3"], "--limit: error: needs --certify"),
-        (["--certify", "--limit", "0"], "--limit: error: 'limit' must be greater than 0, found 0\n"),
+        (["--certify", "--limit", "0"], "--limit: error: '--limit' must be greater than 0"),
     ],
 )
 def test_wrong_limits(tmp_path, arguments, message):

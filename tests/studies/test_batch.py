@@ -11,8 +11,9 @@ import pytest
 from mbproj.errors import ExitCode, InputError
 from mbproj.mechanisms_folder import mechanisms, validation_scenes
 from mbproj.results import open_results
-from mbproj.studies.batch import SceneResult, exit_code, run_batch, scene_paths, tasks
-from mbproj.studies.batch.worker import run_task
+from mbproj.studies import workers
+from mbproj.studies.batch import SceneResult, Task, exit_code, run_batch, scene_paths, tasks
+from mbproj.studies.batch.run import run_task
 from tests.kernel.scenes import needs_kernel
 from tests.studies.scenes import HOLDS, SHORT, failing, hanging, write, wrong
 
@@ -61,33 +62,20 @@ def test_each_ends_in_its_own_way_and_the_others_go_on(tmp_path: Path) -> None:
 
 def test_a_process_that_is_killed_is_replaced(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """As the system does when memory runs out: the first scene's process, once it is at its task."""
-    from mbproj.studies.batch import pool
+    ask, killed = workers.Worker.ask, []
 
-    give, killed = pool._Worker.give, []
-
-    def give_and_kill(self: pool._Worker, number: int, *task: object) -> None:
-        give(self, number, *task)
-        if number == 0:
+    def kill_and_ask(self: workers.Worker, item: Task, timeout: float | None = None) -> SceneResult:
+        if item.scene.stem == "hanging":
             killed.append(self.process.pid)
-            os.kill(self.process.pid or 0, signal.SIGKILL)
+            os.kill(self.process.pid, signal.SIGKILL)
+        return ask(self, item, timeout)
 
-    monkeypatch.setattr(pool._Worker, "give", give_and_kill)
+    monkeypatch.setattr(workers.Worker, "ask", kill_and_ask)
     found = batch([hanging(tmp_path), write(tmp_path, "holds", HOLDS)], tmp_path, jobs=1)
     assert found[0].code == ExitCode.FAILED
     assert found[0].message == "its process ended with code -9: killed, or out of memory?"
     assert found[1].code == ExitCode.DONE
     assert len(killed) == 1
-
-
-def test_processes_have_one_thread_each(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    from mbproj.studies.batch.pool import THREADS, _one_thread
-
-    monkeypatch.setenv("OMP_NUM_THREADS", "7")
-    monkeypatch.delenv("MKL_NUM_THREADS", raising=False)
-    with _one_thread():
-        assert {os.environ[name] for name in THREADS} == {"1"}
-    assert os.environ["OMP_NUM_THREADS"] == "7"
-    assert "MKL_NUM_THREADS" not in os.environ
 
 
 def test_results_that_are_kept_stand_as_the_scenes_do(tmp_path: Path) -> None:
@@ -134,9 +122,9 @@ def test_what_a_scene_recorded_before_its_time_was_up_is_kept(tmp_path: Path) ->
 
 
 def test_a_fault_of_mbproj_is_one(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    from mbproj.studies.batch import worker
+    from mbproj.studies.batch import run
 
-    monkeypatch.setattr(worker, "compile_system", lambda scene: 1 / 0)
+    monkeypatch.setattr(run, "compile_system", lambda scene: 1 / 0)
     (task,) = tasks([write(tmp_path, "one")], tmp_path, keep=False)
     found = run_task(task)
     assert (found.code, found.word) == (ExitCode.INTERNAL, "fault of mbproj")

@@ -11,10 +11,10 @@ from mbproj.studies.compare import compare
 
 def test_compare(slider_crank):
     found = compare(
-        slider_crank.scene, projections=("none", "gpopm"), steps=(0.02, 0.01), until=1.0, repetitions=1, processes=1
+        slider_crank.scene, projections=("none", "gpopm"), steps=(0.01, 0.005), until=1.0, repetitions=1, processes=1
     )
     labels = [entry.label for entry in found.entries]
-    assert labels == [f"{method}, h = {h} s" for method in ("none", "gpopm") for h in (0.02, 0.01)]
+    assert labels == [f"{method}, h = {h} s" for method in ("none", "gpopm") for h in (0.01, 0.005)]
     numbers = {entry.label: entry.numbers for entry in found.entries}
     assert found.cost_in_time
     for entry in found.entries:
@@ -22,7 +22,7 @@ def test_compare(slider_crank):
         assert row["energy_drift"] == pytest.approx(entry.solution.energy_balance[-1], abs=1e-11)
         assert 0.0 < row["cpu_seconds"] < np.inf
         assert row["acceleration_violation"] < 1e-9
-    coarse, fine = (numbers[f"gpopm, h = {h} s"] for h in (0.02, 0.01))
+    coarse, fine = (numbers[f"gpopm, h = {h} s"] for h in (0.01, 0.005))
     assert coarse["error"] / fine["error"] > 8.0
     assert fine["position_violation"] <= 1e-13 < 1e-3 < numbers["none, h = 0.01 s"]["position_violation"]
 
@@ -54,3 +54,13 @@ def test_names_that_are_not_there(pendulum):
         compare(pendulum.scene, projections=("gpom",))
     with pytest.raises(InputError, match="unknown integrator 'rk5'"):
         compare(pendulum.scene, integrators=("rk5",))
+
+
+def test_runs_of_a_comparison_are_not_run_again(pendulum, monkeypatch):
+    options = {"projections": ("gpopm",), "until": 0.1, "repetitions": 1, "processes": 1}
+    first = compare(pendulum.scene, **options)
+    monkeypatch.setattr("mbproj.studies.compare.solve", None)
+    again = compare(pendulum.scene, **options)
+    np.testing.assert_array_equal(again.entries[0].error, first.entries[0].error)
+    with pytest.raises(TypeError):
+        compare(pendulum.scene, **{**options, "until": 0.2})

@@ -85,12 +85,13 @@ def test_points_are_the_bodies_where_there_is_no_marker(pendulum):
 def test_processes_and_journal_change_nothing(pendulum, tmp_path):
     found = reference(pendulum, sample_times(1.0, 10))
     settings = [Setting(step=0.1 / k) for k in (10, 20)] + [Setting("none", "dop853", tolerance=1e-6)]
-    seen: list[int] = []
+    seen: list[tuple[str, int, int]] = []
     alone = attempt(pendulum, settings, found, processes=1)
     study = {"name": "test"}
     first = attempt(pendulum, settings[:2], found, Journal(tmp_path / "j", study), processes=2)
-    whole = attempt(pendulum, settings, found, Journal(tmp_path / "j", study), processes=2, done=seen.append)
-    assert seen == [2, 3]
+    journal = Journal(tmp_path / "j", study)
+    whole = attempt(pendulum, settings, found, journal, processes=2, tell=lambda *told: seen.append(told))
+    assert seen == [("runs", 2, 3), ("runs", 3, 3)]
     assert whole[:2] == first  # not run again: the seconds are the same, too
     assert [trial.error for trial in whole] == [trial.error for trial in alone]
     assert [trial.counters for trial in whole] == [trial.counters for trial in alone]
@@ -113,8 +114,10 @@ def test_a_journal_of_another_study_is_refused_and_a_cut_line_is_dropped(tmp_pat
 
 def test_timings_of_all_settings_and_repetitions(pendulum):
     settings, calls = [Setting(step=0.01), Setting(step=0.3)], []
-    timings = time_settings(pendulum, settings, 1.0, repetitions=2, done=calls.append)
-    assert calls == [1, 2, 3, 4]
+    timings = time_settings(
+        pendulum, settings, sample_times(1.0, 1), repetitions=2, tell=lambda _, done, whole: calls.append((done, whole))
+    )
+    assert calls == [(done, 4) for done in range(5)]
     assert [len(timing.samples) for timing in timings] == [2, 2]
     low, high = timings[0].spread
     assert 0.0 < low <= timings[0].median <= high

@@ -11,16 +11,17 @@ import pytest
 
 from mbproj.errors import InputError
 from mbproj.scene import read_scene
+from mbproj.studies.certain import certain_reference
 from mbproj.studies.curves import by_integrator, by_projection, studied
 from mbproj.studies.mechanism import Mechanism
 from mbproj.studies.setting import Setting
-from mbproj.studies.tradeoff import certain_reference, tradeoff
+from mbproj.studies.tradeoff import tradeoff
 from mbproj.studies.tradeoff_table import rows, write_hdf5
 from tests.support import ROOT
 
 PENDULUM = ROOT / "mechanisms" / "physical_pendulum.yaml"
 OPTIONS = {
-    "projections": ("gpopm", "none"), "methods": ("rk4", "dop853"), "until": 1.0, "longest": 0.01, "repetitions": 1,
+    "projections": ("gpopm", "none"), "integrators": ("rk4", "dop853"), "until": 1.0, "longest": 0.01, "repetitions": 1,
     "processes": 1,
 }  # fmt: skip
 
@@ -82,10 +83,11 @@ def test_a_motion_that_cannot_be_predicted_is_cut_short(scene, monkeypatch):
     mechanism, own = Mechanism.of(scene), Setting.of(scene.settings)
     whole, notes = certain_reference(mechanism, 5.0, own, ("rk4",))
     assert (whole.times[-1], len(notes)) == (5.0, 1)
-    monkeypatch.setattr("mbproj.studies.tradeoff.CERTAIN", whole.uncertainty[500, 0] / mechanism.system.length)
+    monkeypatch.setattr("mbproj.studies.certain.CERTAIN", whole.uncertainty[500, 0] / mechanism.system.length)
     cut, notes = certain_reference(mechanism, 5.0, own, ("rk4",))
     assert cut.times[-1] == whole.certain_until(whole.uncertainty[500, 0]) < 5.0
-    assert notes[1].startswith("the motion is not predictable any longer: the reference is certain to ")
+    assert "the study ends at" in notes[1]
+    assert notes[1].endswith("(two fine solutions do not agree)")
 
 
 def test_what_cannot_be_asked_for(scene):
@@ -94,6 +96,6 @@ def test_what_cannot_be_asked_for(scene):
     with pytest.raises(InputError, match="unknown projection method 'gpom'"):
         tradeoff(scene, **{**OPTIONS, "projections": ("gpom",)})
     with pytest.raises(InputError, match="unknown integrator 'rk5'"):
-        tradeoff(scene, **{**OPTIONS, "methods": ("rk5",)})
-    with pytest.raises(InputError, match="the scene has no duration; say how long with --until"):
+        tradeoff(scene, **{**OPTIONS, "integrators": ("rk5",)})
+    with pytest.raises(InputError, match="the scene has no duration; add it to"):
         tradeoff(replace(scene, settings=replace(scene.settings, duration=None)), **{**OPTIONS, "until": None})

@@ -8,7 +8,7 @@ import time
 import pytest
 
 from mbproj.studies.workers import in_parallel
-from tests.studies.tasks import die, place
+from tests.studies.tasks import die, environment, place
 
 
 def test_items_run_elsewhere_and_each_once():
@@ -18,6 +18,19 @@ def test_items_run_elsewhere_and_each_once():
     pids = {pid for _, pid in found.values()}
     assert os.getpid() not in pids
     assert len(pids) == 2
+
+
+def test_processes_have_one_thread_each(monkeypatch):
+    monkeypatch.setenv("OMP_NUM_THREADS", "7")
+    found = dict(in_parallel(environment, ["OMP_NUM_THREADS", "MKL_NUM_THREADS"], [0, 0], processes=2))
+    assert found == {0: ["1", "1"], 1: ["1", "1"]}
+
+
+def test_what_is_lost_has_a_result_too():
+    results = in_parallel(place, "x", [0, 500, 0], 1, lambda item, why, seconds: (why, round(seconds)), timeout=1.0)
+    found = dict(results)
+    assert found[1] == ("stopped: it took longer than 1 s", 1)
+    assert found[0][1] != found[2][1]  # by another process
 
 
 def test_one_process_is_this_one():
@@ -32,7 +45,7 @@ def test_a_fault_is_raised_here_and_no_process_is_left():
 
 
 def test_a_process_that_dies_is_said_to():
-    with pytest.raises(RuntimeError, match="a process of the study has died"):
+    with pytest.raises(RuntimeError, match="its process ended with code 1"):
         list(in_parallel(die, None, [1, 1], processes=2))
 
 

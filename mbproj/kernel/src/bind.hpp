@@ -109,9 +109,9 @@ template <int D> void add_run(nb::module_& m, const char* name) {
         .def_prop_ro("broken_state", [](Run<D>& self) {
             return array_of(std::vector<double>(self.dynamics().broken_state()), self.model().size(), Size<D>::state);
         })
-        .def_ro("position_peak", &Run<D>::position_peak)
-        .def_ro("joint_peak", &Run<D>::joint_peak)
-        .def_ro("velocity_peak", &Run<D>::velocity_peak)
+        .def_prop_ro("position_peak", [](const Run<D>& self) { return self.peaks.position; })
+        .def_prop_ro("joint_peak", [](const Run<D>& self) { return self.peaks.joint; })
+        .def_prop_ro("velocity_peak", [](const Run<D>& self) { return self.peaks.velocity; })
         .def_prop_ro("counters", [](const Run<D>& self) { return array_of(std::vector<long>([&] {
                                          const auto list = self.counters.list();
                                          return std::vector<long>(list.begin(), list.end());

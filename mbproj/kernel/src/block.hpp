@@ -4,6 +4,8 @@
 #include <array>
 #include <vector>
 
+#include "space.hpp"
+
 namespace mbproj {
 
 enum class Status : int { running, finished, not_finite, singular, open, vanished, broken, branch, unresolved };
@@ -34,6 +36,17 @@ struct Peak {
     }
 };
 
+// Of the positions, of those of the joints alone, without motions, and of the velocities.
+struct Peaks {
+    Peak position, joint, velocity;
+    void watch(const double* C, const double* C_dot, std::size_t rows, std::size_t driven, double t) {
+        position.watch(C, rows, t);
+        if (driven == 0) joint = position;
+        else joint.watch(C, rows - driven, t);
+        velocity.watch(C_dot, rows, t);
+    }
+};
+
 // Samples one after another, row-major: states, accelerations (global r'', ω' in body axes), multipliers, turns.
 struct Block {
     std::vector<double> t, y, acceleration, multipliers, step_size, work;
@@ -42,6 +55,26 @@ struct Block {
         for (auto* numbers : {&t, &y, &acceleration, &multipliers, &step_size, &work}) numbers->clear();
         turns.clear();
         counters.clear();
+    }
+
+    // The state y and its slope, both with what is integrated beside them.
+    template <int D> void add(double time, const Eigen::VectorXd& state, const Eigen::VectorXd& slope, int bodies,
+                              const std::vector<double>& lambda, double h, const std::vector<long>& turned,
+                              const Counters& counted) {
+        using S = Size<D>;
+        const double* end = state.data() + static_cast<std::ptrdiff_t>(S::state) * bodies;
+        t.push_back(time);
+        y.insert(y.end(), state.data(), end);
+        work.insert(work.end(), end, state.data() + state.size());
+        for (int b = 0; b < bodies; ++b) {
+            const double* a = slope.data() + S::state * b + S::pose;
+            acceleration.insert(acceleration.end(), a, a + S::freedoms);
+        }
+        multipliers.insert(multipliers.end(), lambda.begin(), lambda.end());
+        step_size.push_back(h);
+        turns.insert(turns.end(), turned.begin(), turned.end());
+        const auto counts = counted.list();
+        counters.insert(counters.end(), counts.begin(), counts.end());
     }
 };
 

@@ -85,11 +85,12 @@ public:
         }
         rhs_.resize(rows_.count());
         each_row([&](int own, int of_model) { rhs_[own] = -c[of_model]; });
+        const double driven = energy();
         lambda_.assign(rhs_.size(), 0.0);
         step_.resize(rhs_.size());
         improve();
         if (cholesky().smallest_pivot() < ill_conditioned && !shifted) refine();
-        const bool settled = light_.empty() || settle(shifted);
+        const bool settled = light_.empty() || settle(shifted, std::max(driven, energy()));
         for (std::size_t b = 0; b < work_.size(); ++b) {
             half(b).backward(work_[b]);
             delta[topology_.core_bodies[b]] = work_[b];
@@ -185,11 +186,12 @@ private:
     }
 
     // Takes back what light bodies were lent (see light_body.hpp): each pass moves them as the last one's change asks.
-    bool settle(bool shifted) {
+    // `least` is the energy below which nothing matters, of the forces or of the motion.
+    bool settle(bool shifted, double least) {
         double before = std::numeric_limits<double>::infinity();
         for (Light<D>& light : light_) light.moved.setZero();
         for (int pass = 0; pass < most_settling; ++pass) {
-            double change = 0.0, size = 0.0;  // squares
+            double change = 0.0, size = least;  // squares
             for (Light<D>& light : light_) {
                 Column<F> now = work_[light.body];
                 half(light.body).backward(now);
@@ -214,6 +216,12 @@ private:
             improve();
         }
         return false;
+    }
+
+    double energy() const {
+        double sum = 0.0;
+        for (const Column<F>& w : work_) sum += w.squaredNorm();
+        return sum;
     }
 
     const Model<D>& model_;

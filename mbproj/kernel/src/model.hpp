@@ -1,6 +1,7 @@
 // The mechanism as the kernel keeps it: bodies, and primitives bound to points and vectors that are fixed in them.
 #pragma once
 
+#include <cmath>
 #include <memory>
 #include <vector>
 
@@ -80,6 +81,16 @@ template <int D> struct Model {
         int found = 0;
         while (row >= joints[found].row + joints[found].rows) ++found;
         return found;
+    }
+    // The row that is furthest open, where that is by more than a part of its own scale; else -1.
+    int open_by_more(const double* C, double limit) const {
+        int worst = -1;
+        for (int r = 0; r < constraints.rows; ++r)
+            if (const double part = std::abs(C[r]) / row_scale[r]; !(part <= limit)) {
+                limit = part;
+                worst = r;
+            }
+        return worst;
     }
     int size() const { return static_cast<int>(bodies.size()); }
     // Integrals at the end of the state: work and dissipation where there is either.

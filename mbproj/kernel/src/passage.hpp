@@ -9,13 +9,13 @@
 
 namespace mbproj {
 
-// The smallest pivot of S is the square of the distance: where it falls, within two steps, below this part of what it was,
-// the step is checked.
-constexpr double nearing = 0.25;
+// The smallest pivot of S is the square of the distance: where it is below the first and falls, within two steps, below the
+// second part of what it was, the step is checked.
+constexpr double passing = 0.01, nearing = 0.25;
 
 // Both may differ by this part, of the velocity or of the way made; with error control by so many tolerances, else the step
 // is tried so many times shorter, so that its stages lie elsewhere.
-constexpr double agreement = 0.02, agreed_tolerances = 100.0, shorter = 0.7;
+constexpr double agreement = 0.05, agreed_tolerances = 100.0, shorter = 0.7;
 constexpr int most_shorter = 8;
 
 // What moves the mechanism by less than this part of its length in a step is at rest.
@@ -32,7 +32,7 @@ public:
 
     // Whether the step that was just made, with these pivots at its stages, needs the check.
     bool is_near(const Pivots& pivots) const {
-        return pivots.smallest < near_branch && pivots.smallest < nearing * std::max(before_, pivots.largest);
+        return pivots.smallest < passing && pivots.smallest < nearing * std::max(before_, pivots.largest);
     }
     void accepted(const Pivots& pivots) { before_ = pivots.largest; }
 
@@ -47,12 +47,16 @@ public:
         return corrector_.anywhere(t + h, end_.data()).regular;
     }
 
-    // How far a state is from where the half steps end, as a part of the velocity or of the way made in the step.
-    double off(const Vector& y, double h) const {
+    // Where the half steps end.
+    const Vector& middle() const { return middle_; }
+    const Vector& end() const { return end_; }
+
+    // How far a state is from another, as a part of the velocity or of the way made in a step.
+    double off(const Vector& x, const Vector& y, double h) const {
         const double length = dynamics_.model().length;
         double way = 0.0, change = 0.0, speed = 0.0;  // squares
         for (int b = 0; b < dynamics_.model().size(); ++b) {
-            const Part<D> a(y.data(), b), e(end_.data(), b);
+            const Part<D> a(y.data(), b), e(x.data(), b);
             way += (a.position() - e.position()).squaredNorm() + 0.5 * length * length * turned(a, e);
             change += (a.velocity() - e.velocity()).squaredNorm() + length * length * (a.omega() - e.omega()).squaredNorm();
             speed += std::max(a.velocity().squaredNorm(), e.velocity().squaredNorm()) +

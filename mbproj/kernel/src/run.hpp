@@ -54,7 +54,7 @@ public:
 
     Block block;
     Counters counters;
-    Peak position_peak, joint_peak, velocity_peak;
+    Peaks peaks;
     Outcome outcome;
 
     const Model<D>& model() const { return model_; }
@@ -113,33 +113,46 @@ private:
         const double error = method_.error(y_, y_new_, h, steps_.tolerance);
         phases_.mark(Phase::evaluation);
         if (!(error <= 1.0)) {
-            ++counters.rejected_steps;
-            dynamics_.pivots = {};
-            h_ = control_.after_rejected(error, h);
-            return;
+            return reject(control_.after_rejected(error, h));
         }
-        if (!halve(t)) return;
-        if (halved_ && shortened_ < most_shorter && passage_.off(y_new_, h) > agreed_tolerances * steps_.tolerance) {
-            ++shortened_;
-            ++counters.rejected_steps;
-            dynamics_.pivots = {};
-            h_ = shorter * h;
-            return;
-        }
-        shortened_ = 0;
         inside_ = next_sample_;
         while (inside_ < steps_.times.size() && steps_.times[inside_] < t) ++inside_;
         const bool due = inside_ < steps_.times.size() && steps_.times[inside_] == t;
+        if (!halve(t) || !extend(h)) return;
+        if (halved_ && shortened_ < most_shorter && off(h) > agreed_tolerances * steps_.tolerance) {
+            ++shortened_;
+            return reject(shorter * h);
+        }
+        shortened_ = 0;
         counted_before_ = counted_;
         if (!accept(t, due)) return;
         reached_ = {t, h, due};
-        if (next_sample_ < inside_) {
-            counters.evaluations += static_cast<long>(tableau_.extra_c.size() + inside_ - next_sample_);
-            if (!method_.extend(t_, y_, h)) return stop_at(t_);
-        }
         h_ = control_.after_accepted(error, h);
         phases_.mark(Phase::rest);
         if (next_sample_ == inside_) finish_step();
+    }
+
+    void reject(double h) {
+        ++counters.rejected_steps;
+        dynamics_.pivots = {};
+        inside_ = 0;
+        h_ = h;
+    }
+
+    // The continuous extension, where there are samples inside the step.
+    bool extend(double h) {
+        if (next_sample_ == inside_) return true;
+        counters.evaluations += static_cast<long>(tableau_.extra_c.size() + inside_ - next_sample_);
+        if (!method_.extend(t_, y_, h)) return stop_at(t_), false;
+        return true;
+    }
+
+    // How far the step and its extension are from its halves.
+    double off(double h) {
+        const double end = passage_.off(passage_.end(), y_new_, h);
+        if (next_sample_ == inside_) return end;
+        method_.at(y_, h, 0.5, copy_);
+        return std::max(end, passage_.off(passage_.middle(), copy_, h));
     }
 
     // One sample inside a step: the extension's value, of which a copy is projected; the integration does not see it.
@@ -200,7 +213,7 @@ private:
         if (done.velocity_change > branch_change && done.speed_change * (t - t_) > at_rest * model_.length &&
             dynamics_.bordered().nearness() < near_branch)
             return stop_at_branch(Status::branch, t, done.velocity_change), false;
-        if (const double off = halved_ ? passage_.off(y_new_, t - t_) : 0.0; off > agreement)
+        if (const double off = halved_ ? passage_.off(passage_.end(), y_new_, t - t_) : 0.0; off > agreement)
             return stop_at_branch(Status::unresolved, t, off), false;
         const double previous = t_;
         t_ = t;
@@ -208,14 +221,7 @@ private:
         dynamics_.move(y_new_.data(), true);
         watch(C, dynamics_.C_dot());
         t_ = previous;
-        const double limit = done.failures ? open_limit : lost_limit;
-        int worst = -1;
-        double most = limit;
-        for (int r = 0; r < model_.constraints.rows; ++r)
-            if (const double part = std::abs(C[r]) / model_.row_scale[r]; !(part <= most)) {
-                most = part;
-                worst = r;
-            }
+        const int worst = model_.open_by_more(C, done.failures ? open_limit : lost_limit);
         if (worst >= 0 && done.near_singular) {
             stop_at(t);
             outcome.joint = model_.joint_of(worst);
@@ -242,27 +248,13 @@ private:
     }
 
     void watch(const double* C, const double* C_dot) {
-        position_peak.watch(C, model_.constraints.rows, t_);
-        if (model_.driven.empty()) joint_peak = position_peak;
-        else joint_peak.watch(C, model_.constraints.rows - model_.driven.size(), t_);
-        velocity_peak.watch(C_dot, model_.constraints.rows, t_);
+        peaks.watch(C, C_dot, model_.constraints.rows, model_.driven.size(), t_);
     }
 
     void sample(double t, const Vector& y, const Vector& slope, const std::vector<double>& lambda, double h,
                 const std::vector<long>& turns) {
         counters.factorisations = dynamics_.bordered().factorisations();
-        block.t.push_back(t);
-        block.y.insert(block.y.end(), y.data(), y.data() + dynamics_.size());
-        block.work.insert(block.work.end(), y.data() + dynamics_.size(), y.data() + dynamics_.total());
-        for (int b = 0; b < model_.size(); ++b) {
-            const double* a = slope.data() + S::state * b + S::pose;
-            block.acceleration.insert(block.acceleration.end(), a, a + S::freedoms);
-        }
-        block.multipliers.insert(block.multipliers.end(), lambda.begin(), lambda.end());
-        block.step_size.push_back(h);
-        block.turns.insert(block.turns.end(), turns.begin(), turns.end());
-        const auto counts = counters.list();
-        block.counters.insert(block.counters.end(), counts.begin(), counts.end());
+        block.add<D>(t, y, slope, model_.size(), lambda, h, turns, counters);
     }
 
     // For the forces on angles, where the joints' coordinates are now.

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from bisect import insort
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
 from math import exp, log
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -18,13 +19,14 @@ from mbproj.scene.records import Scene
 from mbproj.scene.suggestions import choose_from
 from mbproj.studies.journal import Journal
 from mbproj.studies.mechanism import Mechanism
+from mbproj.studies.progress import Tell, silent
+from mbproj.studies.resumable import resumable
 from mbproj.studies.setting import Setting
 from mbproj.studies.solve import sample_times, solve
 from mbproj.studies.spans import span as until_of
 from mbproj.studies.stability.gains import real_axis_limit
 from mbproj.studies.stability.quantities import QUANTITIES, Span
 from mbproj.studies.stability.subject import Limits, Point, Subject
-from mbproj.studies.workers import in_parallel
 from mbproj.version import __version__
 
 #: Methods that are tried where none is named, and values over the span.
@@ -33,8 +35,6 @@ METHODS, POINTS = ("none", "baumgarte", "gopm", "gpopm"), 25
 PRECISION, CHANGES = 0.005, 6
 #: Steps of a scene that says neither a step nor a tolerance.
 DEFAULT_STEPS = 1000
-
-Tell = Callable[[str, int, int], None]
 
 
 @dataclass(frozen=True)
@@ -89,7 +89,7 @@ def stability(
     limits: Limits | None = None,
     processes: int | None = None,
     journal: Path | None = None,
-    tell: Tell = lambda phase, done, whole: None,
+    tell: Tell = silent,
 ) -> StabilityMap:
     """Varies `vary` (a name of `QUANTITIES`) from `low` to `high` for each projection method.
 
@@ -109,13 +109,9 @@ def stability(
             "span": vars(whole), "points": points}  # fmt: skip
     record = Journal(journal, what)
     grid = values(whole, points)
-    missing = [name for name in names if name not in record]
-    tell("methods", len(names) - len(missing), len(names))
-    subjects = [(vary, _with_method(subject, name), grid) for name in missing]
-    for number, done in in_parallel(_walked, None, subjects, processes):
-        record.add(missing[number], [point.as_json() for point in done])
-        tell("methods", sum(name in record for name in names), len(names))
-    tracks = [_track(name, [Point.from_json(each) for each in record[name]]) for name in names]
+    subjects = {name: _with_method(subject, name) for name in names}
+    walked = resumable(_walked, (vary, grid), subjects, record, processes, "methods", tell)
+    tracks = [_track(name, [Point.from_json(each) for each in points]) for name, points in walked.items()]
     analytic = real_axis_limit(load_tableau(subject.setting.integrator)) if quantity.option == "gains" else None
     step = subject.setting.step or 1.0
     return StabilityMap(
@@ -172,9 +168,9 @@ def _with_method(subject: Subject, name: str) -> Subject:
     return replace(subject, setting=replace(own, **{"alpha": None, "gains": None, **taken}, projection=name))
 
 
-def _walked(nothing: None, item: tuple[str, Subject, list[float]]) -> list[Point]:
+def _walked(shared: tuple[str, list[float]], subject: Subject) -> list[dict[str, Any]]:
     """The points of a method: the grid, and then halves between neighbours of different states."""
-    vary, subject, grid = item
+    vary, grid = shared
     quantity = QUANTITIES[vary]
 
     def at(value: float) -> Point:
@@ -190,7 +186,7 @@ def _walked(nothing: None, item: tuple[str, Subject, list[float]]) -> list[Point
             middle = at(exp(0.5 * (log(below.value) + log(above.value))))
             insort(found, middle, key=lambda point: point.value)
             below, above = (middle, above) if middle.state == below.state else (below, middle)
-    return found
+    return [point.as_json() for point in found]
 
 
 def _gap(below: Point, above: Point) -> float:

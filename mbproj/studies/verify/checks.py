@@ -12,6 +12,7 @@ from mbproj.errors import SimulationError
 from mbproj.results.verification import Check, Verification
 from mbproj.scene.records import Scene
 from mbproj.studies.mechanism import Mechanism
+from mbproj.studies.progress import Tell, silent
 from mbproj.studies.verify import accelerations, balance, corrections, invariance, order
 from mbproj.studies.verify.case import Case
 from mbproj.studies.verify.finding import Found
@@ -50,7 +51,7 @@ CHECKS: Mapping[str, Entry] = MappingProxyType(
 )
 
 
-def verify(scene: Scene, tell: Callable[[str, int, int], None] = lambda phase, done, whole: None) -> Verification:
+def verify(scene: Scene, tell: Tell = silent) -> Verification:
     """Runs every check on a scene. `tell` is called with a phase, how many are done, and how many there are.
 
     Raises InputError where the mechanism cannot be assembled or run at all, SimulationError where a function of the

@@ -1,12 +1,8 @@
-"""What runs in a process of its own: one scene after the other, as the pool hands them over."""
+"""One scene of a batch: run, and held against what it expects."""
 
 from __future__ import annotations
 
-import os
-import threading
 import traceback
-from multiprocessing import parent_process
-from multiprocessing.connection import Connection, wait
 from time import perf_counter
 
 from mbproj.analysis import Outcome, outcomes
@@ -18,17 +14,6 @@ from mbproj.model import compile_system, initial_guess
 from mbproj.results import ResultsWriter, open_results
 from mbproj.scene import read_scene, settings_to_run
 from mbproj.studies.batch.result import SceneResult, Task
-
-
-def work(connection: Connection) -> None:
-    """The process: says that it is there, then answers each Task with a SceneResult, until there are no more."""
-    threading.Thread(target=_end_with_the_parent, daemon=True).start()
-    try:
-        connection.send(None)
-        while True:
-            connection.send(run_task(connection.recv()))
-    except (EOFError, BrokenPipeError, KeyboardInterrupt):
-        return
 
 
 def run_task(task: Task) -> SceneResult:
@@ -68,11 +53,3 @@ def _outcomes(task: Task) -> tuple[Outcome, ...]:
         recorder.attributes(summary(str(task.scene), str(task.output), report, total_seconds=seconds))
     with open_results(task.output) as results:
         return tuple(outcomes(scene.expectations, results))
-
-
-def _end_with_the_parent() -> None:
-    """Nobody waits for results when the parent is gone, killed perhaps: no process is left behind."""
-    parent = parent_process()
-    if parent is not None:
-        wait([parent.sentinel])
-        os._exit(int(ExitCode.INTERRUPTED))
