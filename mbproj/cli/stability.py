@@ -38,8 +38,8 @@ if TYPE_CHECKING:
 @click.option("--fresh", is_flag=True, help="Begin anew where an earlier study was interrupted or is complete.")
 def command(
     scene: str, settings: tuple[str, ...], vary: str, projections: tuple[str, ...] | None, low: float | None,
-    high: float | None, points: int, closed: float | None, energy: float | None, output: Path, ending: str, as_json: bool, fresh: bool,
-    **options: Any,
+    high: float | None, points: int, closed: float | None, energy: float | None, output: Path, ending: str,
+    as_json: bool, fresh: bool, **options: Any,
 ) -> None:  # fmt: skip
     """Varies one quantity of SCENE and finds where each projection method holds, degrades and fails.
 
