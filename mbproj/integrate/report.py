@@ -87,7 +87,9 @@ def summary(scene: str, output: str, report: Report, total_seconds: float) -> di
 class EnergyWatch:
     """Scratch of a run: the largest |balance|, kinetic energy, and range of the potential energy so far."""
 
-    def __init__(self) -> None:
+    def __init__(self, nothing: float = 0.0) -> None:
+        """`nothing`: the energy in J below which a motion is round-off."""
+        self._nothing = nothing
         self.drift = self.kinetic = 0.0
         self.lowest, self.highest = float("inf"), float("-inf")
 
@@ -100,6 +102,6 @@ class EnergyWatch:
     def relative(self) -> float:
         """The drift over the largest kinetic energy + |ΔV| of the run; 0 where nothing moved."""
         size = self.kinetic + max(self.highest - self.lowest, 0.0)
-        return self.drift / size if size > 0.0 else 0.0
+        return self.drift / size if size > self._nothing else 0.0
 
 

@@ -12,7 +12,7 @@ from mbproj.arrays import Array
 from mbproj.dynamics.assembly import State
 from mbproj.dynamics.kinematics import pose_of, twist_of
 from mbproj.dynamics.observe import Block, observe, total_energy
-from mbproj.dynamics.round_off import position_grain, velocity_grain
+from mbproj.dynamics.round_off import EPSILON, position_grain, velocity_grain
 from mbproj.dynamics.samples import Samples, join, stack
 from mbproj.integrate.compiled import march as march_compiled
 from mbproj.integrate.formulation import Choice, choose
@@ -72,7 +72,8 @@ def simulate(
     far was recorded.
     """
     choice = choose(system, state, settings)
-    tally, energy, floors = Tally(), EnergyWatch(), np.zeros(2)
+    weight = float(np.sum(system.mass) * np.linalg.norm(system.gravity))
+    tally, energy, floors = Tally(), EnergyWatch(EPSILON**2 * weight * system.length), np.zeros(2)
     initial_energy = total_energy(system, state)
     started, recording = _Clocks.now(), _Clocks()
     with interruption() as asked:

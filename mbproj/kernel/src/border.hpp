@@ -158,8 +158,8 @@ template <int D> std::vector<Joint> joints(const PrimitiveSet<D>& set, int bodie
     return found;
 }
 
-// A principal moment below this part of the largest is none.
-constexpr double no_inertia = 1e-14;
+// A principal moment below this part of the largest is none; nor is a mass, in kg, whose reciprocal may overflow.
+constexpr double no_inertia = 1e-14, no_mass = 1e-100;
 
 template <int D>
 std::vector<Body<D>> bodies(const Numbers1& mass, const Numbers3& inertia) {
@@ -175,7 +175,7 @@ std::vector<Body<D>> bodies(const Numbers1& mass, const Numbers3& inertia) {
         const Eigen::SelfAdjointEigenSolver<Matrix<W, W>> principal(body.inertia, Eigen::EigenvaluesOnly);
         const double least = principal.eigenvalues()[0], most = principal.eigenvalues()[W - 1];
         if (!(body.mass >= 0.0 && least >= -no_inertia * most)) refuse("mass or inertia", "is negative");
-        body.is_light = !(body.mass > 0.0 && least > no_inertia * most);
+        body.is_light = !(body.mass > no_mass && least > no_inertia * most);
         body.inverse_root.setIdentity();
         if (!body.is_light)
             body.inverse_root = Eigen::LLT<Matrix<W, W>>(body.inertia).matrixL().solve(Matrix<W, W>::Identity());

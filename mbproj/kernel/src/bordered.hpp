@@ -43,8 +43,9 @@ public:
             if (leaf.hinge.parent < model.size()) articulated_[leaf.hinge.parent] = true;
     }
 
-    // Factors at a pose; rows whose squared distance from the span of the others is below `near` are left out for now. False where a joint's rows are dependent or a motion carries no mass: `singular_joint`. Where the
-    // model has redundant rows, some are left out: those that follow from the others best.
+    // Factors at a pose; rows whose squared distance from the span of the others is below `near`, of what it is elsewhere,
+    // are left out for now. False where a joint's rows are dependent or a motion carries no mass: `singular_joint`. Where
+    // the model has redundant rows, some are left out for good: those that follow from the others best.
     bool factor(const Pose<D>& pose, Metric metric, double near = near_dependent) {
         if (model_.redundant > left_out_) leave_out(pose);
         const bool found = factor_held(pose, metric, near);
@@ -75,7 +76,8 @@ public:
         core_.leave_none_out();
         const double shift = metric == Metric::penalised ? shift_ : 0.0;
         const int failed = core_.factor(pose, smallest_pivot, shift);
-        if (failed >= 0 || core_.cholesky().smallest_pivot() < near)
+        if (failed < 0 && metric == Metric::mass) learn(pose);
+        if (failed >= 0 || core_.cholesky().smallest_pivot() < near * usual())
             if (near == 0.0 || !factor_near_singular(pose, metric, shift, failed, near)) return fails(failed);
         if (pivot_at_choice_ == 0.0) pivot_at_choice_ = core_.cholesky().smallest_pivot();
         return true;
@@ -83,6 +85,11 @@ public:
 
     // Whether rows had to be left out of the last factor because they depend on the others at its pose alone.
     bool near_singular() const { return core_.cholesky().leaves_out(); }
+
+    // Whether rows are nearer to dependent than √near, where all bodies weigh the same: masses have no say in it.
+    bool is_near_singular(const Pose<D>& pose, double near) {
+        return core_.dependent(pose, near * usual_even_) > model_.redundant;
+    }
 
     // Whether other rows than those held now may determine the motion better.
     bool weak() const { return left_out_ > 0 && core_.cholesky().smallest_pivot() < decline * pivot_at_choice_; }
@@ -136,8 +143,8 @@ public:
     long factorisations() const { return factorisations_; }
     const Topology<D>& topology() const { return topology_; }
     const BlockCholesky& cholesky() const { return core_.cholesky(); }
-    // Of the last factor: the square of the distance of its rows from dependent, about.
-    double nearness() const { return near_singular() ? 0.0 : cholesky().smallest_pivot(); }
+    // Of the last factor: the square of the distance of its rows from dependent, about, as a part of what it is elsewhere.
+    double nearness() const { return near_singular() ? 0.0 : cholesky().smallest_pivot() / usual(); }
 
 private:
     struct LeafScratch {
@@ -150,12 +157,29 @@ private:
         return false;
     }
 
+    // Masses and lengths of different orders make small pivots at every pose: singular is one where they are small beside
+    // the largest that was seen. The same of bodies that weigh alike.
+    void learn(const Pose<D>& pose) {
+        const double pivot = core_.cholesky().smallest_pivot();
+        if (pivot <= 2.0 * usual_pivot_) return;
+        usual_pivot_ = pivot;
+        usual_even_ = 1.0;
+        if (pivot >= near_branch) return;
+        usual_even_ = core_.even_pivot(pose);
+        set_halves(pose, Metric::mass);
+        core_.factor(pose, smallest_pivot);
+    }
+    double usual() const {
+        if (metric_ == Metric::coordinates) return usual_even_;
+        return usual_pivot_ < near_branch ? usual_pivot_ : 1.0;
+    }
+
     // Near a singular pose, rows that have almost become dependent have finite multipliers but almost no gradient left:
     // leaving them out errs by their distance from the span of the others, dividing by that errs without bound. Where no
     // row is near to dependent, it is the masses that leave S few digits, or none.
     bool factor_near_singular(const Pose<D>& pose, Metric metric, double shift, int failed,
                               double near) {
-        const int dependent = core_.leave_out(pose, near);
+        const int dependent = core_.leave_out(pose, near * usual_even_);
         if (!set_halves(pose, metric)) return false;
         if (dependent == 0 && failed >= 0) return core_.factor_by_qr(pose);
         return core_.factor(pose, smallest_pivot, shift) < 0;
@@ -261,6 +285,7 @@ private:
     int singular_joint_ = -1;
     int left_out_ = 0;              // rows, as redundant
     bool others_may_serve_ = true;  // where rows become dependent
+    double usual_pivot_ = 0.0, usual_even_ = 1.0;
     double pivot_at_choice_ = 0.0;  // the smallest when they were chosen; 0 until it is known
     Metric metric_ = Metric::mass;
     long factorisations_ = 0;

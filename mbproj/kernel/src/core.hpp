@@ -57,6 +57,12 @@ public:
     // Leaves out of the factors to come the rows that depend on the others at this pose, up to a distance of √smallest, or
     // none again. How many; overwrites the factor.
     int leave_out(const Pose<D>& pose, double smallest) { return rows_.mark_dependent(pose, smallest); }
+    // The smallest pivot where all bodies weigh the same; overwrites the factor.
+    double even_pivot(const Pose<D>& pose) {
+        rows_.fill_evenly(pose);
+        rows_.cholesky.factor(0.0);
+        return rows_.cholesky.smallest_pivot();
+    }
     void leave_none_out() { rows_.cholesky.leave_out({}); }
 
     // Holds rows that are as far from dependent as leaves out so many as are redundant; false, with those held before,
@@ -69,6 +75,8 @@ public:
             }
         return false;
     }
+    // How many of all rows depend on the others at a pose, up to a distance of √smallest.
+    int dependent(const Pose<D>& pose, double smallest) { return left_out(all().independent(pose, smallest)); }
     // Holds only rows that are independent at a pose, up to a distance of √smallest. How many are left out.
     int select(const Pose<D>& pose, double smallest) {
         const auto rows = all().independent(pose, smallest);

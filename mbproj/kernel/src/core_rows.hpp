@@ -63,6 +63,14 @@ public:
         }
     }
 
+    // The same with bodies that all weigh the same, lengths in the mechanism's own.
+    void fill_evenly(const Pose<D>& pose) {
+        for (std::size_t b = 0; b < halves.size(); ++b)
+            halves[b].bare(1.0 / (model_.length * model_.length), pose[topology_.core_bodies[b]].rotation,
+                           Matrix<S::turns, S::turns>::Identity());
+        fill(pose);
+    }
+
     // Columns of Y of the rows that are left out for good, at the pose of the last `fill`.
     std::vector<Incidence> spare_incidences(const Pose<D>& pose) const {
         std::vector<Incidence> found;
@@ -77,10 +85,7 @@ public:
     // Of each joint that is held, the rows that are independent at a pose: those whose distance from the span of the rows
     // before them exceeds √smallest, where all bodies weigh the same and lengths count in the mechanism's own. Overwrites S.
     std::vector<std::vector<int>> independent(const Pose<D>& pose, double smallest) {
-        for (std::size_t b = 0; b < halves.size(); ++b)
-            halves[b].bare(1.0 / (model_.length * model_.length), pose[topology_.core_bodies[b]].rotation,
-                           Matrix<S::turns, S::turns>::Identity());
-        fill(pose);
+        fill_evenly(pose);
         return cholesky.independent_rows(smallest);
     }
 

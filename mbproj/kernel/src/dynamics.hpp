@@ -103,13 +103,15 @@ public:
         return bordered_.factor_held(pose_, metric, 0.0);
     }
     // At a closed pose: whether the equations have a unique solution there, with other rows held where that is better.
-    bool factor_closed() {
+    bool factor_closed(const double* y) {
         if (!factor(Metric::mass)) return false;
-        if (!bordered_.weak()) return true;
+        if (!bordered_.weak()) return look_near(y);
         bordered_.leave_out(pose_);
         factored_ = false;
-        return factor(Metric::mass);
+        return factor(Metric::mass) && look_near(y);
     }
+    // Whether the pose in place is near a singular one.
+    bool is_near_singular() { return bordered_.is_near_singular(pose_, near_branch); }
     // Whether there is a factor in this metric, be it of an earlier pose.
     bool holds(Metric metric) const { return held_ && metric == metric_; }
     const double* constraint() {
@@ -169,7 +171,7 @@ private:
     }
 
     // s² from c.
-    static double held_above(double off) { return std::pow(std::max(off, 1e-12), 2.0 / 3.0); }
+    static double held_above(double off) { return std::pow(std::max(off, 1e-15), 2.0 / 3.0); }
 
     // The largest row, lengths in the mechanism's own.
     double largest(const std::vector<double>& rows) const {

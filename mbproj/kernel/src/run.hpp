@@ -210,10 +210,11 @@ private:
         counters.projection_failures += done.failures;
         counters.projection_fallbacks += done.fallbacks;
         if (!done.regular) return stop_at(t), false;
-        if (done.velocity_change > branch_change && done.speed_change * (t - t_) > at_rest * model_.length &&
-            dynamics_.bordered().nearness() < near_branch)
+        const bool jumps = done.velocity_change > branch_change && done.speed_change * (t - t_) > at_rest * model_.length;
+        if (jumps && dynamics_.is_near_singular())
             return stop_at_branch(Status::branch, t, done.velocity_change), false;
-        if (const double off = halved_ ? passage_.off(passage_.end(), y_new_, t - t_) : 0.0; off > agreement)
+        const double off = halved_ ? passage_.off(passage_.end(), y_new_, t - t_) : 0.0;
+        if (off > agreement && dynamics_.is_near_singular())
             return stop_at_branch(Status::unresolved, t, off), false;
         const double previous = t_;
         t_ = t;
@@ -242,7 +243,7 @@ private:
     }
 
     bool evaluate(const Vector& y, bool with_multipliers) {
-        if (!dynamics_.factor_closed()) return false;
+        if (!dynamics_.factor_closed(y.data())) return false;
         dynamics_.pivots.watch(dynamics_.bordered().nearness());
         return dynamics_.slope_at(y.data(), slope_.data(), with_multipliers ? lambda_.data() : nullptr);
     }
