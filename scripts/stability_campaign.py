@@ -1,11 +1,11 @@
 """Runs the extremes with every projection method in every formulation, and prints a table of what holds.
 
-    python scripts/stability_campaign.py [--brief] [--method METHOD] [-o CSV] [NAME ...]
+    python scripts/stability_campaign.py [--brief] [--method METHOD] [--formulation FORMULATION] [-o CSV] [NAME ...]
 
 Each line is a value of an extreme in one formulation: the methods by what became of their runs (see
-`extremes.trial.Outcome`), the largest closure of those that correct in units of what round-off allows, the largest errors
-of the motion and of the energy, both relative. --brief takes the values of the tests. The exit code is 1 where a run
-told less than the truth.
+`extremes.trial.Outcome`), the largest closure of those that correct in units of what round-off allows, the largest
+errors of the motion and of the energy, both relative. --brief takes the values of the tests. The exit code is 1 where a
+run told less than the truth.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from pathlib import Path
 from extremes.extremes import EXTREMES
 from extremes.trial import Outcome, attempt, combinations
 
-from mbproj.registry import PROJECTIONS
+from mbproj.registry import FORMULATIONS, PROJECTIONS
 
 HEAD = ("extreme", "value", "formulation", "what became of the methods", "closure, floors", "motion", "energy")
 
@@ -56,6 +56,7 @@ def main() -> None:
     parser.add_argument("names", nargs="*", metavar="NAME", help=f"of {', '.join(EXTREMES)}")
     parser.add_argument("--brief", action="store_true", help="the values of the tests")
     parser.add_argument("--method", choices=tuple(PROJECTIONS), help="this projection method alone")
+    parser.add_argument("--formulation", choices=FORMULATIONS[1:], help="this formulation alone")
     parser.add_argument("-o", "--output", type=Path, help="a CSV file for every run")
     given = parser.parse_args()
     unknown = [name for name in given.names if name not in EXTREMES]
@@ -66,6 +67,8 @@ def main() -> None:
     for extreme in (EXTREMES[name] for name in given.names or EXTREMES):
         for value in extreme.brief if given.brief else extreme.values:
             for formulation in extreme.formulations:
+                if given.formulation not in (None, formulation):
+                    continue
                 found = [attempt(extreme, value, method, own) for method, own in combinations(extreme)
                          if own == formulation and given.method in (None, method)]
                 outcomes += found

@@ -8,7 +8,6 @@ from math import sqrt
 
 import numpy as np
 
-from mbproj.arrays import Array
 from mbproj.dynamics import State
 from mbproj.model import System
 
@@ -19,17 +18,12 @@ DECADES = (1e-12, 1e-9, 1e-6, 1e-3, 1.0, 1e3, 1e6, 1e9, 1e12)
 ENDS = (1e-12, 1e12)
 
 
-def timed(steps: int, h: float, samples: int = 10) -> dict[str, str]:
-    """`simulation` options for so many steps of h, in s, and so many samples."""
-    return {"duration": repr(steps * h), "step": repr(h), "output_step": repr(max(steps // samples, 1) * h)}
-
-
-def swing_error(done: Done, value: float = 0.0, *, start: float | None = None) -> float:
+def swing_error(done: Done, value: float = 0.0) -> float:
     """The largest error of the pendulum's angle, rad, and of its first angular acceleration, relative to K/I."""
     scene, joint = done.scene.parameters, "pin.angle" if "bar" in done.scene.parameters else "A.angle"
-    body = joint == "pin.angle" and "bar" or "left"
+    body = "bar" if joint == "pin.angle" else "left"
     I, K = pendulum(scene)
-    start = scene["start"] if start is None else start
+    start = scene["start"]
     exact = swinging(start, sqrt(K / I), done["time"])
     angle = float(np.abs(scene["start"] - done.of("joints/coordinate", joint) - exact).max())
     first = -done.of("bodies/angular_acceleration", body)[0, 1]
@@ -115,48 +109,48 @@ def _swing(parameters: dict[str, float], text: str = PARALLELOGRAM) -> tuple[str
 EXTREMES: dict[str, Extreme] = {
     extreme.name: extreme
     for extreme in (
-        Extreme("mass of the outer body", lambda r: _swing({"wheel": r}, WHEEL), lambda r: timed(30, _step()),
+        Extreme("mass of the outer body", lambda r: _swing({"wheel": r}, WHEEL), lambda r: (30, _step()),
                 wheel_error, DECADES, ENDS),
-        Extreme("mass of the inner body", lambda r: _swing({"bar": r}, WHEEL), lambda r: timed(30, _step()),
+        Extreme("mass of the inner body", lambda r: _swing({"bar": r}, WHEEL), lambda r: (30, _step()),
                 wheel_error, DECADES, ENDS),
-        Extreme("inertia of the outer body", lambda r: _swing({"moment": r}, WHEEL), lambda r: timed(30, _step()),
+        Extreme("inertia of the outer body", lambda r: _swing({"moment": r}, WHEEL), lambda r: (30, _step()),
                 wheel_error, DECADES, ENDS),
-        Extreme("mass of the coupler in a loop", lambda r: _swing({"coupler": r}), lambda r: timed(30, _step()),
+        Extreme("mass of the coupler in a loop", lambda r: _swing({"coupler": r}), lambda r: (30, _step()),
                 swing_error, DECADES, ENDS),
-        Extreme("mass of one crank in a loop", lambda r: _swing({"right": r}), lambda r: timed(30, _step()),
+        Extreme("mass of one crank in a loop", lambda r: _swing({"right": r}), lambda r: (30, _step()),
                 swing_error, DECADES, ENDS),
-        Extreme("all masses", lambda r: _swing({"left": r, "coupler": r, "right": r}), lambda r: timed(30, _step()),
+        Extreme("all masses", lambda r: _swing({"left": r, "coupler": r, "right": r}), lambda r: (30, _step()),
                 swing_error, DECADES, ENDS),
-        Extreme("masses to zero", lambda r: _swing({"coupler": r}), lambda r: timed(30, _step()),
+        Extreme("masses to zero", lambda r: _swing({"coupler": r}), lambda r: (30, _step()),
                 swing_error, (1e-20, 1e-100, 1e-300, 0.0), (1e-300, 0.0)),
-        Extreme("lengths", lambda L: _swing({"length": L}), lambda L: timed(30, _step(L)),
+        Extreme("lengths", lambda L: _swing({"length": L}), lambda L: (30, _step(L)),
                 swing_error, (1e-6, 1e-4, 1e-2, 1.0, 1e2, 1e4, 1e6), (1e-6, 1e6)),
-        Extreme("length of the coupler", lambda L: _swing({"reach": L}), lambda L: timed(30, _step()),
+        Extreme("length of the coupler", lambda L: _swing({"reach": L}), lambda L: (30, _step()),
                 swing_error, (1e-6, 1e-3, 1.0, 1e3, 1e6), (1e-6, 1e6)),
-        Extreme("spin of a wheel", lambda w: _swing({"spin": w}, WHEEL), lambda w: timed(60, 0.1 / max(w, 3.9)),
+        Extreme("spin of a wheel", lambda w: _swing({"spin": w}, WHEEL), lambda w: (60, 0.1 / max(w, 3.9)),
                 wheel_error, (1.0, 1e3, 1e6), (1e6,)),
-        Extreme("spin of a top", lambda w: _swing({"spin": w}, TOP), lambda w: timed(60, 0.1 / w),
+        Extreme("spin of a top", lambda w: _swing({"spin": w}, TOP), lambda w: (60, 0.1 / w),
                 _top_error, (1.0, 1e3, 1e6), (1e6,), formulations=("full", "reduced")),
-        Extreme("step times frequency", lambda x: _swing({}), lambda x: timed(30, x * 10.0 * _step()),
+        Extreme("step times frequency", lambda x: _swing({}), lambda x: (30, x * 10.0 * _step()),
                 swing_error, (0.1, 0.3, 1.0, 2.0, 3.0, 10.0, 100.0, 1e6), (1.0, 10.0), right=1e-3),
-        Extreme("start open in the plane", lambda r: _swing({}), lambda r: timed(3, 1e-6), _closing_error,
+        Extreme("start open in the plane", lambda r: _swing({}), lambda r: (3, 1e-6), _closing_error,
                 (1e-6, 1e-3, 0.1), (0.1,), start=partial(_opened, in_plane=True), right=1e-3),
-        Extreme("start open in space", lambda r: _swing({}), lambda r: timed(3, 1e-6), _closing_error,
+        Extreme("start open in space", lambda r: _swing({}), lambda r: (3, 1e-6), _closing_error,
                 (1e-6, 1e-3, 0.1), (0.1,), formulations=("full", "reduced"), start=_opened, right=1e-3),
-        Extreme("angle between axes", lambda r: _swing({"tilt": r}, TWO_PINS), lambda r: timed(30, _step()),
+        Extreme("angle between axes", lambda r: _swing({"tilt": r}, TWO_PINS), lambda r: (30, _step()),
                 _held_error, (0.0, 1e-15, 1e-13, 1e-11, 1e-10, 1e-9, 1e-8, 1e-6, 1e-3), (1e-15, 1e-3),
                 slack=lambda r: min(r, 1e-8)),
-        Extreme("distance of a joint's double", lambda r: _swing({"offset": r}, TWO_PINS), lambda r: timed(30, _step()),
+        Extreme("distance of a joint's double", lambda r: _swing({"offset": r}, TWO_PINS), lambda r: (30, _step()),
                 _held_error, (0.0, 1e-15, 1e-13, 1e-11, 1e-10, 1e-9, 1e-8, 1e-6, 1e-3), (0.0, 1e-15, 1e-3),
                 slack=lambda r: min(r, 1e-8)),
         Extreme("heavy end of a chain of 20", lambda r: (chain(20, 1e-3 * r), {}),
-                lambda r: timed(20, _chain_step(20, 1e-3 * r)), _chain_error, (1.0, 1e3, 1e6, 1e9, 1e12), ENDS[1:]),
+                lambda r: (20, _chain_step(20, 1e-3 * r)), _chain_error, (1.0, 1e3, 1e6, 1e9, 1e12), ENDS[1:]),
         Extreme("heavy end of a chain of 1000", lambda r: (chain(1000, 1e-3 * r), {}),
-                lambda r: timed(20, _chain_step(1000, 1e-3 * r)), _chain_error, (1.0, 1e3, 1e6, 1e9, 1e12), ENDS[1:],
+                lambda r: (20, _chain_step(1000, 1e-3 * r)), _chain_error, (1.0, 1e3, 1e6, 1e9, 1e12), ENDS[1:],
                 formulations=("reduced", "planar")),
-        Extreme("steps in the kernel", lambda n: _swing({}), lambda n: timed(int(n), _step()),
+        Extreme("steps in the kernel", lambda n: _swing({}), lambda n: (int(n), _step()),
                 _long_error, (1e5, 1e6, 1e7), (1e4,), formulations=("reduced", "planar"), limit=600.0),
-        Extreme("steps of the full formulation", lambda n: _swing({}), lambda n: timed(int(n), _step()),
+        Extreme("steps of the full formulation", lambda n: _swing({}), lambda n: (int(n), _step()),
                 _long_error, (1e3, 1e4, 1e5), (100.0,), formulations=("full",), limit=3600.0),
     )
 }

@@ -17,8 +17,8 @@ WHEEL = """
 mbproj: 1
 gravity: [0, 0, -g]
 parameters:
-  {length: 1 m, g: 9.81, bar: 1 kg, wheel: 1 kg, moment: 0.01 * wheel * length**2, start: 60 deg, spin: 0 rad/s, tilt: 0,
-   offset: 0 m, x: length * sin(start), z: -length * cos(start)}
+  {length: 1 m, g: 9.81, bar: 1 kg, wheel: 1 kg, moment: 0.01 * wheel * length**2, start: 60 deg, spin: 0 rad/s,
+   tilt: 0, offset: 0 m, x: length * sin(start), z: -length * cos(start)}
 simulation: {duration: 1, step: 10 ms}
 bodies:
   bar:

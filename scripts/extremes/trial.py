@@ -5,9 +5,9 @@ from __future__ import annotations
 import signal
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
+from functools import lru_cache
 from time import perf_counter
-from typing import Any
 
 import numpy as np
 
@@ -20,9 +20,15 @@ from mbproj.model import System
 from mbproj.projection.tolerance import FLOOR
 from mbproj.registry import PROJECTIONS
 from mbproj.scene import Scene, read_scene_text
+from mbproj.scene.records import ProjectionSettings, Settings
+from mbproj.scene.settings import DEFAULTS
 
 #: A motion that is off by less, relative to its own size, is right; a closure of so many floors is closed.
 RIGHT, CLOSED = 1e-6, 100.0
+#: The default penalty.
+ALPHA = float(DEFAULTS["alpha"])
+#: Samples of a run.
+SAMPLES = 10
 #: Baumgarte's gains in 1/s: the default, or this over the step where that is less.
 GAIN, GAIN_TIMES_STEP = 25.0, 0.2
 
@@ -58,15 +64,15 @@ RECORDED = (
 class Extreme:
     """A quantity that goes to its extremes.
 
-    `scene(value)` is the scene file with its parameters, `settings(value)` its `simulation` options, `error(done, value)`
-    how far a run is from the exact motion, relative to its size, at most `right`. `formulations` that it is for, and the
-    `values` of the campaign; `brief`: those of the tests. `start(system, state, value)` may move the state. `slack` is
-    what the scene itself leaves open at a value. `limit` in s: a run that takes longer has not ended.
+    `scene(value)` is the scene file and its parameters, `steps(value)` the number of steps and their size in s,
+    `error(done, value)` how far a run is from the exact motion, relative to its size, at most `right`. `values` are
+    those of the campaign, `brief` those of the tests, `formulations` those that it is for. `start(system, state, value)`
+    may move the state. `slack` is what the scene itself leaves open. A run that takes longer than `limit` s is endless.
     """
 
     name: str
     scene: Callable[[float], tuple[str, dict[str, str]]]
-    settings: Callable[[float], dict[str, str]]
+    steps: Callable[[float], tuple[int, float]]
     error: Callable[[Done, float], float]
     values: tuple[float, ...]
     brief: tuple[float, ...]
@@ -117,17 +123,17 @@ def combinations(extreme: Extreme) -> Iterator[tuple[str, str]]:
                 yield method, formulation
 
 
-def attempt(extreme: Extreme, value: float, method: str, formulation: str) -> Outcome:
-    """Runs an extreme at a value."""
+def attempt(extreme: Extreme, value: float, method: str, formulation: str, steps: int | None = None) -> Outcome:
+    """Runs an extreme at a value, for so many `steps` at most."""
     key, started = (extreme.name, value, method, formulation), perf_counter()
     try:
         with np.errstate(all="ignore"), _limited(extreme.limit):
-            done = run(extreme, value, method, formulation)
+            done = run(extreme, value, method, formulation, steps)
     except TimeoutError:
         return Outcome(*key, "ENDLESS", seconds=perf_counter() - started)
-    except (InputError, SimulationError) as error:
-        verdict = "refused" if isinstance(error, InputError) else "stopped"
-        return Outcome(*key, verdict, seconds=perf_counter() - started, message=str(error).partition("\n")[0])
+    except (InputError, SimulationError) as reason:
+        verdict = "refused" if isinstance(reason, InputError) else "stopped"
+        return Outcome(*key, verdict, seconds=perf_counter() - started, message=str(reason).partition("\n")[0])
     report = done.report
     assert report is not None
     error = _error(extreme, done, value)
@@ -145,22 +151,32 @@ def attempt(extreme: Extreme, value: float, method: str, formulation: str) -> Ou
     )
 
 
-def run(extreme: Extreme, value: float, method: str, formulation: str) -> Done:
-    """The run itself."""
+def run(extreme: Extreme, value: float, method: str, formulation: str, steps: int | None = None) -> Done:
+    """The run itself, of so many `steps` at most."""
     text, parameters = extreme.scene(value)
-    options: dict[str, Any] = {
-        "integrator": "dop853", "projection": method, "formulation": formulation, **extreme.settings(value)
-    }
-    if method == "baumgarte":
-        options["gains"] = repr(min(GAIN, GAIN_TIMES_STEP / float(options["step"])))
-    scene = read_scene_text(text, f"{extreme.name}.yaml", parameters, options)
-    system = compile_system(scene)
-    state = assemble(system, initial_guess(scene, system))
+    scene, system, state = _assembled(text, tuple(parameters.items()))
     if extreme.start is not None:
         state = extreme.start(system, state, value)
+    count, h = extreme.steps(value)
+    count = count if steps is None else min(count, steps)
+    options = PROJECTIONS[method].options
+    gains = (min(GAIN, GAIN_TIMES_STEP / h),) * 2 if "gains" in options else None
+    alpha = ALPHA if "alpha" in options else None
+    scene = replace(scene, settings=Settings(
+        duration=count * h, step=h, output_step=max(count // SAMPLES, 1) * h, integrator="dop853",
+        formulation=formulation, projection=ProjectionSettings(method, alpha=alpha, gains=gains),
+    ))
     done = Done(scene, system)
     done.report = simulate(system, state, settings_to_run(scene), done)
     return done
+
+
+@lru_cache(maxsize=2)
+def _assembled(text: str, parameters: tuple[tuple[str, str], ...]) -> tuple[Scene, System, State]:
+    """The scene of a text with these parameters, its system, and its start."""
+    scene = read_scene_text(text, "extreme.yaml", dict(parameters), {})
+    system = compile_system(scene)
+    return scene, system, assemble(system, initial_guess(scene, system))
 
 
 def _error(extreme: Extreme, done: Done, value: float) -> float:
