@@ -66,7 +66,7 @@ class Extreme:
 
     `scene(value)` is the scene file and its parameters, `steps(value)` the number of steps and their size in s,
     `error(done, value)` how far a run is from the exact motion, relative to its size, at most `right`. `values` are
-    those of the campaign, `brief` those of the tests, `formulations` those that it is for. `start(system, state, value)`
+    those of the campaign, `brief` those of the tests, `formulations` what it is for. `start(system, state, value)`
     may move the state. `slack` is what the scene itself leaves open. A run that takes longer than `limit` s is endless.
     """
 
