@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 #: Relative energy drift from which on a run is told that its step may be too large.
 SUSPICIOUS_DRIFT = 1e-4
 #: Violation from which on a run is told that its joints were open, as a part of the coordinates that enter the rows.
-FAR_OPEN = 1e-3
+FAR_OPEN = 1e-4
 
 
 def print_summary(
