@@ -72,8 +72,8 @@ def warnings(report: Report) -> list[str]:
     open_by = report.position_violation
     if open_by.value > FAR_OPEN * report.position_floor / EPSILON:
         found.append(
-            f"{open_by.owner} was open by {open_by.value:.2g} (m, rad) at t = {open_by.time:.4g} s: what moved there is "
-            "not the mechanism; use a projection method, gpopm for example, or a smaller step"
+            f"{open_by.owner} was open by {open_by.value:.2g} (m, rad) at t = {open_by.time:.4g} s: what moved there "
+            "is not the mechanism; use a projection method, gpopm for example, or a smaller step"
         )
     asked = report.settings.projection.tolerance
     if asked is not None and report.settings.projection.test == "violation" and asked < report.position_floor:

@@ -132,7 +132,7 @@ EXTREMES: dict[str, Extreme] = {
         Extreme("spin of a top", lambda w: _swing({"spin": w}, TOP), lambda w: (60, 0.1 / w),
                 _top_error, (1.0, 1e3, 1e6), (1e6,), formulations=("full", "reduced")),
         Extreme("step times frequency", lambda x: _swing({}), lambda x: (30, x * 10.0 * _step()),
-                swing_error, (0.1, 0.3, 1.0, 2.0, 3.0, 10.0, 100.0, 1e6), (1.0, 10.0), right=1e-3),
+                swing_error, (0.1, 0.3, 1.0, 2.0, 3.0, 10.0, 100.0, 1e6), (1.0, 10.0, 100.0), right=1e-3),
         Extreme("start open in the plane", lambda r: _swing({}), lambda r: (3, 1e-6), _closing_error,
                 (1e-6, 1e-3, 0.1), (0.1,), start=partial(_opened, in_plane=True), right=1e-3),
         Extreme("start open in space", lambda r: _swing({}), lambda r: (3, 1e-6), _closing_error,

@@ -21,21 +21,25 @@ ALL = tuple(PROJECTIONS)
 SAID = (
     ("masses to zero", 0.0, ("reduced", "planar"), ("popm",), "refused", "body 'coupler' has no definite mass"),
     ("step times frequency", 10.0, ("full", "reduced", "planar"), ALL, "stopped", "stopped at t = 2.6"),
+    ("step times frequency", 100.0, ("full", "reduced", "planar"), ALL, "stopped", "stopped at t = 26.0687 s"),
     ("angle between axes", 1e-3, ("planar",), ALL, "refused", "joint 'second' is tilted"),
     ("heavy end of a chain of 20", 1e12, ("full",), ("gpopm-pinv",), "stopped", "too far apart for this method"),
     ("heavy end of a chain of 1000", 1e12, ("reduced",), ("mass-orthogonal",), "stopped", "at joint 'J"),
     *((f"start open in {where}", 0.1, ("full", "reduced", "planar"), ("none", "baumgarte"), "warned", "was open by 0.")
       for where in ("the plane", "space")),
 )
-#: What should hold and does not, or what may: extreme, value, formulation, methods.
+#: What runs on one machine and not on another, near the limit, and what is said where it does not.
+MAY_SAY = (
+    ("mass of the coupler in a loop", 1e12, ("reduced",), ("mass-orthogonal",), "open", "missed their tolerance"),
+    ("masses to zero", 1e-300, ("reduced", "planar"), ALL, "stopped", "no longer finite"),
+    ("start open in space", 0.1, ("reduced",), ("baumgarte",), "stopped", "stopped at t = 1e-06 s"),
+    *((name, value, ("full",), PENALTIES, "stopped", "the penalty α = 1e+07 is too far from the masses")
+      for name, value in (("all masses", 1e-12), ("lengths", 1e-6))),
+)
+#: What should hold and does not: extreme, value, formulation, methods.
 FALLS_SHORT = (
-    ("inertia of the outer body", 1e12, "reduced", ALL),
+    ("inertia of the outer body", 1e12, "reduced", ("none", "baumgarte", "gopm", "popm", "gpopm")),
     ("length of the coupler", 1e6, "reduced", ALL),
-    ("mass of the coupler in a loop", 1e12, "reduced", ("mass-orthogonal",)),
-    ("masses to zero", 1e-300, "reduced", ALL),
-    ("masses to zero", 1e-300, "planar", ALL),
-    ("start open in space", 0.1, "reduced", ("baumgarte",)),
-    *((name, value, "full", PENALTIES) for name, value in (("all masses", 1e-12), ("lengths", 1e-6))),
 )
 
 
@@ -55,13 +59,17 @@ def cases():
 def test_the_motion_is_right_or_the_run_says_why_not(
     extreme: Extreme, value: float, method: str, formulation: str
 ) -> None:
-    expected = next(
-        (row[4:] for row in SAID if row[:2] == (extreme.name, value) and formulation in row[2] and method in row[3]),
-        ("right", ""),
-    )
+    def row_of(table):
+        own = (extreme.name, value)
+        return next((row[4:] for row in table if row[:2] == own and formulation in row[2] and method in row[3]), None)
+
+    may, expected = row_of(MAY_SAY), row_of(SAID) or ("right", "")
     found = attempt(extreme, value, method, formulation, STEPS[formulation])
+    if may is not None and found.verdict != "right":
+        expected = may
     assert found.verdict == expected[0], found
     assert expected[1] in found.message
+    assert "nan" not in found.message
 
 
 @pytest.mark.parametrize("formulation", ["full", "reduced", "planar"])
