@@ -9,6 +9,7 @@ import click
 
 from mbproj.cli.expectations import summary_lines
 from mbproj.cli.trust import lines_on
+from mbproj.dynamics.round_off import EPSILON
 from mbproj.integrate.report import Report, Worst
 from mbproj.model.system import System
 from mbproj.results.trust import Trust
@@ -19,6 +20,8 @@ if TYPE_CHECKING:
 
 #: Relative energy drift from which on a run is told that its step may be too large.
 SUSPICIOUS_DRIFT = 1e-4
+#: Violation from which on a run is told that its joints were open, as a part of the coordinates that enter the rows.
+FAR_OPEN = 1e-4
 
 
 def print_summary(
@@ -65,6 +68,12 @@ def warnings(report: Report) -> list[str]:
         found.append(
             f"the energy drifted by {100 * report.energy_drift_relative:.2g} %: the joints may be closed and the "
             "motion still wrong; compare with a smaller --step, or with --integrator dop853 --tolerance 1e-10"
+        )
+    open_by = report.position_violation
+    if open_by.value > FAR_OPEN * report.position_floor / EPSILON:
+        found.append(
+            f"{open_by.owner} was open by {open_by.value:.2g} (m, rad) at t = {open_by.time:.4g} s: what moved there "
+            "is not the mechanism; use a projection method, gpopm for example, or a smaller step"
         )
     asked = report.settings.projection.tolerance
     if asked is not None and report.settings.projection.test == "violation" and asked < report.position_floor:

@@ -151,7 +151,7 @@ class Compiled(ABC):
         t = float(outcome.time)
         if outcome.status in (status.running, status.finished):
             return None
-        if outcome.status == status.not_finite:
+        if outcome.status == status.not_finite or not np.isfinite(outcome.open_by):
             return not_finite(t)
         if outcome.status == status.vanished:
             return step_vanished(t)

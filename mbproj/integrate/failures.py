@@ -18,6 +18,16 @@ def singular(t: float, where: str | None) -> SimulationError:
     return SimulationError(t, cause, where=where, hint="start from another pose, or change the lengths a little")
 
 
+def ill_conditioned(t: float, *, penalty: float | None) -> SimulationError:
+    """The matrix of a step is singular to working precision at a pose whose constraints are independent: its entries
+    are too far apart. `penalty`: the projection's α, None where its method has none."""
+    if penalty is None:
+        cause = "masses and inertias are too far apart for this method: its equations are singular to working precision"
+        return SimulationError(t, cause, hint="use gpopm with the bordered accelerations, in the reduced formulation")
+    cause = f"the penalty α = {penalty:g} is too far from the masses: its equations are singular to working precision"
+    return SimulationError(t, cause, hint="choose an α nearer to the masses in kg, or gpopm, which needs none")
+
+
 def other_branch(t: float, change: float) -> SimulationError:
     """A projection led to another branch of the motion, which it must not do silently."""
     cause = (

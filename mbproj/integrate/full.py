@@ -18,11 +18,11 @@ from mbproj.dynamics.equations import SOLVERS, generalised_force, mass_matrix
 from mbproj.dynamics.forces import applied, generalised
 from mbproj.dynamics.kinematics import pose_of, twist_of
 from mbproj.dynamics.motions import drive_at
-from mbproj.dynamics.rank import SINGULAR, row_distances, scaled_jacobian
+from mbproj.dynamics.rank import DEPENDENT, SINGULAR, row_distances, scaled_jacobian
 from mbproj.dynamics.row_span import NEAR, RowSpan
 from mbproj.dynamics.turning import Turning
 from mbproj.errors import InputError, SimulationError
-from mbproj.integrate.failures import branches_near, not_finite, other_branch, singular
+from mbproj.integrate.failures import branches_near, ill_conditioned, not_finite, other_branch, singular
 from mbproj.model.system import System
 from mbproj.projection import Method, Projected, Projection, make_method, project_after
 from mbproj.scene.records import Settings
@@ -160,4 +160,6 @@ class FullFormulation:
         if not np.all(np.isfinite(q)):
             return not_finite(t)
         distances = row_distances(scaled_jacobian(self.system, pose_of(q)))
+        if distances.min(initial=1.0) > DEPENDENT and not self.span.redundant:
+            return ill_conditioned(t, penalty=self.settings.projection.alpha)
         return singular(t, self.system.row_owner(int(np.argmin(distances))))
