@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from mbproj.errors import InputError, SimulationError
     from mbproj.integrate import Report, simulate
     from mbproj.model import System, compile_system, initial_guess
-    from mbproj.results import Results, ResultsWriter, Trust, open_results
+    from mbproj.results import Results, ResultsWriter, Trust, Verification, open_results
     from mbproj.scene import Scene, read_scene, read_scene_text, settings_to_run
     from mbproj.studies.certified import simulate_certified
     from mbproj.studies.compare import Comparison, compare
@@ -31,15 +31,17 @@ if TYPE_CHECKING:
     from mbproj.studies.reference import Reference, reference
     from mbproj.studies.setting import Setting
     from mbproj.studies.solve import Solution, sample_times, solve
+    from mbproj.studies.stability import StabilityMap, stability
     from mbproj.studies.threshold import ThresholdStudy, threshold_study
     from mbproj.studies.tradeoff import Tradeoff, tradeoff
+    from mbproj.studies.verify import verify
 
 _HOMES = {
     "mbproj.dynamics": ("State", "assemble", "mobility", "unique_components"),
     "mbproj.errors": ("InputError", "SimulationError"),
     "mbproj.integrate": ("Report", "simulate"),
     "mbproj.model": ("System", "compile_system", "initial_guess"),
-    "mbproj.results": ("Results", "ResultsWriter", "Trust", "open_results"),
+    "mbproj.results": ("Results", "ResultsWriter", "Trust", "Verification", "open_results"),
     "mbproj.scene": ("Scene", "read_scene", "read_scene_text", "settings_to_run"),
     "mbproj.studies.certified": ("simulate_certified",),
     "mbproj.studies.compare": ("Comparison", "compare"),
@@ -49,7 +51,9 @@ _HOMES = {
     "mbproj.studies.setting": ("Setting",),
     "mbproj.studies.solve": ("Solution", "sample_times", "solve"),
     "mbproj.studies.threshold": ("ThresholdStudy", "threshold_study"),
+    "mbproj.studies.stability": ("StabilityMap", "stability"),
     "mbproj.studies.tradeoff": ("Tradeoff", "tradeoff"),
+    "mbproj.studies.verify": ("verify",),
 }
 _HOME_OF = {name: home for home, names in _HOMES.items() for name in names}
 
@@ -66,11 +70,13 @@ __all__ = [
     "Setting",
     "SimulationError",
     "Solution",
+    "StabilityMap",
     "State",
     "System",
     "ThresholdStudy",
     "Tradeoff",
     "Trust",
+    "Verification",
     "__version__",
     "assemble",
     "compare",
@@ -87,9 +93,11 @@ __all__ = [
     "simulate",
     "simulate_certified",
     "solve",
+    "stability",
     "threshold_study",
     "tradeoff",
     "unique_components",
+    "verify",
 ]
 
 

@@ -17,6 +17,8 @@ from mbproj.scene import read_scene_text
 from mbproj.scene.forces import FORCE_RECORDS
 from mbproj.scene.motions import KINDS
 from mbproj.scene.observables import MOMENTS, OBSERVABLES
+from mbproj.studies.stability.quantities import QUANTITIES
+from mbproj.studies.verify.checks import CHECKS
 from tests.cli.commands import mbproj
 from tests.studies.scenes import PENDULUM
 from tests.support import ROOT
@@ -53,6 +55,16 @@ def test_forces_table(name):
     row = next(line for line in README.splitlines() if line.startswith(f"| `{name}` | "))
     for key in FORCE_RECORDS[name].keys.keys() - {"type"}:
         assert f"`{key}" in row, key
+
+
+@pytest.mark.parametrize("name", list(QUANTITIES))
+def test_quantities_table(name):
+    assert f"| `{name}` | {QUANTITIES[name].unit} | {QUANTITIES[name].summary} |\n" in README
+
+
+@pytest.mark.parametrize("name", list(CHECKS))
+def test_the_checks_of_a_verification_are_shown(name):
+    assert re.search(rf"^  {name} +{re.escape(CHECKS[name].claim)} ", README, re.MULTILINE)
 
 
 def test_motions_table():

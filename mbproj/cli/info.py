@@ -10,6 +10,8 @@ import click
 
 from mbproj.cli.table import table
 from mbproj.cli.trust import as_numbers, lines_on
+from mbproj.cli.verification import as_json as verification_as_json
+from mbproj.cli.verification import lines as verification_lines
 
 if TYPE_CHECKING:
     from mbproj.results import Results
@@ -58,6 +60,7 @@ def _contents(results: Results) -> dict[str, Any]:
         "attributes": dict(results.attributes),
         "names": {kind: list(results.names(kind)) for kind in ("bodies", "markers", "joints", "coordinates")},
         **({} if results.trust is None else {"trust": as_numbers(results.trust)}),
+        **({} if results.verification is None else {"verification": verification_as_json(results.verification)}),
         "datasets": {
             dataset.path: {"shape": list(results.shape(dataset.path)), "unit": dataset.unit} for dataset in DATASETS
         },
@@ -102,6 +105,9 @@ def _lines(results: Results) -> Iterator[str]:
         yield from lines_on(results.trust)
     elif results.certified is not None:
         yield "\ntrust\n  it was to be certified, but was interrupted before"
+    if results.verification is not None:
+        yield "\nverification"
+        yield from verification_lines(results.verification)
     for title, values in (("settings", _settings(has)), ("attributes", _attributes(has)), ("datasets", _datasets(has))):
         yield f"\n{title}"
         yield from table(values, "  ")

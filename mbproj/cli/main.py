@@ -13,8 +13,8 @@ from mbproj.errors import ExitCode, InputError, MbprojError
 from mbproj.version import __version__
 
 #: Commands in the order of the help; each is the object `command` of the module of its name.
-COMMANDS = ("run", "check", "plot", "info", "export", "rerun", "compare", "tradeoff", "threshold", "recommend", "batch",
-            "compare-results", "new", "paper", "examples", "schema")
+COMMANDS = ("run", "check", "plot", "info", "export", "rerun", "compare", "tradeoff", "threshold", "recommend",
+            "verify", "stability", "batch", "compare-results", "new", "paper", "examples", "schema")
 
 
 class CommandsOnDemand(click.Group):

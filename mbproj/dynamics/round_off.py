@@ -1,8 +1,8 @@
 """What round-off alone leaves of C = 0 and C' = 0, row by row: no projection can close joints further.
 
-A row is computed from coordinates that are stored to ε of their size, so it is known to ε times the largest that enters it.
-The solution of the projection's equations adds ε times their condition times what was open before the last pass, which is
-less: that is itself near round-off for positions, and refined where pivots are small.
+A row is computed from coordinates that are stored to ε of their size, so it is known to ε times the largest that enters
+it. The solution of the projection's equations adds ε times their condition times what was open before the last pass,
+which is less: that is itself near round-off for positions, and refined where pivots are small.
 """
 
 from __future__ import annotations

@@ -6,16 +6,19 @@ from mbproj.results.layout import DATASETS, Dataset
 from mbproj.results.reader import open_results
 from mbproj.results.record import Results
 from mbproj.results.trust import Trust
+from mbproj.results.verification import Check, Verification
 from mbproj.results.writer import Names, ResultsWriter
 
 __all__ = [
     "DATASETS",
+    "Check",
     "Dataset",
     "Names",
     "OutputError",
     "Results",
     "ResultsWriter",
     "Trust",
+    "Verification",
     "check_output",
     "open_results",
     "part_path",

@@ -15,12 +15,14 @@ import numpy.typing as npt
 
 from mbproj.arrays import Array, Integers
 from mbproj.results import trust as trusting
+from mbproj.results import verification as verifying
 from mbproj.results.faults import damaged, no_such_name
 from mbproj.results.files import DAMAGE
 from mbproj.results.layout import CONSTANTS, DATASETS, NAMES, Dataset, trailing
 from mbproj.results.members import Body, Coordinate, Force, Joint, Marker, Motion
 from mbproj.results.provenance import settings_from
 from mbproj.results.trust import Trust
+from mbproj.results.verification import Verification
 from mbproj.scene.records import Settings, Vector
 from mbproj.scene.suggestions import choose_from
 
@@ -242,19 +244,24 @@ class Results:
     def trust(self) -> Trust | None:
         """What a better solution says of the run: of all its markers and samples, whatever was selected; None for a
         run that was not certified."""
-        return self._trusting(trusting.read)
+        return self._group(trusting.GROUP, trusting.read)
 
     @property
     def certified(self) -> tuple[float, ...] | None:
         """The limits (m) for which the run was to be certified, whether that came to its end or not; None: it was not
         asked for."""
-        return self._trusting(trusting.asked_limits)
+        return self._group(trusting.GROUP, trusting.asked_limits)
 
-    def _trusting(self, read: Callable[[h5py.File], T]) -> T:
+    @property
+    def verification(self) -> Verification | None:
+        """What `verify --store` has found; None where it was not asked to."""
+        return self._group(verifying.GROUP, verifying.read)
+
+    def _group(self, name: str, read: Callable[[h5py.File], T]) -> T:
         try:
             return read(self._file)
         except DAMAGE as error:
-            raise damaged(self.path, f"'{trusting.GROUP}' cannot be read") from error
+            raise damaged(self.path, f"'{name}' cannot be read") from error
 
     def _text(self, name: str) -> str:
         try:

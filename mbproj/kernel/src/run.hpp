@@ -259,15 +259,7 @@ private:
 
     // For the forces on angles, where the joints' coordinates are now.
     void remember_turns(double t) {
-        if (!model_.loads) return;
-        Turning& turning = dynamics_.turning();
-        turning.t = t;
-        turning.value.resize(counted_.turns.size());
-        turning.speed.resize(counted_.turns.size());
-        for (std::size_t i = 0; i < counted_.angles.size(); ++i) {
-            turning.value[i] = counted_.angles[i].value() + 2.0 * M_PI * static_cast<double>(counted_.turns[i]);
-            turning.speed[i] = counted_.angles[i].speed;
-        }
+        if (model_.loads) counted_.remember(t, dynamics_.turning());
     }
 
     void stop(const Outcome& reached) { outcome = reached; }
@@ -276,14 +268,8 @@ private:
         outcome.velocity_change = change;
     }
     void stop_at(double t) {
-        if (!dynamics_.broken_state().empty()) {
-            outcome = {Status::broken, dynamics_.time()};
-            return;
-        }
-        if (!dynamics_.finite()) {
-            outcome = {Status::not_finite, t};
-            return;
-        }
+        if (!dynamics_.broken_state().empty()) return stop({Status::broken, dynamics_.time()});
+        if (!dynamics_.finite()) return stop({Status::not_finite, t});
         outcome = {Status::singular, t};
         outcome.joint = dynamics_.bordered().singular_joint();
     }

@@ -3,7 +3,7 @@
 
 #include <cmath>
 
-#include "pose.hpp"
+#include "loads.hpp"
 
 namespace mbproj {
 
@@ -15,6 +15,17 @@ struct Counted {
     };
     std::vector<Angle> angles;
     std::vector<long> turns;
+
+    // Where the coordinates are now, and how fast they change.
+    void remember(double t, Turning& turning) const {
+        turning.t = t;
+        turning.value.resize(turns.size());
+        turning.speed.resize(turns.size());
+        for (std::size_t i = 0; i < angles.size(); ++i) {
+            turning.value[i] = angles[i].value() + 2.0 * M_PI * static_cast<double>(turns[i]);
+            turning.speed[i] = angles[i].speed;
+        }
+    }
 };
 
 template <int D> class TurnCounter {

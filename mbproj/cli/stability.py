@@ -1,0 +1,174 @@
+"""`mbproj stability`: where each method holds, degrades and fails over one quantity that is varied."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from mbproj.cli.quantity import Names, Positive
+from mbproj.cli.scene_options import overrides, parameters, scene_options
+from mbproj.errors import Place, placed_at
+from mbproj.registry import PROJECTIONS
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from mbproj.studies.stability import StabilityMap
+    from mbproj.studies.stability.bisection import Track
+
+
+@click.command("stability")
+@scene_options
+@click.option("--vary", required=True, metavar="QUANTITY", help="step, mass-ratio, inertia-ratio, speed, length-scale, "
+              "stiffness, baumgarte-gain, penalty or duration.")
+@click.option("--projections", type=Names(), metavar="A,B,..",
+              help=f"Of {', '.join(PROJECTIONS)} (none,baumgarte,gopm,gpopm).")
+@click.option("--from", "low", type=Positive(""), metavar="NUMBER", help="The lowest value (see the README).")
+@click.option("--to", "high", type=Positive(""), metavar="NUMBER", help="The highest value.")
+@click.option("--points", default=25, show_default=True, type=click.IntRange(2), help="Values over the span.")
+@click.option("--closed", type=Positive(""), metavar="NUMBER",
+              help="A run holds while joints are open by no more (1e-6 of the mechanism's length, or rad).")
+@click.option("--energy", type=Positive(""), metavar="NUMBER", help="And the energy balance is off by no more (0.01).")
+@click.option("-o", "--output", default=".", type=click.Path(path_type=Path), metavar="DIR", help="Directory (.).")
+@click.option("--format", "ending", default="png", type=click.Choice(["png", "svg", "pdf"]), help="Format (png).")
+@click.option("--json", "as_json", is_flag=True, help="Print one JSON object instead of the table.")
+@click.option("--fresh", is_flag=True, help="Begin anew where an earlier study was interrupted or is complete.")
+def command(
+    scene: str, settings: tuple[str, ...], vary: str, projections: tuple[str, ...] | None, low: float | None,
+    high: float | None, points: int, closed: float | None, energy: float | None, output: Path, ending: str,
+    as_json: bool, fresh: bool, **options: Any,
+) -> None:  # fmt: skip
+    """Varies one quantity of SCENE and finds where each projection method holds, degrades and fails.
+
+    Limits come from bisection, with the first bad time and joint beyond. Writes a figure and all points as CSV. Other
+    options change the setting that is studied, as for `mbproj run`. An interrupted study resumes where it stopped.
+    """
+    from mbproj.cli.study import journal_at, make, telling, write_csv
+    from mbproj.plot.save import save
+    from mbproj.scene import read_scene
+    from mbproj.studies.stability import stability
+    from mbproj.studies.stability.subject import Limits
+
+    what = read_scene(scene, parameters(settings), overrides(options))
+    stem = make(output) / f"{Path(scene).stem}-stability-{vary}"
+    given = {name: value for name, value in (("closed", closed), ("energy", energy)) if value is not None}
+    journal = journal_at(stem, fresh)
+    with telling(hidden=as_json) as tell, placed_at(Place("--vary")):
+        found = stability(
+            what, vary, projections=projections, low=low, high=high, points=points, limits=Limits(**given),
+            journal=journal, tell=tell,
+        )
+    written = [write_csv(Path(f"{stem}.csv"), _rows(found)), save(_page(found), Path(f"{stem}.{ending}"))]
+    if as_json:
+        click.echo(json.dumps(_numbers(found)))
+        return
+    click.echo(_report(found))
+    for path in written:
+        click.echo(path)
+
+
+def _rows(found: StabilityMap) -> list[dict[str, Any]]:
+    """A line for each method and value."""
+    names = {"value": found.vary, "closure": "open_by", "energy": "energy_off_by", "time": "first_bad_time"}
+    return [
+        {"projection": track.method} | {names.get(name, name): value for name, value in vars(point).items()}
+        for track in found.tracks
+        for point in track.points
+    ]
+
+
+def _numbers(found: StabilityMap) -> dict[str, Any]:
+    """One object."""
+    return {
+        "vary": found.vary,
+        "unit": found.unit,
+        "setting": _setting(found),
+        "until": found.until,
+        "own": found.span.own,
+        "analytic": found.analytic,
+        "methods": {
+            track.method: {
+                "limits": [{"value": change.value, "below": change.below.state, "above": change.above.state}
+                           for change in track.changes],
+                "points": [point.as_json() for point in track.points],
+            }
+            for track in found.tracks
+        },
+    }  # fmt: skip
+
+
+def _report(found: StabilityMap) -> str:
+    from mbproj.cli.study import columns
+
+    lines = [line for track in found.tracks for line in _intervals(track)]
+    table = columns(["method", "from", "to", "state", "first bad"], [line[:-1] for line in lines]).splitlines()
+    rows = [f"{row}  {line[-1]}".rstrip() for row, line in zip(table[1:], lines, strict=True)]
+    aligned = "\n".join([table[0], *rows])
+    unit = f" ({found.unit})" if found.unit else ""
+    head = f"{found.title}: {found.vary}{unit}; its own {found.span.own:.4g}; {_setting(found)}"
+    theory = "" if found.analytic is None else f"\n\n{_theory(found)}"
+    return f"{head}\n\n{aligned}{theory}"
+
+
+def _setting(found: StabilityMap) -> str:
+    """What does not vary."""
+    step = [] if found.vary == "step" else [f"h = {found.setting.step:.4g} s"]
+    until = [] if found.vary in ("duration", "baumgarte-gain") else [f"{found.until:g} s"]
+    return ", ".join([found.setting.integrator, *step, *until])
+
+
+def _intervals(track: Track) -> list[list[str]]:
+    """A line for each stretch of one state: from, to, and the first thing that goes wrong at its end nearer to where
+    the method holds."""
+    edges = [track.points[0].value, *(change.value for change in track.changes), track.points[-1].value]
+    starts = [track.points[0], *(change.above for change in track.changes)]
+    ends = [*(change.below for change in track.changes), track.points[-1]]
+    lines = []
+    for number, (first, last) in enumerate(zip(starts, ends, strict=True)):
+        shown = last if number == 0 and len(starts) > 1 else first
+        time = "-" if shown.time is None or first.state == "holds" else f"{shown.time:.3g} s"
+        why = "" if first.state == "holds" else _shortened(shown.cause, shown.joint)
+        ends_at = (f"{value:.4g}" for value in edges[number : number + 2])
+        lines.append([track.method if number == 0 else "", *ends_at, first.state, time, why])
+    return lines
+
+
+def _shortened(cause: str, joint: str | None) -> str:
+    text = cause if joint is None or joint in cause else f"{joint}: {cause}"
+    return text if len(text) <= 70 else text[:67] + "..."
+
+
+def _theory(found: StabilityMap) -> str:
+    assert found.analytic is not None and found.setting.step is not None
+    name, product = found.setting.integrator, found.analytic * found.setting.step
+    return (
+        f"theory: α h = {product:.4g}, the real stability limit of {name}, α = {found.analytic:.4g} 1/s at this step, "
+        "for a mechanism that hardly moves in a step"
+    )
+
+
+def _page(found: StabilityMap) -> Figure:
+    import numpy as np
+
+    from mbproj.plot.stability_page import Map, Strip, stability_page
+
+    strips = [
+        Strip(
+            track.method,
+            np.array([point.value for point in track.points]),
+            tuple(point.state for point in track.points),
+            np.array([point.closure if point.ended else np.nan for point in track.points], dtype=float),
+            np.array([point.energy if point.ended else np.nan for point in track.points], dtype=float),
+        )
+        for track in found.tracks
+    ]
+    unit = f" ({found.unit})" if found.unit else ""
+    judged = found.analytic is None
+    own = found.span.own if judged and found.span.low <= found.span.own <= found.span.high else None
+    shown = Map(strips, f"{found.vary}{unit}", own, found.analytic, found.limits.closed if judged else None,
+                found.limits.energy if judged else None)  # fmt: skip
+    title = found.title.replace("$", r"\$")
+    return stability_page(shown, f"{title}; {_setting(found)}; runs that stop are not drawn")

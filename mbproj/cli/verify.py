@@ -1,0 +1,47 @@
+"""`mbproj verify`: what the paper's mathematics says, held against round-off on the user's own mechanism."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+import click
+
+from mbproj.cli.scene_options import overrides, parameters, scene_options
+from mbproj.errors import ExitCode, Place, placed_at
+
+
+@click.command("verify")
+@scene_options
+@click.option("--store", type=click.Path(path_type=Path), metavar="RESULTS", help="Keep it in results of this scene.")
+@click.option("--json", "as_json", is_flag=True, help="Print one JSON object.")
+def command(scene: str, settings: tuple[str, ...], store: Path | None, as_json: bool, **options: Any) -> int:
+    """Checks on SCENE what must hold: Eqs. 75, 78 and 80-81, projectors, balances, invariance, the integrator's order.
+
+    Each number is held against what round-off allows on this mechanism, bounded along with the computation. Exit code
+    4: a check fails.
+    """
+    from mbproj.cli.study import telling
+    from mbproj.cli.verification import as_json as numbers
+    from mbproj.cli.verification import lines
+    from mbproj.results.verification import check_store
+    from mbproj.results.verification import store as keep
+    from mbproj.scene import read_scene
+    from mbproj.studies.verify import verify
+
+    what = read_scene(scene, parameters(settings), overrides(options))
+    with placed_at(Place("--store")):
+        if store is not None:
+            check_store(store, what)
+    with telling(hidden=as_json) as tell:
+        found = verify(what, tell)
+    if as_json:
+        click.echo(json.dumps({"scene": scene, **numbers(found)}))
+    else:
+        click.echo("\n".join([what.title or Path(scene).stem, *lines(found)]))
+    if store is not None:
+        with placed_at(Place("--store")):
+            keep(store, what, found)
+        click.echo(f"stored in {store}", err=True)
+    return int(ExitCode.DONE if found.holds else ExitCode.CHECK_FAILED)

@@ -1,0 +1,203 @@
+"""stability(): a map of where each method holds, degrades and fails over one quantity, with its limits by bisection."""
+
+from __future__ import annotations
+
+from bisect import insort
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from itertools import pairwise
+from math import exp, log
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from mbproj.errors import InputError, Problem
+from mbproj.integrate.tableau import load_tableau
+from mbproj.registry import PROJECTIONS
+from mbproj.scene.records import Scene
+from mbproj.scene.suggestions import choose_from
+from mbproj.studies.journal import Journal
+from mbproj.studies.mechanism import Mechanism
+from mbproj.studies.progress import Tell, silent
+from mbproj.studies.resumable import resumable
+from mbproj.studies.setting import Setting
+from mbproj.studies.solve import sample_times, solve
+from mbproj.studies.spans import span as until_of
+from mbproj.studies.stability.gains import real_axis_limit
+from mbproj.studies.stability.quantities import QUANTITIES, Span
+from mbproj.studies.stability.subject import Limits, Point, Subject
+from mbproj.version import __version__
+
+#: Methods that are tried where none is named, and values over the span.
+METHODS, POINTS = ("none", "baumgarte", "gopm", "gpopm"), 25
+#: A limit is known to this part of itself. No more than so many changes of state are looked at closely.
+PRECISION, CHANGES = 0.005, 6
+#: Steps of a scene that says neither a step nor a tolerance.
+DEFAULT_STEPS = 1000
+
+
+@dataclass(frozen=True)
+class Change:
+    """Between `below` and `above`, which are nearly the same value, the state changes."""
+
+    below: Point
+    above: Point
+
+    @property
+    def value(self) -> float:
+        """The limit: the geometric mean of the two."""
+        return float(np.sqrt(self.below.value * self.above.value))
+
+
+@dataclass(frozen=True)
+class Track:
+    """What a method did: its name, the points of the grid and of the bisections by increasing value, and where the
+    state changes."""
+
+    method: str
+    points: tuple[Point, ...]
+    changes: tuple[Change, ...]
+
+
+@dataclass(frozen=True)
+class StabilityMap:
+    """The tracks of all methods over the quantity `vary`. `span`: what was looked at, and the scene's own value;
+    `analytic`: the limit that theory gives, where there is one; `setting`: what does not vary."""
+
+    title: str
+    vary: str
+    unit: str
+    span: Span
+    tracks: tuple[Track, ...]
+    setting: Setting
+    until: float
+    limits: Limits
+    analytic: float | None
+    length: float
+
+
+def stability(
+    scene: Scene,
+    vary: str,
+    *,
+    projections: Sequence[str] | None = None,
+    low: float | None = None,
+    high: float | None = None,
+    points: int = POINTS,
+    until: float | None = None,
+    limits: Limits | None = None,
+    processes: int | None = None,
+    journal: Path | None = None,
+    tell: Tell = silent,
+) -> StabilityMap:
+    """Varies `vary` (a name of `QUANTITIES`) from `low` to `high` for each projection method.
+
+    Raises InputError where the scene does not have what is to be varied, or a method is not concerned."""
+    if vary not in QUANTITIES:
+        raise InputError(Problem(f"unknown quantity '{vary}'", hint=choose_from(vary, QUANTITIES)))
+    quantity, mechanism = QUANTITIES[vary], Mechanism.of(scene)
+    names = _methods(vary, projections)
+    subject = Subject(scene, _fixed(mechanism, until_of(scene, until)), until_of(scene, until), limits or Limits())
+    found = quantity.span(subject)
+    whole = Span(low or found.low, found.own, high or found.high)
+    if not 0.0 < whole.low < whole.high:
+        message = f"there is nothing between {whole.low:g} and {whole.high:g}"
+        raise InputError(Problem(message, hint="let --from be below --to"))
+    what = {"version": __version__, "scene": scene.text, "parameters": dict(scene.overrides), "vary": vary,
+            "setting": subject.setting.command_line(), "until": subject.until, "limits": vars(subject.limits),
+            "span": vars(whole), "points": points}  # fmt: skip
+    record = Journal(journal, what)
+    grid = values(whole, points)
+    subjects = {name: _with_method(subject, name) for name in names}
+    walked = resumable(_walked, (vary, grid), subjects, record, processes, "methods", tell)
+    tracks = [_track(name, [Point.from_json(each) for each in points]) for name, points in walked.items()]
+    analytic = real_axis_limit(load_tableau(subject.setting.integrator)) if quantity.option == "gains" else None
+    step = subject.setting.step or 1.0
+    return StabilityMap(
+        title=scene.title,
+        vary=vary,
+        unit=quantity.unit,
+        span=whole,
+        tracks=tuple(tracks),
+        setting=subject.setting,
+        until=subject.until,
+        limits=subject.limits,
+        analytic=None if analytic is None else analytic / step,
+        length=mechanism.system.length,
+    )
+
+
+def values(span: Span, points: int) -> list[float]:
+    """Values over a span, evenly spaced by their logarithms, with the scene's own among them."""
+    grid = np.geomspace(span.low, span.high, points)
+    nearest = int(np.argmin(np.abs(np.log(grid / span.own))))
+    if span.low <= span.own <= span.high:
+        grid[nearest] = span.own
+    return [float(value) for value in grid]
+
+
+def _methods(vary: str, projections: Sequence[str] | None) -> tuple[str, ...]:
+    """The methods to try. Raises InputError for one that there is not, or that has not what is varied."""
+    option = QUANTITIES[vary].option
+    able = [name for name, entry in PROJECTIONS.items() if not option or option in entry.options]
+    for name in projections or ():
+        if name not in PROJECTIONS:
+            raise InputError(Problem(f"unknown projection method '{name}'", hint=choose_from(name, PROJECTIONS)))
+        if name not in able:
+            raise InputError(Problem(f"'{name}' has no '{option}' to vary", hint=f"these have: {', '.join(able)}"))
+    return tuple(dict.fromkeys(projections or (able if option else METHODS)))
+
+
+def _fixed(mechanism: Mechanism, until: float) -> Setting:
+    """The scene's setting with a fixed step: its own, or that which its tolerance takes on average."""
+    own = Setting.of(mechanism.scene.settings)
+    if own.step is not None:
+        return own
+    steps = DEFAULT_STEPS
+    if own.tolerance is not None:
+        report = solve(mechanism, own, sample_times(until, 1)).report
+        steps = report.counters["steps"] if report is not None else steps
+    return replace(own, step=until / steps, tolerance=None)
+
+
+def _with_method(subject: Subject, name: str) -> Subject:
+    """The subject with another projection method; options that it does not take are left behind."""
+    own = subject.setting
+    taken = {option: getattr(own, option) for option in PROJECTIONS[name].options}
+    return replace(subject, setting=replace(own, **{"alpha": None, "gains": None, **taken}, projection=name))
+
+
+def _walked(shared: tuple[str, list[float]], subject: Subject) -> list[dict[str, Any]]:
+    """The points of a method: the grid, and then halves between neighbours of different states."""
+    vary, grid = shared
+    quantity = QUANTITIES[vary]
+
+    def at(value: float) -> Point:
+        return quantity.run(quantity.changed(subject, value), value)
+
+    found = [at(value) for value in grid]
+    for _ in range(CHANGES):
+        wide = [pair for pair in _changes(found) if _gap(*pair) > PRECISION]
+        if not wide:
+            break
+        below, above = wide[0]
+        while _gap(below, above) > PRECISION:
+            middle = at(exp(0.5 * (log(below.value) + log(above.value))))
+            insort(found, middle, key=lambda point: point.value)
+            below, above = (middle, above) if middle.state == below.state else (below, middle)
+    return [point.as_json() for point in found]
+
+
+def _gap(below: Point, above: Point) -> float:
+    """How far apart two values are, relatively."""
+    return log(above.value / below.value)
+
+
+def _changes(points: Sequence[Point]) -> list[tuple[Point, Point]]:
+    """Neighbours of different states."""
+    return [(one, two) for one, two in pairwise(points) if one.state != two.state]
+
+
+def _track(name: str, points: Sequence[Point]) -> Track:
+    return Track(name, tuple(points), tuple(Change(*pair) for pair in _changes(points)))

@@ -1,0 +1,106 @@
+"""The limit of Baumgarte's gains: where an offset of C grows over 300 steps, and what the tableau says of it.
+
+With α = β the violation obeys C'' + 2αC' + α²C = 0, whose double eigenvalue is -α: a Runge-Kutta method with the
+stability function R(z) = 1 + z bᵀ(I - zA)⁻¹1 keeps it bounded while |R(-αh)| <= 1 (Hairer & Wanner 1996, sect. IV.2).
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+from scipy.optimize import brentq
+
+from mbproj.arrays import Array
+from mbproj.dynamics.constraint_equations import constraint_at
+from mbproj.dynamics.observe import Block
+from mbproj.errors import MbprojError, SimulationError
+from mbproj.integrate import simulate
+from mbproj.integrate.formulation import choose
+from mbproj.integrate.in_plane import InPlane
+from mbproj.integrate.tableau import Tableau
+from mbproj.model import System
+from mbproj.model.euler_parameters import product, rotation_matrix
+from mbproj.studies.mechanism import Mechanism
+from mbproj.studies.stability.subject import FAILS, HOLDS, Point, Subject, cause_of
+
+#: Steps over which |C| is watched, and the offset that it starts from, in the mechanism's length.
+STEPS, OFFSET = 300, 1e-8
+#: How far, in α h, a limit is looked for, and in which steps.
+FARTHEST, SCAN = 50.0, 1e-3
+
+
+def real_axis_limit(tableau: Tableau) -> float:
+    """The smallest x > 0 beyond which |R(-x)| > 1."""
+
+    def beyond(x: float) -> float:
+        ones, z = np.ones(tableau.stages), -x
+        return abs(1.0 + z * float(tableau.b @ np.linalg.solve(np.eye(tableau.stages) - z * tableau.a, ones))) - 1.0
+
+    x = SCAN
+    while beyond(x) <= 0.0 and x < FARTHEST:
+        x += SCAN
+    return float(brentq(beyond, x - SCAN, x))
+
+
+def growth(subject: Subject, value: float) -> Point:
+    """Whether an offset of C grows with these gains: `closure` is what is left of it after the last step, in lengths or
+    rad. It is the difference to a run without the offset, whose own C the integrator's error feeds all the time."""
+    try:
+        mechanism = Mechanism.of(subject.scene)
+        own, opened = (_violations(subject, each) for each in (mechanism, _opened(subject, mechanism)))
+    except MbprojError as error:
+        where, time = (error.where, error.time) if isinstance(error, SimulationError) else (None, 0.0)
+        return Point(value, FAILS, np.nan, np.nan, time, where, cause_of(error), ended=False)
+    first, last = (float(part) for part in np.abs(opened - own).max(axis=1))
+    if last <= first:
+        return Point(value, HOLDS, last, np.nan)
+    said = f"an offset has grown from {first:.1e} to {last:.1e}"
+    return Point(value, FAILS, last, np.nan, STEPS * _step(subject), _worst(mechanism.system, opened - own), said)
+
+
+def _step(subject: Subject) -> float:
+    assert subject.setting.step is not None
+    return subject.setting.step
+
+
+def _opened(subject: Subject, mechanism: Mechanism) -> Mechanism:
+    """The mechanism with its bodies shifted by the offset, to and fro; in its plane where that is where it moves."""
+    state, random = mechanism.state, np.random.default_rng(0)
+    shift = np.zeros((mechanism.system.bodies, 7))
+    shift[:, :3] = OFFSET * mechanism.system.length * random.choice([-1.0, 1.0], (mechanism.system.bodies, 3))
+    run = choose(mechanism.system, state, subject.setting.settings(STEPS * _step(subject), _step(subject))).compiled
+    if isinstance(run, InPlane):
+        normal = run.plane.axes[:, 2]
+        shift[:, :3] -= np.outer(shift[:, :3] @ normal, normal)
+    return replace(mechanism, state=replace(state, q=state.q + shift.ravel()))
+
+
+def _violations(subject: Subject, mechanism: Mechanism) -> Array:
+    """C of the joints and motions at the start and after the last step, (2, m), in the mechanism's length or rad."""
+    span, kept, system = STEPS * _step(subject), list[Block](), mechanism.system
+
+    class Kept:
+        def write(self, block: Block) -> None:
+            kept.append(block)
+
+    with np.errstate(all="ignore"):
+        simulate(system, mechanism.state, subject.setting.settings(span, span), Kept())
+    times = np.concatenate([block["time"] for block in kept])
+    q = np.concatenate([_coordinates(system, block) for block in kept])
+    return np.asarray((constraint_at(system, q, times) / system.row_scale)[:, system.bodies :])
+
+
+def _coordinates(system: System, block: Block) -> Array:
+    """q (T, 7n) of the carriers, each from the first of the bodies that sit on it."""
+    first = [int(np.argmax(system.body_carrier == carrier)) for carrier in range(system.bodies)]
+    back = system.body_turn[first] * np.array([1.0, -1.0, -1.0, -1.0])
+    orientation = product(block["bodies/orientation"][:, first], back)
+    arm = (rotation_matrix(orientation) @ system.body_offset[first][..., None])[..., 0]
+    q = np.concatenate([block["bodies/position"][:, first] - arm, orientation], axis=-1)
+    return np.asarray(q.reshape(len(q), -1))
+
+
+def _worst(system: System, offset: Array) -> str:
+    """Whose row has grown most."""
+    return system.row_owner(system.bodies + int(np.argmax(np.abs(offset[-1]))))

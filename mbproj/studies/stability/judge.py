@@ -1,0 +1,100 @@
+"""One run, judged: does it hold, degrade or fail, when first, and at which joint."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from math import ceil
+
+import numpy as np
+
+from mbproj.arrays import Array
+from mbproj.dynamics.observe import Block
+from mbproj.errors import MbprojError, SimulationError
+from mbproj.integrate import simulate
+from mbproj.model import System
+from mbproj.scene.records import Settings
+from mbproj.studies.mechanism import Mechanism
+from mbproj.studies.stability.subject import DEGRADES, FAILS, HOLDS, Limits, Point, Subject, cause_of
+
+#: Samples of a run at most; between them nothing is looked at but the end.
+SAMPLES = 400
+#: What counts as no energy: this part of the work of gravity over the mechanism's length.
+STILL = 1e-9
+
+
+def judged(subject: Subject, value: float) -> Point:
+    """Runs the subject and judges it. What goes wrong is part of the answer."""
+    try:
+        mechanism = Mechanism.of(subject.scene)
+    except MbprojError as error:
+        return Point(value, FAILS, np.nan, np.nan, 0.0, None, cause_of(error), ended=False)
+    watch, stopped = _Watch(mechanism.system), None
+    try:
+        with np.errstate(all="ignore"):  # what overflows is a failure of the run, which says so itself
+            simulate(mechanism.system, mechanism.state, settings_of(subject), watch)
+    except MbprojError as error:
+        stopped = error
+    return watch.point(value, subject.limits, stopped)
+
+
+def settings_of(subject: Subject) -> Settings:
+    """The settings of the run, with a sample every few steps. Raises InputError where they do not fit."""
+    step = subject.setting.step
+    if step is None:
+        return subject.setting.settings(subject.until, subject.until / SAMPLES)
+    steps = max(1, ceil(subject.until / step / SAMPLES))
+    return replace(subject.setting.settings(subject.until, step), output_step=steps * step)
+
+
+class _Watch:
+    """A recorder that keeps how far each joint is open, and the energies."""
+
+    def __init__(self, system: System) -> None:
+        self._system = system
+        self._times: list[Array] = []
+        self._open: list[Array] = []
+        self._energies: list[Array] = []
+
+    def write(self, block: Block) -> None:
+        """Takes T samples."""
+        length, angle = block["joints/violation_length"], block["joints/violation_angle"]
+        self._times.append(block["time"])
+        self._open.append(np.maximum(length / self._system.length, angle))
+        names = ("energy_balance", "kinetic_energy", "potential_energy", "work")
+        self._energies.append(np.column_stack([block[f"diagnostics/{name}"] for name in names]))
+
+    def point(self, value: float, limits: Limits, stopped: MbprojError | None) -> Point:
+        """The verdict."""
+        where = stopped.where if isinstance(stopped, SimulationError) else None
+        end = stopped.time if isinstance(stopped, SimulationError) else 0.0
+        cause = "" if stopped is None else f"stops at {end:.3g} s: {cause_of(stopped)}"
+        if not self._times:
+            return Point(value, FAILS, np.nan, np.nan, end, where, cause, ended=False)
+        times, opened, off = np.concatenate(self._times), np.concatenate(self._open), self._off()
+        widest = opened.max(axis=1, initial=0.0)
+        good = np.isfinite(widest) & np.isfinite(off)
+        bad = np.flatnonzero(~(good & (widest <= limits.closed) & (off <= limits.energy)))
+        closure, energy = (float(part[good].max(initial=0.0)) for part in (widest, off))
+        lost = bool(np.any(~good) or closure > limits.open or energy > limits.lost)
+        state = FAILS if stopped is not None or lost else DEGRADES if len(bad) else HOLDS
+        if not len(bad):
+            return Point(value, state, closure, energy, end if stopped else None, where, cause, stopped is None)
+        first = int(bad[0])
+        joint = None
+        if widest[first] > limits.closed:
+            joint = f"joint '{self._system.names.joints[int(np.argmax(opened[first]))]}'"
+        what = f"{joint} is open by {widest[first]:.1e}" if joint else f"the energy is off by {off[first]:.1e}"
+        said = what if state == DEGRADES or not cause else cause
+        return Point(value, state, closure, energy, float(times[first]), joint or where, said, stopped is None)
+
+    def _off(self) -> Array:
+        """|balance| of each sample over the largest kinetic energy, |ΔV| and work so far, (T,); early on, when hardly
+        anything has moved, over the median of these."""
+        balance, kinetic, potential, work = np.concatenate(self._energies).T
+        size = np.maximum.accumulate(kinetic) + np.maximum.accumulate(np.abs(work))
+        size = size + np.maximum.accumulate(potential) - np.minimum.accumulate(potential)
+        finite = size[np.isfinite(size)]
+        weight = float(self._system.mass.sum() * np.linalg.norm(self._system.gravity) * self._system.length)
+        least = max(STILL * weight, float(np.median(finite)) if len(finite) else 0.0, np.finfo(float).tiny)
+        with np.errstate(invalid="ignore"):  # both overflow where a run is lost
+            return np.asarray(np.abs(balance) / np.maximum(size, least))

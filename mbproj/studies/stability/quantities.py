@@ -1,0 +1,129 @@
+"""What can be varied: how a value of it changes a scene and its setting, from where to where, and who is concerned."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+from types import MappingProxyType
+
+from mbproj.errors import InputError, Problem
+from mbproj.scene.records import Scene
+from mbproj.studies.stability.gains import growth
+from mbproj.studies.stability.judge import judged
+from mbproj.studies.stability.subject import Point, Subject
+from mbproj.studies.variants.livelier import with_speed, with_stiffness
+from mbproj.studies.variants.ratios import with_inertia_ratio, with_mass_ratio
+from mbproj.studies.variants.rescaled import rescaled
+
+
+@dataclass(frozen=True)
+class Span:
+    """From where to where a quantity is varied, and its value in the scene itself, where the search begins."""
+
+    low: float
+    own: float
+    high: float
+
+
+@dataclass(frozen=True)
+class Quantity:
+    """One that can be varied. `option`: what a projection method has to have for it ("gains", "alpha"), or any; `run`
+    judges a subject at a value."""
+
+    unit: str
+    summary: str
+    span: Callable[[Subject], Span]
+    changed: Callable[[Subject, float], Subject]
+    option: str = ""
+    run: Callable[[Subject, float], Point] = judged
+
+
+def _of_scene(change: Callable[[Scene, float], Scene]) -> Callable[[Subject, float], Subject]:
+    return lambda subject, value: replace(subject, scene=change(subject.scene, value))
+
+
+def _ratio(low: float, high: float, change: Callable[[Scene, float], Scene] | None = None) -> Callable[[Subject], Span]:
+    """A factor that is 1 in the scene itself; `change` refuses scenes that do not have what it is of."""
+
+    def span(subject: Subject) -> Span:
+        if change is not None:
+            change(subject.scene, 1.0)
+        return Span(low, 1.0, high)
+
+    return span
+
+
+def _steps(subject: Subject) -> Span:
+    step = _step(subject)
+    return Span(step / 8.0, step, min(64.0 * step, subject.until))
+
+
+def _step(subject: Subject) -> float:
+    assert subject.setting.step is not None
+    return subject.setting.step
+
+
+def _step_of(subject: Subject, value: float) -> Subject:
+    return replace(subject, setting=replace(subject.setting, step=value))
+
+
+def _gains(subject: Subject) -> Span:
+    if not (subject.scene.joints or subject.scene.motions):
+        said = "the scene has no joints for Baumgarte's terms to close"
+        raise InputError(Problem(said, hint="vary something else, 'step' for example"))
+    step = _step(subject)
+    return Span(0.05 / step, 1.0 / step, 20.0 / step)
+
+
+def _gain_of(subject: Subject, value: float) -> Subject:
+    return replace(subject, setting=replace(subject.setting, gains=(value, value)))
+
+
+def _penalties(subject: Subject) -> Span:
+    return Span(1.0, subject.setting.alpha or 1e7, 1e16)
+
+
+def _penalty_of(subject: Subject, value: float) -> Subject:
+    return replace(subject, setting=replace(subject.setting, alpha=value))
+
+
+def _durations(subject: Subject) -> Span:
+    return Span(subject.until / 10.0, subject.until, 100.0 * subject.until)
+
+
+def _duration_of(subject: Subject, value: float) -> Subject:
+    return replace(subject, until=value)
+
+
+#: Every quantity by name. A new one is a line here, and what it changes in `mbproj.studies.variants`.
+QUANTITIES: Mapping[str, Quantity] = MappingProxyType(
+    {
+        "step": Quantity("s", "the integrator's fixed step", _steps, _step_of),
+        "mass-ratio": Quantity(
+            "", "every second body, counted from the ground along the joints, √r times as heavy, the others 1/√r times",
+            _ratio(1e-12, 1e12, with_mass_ratio), _of_scene(with_mass_ratio),
+        ),
+        "inertia-ratio": Quantity(
+            "", "the same of the moments of inertia alone",
+            _ratio(1e-12, 1e12, with_inertia_ratio), _of_scene(with_inertia_ratio),
+        ),
+        "speed": Quantity(
+            "", "the start's velocities so many times, and the motions so many times as fast",
+            _ratio(1e-3, 1e3, with_speed), _of_scene(with_speed),
+        ),
+        "length-scale": Quantity(
+            "", "lengths, velocities and gravity so many times: the same motion in another unit of length",
+            _ratio(1e-6, 1e6), _of_scene(rescaled),
+        ),
+        "stiffness": Quantity(
+            "", "the stiffness of all springs so many times",
+            _ratio(1e-6, 1e6, with_stiffness), _of_scene(with_stiffness),
+        ),
+        "baumgarte-gain": Quantity(
+            "1/s", "Baumgarte's gains α = β: whether |C| grows over 300 steps from an offset of 1e-8",
+            _gains, _gain_of, "gains", growth,
+        ),
+        "penalty": Quantity("", "the penalty α of mass-orthogonal and mmopm", _penalties, _penalty_of, "alpha"),
+        "duration": Quantity("s", "how long the run is", _durations, _duration_of),
+    }
+)  # fmt: skip

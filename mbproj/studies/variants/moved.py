@@ -1,0 +1,99 @@
+"""A scene moved rigidly: turned and shifted, with everything in it, gravity and forces included."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from mbproj.arrays import Array
+from mbproj.scene.records import Body, BodyForce, Force, Joint, Marker, Pair, PointForce, Scene, Vector
+from mbproj.scene.rotations import from_matrix, multiply
+from mbproj.studies.variants.programs import combined
+
+
+@dataclass(frozen=True, eq=False)
+class RigidMotion:
+    """x -> R x + s with a rotation R (3, 3) and a shift s (3,) in m."""
+
+    rotation: Array
+    shift: Array
+
+    @property
+    def parameters(self) -> Array:
+        """Euler parameters of R, (4,)."""
+        return np.array(from_matrix(_rows(self.rotation)))
+
+    def scene(self, scene: Scene) -> Scene:
+        """The scene moved."""
+        return replace(
+            scene,
+            gravity=self._direction(scene.gravity),
+            bodies=tuple(map(self._body, scene.bodies)),
+            joints=tuple(map(self._joint, scene.joints)),
+            markers=tuple(map(self._marker, scene.markers)),
+            forces=tuple(map(self._force, scene.forces)),
+        )
+
+    def _direction(self, given: Vector) -> Vector:
+        return _vector(self.rotation @ np.array(given))
+
+    def _point(self, given: Vector) -> Vector:
+        return _vector(self.rotation @ np.array(given) + self.shift)
+
+
+    def _body(self, body: Body) -> Body:
+        return replace(
+            body,
+            position=self._point(body.position),
+            orientation=multiply(from_matrix(_rows(self.rotation)), body.orientation),
+            velocity=self._direction(body.velocity),
+        )
+
+    def _joint(self, joint: Joint) -> Joint:
+        """What a joint has in its bodies' axes stays; the ground's axes are the global ones, so they are turned."""
+        points, axes = joint.points, joint.axes
+        moved_points = [self._point(points.first), self._point(points.second)]
+        moved_axes = None if axes is None else [self._direction(axes.first), self._direction(axes.second)]
+        return replace(
+            joint,
+            points=_of_ground(joint, points, moved_points),
+            axes=None if axes is None or moved_axes is None else _of_ground(joint, axes, moved_axes),
+        )
+
+    def _marker(self, marker: Marker) -> Marker:
+        stays = marker.local and marker.body != "ground"
+        return marker if stays else replace(marker, location=self._point(marker.location))
+
+    def _force(self, force: Force) -> Force:
+        if isinstance(force, PointForce):
+            moved = [self._point(force.points.first), self._point(force.points.second)]
+            return replace(force, points=_of_ground(force, force.points, moved))
+        if isinstance(force, BodyForce):
+            components = force.components
+            if not force.body_axes:
+                first, second, third = (combined(row.tolist(), components) for row in self.rotation)
+                components = (first, second, third)
+            given = force.location
+            location = given if given is None or force.local else self._point(given)
+            return replace(force, components=components, location=location)
+        return force
+
+
+def _of_ground(holder: Joint | PointForce, pair: Pair, moved: list[Vector]) -> Pair:
+    """A pair moved: both where it is global, and of a local one what is the ground's."""
+    if not pair.local:
+        return Pair(moved[0], moved[1])
+    kept = (pair.first, pair.second)
+    ends = [new if name == "ground" else old for name, old, new in zip(holder.bodies, kept, moved, strict=True)]
+    return Pair(ends[0], ends[1], local=True)
+
+
+def _vector(values: Array) -> Vector:
+    x, y, z = (float(value) for value in values)
+    return x, y, z
+
+
+def _rows(matrix: Array) -> tuple[Vector, Vector, Vector]:
+    first, second, third = (_vector(row) for row in matrix)
+    return first, second, third

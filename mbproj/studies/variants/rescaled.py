@@ -1,0 +1,124 @@
+"""A scene k times as large that moves alike: lengths, velocities and gravity times k, times and masses as they were.
+
+Forces are then k times, torques, energies and moments of inertia k² times as large: the same mechanism in another unit
+of length, k = 1000 for millimetres.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+from mbproj.functions.program import COORDINATE, RATE, Program
+from mbproj.joints import COORDINATE_UNITS, JOINTS
+from mbproj.scene.records import (
+    Body,
+    BodyForce,
+    Force,
+    Joint,
+    JointForce,
+    Law,
+    Marker,
+    Matrix,
+    Motion,
+    Pair,
+    PointForce,
+    Scene,
+    Vector,
+)
+from mbproj.studies.variants.programs import times, with_argument
+
+#: Parameters of joints that are lengths, and lengths a turn.
+LENGTHS = ("length", "pitch")
+
+
+def rescaled(scene: Scene, k: float) -> Scene:
+    """The scene k times as large."""
+    larger = _Larger(k, {joint.name: joint.type for joint in scene.joints})
+    return replace(
+        scene,
+        gravity=larger.vector(scene.gravity),
+        bodies=tuple(map(larger.body, scene.bodies)),
+        joints=tuple(map(larger.joint, scene.joints)),
+        markers=tuple(map(larger.marker, scene.markers)),
+        forces=tuple(map(larger.force, scene.forces)),
+        motions=tuple(map(larger.motion, scene.motions)),
+    )
+
+
+@dataclass(frozen=True)
+class _Larger:
+    """The factor, and the types of the joints by name."""
+
+    k: float
+    types: dict[str, str]
+
+    def vector(self, given: Vector) -> Vector:
+        x, y, z = given
+        return self.k * x, self.k * y, self.k * z
+
+    def body(self, body: Body) -> Body:
+        return replace(
+            body,
+            inertia=scaled_matrix(self.k**2, body.inertia),
+            position=self.vector(body.position),
+            velocity=self.vector(body.velocity),
+        )
+
+    def points(self, pair: Pair) -> Pair:
+        return replace(pair, first=self.vector(pair.first), second=self.vector(pair.second))
+
+    def joint(self, joint: Joint) -> Joint:
+        own = {name: self.k * value if name in LENGTHS else value for name, value in joint.parameters.items()}
+        return replace(
+            joint,
+            points=self.points(joint.points),
+            start={name: self._unit(joint.name, name) * value for name, value in joint.start.items()},
+            speed={name: self._unit(joint.name, name) * value for name, value in joint.speed.items()},
+            parameters=own,
+        )
+
+    def marker(self, marker: Marker) -> Marker:
+        return replace(marker, location=self.vector(marker.location))
+
+    def force(self, force: Force) -> Force:
+        if isinstance(force, PointForce):
+            return replace(force, points=self.points(force.points), law=self._law(force.law, self.k))
+        if isinstance(force, JointForce):
+            laws = {name: self._law(law, self._unit(force.joint, name)) for name, law in force.laws.items()}
+            return replace(force, laws=laws)
+        return self._on_body(force)
+
+    def motion(self, motion: Motion) -> Motion:
+        return replace(motion, function=times(self._unit(motion.joint, motion.coordinate), motion.function))
+
+    def _on_body(self, force: BodyForce) -> BodyForce:
+        factor = self.k**2 if force.torque else self.k
+        first, second, third = (times(factor, component) for component in force.components)
+        location = None if force.location is None else self.vector(force.location)
+        return replace(force, components=(first, second, third), location=location)
+
+    def _unit(self, joint: str, coordinate: str) -> float:
+        """k for a coordinate in metres, 1 for an angle."""
+        row = JOINTS[self.types[joint]].coordinates[coordinate]
+        return self.k if COORDINATE_UNITS[row[0]] == "m" else 1.0
+
+    def _law(self, law: Law, unit: float) -> Law:
+        """A law on a coordinate whose unit of length is `unit`: forces go with it, torques with k²."""
+        stiffer = 1.0 if unit == self.k else self.k**2
+        return replace(
+            law,
+            stiffness=stiffer * law.stiffness,
+            damping=stiffer * law.damping,
+            free=None if law.free is None else unit * law.free,
+            function=None if law.function is None else self._function(law.function, stiffer * unit, unit),
+        )
+
+    def _function(self, function: Program, factor: float, unit: float) -> Program:
+        inside = with_argument(with_argument(function, COORDINATE, 1.0 / unit), RATE, 1.0 / unit)
+        return times(factor, inside)
+
+
+def scaled_matrix(factor: float, matrix: Matrix) -> Matrix:
+    """factor times a matrix of a record."""
+    first, second, third = ((factor * x, factor * y, factor * z) for x, y, z in matrix)
+    return first, second, third

@@ -1,0 +1,153 @@
+"""Checks of the laws of mechanics on recorded samples: power, momentum, and that joints act on both bodies alike."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from mbproj.arrays import Array
+from mbproj.dynamics.assembly import coordinate_values
+from mbproj.dynamics.constraint_equations import cross, tangent_jacobian, time_derivative
+from mbproj.dynamics.energy import kinetic_energy
+from mbproj.dynamics.forces import applied
+from mbproj.dynamics.kinematics import body_rates, pose_of, twist_of
+from mbproj.dynamics.motions import drive_at
+from mbproj.model.primitive_set import PrimitiveSet
+from mbproj.studies.verify.accelerations import tangent
+from mbproj.studies.verify.case import Case
+from mbproj.studies.verify.finding import Found, difference, worse
+from mbproj.studies.verify.rounded import EPS, Rounded
+
+#: Operations behind one entry of the rows' gradients.
+OPERATIONS = 8.0
+
+
+def power(case: Case) -> Found:
+    """d/dt (kinetic energy) is the power of gravity, forces and motions; joints do no work."""
+    if case.too_large:
+        return case.too_large
+    system, (force, torque), a = case.system, _loads(case), tangent(case).acceleration
+    pose = pose_of(case.state.q)
+    twist = twist_of(pose, case.state.v)
+    v, omega = twist.velocity[:-1], body_rates(pose, twist)[:-1]
+    motion, bound = a.value.reshape(-1, 6), a.error.reshape(-1, 6)
+    inertial = np.concatenate([system.mass[:, None] * motion[:, :3], _spun(system.inertia, motion[:, 3:])], axis=1)
+    speed = np.concatenate([v, omega], axis=1)
+    acting = np.concatenate([force, torque], axis=1)
+    given = 0.0
+    drive = drive_at(system, case.state.t)
+    rows = _motion_multipliers(case)
+    if drive is not None:
+        if rows is None:
+            return "redundant rows: what each motion takes is not unique"
+        given = -float(rows[0] @ drive.rate)
+    terms = np.concatenate([(inertial * speed).ravel(), (acting * speed).ravel(), [given]])
+    off = np.concatenate([system.mass[:, None] * bound[:, :3], _spun(np.abs(system.inertia), bound[:, 3:])], axis=1)
+    allowed = np.sum(np.abs(speed) * off) + len(terms) * EPS * np.abs(terms).sum() + _leak(case)
+    if drive is not None and rows is not None:
+        allowed += float(rows[1] @ np.abs(drive.rate))
+    total = float(np.sum(inertial * speed) - np.sum(acting * speed) - given)
+    size = max(float(np.abs(terms).max()), case.rate * float(kinetic_energy(system, pose, twist)))
+    return difference(np.array([total]), np.zeros(1), np.array([allowed]), 1.0, size)
+
+
+def _leak(case: Case) -> float:
+    """The power of reactions whose joints move apart by round-off: |λ| |C_q v + C_t|, with the round-off of both, W."""
+    system, known, v = case.system, case.equations, Rounded.exact(case.state.v)
+    apart = known.C_q @ v
+    rate = time_derivative(system, drive_at(system, case.state.t))[known.rows]
+    multipliers = known.accelerations()[7 * system.bodies :]
+    return float((np.abs(multipliers.value) + multipliers.error) @ (np.abs(apart.value + rate) + apart.error))
+
+
+def momentum(case: Case) -> Found:
+    """Momentum, and angular momentum about the origin, change by gravity, forces and what the ground's joints give."""
+    if case.too_large:
+        return case.too_large
+    system, (force, torque), solution = case.system, _loads(case), tangent(case)
+    n, pose = system.bodies, pose_of(case.state.q)
+    A, position = pose.rotation[:-1], pose.position[:-1]
+    motion, bound = (part.reshape(-1, 6) for part in (solution.acceleration.value, solution.acceleration.error))
+    push = system.mass[:, None] * motion[:, :3] - force
+    turn = np.einsum("nij,nj->ni", A, _spun(system.inertia, motion[:, 3:]) - torque)
+    push_off = system.mass[:, None] * bound[:, :3] + EPS * np.abs(push)
+    turn_off = np.einsum("nij,nj->ni", np.abs(A), _spun(np.abs(system.inertia), bound[:, 3:])) + EPS * np.abs(turn)
+    rows = case.equations.rows[n:] - n
+    multipliers = solution.multipliers
+    ground, ground_off = np.zeros(6), np.zeros(6)
+    if len(rows):
+        wrench = _wrenches(case)[rows, -1]  # on the ground, about the origin
+        ground = multipliers.value @ wrench
+        ground_off = multipliers.error @ np.abs(wrench) + len(rows) * EPS * np.abs(multipliers.value) @ np.abs(wrench)
+    total = np.concatenate([push.sum(axis=0), (turn + cross(position, push)).sum(axis=0)])
+    arms = np.abs(position)
+    lever = arms[:, [1, 2, 0]] * push_off[:, [2, 0, 1]] + arms[:, [2, 0, 1]] * push_off[:, [1, 2, 0]]
+    allowed = np.concatenate([push_off.sum(axis=0), (turn_off + lever).sum(axis=0)]) + ground_off
+    sizes = np.concatenate([np.abs(push).sum(axis=0), (np.abs(turn) + np.abs(cross(position, push))).sum(axis=0)])
+    sizes += np.abs(ground)
+    allowed += 6 * (n + 1) * EPS * sizes
+    # The constraints act on the bodies with -Gᵀλ, and on the ground with what balances that.
+    scale = np.array([1.0] * 3 + [system.length] * 3)
+    weight = float(np.abs(system.mass).max() * max(np.abs(motion[:, :3]).max(), np.linalg.norm(system.gravity)))
+    return difference(total, ground, allowed, scale, max(float((sizes / scale).max()), weight))
+
+
+def action_is_reaction(case: Case) -> Found:
+    """The forces of each row of C, on all its bodies and the ground, are in balance: no row changes where the whole
+    mechanism is shifted or turned."""
+    rows = case.system.constraints - case.system.bodies
+    if not rows:
+        return "no joints"
+    wrench = _wrenches(case)
+    bound = OPERATIONS * (case.system.bodies + 1) * EPS * np.abs(_wrenches(case, sizes=True)).sum(axis=1)
+    scale = np.array([1.0] * 3 + [case.system.length] * 3)
+    return worse([
+        difference(row.sum(axis=0), np.zeros(6), allowed, scale, float(np.abs(row / scale).max()))
+        for row, allowed in zip(wrench, bound, strict=True)
+    ])
+
+
+def _loads(case: Case) -> tuple[Array, Array]:
+    """Gravity's and the scene's forces on the bodies (n, 3), global, and torques (n, 3) with the gyroscopic ones."""
+    system, state = case.system, case.state
+    pose = pose_of(state.q)
+    twist = twist_of(pose, state.v)
+    omega = body_rates(pose, twist)[:-1]
+    force = system.mass[:, None] * system.gravity
+    torque = -cross(omega, _spun(system.inertia, omega))
+    if system.forces is not None:
+        loads = applied(system, pose, twist, state.t, coordinate_values(system, pose) + 2.0 * np.pi * state.turns)
+        force, torque = force + loads.force[:-1], torque + loads.torque[:-1]
+    return force, torque
+
+
+def _spun(inertia: Array, omega: Array) -> Array:
+    """J ω of each body, (n, 3)."""
+    return np.einsum("nij,nj->ni", inertia, omega)
+
+
+def _motion_multipliers(case: Case) -> tuple[Array, Array] | None:
+    """λ of the motions' rows and its bound; None where some of these rows depend on others."""
+    driven, solution = case.system.driven, tangent(case).multipliers
+    if not driven:
+        return np.zeros(0), np.zeros(0)
+    kept = case.equations.rows >= case.system.constraints - driven
+    if np.count_nonzero(kept) < driven:
+        return None
+    return solution.value[-driven:], solution.error[-driven:]
+
+
+def _wrenches(case: Case, *, sizes: bool = False) -> Array:
+    """The gradients of the rows but the norm rows on each body and the ground, as a force and a torque about the origin
+    in global axes, (m, n+1, 6); `sizes`: what they are sums of, without signs."""
+    pose = pose_of(case.state.q)
+    sets: list[PrimitiveSet] = [case.system.joints]
+    if case.system.motions is not None:
+        sets.append(case.system.motions.rows)
+    G = np.concatenate([tangent_jacobian(bound, pose) for bound in sets])
+    force, torque = G[..., :3], np.einsum("nij,mnj->mni", pose.rotation, G[..., 3:6])
+    if sizes:
+        longest = np.abs(pose.position).max(axis=-1)[:, None] + case.system.length
+        whole = np.abs(force).max(axis=-1, keepdims=True)
+        turned = np.abs(torque).max(axis=-1, keepdims=True) + longest * whole
+        return np.concatenate([np.broadcast_to(whole, force.shape), np.broadcast_to(turned, force.shape)], axis=-1)
+    return np.concatenate([force, torque + cross(pose.position, force)], axis=-1)

@@ -1,0 +1,153 @@
+"""What all checks of a verification look at: a mechanism at its start, moving, and what computes it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+
+from mbproj.arrays import Array
+from mbproj.dynamics import State
+from mbproj.dynamics.assembly import coordinate_values
+from mbproj.dynamics.kinematics import pose_of
+from mbproj.dynamics.row_space import scaled_jacobian
+from mbproj.errors import InputError
+from mbproj.integrate.compiled import Compiled
+from mbproj.integrate.formulation import Choice, choose
+from mbproj.integrate.reduced import Reduced
+from mbproj.integrate.redundant_rows import count_redundant
+from mbproj.kernel import core
+from mbproj.model import System
+from mbproj.scene.records import Scene
+from mbproj.studies.mechanism import Mechanism
+from mbproj.studies.verify.equations import Equations, equations_at, independent_rows
+from mbproj.studies.verify.runs import Halved, halved
+
+#: Bodies up to which dense matrices are looked at: their bounds take some seconds at the most.
+DENSE = 40
+#: A body without mass, or whose smallest moment of inertia is below this part of the largest, has no definite M.
+DEFINITE = 1e-12
+
+
+@dataclass(frozen=True, eq=False)
+class Case:
+    """A mechanism, ready to be looked at from all sides."""
+
+    mechanism: Mechanism
+
+    @property
+    def scene(self) -> Scene:
+        """What the user wrote."""
+        return self.mechanism.scene
+
+    @property
+    def system(self) -> System:
+        """The same as arrays."""
+        return self.mechanism.system
+
+    @cached_property
+    def choice(self) -> Choice:
+        """The formulation that a run of the scene takes."""
+        return choose(self.system, self.mechanism.state, self.scene.settings)
+
+    @cached_property
+    def state(self) -> State:
+        """The start, with a random velocity added that the joints allow: of the size of that of a fall through the
+        mechanism's length, or of what moves already."""
+        system, start = self.system, self.mechanism.state
+        rows = scaled_jacobian(system, pose_of(start.q))[independent_rows(system, start.q)]
+        weights = np.tile([system.length] * 3 + [1.0] * 4, system.bodies)
+        rate = self.rate * np.random.default_rng(0).normal(size=len(weights))
+        allowed = rate - np.linalg.lstsq(rows, rows @ rate, rcond=None)[0]
+        return replace(start, v=start.v + weights * allowed)
+
+    @cached_property
+    def rate(self) -> float:
+        """How fast the mechanism is at its start, rad/s: as it moves, as gravity would move its length, and as forces
+        speed it up."""
+        system, start = self.system, self.mechanism.state
+        pulls = [float(np.linalg.norm(system.gravity)) / system.length]
+        if not self.too_large:
+            pull = equations_at(system, start).accelerations().value[: 7 * system.bodies]
+            pulls.append(_fastest(system, pull))
+        return max(_fastest(system, start.v), float(np.sqrt(max(pulls)))) or 1.0
+
+    @cached_property
+    def equations(self) -> Equations:
+        """The equations at this state."""
+        return equations_at(self.system, self.state)
+
+    @cached_property
+    def runs(self) -> Halved:
+        """Short runs from this state."""
+        fastest = max(_fastest(self.system, self.state.v), self.rate)
+        mechanism = Mechanism(self.scene, self.system, self.state)
+        return halved(mechanism, fastest, slow=self.choice.compiled is None)
+
+    @cached_property
+    def displacement(self) -> Array:
+        """A random change of all coordinates, (7n,), of the order of the mechanism's length and 1 rad."""
+        weights = np.tile([self.system.length] * 3 + [1.0] * 4, self.system.bodies)
+        return weights * np.random.default_rng(1).normal(size=len(weights))
+
+    @property
+    def reference(self) -> Array:
+        """The joints' coordinates at the state, turns counted, (nc,)."""
+        return coordinate_values(self.system, pose_of(self.state.q)) + 2.0 * np.pi * self.state.turns
+
+    @property
+    def redundant(self) -> bool:
+        """Whether some rows depend on others."""
+        return len(self.equations.rows) < self.system.constraints
+
+    @property
+    def too_large(self) -> str | None:
+        """Why dense matrices are not looked at; None where they are."""
+        bodies = self.system.bodies
+        return f"{bodies} bodies: dense matrices are looked at up to {DENSE}" if bodies > DENSE else None
+
+    @property
+    def indefinite(self) -> str | None:
+        """Why M is not definite even in tangent coordinates; None where it is."""
+        for name, mass, inertia in zip(self.system.names.carriers, self.system.mass, self.system.inertia, strict=True):
+            moments = np.linalg.eigvalsh(inertia)
+            if mass <= 0.0 or moments[0] <= DEFINITE * moments[-1]:
+                return f"body '{name}' has no definite mass and inertia"
+        return None
+
+    @cached_property
+    def reduced(self) -> Reduced | str:
+        """The reduced formulation in the kernel, or why it is not to be had."""
+        found = core()
+        if found is None:
+            return "there is no compiled kernel"
+        if self.indefinite:
+            return f"{self.indefinite}, which in space the full formulation alone can do"
+        compiled = Reduced(found, self.system)
+        redundant = count_redundant(compiled, self.mechanism.state)
+        compiled.model.redundant = redundant or 0
+        regular, _ = compiled.is_regular(self.mechanism.state)
+        return compiled if regular and redundant is not None else "in space the start is a singular pose"
+
+    @property
+    def planar(self) -> Compiled | str:
+        """The planar formulation in the kernel, or why it is not to be had."""
+        compiled = self.choice.compiled
+        return compiled if compiled is not None and compiled.name == "planar" else self.not_planar
+
+    @property
+    def not_planar(self) -> str:
+        """Why it is not computed in a plane."""
+        try:
+            settings = replace(self.scene.settings, formulation="planar")
+            choose(self.system, self.mechanism.state, settings)
+        except InputError as error:
+            return error.problems[0].message
+        return f"the scene asks for the {self.choice.name} formulation"
+
+
+def _fastest(system: System, rates: Array) -> float:
+    """The largest of the rates of coordinates (7n,): speeds over the mechanism's length, and ω = 2 |Λ'|."""
+    parts = np.abs(rates.reshape(-1, 7))
+    return max(float(parts[:, :3].max()) / system.length, 2.0 * float(parts[:, 3:].max()))

@@ -1,0 +1,77 @@
+"""verify(): the table of checks, and a certificate of what they found on a mechanism."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from types import MappingProxyType
+
+import numpy as np
+
+from mbproj.errors import SimulationError
+from mbproj.results.verification import Check, Verification
+from mbproj.scene.records import Scene
+from mbproj.studies.mechanism import Mechanism
+from mbproj.studies.progress import Tell, silent
+from mbproj.studies.verify import accelerations, balance, corrections, invariance, order
+from mbproj.studies.verify.case import Case
+from mbproj.studies.verify.finding import Found
+
+
+@dataclass(frozen=True)
+class Entry:
+    """A check: a function of a case, and what it claims, in a line."""
+
+    run: Callable[[Case], Found]
+    claim: str
+
+
+#: Every check by name, in the order of the table. A new one is a function and a line here.
+CHECKS: Mapping[str, Entry] = MappingProxyType(
+    {
+        "popm-gpopm": Entry(corrections.popm_is_gpopm, "POPM = GPOPM where M is definite (Eq. 75)"),
+        "alpha": Entry(corrections.no_alpha, "MMOPM does not depend on α (Eq. 78)"),
+        "idempotent": Entry(corrections.idempotent, "correcting twice corrects once"),
+        "orthogonal": Entry(corrections.orthogonal, "corrections are orthogonal to what joints allow (Eqs. 38, 43)"),
+        "kernel-correction": Entry(corrections.kernel_correction, "the kernel's correction = Eq. 73"),
+        "eliminated": Entry(accelerations.eliminated_is_bordered, "Eqs. 80-81 = Eq. 14"),
+        "reduced": Entry(accelerations.reduced_is_bordered, "reduced solve = Eq. 14"),
+        "planar": Entry(accelerations.planar_is_bordered, "planar solve = Eq. 14"),
+        "power": Entry(balance.power, "joints do no work"),
+        "momentum": Entry(balance.momentum, "momentum changes by what acts from outside"),
+        "reaction": Entry(balance.action_is_reaction, "action = reaction in every joint"),
+        "units": Entry(invariance.units, "millimetres change nothing in GPOPM"),
+        "rotation": Entry(invariance.rotation, "turning the whole changes nothing"),
+        "translation": Entry(invariance.translation, "shifting the whole changes nothing"),
+        "renumbering": Entry(invariance.renumbering, "another order of the parts changes nothing"),
+        "order": Entry(order.observed_order, "the integrator keeps its order"),
+        "energy": Entry(order.energy_balance, "the energy balance converges"),
+        "closed": Entry(order.joints_closed, "joints are closed after every step"),
+    }
+)
+
+
+def verify(scene: Scene, tell: Tell = silent) -> Verification:
+    """Runs every check on a scene. `tell` is called with a phase, how many are done, and how many there are.
+
+    Raises InputError where the mechanism cannot be assembled or run at all, SimulationError where a function of the
+    scene has no value at the start."""
+    case, found = Case(Mechanism.of(scene)), []
+    _ = case.choice  # whether it can run at all
+    for done, (name, entry) in enumerate(CHECKS.items()):
+        tell("checks", done, len(CHECKS))
+        found.append(_check(name, entry, case))
+    return Verification(tuple(found), case.choice.name)
+
+
+def _check(name: str, entry: Entry, case: Case) -> Check:
+    try:
+        result = entry.run(case)
+    except np.linalg.LinAlgError as error:
+        return Check(name, entry.claim, np.nan, np.nan, "failed", f"the equations have no unique solution ({error})")
+    except SimulationError as error:
+        return Check(name, entry.claim, np.nan, np.nan, "failed", str(error))
+    if isinstance(result, str):
+        return Check(name, entry.claim, np.nan, np.nan, "does not apply", result)
+    verdict = "passed" if result.passed else "failed"
+    return Check(name, entry.claim, result.measured, result.allowed, verdict, result.remark, result.at_least)

@@ -1,0 +1,181 @@
+"""Checks of the projections: Eqs. 75 and 78, idempotent, orthogonal in their metric, the kernel's."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from types import MappingProxyType
+
+import numpy as np
+
+from mbproj.arrays import Array
+from mbproj.dynamics.constraint_equations import constraint, jacobian
+from mbproj.dynamics.equations import mass_matrix
+from mbproj.dynamics.kinematics import pose_of
+from mbproj.dynamics.motions import drive_at
+from mbproj.model.euler_parameters import matrix_L
+from mbproj.projection import Projection, make_method
+from mbproj.scene.records import ProjectionSettings
+from mbproj.studies.verify.case import Case
+from mbproj.studies.verify.equations import correction, penalised
+from mbproj.studies.verify.finding import Finding, Found, difference, worse
+from mbproj.studies.verify.rounded import Rounded
+
+#: Penalties of Eq. 78: from weak to what ref. 28 takes.
+ALPHAS = (1e-3, 1e3, 1e7)
+#: How far joints are opened for the kernel's correction, in the mechanism's length and rad.
+OPENED = 1e-3
+#: Methods by the weight A that their corrections are smallest in: the identity, or M.
+METRICS: Mapping[str, str] = MappingProxyType({"gopm": "I", "gpopm": "M"})
+
+
+def popm_is_gpopm(case: Case) -> Found:
+    """Eq. 75 in (δr, δθ), where M is diag(m I, J): POPM's correction against GPOPM's."""
+    obstacle = case.too_large or case.indefinite
+    if obstacle:
+        return obstacle
+    M, G, violation = _tangent(case)
+    if not len(G.value):
+        return "no joints: nothing to correct"
+    popm, gpopm = (_method(name).correction(M.value, G.value, violation) for name in ("popm", "gpopm"))
+    bound = (
+        correction(M, G, Rounded.exact(violation)).error
+        + correction(penalised(M, G, 1.0), G, Rounded.exact(violation)).error
+    )
+    return difference(popm, gpopm, bound, np.tile([case.system.length] * 3 + [1.0] * 3, case.system.bodies))
+
+
+def no_alpha(case: Case) -> Found:
+    """Eq. 78: MMOPM's correction with several α against GPOPM's, each α with the round-off that it brings."""
+    if case.too_large:
+        return case.too_large
+    M, C_q, violation = _opened(case)
+    known = _method("gpopm").correction(M.value, C_q.value, violation.value)
+    own = correction(penalised(M, C_q, 1.0), C_q, violation).error
+    found, departures = [], []
+    for alpha in ALPHAS:
+        other = _method("mmopm", alpha=alpha).correction(M.value, C_q.value, violation.value)
+        bound = correction(penalised(M, C_q, alpha), C_q, violation).error + own
+        found.append(difference(other, known, bound, _scale(case)))
+        departures.append(f"{np.abs((other - known) / _scale(case)).max():.0e} at α = {alpha:.0e}")
+    return _remarked(worse(found), f"departs by {', '.join(departures)}")
+
+
+def idempotent(case: Case) -> Found:
+    """v -> v + correction(C_q v) is a projector: what it has corrected it leaves, but for round-off."""
+    if case.too_large:
+        return case.too_large
+    equations, v = case.equations, case.displacement
+    M, C_q = Rounded.exact(equations.M.value), Rounded.exact(equations.C_q.value)
+    found = []
+    for name, A in _weights(M, C_q):
+        first = _method(name).correction(M.value, C_q.value, C_q.value @ v)
+        left = C_q @ Rounded.exact(v + first)
+        # Exactly corrected, nothing would be left: what the round-off of the first correction leaves is corrected.
+        error = correction(A, C_q, C_q @ Rounded.exact(v)).error
+        missed = left.error + np.abs(C_q.value) @ error
+        second = _method(name).correction(M.value, C_q.value, left.value)
+        gain = correction(A, C_q, Rounded(np.zeros(len(left.value)), missed)).error
+        whole = float(np.abs(first / _scale(case)).max())
+        found.append(difference(second, np.zeros_like(second), gain, _scale(case), whole))
+    return worse(found)
+
+
+def orthogonal(case: Case) -> Found:
+    """Eqs. 38 and 43: A Δ has no part in the motions that C_q allows, with A = I for GOPM and M for GPOPM."""
+    if case.too_large:
+        return case.too_large
+    M, C_q, violation = _opened(case)
+    rows, columns = C_q.value.shape
+    if rows == columns:
+        return "no degree of freedom: there are no motions to be orthogonal to"
+    Z = np.linalg.svd(C_q.value)[2][rows:].T
+    # What round-off leaves of C_q Z, moved back onto the null space: by how much Z itself is off.
+    left = Rounded.exact(C_q.value) @ Rounded.exact(Z)
+    off = np.abs(np.linalg.pinv(C_q.value)) @ (left.error + np.abs(left.value))
+    found = []
+    for name, weight in METRICS.items():
+        A = Rounded.exact(np.eye(columns) if weight == "I" else M.value)
+        change = _method(name).correction(M.value, C_q.value, violation.value)
+        bounded = Rounded(change, correction(_weight(name, M, C_q), C_q, violation).error)
+        parts = Rounded(Z.T, off.T) @ (A @ bounded)
+        whole = float((np.abs(Z.T) @ np.abs(A.value @ change)).max())
+        found.append(difference(parts.value, np.zeros_like(parts.value), parts.error, 1.0, whole))
+    return worse(found)
+
+
+def kernel_correction(case: Case) -> Found:
+    """One exact correction of an open pose by GPOPM: the kernel's block Cholesky against Eq. 73."""
+    if case.too_large:
+        return case.too_large
+    if isinstance(case.reduced, str):
+        return case.reduced
+    if case.redundant:
+        return "redundant joints: once they are open, no correction closes them all"
+    system, q = case.system, case.state.q + OPENED * case.displacement
+    q = q.reshape(-1, 7)
+    q[:, 3:] /= np.linalg.norm(q[:, 3:], axis=1, keepdims=True)
+    q = q.ravel()
+    pose, drive = pose_of(q), drive_at(system, case.state.t)
+    M, C_q = (Rounded(value, 8.0 * np.finfo(float).eps * np.abs(value)) for value in
+              (mass_matrix(system, pose), jacobian(system, pose)))
+    C = constraint(system, pose, drive)
+    if not len(C) > system.bodies:
+        return "no joints: nothing to correct"
+    reach = max(system.length, float(np.abs(q.reshape(-1, 7)[:, :3]).max()))
+    violation = Rounded(C, 8.0 * np.finfo(float).eps * np.where(system.row_scale == 1.0, 1.0 + reach, reach))
+    bounded = correction(penalised(M, C_q, 1.0), C_q, violation)
+    expected = q + _method("gpopm").correction(M.value, C_q.value, C)
+    expected.reshape(-1, 7)[:, 3:] /= np.linalg.norm(expected.reshape(-1, 7)[:, 3:], axis=1, keepdims=True)
+    moved = case.reduced.equations(ProjectionSettings(method="gpopm")).newton(
+        case.reduced.state(q, case.state.v), case.state.t
+    )
+    found = np.asarray(moved)[:, :7].ravel()
+    largest = np.tile([reach] * 3 + [1.0] * 4, system.bodies)
+    bound = 2.0 * bounded.error + 8.0 * np.finfo(float).eps * largest
+    return difference(found, expected, bound, _scale(case), float(np.abs(bounded.value / _scale(case)).max()))
+
+
+def _method(name: str, alpha: float | None = None) -> Projection:
+    """A correcting method of the program."""
+    found = make_method(ProjectionSettings(method=name, alpha=alpha))
+    assert isinstance(found, Projection)
+    return found
+
+
+def _weight(name: str, M: Rounded, C_q: Rounded) -> Rounded:
+    """What a method solves with: its A of Eq. 28."""
+    return Rounded.exact(np.eye(len(M.value))) if name == "gopm" else penalised(M, C_q, 1.0)
+
+
+def _weights(M: Rounded, C_q: Rounded) -> Iterator[tuple[str, Rounded]]:
+    for name in METRICS:
+        yield name, _weight(name, M, C_q)
+
+
+def _opened(case: Case) -> tuple[Rounded, Rounded, Rounded]:
+    """M and C_q, taken as they are, and a violation."""
+    M, C_q = Rounded.exact(case.equations.M.value), Rounded.exact(case.equations.C_q.value)
+    return M, C_q, Rounded.exact(C_q.value @ case.displacement)
+
+
+def _tangent(case: Case) -> tuple[Rounded, Rounded, Array]:
+    """diag(m I, J), the rows in (δr, δθ in body axes), (m, 6n), and a violation."""
+    system, n = case.system, case.system.bodies
+    C_q = case.equations.C_q.value[case.equations.rows >= n].reshape(-1, n, 7)
+    L = matrix_L(case.state.q.reshape(-1, 7)[:, 3:])
+    G = np.concatenate([C_q[..., :3], 0.5 * np.einsum("mnp,nip->mni", C_q[..., 3:], L)], axis=-1).reshape(-1, 6 * n)
+    M = np.zeros((n, 6, n, 6))
+    index = np.arange(n)
+    M[index, :3, index, :3] = system.mass[:, None, None] * np.eye(3)
+    M[index, 3:, index, 3:] = system.inertia
+    shift = np.random.default_rng(1).normal(size=6 * n) * np.tile([system.length] * 3 + [1.0] * 3, n)
+    return Rounded.exact(M.reshape(6 * n, 6 * n)), Rounded.exact(G), G @ shift
+
+
+def _scale(case: Case) -> Array:
+    """What each coordinate is measured in, (7n,): the mechanism's length, or 1."""
+    return np.tile([case.system.length] * 3 + [1.0] * 4, case.system.bodies)
+
+
+def _remarked(found: Found, remark: str) -> Found:
+    return Finding(found.measured, found.allowed, remark) if isinstance(found, Finding) else found

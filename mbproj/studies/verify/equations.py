@@ -1,0 +1,121 @@
+"""The equations of a mechanism at a state, M, C_q, Q and γ, with the round-off that they carry, and the paper's
+formulas with theirs."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from mbproj.arrays import Array, Integers
+from mbproj.dynamics import State
+from mbproj.dynamics.assembly import coordinate_values
+from mbproj.dynamics.constraint_equations import constraint_at, constraint_velocity_at, gamma, jacobian
+from mbproj.dynamics.equations import generalised_force, mass_matrix
+from mbproj.dynamics.forces import applied, generalised
+from mbproj.dynamics.kinematics import pose_of, twist_of
+from mbproj.dynamics.motions import drive_at
+from mbproj.dynamics.row_space import scaled_jacobian, split
+from mbproj.model import System
+from mbproj.studies.verify.rounded import EPS, Rounded, bordered, concatenated, product, solve
+
+#: Computations from states that differ in the last bit, whose spread is the round-off of what enters the formulas.
+NEIGHBOURS = 4
+#: Operations behind one entry of M, C_q, Q or γ: products of three or four factors, summed over four Euler parameters.
+OPERATIONS = 8.0
+
+
+@dataclass(frozen=True, eq=False)
+class Equations:
+    """M (7n, 7n), C_q (m, 7n), Q (7n,) and γ (m,) of the rows that are independent, which are `rows` (m,) of C."""
+
+    M: Rounded
+    C_q: Rounded
+    Q: Rounded
+    gamma: Rounded
+    rows: Integers
+
+    def taken_exactly(self) -> Equations:
+        """The same without the round-off of what enters."""
+        M, C_q, Q, right = (Rounded.exact(term.value) for term in (self.M, self.C_q, self.Q, self.gamma))
+        return Equations(M, C_q, Q, right, self.rows)
+
+    def accelerations(self) -> Rounded:
+        """Eq. 14: q'' and λ, one after the other, (7n + m,)."""
+        return solve(bordered(self.M, self.C_q), concatenated(self.Q, self.gamma))
+
+    def eliminated(self) -> Rounded:
+        """Eqs. 80-81: the same through A1."""
+        A1 = penalised(self.M, self.C_q, 1.0)
+        X, free = solve(A1, self.C_q.T), solve(A1, self.Q)
+        multipliers = solve(self.C_q @ X, self.C_q @ free - self.gamma)
+        return concatenated(free - X @ multipliers, multipliers + self.gamma)
+
+
+def penalised(M: Rounded, C_q: Rounded, alpha: float) -> Rounded:
+    """A_α = M + α C_qᵀC_q, Eqs. 53 and 72."""
+    return M + product(alpha, C_q.T @ C_q)
+
+
+def correction(A: Rounded, C_q: Rounded, violation: Rounded) -> Rounded:
+    """-A⁻¹C_qᵀ (C_q A⁻¹ C_qᵀ)⁻¹ violation, Eq. 28."""
+    X = solve(A, C_q.T)
+    return -(X @ solve(C_q @ X, violation))
+
+
+def independent_rows(system: System, q: Array) -> Integers:
+    """The rows of C that do not depend on those before them."""
+    return split(scaled_jacobian(system, pose_of(q)), np.arange(system.constraints))[0]
+
+
+def equations_at(system: System, state: State) -> Equations:
+    """The equations at a state. Raises SimulationError where a function of the scene has no value."""
+    rows, random = independent_rows(system, state.q), np.random.default_rng(0)
+    values = _terms(system, state, state.q, state.v)
+    spread = [np.zeros_like(value) for value in values]
+    for _ in range(NEIGHBOURS):
+        near = _terms(system, state, *_neighbour(system, state, random))
+        spread = [np.maximum(old, np.abs(new - value)) for old, new, value in zip(spread, near, values, strict=True)]
+    fastest = np.abs(values[-1] / system.row_scale).max(initial=0.0)
+    sizes = [*map(_by_kind, values[:-1]), fastest * system.row_scale]
+    M, C_q, Q, right = (
+        Rounded(value, error + OPERATIONS * EPS * size)
+        for value, error, size in zip(values, spread, sizes, strict=True)
+    )
+    return Equations(M, C_q[rows], Q, right[rows], rows)
+
+
+def _terms(system: System, state: State, q: Array, v: Array) -> tuple[Array, Array, Array, Array]:
+    """M, C_q, Q and γ."""
+    pose = pose_of(q)
+    twist, drive = twist_of(pose, v), drive_at(system, state.t)
+    force = generalised_force(system, pose, twist)
+    if system.forces is not None:
+        loads = applied(system, pose, twist, state.t, coordinate_values(system, pose) + 2.0 * np.pi * state.turns)
+        force = force + generalised(pose, loads.force, loads.torque)
+    return mass_matrix(system, pose), jacobian(system, pose), force, gamma(system, pose, twist, drive)
+
+
+def _neighbour(system: System, state: State, random: np.random.Generator) -> tuple[Array, Array]:
+    """q and v with each number off by up to ε of what it is computed from, the largest coordinate or speed, or by as
+    much as the state leaves the joints open and moving apart: redundant rows differ on that."""
+    q, v = state.q.reshape(-1, 7), state.v.reshape(-1, 7)
+    violations = constraint_at(system, state.q, state.t), constraint_velocity_at(system, state.q, state.v, state.t)
+    left, apart = (float(np.abs(violation / system.row_scale).max()) for violation in violations)
+    size = EPS * np.array([max(system.length, np.abs(q[:, :3]).max()), 1.0])
+    speed = EPS * np.array([np.abs(v[:, :3]).max(), np.abs(v[:, 3:]).max()])
+    unit = np.array([system.length, 1.0])
+    near = [
+        np.repeat(np.maximum(scale, open_by * unit), (3, 4)) * random.uniform(-1.0, 1.0, q.shape)
+        for scale, open_by in ((size, left), (speed, apart))
+    ]
+    return (q + near[0]).ravel(), (v + near[1]).ravel()
+
+
+def _by_kind(rows: Array) -> Array:
+    """For each entry the largest of those of its row, body and kind, positions or Euler parameters, (..., 7n)."""
+    parts = np.abs(rows.reshape(*rows.shape[:-1], -1, 7))
+    size = np.empty_like(parts)
+    for columns in (slice(3), slice(3, 7)):
+        size[..., columns] = parts[..., columns].max(axis=-1, keepdims=True)
+    return size.reshape(rows.shape)

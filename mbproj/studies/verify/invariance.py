@@ -1,0 +1,140 @@
+"""Checks that nothing depends on the unit of length, on where the mechanism is, or on the order of its parts."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from mbproj.arrays import Array, Integers
+from mbproj.dynamics import State
+from mbproj.dynamics.constraint_equations import constraint_at
+from mbproj.model import System, compile_system
+from mbproj.model.euler_parameters import product
+from mbproj.projection.gopm import Gopm
+from mbproj.projection.gpopm import Gpopm
+from mbproj.scene.records import Scene
+from mbproj.studies.variants.moved import RigidMotion
+from mbproj.studies.variants.renumbered import renumbered
+from mbproj.studies.variants.rescaled import rescaled
+from mbproj.studies.verify.case import Case
+from mbproj.studies.verify.equations import OPERATIONS, Equations, correction, equations_at, penalised
+from mbproj.studies.verify.finding import Finding, Found, difference, worse
+from mbproj.studies.verify.rounded import EPS, Rounded
+
+#: Millimetres in a metre.
+MILLIMETRES = 1e3
+#: A rotation that mixes all axes.
+ROTATION = np.linalg.qr(np.random.default_rng(1).normal(size=(3, 3)))[0]
+ROTATION = ROTATION * np.linalg.det(ROTATION)
+#: Where the mechanism is shifted to, in its own lengths.
+SHIFT = np.array([3.0, -2.0, 5.0])
+
+
+def units(case: Case) -> Found:
+    """In millimetres GPOPM's correction and the accelerations are the same motion; GOPM's correction is not."""
+    scene, scale = rescaled(case.scene, MILLIMETRES), np.tile([MILLIMETRES] * 3 + [1.0] * 4, case.system.bodies)
+    found = _same(case, scene, np.diag(scale), np.zeros(len(scale)))
+    return replace(found, remark=_of_gopm(case, scene, scale)) if isinstance(found, Finding) else found
+
+
+def _of_gopm(case: Case, scene: Scene, scale: Array) -> str:
+    """By how much GOPM's correction changes."""
+    known, other = case.equations, _equations_of(case, scene, np.diag(scale), np.zeros(len(scale)))
+    unit, shift = _scale(case.system), case.displacement
+    own = Gopm().correction(known.M.value, known.C_q.value, known.C_q.value @ shift) / unit
+    try:
+        theirs = Gopm().correction(other.M.value, other.C_q.value, other.C_q.value @ (scale * shift)) / (scale * unit)
+    except np.linalg.LinAlgError:
+        return "gopm has no correction there: C_qC_qᵀ is singular to working precision"
+    return f"gopm's correction changes by {100.0 * np.abs(theirs - own).max() / np.abs(own).max():.2g} %"
+
+
+def rotation(case: Case) -> Found:
+    """Turned about all axes."""
+    motion = RigidMotion(ROTATION, np.zeros(3))
+    return _same(case, motion.scene(case.scene), _turning(case.system, motion), np.zeros(7 * case.system.bodies))
+
+
+def translation(case: Case) -> Found:
+    """Shifted by some of its lengths."""
+    motion = RigidMotion(np.eye(3), case.system.length * SHIFT)
+    shift = np.tile([*motion.shift, 0.0, 0.0, 0.0, 0.0], case.system.bodies)
+    return _same(case, motion.scene(case.scene), np.eye(len(shift)), shift)
+
+
+def renumbering(case: Case) -> Found:
+    """Bodies, joints, forces and motions in another order."""
+    scene = renumbered(case.scene)
+    order = _carriers(compile_system(scene), case.system)
+    if order is None:
+        return "fixed joints make several bodies one, and its axes are those of the first"
+    T = np.zeros((len(order), 7, len(order), 7))
+    T[np.arange(len(order)), :, order, :] = np.eye(7)
+    return _same(case, scene, T.reshape(7 * len(order), -1), np.zeros(7 * len(order)))
+
+
+def _same(case: Case, scene: Scene, T: Array, shift: Array) -> Found:
+    """The correction of a violation, and the accelerations, of the mechanism of another scene, whose coordinates are
+    T q + shift, against those of the case."""
+    if case.too_large:
+        return case.too_large
+    system, q = compile_system(scene), T @ case.state.q + shift
+    known, other = case.equations, _equations_of(case, scene, T, shift)
+    scale = np.abs(T) @ _scale(case.system)
+    reach = OPERATIONS * EPS * (np.abs(q).max() + system.length)
+    C = constraint_at(system, q, case.state.t)
+    found = [difference(C, np.zeros(len(C)), _left_open(case) * system.row_scale + reach, system.row_scale, 1.0)]
+    violation, theirs = (
+        Rounded.exact(case.displacement) if each is known else Rounded.exact(T @ case.displacement)
+        for each in (known, other)
+    )
+    one, two = _correction(known, violation), _correction(other, theirs)
+    found.append(difference(two.value, T @ one.value, two.error + np.abs(T) @ one.error, scale))
+    one, two = (each.accelerations()[: len(scale)] for each in (known, other))
+    found.append(difference(two.value, T @ one.value, two.error + np.abs(T) @ one.error, scale))
+    return worse(found)
+
+
+def _equations_of(case: Case, scene: Scene, T: Array, shift: Array) -> Equations:
+    """The equations of another scene at the same state."""
+    state, system = case.state, compile_system(scene)
+    turns = np.zeros(system.coordinates.size, dtype=np.intp)
+    names = case.system.names.coordinates
+    for index, name in enumerate(system.names.coordinates):
+        turns[index] = state.turns[names.index(name)]
+    return equations_at(system, State(state.t, T @ state.q + shift, T @ state.v, turns))
+
+
+def _left_open(case: Case) -> float:
+    """By how much assembly leaves the joints open, in the mechanism's length or rad."""
+    C = constraint_at(case.system, case.state.q, case.state.t)
+    return float(np.abs(C / case.system.row_scale).max())
+
+
+def _correction(known: Equations, displacement: Rounded) -> Rounded:
+    """GPOPM's correction of the violation that a displacement makes."""
+    bound = correction(penalised(known.M, known.C_q, 1.0), known.C_q, known.C_q @ displacement)
+    value = Gpopm().correction(known.M.value, known.C_q.value, known.C_q.value @ displacement.value)
+    return Rounded(value, bound.error)
+
+
+def _turning(system: System, motion: RigidMotion) -> Array:
+    """(7n, 7n): R on positions and p ⊗ on Euler parameters."""
+    n = system.bodies
+    T = np.zeros((n, 7, n, 7))
+    index = np.arange(n)
+    T[index, :3, index, :3] = motion.rotation
+    T[index, 3:, index, 3:] = product(motion.parameters[None, :], np.eye(4)).T
+    return T.reshape(7 * n, 7 * n)
+
+
+def _carriers(system: System, before: System) -> Integers | None:
+    """For each carrier of a system its number in the one before; None where their axes differ."""
+    if len(system.names.carriers) < len(system.names.bodies):
+        return None
+    return np.array([before.names.carriers.index(name) for name in system.names.carriers], dtype=np.intp)
+
+
+def _scale(system: System) -> Array:
+    return np.tile([system.length] * 3 + [1.0] * 4, system.bodies)

@@ -1,0 +1,117 @@
+"""Checks of a short run with the scene's own settings: the integrator's order, the energy balance, closed joints."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from mbproj.functions.program import Op, Program
+from mbproj.projection.tolerance import FLOOR
+from mbproj.registry import PROJECTIONS, integrators
+from mbproj.scene.records import BodyForce, JointForce, PointForce, Scene
+from mbproj.studies.solve import Solution
+from mbproj.studies.verify.case import Case
+from mbproj.studies.verify.finding import Finding, Found
+from mbproj.studies.verify.rounded import EPS
+from mbproj.studies.verify.runs import ABOVE, Order
+
+#: An observed order is rounded to the nearest whole number.
+ROUNDED = 0.5
+#: An order that is known no better than this tells nothing.
+UNTOLD = 2.0
+#: Runs that an order takes.
+FEWEST = 3
+#: Energy below this part of what the mass of the mechanism can have is none.
+STILL = 1e-12
+#: Operations that are not smooth, so that no method keeps its order where one changes its branch.
+KINKS = frozenset({Op.TABLE, Op.MIN, Op.MAX, Op.ABS, Op.SIGN, Op.FLOOR, Op.CEIL})
+
+
+def observed_order(case: Case) -> Found:
+    """The power of the step with which the error at the run's end falls: the integrator's order, or more."""
+    runs, obstacle = case.runs, _obstacle(case)
+    if obstacle:
+        return obstacle
+    order = runs.order(runs.errors) if len(runs.solutions) >= FEWEST else None
+    if order is None:
+        unseen = "its error is no more than round-off and the projection leave: no order can be seen"
+        return _stopped(case) if runs.failure else unseen
+    return _against(case, order, "")
+
+
+def energy_balance(case: Case) -> Found:
+    """Energy less work plus what dampers lose, over the run: it falls with the step at the integrator's order, or is
+    round-off."""
+    runs, obstacle = case.runs, _obstacle(case)
+    if obstacle:
+        return obstacle
+    if len(runs.solutions) < FEWEST:
+        return _stopped(case)
+    size, system = max(map(_energy, runs.solutions)), case.system
+    if size <= STILL * float(system.mass.sum()) * (case.rate * system.length) ** 2:
+        return "nothing moves, and no energy changes"
+    drifts = np.array([np.abs(each.energy_balance).max() for each in runs.solutions]) / size
+    order = runs.order(drifts)
+    if order is None:
+        return Finding(float(drifts.min()), ABOVE * runs.floor, "of the energy, at the best step: round-off")
+    return _against(case, order, f", from {drifts[0]:.0e} of the energy to {drifts.min():.0e}")
+
+
+def _against(case: Case, order: Order, remark: str) -> Found:
+    """An observed order against the integrator's: rounded to a whole number, and not surer than it is."""
+    name = case.scene.settings.integrator
+    wanted = integrators()[name].order
+    if order.uncertainty > UNTOLD:
+        return f"its errors fall too unevenly to tell an order ({order.value:.1f} ± {order.uncertainty:.1f})"
+    said = f"{name} has order {wanted}, seen to ± {order.uncertainty:.1g}{remark}"
+    return Finding(order.value, wanted - ROUNDED - order.uncertainty, said, at_least=True)
+
+
+def joints_closed(case: Case) -> Found:
+    """The largest |C| after any step, against the stop test's tolerance."""
+    own = case.scene.settings.projection
+    if not PROJECTIONS[own.method].corrects:
+        return f"'{own.method}' does not close the joints"
+    if not own.position or own.every > 1 or own.threshold is not None:
+        return "the scene does not project its positions after every step"
+    if own.test == "paper":
+        return "the paper's stop test measures corrections, not how far joints are open"
+    if not case.runs.solutions:
+        return _stopped(case)
+    reports = [each.report for each in case.runs.solutions if each.report is not None]
+    worst = max((report.position_violation for report in reports), key=lambda each: each.value)
+    largest = max(float(np.abs(each.body_position).max()) for each in case.runs.solutions) + case.system.length
+    return Finding(worst.value, own.tolerance or max(FLOOR, 4.0 * EPS * largest), f"m or rad, {worst.owner}")
+
+
+def _stopped(case: Case) -> Found:
+    """A run that does not get to its end at any step is a failure of the check."""
+    wanted = integrators()[case.scene.settings.integrator].order
+    return Finding(0.0, wanted - ROUNDED, f"the run stops: {case.runs.failure}", at_least=True)
+
+
+def _energy(solution: Solution) -> float:
+    """The largest kinetic energy and change of the potential energy, J."""
+    potential = solution.potential_energy
+    return float(solution.kinetic_energy.max() + potential.max() - potential.min())
+
+
+def _obstacle(case: Case) -> str | None:
+    """Why no order can be expected; None where it can."""
+    for program in _programs(case.scene):
+        kinks = sorted({step.op.name.lower() for step in program.code if step.op in KINKS})
+        if kinks:
+            return f"a function of the scene is not smooth ({', '.join(kinks)}): no method keeps its order there"
+    return None
+
+
+def _programs(scene: Scene) -> list[Program]:
+    """All functions of a scene."""
+    found = [motion.function for motion in scene.motions]
+    for force in scene.forces:
+        if isinstance(force, BodyForce):
+            found += force.components
+        elif isinstance(force, JointForce):
+            found += [law.function for law in force.laws.values() if law.function is not None]
+        elif isinstance(force, PointForce) and force.law.function is not None:
+            found.append(force.law.function)
+    return found

@@ -1,0 +1,109 @@
+"""One short run with the scene's own settings and 2, 3, 4, 6, 8, 12 .. steps: what its order is read from."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from mbproj.arrays import Array
+from mbproj.projection.tolerance import FLOOR, PAPER_TOLERANCE
+from mbproj.registry import PROJECTIONS
+from mbproj.scene.records import ProjectionSettings
+from mbproj.studies.mechanism import Mechanism
+from mbproj.studies.setting import Setting
+from mbproj.studies.solve import Failure, Solution, sample_times, solve
+from mbproj.studies.verify.rounded import EPS
+
+#: The run takes so many times as long as the fastest part of the mechanism needs for 1 rad; the second where the first
+#: does not get to its end, or shows no order.
+SPANS = (2.0, 0.5)
+#: Numbers of steps; only the first in the full formulation, which is a thousand times slower.
+STEPS, FEWER = tuple(sorted([*(2**power for power in range(1, 10)), *(3 * 2**power for power in range(8))])), 11
+#: An error that is not so many times above its round-off says nothing of the order.
+ABOVE = 10.0
+#: Runs from which an order is taken; runs so many times coarser than the finest can be measured against that.
+FITTED, COARSER = 6, 4
+
+
+@dataclass(frozen=True)
+class Order:
+    """An observed order, and twice its standard error."""
+
+    value: float
+    uncertainty: float
+
+
+@dataclass(frozen=True, eq=False)
+class Halved:
+    """The runs that came to an end, by increasing number of `steps`; `failure` of one that did not, None where all did.
+    `length` (m) and `span` (s) are what errors are measured in; `floor`: what round-off and the stop test of the
+    projection leave of any error."""
+
+    steps: Array
+    solutions: tuple[Solution, ...]
+    failure: Failure | None
+    length: float
+    span: float
+    floor: float
+
+    @property
+    def errors(self) -> Array:
+        """How far runs end from the finest, in positions and velocities of bodies and markers; of the coarser ones."""
+        ends = np.array([self._end(each) for each in self.solutions])
+        return np.abs(ends - ends[-1]).max(axis=1)[COARSER * self.steps <= self.steps[-1]]
+
+    def _end(self, solution: Solution) -> Array:
+        places, rates = ("body_position", "marker_position"), ("body_velocity", "marker_velocity")
+        return np.concatenate([
+            *(getattr(solution, name)[-1].ravel() / self.length for name in places),
+            *(getattr(solution, name)[-1].ravel() * self.span / self.length for name in rates),
+        ])
+
+    def order(self, values: Array) -> Order | None:
+        """The power of the step with which values, one for each of the first runs, fall: a line through the last of
+        them above round-off, logarithms over logarithms. None where there are fewer than three."""
+        low = np.flatnonzero(~(values > ABOVE * self.floor))
+        above = values[: low[0]] if len(low) else values
+        x, y = np.log2(self.steps[: len(above)])[-FITTED:], np.log2(above[-FITTED:])
+        if len(x) < 3:
+            return None
+        away = x - x.mean()
+        slope = float(away @ y / (away @ away))
+        residual = y - y.mean() - slope * away
+        error = np.sqrt(residual @ residual / (len(x) - 2) / (away @ away))
+        return Order(-slope, 2.0 * float(error))
+
+
+def halved(mechanism: Mechanism, rate: float, slow: bool) -> Halved:
+    """The runs of a mechanism that turns at up to `rate` (rad/s); `slow`: whether steps are expensive."""
+    longer, shorter = SPANS
+    found = _over(mechanism, longer / rate, slow)
+    if found.failure is None and found.order(found.errors) is not None:
+        return found
+    again = _over(mechanism, shorter / rate, slow)
+    return again if again.order(again.errors) is not None or found.failure is not None else found
+
+
+def _over(mechanism: Mechanism, span: float, slow: bool) -> Halved:
+    """The runs over a span in s."""
+    own, times = Setting.of(mechanism.scene.settings), sample_times(span, 1)
+    done, solutions, failure = [], [], None
+    for steps in STEPS[:FEWER] if slow else STEPS:
+        found = solve(mechanism, replace(own, step=span / steps, tolerance=None), times)
+        if found.failure is None:
+            done.append(steps)
+            solutions.append(found)
+        else:
+            failure = found.failure
+    projection = mechanism.scene.settings.projection
+    floor = max(_left(projection) / mechanism.system.length, STEPS[-1] * EPS)
+    return Halved(np.array(done), tuple(solutions), failure, mechanism.system.length, span, floor)
+
+
+def _left(projection: ProjectionSettings) -> float:
+    """What a projection leaves open: m."""
+    if not PROJECTIONS[projection.method].corrects or not projection.position:
+        return 0.0
+    stop = PAPER_TOLERANCE**0.75 if projection.test == "paper" else FLOOR
+    return max(projection.tolerance or stop, projection.threshold or 0.0)

@@ -1,0 +1,206 @@
+"""Stability maps: limits that theory knows, what each quantity does to a scene, and what a scene does not have."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from mbproj import InputError, read_scene, read_scene_text
+from mbproj.integrate.tableau import load_tableau
+from mbproj.registry import integrators
+from mbproj.studies.setting import Setting
+from mbproj.studies.stability import stability
+from mbproj.studies.stability.bisection import Change, values
+from mbproj.studies.stability.gains import growth, real_axis_limit
+from mbproj.studies.stability.quantities import QUANTITIES, Span
+from mbproj.studies.stability.subject import Limits, Subject
+from mbproj.studies.variants.livelier import with_speed
+from mbproj.studies.variants.ratios import joints_from_ground, with_inertia_ratio, with_mass_ratio
+from mbproj.studies.variants.rescaled import rescaled
+from tests.mechanisms.running import run_scene
+from tests.studies.scenes import PENDULUM
+from tests.support import REDUNDANT, ROOT
+
+SLIDER_CRANK = read_scene(ROOT / "mechanisms" / "spatial_slider_crank.yaml")
+#: A mass of 1 kg on a spring of 1 N/m: it swings at √k rad/s.
+OSCILLATOR = """\
+mbproj: 1
+gravity: [0, 0, 0]
+simulation: {duration: 200, step: 0.1, projection: none}
+bodies:
+  mass: {mass: 1, inertia: [1, 1, 1], position: [1, 0, 0], velocity: [0.1, 0, 0]}
+joints:
+  slide: {type: prismatic, bodies: [ground, mass], location: [0, 0, 0], axis: [1, 0, 0]}
+forces:
+  spring: {type: linear_spring_damper, joint: slide, stiffness: 1}
+"""
+
+
+def limit(found) -> Change:
+    (track,) = found.tracks
+    return track.changes[0]
+
+
+@pytest.mark.parametrize("name", list(integrators()))
+def test_baumgartes_limit_is_that_of_the_tableau(name):
+    """α h at which |R(-α h)| passes 1, within 2 %, on a pendulum that turns by less than 1e-3 rad in a step."""
+    scene = read_scene_text(PENDULUM, "scene.yaml", {}, {"integrator": name, "step": "1e-4"})
+    found = stability(scene, "baumgarte-gain", points=8, processes=1)
+    assert found.analytic == pytest.approx(1e4 * real_axis_limit(load_tableau(name)))
+    assert [(change.below.state, change.above.state) for change in found.tracks[0].changes] == [("holds", "fails")]
+    assert limit(found).value == pytest.approx(found.analytic, rel=0.02)
+    near = min(found.tracks[0].points, key=lambda point: abs(np.log(point.value / 1e4)))
+    assert near.closure < 1e-3 * 1e-8  # α h = 1: after 300 steps nothing is left of the offset
+
+
+def test_the_limit_is_the_same_in_the_full_formulation():
+    options = {"integrator": "heun2", "step": "1e-4", "formulation": "full"}
+    scene = read_scene_text(PENDULUM, "scene.yaml", {}, options)
+    setting = replace(Setting.of(scene.settings), projection="baumgarte")
+    for factor, state in ((0.98, "holds"), (1.02, "fails")):
+        gain = factor * 2.0 / 1e-4
+        subject = Subject(scene, replace(setting, gains=(gain, gain)), 1.0, Limits())
+        assert growth(subject, gain).state == state
+
+
+@pytest.mark.parametrize(
+    ("name", "expected"), [("heun2", 2.0), ("bs32", 2.5127), ("rk4", 2.7853), ("dopri5", 3.3066)]
+)
+def test_real_stability_limits(name, expected):
+    """Those of the Taylor polynomials of order 2, 3 and 4 (Hairer & Wanner 1996, sect. IV.2), and of DOPRI5's R(z)."""
+    assert real_axis_limit(load_tableau(name)) == pytest.approx(expected, abs=1e-4)
+
+
+def test_the_energy_of_an_oscillator_is_lost_as_rk4_damps_it():
+    """Over N = 2000 steps of h ω = θ, RK4 leaves (1 - θ⁶/72 + θ⁸/576)ᴺ of the energy E; the kinetic energy and |ΔV| are
+    2 E together, so that 1 % and 10 % are off where 98 % and 80 % are left."""
+    found = stability(read_scene_text(OSCILLATOR), "stiffness", projections=["none"], low=1, high=100, points=3,
+                      processes=1)  # fmt: skip
+    (track,) = found.tracks
+    assert [change.above.state for change in track.changes] == ["degrades", "fails"]
+    for change, left in zip(track.changes, (0.98, 0.8), strict=True):
+        theta = 0.1 * np.sqrt(change.value)
+        assert (1.0 - theta**6 / 72.0 + theta**8 / 576.0) ** 2000 == pytest.approx(left, abs=0.006)
+        assert change.above.cause == "the energy is off by 1.0e-02"
+
+
+def test_where_a_run_first_goes_wrong_is_told():
+    found = stability(SLIDER_CRANK, "step", projections=["none", "gpopm"], low=0.005, high=0.04, points=4, processes=1)
+    none, gpopm = found.tracks
+    assert none.points[0].state != "holds"
+    assert none.points[0].joint in {"joint 'A'", "joint 'B'", "joint 'C'", "joint 'D'"}
+    assert 0.0 < none.points[0].time < 10.0
+    assert gpopm.points[0].state == "holds"
+    assert (gpopm.points[0].time, gpopm.points[0].joint, gpopm.points[0].cause) == (None, None, "")
+    assert gpopm.points[0].closure <= 2e-12  # 1e-13 over the smallest length
+    for change in gpopm.changes:
+        assert change.above.value / change.below.value < 1.01
+
+
+def test_the_size_of_a_mechanism_does_not_matter():
+    """From a millionth to a million times the size: the joints are closed to the same part of it."""
+    scene = read_scene(ROOT / "mechanisms" / "five_bar.yaml", {}, {"duration": "1"})
+    found = stability(scene, "length-scale", projections=["gpopm"], points=5, processes=1)
+    (track,) = found.tracks
+    assert [point.state for point in track.points] == ["holds"] * 5
+    assert max(point.closure for point in track.points) <= 3e-13
+    assert np.ptp([point.energy for point in track.points]) <= 1e-6 * track.points[0].energy
+
+
+@pytest.mark.parametrize("vary", [name for name in QUANTITIES if name not in ("stiffness", "penalty")])
+def test_at_its_own_value_a_quantity_changes_nothing(vary):
+    subject = Subject(SLIDER_CRANK, Setting.of(SLIDER_CRANK.settings), 0.5, Limits())
+    quantity = QUANTITIES[vary]
+    own = quantity.span(subject).own
+    changed = quantity.changed(subject, own)
+    if vary == "baumgarte-gain":
+        assert changed.setting.gains == (own, own)
+        return
+    assert (changed.setting, changed.until) == (subject.setting, 0.5)
+    for name in ("bodies", "joints", "forces", "gravity"):
+        assert getattr(changed.scene, name) == getattr(subject.scene, name)
+
+
+def test_neighbours_have_the_ratio_that_is_asked_for():
+    scene = read_scene(ROOT / "mechanisms" / "five_bar.yaml")
+    assert list(joints_from_ground(scene).values()) == [1, 2, 3, 4, 5]
+    heavy = with_mass_ratio(scene, 1e6)
+    ratios = [one.mass / other.mass for one, other in zip(heavy.bodies, heavy.bodies[1:], strict=False)]
+    np.testing.assert_allclose(ratios, [1e6, 1e-6, 1e6, 1e-6], rtol=1e-12)
+    np.testing.assert_allclose(np.array(heavy.bodies[0].inertia), 1e3 * np.array(scene.bodies[0].inertia))
+    spun = with_inertia_ratio(scene, 1e4)
+    assert [body.mass for body in spun.bodies] == [body.mass for body in scene.bodies]
+    np.testing.assert_allclose(np.array(spun.bodies[1].inertia), 1e-2 * np.array(scene.bodies[1].inertia))
+
+
+@pytest.mark.parametrize("name", ["locomotive", "hooke_shaft", "inline_four", "stewart_platform"])
+def test_a_scene_in_another_unit_of_length_moves_alike(name):
+    """With forces, motions, gears and redundant joints: positions k times, reactions k times, angles the same. Of
+    redundant joints the smallest reactions are recorded, which depend on the unit."""
+    k = 1e3
+    scene = read_scene(ROOT / "mechanisms" / f"{name}.yaml")
+    own = scene.settings
+    step = own.step or 1e-4
+    scene = replace(scene, settings=replace(own, duration=20 * step, step=step, tolerance=None, output_step=None))
+    one, other = run_scene(scene), run_scene(rescaled(scene, k))
+    paths = {"bodies/position": k, "joints/reaction_force": k, "joints/reaction_torque": k**2}
+    for path, factor in list(paths.items())[: 1 if name in REDUNDANT else None]:
+        size = max(np.abs(one[path]).max(), 1.0)
+        np.testing.assert_allclose(other[path] / factor, one[path], rtol=0, atol=1e-8 * size, err_msg=path)
+    np.testing.assert_allclose(other["bodies/orientation"], one["bodies/orientation"], rtol=0, atol=1e-10)
+
+
+def test_motions_run_faster():
+    """A driven crank at thrice the speed is after a third of the time where it was."""
+    scene = read_scene(ROOT / "mechanisms" / "inline_four.yaml")
+    settings = replace(scene.settings, duration=3e-3, step=1e-4, tolerance=None, output_step=3e-3)
+    slow = run_scene(replace(scene, settings=settings))
+    fast = run_scene(replace(with_speed(scene, 3.0), settings=replace(settings, duration=1e-3, output_step=1e-3)))
+    np.testing.assert_allclose(fast["bodies/position"][-1], slow["bodies/position"][-1], atol=1e-9)
+
+
+def test_all_methods_run_with_the_scenes_own_schedule():
+    """A projection after every hundredth step leaves the joints open, whichever the method."""
+    options = {"projection": "gopm", "every": "100", "duration": "2"}
+    scene = read_scene(ROOT / "mechanisms" / "five_bar.yaml", {}, options)
+    found = stability(scene, "step", projections=["gopm", "gpopm"], low=0.009, high=0.01, points=2, processes=1)
+    for track in found.tracks:
+        assert min(point.closure for point in track.points) > 1e-6
+
+
+def test_values_are_even_and_have_the_scenes_own():
+    assert values(Span(1e-2, 1.0, 1e2), 5) == pytest.approx([1e-2, 1e-1, 1.0, 10.0, 100.0])
+    assert 3.0 in values(Span(1e-2, 3.0, 1e2), 5)
+
+
+def test_a_study_resumes_from_its_journal(tmp_path, monkeypatch):
+    from mbproj.studies.stability import bisection
+
+    journal, options = tmp_path / "study.jsonl", {"projections": ["gopm", "gpopm"], "points": 3, "processes": 1}
+    scene = read_scene_text(PENDULUM)
+    first = stability(scene, "duration", journal=journal, **options)
+    monkeypatch.setattr(bisection, "_walked", None)  # nothing is left to be run
+    again = stability(scene, "duration", journal=journal, **options)
+    assert again.tracks == first.tracks
+
+
+@pytest.mark.parametrize(
+    ("vary", "options", "said", "hint"),
+    [
+        ("stifness", {}, "unknown quantity 'stifness'", "did you mean 'stiffness'"),
+        ("stiffness", {}, "no force of the scene has a 'stiffness' to vary", "add a spring_damper"),
+        ("speed", {}, "the scene starts at rest and has no motions", "give a joint a 'speed'"),
+        ("mass-ratio", {}, "no two bodies are joined to each other", "vary something else"),
+        ("penalty", {"projections": ["gpopm"]}, "'gpopm' has no 'alpha' to vary", "mass-orthogonal, mmopm"),
+        ("step", {"projections": ["gpom"]}, "unknown projection method 'gpom'", "did you mean 'gpopm'"),
+        ("step", {"low": 1.0, "high": 0.1}, "there is nothing between 1 and 0.1", "let --from be below --to"),
+    ],
+)
+def test_what_a_scene_does_not_have(vary, options, said, hint):
+    with pytest.raises(InputError) as caught:
+        stability(read_scene_text(PENDULUM), vary, **options)
+    (problem,) = caught.value.problems
+    assert said in problem.message
+    assert hint in problem.hint

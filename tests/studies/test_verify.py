@@ -1,0 +1,223 @@
+"""`verify`: every check holds on the shipped mechanisms, and each notices what it is there to notice."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+import scipy.linalg
+
+from mbproj import read_scene, read_scene_text
+from mbproj.dynamics import equations
+from mbproj.dynamics.constraint_equations import tangent_jacobian
+from mbproj.integrate.tableau import load_tableau
+from mbproj.projection.gpopm import Gpopm
+from mbproj.projection.mmopm import Mmopm
+from mbproj.projection.popm import Popm
+from mbproj.scene.records import BodyForce
+from mbproj.studies.mechanism import Mechanism
+from mbproj.studies.variants.moved import RigidMotion
+from mbproj.studies.variants.renumbered import renumbered
+from mbproj.studies.variants.rescaled import rescaled
+from mbproj.studies.verify import accelerations, balance, invariance, runs, verify
+from mbproj.studies.verify import equations as terms
+from mbproj.studies.verify.case import Case
+from mbproj.studies.verify.checks import CHECKS
+from mbproj.studies.verify.finding import Finding
+from mbproj.studies.verify.rounded import Rounded, solve
+from tests.support import MECHANISMS, ROOT, random_chain
+
+SLIDER_CRANK = ROOT / "mechanisms" / "spatial_slider_crank.yaml"
+
+
+@pytest.mark.parametrize("path", MECHANISMS, ids=lambda path: path.stem)
+def test_everything_holds_on_the_shipped_mechanisms(path):
+    found = verify(read_scene(path))
+    assert [(check.name, check.measured, check.allowed) for check in found.of("failed")] == []
+    assert [check.name for check in found.checks] == list(CHECKS)
+    assert len(found.of("passed")) >= 10
+    for check in found.of("does not apply"):
+        assert check.remark
+    for check in found.of("passed"):
+        assert np.isfinite(check.measured)
+
+
+def case(path=SLIDER_CRANK) -> Case:
+    return Case(Mechanism.of(read_scene(path)))
+
+
+def outcome(name: str, of: Case | None = None) -> Finding:
+    found = CHECKS[name].run(of or case())
+    assert isinstance(found, Finding), found
+    return found
+
+
+def off(method, part=1e-9):
+    """A method whose corrections are wrong by a part of them."""
+    right = method.correction
+    return lambda self, M, C_q, violation: (1.0 + part) * right(self, M, C_q, violation)
+
+
+def tilted(method, part=1e-3):
+    """A method that corrects all of the violation, but not by the shortest way."""
+    right = method.correction
+
+    def correction(self, M, C_q, violation):
+        change, random = right(self, M, C_q, violation), np.random.default_rng(3).normal(size=len(M))
+        aside = random - np.linalg.lstsq(C_q, C_q @ random, rcond=None)[0]
+        return change + part * np.abs(change).max() * aside
+
+    return correction
+
+
+def pushed(system, pose, twist):
+    """Forces that are off in the ninth digit."""
+    return (1.0 + 1e-9) * equations.generalised_force(system, pose, twist)
+
+
+def less_on_the_ground(bound, pose):
+    """Rows that pull less at the ground than at the bodies."""
+    return tangent_jacobian(bound, pose) * np.append(np.ones(len(pose.position) - 1), 0.9)[:, None]
+
+
+def heavier(scene):
+    """One body a millionth heavier."""
+    first, *others = scene.bodies
+    return replace(scene, bodies=(replace(first, mass=first.mass * (1.0 + 1e-6)), *others))
+
+
+@pytest.mark.parametrize(
+    ("name", "target", "attribute", "wrong"),
+    [
+        ("popm-gpopm", Popm, "correction", off(Popm)),
+        ("alpha", Mmopm, "correction", off(Mmopm, 1e-2)),
+        ("idempotent", Gpopm, "correction", off(Gpopm, -1e-4)),
+        ("orthogonal", Gpopm, "correction", tilted(Gpopm)),
+        ("kernel-correction", Gpopm, "correction", off(Gpopm)),
+        ("eliminated", accelerations, "solve_eliminated",
+         lambda *terms: [(1.0 + 1e-9) * part for part in equations.solve_eliminated(*terms)]),
+        ("power", balance, "_spun", lambda J, omega: 1.001 * np.einsum("nij,nj->ni", J, omega)),
+        ("momentum", balance, "cross", lambda a, b: 1.001 * np.cross(a, b)),
+        ("rotation", RigidMotion, "_direction", lambda self, given: given),
+        ("translation", RigidMotion, "_point", lambda self, given: given),
+        ("reduced", terms, "generalised_force", pushed),
+        ("reaction", balance, "tangent_jacobian", less_on_the_ground),
+        ("renumbering", invariance, "renumbered", lambda scene: heavier(renumbered(scene))),
+    ],
+)  # fmt: skip
+def test_each_check_notices_what_is_wrong(monkeypatch, name, target, attribute, wrong):
+    assert outcome(name).passed
+    monkeypatch.setattr(target, attribute, wrong)
+    assert not outcome(name).passed
+
+
+def test_the_planar_solve_is_held_against_the_full_one(monkeypatch):
+    bars = ROOT / "mechanisms" / "five_bar.yaml"
+    assert outcome("planar", case(bars)).passed
+    monkeypatch.setattr(terms, "generalised_force", pushed)
+    assert not outcome("planar", case(bars)).passed
+
+
+def test_a_unit_that_is_not_changed_everywhere_is_noticed(monkeypatch):
+    bars = case(ROOT / "mechanisms" / "five_bar.yaml")
+    assert outcome("units", bars).passed
+    assert outcome("units", bars).remark == "gopm's correction changes by 58 %"
+
+    def but_for_gravity(scene, k):
+        return replace(rescaled(scene, k), gravity=scene.gravity)
+
+    monkeypatch.setattr(invariance, "rescaled", but_for_gravity)
+    assert not outcome("units", bars).passed
+
+
+@pytest.mark.parametrize("name", ["order", "energy"])
+def test_a_wrong_coefficient_of_the_tableau_is_noticed(monkeypatch, name):
+    """One sixth more in a single coefficient leaves the classical method of order 1."""
+    from mbproj.integrate import compiled
+
+    right = load_tableau("rk4")
+    wrong = replace(right, b=right.b + np.array([1.0, -1.0, 0.0, 0.0]) / 36.0)
+    assert outcome(name).passed
+    monkeypatch.setattr(compiled, "load_tableau", lambda method: wrong)
+    found = outcome(name)
+    assert not found.passed
+    assert found.measured == pytest.approx(1.0, abs=0.35)
+
+
+def test_bounds_hold_what_round_off_does():
+    """Pascal matrices, whose conditions go from 7e2 to 2e13, with a right-hand side and a solution in whole numbers:
+    the error is below the bound, and the bound within the condition times the square of the size."""
+    for size in range(4, 14, 3):
+        A = scipy.linalg.pascal(size).astype(float)
+        found = solve(Rounded.exact(A), Rounded.exact(A @ np.ones(size)))
+        assert np.all(np.abs(found.value - 1.0) <= found.error)
+        assert found.error.max() <= size**2 * np.finfo(float).eps * np.linalg.cond(A)
+
+
+def test_functions_of_forces_are_moved_and_rescaled_with_the_scene():
+    """A chain with a force of given components, a spring with a law and a motion: the same motion, turned and in
+    millimetres."""
+    text = (ROOT / "mechanisms" / "double_pendulum.yaml").read_text()
+    assert "forces:" not in text
+    text += (
+        "forces:\n"
+        "  wind: {type: force, body: inner, force: [sin(3*t) + 1, 0.3*t, 2]}\n"
+        "  hinge: {type: torsion_spring_damper, joint: A, torque: -2*angle**3 - 0.1*angle_dot}\n"
+    )
+    names = [body.name for body in read_scene_text(text.split("forces:")[0]).bodies]
+    scene = read_scene_text(text.replace("body: inner", f"body: {names[0]}"))
+    assert isinstance(scene.forces[0], BodyForce)
+    found = verify(scene)
+    for name in ("units", "rotation", "translation", "renumbering", "momentum", "power"):
+        check = next(check for check in found.checks if check.name == name)
+        assert check.verdict == "passed", (name, check)
+
+
+def test_mechanisms_of_a_thousand_kilometres_and_of_a_micrometre():
+    """Their numbers are held against their own round-off. In millimetres GOPM sums rows of 1e9 and of 1."""
+    bars = read_scene(ROOT / "mechanisms" / "five_bar.yaml")
+    large, small = verify(rescaled(bars, 1e6)), verify(rescaled(bars, 1e-6))
+    assert len(large.of("passed")) == len(small.of("passed")) == len(CHECKS)
+    (units,) = (check for check in large.checks if check.name == "units")
+    assert units.remark == "gopm has no correction there: C_qC_qᵀ is singular to working precision"
+
+
+def test_chains_of_every_joint_verify():
+    kinds = ["revolute", "universal", "prismatic", "cylindrical", "spherical", "screw", "planar", "distance", "fixed"]
+    found = verify(random_chain(2, kinds))
+    assert [check.name for check in found.of("failed")] == []
+
+
+def test_without_the_kernel_what_needs_it_does_not_apply(monkeypatch):
+    from mbproj.integrate import formulation
+    from mbproj.studies.verify import case as cases
+
+    for module in (formulation, cases):
+        monkeypatch.setattr(module, "core", lambda: None)
+    monkeypatch.setattr(runs, "FEWER", 5)
+    found = verify(read_scene(ROOT / "mechanisms" / "physical_pendulum.yaml"))
+    reasons = {check.name: check.remark for check in found.of("does not apply")}
+    assert reasons["reduced"] == reasons["kernel-correction"] == "there is no compiled kernel"
+    assert found.formulation == "full"
+    assert found.holds
+
+
+def test_a_structure_that_cannot_move_is_no_failure():
+    from tests.studies.scenes import PENDULUM
+
+    pin = "  pin2: {type: revolute, bodies: [ground, bar], location: [1, 0, 0], axis: [0, 1, 0]}\nmarkers:"
+    found = {check.name: check for check in verify(read_scene_text(PENDULUM.replace("markers:", pin))).checks}
+    assert [name for name, check in found.items() if check.verdict == "failed"] == []
+    assert found["energy"].remark == "nothing moves, and no energy changes"
+    assert found["planar"].remark in (
+        "what is compared is nothing but round-off", "nothing moves: all that is compared is zero"
+    )
+
+
+def test_a_function_with_a_kink_says_why_no_order_is_seen():
+    from tests.studies.scenes import PENDULUM
+
+    text = PENDULUM + "forces:\n  stop: {type: torsion_spring_damper, joint: pin, torque: 'max(0, angle)'}\n"
+    found = {check.name: check for check in verify(read_scene_text(text)).checks}
+    assert found["order"].remark == "a function of the scene is not smooth (max): no method keeps its order there"
