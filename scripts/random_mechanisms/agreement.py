@@ -14,14 +14,12 @@ from mbproj.dynamics.kinematics import pose_of
 from mbproj.integrate.full import FullFormulation
 from mbproj.scene.records import GROUND, BodyForce, PointForce
 
+from .elimination import in_the_kernel
 from .finding import Finding, off
 from .invariants import ADDS_UP, CLOSED, MARGIN, invariants
 from .motion import Motion, full_equations, run
 from .round_off import ROUND_OFF, RoundOff, round_off
 from .solvable import start
-
-#: How much more than the full formulation's round-off is that of the kernel's solution.
-DIGIT = 10.0
 
 
 @dataclass
@@ -100,28 +98,16 @@ def _same_equations(
     system: System, equations: FullFormulation, done: Motion, limits: list[RoundOff]
 ) -> Iterator[Finding]:
     """At the states of the kernel's run, Eq. 14 gives its accelerations, and its reactions: what joints share at will
-    acts alike on the bodies, and the smallest λ are the same.
-
-    The kernel may lose a digit to the squared condition of G M⁻¹Gᵀ where it does not refine the solution. Besides, it
-    adds what hangs on a body to that body's inertia, so that a light one knows its own to ε of the heavy one's only.
-    """
+    acts alike on the bodies, and the smallest λ are the same."""
     samples, n = done.samples, system.bodies
     for at, limit in zip((0, -1), limits, strict=True):
         q = samples.q[at]
         found = full_equations(system, equations, float(samples.t[at]), samples.turns[at])(q, samples.v[at])
-        absorbed = np.finfo(float).eps * _spread(system) * np.abs(found.acceleration).reshape(-1, 7).max(axis=1)
-        allowed = DIGIT * limit.acceleration + absorbed.repeat(7)
-        yield off("accelerations", samples.acceleration[at] - found.acceleration, allowed)
+        allowed = in_the_kernel(system, q, found, limit)
+        yield off("accelerations", samples.acceleration[at] - found.acceleration, allowed.acceleration)
         difference = samples.multipliers[at] - found.multipliers[n:]
-        yield off("loads of joints", jacobian(system, pose_of(q))[n:].T @ difference, DIGIT * limit.load)
-        yield off("multipliers", difference, DIGIT * limit.multipliers)
-
-
-def _spread(system: System) -> float:
-    """The largest inertia of all bodies, in translation or rotation, over the smallest."""
-    moments = np.linalg.eigvalsh(system.inertia)
-    inertia = np.concatenate([system.mass[:, None] * system.length**2, moments], axis=1)
-    return float(inertia.max() / inertia.min())
+        yield off("loads of joints", jacobian(system, pose_of(q))[n:].T @ difference, allowed.load)
+        yield off("multipliers", difference, allowed.multipliers)
 
 
 def _same_motion(system: System, done: Motion, full: Motion, limits: list[RoundOff]) -> Iterator[Finding]:
