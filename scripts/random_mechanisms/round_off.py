@@ -120,7 +120,7 @@ def _by_state(
     rng, largest = np.random.default_rng(3), np.zeros(len(x))
     place, rate = q.reshape(-1, 7), v.reshape(-1, 7)
     reach = np.abs(place[:, :3]).max() + system.length
-    turning = np.abs(rate[:, 3:]).max()
+    turning = max(np.abs(rate[:, 3:]).max(), np.abs(rate[:, :3]).max() / system.length)
     sizes = np.tile(np.r_[[reach] * 3, [1.0] * 4], system.bodies)
     speeds = np.tile(np.r_[[np.abs(rate[:, :3]).max() + turning * reach] * 3, [turning] * 4], system.bodies)
     for _ in range(3):
