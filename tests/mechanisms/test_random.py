@@ -11,7 +11,7 @@ from tests.kernel.scenes import needs_kernel
 
 
 @needs_kernel
-@settings(max_examples=12, derandomize=True, deadline=None, phases=[Phase.explicit, Phase.generate],
+@settings(max_examples=24, derandomize=True, deadline=None, phases=[Phase.explicit, Phase.generate],
           suppress_health_check=[HealthCheck.too_slow, HealthCheck.data_too_large])
 @given(plans())
 def test_formulations_agree_and_keep_what_mechanics_keeps(plan: Plan) -> None:
