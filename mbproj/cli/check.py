@@ -80,7 +80,7 @@ def command(scene: str, settings: tuple[str, ...], as_json: bool, **options: Any
     if as_json:
         click.echo(json.dumps(facts))
     else:
-        lines = [*_sizes(what, facts), *diagnosis.lines(), *_start(what, facts)]
+        lines = [*_sizes(what, system, facts), *diagnosis.lines(), *_start(what, facts)]
         click.echo("\n".join([what.title or Path(scene).stem, *lines]))
         for problem in problems:
             click.echo(str(problem), err=True)
@@ -116,9 +116,9 @@ def _coordinates(system: System, state: State) -> dict[str, dict[str, Any]]:
     }
 
 
-def _joint(joint: Joint) -> str:
+def _joint(joint: Joint, carried_out: bool) -> str:
     kind = JOINTS[joint.type]
-    if kind.merges and not joint.reaction:
+    if carried_out:
         return f"{joint.type}: {joint.bodies[0]} and {joint.bodies[1]} move as one"
     free = f", free: {', '.join(kind.coordinates)}" if kind.coordinates else ""
     return f"{joint.type} of {joint.bodies[0]} and {joint.bodies[1]}{free}"
@@ -135,9 +135,10 @@ def _shortened(lines: list[str]) -> list[str]:
     return lines if left <= 0 else [*lines[:MOST_ROWS], f"    ... and {left} more"]
 
 
-def _sizes(scene: Scene, facts: dict[str, Any]) -> list[str]:
+def _sizes(scene: Scene, system: System, facts: dict[str, Any]) -> list[str]:
     width = max((len(joint.name) for joint in scene.joints), default=0)
-    joints = [f"    {joint.name:{width}}  {_joint(joint)}" for joint in scene.joints]
+    kept = system.names.joints
+    joints = [f"    {joint.name:{width}}  {_joint(joint, joint.name not in kept)}" for joint in scene.joints]
     return [
         f"  {len(scene.bodies)} bodies, {len(scene.joints)} joints, {len(scene.markers)} markers{_driven(scene)}",
         *_shortened([f"    {_body(body)}" for body in scene.bodies]),

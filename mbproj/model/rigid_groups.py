@@ -59,7 +59,7 @@ class RigidGroups:
 def rigid_groups(scene: Scene) -> RigidGroups:
     """The scene with its merging joints carried out. A body on its own is its own carrier, to the last bit."""
     bodies = {body.name: body for body in scene.bodies}
-    merging = [joint for joint in scene.joints if JOINTS[joint.type].merges and not joint.reaction]
+    merging = _merging(scene)
     poses = {body.name: pose(body.position, body.orientation) for body in scene.bodies}
     poses[GROUND] = (np.zeros(3), np.eye(3))
     carriers: list[Carrier] = []
@@ -84,6 +84,22 @@ def rigid_groups(scene: Scene) -> RigidGroups:
             carriers.append(carrier)
     seats |= {name: Seat(len(carriers), seat.offset, seat.turn) for name, seat in grounded.items()}
     return RigidGroups(tuple(carriers), seats, tuple(joint for joint in scene.joints if joint not in merging))
+
+
+def _merging(scene: Scene) -> list[Joint]:
+    """The joints to carry out: not those of a group that another joint connects with itself, whose rows would then hold
+    one body to itself, without a gradient that could tell that they are redundant."""
+    merging = [joint for joint in scene.joints if JOINTS[joint.type].merges and not joint.reaction]
+    group = {name: name for name in (GROUND, *(body.name for body in scene.bodies))}
+    for joint in merging:
+        first, second = (group[name] for name in joint.bodies)
+        group = {name: first if root == second else root for name, root in group.items()}
+    held = {
+        group[joint.bodies[0]]
+        for joint in scene.joints
+        if joint not in merging and joint.couples is None and group[joint.bodies[0]] == group[joint.bodies[1]]
+    }
+    return [joint for joint in merging if group[joint.bodies[0]] not in held]
 
 
 def _group(root: str, merging: list[Joint], poses: Mapping[str, Pose]) -> dict[str, Pose]:

@@ -1,0 +1,1 @@
+"""Random mechanisms, and what the formulations have to agree on."""

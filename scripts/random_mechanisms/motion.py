@@ -1,0 +1,65 @@
+"""A mechanism run in one formulation with a step and with half of it, its states kept as coordinates."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from mbproj import State, System
+from mbproj.arrays import Array, Integers
+from mbproj.dynamics.assembly import coordinate_values
+from mbproj.dynamics.constraint_equations import set_velocity
+from mbproj.dynamics.kinematics import pose_of, twist_of
+from mbproj.dynamics.observe import Block, observe, total_energy
+from mbproj.dynamics.samples import Samples, join, stack
+from mbproj.dynamics.turning import Turning
+from mbproj.integrate.compiled import march as march_compiled
+from mbproj.integrate.formulation import Choice, choose
+from mbproj.integrate.full import Accelerations, FullFormulation
+from mbproj.integrate.march import march
+from mbproj.integrate.tally import Tally
+from mbproj.scene.records import Settings
+
+
+@dataclass(frozen=True, eq=False)
+class Motion:
+    """A run: what chose its formulation, its samples, what a results file would hold of them, and its peaks; and the
+    same run with half the step."""
+
+    choice: Choice
+    samples: Samples
+    block: Block
+    tally: Tally
+    finer: Motion | None
+
+
+def run(system: System, state: State, settings: Settings) -> Motion:
+    """Raises InputError or SimulationError where a run is refused or fails."""
+    assert settings.step is not None
+    finer = _run(system, state, replace(settings, step=settings.step / 2), None)
+    return _run(system, state, settings, finer)
+
+
+def _run(system: System, state: State, settings: Settings, finer: Motion | None) -> Motion:
+    choice, tally = choose(system, state, settings), Tally()
+    if choice.compiled is not None:
+        samples = join([part for part in march_compiled(choice.compiled, state, settings, tally) if part is not None])
+    else:
+        samples = stack(list(march(FullFormulation.of(system, state, settings, choice.redundant), state, tally)))
+    return Motion(choice, samples, observe(system, samples, total_energy(system, state)), tally, finer)
+
+
+def full_equations(
+    system: System, full: FullFormulation, t: float, turns: Integers
+) -> Callable[[Array, Array], Accelerations]:
+    """(q, v) -> q'' and λ of the full formulation at a time, joints having made these turns."""
+
+    def solve(q: Array, v: Array) -> Accelerations:
+        pose = pose_of(q)
+        coordinate = coordinate_values(system, pose) + 2.0 * np.pi * turns
+        turning = Turning(t, coordinate, set_velocity(system.coordinates, pose, twist_of(pose, v)))
+        return full.accelerations(t, q, v, turning)
+
+    return solve

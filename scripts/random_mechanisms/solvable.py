@@ -1,0 +1,34 @@
+"""Whether a mechanism can be a case: it moves, and its equations have a unique solution at the start."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from mbproj import InputError, State, System, assemble, compile_system, initial_guess, mobility, read_scene_text
+from mbproj.dynamics.kinematics import pose_of
+from mbproj.dynamics.rank import DEPENDENT, row_distances, scaled_jacobian
+from mbproj.dynamics.redundancy import redundancy
+
+#: Rows nearer than this to dependence are those of a pose next to a singular one, which other tests are for.
+NEAR_SINGULAR = 1e-4
+
+
+def start(text: str) -> tuple[System, State]:
+    """The system of a scene and the state that it starts from."""
+    scene = read_scene_text(text)
+    system = compile_system(scene)
+    return system, assemble(system, initial_guess(scene, system))
+
+
+def is_solvable(text: str) -> bool:
+    """Whether degrees of freedom remain, and rows are independent or redundant for good."""
+    try:
+        system, state = start(text)
+    except InputError:
+        return False
+    pose = pose_of(state.q)
+    ranks = mobility(system, pose)
+    distances = row_distances(scaled_jacobian(system, pose))
+    near = np.any((distances > DEPENDENT) & (distances < NEAR_SINGULAR))
+    constant = not ranks.redundant or redundancy(system, state).is_constant
+    return bool(ranks.degrees_of_freedom > 0 and constant and not near)
