@@ -103,12 +103,12 @@ public:
         return bordered_.factor_held(pose_, metric, 0.0);
     }
     // At a closed pose: whether the equations have a unique solution there, with other rows held where that is better.
-    bool factor_closed(const double* y) {
+    bool factor_closed() {
         if (!factor(Metric::mass)) return false;
-        if (!bordered_.weak()) return look_near(y);
+        if (!bordered_.weak()) return true;
         bordered_.leave_out(pose_);
         factored_ = false;
-        return factor(Metric::mass) && look_near(y);
+        return factor(Metric::mass);
     }
     // Whether the pose in place is near a singular one.
     bool is_near_singular() { return bordered_.is_near_singular(pose_, near_branch); }
@@ -171,7 +171,7 @@ private:
     }
 
     // s² from c.
-    static double held_above(double off) { return std::pow(std::max(off, 1e-15), 2.0 / 3.0); }
+    static double held_above(double off) { return std::pow(std::max(off, 1e-12), 2.0 / 3.0); }
 
     // The largest row, lengths in the mechanism's own.
     double largest(const std::vector<double>& rows) const {

@@ -243,7 +243,7 @@ private:
     }
 
     bool evaluate(const Vector& y, bool with_multipliers) {
-        if (!dynamics_.factor_closed(y.data())) return false;
+        if (!dynamics_.factor_closed()) return false;
         dynamics_.pivots.watch(dynamics_.bordered().nearness());
         return dynamics_.slope_at(y.data(), slope_.data(), with_multipliers ? lambda_.data() : nullptr);
     }
