@@ -158,8 +158,8 @@ template <int D> std::vector<Joint> joints(const PrimitiveSet<D>& set, int bodie
     return found;
 }
 
-// A principal moment below this part of the largest is none; nor is a mass, in kg, whose reciprocal may overflow.
-constexpr double no_inertia = 1e-14, no_mass = 1e-100;
+// A principal moment below this part of the largest is none, and a mass below this part of the heaviest body's.
+constexpr double no_inertia = 1e-14, no_mass = 1e-15;
 
 template <int D>
 std::vector<Body<D>> bodies(const Numbers1& mass, const Numbers3& inertia) {
@@ -167,6 +167,7 @@ std::vector<Body<D>> bodies(const Numbers1& mass, const Numbers3& inertia) {
     require(mass, {mass.shape(0)}, "mass");
     require(inertia, {mass.shape(0), W, W}, "inertia");
     std::vector<Body<D>> found;
+    const double heaviest = mass.shape(0) ? *std::max_element(mass.data(), mass.data() + mass.shape(0)) : 0.0;
     for (std::size_t b = 0; b < mass.shape(0); ++b) {
         Body<D> body;
         body.mass = mass.data()[b];
@@ -175,7 +176,7 @@ std::vector<Body<D>> bodies(const Numbers1& mass, const Numbers3& inertia) {
         const Eigen::SelfAdjointEigenSolver<Matrix<W, W>> principal(body.inertia, Eigen::EigenvaluesOnly);
         const double least = principal.eigenvalues()[0], most = principal.eigenvalues()[W - 1];
         if (!(body.mass >= 0.0 && least >= -no_inertia * most)) refuse("mass or inertia", "is negative");
-        body.is_light = !(body.mass > no_mass && least > no_inertia * most);
+        body.is_light = !(body.mass > no_mass * heaviest && least > no_inertia * most);
         body.inverse_root.setIdentity();
         if (!body.is_light)
             body.inverse_root = Eigen::LLT<Matrix<W, W>>(body.inertia).matrixL().solve(Matrix<W, W>::Identity());

@@ -18,10 +18,7 @@ template <int D> struct Topology {
     std::vector<int> core_bodies;   // roots of floating trees among them
     std::vector<int> core_joints;
 
-    // What a parent feels of a child is a difference of inertias that have so many more digits than its own.
-    static constexpr double heaviest = 1e8;
-
-    // Light bodies and very heavy ones stay in the core, where the former are lent what they lack; all bodies where nothing is to be eliminated.
+    // Light bodies stay in the core, where what they lack can be lent to them; all bodies where nothing is to be eliminated.
     Topology(const Model<D>& model, bool eliminate) {
         const int n = model.size();
         std::vector<std::vector<int>> joints_of(n);
@@ -30,9 +27,6 @@ template <int D> struct Topology {
         std::vector<bool> joint_left(model.joints.size(), true), body_left(n, true);
         std::vector<int> degree(n);
         std::queue<int> candidates;
-        std::vector<double> heft;  // of each body and what hangs on it: its largest inertia
-        for (const Body<D>& body : model.bodies)
-            heft.push_back(body.mass * model.length * model.length + body.inertia.cwiseAbs().maxCoeff());
         for (int b = n - 1; b >= 0; --b) {
             degree[b] = static_cast<int>(joints_of[b].size());
             if (degree[b] == 1 && eliminate) candidates.push(b);
@@ -44,12 +38,10 @@ template <int D> struct Topology {
             int joint = -1;
             for (const int j : joints_of[body])
                 if (joint_left[j]) joint = j;
-            if (is_too_heavy(model, model.joints[joint], body, heft)) continue;
             const auto hinge = as_hinge(model, model.joints[joint], body);
             if (!hinge) continue;
             leaves.push_back({joint, *hinge});
             joint_left[joint] = body_left[body] = false;
-            for (const int other : model.joints[joint].bodies) heft[other] += other == body ? 0.0 : heft[body];
             for (const int other : model.joints[joint].bodies)
                 if (--degree[other] == 1 && other != body) candidates.push(other);
         }
@@ -57,17 +49,6 @@ template <int D> struct Topology {
             if (body_left[b]) core_bodies.push_back(b);
         for (int j = 0; j < static_cast<int>(model.joints.size()); ++j)
             if (joint_left[j]) core_joints.push_back(j);
-    }
-
-private:
-    static bool is_too_heavy(const Model<D>& model, const Joint& joint, int child, const std::vector<double>& heft) {
-        for (const int body : joint.bodies) {
-            if (body == child) continue;
-            const Body<D>& parent = model.bodies[body];
-            const double own = parent.mass * model.length * model.length + parent.inertia.cwiseAbs().maxCoeff();
-            if (!parent.is_light && heft[child] > heaviest * own) return true;
-        }
-        return false;
     }
 };
 
