@@ -28,15 +28,14 @@ def test_the_parts_sum_up_to_the_drift(slider_crank, setting):
     assert split.integrator + split.projection == pytest.approx(drift, abs=1e-11)
 
 
-@pytest.mark.parametrize(("integrator", "off"), [("dopri5", 1e-3), ("dop853", 0.1)])
-def test_of_an_error_controlled_run_too(slider_crank, integrator, off):
+@pytest.mark.parametrize("integrator", ["dopri5", "dop853"])
+def test_of_an_error_controlled_run_too(slider_crank, integrator):
     """At the end, which is the end of a step: samples inside are of the continuous extension. Single steps project with
-    the factor of another stage than steps under error control, which counts in the second order; and steps past a
-    singular pose, of which DOP853's large ones are more, with that of their check in two halves."""
+    the factor of another stage than steps under error control, which counts in the second order."""
     solution = solve(slider_crank, Setting(integrator=integrator, tolerance=1e-5), TIMES)
     split = energy_split(slider_crank, solution)
     assert abs(solution.energy_balance[-1]) > 1e-7
-    assert split.integrator[-1] + split.projection[-1] == pytest.approx(solution.energy_balance[-1], rel=off)
+    assert split.integrator[-1] + split.projection[-1] == pytest.approx(solution.energy_balance[-1], rel=1e-3)
 
 
 def test_without_projection_all_is_the_integrators(slider_crank):

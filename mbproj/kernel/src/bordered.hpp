@@ -50,6 +50,7 @@ public:
         if (model_.redundant > left_out_) leave_out(pose);
         const bool found = factor_held(pose, metric, near);
         const bool regular = left_out_ == 0 || (found && !near_singular());
+        if (!learns && found) return true;
         if (regular || (found && !others_may_serve_)) {
             others_may_serve_ = others_may_serve_ || regular;
             return found;
@@ -76,7 +77,7 @@ public:
         core_.leave_none_out();
         const double shift = metric == Metric::penalised ? shift_ : 0.0;
         const int failed = core_.factor(pose, smallest_pivot, shift);
-        if (failed < 0 && metric == Metric::mass) learn(pose);
+        if (failed < 0 && metric == Metric::mass && learns) learn(pose);
         if (failed >= 0 || core_.cholesky().smallest_pivot() < near * usual())
             if (near == 0.0 || !factor_near_singular(pose, metric, shift, failed, near)) return fails(failed);
         if (pivot_at_choice_ == 0.0) pivot_at_choice_ = core_.cholesky().smallest_pivot();
@@ -139,6 +140,8 @@ public:
         return delta_[body].template head<D>() - turned_by(turn(body), reference_[body]);
     }
 
+    bool learns = true;  // from the poses that are factored: what is usual, and which rows to hold
+
     int singular_joint() const { return singular_joint_; }
     long factorisations() const { return factorisations_; }
     const Topology<D>& topology() const { return topology_; }
@@ -177,8 +180,7 @@ private:
     // Near a singular pose, rows that have almost become dependent have finite multipliers but almost no gradient left:
     // leaving them out errs by their distance from the span of the others, dividing by that errs without bound. Where no
     // row is near to dependent, it is the masses that leave S few digits, or none.
-    bool factor_near_singular(const Pose<D>& pose, Metric metric, double shift, int failed,
-                              double near) {
+    bool factor_near_singular(const Pose<D>& pose, Metric metric, double shift, int failed, double near) {
         const int dependent = core_.leave_out(pose, near * usual_even_);
         if (!set_halves(pose, metric)) return false;
         if (dependent == 0 && failed >= 0) return core_.factor_by_qr(pose);

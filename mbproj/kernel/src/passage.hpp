@@ -21,6 +21,25 @@ constexpr int most_shorter = 8;
 // What moves the mechanism by less than this part of its length in a step is at rest.
 constexpr double at_rest = 1e-10;
 
+// While it lives, evaluations are not looked at for what is near a singular pose or usual: those of samples inside a step,
+// so that recording does not change the steps.
+template <int D> class Aside {
+public:
+    explicit Aside(Dynamics<D>& dynamics) : dynamics_(dynamics), seen_(dynamics.pivots) {
+        dynamics_.bordered().learns = false;
+    }
+    ~Aside() {
+        dynamics_.bordered().learns = true;
+        dynamics_.pivots = seen_;
+    }
+    Aside(const Aside&) = delete;
+    Aside& operator=(const Aside&) = delete;
+
+private:
+    Dynamics<D>& dynamics_;
+    const Pivots seen_;
+};
+
 template <int D> class Passage {
 public:
     using S = Size<D>;

@@ -26,8 +26,7 @@ public:
         std::vector<long> turns)
         : model_(std::move(model)), tableau_(std::move(tableau)), projection_(projection), steps_(std::move(steps)),
           dynamics_(model_, projection_), corrector_(dynamics_, projection_, phases_), counter_(model_),
-          method_(tableau_, dynamics_, model_.length),
-          passage_(tableau_, dynamics_, corrector_), control_(tableau_.error_order), t_(steps_.start),
+          method_(tableau_, dynamics_, model_.length), passage_(tableau_, dynamics_, corrector_), control_(tableau_.error_order), t_(steps_.start),
           y_(Vector::Zero(dynamics_.total())), y_new_(y_), slope_(y_), copy_(y_), copy_slope_(y_),
           lambda_(model_.constraints.rows), copy_lambda_(lambda_),
           counted_{{}, std::move(turns)} {
@@ -112,20 +111,18 @@ private:
         counters.evaluations += tableau_.stages();
         const double error = method_.error(y_, y_new_, h, steps_.tolerance);
         phases_.mark(Phase::evaluation);
-        if (!(error <= 1.0)) {
-            return reject(control_.after_rejected(error, h));
-        }
+        if (!(error <= 1.0)) return reject(control_.after_rejected(error, h));
         inside_ = next_sample_;
         while (inside_ < steps_.times.size() && steps_.times[inside_] < t) ++inside_;
         const bool due = inside_ < steps_.times.size() && steps_.times[inside_] == t;
-        if (!halve(t) || !extend(h)) return;
+        if (!halve(t) || (halved_ && !extend(h))) return;
         if (halved_ && shortened_ < most_shorter && off(h) > agreed_tolerances * steps_.tolerance) {
             ++shortened_;
             return reject(shorter * h);
         }
         shortened_ = 0;
         counted_before_ = counted_;
-        if (!accept(t, due)) return;
+        if (!accept(t, due) || (!halved_ && next_sample_ < inside_ && !extend(h))) return;
         reached_ = {t, h, due};
         h_ = control_.after_accepted(error, h);
         phases_.mark(Phase::rest);
@@ -139,26 +136,25 @@ private:
         h_ = h;
     }
 
-    // The continuous extension, where there are samples inside the step.
+    // The continuous extension: after the projection, which uses the last stage's factor; to be checked, before it.
     bool extend(double h) {
-        if (next_sample_ == inside_) return true;
         counters.evaluations += static_cast<long>(tableau_.extra_c.size() + inside_ - next_sample_);
+        const Aside aside(dynamics_);
         if (!method_.extend(t_, y_, h)) return stop_at(t_), false;
         return true;
     }
 
     // How far the step and its extension are from its halves.
     double off(double h) {
-        const double end = passage_.off(passage_.end(), y_new_, h);
-        if (next_sample_ == inside_) return end;
         method_.at(y_, h, 0.5, copy_);
-        return std::max(end, passage_.off(passage_.middle(), copy_, h));
+        return std::max(passage_.off(passage_.end(), y_new_, h), passage_.off(passage_.middle(), copy_, h));
     }
 
     // One sample inside a step: the extension's value, of which a copy is projected; the integration does not see it.
     void sample_inside() {
         const double time = steps_.times[next_sample_++];
         method_.at(y_, reached_.h, (time - t_) / reached_.h, copy_);
+        const Aside aside(dynamics_);
         corrector_.anywhere(time, copy_.data());
         if (!dynamics_.factor(Metric::mass)) return stop_at(time);
         dynamics_.move(copy_.data(), false);
