@@ -69,7 +69,7 @@ def corrections(method: str, ratio: float, seed: int):
 @pytest.mark.parametrize("seed", HARD)
 def test_corrections_turn_less_and_less_and_close_the_rows_to_first_order(seed):
     """Those that are not shortened; what then is shortened is the whole."""
-    M, C_q, C, tried, turns = corrections("gpopm", 1e8, seed)
+    _, C_q, C, tried, turns = corrections("gpopm", 1e8, seed)
     widest = np.array([turn.max() for turn, (_, part) in zip(turns, tried, strict=True) if part == 1.0])
     assert len(widest) >= 4
     assert widest[0] <= WIDEST_TURN

@@ -23,7 +23,7 @@ AXIS = (0.0, 1.0, 0.0)
 
 
 def uneven_chain(ratio: float, seed: int, open_by: float = 1e-2) -> tuple[System, Plane, Array]:
-    """A chain in a random pose, its plane, and q (7n,) with the bars' centres and angles off by `open_by`, m and rad."""
+    """A chain in a random pose, its plane, and q (7n,) with the bars off by `open_by`, in m and rad."""
     rng = np.random.default_rng(seed)
     bodies, joints, end, below = [], [], np.zeros(3), "ground"
     for number, angle in enumerate(rng.uniform(0.0, 2.0 * np.pi, size=BARS)):
