@@ -102,6 +102,7 @@ def simulate(
         why=choice.why,
         settings=settings,
         degrees_of_freedom=choice.degrees_of_freedom,
+        redundant_rows=system.constraints - 7 * system.bodies + choice.degrees_of_freedom,
         counters=tally.counters(),
         position_violation=worst(system, tally.position_peak),
         velocity_violation=worst(system, tally.velocity_peak),
