@@ -20,6 +20,8 @@ from mbproj.model.system import System
 #: From the last sample the mechanism is led to where the run stopped in steps in which no motion moves by more, in rad
 #: and parts of the mechanism's length, if so many do; and on by what moves the motions by these.
 STEP, MOST_STEPS, FURTHER = 0.05, 200, (1e-3, 1e-2, 1e-1)
+#: Between two of these poses no motion may have moved by more.
+FAR = 0.2
 #: Larger systems would take minutes.
 MOST_BODIES = 40
 #: What closes is closed to this, in rad and parts of the length; what does not misses by what the motions moved.
@@ -43,13 +45,15 @@ def naming_lock_up(system: System, reached: Callable[[], tuple[float, Array]]) -
 def _lock_up(system: System, t: float, q: Array, stop: float) -> SimulationError | None:
     """What is wrong where the poses that the motions prescribe come to an end from q at the time t to beyond `stop`."""
     try:
-        drive = _drive_at(system, stop)
+        at, drive = _drive_at(system, t), _drive_at(system, stop)
         for time in _way(system, t, stop, drive):
-            now = _drive_at(system, time)
-            q, residual = nearest(system, q, NO_CONDITIONS, now, CLOSED)
+            before, at = at, _drive_at(system, time)
+            if np.abs((at.value - before.value) / _units(system)).max() > FAR:
+                return None
+            q, residual = nearest(system, q, NO_CONDITIONS, at, CLOSED)
             if np.abs(residual).max(initial=0.0) > OPEN:
                 return _locked(system, stop, drive, residual[system.joints.size :])
-            drive = now if time > stop else drive
+            drive = at if time > stop else drive
     except (SimulationError, np.linalg.LinAlgError):  # a motion without a value there, say
         pass
     return None
@@ -57,7 +61,7 @@ def _lock_up(system: System, t: float, q: Array, stop: float) -> SimulationError
 
 def _way(system: System, t: float, stop: float, drive: Drive) -> list[float]:
     """Times from t to `stop` and on; none where it is too far, or the motions stand."""
-    fastest = float(np.abs(drive.rate / system.row_scale[-system.driven :]).max())
+    fastest = float(np.abs(drive.rate / _units(system)).max())
     steps = np.ceil(fastest * (stop - t) / STEP)
     if not fastest > 0.0 or not steps <= MOST_STEPS:
         return []
@@ -68,6 +72,11 @@ def _drive_at(system: System, t: float) -> Drive:
     drive = drive_at(system, t)
     assert drive is not None
     return drive
+
+
+def _units(system: System) -> Array:
+    """1 rad, or the mechanism's length, of each motion, (k,)."""
+    return system.row_scale[-system.driven :]
 
 
 def _locked(system: System, t: float, drive: Drive, missed: Array) -> SimulationError:
