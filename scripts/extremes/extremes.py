@@ -114,7 +114,7 @@ EXTREMES: dict[str, Extreme] = {
         Extreme("mass of the inner body", lambda r: _swing({"bar": r}, WHEEL), lambda r: (30, _step()),
                 wheel_error, DECADES, ENDS),
         Extreme("inertia of the outer body", lambda r: _swing({"moment": r}, WHEEL), lambda r: (30, _step()),
-                wheel_error, DECADES, ENDS),
+                wheel_error, DECADES, (1e-12, 1e9, 1e12)),
         Extreme("mass of the coupler in a loop", lambda r: _swing({"coupler": r}), lambda r: (30, _step()),
                 swing_error, DECADES, ENDS),
         Extreme("mass of one crank in a loop", lambda r: _swing({"right": r}), lambda r: (30, _step()),

@@ -23,11 +23,11 @@ REFINED = 1e-4
 def in_the_kernel(system: System, q: Array, found: Accelerations, limit: RoundOff) -> RoundOff:
     """The round-off of the kernel's solution at a pose, from that of the equations, whose solution is `found`.
 
-    - Down to pivots of `REFINED`, which are not refined, each row may add ε / `REFINED` to the relative error of λ, and
-      ε × the ratio of the masses in a loop, where light bodies have swamped the heavy ones' share of an entry: then no
-      pivot shows it. The error acts on each body over the body's own inertia.
+    - Down to pivots of `REFINED`, which are not refined, each row may add ε / `REFINED` to the relative error of λ. The
+      error acts on each body over the body's own inertia. The full formulation, which is held against it, knows
+      accelerations to ε of the largest, and λ of heavy bodies from them: to ε × the ratio of the masses.
     - What hangs on a body is added to its inertia (articulated bodies), so that a light one knows its own to ε of the
-      heavy one's only: its acceleration to ε × their ratio.
+      heavy one's only: its acceleration to ε × their ratio. Beyond 1e8 neither is eliminated (heft.hpp).
     """
     n, pose = system.bodies, pose_of(q)
     M, C_q = mass_matrix(system, pose), np.abs(jacobian(system, pose)[system.bodies :])

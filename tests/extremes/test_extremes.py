@@ -33,18 +33,15 @@ MAY_SAY = (
     ("mass of the coupler in a loop", 1e12, ("reduced",), ("mass-orthogonal",), "open", "missed their tolerance"),
     *((name, value, ("full",), PENALTIES, "stopped", "the penalty α = 1e+07 is too far from the masses")
       for name, value in (("all masses", 1e-12), ("lengths", 1e-6))),
-)#: What should hold and does not: extreme, value, formulation, methods.
-FALLS_SHORT = (("inertia of the outer body", 1e12, "reduced", ("none", "baumgarte", "gopm", "popm", "gpopm")),)
+)
 
 
 def cases():
     for extreme in EXTREMES.values():
         for value in extreme.brief:
             for method, formulation in combinations(extreme):
-                short = any((extreme.name, value, formulation) == row[:3] and method in row[3] for row in FALLS_SHORT)
-                marks = [pytest.mark.xfail(reason="see FALLS_SHORT", strict=False)] if short else []
-                if formulation != "full" and core() is None:
-                    marks = [pytest.mark.skip(reason=f"needs the compiled kernel: {build_info()}")]
+                missing = formulation != "full" and core() is None
+                marks = [pytest.mark.skip(reason=f"needs the compiled kernel: {build_info()}")] if missing else []
                 name = f"{extreme.name} {value:g} {method} {formulation}"
                 yield pytest.param(extreme, value, method, formulation, marks=marks, id=name)
 

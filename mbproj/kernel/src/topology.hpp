@@ -4,7 +4,7 @@
 
 #include <queue>
 
-#include "hinge.hpp"
+#include "heft.hpp"
 
 namespace mbproj {
 
@@ -18,7 +18,8 @@ template <int D> struct Topology {
     std::vector<int> core_bodies;   // roots of floating trees among them
     std::vector<int> core_joints;
 
-    // Light bodies stay in the core, where what they lack can be lent to them; all bodies where nothing is to be eliminated.
+    // Light bodies stay in the core, where what they lack can be lent to them, and those that are too heavy for their
+    // parents; all bodies where nothing is to be eliminated.
     Topology(const Model<D>& model, bool eliminate) {
         const int n = model.size();
         std::vector<std::vector<int>> joints_of(n);
@@ -27,6 +28,7 @@ template <int D> struct Topology {
         std::vector<bool> joint_left(model.joints.size(), true), body_left(n, true);
         std::vector<int> degree(n);
         std::queue<int> candidates;
+        Heft<D> heft(model);
         for (int b = n - 1; b >= 0; --b) {
             degree[b] = static_cast<int>(joints_of[b].size());
             if (degree[b] == 1 && eliminate) candidates.push(b);
@@ -39,7 +41,8 @@ template <int D> struct Topology {
             for (const int j : joints_of[body])
                 if (joint_left[j]) joint = j;
             const auto hinge = as_hinge(model, model.joints[joint], body);
-            if (!hinge) continue;
+            if (!hinge || heft.drowns_parent(*hinge)) continue;
+            heft.take_over(*hinge);
             leaves.push_back({joint, *hinge});
             joint_left[joint] = body_left[body] = false;
             for (const int other : model.joints[joint].bodies)
