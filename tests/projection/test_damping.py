@@ -9,14 +9,19 @@ from mbproj.dynamics.constraint_equations import constraint_at, jacobian
 from mbproj.dynamics.equations import mass_matrix
 from mbproj.dynamics.kinematics import pose_of
 from mbproj.dynamics.row_span import RowSpan
+from mbproj.integrate.in_plane import InPlane
+from mbproj.integrate.reduced import Reduced
+from mbproj.kernel import core
 from mbproj.projection import make_method
 from mbproj.projection.damping import WIDEST_TURN, damped
 from mbproj.projection.position import correct_position
 from mbproj.registry import PROJECTIONS
+from tests.kernel.scenes import needs_kernel
 from tests.projection.uneven_chains import suited, uneven_chain
 
 #: With Euler parameters M is singular, so that popm is no method of the full formulation.
 METHODS = [name for name, entry in PROJECTIONS.items() if entry.corrects and name != "popm"]
+COMPILED = [name for name, entry in PROJECTIONS.items() if entry.corrects and entry.compiled]
 #: Random poses by seed: of the second, Newton's method without damping fails from a mass ratio of 1e4 on.
 EASY, HARD = (0, 1, 3), (28, 49, 54, 80, 88, 95)
 RATIOS = (1.0, 1e4, 1e8, 1e12)
@@ -52,6 +57,33 @@ def test_newtons_method_alone_does_not_close_them(method, seed):
         C, C_q = constraint_at(system, q), jacobian(system, pose)
         q = q + make_method(suited(method, ratio)).correction(mass_matrix(system, pose), C_q, C)
     assert not np.abs(constraint_at(system, q)).max() < 1e-6
+
+
+@needs_kernel
+@pytest.mark.parametrize("method", COMPILED)
+@pytest.mark.parametrize("formulation", ["reduced", "planar"])
+def test_the_kernel_closes_what_newtons_method_alone_does_not(formulation, method):
+    """Shortened corrections close one of the hard poses at a mass ratio of 1e4; `newton` is a correction as it is."""
+    system, plane, q = uneven_chain(1e4, 54)
+    coordinates = Reduced(core(), system) if formulation == "reduced" else InPlane(core(), system, plane)
+    equations, start = coordinates.equations(suited(method, 1e4)), coordinates.state(q, np.zeros_like(q))
+    assert np.abs(equations.constraint(equations.corrected(start))).max() <= 1e-13
+    alone = start
+    for _ in range(25):
+        alone = equations.newton(alone)
+    assert (np.abs(equations.constraint(alone)).max() <= 1e-13) == (method == "gopm")
+
+
+@needs_kernel
+@pytest.mark.parametrize("method", COMPILED)
+@pytest.mark.parametrize("ratio", RATIOS)
+def test_the_kernel_closes_easy_poses_at_every_ratio(method, ratio):
+    for seed in EASY:
+        system, plane, q = uneven_chain(ratio, seed)
+        for coordinates in (Reduced(core(), system), InPlane(core(), system, plane)):
+            equations = coordinates.equations(suited(method, ratio))
+            closed = equations.corrected(coordinates.state(q, np.zeros_like(q)))
+            assert np.abs(equations.constraint(closed)).max() <= 1e-13
 
 
 def corrections(method: str, ratio: float, seed: int):
