@@ -33,6 +33,17 @@ def test_the_full_formulation_has_the_same_motion_and_the_same_smallest_reaction
     assert full.report.position_violation.value <= 2e-13
 
 
+def test_the_rows_that_are_held_are_changed_before_they_depend_on_each_other():
+    """The linkage is as far from singular all round, any 17 of its 20 rows are not: on the constraints they say the
+    same, and in the stages of a step that comes near such a pose they do not. Where they were kept until the smallest
+    pivot of all was 1e-2 of what it had been, 34 of 154 steps were rejected."""
+    settings = {"integrator": "dopri5", "tolerance": "1e-8", "duration": "0.4", "output_step": "0.1"}
+    full, reduced = (run("bennett", **settings, formulation=which).report.counters for which in ("full", "reduced"))
+    assert reduced["rejected_steps"] <= 5
+    assert reduced["projection_failures"] == 0
+    assert reduced["evaluations"] < 1.5 * full["evaluations"]
+
+
 @pytest.fixture(scope="module")
 def bennett() -> Run:
     return run("bennett", **TIGHT, duration=1.0, output_step=0.02)

@@ -74,6 +74,13 @@ public:
     std::size_t filled() const { return fill_; }  // of these, numbers in blocks that the matrix does not have
     int row(int block) const { return begin_[block]; }
     double smallest_pivot() const { return smallest_pivot_; }
+    // The pivots of all rows, parts of their diagonal entries; 0 of those that are left out.
+    std::vector<double> pivots() const {
+        std::vector<double> found(diagonal_.size(), 0.0);
+        for (std::size_t r = 0; r < found.size(); ++r)
+            if (reciprocal_[r] > 0.0) found[r] = 1.0 / (reciprocal_[r] * reciprocal_[r] * diagonal_[r]);
+        return found;
+    }
 
 private:
     struct Entry {

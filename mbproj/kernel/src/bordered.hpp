@@ -23,9 +23,9 @@ constexpr double near_dependent = 1e-8;
 // The same from which on such a pose is looked out for.
 constexpr double near_branch = 0.05;
 
-// Where rows are left out for good, others are looked for when the smallest pivot of those held falls to this part of
-// what it was when they were chosen.
-constexpr double decline = 1e-2;
+// Where rows are left out for good, others are looked for when a pivot of those held falls to this part of what it was
+// when they were chosen: near a pose where they depend on each other, a step errs that leads past it.
+constexpr double decline = 0.1;
 
 template <int D> class Bordered {
 public:
@@ -80,7 +80,7 @@ public:
         if (failed < 0 && metric == Metric::mass && learns) learn(pose);
         if (failed >= 0 || core_.cholesky().smallest_pivot() < near * usual())
             if (near == 0.0 || !factor_near_singular(pose, metric, shift, failed, near)) return fails(failed);
-        if (pivot_at_choice_ == 0.0) pivot_at_choice_ = core_.cholesky().smallest_pivot();
+        if (left_out_ > 0 && metric == Metric::mass && chosen_.empty()) chosen_ = core_.cholesky().pivots();
         return true;
     }
 
@@ -93,18 +93,23 @@ public:
     }
 
     // Whether other rows than those held now may determine the motion better.
-    bool weak() const { return left_out_ > 0 && core_.cholesky().smallest_pivot() < decline * pivot_at_choice_; }
+    bool weak() const {
+        if (left_out_ == 0) return false;
+        const std::vector<double> now = core_.cholesky().pivots();
+        return !std::equal(now.begin(), now.end(), chosen_.begin(),
+                           [](double pivot, double chosen) { return pivot >= decline * chosen; });
+    }
 
     // Chooses the rows to hold at a pose, as far from dependent as leaves so many out as are redundant.
     void leave_out(const Pose<D>& pose) {
         if (!core_.choose(pose, model_.redundant)) return;
         left_out_ = model_.redundant;
-        pivot_at_choice_ = 0.0;
+        chosen_.clear();
     }
 
     // How many rows follow from the others at a pose, up to a distance of √smallest.
     int dependent_rows(const Pose<D>& pose, double smallest) {
-        pivot_at_choice_ = 0.0;
+        chosen_.clear();
         return left_out_ = core_.select(pose, smallest);
     }
 
@@ -114,9 +119,7 @@ public:
         // The centre of mass is at -reference from the reference point.
         force_[body].template tail<S::turns>() = torque - moment(reference_[body], force);
     }
-    void clear_forces() {
-        for (Wrench& f : force_) f.setZero();
-    }
+    void clear_forces() { std::fill(force_.begin(), force_.end(), Wrench::Zero()); }
 
     // Solves with the forces given (which are used up) and G δ = c; multipliers on request, one for each row. False where
     // a body without mass is free to move.
@@ -146,7 +149,7 @@ public:
     long factorisations() const { return factorisations_; }
     const Topology<D>& topology() const { return topology_; }
     const BlockCholesky& cholesky() const { return core_.cholesky(); }
-    // Of the last factor: the square of the distance of its rows from dependent, about, as a part of what it is elsewhere.
+    // Of the last factor: its rows' distance from dependent, squared, about, as a part of what it is elsewhere.
     double nearness() const { return near_singular() ? 0.0 : cholesky().smallest_pivot() / usual(); }
 
 private:
@@ -288,7 +291,7 @@ private:
     int left_out_ = 0;              // rows, as redundant
     bool others_may_serve_ = true;  // where rows become dependent
     double usual_pivot_ = 0.0, usual_even_ = 1.0;
-    double pivot_at_choice_ = 0.0;  // the smallest when they were chosen; 0 until it is known
+    std::vector<double> chosen_;    // the pivots when they were chosen; empty until they are known
     Metric metric_ = Metric::mass;
     long factorisations_ = 0;
 };

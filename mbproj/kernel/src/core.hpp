@@ -68,7 +68,7 @@ public:
     // Holds rows that are as far from dependent as leaves out so many as are redundant; false, with those held before,
     // where more of them depend on the others at this pose.
     bool choose(const Pose<D>& pose, int redundant) {
-        for (double smallest = 1e-1; smallest > 1e-14; smallest *= 0.1)
+        for (double smallest = 0.5; smallest > 1e-14; smallest *= 0.5)
             if (const auto rows = all().independent(pose, smallest); left_out(rows) == redundant) {
                 rows_.hold(rows);
                 return true;
