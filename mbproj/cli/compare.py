@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from mbproj.cli.quantity import Names, Positive, PositiveList
-from mbproj.registry import PROJECTIONS, integrators
+from mbproj.cli import study_options
+from mbproj.cli.quantity import Names, PositiveList
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -20,19 +20,17 @@ if TYPE_CHECKING:
 
 @click.command("compare")
 @click.argument("scene", type=click.Path())
-@click.option("--projections", type=Names(), metavar="A,B,..",
-              help=f"Of {', '.join(PROJECTIONS)} (none,baumgarte,gopm,gpopm).")
-@click.option("--integrators", type=Names(), metavar="A,B,..", help=f"Of {', '.join(integrators())} (the scene's).")
+@study_options.projections("none,baumgarte,gopm,gpopm")
+@study_options.integrators("the scene's")
 @click.option("--steps", type=PositiveList("s"), metavar="TIME,..", help="Fixed steps (the scene's).")
 @click.option("--tolerances", type=PositiveList(""), metavar="NUMBER,..",
               help="Error tolerances, of integrators that estimate their error.")
 @click.option("--formulations", type=Names(), metavar="A,B",
               help="Several: cost is then shown in factorisations, not in time.")
-@click.option("--until", type=Positive("s"), metavar="TIME", help="Up to this time (the duration).")
-@click.option("--set", "changes", multiple=True, metavar="NAME=VALUE", help="Changes a parameter.")
-@click.option("--repeat", default=5, show_default=True, type=click.IntRange(1), help="Timings of each setting.")
-@click.option("-o", "--output", default=".", type=click.Path(path_type=Path), metavar="DIR", help="Directory (.).")
-@click.option("--format", "ending", default="png", type=click.Choice(["png", "svg", "pdf"]), help="Format (png).")
+@study_options.until
+@study_options.changes
+@study_options.repeat
+@study_options.files
 @click.option("--json", "as_json", is_flag=True, help="Print the table as JSON.")
 def command(scene: str, changes: tuple[str, ...], output: Path, ending: str, as_json: bool, **options: Any) -> None:
     """Compares projection methods, integrators and steps on SCENE.

@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from mbproj.cli.quantity import Names, Positive
+from mbproj.cli import study_options
+from mbproj.cli.quantity import Positive
 from mbproj.errors import ExitCode, InputError, Place, Problem
 
 if TYPE_CHECKING:
@@ -20,11 +21,10 @@ if TYPE_CHECKING:
 @click.command("recommend")
 @click.argument("scene", type=click.Path())
 @click.option("--error", "goal", required=True, type=Positive("m"), metavar="E", help="The largest error allowed.")
-@click.option("--at", type=Names(), metavar="A,B,..",
-              help="Markers (or bodies, where there are none) whose error counts (all).")
-@click.option("--until", type=Positive("s"), metavar="TIME", help="Up to this time (the duration).")
+@study_options.at
+@study_options.until
 @click.option("--output-step", metavar="TIME", help="Time between the samples at which the error counts (the scene's).")
-@click.option("--set", "changes", multiple=True, metavar="NAME=VALUE", help="Changes a parameter.")
+@study_options.changes
 @click.option("--write", is_flag=True, help="Write it into the scene's simulation block; all else stays as it is.")
 @click.option("--json", "as_json", is_flag=True, help="Print one JSON object.")
 @click.option("-q", "--quiet", is_flag=True, help="Print the command line alone.")

@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from mbproj.cli.quantity import Names, Positive
+from mbproj.cli import study_options
+from mbproj.cli.quantity import Positive
 from mbproj.cli.scene_options import overrides, parameters, scene_options
 from mbproj.errors import Place, placed_at
-from mbproj.registry import PROJECTIONS
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -24,18 +24,16 @@ if TYPE_CHECKING:
 @scene_options
 @click.option("--vary", required=True, metavar="QUANTITY", help="step, mass-ratio, inertia-ratio, speed, length-scale, "
               "stiffness, baumgarte-gain, penalty or duration.")
-@click.option("--projections", type=Names(), metavar="A,B,..",
-              help=f"Of {', '.join(PROJECTIONS)} (none,baumgarte,gopm,gpopm).")
+@study_options.projections("none,baumgarte,gopm,gpopm")
 @click.option("--from", "low", type=Positive(""), metavar="NUMBER", help="The lowest value (see the README).")
 @click.option("--to", "high", type=Positive(""), metavar="NUMBER", help="The highest value.")
 @click.option("--points", default=25, show_default=True, type=click.IntRange(2), help="Values over the span.")
 @click.option("--closed", type=Positive(""), metavar="NUMBER",
               help="A run holds while joints are open by no more (1e-6 of the mechanism's length, or rad).")
 @click.option("--energy", type=Positive(""), metavar="NUMBER", help="And the energy balance is off by no more (0.01).")
-@click.option("-o", "--output", default=".", type=click.Path(path_type=Path), metavar="DIR", help="Directory (.).")
-@click.option("--format", "ending", default="png", type=click.Choice(["png", "svg", "pdf"]), help="Format (png).")
+@study_options.files
 @click.option("--json", "as_json", is_flag=True, help="Print one JSON object instead of the table.")
-@click.option("--fresh", is_flag=True, help="Begin anew where an earlier study was interrupted or is complete.")
+@study_options.fresh
 def command(
     scene: str, settings: tuple[str, ...], vary: str, projections: tuple[str, ...] | None, low: float | None,
     high: float | None, points: int, closed: float | None, energy: float | None, output: Path, ending: str,

@@ -38,7 +38,7 @@ def print_summary(
     seconds = report.integration_seconds
     lines = [
         title,
-        f"  {7 * system.bodies} coordinates, {system.constraints} constraints, "
+        f"  {7 * system.bodies} coordinates, {system.constraints} constraints{_redundant(report)}, "
         f"{report.degrees_of_freedom} degrees of freedom",
         f"  {report.formulation} formulation: {report.why}",
         f"  {settings.projection.method}, {settings.integrator}, {step_words(settings)}",
@@ -50,7 +50,8 @@ def print_summary(
         f"  energy drift        {report.energy_drift:.2e} J "
         f"({report.energy_drift_relative:.1e} of the largest kinetic energy + |ΔV|)",
         f"  projection          {counts['projections']} times, {counts['projection_iterations']} position and "
-        f"{counts['velocity_iterations']} velocity iterations, {counts['projection_failures']} failures",
+        f"{counts['velocity_iterations']} velocity iterations, {counts['projection_failures']} failures"
+        f"{_fallbacks(counts)}",
         *_phases(report),
         *(lines_on(trust) if trust is not None else ()),
         *(summary_lines(outcomes) if outcomes else ()),
@@ -92,6 +93,15 @@ def warnings(report: Report) -> list[str]:
 def step_words(settings: Settings) -> str:
     """The step or the tolerance, as one reads it."""
     return f"step {settings.step:g} s" if settings.step is not None else f"tolerance {settings.tolerance:g}"
+
+
+def _redundant(report: Report) -> str:
+    return f", {report.redundant_rows} of them redundant" if report.redundant_rows else ""
+
+
+def _fallbacks(counts: dict[str, int]) -> str:
+    """How often another metric than the method's own was taken, where that was allowed."""
+    return f", {counts['projection_fallbacks']} in gopm's metric" if counts["projection_fallbacks"] else ""
 
 
 def _time(seconds: float) -> str:

@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from mbproj.cli.quantity import Names, PositiveList
+from mbproj.cli import study_options
+from mbproj.cli.quantity import PositiveList
 from mbproj.cli.scene_options import overrides, parameters, scene_options
 
 if TYPE_CHECKING:
@@ -21,12 +22,10 @@ if TYPE_CHECKING:
 @scene_options
 @click.option("--thresholds", type=PositiveList(""), metavar="NUMBER,..",
               help="Those to try (by decades up to a tenth of the size).")
-@click.option("--at", type=Names(), metavar="A,B,..",
-              help="Markers (or bodies, where there are none) whose error counts (all).")
-@click.option("--repeat", default=5, show_default=True, type=click.IntRange(1), help="Timings of each setting.")
-@click.option("-o", "--output", default=".", type=click.Path(path_type=Path), metavar="DIR", help="Directory (.).")
-@click.option("--format", "ending", default="png", type=click.Choice(["png", "svg", "pdf"]), help="Format (png).")
-@click.option("--fresh", is_flag=True, help="Begin anew where an earlier study was interrupted or is complete.")
+@study_options.at
+@study_options.repeat
+@study_options.files
+@study_options.fresh
 def command(
     scene: str, settings: tuple[str, ...], thresholds: tuple[float, ...] | None, at: tuple[str, ...] | None,
     repeat: int, output: Path, ending: str, fresh: bool, **options: Any,

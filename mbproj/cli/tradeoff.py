@@ -8,8 +8,9 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from mbproj.cli.quantity import Names, Positive
-from mbproj.registry import FORMULATIONS, PROJECTIONS, integrators
+from mbproj.cli import study_options
+from mbproj.cli.quantity import Positive
+from mbproj.registry import FORMULATIONS
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -19,20 +20,17 @@ if TYPE_CHECKING:
 
 @click.command("tradeoff")
 @click.argument("scene", type=click.Path())
-@click.option("--projections", type=Names(), metavar="A,B,..",
-              help=f"Of {', '.join(PROJECTIONS)} (gpopm,gopm,none,baumgarte).")
-@click.option("--integrators", type=Names(), metavar="A,B,..", help=f"Of {', '.join(integrators())} (all).")
+@study_options.projections("gpopm,gopm,none,baumgarte")
+@study_options.integrators("all")
 @click.option("--formulation", type=click.Choice(FORMULATIONS), help="Of all settings (the scene's).")
-@click.option("--at", type=Names(), metavar="A,B,..",
-              help="Markers (or bodies, where there are none) whose error counts (all).")
-@click.option("--until", type=Positive("s"), metavar="TIME", help="Up to this time (the duration).")
-@click.option("--set", "changes", multiple=True, metavar="NAME=VALUE", help="Changes a parameter.")
+@study_options.at
+@study_options.until
+@study_options.changes
 @click.option("--longest", default="0.5 s", show_default=True, type=Positive("s"), metavar="TIME",
               help="Sweeps end with a run of so long.")
-@click.option("--repeat", default=5, show_default=True, type=click.IntRange(1), help="Timings of each setting.")
-@click.option("-o", "--output", default=".", type=click.Path(path_type=Path), metavar="DIR", help="Directory (.).")
-@click.option("--format", "ending", default="png", type=click.Choice(["png", "svg", "pdf"]), help="Format (png).")
-@click.option("--fresh", is_flag=True, help="Begin anew where an earlier study was interrupted or is complete.")
+@study_options.repeat
+@study_options.files
+@study_options.fresh
 def command(scene: str, changes: tuple[str, ...], output: Path, ending: str, fresh: bool, **options: Any) -> None:
     """Measures accuracy against cost on SCENE over projections, integrators, steps, tolerances and schedules.
 

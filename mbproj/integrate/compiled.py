@@ -145,8 +145,8 @@ class Compiled(ABC):
         found.fallback = settings.fallback == "gopm"
         return found
 
-    def failure(self, run: Any) -> SimulationError | None:
-        """Why a run ended before its time; None where it did not."""
+    def failure(self, run: Any, settings: Settings) -> SimulationError | None:
+        """Why a run with these settings ended before its time; None where it did not."""
         outcome, status = run.outcome, self.core.Status
         t = float(outcome.time)
         if outcome.status in (status.running, status.finished):
@@ -164,7 +164,8 @@ class Compiled(ABC):
         if outcome.status == status.broken:
             return self._broken(t, run.broken_state)
         where = self.system.row_owner(self.row(outcome.row))
-        return left_open(t, where, outcome.open_by, outcome.passes, projection_failed=outcome.projection_failed)
+        failed = settings.projection if outcome.projection_failed else None
+        return left_open(t, where, outcome.open_by, outcome.passes, failed=failed)
 
     def _broken(self, t: float, y: Array) -> SimulationError:
         """What the functions of the scene say at a state where one has no value."""
@@ -190,7 +191,7 @@ def march(compiled: Compiled, state: State, settings: Settings, tally: Tally) ->
         tally.velocity_peak = _peak(compiled, run.velocity_peak)
         counters = dict(zip(tally.counters(), block["counters"].T, strict=True))
         yield compiled.samples(block, counters) if len(block["t"]) else None
-    failure = compiled.failure(run)
+    failure = compiled.failure(run, settings)
     if failure is not None:
         raise failure
 

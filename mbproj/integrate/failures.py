@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from mbproj.errors import SimulationError
+from mbproj.scene.records import ProjectionSettings
 
 SMALLER = "try a smaller step or tolerance"
 
@@ -57,13 +58,22 @@ def unresolved(t: float, off: float) -> SimulationError:
     return SimulationError(t, cause, hint=SMALLER)
 
 
-def left_open(t: float, where: str, by: float, passes: int, *, projection_failed: bool) -> SimulationError:
-    """A joint is open by so much (m, rad) that it will not close again."""
-    if projection_failed:
+def left_open(t: float, where: str, by: float, passes: int, *, failed: ProjectionSettings | None) -> SimulationError:
+    """A joint is open by so much (m, rad) that it will not close again. `failed`: the projection, where that failed."""
+    if failed is not None:
         cause = f"the projection did not close it: {by:.3g} is left after {passes} passes"
-        return SimulationError(t, cause, where=where, hint=SMALLER)
+        more = "; where masses differ widely, --projection-fallback gopm may help"
+        closes = failed.method == "gopm" or failed.fallback == "gopm"
+        return SimulationError(t, cause, where=where, hint=SMALLER if closes else SMALLER + more)
     cause = f"it has drifted open by {by:.3g} (m, rad), and what follows would mean nothing"
     return SimulationError(t, cause, where=where, hint="use a projection method, gpopm for example, or a smaller step")
+
+
+def locked(t: float, motion: str, at: str) -> SimulationError:
+    """A motion drives the mechanism beyond where it can go; it has got to about `at`, "A.angle = 0.3 rad"."""
+    cause = f"it drives the mechanism to where its joints cannot stay closed: beyond about {at} there is no pose for it"
+    hint = "end the motion or turn back before, or change the lengths"
+    return SimulationError(t, cause, where=f"motion '{motion}'", hint=hint)
 
 
 def step_vanished(t: float) -> SimulationError:

@@ -149,8 +149,8 @@ def _accept(
     limit = OPEN if projected.failures else LOST
     if not np.all(position <= limit * formulation.system.row_scale):
         system, row = formulation.system, int(np.argmax(position / formulation.system.row_scale))
-        passes, failed = projected.position_iterations, bool(projected.failures)
-        raise left_open(t, system.row_owner(row), position[row], passes, projection_failed=failed)
+        failed = formulation.settings.projection if projected.failures else None
+        raise left_open(t, system.row_owner(row), position[row], projected.position_iterations, failed=failed)
     tally.watch(position, velocity, _joint_rows(formulation.system), t)
     y = np.concatenate([projected.q, projected.v, formulation.parts(y)[2]])
     if formulation.arrive(projected.q) < CLOSE:

@@ -23,7 +23,8 @@ class Worst:
 class Report:
     """What a run did, and how well.
 
-    `formulation` is the one that was used, and `why`. The largest violations are those over all steps, recorded or not;
+    `formulation` is the one that was used, and `why`; `redundant_rows` counts the constraints in space that follow from
+    the others. The largest violations are those over all steps, recorded or not;
     `position_floor` and `velocity_floor` are what round-off alone leaves (m or rad, per s), the largest of the samples.
     `worst_joint` names the joint that was open most, None without joints. `energy_drift` in J, and relative to the
     largest kinetic energy + |ΔV|. `integration_seconds` went into the steps (`integration_cpu_seconds` of them
@@ -35,6 +36,7 @@ class Report:
     why: str
     settings: Settings
     degrees_of_freedom: int
+    redundant_rows: int
     counters: dict[str, int]
     position_violation: Worst
     velocity_violation: Worst
@@ -69,6 +71,7 @@ def summary(scene: str, output: str, report: Report, total_seconds: float) -> di
         "projection": report.settings.projection.method,
         "integrator": report.settings.integrator,
         "degrees_of_freedom": report.degrees_of_freedom,
+        "redundant_rows": report.redundant_rows,
         **report.counters,
         "integration_seconds": report.integration_seconds,
         "recording_seconds": report.recording_seconds,

@@ -18,6 +18,7 @@ from mbproj.integrate.compiled import march as march_compiled
 from mbproj.integrate.formulation import Choice, choose
 from mbproj.integrate.full import FullFormulation
 from mbproj.integrate.interruption import Interruption, interruption
+from mbproj.integrate.lock_up import naming_lock_up
 from mbproj.integrate.march import march
 from mbproj.integrate.report import EnergyWatch, Report, worst, worst_joint
 from mbproj.integrate.tally import Tally
@@ -76,8 +77,10 @@ def simulate(
     tally, energy, floors = Tally(), EnergyWatch(EPSILON**2 * weight * system.length), np.zeros(2)
     initial_energy = total_energy(system, state)
     started, recording = _Clocks.now(), _Clocks()
-    with interruption() as asked:
+    reached = state.t, state.q
+    with interruption() as asked, naming_lock_up(system, lambda: reached):
         for samples in _blocks(_march(choice, system, state, settings, tally), asked):
+            reached = float(samples.t[-1]), samples.q[-1]
             handed_over = _Clocks.now()
             block = observe(system, samples, initial_energy)
             potential = block["diagnostics/potential_energy"]
@@ -99,6 +102,7 @@ def simulate(
         why=choice.why,
         settings=settings,
         degrees_of_freedom=choice.degrees_of_freedom,
+        redundant_rows=system.constraints - 7 * system.bodies + choice.degrees_of_freedom,
         counters=tally.counters(),
         position_violation=worst(system, tally.position_peak),
         velocity_violation=worst(system, tally.velocity_peak),

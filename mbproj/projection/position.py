@@ -14,15 +14,11 @@ from mbproj.dynamics.motions import Drive
 from mbproj.dynamics.round_off import position_grain
 from mbproj.dynamics.row_span import RowSpan
 from mbproj.model.system import System
+from mbproj.projection.damping import damped
 from mbproj.projection.gopm import Gopm
 from mbproj.projection.method import Projection
 from mbproj.projection.tolerance import PAPER_TOLERANCE, ROUND_OFF, row_tolerances
 from mbproj.scene.records import ProjectionSettings
-
-#: No pass turns a body by more (rad, to first order): light bodies ask for it where linearised rows promise too much.
-WIDEST_TURN = 0.5
-#: The smallest part of a correction that is tried.
-SHORTEST = 1e-3
 
 
 @dataclass(frozen=True, eq=False)
@@ -57,8 +53,8 @@ def correct_position(
 def _by_violation(
     system: System, method: Projection, settings: ProjectionSettings, span: RowSpan, q: Array, drive: Drive | None
 ) -> Position:
-    """Until |C| <= tolerance in every row. A correction that does not bring the violation down by half of what Newton's
-    method promises is shortened; where that does not help, round-off is reached, or the iteration does not converge."""
+    """Until |C| <= tolerance in every row. Of the corrections to try, the first is taken that brings the violation down
+    by half of what Newton's method promises; where none does, round-off is reached, or it does not converge."""
     pose = pose_of(q)
     C, left_open = constraint(system, pose, drive), 0.0
     tolerances = row_tolerances(system, settings, pose)
@@ -69,16 +65,18 @@ def _by_violation(
         left_open = held.open(C)
         if left_open and np.all(np.abs(held.closes(C)) <= tolerances):
             return Position(q, passes, met=True, left_open=left_open)
-        change = method.correction(mass_matrix(system, pose), held.C_q, held.combined(C))
         last = bool(np.all(np.abs(C) <= ROUND_OFF * position_grain(system, pose)))
-        part, left = min(1.0, _part_in_reach(q, change)), _scaled(system, held.closes(C))
-        pose = pose_of(q + part * change)
-        while not _scaled(system, held.closes(C := constraint(system, pose, drive))) < (1.0 - 0.5 * part) * left:
-            part *= 0.5
-            if last or part < SHORTEST:
-                return Position(q, passes + 1, met=last, left_open=left_open)
-            pose = pose_of(q + part * change)
-        q = q + part * change
+        left = _scaled(system, held.closes(C))
+        for change, part in damped(method, mass_matrix(system, pose), held.C_q, held.combined(C), q):
+            pose = pose_of(q + change)
+            C = constraint(system, pose, drive)
+            if _scaled(system, held.closes(C)) < (1.0 - 0.5 * part) * left:
+                break
+            if last:
+                return Position(q, passes + 1, met=True, left_open=left_open)
+        else:
+            return Position(q, passes + 1, met=False, left_open=left_open)
+        q = q + change
     met = bool(np.all(np.abs(C) <= tolerances))
     return Position(q, settings.max_iterations, met=met, left_open=left_open)
 
@@ -86,14 +84,6 @@ def _by_violation(
 def _scaled(system: System, C: Array) -> float:
     """The largest violation, lengths in the mechanism's own."""
     return float(np.abs(C / system.row_scale).max())
-
-
-def _part_in_reach(q: Array, change: Array) -> float:
-    """How much of a correction turns no body further than `WIDEST_TURN`; |δθ| = 2 |ΔΛ| across Λ."""
-    Λ, ΔΛ = q.reshape(-1, 7)[:, 3:], change.reshape(-1, 7)[:, 3:]
-    across = ΔΛ - np.sum(ΔΛ * Λ, axis=-1, keepdims=True) * Λ
-    widest = 2.0 * float(np.linalg.norm(across, axis=-1).max())
-    return WIDEST_TURN / widest if widest > 0.0 else 1.0
 
 
 def _by_paper(

@@ -106,7 +106,7 @@ def _one_step(mechanism: Mechanism, choice: Choice, settings: Settings, state: S
         return _End(State(last.t, last.q, last.v, last.turns), float(last.work[0] - last.work[1]))
     run = choice.compiled.run(state, single)
     block = run.advance(2, np.inf)
-    failure = choice.compiled.failure(run)
+    failure = choice.compiled.failure(run, settings)
     if failure is not None:
         raise failure
     found = choice.compiled.samples({name: values[-1:] for name, values in block.items()}, {})

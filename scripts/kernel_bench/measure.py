@@ -64,7 +64,7 @@ def _run(case: Case) -> tuple[float, Any]:
     begun = thread_time()
     run.advance(1, FOREVER)
     spent = thread_time() - begun
-    failure = case.compiled.failure(run)
+    failure = case.compiled.failure(run, case.settings)
     if failure is not None:
         raise failure
     return spent, run

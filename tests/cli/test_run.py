@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 import signal
 import subprocess
 import sys
@@ -12,7 +13,7 @@ import pytest
 
 from mbproj import open_results
 from tests.cli.commands import FIVE_BAR, SLIDER_CRANK, mbproj
-from tests.support import ROOT
+from tests.support import REDUNDANT, ROOT
 
 KEYS = {
     "scene",
@@ -52,12 +53,35 @@ def test_json_is_one_object_with_the_promised_keys(tmp_path):
     assert done.returncode == 0
     numbers = json.loads(done.stdout)
     assert set(numbers) >= KEYS
-    assert numbers["degrees_of_freedom"] == 1
+    assert (numbers["degrees_of_freedom"], numbers["redundant_rows"]) == (1, 0)
     assert numbers["steps"] == 10
     assert numbers["status"] == "complete"
     assert numbers["worst_joint"] in ("A", "B", "C", "D")
     assert numbers["position_violation_max"] <= 1e-13
     assert open_results(tmp_path / "out.h5").attributes["steps"] == 10
+
+
+@pytest.mark.parametrize("name", ["bennett", "locomotive"])
+def test_redundant_rows_are_counted(tmp_path, name):
+    """In the summary, and as `redundant_rows` in --json and the results file, in space and in the plane."""
+    scene = str(ROOT / "mechanisms" / f"{name}.yaml")
+    options = ["--duration", "0.01", "--output-step", "0.01"]
+    done = mbproj("run", scene, *options, folder=tmp_path)
+    counts = re.search(r"(\d+) coordinates, (\d+) constraints, (\d+) of them redundant, (\d+) degrees", done.stdout)
+    assert counts is not None, done.stdout + done.stderr
+    coordinates, constraints, redundant, freedom = map(int, counts.groups())
+    assert redundant == REDUNDANT[name] == constraints - (coordinates - freedom)
+    assert json.loads(mbproj("run", scene, *options, "--json", folder=tmp_path).stdout)["redundant_rows"] == redundant
+    assert open_results(tmp_path / "results.h5").attributes["redundant_rows"] == redundant
+
+
+def test_the_summary_says_how_often_another_metric_was_taken(tmp_path):
+    soft = ["--duration", "0.1", "--projection", "mass-orthogonal", "--alpha", "1e-3"]
+    done = mbproj("run", FIVE_BAR, *soft, "--projection-fallback", "gopm", folder=tmp_path)
+    assert "0 failures, 10 in gopm's metric\n" in done.stdout
+    done = mbproj("run", FIVE_BAR, *soft, folder=tmp_path)
+    assert "10 failures\n" in done.stdout
+    assert done.stderr.startswith("note: 10 projections missed their tolerance; ")
 
 
 def test_quiet_prints_nothing(tmp_path):

@@ -41,7 +41,6 @@ class RigidMotion:
     def _point(self, given: Vector) -> Vector:
         return _vector(self.rotation @ np.array(given) + self.shift)
 
-
     def _body(self, body: Body) -> Body:
         return replace(
             body,

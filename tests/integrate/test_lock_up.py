@@ -1,0 +1,106 @@
+"""Motions that drive a mechanism to where it has no pose: the run stops there, and names the motion."""
+
+from __future__ import annotations
+
+import re
+
+import numpy as np
+import pytest
+
+from mbproj.dynamics import assemble
+from mbproj.errors import SimulationError
+from mbproj.integrate import simulate
+from mbproj.model import compile_system, initial_guess
+from mbproj.scene import read_scene_text
+from tests.support import Recorder
+
+#: A crank of 0.2 m at 30 degrees turns up at 2 rad/s, and the rod of 0.15 m reaches the slider's line no more.
+SHORT_ROD = """\
+mbproj: 1
+gravity: [0, 0, -9.81]
+parameters: {r: 0.2 m, l: 0.15 m, a: 30 deg, x: r*cos(a) + sqrt(l**2 - (r*sin(a))**2)}
+simulation: {duration: 3 s, step: 2 ms}
+bodies:
+  crank: {mass: 1, inertia: [0.01, 0.01, 0.01], position: [r/2*cos(a), 0, r/2*sin(a)]}
+  rod: {mass: 1, inertia: [0.01, 0.01, 0.01], position: [(r*cos(a) + x)/2, 0, r/2*sin(a)]}
+  slider: {mass: 1, inertia: [0.01, 0.01, 0.01], position: [x, 0, 0]}
+joints:
+  A: {type: revolute, bodies: [ground, crank], location: [0, 0, 0], axis: [0, -1, 0]}
+  B: {type: spherical, bodies: [crank, rod], location: [r*cos(a), 0, r*sin(a)]}
+  C: {type: universal, bodies: [rod, slider], location: [x, 0, 0], axes: [[0, 0, 1], [0, 1, 0]]}
+  D: {type: prismatic, bodies: [ground, slider], location: [x, 0, 0], axis: [1, 0, 0]}
+motions:
+  drive: {joint: A, angle: {constant_speed: 2}}
+"""
+#: Two bars of 1 m each pull a cart, from 1.8 m away at 1 m/s.
+STRETCHED = """\
+mbproj: 1
+gravity: [0, 0, -9.81]
+parameters: {z: sqrt(0.19)}
+simulation: {duration: 3 s, step: 2 ms}
+bodies:
+  a: {mass: 1, inertia: [0.01, 0.1, 0.1], position: [0.45, 0, z/2]}
+  b: {mass: 1, inertia: [0.01, 0.1, 0.1], position: [1.35, 0, z/2]}
+  cart: {mass: 1, inertia: [0.01, 0.1, 0.1], position: [1.8, 0, 0]}
+joints:
+  A: {type: revolute, bodies: [ground, a], location: [0, 0, 0], axis: [0, 1, 0]}
+  B: {type: spherical, bodies: [a, b], location: [0.9, 0, z]}
+  C: {type: universal, bodies: [b, cart], location: [1.8, 0, 0], axes: [[0, 0, 1], [0, 1, 0]]}
+  D: {type: prismatic, bodies: [ground, cart], location: [1.8, 0, 0], axis: [1, 0, 0]}
+motions:
+  drive: {joint: D, displacement: {constant_speed: 1}}
+"""
+#: A bob on two cords of 0.5 m, to the ground and to a cart that is driven away.
+CORDS = """\
+mbproj: 1
+gravity: [0, 0, -9.81]
+simulation: {duration: 3 s, step: 2 ms}
+bodies:
+  bob: {mass: 1, inertia: [0.01, 0.01, 0.01], position: [0.4, 0, -0.3]}
+  cart: {mass: 1, inertia: [0.01, 0.01, 0.01], position: [0.8, 0, 0]}
+joints:
+  D: {type: prismatic, bodies: [ground, cart], location: [0.8, 0, 0], axis: [1, 0, 0]}
+  left: {type: distance, bodies: [ground, bob], locations: [[0, 0, 0], [0.4, 0, -0.3]]}
+  right: {type: distance, bodies: [cart, bob], locations: [[0.8, 0, 0], [0.4, 0, -0.3]]}
+motions:
+  drive: {joint: D, displacement: {constant_speed: 1}}
+"""
+#: By name: the scene, the driven coordinate, its unit, its value where no pose is left, and how fast it gets there.
+LOCKS = {
+    "rod too short": (SHORT_ROD, "A.angle", "rad", float(np.arcsin(0.75) - np.pi / 6), 2.0),
+    "bars stretched": (STRETCHED, "D.displacement", "m", 0.2, 1.0),
+    "cords taut": (CORDS, "D.displacement", "m", 0.2, 1.0),
+}
+BY_ERROR = {"integrator": "dop853", "step": None, "tolerance": "1e-6", "output_step": "0.1"}
+RUNS = [{"formulation": "full"}, {"formulation": "auto"}, {"formulation": "auto", **BY_ERROR}]
+
+
+def stopped(text: str, **simulation: str | None) -> SimulationError:
+    scene = read_scene_text(text, "locked.yaml", {}, {key: value for key, value in simulation.items() if value})
+    system = compile_system(scene)
+    with pytest.raises(SimulationError) as caught:
+        simulate(system, assemble(system, initial_guess(scene, system)), scene.settings, Recorder())
+    return caught.value
+
+
+@pytest.mark.parametrize("simulation", RUNS, ids=["full", "kernel", "by error"])
+@pytest.mark.parametrize("name", LOCKS)
+def test_a_lock_up_is_called_one(name, simulation):
+    """It stops, and says how far the motion gets, to 3 %."""
+    text, coordinate, unit, limit, speed = LOCKS[name]
+    error = stopped(text, **simulation)
+    assert error.time == pytest.approx(limit / speed, rel=0.03)
+    assert error.where == "motion 'drive'"
+    found = re.fullmatch(r".* stay closed: beyond about (\S+) = (\S+) (\S+) there is no pose for it", error.cause)
+    assert found is not None, error.cause
+    assert (found[1], found[3]) == (coordinate, unit)
+    assert float(found[2]) == pytest.approx(limit, rel=0.03)
+    assert error.hint == "end the motion or turn back before, or change the lengths"
+
+
+def test_a_driven_run_that_stops_where_there_is_a_pose_keeps_its_reason():
+    """Steps that are far too large for the swinging bob, and a cart that hardly moves."""
+    pushed = CORDS.replace("position: [0.4, 0, -0.3]", "position: [0.4, 0, -0.3], velocity: [0, 3, 0]")
+    error = stopped(pushed.replace("speed: 1}", "speed: 1e-6}"), projection="none", step="0.3")
+    assert error.where != "motion 'drive'"
+    assert "stay closed" not in error.cause
