@@ -50,7 +50,7 @@ public:
         if (model_.redundant > left_out_) leave_out(pose);
         const bool found = factor_held(pose, metric, near);
         const bool regular = left_out_ == 0 || (found && !near_singular());
-        if (!learns && found) return true;
+        if ((!learns || !stiff_.empty()) && found) return true;
         if (regular || (found && !others_may_serve_)) {
             others_may_serve_ = others_may_serve_ || regular;
             return found;
@@ -77,10 +77,9 @@ public:
         core_.leave_none_out();
         const double shift = metric == Metric::penalised ? shift_ : 0.0;
         const int failed = core_.factor(pose, smallest_pivot, shift);
-        if (failed < 0 && metric == Metric::mass && learns) learn(pose);
+        if (failed < 0 && metric == Metric::mass && learns && stiff_.empty()) learn(pose);
         if (failed >= 0 || core_.cholesky().smallest_pivot() < near * usual())
             if (near == 0.0 || !factor_near_singular(pose, metric, shift, failed, near)) return fails(failed);
-        if (left_out_ > 0 && metric == Metric::mass && chosen_.empty()) chosen_ = core_.cholesky().pivots();
         return true;
     }
 
@@ -94,10 +93,9 @@ public:
 
     // Whether other rows than those held now may determine the motion better.
     bool weak() const {
-        if (left_out_ == 0) return false;
+        if (chosen_.empty()) return false;
         const std::vector<double> now = core_.cholesky().pivots();
-        return !std::equal(now.begin(), now.end(), chosen_.begin(),
-                           [](double pivot, double chosen) { return pivot >= decline * chosen; });
+        return !std::equal(now.begin(), now.end(), chosen_.begin(), [](double a, double b) { return a >= decline * b; });
     }
 
     // Chooses the rows to hold at a pose, as far from dependent as leaves so many out as are redundant.
@@ -113,6 +111,8 @@ public:
         return left_out_ = core_.select(pose, smallest);
     }
 
+    // Moments of inertia that factors to come add to the bodies', or none.
+    void stiffen(const std::vector<double>& moments) { stiff_ = moments; }
     // Forces on a body before `solve`: a force at its centre of mass and a moment, global axes.
     void set_force(int body, const Point<D>& force, const Turn<D>& torque) {
         force_[body].template head<D>() = force;
@@ -158,15 +158,13 @@ private:
         double h[F];
     };
 
-    bool fails(int joint) {
-        singular_joint_ = joint;
-        return false;
-    }
+    bool fails(int joint) { return singular_joint_ = joint, false; }
 
     // Masses and lengths of different orders make small pivots at every pose: singular is one where they are small beside
     // the largest that was seen. The same of bodies that weigh alike.
     void learn(const Pose<D>& pose) {
         const double pivot = core_.cholesky().smallest_pivot();
+        if (left_out_ > 0 && chosen_.empty()) chosen_ = core_.cholesky().pivots();
         if (pivot <= 2.0 * usual_pivot_) return;
         usual_pivot_ = pivot;
         usual_even_ = 1.0;
@@ -197,7 +195,7 @@ private:
         for (std::size_t b = 0; b < topology_.core_bodies.size(); ++b) {
             const int body = topology_.core_bodies[b];
             const bool lends = model_.bodies[body].is_light && !by_coordinates;
-            if (articulated_[body] || lends) {
+            if (articulated_[body] || lends || !stiff_.empty()) {
                 Inertia<D> M = inertias_[body];
                 if (lends) M.lend(lent_);
                 if (!core_.half(b).articulated(M)) return false;
@@ -215,6 +213,7 @@ private:
         if (metric == Metric::coordinates)
             inertias_[b].set(1.0, 0.25 * Matrix<S::turns, S::turns>::Identity(), reference_[b]);
         else inertias_[b].set(model_.bodies[b].mass, inertia_in_global(A, model_.bodies[b].inertia), reference_[b]);
+        if (!stiff_.empty()) inertias_[b].C.diagonal().array() += stiff_[b];
     }
 
     bool factor_leaf(const Leaf<D>& leaf, HingeFactor<D>& f) {
@@ -287,6 +286,7 @@ private:
     std::vector<bool> articulated_;
     std::vector<Wrench> force_, delta_;  // at the reference points; the ground's last
     std::vector<LeafScratch> scratch_;
+    std::vector<double> stiff_;  // moments of inertia that are added
     int singular_joint_ = -1;
     int left_out_ = 0;              // rows, as redundant
     bool others_may_serve_ = true;  // where rows become dependent

@@ -4,7 +4,7 @@
 #include <limits>
 #include <numeric>
 
-#include "dynamics.hpp"
+#include "descent.hpp"
 #include "phases.hpp"
 
 namespace mbproj {
@@ -22,8 +22,7 @@ public:
 
     Corrector(Dynamics<D>& dynamics, const Projection& settings, Phases& phases)
         : dynamics_(dynamics), model_(dynamics.model()), settings_(settings), phases_(phases),
-          metric_(metric_of(settings.correction)),
-          length2_(model_.length * model_.length), rhs_(model_.constraints.rows), before_(dynamics.size()) {}
+          descent_(dynamics), metric_(metric_of(settings.correction)), length2_(model_.length * model_.length) {}
 
     // The state y after step number `step` (from 1) with its orientations normalised, projected if the schedule says so:
     // every k-th step, and with a threshold only the levels that exceed it (velocities always after a moved position).
@@ -31,7 +30,7 @@ public:
     Corrected after_step(long step, double t, double* y) {
         normalise(y);
         dynamics_.place(t, y);
-        const bool due = settings_.corrects() && !rhs_.empty() && step % settings_.every == 0;
+        const bool due = settings_.corrects() && model_.constraints.rows > 0 && step % settings_.every == 0;
         bool position = due && settings_.position, velocity = due && settings_.velocity;
         if (due && settings_.threshold >= 0.0) {
             position = position && largest(dynamics_.constraint()) > settings_.threshold;
@@ -52,7 +51,7 @@ public:
         normalise(y);
         dynamics_.place(t, y);
         Corrected done;
-        if (!settings_.corrects() || rhs_.empty()) return done;
+        if (!settings_.corrects() || model_.constraints.rows == 0) return done;
         if (settings_.position) correct_position(y, done, true);
         if (settings_.velocity && done.regular) correct_velocity(y, done);
         return done;
@@ -62,8 +61,8 @@ public:
     bool newton(double t, double* y) {
         dynamics_.place(t, y);
         if (!dynamics_.factor(metric_)) return false;
-        if (!solve(dynamics_.constraint())) return false;
-        move(y, 1.0);
+        if (!descent_.solve(dynamics_.constraint())) return false;
+        descent_.move(y, 1.0);
         return true;
     }
 
@@ -72,10 +71,6 @@ private:
     static constexpr double slow = 0.1;
     // Default tolerances: in rad, and in the mechanism's length where that is less than 1 m; of the paper's test.
     static constexpr double floor = 1e-13, paper_tolerance = 1e-12;
-    // No pass turns a body by more, rad: light bodies ask for it where the linearised rows promise too much.
-    static constexpr double widest_turn = 0.5;
-    // The smallest part of a correction that is tried.
-    static constexpr double shortest = 1e-3;
     // What a row without a gradient may stay open by, lengths in the mechanism's own.
     static constexpr double nearly_closed = 1e-8;
     // Violations up to so many ε of the coordinates in a row may be round-off.
@@ -88,7 +83,7 @@ private:
 
     double largest(const double* rows) const {
         double most = 0.0;
-        for (std::size_t r = 0; r < rhs_.size(); ++r) most = std::max(most, std::abs(rows[r]));
+        for (int r = 0; r < model_.constraints.rows; ++r) most = std::max(most, std::abs(rows[r]));
         return most;
     }
 
@@ -113,20 +108,19 @@ private:
 
     // Until every row of C meets its tolerance. One factor, `fresh` from this pose or from one near by, serves all passes
     // (simplified Newton) unless they converge slowly. A correction that does not bring the violation down with a fresh
-    // factor is shortened; where that does not help either, round-off is reached, or the iteration does not converge.
+    // factor is damped; where that does not help either, round-off is reached, or the iteration does not converge.
     void by_violation(double* y, Corrected& done, Metric metric, bool fresh) {
-        dynamics_.constraint();
-        double left = scaled(dynamics_.C());
+        double left = descent_.scaled(dynamics_.constraint());
         const int most = done.position_passes + settings_.max_iterations;
         while (!meets(dynamics_.C())) {
             if (done.position_passes == most) return close_in_full(y, left, done, metric);
             if (fresh && !(done.regular = dynamics_.factor(metric))) return;
-            if (!(done.regular = solve(dynamics_.C()))) return;
+            if (!(done.regular = descent_.solve(dynamics_.C()))) return;
             ++done.position_passes;
             const double before = left;
             const bool last = fresh && within(dynamics_.C(), round_off);
-            if (descend(y, left, fresh ? part_in_reach() : 1.0, fresh && !last ? shortest : 1.0)) {
-                fresh = !(left < slow * before);
+            if (fresh && !last ? descent_.damped(y, left, metric) : descent_.whole(y, left)) {
+                fresh = !(left < slow * before) || !dynamics_.holds(metric);
             } else if (fresh) {
                 return last ? void() : close_in_full(y, left, done, metric);
             } else {
@@ -141,36 +135,11 @@ private:
         done.near_singular = dynamics_.bordered().near_singular();
         const int most = done.position_passes + settings_.max_iterations;
         while (done.near_singular && !meets(dynamics_.C()) && done.position_passes < most &&
-               dynamics_.factor_all(metric) && solve(dynamics_.C())) {
+               dynamics_.factor_all(metric) && descent_.solve(dynamics_.C())) {
             ++done.position_passes;
-            if (!descend(y, left, part_in_reach(), shortest)) break;
+            if (!descent_.shortened(y, left)) break;
         }
         if (!(done.near_singular && left < nearly_closed)) ++done.failures;
-    }
-
-    // Moves y by a part of the correction at hand that brings the violation down by half of what Newton's method promises,
-    // or leaves it.
-    bool descend(double* y, double& left, double part, double least) {
-        std::copy(y, y + before_.size(), before_.begin());
-        do {
-            move(y, part);
-            if (const double now = scaled(dynamics_.constraint()); now < (1.0 - 0.5 * part) * left) {
-                left = now;
-                return true;
-            }
-            std::copy(before_.begin(), before_.end(), y);
-            dynamics_.place(y);
-            part *= 0.5;
-        } while (part >= least);
-        dynamics_.constraint();
-        return false;
-    }
-
-    // How much of the correction at hand turns no body further than `widest_turn`.
-    double part_in_reach() const {
-        double turn2 = 0.0;
-        for (int b = 0; b < model_.size(); ++b) turn2 = std::max(turn2, dynamics_.bordered().turn(b).squaredNorm());
-        return std::min(1.0, widest_turn / std::sqrt(turn2));
     }
 
     // Until ΔqᵀMΔq + CᵀC <= tolerance, by Newton's method: the paper's test (sect. 5) in the metric of Eq. 72, since M
@@ -179,9 +148,9 @@ private:
         const double tolerance = settings_.tolerance < 0.0 ? paper_tolerance : settings_.tolerance;
         for (int pass = 0; pass < settings_.max_iterations; ++pass) {
             const double* C = dynamics_.constraint();
-            if (!(done.regular = dynamics_.factor(metric_) && solve(C))) return;
-            const double change = energy() + std::inner_product(C, C + rhs_.size(), C, 0.0);
-            move(y, 1.0);
+            if (!(done.regular = dynamics_.factor(metric_) && descent_.solve(C))) return;
+            const double change = energy() + std::inner_product(C, C + model_.constraints.rows, C, 0.0);
+            descent_.move(y, 1.0);
             ++done.position_passes;
             if (change <= tolerance) return;
         }
@@ -194,7 +163,7 @@ private:
         if (!(done.regular = dynamics_.factor(metric_))) return;
         double left = largest(C_dot), change2 = 0.0, speed2 = 0.0;
         do {
-            if (!(done.regular = solve(C_dot))) return;
+            if (!(done.regular = descent_.solve(C_dot))) return;
             for (int b = 0; b < model_.size(); ++b) {
                 const Point<D> shift = dynamics_.bordered().shift(b);
                 const Turn<D> turn = dynamics_.bordered().turn(b);
@@ -217,24 +186,6 @@ private:
         return left < 0.5 * before;
     }
 
-    // The correction of a violation, with the factor at hand. False where it is not unique.
-    bool solve(const double* violation) {
-        for (std::size_t r = 0; r < rhs_.size(); ++r) rhs_[r] = -violation[r];
-        dynamics_.bordered().clear_forces();
-        return dynamics_.bordered().solve(rhs_.data());
-    }
-
-    // Moves y by a part of the correction at hand, and the pose with it.
-    void move(double* y, double part_of_it) {
-        for (int b = 0; b < model_.size(); ++b) {
-            WritablePart<D> part(y, b);
-            part.position() += part_of_it * dynamics_.bordered().shift(b);
-            part.orientation() = turned(Column<S::orientation>(part.orientation()),
-                                        Turn<D>(part_of_it * dynamics_.bordered().turn(b)));
-        }
-        dynamics_.place(y);
-    }
-
     // δᵀMδ of the correction at hand.
     double energy() const {
         double sum = 0.0;
@@ -244,13 +195,6 @@ private:
             sum += body.mass * dynamics_.bordered().shift(b).squaredNorm() + local.dot(body.inertia * local);
         }
         return sum;
-    }
-
-    // The largest row, lengths in the mechanism's own.
-    double scaled(const double* C) const {
-        double most = 0.0;
-        for (std::size_t r = 0; r < rhs_.size(); ++r) most = std::max(most, std::abs(C[r]) / model_.row_scale[r]);
-        return most;
     }
 
     // |C| <= tolerance row by row: as set, or 1e-13 (in lengths, of the mechanism's where that is below 1 m), or what
@@ -282,9 +226,10 @@ private:
     const Model<D>& model_;
     const Projection& settings_;
     Phases& phases_;
+    Descent<D> descent_;
     Metric metric_;
     double length2_;
-    std::vector<double> rhs_, before_, start_;
+    std::vector<double> start_;
 };
 
 }  // namespace mbproj

@@ -97,6 +97,11 @@ public:
         metric_ = metric;
         return held_ = factored_ = bordered_.factor(pose_, metric);
     }
+    // Moments of inertia that factors to come add to the bodies', none again if empty; for corrections alone.
+    void stiffen(const std::vector<double>& moments) {
+        held_ = factored_ = false;
+        bordered_.stiffen(moments);
+    }
     // The same with rows that depend on the others at this pose alone; no other use is made of that factor.
     bool factor_all(Metric metric) {
         held_ = factored_ = false;
