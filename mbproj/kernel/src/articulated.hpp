@@ -15,7 +15,7 @@ template <int D> struct Inertia {
     Matrix<S::turns, S::turns> C;
 
     // m and J of a body whose centre of mass is at -s from the reference point.
-    void set(double mass, const Matrix<S::turns, S::turns>& J, const Point<D>& s) {
+    [[gnu::always_inline]] void set(double mass, const Matrix<S::turns, S::turns>& J, const Point<D>& s) {
         A = mass * Matrix<D, D>::Identity();
         for (int i = 0; i < D; ++i) B.row(i) = moment(s, Point<D>(-mass * Point<D>::Unit(i))).transpose();
         C = J;

@@ -51,6 +51,8 @@ public:
     void solve(double* x) const;
     // x of the rows that are left out, less what the others before them say of it: the largest in magnitude.
     double contradiction(std::vector<double> x) const;
+    // Whether what the rows before each say of x and y leaves less of them there than s³, with s² its pivot in a unit.
+    bool bears(std::vector<double> x, std::vector<double> y, double unit) const;
 
     // Adds to the diagonal, before `factor`.
     void shift(double by) {
@@ -238,22 +240,25 @@ inline int BlockCholesky::factor(double smallest) {
 
 // x := L⁻¹ x, by columns; `left_out` is told of the rest of rows that are left out.
 template <class LeftOut> void BlockCholesky::forward(double* x, LeftOut&& left_out) const {
-    for (const ColumnOf& column : columns_) {
-        const int size = sizes_[column.block];
-        const double* L = values_.data() + column.diagonal;
-        double* part = x + begin_[column.block];
-        for (int i = 0; i < size; ++i) {
-            for (int k = 0; k < i; ++k) part[i] -= L[i * size + k] * part[k];
-            if (leaves_out() && left_out_[begin_[column.block] + i]) left_out(part[i]);
-            part[i] *= reciprocal_[begin_[column.block] + i];
-        }
-        for (const Entry& entry : column.below) {
-            const double* X = values_.data() + entry.offset;
-            double* below = x + begin_[entry.block];
-            for (int i = 0; i < sizes_[entry.block]; ++i)
-                for (int k = 0; k < size; ++k) below[i] -= X[i * size + k] * part[k];
-        }
-    }
+    const bool all = !leaves_out();
+    for (const ColumnOf& column : columns_)
+        blocks::with_width(sizes_[column.block], [&](auto width) {
+            constexpr int R = decltype(width)::value;
+            const int row = begin_[column.block];
+            const double* L = values_.data() + column.diagonal;
+            double* part = x + row;
+            for (int i = 0; i < R; ++i) {
+                for (int k = 0; k < i; ++k) part[i] -= L[i * R + k] * part[k];
+                if (!all && left_out_[row + i]) left_out(part[i]);
+                part[i] *= reciprocal_[row + i];
+            }
+            for (const Entry& entry : column.below) {
+                const double* X = values_.data() + entry.offset;
+                double* below = x + begin_[entry.block];
+                for (int i = 0; i < sizes_[entry.block]; ++i, X += R)
+                    for (int k = 0; k < R; ++k) below[i] -= X[k] * part[k];
+            }
+        });
 }
 
 inline double BlockCholesky::contradiction(std::vector<double> x) const {
@@ -262,23 +267,33 @@ inline double BlockCholesky::contradiction(std::vector<double> x) const {
     return most;
 }
 
+inline bool BlockCholesky::bears(std::vector<double> x, std::vector<double> y, double unit) const {
+    forward(x.data(), [](double) {});
+    forward(y.data(), [](double) {});
+    const std::vector<double> pivot = pivots();
+    for (std::size_t r = 0; r < x.size(); ++r)
+        if (!((std::abs(x[r]) + std::abs(y[r])) < std::pow(pivot[r] / unit, 1.5) * reciprocal_[r])) return false;
+    return true;
+}
+
 inline void BlockCholesky::solve(double* x) const {
     forward(x, [](double) {});
-    for (auto column = columns_.rbegin(); column != columns_.rend(); ++column) {
-        const int size = sizes_[column->block];
-        double* part = x + begin_[column->block];
-        for (const Entry& entry : column->below) {
-            const double* X = values_.data() + entry.offset;
-            const double* below = x + begin_[entry.block];
-            for (int i = 0; i < sizes_[entry.block]; ++i)
-                for (int k = 0; k < size; ++k) part[k] -= X[i * size + k] * below[i];
-        }
-        const double* L = values_.data() + column->diagonal;
-        for (int i = size - 1; i >= 0; --i) {
-            for (int k = i + 1; k < size; ++k) part[i] -= L[k * size + i] * part[k];
-            part[i] *= reciprocal_[begin_[column->block] + i];
-        }
-    }
+    for (auto column = columns_.rbegin(); column != columns_.rend(); ++column)
+        blocks::with_width(sizes_[column->block], [&](auto width) {
+            constexpr int R = decltype(width)::value;
+            double* part = x + begin_[column->block];
+            for (const Entry& entry : column->below) {
+                const double* X = values_.data() + entry.offset;
+                const double* below = x + begin_[entry.block];
+                for (int i = 0; i < sizes_[entry.block]; ++i, X += R)
+                    for (int k = 0; k < R; ++k) part[k] -= X[k] * below[i];
+            }
+            const double* L = values_.data() + column->diagonal;
+            for (int i = R - 1; i >= 0; --i) {
+                for (int k = i + 1; k < R; ++k) part[i] -= L[k * R + i] * part[k];
+                part[i] *= reciprocal_[begin_[column->block] + i];
+            }
+        });
 }
 
 }  // namespace mbproj

@@ -5,13 +5,10 @@
 #include <optional>
 
 #include "core.hpp"
+#include "hinge_rows.hpp"
+#include "metric.hpp"
 
 namespace mbproj {
-
-// What a change of the coordinates is weighed with: the masses (Eqs. 42-45, 67-74) or the coordinates q = (r, Λ)
-// themselves (Eqs. 37-41), where |ΔΛ| = ½ |δθ|; in the plane the same, so that both agree.
-// `penalised` is the mass-orthogonal projection's (Eqs. 48-55): the masses, with α on the violation.
-enum class Metric { mass, coordinates, penalised };
 
 // A pivot of S below this part of its diagonal entry has no digits left: the rows depend on each other.
 constexpr double smallest_pivot = 1e-13;
@@ -74,6 +71,7 @@ public:
         for (std::size_t l = 0; l < factors_.size(); ++l)
             if (!factor_leaf(topology_.leaves[l], factors_[l])) return false;
         if (!set_halves(pose, metric)) return fails(-1);
+        if (topology_.core_joints.empty()) return true;
         core_.leave_none_out();
         const double shift = metric == Metric::penalised ? shift_ : 0.0;
         const int failed = core_.factor(pose, smallest_pivot, shift);
@@ -85,6 +83,18 @@ public:
 
     // Whether rows had to be left out of the last factor because they depend on the others at its pose alone.
     bool near_singular() const { return core_.cholesky().leaves_out(); }
+
+    // Whether no row is nearer to dependent than √near, where all bodies weigh the same. As long as the pivot at hand is at
+    // least half of that at the last pose that was looked at, what was seen there holds to a quarter.
+    bool is_clear(const Pose<D>& pose, double near) {
+        const double pivot = core_.cholesky().smallest_pivot();
+        if (near_singular() || metric_ != Metric::mass) return false;
+        if (pivot >= 0.5 * clear_pivot_ && near < clear_even_) return true;
+        if (!learns) return false;
+        clear_pivot_ = pivot;
+        clear_even_ = 0.25 * even_pivot(pose) / usual_even_;
+        return near < clear_even_;
+    }
 
     // Whether rows are nearer to dependent than √near, where all bodies weigh the same: masses have no say in it.
     bool is_near_singular(const Pose<D>& pose, double near) {
@@ -102,12 +112,12 @@ public:
     void leave_out(const Pose<D>& pose) {
         if (!core_.choose(pose, model_.redundant)) return;
         left_out_ = model_.redundant;
-        chosen_.clear();
+        forget_rows();
     }
 
     // How many rows follow from the others at a pose, up to a distance of √smallest.
     int dependent_rows(const Pose<D>& pose, double smallest) {
-        chosen_.clear();
+        forget_rows();
         return left_out_ = core_.select(pose, smallest);
     }
 
@@ -125,7 +135,8 @@ public:
     // a body without mass is free to move.
     bool solve(const double* c, double* lambda = nullptr) {
         for (std::size_t l = 0; l < factors_.size(); ++l) solve_up(topology_.leaves[l], factors_[l], scratch_[l], c);
-        const bool settled = core_.solve(force_, c, delta_, metric_ == Metric::penalised);
+        const bool settled =
+            topology_.core_bodies.empty() || core_.solve(force_, c, delta_, metric_ == Metric::penalised);
         delta_.back().setZero();
         for (std::size_t l = factors_.size(); l-- > 0;) solve_down(topology_.leaves[l], factors_[l], scratch_[l], lambda);
         if (lambda) core_.multipliers(lambda);
@@ -134,6 +145,10 @@ public:
 
     // How far rows that were left out of the last factor are from what the others say of a violation.
     double contradiction(const double* violation) const { return core_.contradiction(violation); }
+    // Whether each row's distance from the others' span, cubed, exceeds that: of C, and of C' in a time.
+    bool bears(const double* C, const double* C_dot, double time) const {
+        return !near_singular() && core_.bears(C, C_dot, time, usual());
+    }
     // λ of the last `solve`, spread over redundant rows so that it is smallest.
     void spread(const Pose<D>& pose, double* lambda) const { core_.smallest_multipliers(pose, lambda); }
 
@@ -160,6 +175,11 @@ private:
 
     bool fails(int joint) { return singular_joint_ = joint, false; }
 
+    void forget_rows() {
+        chosen_.clear();
+        clear_pivot_ = std::numeric_limits<double>::infinity();
+    }
+
     // Masses and lengths of different orders make small pivots at every pose: singular is one where they are small beside
     // the largest that was seen. The same of bodies that weigh alike.
     void learn(const Pose<D>& pose) {
@@ -169,9 +189,15 @@ private:
         usual_pivot_ = pivot;
         usual_even_ = 1.0;
         if (pivot >= near_branch) return;
-        usual_even_ = core_.even_pivot(pose);
+        usual_even_ = even_pivot(pose);
+        clear_pivot_ = std::numeric_limits<double>::infinity();
+    }
+    // The smallest where all bodies weigh the same; the factor at hand stays.
+    double even_pivot(const Pose<D>& pose) {
+        const double found = core_.even_pivot(pose);
         set_halves(pose, Metric::mass);
         core_.factor(pose, smallest_pivot);
+        return found;
     }
     double usual() const {
         if (metric_ == Metric::coordinates) return usual_even_;
@@ -209,7 +235,7 @@ private:
     }
 
     // A body's own inertia at its reference point: the joint that it hangs on, or its centre of mass in the core.
-    void set_inertia(int b, const Rotation<D>& A, Metric metric) {
+    [[gnu::always_inline]] void set_inertia(int b, const Rotation<D>& A, Metric metric) {
         if (metric == Metric::coordinates)
             inertias_[b].set(1.0, 0.25 * Matrix<S::turns, S::turns>::Identity(), reference_[b]);
         else inertias_[b].set(model_.bodies[b].mass, inertia_in_global(A, model_.bodies[b].inertia), reference_[b]);
@@ -229,7 +255,7 @@ private:
     }
 
     void solve_up(const Leaf<D>& leaf, const HingeFactor<D>& f, LeafScratch& s, const double* c) {
-        s.p = particular(leaf.hinge, f.frame, c);
+        s.p = particular(model_, leaf.hinge, f.frame, c);
         s.g = force_[leaf.hinge.child] - f.M * s.p;
         Wrench rest = s.g;
         f.upward(leaf.hinge, s.h, rest);
@@ -241,38 +267,8 @@ private:
         Column<F> u = delta_[leaf.hinge.parent];
         u.template head<D>() += turned_by(Turn<D>(u.template tail<S::turns>()), f.link);
         f.downward(leaf.hinge, s.h, u);
-        if (lambda) leaf_multipliers(leaf.hinge, f.frame, f.M * u - s.g, lambda);
+        if (lambda) hinge_multipliers<D>(model_, leaf.hinge, f.frame, f.M * u - s.g, lambda);
         delta_[leaf.hinge.child] = u + s.p;
-    }
-
-    // The smallest motion at the joint's point that meets the rows' right-hand sides.
-    Column<F> particular(const Hinge<D>& hinge, const HingeFrame<D>& frame, const double* c) const {
-        const auto& instances = model_.constraints.instances;
-        Column<F> p = Column<F>::Zero();
-        if (hinge.coincident) {
-            p.template head<D>() = Eigen::Map<const Point<D>>(c + instances[hinge.translations[0]].row);
-        } else {
-            for (int k = 0; k < hinge.translation_count; ++k)
-                p.template head<D>() += frame.P_t.col(k) * c[instances[hinge.translations[k]].row];
-        }
-        for (int k = 0; k < hinge.rotation_count; ++k)
-            p.template tail<S::turns>() += frame.P_r.col(k) * c[instances[hinge.rotations[k]].row];
-        return hinge.sign * p;
-    }
-
-    // λ of a hinge's rows from the wrench that the joint exerts on the child, -Gᵀλ.
-    void leaf_multipliers(const Hinge<D>& hinge, const HingeFrame<D>& frame, const Wrench& wrench, double* lambda) const {
-        const auto& instances = model_.constraints.instances;
-        if (hinge.coincident) {
-            Eigen::Map<Point<D>>(lambda + instances[hinge.translations[0]].row) = -hinge.sign * wrench.template head<D>();
-        } else {
-            for (int k = 0; k < hinge.translation_count; ++k)
-                lambda[instances[hinge.translations[k]].row] =
-                    -hinge.sign * frame.P_t.col(k).dot(wrench.template head<D>());
-        }
-        for (int k = 0; k < hinge.rotation_count; ++k)
-            lambda[instances[hinge.rotations[k]].row] =
-                -hinge.sign * frame.P_r.col(k).dot(wrench.template tail<S::turns>());
     }
 
     const Model<D>& model_;
@@ -291,6 +287,7 @@ private:
     int left_out_ = 0;              // rows, as redundant
     bool others_may_serve_ = true;  // where rows become dependent
     double usual_pivot_ = 0.0, usual_even_ = 1.0;
+    double clear_pivot_ = std::numeric_limits<double>::infinity(), clear_even_ = 0.0;
     std::vector<double> chosen_;    // the pivots when they were chosen; empty until they are known
     Metric metric_ = Metric::mass;
     long factorisations_ = 0;

@@ -44,7 +44,6 @@ template <int D> std::optional<Hinge<D>> as_hinge(const Model<D>& model, const J
         hinge.p1 = p.slots[first];
         hinge.p2 = p.slots[first + 1];
         hinge.coincident = p.kind == Kind::coincident;
-        hinge.coincident = p.kind == Kind::coincident;
         hinge.translations[hinge.translation_count] = i;
         hinge.translation_count += p.rows;
         ++seen;
@@ -112,7 +111,7 @@ template <int D> struct HingeFrame {
     Matrix<D, D> N_t, P_t;  // of a coincident joint none, and the identity, which is not written down
     Matrix<S::turns, S::turns> N_r, P_r;
 
-    bool update(const Model<D>& model, const Hinge<D>& hinge, const Pose<D>& pose) {
+    [[gnu::always_inline]] bool update(const Model<D>& model, const Hinge<D>& hinge, const Pose<D>& pose) {
         const int child_point = hinge.sign > 0.0 ? hinge.p2 : hinge.p1;
         const int parent_point = hinge.sign > 0.0 ? hinge.p1 : hinge.p2;
         child_arm = pose.spoke(child_point);

@@ -18,7 +18,7 @@ template <int D> struct Slots {
 template <int D> struct Moving {
     Point<D> x_dot, bias;
     Moving() = default;
-    Moving(const Model<D>& model, const Pose<D>& pose, const Motion<D>& motion, int attachment) {
+    [[gnu::always_inline]] Moving(const Model<D>& model, const Pose<D>& pose, const Motion<D>& motion, int attachment) {
         const Attachment<D>& a = model.constraints.attachments[attachment];
         const Twist<D>& twist = motion[a.body];
         x_dot = turned_by(twist.omega, pose.spoke(attachment));
