@@ -9,6 +9,7 @@ import click
 
 from mbproj.cli.expectations import summary_lines
 from mbproj.cli.trust import lines_on
+from mbproj.dynamics.massless import HARDLY_ANY, SHOWN
 from mbproj.dynamics.round_off import EPSILON
 from mbproj.integrate.report import Report, Worst
 from mbproj.model.system import System
@@ -81,6 +82,11 @@ def warnings(report: Report) -> list[str]:
         found.append(
             f"the projection's tolerance of {asked:.0e} is below what round-off allows, {report.position_floor:.0e}: "
             "iterations stop where they get no further"
+        )
+    if report.swamped:
+        found.append(
+            f"what moves inertia below {HARDLY_ANY:.0e} of the largest is ruled by the round-off of the other bodies' "
+            f"forces: {'; '.join(report.swamped[:SHOWN])}; give it more, or joints that hold it"
         )
     if report.counters["projection_failures"]:
         found.append(

@@ -1,4 +1,4 @@
-"""Motions that move no mass: null(M) ∩ null(C_q), which Eq. 20 rules out, in words."""
+"""Motions that move no mass, null(M) ∩ null(C_q), which Eq. 20 rules out, or hardly any, in words."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from mbproj.arrays import Array, Integers
-from mbproj.dynamics.blocks import Block, block_rows, row_sets
+from mbproj.dynamics.blocks import Block, block_rows, loops_of, row_sets
 from mbproj.dynamics.kinematics import Pose
 from mbproj.dynamics.row_space import DEPENDENT, unit_rows
 from mbproj.dynamics.row_words import direction
@@ -20,6 +20,8 @@ from mbproj.model.system import System
 NO_PART = 1e-7
 #: Motions that a message shows.
 SHOWN = 3
+#: Inertia below this part of the largest is hardly any: ε of the others' forces moves it by a millionth of them.
+HARDLY_ANY = 2e-10
 
 
 @dataclass(frozen=True)
@@ -37,7 +39,24 @@ def massless_motions(system: System, pose: Pose) -> tuple[MasslessMotion, ...]:
 
     M enters by its null space alone, so ratios of masses do not matter.
     """
-    weightless = _weightless(system)
+    return _motions(system, pose, _weightless(system, 0.0))
+
+
+def swamped_motions(system: System, pose: Pose) -> tuple[MasslessMotion, ...]:
+    """Motions that the joints of loops leave to bodies with hardly any mass or inertia beside the others: the forces of
+    these pass through them, and what is left of those is known to ε × the ratio only. Not so in trees."""
+    moments = np.linalg.eigvalsh(system.inertia)
+    if system.mass.min() > HARDLY_ANY * system.mass.max() and moments.min() > HARDLY_ANY * moments.max():
+        return ()
+    in_loops = np.zeros(system.bodies, dtype=bool)
+    for loop in loops_of(system):
+        in_loops[loop.bodies] = True
+    weightless = _weightless(system, HARDLY_ANY) * in_loops[:, None, None]
+    return _motions(system, pose, weightless)
+
+
+def _motions(system: System, pose: Pose, weightless: Array) -> tuple[MasslessMotion, ...]:
+    """Combinations of some directions (n, 6, 6) of each body that no row resists."""
     light = np.flatnonzero(weightless.any(axis=(1, 2)))
     if not len(light):
         return ()
@@ -62,13 +81,15 @@ def massless_problem(motions: tuple[MasslessMotion, ...]) -> Problem:
     )
 
 
-def _weightless(system: System) -> Array:
-    """Directions (n, 6, 6) of (δr, δθ in body axes) of each body that take no kinetic energy, and 0 for the others."""
+def _weightless(system: System, below: float) -> Array:
+    """Directions (n, 6, 6) of (δr, δθ in body axes) of each body that take no kinetic energy, or no more than this part
+    of what the heaviest takes, and 0 for the others."""
     found = np.zeros((system.bodies, 6, 6))
+    heaviest, widest = system.mass.max(initial=0.0), np.abs(system.inertia).max(initial=0.0)
     for body in range(system.bodies):
-        found[body, :3, :3] = np.eye(3) * float(system.mass[body] <= 0.0)
+        found[body, :3, :3] = np.eye(3) * float(system.mass[body] <= below * heaviest)
         moments, axes = np.linalg.eigh(system.inertia[body])
-        is_light = moments <= np.finfo(float).eps * max(moments[-1], np.finfo(float).tiny)
+        is_light = moments <= max(np.finfo(float).eps * max(moments[-1], np.finfo(float).tiny), below * widest)
         found[body, 3:, 3:] = axes.T * is_light[:, None]
     return found
 

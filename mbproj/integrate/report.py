@@ -24,7 +24,8 @@ class Report:
     """What a run did, and how well.
 
     `formulation` is the one that was used, and `why`; `redundant_rows` counts the constraints in space that follow from
-    the others. The largest violations are those over all steps, recorded or not;
+    the others, and `swamped` names motions of light bodies that round-off of heavy ones' forces may rule. The largest
+    violations are those over all steps, recorded or not;
     `position_floor` and `velocity_floor` are what round-off alone leaves (m or rad, per s), the largest of the samples.
     `worst_joint` names the joint that was open most, None without joints. `energy_drift` in J, and relative to the
     largest kinetic energy + |ΔV|. `integration_seconds` went into the steps (`integration_cpu_seconds` of them
@@ -37,6 +38,7 @@ class Report:
     settings: Settings
     degrees_of_freedom: int
     redundant_rows: int
+    swamped: tuple[str, ...]
     counters: dict[str, int]
     position_violation: Worst
     velocity_violation: Worst

@@ -11,6 +11,7 @@ import numpy as np
 from mbproj.arrays import Array
 from mbproj.dynamics.assembly import State
 from mbproj.dynamics.kinematics import pose_of, twist_of
+from mbproj.dynamics.massless import swamped_motions
 from mbproj.dynamics.observe import Block, observe, total_energy
 from mbproj.dynamics.round_off import EPSILON, position_grain, velocity_grain
 from mbproj.dynamics.samples import Samples, join, stack
@@ -103,6 +104,7 @@ def simulate(
         settings=settings,
         degrees_of_freedom=choice.degrees_of_freedom,
         redundant_rows=system.constraints - 7 * system.bodies + choice.degrees_of_freedom,
+        swamped=tuple(str(motion) for motion in swamped_motions(system, pose_of(state.q))),
         counters=tally.counters(),
         position_violation=worst(system, tally.position_peak),
         velocity_violation=worst(system, tally.velocity_peak),

@@ -102,6 +102,17 @@ def test_set_changes_parameters(tmp_path):
     assert speed[0, 0] == pytest.approx(12.0, abs=1e-12)
 
 
+def test_a_motion_that_round_off_rules_is_said(tmp_path):
+    """The spin of a coupler between two balls that has hardly any inertia about their line."""
+    text = (ROOT / "mechanisms" / "planar_four_bar.yaml").read_text()
+    between_balls = re.sub(r"type: universal(.*?)    axes: [^\n]*\n", r"type: spherical\1", text, flags=re.DOTALL)
+    for inertia, said in (("1.0e-4", False), ("1.0e-14", True)):
+        scene = tmp_path / "scene.yaml"
+        scene.write_text(between_balls.replace("[1.0e-4, 2.4e-3, 2.4e-3]", f"[{inertia}, 2.4e-3, 2.4e-3]"))
+        done = mbproj("run", "scene.yaml", "--duration", "0.01", folder=tmp_path)
+        assert ("'coupler' turns about [0.839, 0, 0.545] through its centre" in done.stderr) == said, done.stderr
+
+
 def test_a_drifting_energy_is_said(tmp_path):
     done = mbproj("run", SLIDER_CRANK, "--duration", "2", folder=tmp_path)
     assert done.stderr.startswith("note: the energy drifted by 0.")

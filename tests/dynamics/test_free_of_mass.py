@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from mbproj.dynamics.kinematics import pose_of
-from mbproj.dynamics.massless import massless_motions
+from mbproj.dynamics.massless import massless_motions, swamped_motions
 from mbproj.dynamics.rank import mobility, refuse_unsolvable
 from mbproj.errors import InputError
 from tests.dynamics import linkages
@@ -70,3 +70,21 @@ def test_a_massless_slide_shifts():
     slider = dataclasses.replace(scene.bodies[2], mass=0.0, inertia=((0.0,) * 3,) * 3)
     system, state = assembled(dataclasses.replace(scene, bodies=(slider,), joints=(scene.joints[3],)))
     assert [str(motion) for motion in massless_motions(system, pose_of(state.q))] == ["'slider' shifts along x"]
+
+
+@pytest.mark.parametrize(("part", "swamped"), [(1e-12, 1), (1e-6, 0)])
+def test_a_body_that_hardly_weighs_anything_is_ruled_by_round_off_where_it_moves_by_itself(part, swamped):
+    """A coupler spins between two balls; held by a revolute joint it does what the others do, whatever it weighs;
+    at the end of a tree no force but its own acts on it."""
+
+    def motions(kinds, keep):
+        scene = light_coupler(*kinds)
+        inertia = tuple(tuple(part * float(i == k) for k in range(3)) for i in range(3))
+        coupler = dataclasses.replace(scene.bodies[1], mass=part, inertia=inertia)
+        bodies = (scene.bodies[0], coupler, scene.bodies[2])[: keep or 3]
+        system, state = assembled(dataclasses.replace(scene, bodies=bodies, joints=scene.joints[: keep or 4]))
+        return swamped_motions(system, pose_of(state.q))
+
+    assert len(motions(("spherical", "spherical"), 0)) == swamped
+    assert motions(("revolute", "spherical"), 0) == ()
+    assert motions(("spherical", "spherical"), 2) == ()
