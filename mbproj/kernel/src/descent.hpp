@@ -17,7 +17,10 @@ public:
         : dynamics_(dynamics), model_(dynamics.model()), rhs_(model_.constraints.rows), before_(dynamics.size()),
           added_(model_.size()) {
         double sum = 0.0;
-        for (const Body<D>& body : model_.bodies) moment_.push_back(body.inertia.trace() / Size<D>::turns), sum += moment_.back();
+        for (const Body<D>& body : model_.bodies) {
+            moment_.push_back(body.inertia.trace() / Size<D>::turns);
+            sum += moment_.back();
+        }
         for (double& moment : moment_) moment = std::max(moment, lent_moment * sum / model_.size());
     }
 
