@@ -51,8 +51,6 @@ public:
     void solve(double* x) const;
     // x of the rows that are left out, less what the others before them say of it: the largest in magnitude.
     double contradiction(std::vector<double> x) const;
-    // Whether what the rows before each say of x and y leaves less of them there than s³, with s² its pivot in a unit.
-    bool bears(std::vector<double> x, std::vector<double> y, double unit) const;
 
     // Adds to the diagonal, before `factor`.
     void shift(double by) {
@@ -265,15 +263,6 @@ inline double BlockCholesky::contradiction(std::vector<double> x) const {
     double most = 0.0;
     forward(x.data(), [&most](double rest) { most = std::max(most, std::abs(rest)); });
     return most;
-}
-
-inline bool BlockCholesky::bears(std::vector<double> x, std::vector<double> y, double unit) const {
-    forward(x.data(), [](double) {});
-    forward(y.data(), [](double) {});
-    const std::vector<double> pivot = pivots();
-    for (std::size_t r = 0; r < x.size(); ++r)
-        if (!((std::abs(x[r]) + std::abs(y[r])) < std::pow(pivot[r] / unit, 1.5) * reciprocal_[r])) return false;
-    return true;
 }
 
 inline void BlockCholesky::solve(double* x) const {

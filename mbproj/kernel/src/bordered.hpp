@@ -123,6 +123,7 @@ public:
 
     // Moments of inertia that factors to come add to the bodies', or none.
     void stiffen(const std::vector<double>& moments) { stiff_ = moments; }
+
     // Forces on a body before `solve`: a force at its centre of mass and a moment, global axes.
     void set_force(int body, const Point<D>& force, const Turn<D>& torque) {
         force_[body].template head<D>() = force;
@@ -145,10 +146,6 @@ public:
 
     // How far rows that were left out of the last factor are from what the others say of a violation.
     double contradiction(const double* violation) const { return core_.contradiction(violation); }
-    // Whether each row's distance from the others' span, cubed, exceeds that: of C, and of C' in a time.
-    bool bears(const double* C, const double* C_dot, double time) const {
-        return !near_singular() && core_.bears(C, C_dot, time, usual());
-    }
     // λ of the last `solve`, spread over redundant rows so that it is smallest.
     void spread(const Pose<D>& pose, double* lambda) const { core_.smallest_multipliers(pose, lambda); }
 

@@ -120,11 +120,15 @@ public:
         spread(rows_, model_, pose, lambda);
     }
 
-    // How far rows that are left out at this pose alone are from what the others say of a violation, in the rows' scales.
-    double contradiction(const double* C) const { return cholesky().contradiction(in_scale(C, 1.0)); }
-    // Whether no row is that far from what those before it say, against its pivot in a unit: of C, and of C' in a time.
-    bool bears(const double* C, const double* C_dot, double time, double unit) const {
-        return cholesky().bears(in_scale(C, 1.0), in_scale(C_dot, time), unit);
+    // How far rows that are left out at this pose alone are from what the others say of a violation, in rows' own scales.
+    double contradiction(const double* violation) const {
+        std::vector<double> own(rows_.count());
+        double least = std::numeric_limits<double>::infinity();
+        each_row([&](int row, int of_model) {
+            own[row] = violation[of_model];
+            least = std::min(least, model_.row_scale[of_model]);
+        });
+        return cholesky().contradiction(std::move(own)) / least;
     }
 
     const BlockCholesky& cholesky() const { return rows_.cholesky; }
@@ -147,14 +151,6 @@ private:
         for (std::size_t h = 0; h < held.size(); ++h)
             for (int r = 0, row = cholesky().row(static_cast<int>(h)); r < held[h].count; ++r)
                 visit(row + r, model_.joints[held[h].joint].row + held[h].rows[r]);
-    }
-    // The rows that are held of so many times a violation, at most in their own scales.
-    std::vector<double> in_scale(const double* violation, double times) const {
-        std::vector<double> own(rows_.count());
-        double least = std::numeric_limits<double>::infinity();
-        each_row([&](int, int of_model) { least = std::min(least, model_.row_scale[of_model]); });
-        each_row([&](int row, int of_model) { own[row] = times * violation[of_model] / least; });
-        return own;
     }
     // Calls visit(body of the core, row of S, column of Y).
     template <class Visit> void each_column(Visit&& visit) const {

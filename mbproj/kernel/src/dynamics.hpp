@@ -169,9 +169,7 @@ private:
         constraint();
         constraint_velocity(y);
         const double first = held_above(largest(C_) + largest(C_dot_) * time_scale(y));
-        if (bordered_.nearness() > first || bordered_.bears(C_.data(), C_dot_.data(), time_scale(y)) ||
-            bordered_.is_clear(pose_, first))
-            return true;
+        if (bordered_.nearness() > first || bordered_.is_clear(pose_, first)) return true;
         if (!(held_ = factored_ = bordered_.factor(pose_, Metric::mass, first))) return false;
         const double off = bordered_.contradiction(C_.data()) + bordered_.contradiction(C_dot_.data()) * time_scale(y);
         return held_ = factored_ = bordered_.factor(pose_, Metric::mass, std::min(held_above(off), first));

@@ -26,7 +26,8 @@ public:
         std::vector<long> turns)
         : model_(std::move(model)), tableau_(std::move(tableau)), projection_(projection), steps_(std::move(steps)),
           dynamics_(model_, projection_), corrector_(dynamics_, projection_, phases_), counter_(model_),
-          method_(tableau_, dynamics_, model_.length), passage_(tableau_, dynamics_, corrector_), control_(tableau_.error_order), t_(steps_.start),
+          method_(tableau_, dynamics_, model_.length), passage_(tableau_, dynamics_, corrector_),
+          control_(tableau_.error_order), t_(steps_.start),
           y_(Vector::Zero(dynamics_.total())), y_new_(y_), slope_(y_), copy_(y_), copy_slope_(y_),
           lambda_(model_.constraints.rows), copy_lambda_(lambda_),
           counted_{{}, std::move(turns)} {
