@@ -49,8 +49,8 @@ public:
     // Factors in place; returns the block that has a pivot below `smallest` of its diagonal entry, or -1.
     int factor(double smallest);
     void solve(double* x) const;
-    // x of the rows that are left out, less what the others before them say of it: the largest in magnitude.
-    double contradiction(std::vector<double> x) const;
+    // x of the rows that are left out, less what the others before them say of it: the largest in magnitude. Uses x up.
+    double contradiction(double* x) const;
 
     // Adds to the diagonal, before `factor`.
     void shift(double by) {
@@ -259,9 +259,9 @@ template <class LeftOut> void BlockCholesky::forward(double* x, LeftOut&& left_o
         });
 }
 
-inline double BlockCholesky::contradiction(std::vector<double> x) const {
+inline double BlockCholesky::contradiction(double* x) const {
     double most = 0.0;
-    forward(x.data(), [&most](double rest) { most = std::max(most, std::abs(rest)); });
+    forward(x, [&most](double rest) { most = std::max(most, std::abs(rest)); });
     return most;
 }
 

@@ -128,7 +128,7 @@ public:
             own[row] = violation[of_model];
             least = std::min(least, model_.row_scale[of_model]);
         });
-        return cholesky().contradiction(std::move(own)) / least;
+        return cholesky().contradiction(own.data()) / least;
     }
 
     const BlockCholesky& cholesky() const { return rows_.cholesky; }
