@@ -80,6 +80,7 @@ def record(results: Sequence[SceneResult], scenes: Sequence[str], code: ExitCode
                 "result": result.word,
                 "exit_code": int(result.code),
                 "seconds": result.seconds,
+                "formulation": result.formulation,
                 "message": result.message or None,
                 "output": None if result.output is None else str(result.output),
                 "expectations": [outcome_record(outcome) for outcome in result.outcomes],

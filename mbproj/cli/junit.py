@@ -1,5 +1,6 @@
 """JUnit's XML in the dialect that Jenkins, GitLab and GitHub's actions read: a testsuite a scene, a testcase an
-expectation. GitLab shows a testcase's `classname` as its suite, and Jenkins groups by it: that is the scene as well."""
+expectation. GitLab shows a testcase's `classname` as its suite, and Jenkins groups by it: that is the scene as well. A
+testsuite's property `formulation` is the one that ran."""
 
 from __future__ import annotations
 
@@ -42,6 +43,9 @@ def _suite(result: SceneResult) -> Xml.Element:
     failures = sum(not outcome.holds for outcome in result.outcomes)
     failed = result.code not in (ExitCode.DONE, ExitCode.CHECK_FAILED)
     suite = _new_suite(result.scene, 1 + len(result.outcomes), failures, int(failed), seconds=result.seconds)
+    if result.formulation is not None:
+        properties = Xml.SubElement(suite, "properties")
+        Xml.SubElement(properties, "property", name="formulation", value=result.formulation)
     runs = _case(suite, result.scene, "runs", result.seconds)
     if failed:
         first, _, _ = result.message.partition("\n")

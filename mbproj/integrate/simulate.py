@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from time import perf_counter, thread_time
 from typing import NamedTuple, Protocol
 
@@ -15,6 +16,7 @@ from mbproj.dynamics.massless import swamped_motions
 from mbproj.dynamics.observe import Block, observe, total_energy
 from mbproj.dynamics.round_off import EPSILON, position_grain, velocity_grain
 from mbproj.dynamics.samples import Samples, join, stack
+from mbproj.errors import SimulationError
 from mbproj.integrate.compiled import march as march_compiled
 from mbproj.integrate.formulation import Choice, choose
 from mbproj.integrate.full import FullFormulation
@@ -79,7 +81,7 @@ def simulate(
     initial_energy = total_energy(system, state)
     started, recording = _Clocks.now(), _Clocks()
     reached = state.t, state.q
-    with interruption() as asked, naming_lock_up(system, lambda: reached):
+    with interruption() as asked, _naming(choice.name), naming_lock_up(system, lambda: reached):
         for samples in _blocks(_march(choice, system, state, settings, tally), asked):
             reached = float(samples.t[-1]), samples.q[-1]
             handed_over = _Clocks.now()
@@ -118,6 +120,16 @@ def simulate(
         recording_seconds=recording.elapsed,
         phases=tally.phases,
     )
+
+
+@contextmanager
+def _naming(formulation: str) -> Iterator[None]:
+    """A run that stops within says which formulation it ran in."""
+    try:
+        yield
+    except SimulationError as error:
+        error.formulation = formulation
+        raise
 
 
 def _floors(system: System, samples: Samples) -> Array:

@@ -36,7 +36,3 @@ def _listen(messages: SimpleQueue[Any]) -> None:
             messages.put(pickle.load(sys.stdin.buffer))
         except EOFError:
             os._exit(0)
-
-
-if __name__ == "__main__":
-    main()

@@ -1,7 +1,9 @@
 """Many runs at once: processes of one BLAS thread each, to which a function and its arguments are sent.
 
-They are started as programs of their own (`python -m mbproj.studies.worker`), so that a script or a notebook that
-starts a study needs no guard of its main module, and numbers do not depend on what the caller's process has loaded.
+They are programs of their own (`mbproj.studies.worker`), so that a script or a notebook that starts a study needs no
+guard of its main module, and numbers do not depend on what the caller's process has loaded. They run the caller's
+mbproj, package and kernel, whatever the current folder holds. Tasks and results are pickled through the pipes between
+the two, which nobody else can write to; no file is ever unpickled.
 """
 
 from __future__ import annotations
@@ -28,6 +30,14 @@ Result = TypeVar("Result")
 LOOK = 0.1
 #: One BLAS thread: matrices are small, and each process has a processor of its own.
 THREADS = dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"), "1")
+#: A worker's program; its arguments are the folder of the caller's package and the caller's `sys.path`. `python -m`
+#: would look for mbproj in the current folder first. Other modules are found as the caller finds them.
+PROGRAM = (
+    "import sys; sys.path[:] = sys.argv[1:]; import mbproj; del sys.path[0]; "
+    "from mbproj.studies.worker import main; main()"
+)
+#: Options of the interpreter that decide what it looks for when it starts, by their names in `sys.flags`.
+FLAGS = {"isolated": "-I", "ignore_environment": "-E", "no_user_site": "-s", "no_site": "-S"}
 
 
 def processors() -> int:
@@ -103,13 +113,13 @@ class Worker:
         """A new process, in place of one that was lost."""
         if self._stopped:
             return
-        package = str(Path(__file__).parents[2])
-        path = os.pathsep.join([package, *filter(None, [os.environ.get("PYTHONPATH")])])
+        flags = [option for name, option in FLAGS.items() if getattr(sys.flags, name)]
+        package = Path(__file__).absolute().parents[2]
         self.process = subprocess.Popen(
-            [sys.executable, "-m", "mbproj.studies.worker"],
+            [sys.executable, *flags, "-c", PROGRAM, str(package), *map(str, sys.path)],
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
-            env={**os.environ, **THREADS, "PYTHONPATH": path},
+            env={**os.environ, **THREADS},
             start_new_session=True,  # Ctrl-C is for the study, which then stops its workers
         )
         self._send(self._task)

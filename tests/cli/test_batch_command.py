@@ -14,9 +14,13 @@ from xml.etree import ElementTree
 
 import pytest
 
+from mbproj.kernel import core
 from tests.cli.commands import mbproj
 from tests.studies.scenes import HOLDS, SHORT, failing, hanging, write, wrong
 from tests.support import ROOT
+
+#: What the pendulum runs in here.
+PLANAR = "full" if core() is None else "planar"
 
 
 def test_table_messages_and_exit_code(tmp_path: Path) -> None:
@@ -64,6 +68,8 @@ def test_junit_xml(tmp_path: Path) -> None:
     cases = [(case.get("classname"), case.get("name"), [child.tag for child in case]) for case in root.iter("testcase")]
     assert cases == [("d.a", "runs", []), ("d.a", "falls", []), ("d.a", "rises", ["failure"]),
                      ("d.b", "runs", ["error"])]
+    ran_in = [[(item.get("name"), item.get("value")) for item in suite.iter("property")] for suite in root]
+    assert ran_in == [[("formulation", PLANAR)]] * 2  # the one that failed, too
     failure = first.find("testcase/failure")
     assert failure is not None
     assert failure.get("message") == "-0.07, not ≥ 0.001 m"
@@ -79,6 +85,7 @@ SCHEMA = {
     "testsuites": {"name", "time", "tests", "failures", "errors"},
     "testsuite": {"name", "tests", "failures", "errors", "time", "skipped", "timestamp"},
     "testcase": {"name", "time", "classname", "file"},
+    "properties": set(), "property": {"name", "value"},
     "failure": {"type", "message"}, "error": {"type", "message"}, "skipped": {"type", "message"},
 }  # fmt: skip
 
@@ -110,7 +117,7 @@ def test_json_and_kept_results(tmp_path: Path) -> None:
     found = json.loads(done.stdout)
     assert (found["exit_code"], found["hold"], found["not_run"]) == (0, 1, [])
     (scene,) = found["scenes"]
-    assert (scene["result"], scene["output"]) == ("holds", "out/results/a.h5")
+    assert (scene["result"], scene["output"], scene["formulation"]) == ("holds", "out/results/a.h5", PLANAR)
     (expectation,) = scene["expectations"]
     assert (expectation["name"], expectation["holds"], expectation["below"]) == ("falls", True, -0.001)
     assert expectation["measured"] == pytest.approx(-0.5 * (0.5 * 9.81 / 0.35) * 0.1**2, abs=1e-4)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import time
+from importlib import import_module
 
 
 def place(shared: str, item: int) -> tuple[str, int]:
@@ -23,3 +24,8 @@ def die(shared: None, item: int) -> None:
 def environment(names: list[str], item: int) -> list[str | None]:
     """What these variables are in the process."""
     return [os.environ.get(name) for name in names]
+
+
+def module_file(name: str, item: int) -> str | None:
+    """Where the process has this module from."""
+    return import_module(name).__file__

@@ -7,8 +7,9 @@ import time
 
 import pytest
 
+from mbproj.studies import workers
 from mbproj.studies.workers import in_parallel
-from tests.studies.tasks import die, environment, place
+from tests.studies.tasks import die, environment, module_file, place
 
 
 def test_items_run_elsewhere_and_each_once():
@@ -18,6 +19,14 @@ def test_items_run_elsewhere_and_each_once():
     pids = {pid for _, pid in found.values()}
     assert os.getpid() not in pids
     assert len(pids) == 2
+
+
+def test_they_run_the_caller_s_mbproj_whatever_the_current_folder_holds(tmp_path, monkeypatch):
+    (tmp_path / "mbproj").mkdir()
+    (tmp_path / "mbproj" / "__init__.py").write_text("raise ImportError('the folder beside it')")
+    monkeypatch.chdir(tmp_path)
+    found = dict(in_parallel(module_file, "mbproj.studies.workers", [0, 0], processes=2))
+    assert set(found.values()) == {workers.__file__}
 
 
 def test_processes_have_one_thread_each(monkeypatch):

@@ -32,7 +32,8 @@ class Task:
 @dataclass(frozen=True)
 class SceneResult:
     """What came of a scene: the exit code that it would have alone, what is wrong with it (a whole message), the
-    `outcomes` of its expectations in their order, how long it took, in s of the clock, and where its results are kept.
+    `outcomes` of its expectations in their order, how long it took, in s of the clock, where its results are kept, and
+    the formulation that ran; None where none did, or the process was lost.
     """
 
     scene: Path
@@ -41,6 +42,7 @@ class SceneResult:
     outcomes: tuple[Outcome, ...]
     seconds: float
     output: Path | None = None
+    formulation: str | None = None
 
     @property
     def word(self) -> str:

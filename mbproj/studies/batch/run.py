@@ -7,7 +7,7 @@ from time import perf_counter
 
 from mbproj.analysis import Outcome, outcomes
 from mbproj.dynamics import assemble, unique_components
-from mbproj.errors import ExitCode, MbprojError, placed_at
+from mbproj.errors import ExitCode, MbprojError, SimulationError, placed_at
 from mbproj.integrate import simulate
 from mbproj.integrate.report import summary
 from mbproj.model import compile_system, initial_guess
@@ -20,13 +20,14 @@ def run_task(task: Task) -> SceneResult:
     """Runs one scene and checks its expectations. Whatever goes wrong is in the result."""
     started = perf_counter()
     found: tuple[Outcome, ...] = ()
-    code, message = ExitCode.DONE, ""
+    code, message, formulation = ExitCode.DONE, "", None
     try:
-        found = _outcomes(task)
+        found, formulation = _outcomes(task)
         if not all(outcome.holds for outcome in found):
             code = ExitCode.CHECK_FAILED
     except MbprojError as error:
         code, message = error.exit_code, str(error)
+        formulation = error.formulation if isinstance(error, SimulationError) else None
     except MemoryError:
         code, message = ExitCode.FAILED, "out of memory"
     except Exception:
@@ -34,10 +35,11 @@ def run_task(task: Task) -> SceneResult:
     if not task.keep:
         task.output.unlink(missing_ok=True)
     output = task.output if task.keep and task.output.exists() else None
-    return SceneResult(task.scene, code, message, found, perf_counter() - started, output)
+    return SceneResult(task.scene, code, message, found, perf_counter() - started, output, formulation)
 
 
-def _outcomes(task: Task) -> tuple[Outcome, ...]:
+def _outcomes(task: Task) -> tuple[tuple[Outcome, ...], str]:
+    """What became of the expectations, and the formulation that ran."""
     started = perf_counter()
     scene = read_scene(task.scene)
     settings = settings_to_run(scene)
@@ -52,4 +54,4 @@ def _outcomes(task: Task) -> tuple[Outcome, ...]:
         seconds = perf_counter() - started
         recorder.attributes(summary(str(task.scene), str(task.output), report, total_seconds=seconds))
     with open_results(task.output) as results:
-        return tuple(outcomes(scene.expectations, results))
+        return tuple(outcomes(scene.expectations, results)), report.formulation

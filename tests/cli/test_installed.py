@@ -1,0 +1,108 @@
+"""mbproj as it is installed, used in a checkout: its workers are of the installed package, with its kernel.
+
+The installation is what a wheel unpacks to, without the minutes of compiling one: the package and the kernel that is
+loaded here in a folder of their own, and the script that pip writes. The checkout is the sources without a kernel.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import h5py
+import pytest
+
+import mbproj
+from mbproj.kernel import core
+from tests.kernel.scenes import needs_kernel
+from tests.support import ROOT
+
+pytestmark = needs_kernel
+SCRIPT = "import sys\nfrom mbproj.cli import main\nsys.exit(main())\n"
+SETTING = ("--duration", "0.5", "--step", "0.01", "--output-step", "0.01", "--projection", "gpopm")
+
+
+class Places(NamedTuple):
+    """The script `mbproj` and the folder that its package is in; a checkout, and a folder with nothing in it."""
+
+    script: Path
+    packages: Path
+    checkout: Path
+    elsewhere: Path
+
+    def mbproj(self, folder: Path, *arguments: str) -> subprocess.CompletedProcess[str]:
+        """`mbproj ARGUMENTS` in a folder. -S: an editable installation would put itself before everything else."""
+        path = os.pathsep.join([str(self.packages), *(entry for entry in sys.path if entry.endswith("site-packages"))])
+        environment = {"PYTHONPATH": path, "MBPROJ_CACHE": str(self.elsewhere / "cache")}
+        program = [sys.executable, "-S", str(self.script), *arguments]
+        done = subprocess.run(program, capture_output=True, text=True, cwd=folder, check=False, env=environment)
+        assert done.returncode == 0, done.stderr
+        return done
+
+
+@pytest.fixture(scope="module")
+def places(tmp_path_factory: pytest.TempPathFactory) -> Places:
+    folder, extension = tmp_path_factory.mktemp("installed"), core()
+    found = Places(folder / "bin" / "mbproj", folder / "packages", folder / "checkout", folder / "elsewhere")
+    assert mbproj.__file__ is not None
+    assert extension is not None
+    assert extension.__file__ is not None
+    for target in (found.packages, found.checkout):
+        ignored = shutil.ignore_patterns("*.so", "*.pyd", "src", "__pycache__")
+        shutil.copytree(Path(mbproj.__file__).parent, target / "mbproj", ignore=ignored)
+    for kernel in Path(extension.__file__).parent.glob("_core*"):
+        shutil.copy(kernel, found.packages / "mbproj" / "kernel")
+    found.script.parent.mkdir()
+    found.script.write_text(SCRIPT, encoding="utf-8")
+    found.elsewhere.mkdir()
+    five_bar = (ROOT / "mechanisms" / "five_bar.yaml").read_text(encoding="utf-8")
+    for target in (found.checkout, found.elsewhere):
+        (target / "five_bar.yaml").write_text(five_bar, encoding="utf-8")
+    return found
+
+
+@pytest.fixture(scope="module")
+def alone(places: Places) -> dict[str, Any]:
+    """The summary of the run that a user of the installation makes elsewhere, into elsewhere/run.h5."""
+    done = places.mbproj(places.elsewhere, "run", "five_bar.yaml", *SETTING, "-o", "run.h5", "--json")
+    found: dict[str, Any] = json.loads(done.stdout)
+    assert found["formulation"] == "planar"
+    return found
+
+
+def numbers(path: Path) -> dict[str, bytes]:
+    """The bits of every array of numbers in a results file, by dataset."""
+    found: dict[str, bytes] = {}
+
+    def take(name: str, item: Any) -> None:
+        if isinstance(item, h5py.Dataset) and item.dtype.kind in "fiu":
+            found[name] = item[()].tobytes()
+
+    with h5py.File(path) as file:
+        file.visititems(take)
+    return found
+
+
+def test_batch_in_a_checkout_gives_the_bits_of_run(places: Places) -> None:
+    places.mbproj(places.elsewhere, "run", "five_bar.yaml", "-o", "whole.h5", "--quiet")
+    done = places.mbproj(places.checkout, "batch", "five_bar.yaml", "--keep", "kept", "--json")
+    (verdict,) = json.loads(done.stdout)["scenes"]
+    assert (verdict["formulation"], verdict["exit_code"]) == ("planar", 0)
+    here, there = numbers(places.checkout / "kept" / "five_bar.h5"), numbers(places.elsewhere / "whole.h5")
+    assert len(here) > 10
+    assert here == there
+
+
+def test_a_study_in_a_checkout_gives_the_bits_of_run(places: Places, alone: dict[str, Any]) -> None:
+    options = ("--projections", "gpopm,none", "--steps", "0.01", "--until", "0.5", "--repeat", "1", "--json")
+    done = places.mbproj(places.checkout, "compare", "five_bar.yaml", *options)
+    first, second = json.loads(done.stdout)["entries"]
+    assert first["formulation"] == second["formulation"] == "planar"
+    for name in ("position_violation", "velocity_violation"):
+        assert first[name] == alone[f"{name}_max"]
+    assert first["evaluations"] == alone["evaluations"]
