@@ -90,7 +90,7 @@ def _table(found: Comparison, rows: Sequence[Mapping[str, Any]]) -> str:
 
 
 def _page(found: Comparison, title: str) -> Figure:
-    from mbproj.plot.comparison_page import Compared, comparison_page
+    from mbproj.plot.pages.comparison import Compared, comparison_page
 
     methods = []
     for entry in found.entries:

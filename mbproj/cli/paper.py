@@ -47,7 +47,7 @@ def command(output: str, duration: float, ending: str) -> None:
 
 def _figures(example: Example) -> dict[int, Figure]:
     """The example's four figures by the paper's numbers."""
-    from mbproj.plot import paper_figures
+    from mbproj.plot.pages import paper_figures
 
     components, numbers = FIGURES[example.name]
     shown, since = example.histories["GPOPM"], example.unconverged_from

@@ -151,7 +151,7 @@ def _theory(found: StabilityMap) -> str:
 def _page(found: StabilityMap) -> Figure:
     import numpy as np
 
-    from mbproj.plot.stability_page import Map, Strip, stability_page
+    from mbproj.plot.pages.stability import Map, Strip, stability_page
 
     strips = [
         Strip(

@@ -108,7 +108,7 @@ def _verdict(found: ThresholdStudy) -> str:
 def _page(found: ThresholdStudy, points: tuple[str, ...]) -> Figure:
     import numpy as np
 
-    from mbproj.plot.threshold_page import Thresholds, threshold_page
+    from mbproj.plot.pages.threshold import Thresholds, threshold_page
 
     rows = _rows(found, points)
     middle = rows[1:-1]

@@ -1,1 +1,2 @@
-"""Pictures of results, the only package that imports matplotlib: `kinds.KINDS` by name, `draw`, `save`."""
+"""Pictures of results, the only package that imports matplotlib: `kinds.draw` draws what `mbproj plot` shows, `pages`
+what studies show, `save` writes both."""

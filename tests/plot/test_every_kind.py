@@ -56,7 +56,7 @@ def test_kinds_are_listed_without_matplotlib_and_drawn_without_pyplot():
     code = (
         "import sys, mbproj.plot.kinds as k\n"
         "light = {'matplotlib', 'numpy', 'h5py'} & set(sys.modules)\n"
-        "import importlib; [importlib.import_module('mbproj.plot.' + kind.module) for kind in k.KINDS.values()]\n"
+        "import importlib; [importlib.import_module('mbproj.plot.kinds.' + kind.module) for kind in k.KINDS.values()]\n"
         "import mbproj.plot.save\n"
         "print(light, 'matplotlib.pyplot' in sys.modules)"
     )

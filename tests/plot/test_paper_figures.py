@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from mbproj.plot import paper_figures
+from mbproj.plot.pages import paper_figures
 from mbproj.plot.save import save
 from tests.results.pendulum_blocks import block, times
 

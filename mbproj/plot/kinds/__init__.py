@@ -16,15 +16,16 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Kind:
-    """A kind of picture: its module in `mbproj.plot`, one line on it, the names without which it does not apply,
-    whether most results have those, so that it is worth a note where they have not, and whether it shows the motion, so
-    that what is not to be trusted is marked in it."""
+    """A kind of picture: its module in `mbproj.plot.kinds`, one line on it, the names without which it does not apply,
+    whether most results have those, so that it is worth a note where they have not, whether it shows the motion, so
+    that what is not to be trusted is marked in it, and the function of the module that draws it."""
 
     module: str
     summary: str
     needs: str | None = None
     usual: bool = True
     of_motion: bool = True
+    function: str = "draw"
 
 
 KINDS: Mapping[str, Kind] = MappingProxyType(
@@ -35,8 +36,12 @@ KINDS: Mapping[str, Kind] = MappingProxyType(
         "violation": Kind("violation", "violation of the constraints, position and velocity", of_motion=False),
         "joints": Kind("joints", "violation of each joint, lengths and angles", "joints", of_motion=False),
         "reactions": Kind("reactions", "reaction force and torque of each joint", "joints"),
-        "forces": Kind("forces", "what forces act along, and their size", "forces", usual=False),
-        "motions": Kind("motions", "what motions prescribe, and what they take", "motions", usual=False),
+        "forces": Kind(
+            "driven", "what forces act along, and their size", "forces", usual=False, function="draw_forces"
+        ),
+        "motions": Kind(
+            "driven", "what motions prescribe, and what they take", "motions", usual=False, function="draw_motions"
+        ),
         "energy": Kind("energy", "kinetic, potential and total energy, and the energy balance", of_motion=False),
         "steps": Kind("steps", "step size and iterations of the projection", of_motion=False),
         "trust": Kind("trust", "error of each marker, of certified runs", "trust", usual=False, of_motion=False),
@@ -63,8 +68,8 @@ def draw(kind: str, results: Sequence[Results], labels: Sequence[str], limit: fl
 
     What the error of a certified run may have made wrong by more than `limit` (m) is marked: by default a power of ten
     below a thousandth of the markers' travel."""
-    module = import_module(f"mbproj.plot.{KINDS[kind].module}")
-    figure: Figure = module.draw(results, labels)
+    module = import_module(f"mbproj.plot.kinds.{KINDS[kind].module}")
+    figure: Figure = getattr(module, KINDS[kind].function)(results, labels)
     if KINDS[kind].of_motion and any(result.trust for result in results):
         untrusted = import_module("mbproj.plot.untrusted")
         mark = getattr(module, "mark_untrusted", untrusted.mark)

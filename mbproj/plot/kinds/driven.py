@@ -1,4 +1,4 @@
-"""What forces and motions act along, and the force or torque along it: the rows of two kinds of pictures."""
+"""Forces and motions over time: what each acts along, and the force or torque along it."""
 
 from __future__ import annotations
 
@@ -8,13 +8,26 @@ from types import MappingProxyType
 from matplotlib.figure import Figure
 
 from mbproj.plot import panels, shown
+from mbproj.plot.style import styled
 from mbproj.results import Results
 
 #: What acts along a coordinate in this unit, and its own unit.
 ACTION = MappingProxyType({"m": "force (N)", "rad": "torque (N m)"})
 
 
-def rows(results: Sequence[Results], labels: Sequence[str], kind: str, coordinate: str) -> Figure:
+@styled
+def draw_forces(results: Sequence[Results], labels: Sequence[str]) -> Figure:
+    """A row a force: the length or joint coordinate that it acts along, and its size."""
+    return _rows(results, labels, "forces", "coordinate")
+
+
+@styled
+def draw_motions(results: Sequence[Results], labels: Sequence[str]) -> Figure:
+    """A row a motion: the joint coordinate that it prescribes, and the driving force or torque."""
+    return _rows(results, labels, "motions", "value")
+
+
+def _rows(results: Sequence[Results], labels: Sequence[str], kind: str, coordinate: str) -> Figure:
     """A row a name of `kind` ("forces", "motions"): its dataset `coordinate`, and the force or torque beside it; a line
     a result."""
     names = shown.all_names(results, kind)
