@@ -8,6 +8,7 @@ from dataclasses import replace
 import yaml
 
 from mbproj.errors import InputError, Place, Problem
+from mbproj.scene.cut_off import Entry, whole_entries, whole_items
 from mbproj.scene.nodes import MappingNode, Node, ScalarNode, SequenceNode
 from mbproj.scene.syntax import syntax_problem
 from mbproj.scene.text import lines_of
@@ -98,20 +99,30 @@ class _Composer:
         items = []
         while not isinstance(inner := next(self._events), yaml.SequenceEndEvent):
             items.append(self._node(inner, depth + 1))
+        if getattr(event, "flow_style", False):
+            items, cuts = whole_items(items)
+            self.problems += cuts
         return SequenceNode(tuple(items), self._place(event))
 
     def _mapping(self, event: yaml.Event, depth: int) -> MappingNode:
         values: dict[str, Node] = {}
         places: dict[str, Place] = {}
-        while not isinstance(inner := next(self._events), yaml.MappingEndEvent):
-            key = self._node(inner, depth + 1)
-            place = self._place(inner)
-            value = self._node(next(self._events), depth + 1)
+        for key, place, value in self._entries(event, depth):
             if self._usable(key, place, places):
                 assert isinstance(key, ScalarNode)
                 values[key.text] = replace(value, place=place) if isinstance(value, MappingNode) else value
                 places[key.text] = place
         return MappingNode(values, places, self._place(event))
+
+    def _entries(self, event: yaml.Event, depth: int) -> list[Entry]:
+        entries = []
+        while not isinstance(inner := next(self._events), yaml.MappingEndEvent):
+            key = self._node(inner, depth + 1)
+            entries.append(Entry(key, self._place(inner), self._node(next(self._events), depth + 1)))
+        if getattr(event, "flow_style", False):
+            entries, cuts = whole_entries(entries)
+            self.problems += cuts
+        return entries
 
     def _usable(self, key: Node, place: Place, places: dict[str, Place]) -> bool:
         """Whether this is a key, and a new one; if not, that is reported."""

@@ -107,8 +107,7 @@ class List(Field[tuple[T_co, ...]]):
             self.reject(node, path, reading)
             return None
         if not self._long_enough(node):
-            hint = "put an expression that contains a comma in quotes" if _cut_by_a_comma(node) else None
-            reading.report(f"{label(path)} needs {self.expects}, found {len(node.items)}", node.place, hint)
+            reading.report(f"{label(path)} needs {self.expects}, found {len(node.items)}", node.place)
             return None
         found = []
         for index, item in enumerate(node.items):
@@ -122,12 +121,6 @@ class List(Field[tuple[T_co, ...]]):
         items = {"type": "array", "items": self.item.schema(), "minItems": self.length or 1}
         most = {} if self.length is None else {"maxItems": self.length}
         return {"description": self.expects, **items, **most}
-
-
-def _cut_by_a_comma(node: SequenceNode) -> bool:
-    """Whether an item looks like a part of an expression, as the items of [0, atan2(1, 2)] do."""
-    texts = (item.text for item in node.items if isinstance(item, ScalarNode))
-    return any(text.count("(") != text.count(")") for text in texts)
 
 
 @dataclass(frozen=True)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+
 import pytest
 
 from mbproj.errors import InputError
@@ -103,6 +105,32 @@ def test_the_checks_of_a_joint_of_unknown_type_go_on() -> None:
         f"f.yaml:25:13: error: unknown joint type 'ball'; choose from: {', '.join(JOINTS)}",
         "f.yaml:25:27: error: 'bodies' names 'crank' twice; give two different ones",
     ]
+
+
+def test_what_a_comma_cuts_off_is_one_problem_and_the_rest_is_still_read() -> None:
+    text = changed("angle: 90 deg}", "angle: max(0, 1 + x), axs: 1}").replace("speed: 6 rad/s", "speed: max(0, -1)")
+    cut = "this value is cut off: inside { } a comma ends it; put it in quotes:"
+    assert errors(text) == [
+        f'f.yaml:18:43: error: {cut} angle: "max(0, 1 + x)"',
+        "f.yaml:18:54: error: unknown name 'x'; parameters are defined under 'parameters'",
+        "f.yaml:18:58: error: unknown key 'axs'; did you mean 'axis'?",
+        f'f.yaml:24:98: error: {cut} speed: "max(0, -1)"',
+    ]
+
+
+def test_a_parenthesis_that_stays_open_cuts_nothing_off() -> None:
+    text = changed("angle: 90 deg}", "angle: (1, b: 2, c: 3)}")
+    assert errors(text)[:1] == ["f.yaml:18:45: error: ')' is missing"]
+    text = changed("position: [0, 0.1, 0.12]", "position: [(0, 0.1, 0.12]")
+    assert errors(text) == ["f.yaml:17:18: error: ')' is missing"]
+
+
+@pytest.mark.parametrize("hint", ['angle: "max(0, pi/2)"', "angle: 0.5"])
+def test_what_the_hint_says_is_read(hint: str) -> None:
+    wrong = hint.replace('"', "").replace(".", ",")
+    with pytest.raises(InputError, match=re.escape(hint)):
+        read(changed("angle: 90 deg", wrong))
+    read(changed("angle: 90 deg", hint))
 
 
 def test_a_wrong_setting_does_not_hide_that_the_others_contradict_each_other() -> None:
