@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib.machinery
+import os
 import platform
 import subprocess
 import sys
@@ -91,3 +92,13 @@ def test_importing_the_package_loads_nothing():
     code = "import sys, mbproj.kernel; print(*sys.modules)"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True, cwd=ROOT)
     assert not {"numpy", *NAMES} & set(done.stdout.split())
+
+
+def asks_for_a_kernel() -> bool:
+    """As the installation reads it, see pyproject.toml."""
+    return os.environ.get("MBPROJ_KERNEL", "").lower() in ("1", "yes", "on", "true")
+
+
+@pytest.mark.skipif(not asks_for_a_kernel(), reason="MBPROJ_KERNEL does not ask for a kernel")
+def test_a_kernel_that_the_environment_asks_for_is_there():
+    assert kernel.core() is not None, kernel.build_info()
