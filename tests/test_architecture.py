@@ -17,6 +17,7 @@ LEAVES = {"arrays", "errors", "registry", "mechanisms_folder", "version"}
 #: What each package may import beside itself and the leaves.
 MAY_IMPORT = {
     "constraints": set(),
+    "outputs": set(),
     "kernel": {"constraints", "functions", "model"},
     "joints": {"constraints"},
     "functions": set(),
@@ -25,14 +26,14 @@ MAY_IMPORT = {
     "dynamics": {"constraints", "functions", "joints", "scene", "model"},
     "projection": {"scene", "model", "dynamics"},
     "integrate": {"scene", "model", "dynamics", "projection", "kernel"},
-    "results": {"scene"},
+    "results": {"outputs", "scene"},
     "analysis": {"results", "scene"},
     "templates": {"scene"},
-    "studies": {"functions", "joints", "scene", "model", "dynamics", "projection", "integrate", "kernel", "results",
-                "analysis"},
-    "plot": {"results", "analysis", "scene"},
-    "cli": {"joints", "scene", "model", "dynamics", "integrate", "kernel", "results", "analysis", "studies", "plot",
-            "templates"},
+    "studies": {"functions", "joints", "scene", "model", "dynamics", "projection", "integrate", "kernel", "outputs",
+                "results", "analysis"},
+    "plot": {"outputs", "results", "analysis", "scene"},
+    "cli": {"joints", "scene", "model", "dynamics", "integrate", "kernel", "outputs", "results", "analysis", "studies",
+            "plot", "templates"},
 }
 
 

@@ -9,8 +9,12 @@ from typing import TYPE_CHECKING
 
 import click
 
+from mbproj.cli.study_options import force as force_option
+
 if TYPE_CHECKING:
     from mbproj.studies.batch import SceneResult, Task
+
+OTHER_REPORT = "choose another file with --junit"
 
 
 @click.command("batch")
@@ -19,10 +23,12 @@ if TYPE_CHECKING:
 @click.option("--timeout", default="5 min", show_default=True, metavar="TIME", help="A scene is stopped after this.")
 @click.option("--junit", "xml", type=click.Path(path_type=Path), metavar="FILE", help="Write JUnit XML.")
 @click.option("--keep", type=click.Path(path_type=Path), metavar="DIR", help="Keep the results files, in DIR.")
+@force_option
 @click.option("--json", "as_json", is_flag=True, help="Print one JSON object instead of the table.")
 def command(
-    paths: tuple[Path, ...], jobs: int | None, timeout: str, xml: Path | None, keep: Path | None, as_json: bool
-) -> int:
+    paths: tuple[Path, ...], jobs: int | None, timeout: str, xml: Path | None, keep: Path | None, force: bool,
+    as_json: bool,
+) -> int:  # fmt: skip
     """Runs the scenes PATHS, those in the directories among them and those that a pattern matches ('**/*.yaml'), and
     checks their `expect` blocks.
 
@@ -37,6 +43,7 @@ def command(
     from mbproj.cli import batch_table as table
     from mbproj.cli.junit import junit
     from mbproj.errors import ExitCode
+    from mbproj.outputs import JUNIT, write_text
     from mbproj.scene.given import given_number
     from mbproj.scene.quantities import Number
     from mbproj.studies.batch import exit_code, run_batch, scene_paths
@@ -44,7 +51,7 @@ def command(
     seconds = given_number(timeout, "--timeout", Number("s", above=0.0))
     scenes = scene_paths(paths)
     if xml is not None:
-        _write(xml, junit([]))  # before the work: whether it can be written
+        write_text(xml, junit([]), JUNIT, force=force, hint=OTHER_REPORT)  # before the work: whether it can be written
     results: dict[int, SceneResult] = {}
     rows = table.Rows([str(scene) for scene in scenes], shown=not as_json)
 
@@ -61,7 +68,8 @@ def command(
     ended = [results[number] for number in sorted(results)]
     code = ExitCode.INTERRUPTED if interrupted else exit_code(ended)
     if xml is not None:
-        _write(xml, junit(ended, [scene for number, scene in enumerate(scenes) if number not in results]))
+        left = [scene for number, scene in enumerate(scenes) if number not in results]
+        write_text(xml, junit(ended, left), JUNIT, force=force, hint=OTHER_REPORT)
     if as_json:
         click.echo(json.dumps(table.record(ended, [str(scene) for scene in scenes], code)))
     else:
@@ -85,13 +93,3 @@ def _tasks(scenes: list[Path], keep: Path | None) -> Iterator[list[Task]]:
         return
     with TemporaryDirectory(prefix="mbproj-batch-", ignore_cleanup_errors=True) as directory:
         yield tasks(scenes, Path(directory), keep=False)
-
-
-def _write(path: Path, text: str) -> None:
-    from mbproj.errors import InputError, Problem
-
-    try:
-        path.write_text(text, encoding="utf-8")
-    except OSError as error:
-        problem = Problem(f"cannot write '{path}': {error.strerror or error}", hint="choose another file with --junit")
-        raise InputError(problem) from error

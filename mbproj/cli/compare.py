@@ -32,20 +32,21 @@ if TYPE_CHECKING:
 @study_options.repeat
 @study_options.files
 @click.option("--json", "as_json", is_flag=True, help="Print the table as JSON.")
-def command(scene: str, changes: tuple[str, ...], output: Path, ending: str, as_json: bool, **options: Any) -> None:
+def command(
+    scene: str, changes: tuple[str, ...], output: Path, ending: str, force: bool, as_json: bool, **options: Any
+) -> None:  # fmt: skip
     """Compares projection methods, integrators and steps on SCENE.
 
     Prints a table: violations, trajectory error against a reference of another method, energy drift in the parts of
     the integrator and of the projection, CPU time with its spread, counters. Writes it as CSV, and a page of figures.
     """
     from mbproj.cli.scene_options import parameters
-    from mbproj.cli.study import make, telling, write_csv
-    from mbproj.plot.save import save
+    from mbproj.cli.study import StudyFiles, telling
     from mbproj.scene import read_scene
     from mbproj.studies.compare import PROJECTIONS_COMPARED, compare
 
     what = read_scene(scene, parameters(changes))
-    folder, stem = make(output), Path(scene).stem
+    files = StudyFiles(output, f"{Path(scene).stem}-compare", ending, ("label", "setting"), force)
     with telling(hidden=as_json) as tell:
         found = compare(
             what,
@@ -55,8 +56,7 @@ def command(scene: str, changes: tuple[str, ...], output: Path, ending: str, as_
             **options,
         )
     rows = [{"label": entry.label, **entry.numbers} for entry in found.entries]
-    written = [write_csv(folder / f"{stem}-compare.csv", rows), save(_page(found, what.title),
-                                                                     folder / f"{stem}-compare.{ending}")]
+    written = [files.table(rows), files.figure(_page(found, what.title))]
     if as_json:
         click.echo(json.dumps({"until": float(found.reference.times[-1]), "entries": rows, "notes": found.notes}))
         return

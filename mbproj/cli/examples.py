@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-import shutil
 from pathlib import Path
 
 import click
 
 from mbproj.errors import InputError, Problem
+
+ELSEWHERE = "choose a folder you can write to"
 
 
 @click.command("examples")
@@ -22,6 +23,7 @@ def command(folder: str | None) -> None:
     """Lists the example mechanisms, or copies them to a folder."""
     from mbproj.mechanisms_folder import folder as home
     from mbproj.mechanisms_folder import mechanisms, validation_scenes
+    from mbproj.outputs import SCENE, make_folder, write_text
     from mbproj.scene import read_scene
 
     paths = mechanisms()
@@ -35,11 +37,6 @@ def command(folder: str | None) -> None:
     taken = [str(copy.relative_to(target)) for copy in copies.values() if copy.exists()]
     if taken:
         raise InputError(Problem(f"{target} has already {', '.join(taken)}", hint="choose another folder"))
-    try:
-        for path, copy in copies.items():
-            copy.parent.mkdir(parents=True, exist_ok=True)
-            click.echo(shutil.copyfile(path, copy))
-    except OSError as error:
-        raise InputError(
-            Problem(f"cannot copy to {target}: {error.strerror or error}", hint="choose a folder you can write to")
-        ) from error
+    for path, copy in copies.items():
+        make_folder(copy.parent, ELSEWHERE)
+        click.echo(write_text(copy, path.read_text(encoding="utf-8"), SCENE, hint=ELSEWHERE))

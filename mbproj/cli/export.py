@@ -3,15 +3,14 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import click
 
+from mbproj.cli.study_options import force as force_option
 from mbproj.errors import InputError, Problem
 from mbproj.scene.suggestions import choose_from
 
-if TYPE_CHECKING:
-    from mbproj.analysis.tables import Table
+OTHER_DIRECTORY = "choose another directory with -o"
 
 
 @click.command("export")
@@ -19,33 +18,31 @@ if TYPE_CHECKING:
 @click.option("-o", "--output", "folder", default=".", type=click.Path(path_type=Path), help="Directory (.).")
 @click.option("--table", "chosen", multiple=True, metavar="NAME", help="Only this table, e.g. body-crank; repeatable.")
 @click.option("--list", "only_list", is_flag=True, help="List the tables, write nothing.")
-def command(results: Path, folder: Path, chosen: tuple[str, ...], only_list: bool) -> None:
+@force_option
+def command(results: Path, folder: Path, chosen: tuple[str, ...], only_list: bool, force: bool) -> None:
     """Writes RESULTS as CSV: a table for each body, marker, joint, force and motion, and one of diagnostics.
 
     Files are DIR/<file>-<table>.csv. The first line names the columns and their units; numbers keep all their digits.
     """
     from mbproj.analysis.tables import tables
+    from mbproj.outputs import check_replaceable, csv, make_folder, write_csv
+    from mbproj.plot.labels import stem
     from mbproj.results import open_results
 
     with open_results(results) as opened:
-        found = {table.name: table for table in tables(opened)}
+        found, first = {table.name: table for table in tables(opened)}, stem(opened)
     for name in chosen:
         if name not in found:
             raise InputError(Problem(f"there is no table '{name}'", hint=choose_from(name, found)))
-    for name in chosen or found:
-        if only_list:
+    names = list(chosen or found)
+    if only_list:
+        for name in names:
             click.echo(name)
-        else:
-            click.echo(_write(found[name], folder / f"{results.name.split('.')[0]}-{name}.csv"))
-
-
-def _write(table: Table, path: Path) -> Path:
-    lines = [",".join(table.headings)]
-    lines += [",".join(f"{value:.17g}" for value in row) for row in table.values.tolist()]
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        path.write_text("\n".join(lines) + "\n", encoding="utf-8")
-    except OSError as error:
-        problem = Problem(f"cannot write '{path}': {error.strerror or error}", hint="choose another directory with -o")
-        raise InputError(problem) from error
-    return path
+        return
+    make_folder(folder, OTHER_DIRECTORY)
+    files = {folder / f"{first}-{name}.csv": found[name] for name in names}
+    for path, table in files.items():  # all or none
+        check_replaceable(path, csv(table.headings), force=force, hint=OTHER_DIRECTORY)
+    for path, table in files.items():
+        rows = table.values.tolist()
+        click.echo(write_csv(path, table.headings, rows, form=".17g", force=force, hint=OTHER_DIRECTORY))

@@ -8,7 +8,8 @@ from typing import Any
 
 import click
 
-from mbproj.errors import InputError, Problem
+from mbproj.cli.study_options import force as force_option
+from mbproj.outputs import SCENE, write_text
 from mbproj.templates import OPTIONS, TEMPLATES, written
 
 KINDS = tuple(TEMPLATES)
@@ -43,19 +44,11 @@ def _defaults(name: str) -> str:
 @click.option("-o", "--output", type=click.Path(path_type=Path), metavar="FILE", help="Write it there, not to stdout.")
 @_options
 @click.option("--spatial", is_flag=True, help="Every second joint about another axis. [chain, tree]")
-def command(kind: str, output: Path | None, spatial: bool, **numbers: str | None) -> None:
+@force_option
+def command(kind: str, output: Path | None, spatial: bool, force: bool, **numbers: str | None) -> None:
     """`mbproj new`."""
     text = written(kind, {name: number for name, number in numbers.items() if number is not None}, spatial)
     if output is None:
         click.echo(text, nl=False)
         return
-    try:
-        with output.open("x", encoding="utf-8") as file:
-            file.write(text)
-    except FileExistsError:
-        problem = Problem(f"'{output}' exists and is not replaced", hint="choose another file with -o")
-        raise InputError(problem) from None
-    except OSError as error:
-        problem = Problem(f"cannot write '{output}': {error.strerror or error}", hint="choose another file with -o")
-        raise InputError(problem) from error
-    click.echo(output)
+    click.echo(write_text(output, text, SCENE, force=force))

@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING
 
 import click
 
-from mbproj.errors import InputError, Problem
+from mbproj.cli.study_options import force as force_option
+from mbproj.outputs import check_replaceable, make_folder, picture
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -22,17 +23,17 @@ FIGURES = {"five_bar": ("xz", (2, 3, 4, 5)), "spatial_slider_crank": ("x", (7, 8
 @click.option("--output", "-o", required=True, type=click.Path(), metavar="DIR", help="Where the figures go.")
 @click.option("--duration", default=10.0, show_default=True, type=click.FloatRange(min=0, min_open=True), help="In s.")
 @click.option("--format", "ending", default="png", show_default=True, type=click.Choice(["png", "svg", "pdf"]))
-def command(output: str, duration: float, ending: str) -> None:
+@force_option
+def command(output: str, duration: float, ending: str, force: bool) -> None:
     """Draws Figs. 2-5 and 7-10 of the paper, with its settings (RK4, step 0.01 s, tolerance 1e-12; full formulation).
 
     Takes about a minute. Says for each mechanism from when on the paper's step is not converged.
     """
-    folder = Path(output)
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        problem = Problem(f"cannot make {folder}: {error.strerror}", hint="choose a folder you can write to")
-        raise InputError(problem) from error
+    folder = make_folder(Path(output))
+    numbers = [number for _, figures in FIGURES.values() for number in figures]
+    paths = {number: folder / f"paper-fig{number:02d}.{ending}" for number in numbers}
+    for path in paths.values():
+        check_replaceable(path, picture(ending), force=force)
 
     from mbproj.plot.save import save
     from mbproj.studies.paper import run_example
@@ -40,7 +41,7 @@ def command(output: str, duration: float, ending: str) -> None:
     for name in FIGURES:
         example = run_example(name, duration, lambda message: click.echo(message, err=True))
         for number, figure in _figures(example).items():
-            click.echo(save(figure, folder / f"paper-fig{number:02d}.{ending}"))
+            click.echo(save(figure, paths[number], force=force))
         for line in convergence(example):
             click.echo(line)
 

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import click
 
 from mbproj.cli.quantity import Positive
+from mbproj.cli.study_options import force as force_option
 from mbproj.errors import InputError, Problem
 from mbproj.plot.kinds import KINDS
 from mbproj.scene.suggestions import choose_from
@@ -16,6 +17,7 @@ from mbproj.scene.suggestions import choose_from
 if TYPE_CHECKING:
     from mbproj.results import Results
 
+OTHER_DIRECTORY = "choose another directory with -o"
 KINDS_HELP = "; ".join(f"{name}: {kind.summary}" for name, kind in KINDS.items())
 
 
@@ -30,6 +32,7 @@ KINDS_HELP = "; ".join(f"{name}: {kind.summary}" for name, kind in KINDS.items()
 @click.option("--marker", "markers", multiple=True, metavar="NAME", help="Only this marker, repeatable.")
 @click.option("--joint", "joints", multiple=True, metavar="NAME", help="Only this joint, repeatable.")
 @click.option("--error", "limit", type=Positive("m"), metavar="E", help="Mark where a certified run may be off by E.")
+@force_option
 def command(
     results: tuple[Path, ...],
     kinds: tuple[str, ...],
@@ -41,11 +44,13 @@ def command(
     markers: tuple[str, ...],
     joints: tuple[str, ...],
     limit: float | None,
+    force: bool,
 ) -> None:
     """Draw RESULTS, several overlaid, and print the paths of the pictures: DIR/<first file>-<kind>.<format>.
 
     All kinds that apply are drawn unless --kind names some.
     """
+    from mbproj.outputs import check_replaceable, make_folder, picture
     from mbproj.plot.kinds import draw, why_not
     from mbproj.plot.labels import derive_labels, stem
     from mbproj.plot.save import save
@@ -56,9 +61,12 @@ def command(
     first = stem(opened[0])
     shown = _select(opened, start, stop, markers, joints)
     drawn = _applicable(kinds, {kind: why_not(kind, shown) for kind in KINDS})
-    _make(directory)
-    for kind in drawn:
-        click.echo(save(draw(kind, shown, names, limit), directory / f"{first}-{kind}.{file_format}"))
+    make_folder(directory, OTHER_DIRECTORY)
+    paths = {kind: directory / f"{first}-{kind}.{file_format}" for kind in drawn}
+    for path in paths.values():  # all or none
+        check_replaceable(path, picture(file_format), force=force, hint=OTHER_DIRECTORY)
+    for kind, path in paths.items():
+        click.echo(save(draw(kind, shown, names, limit), path, force=force))
 
 
 def _check(results: Sequence[Path], kinds: Sequence[str], labels: Sequence[str]) -> None:
@@ -136,11 +144,3 @@ def _applicable(kinds: Sequence[str], reasons: dict[str, str | None]) -> list[st
 
 def _hint(reasons: dict[str, str | None]) -> str:
     return "kinds that apply: " + ", ".join(kind for kind, reason in reasons.items() if not reason)
-
-
-def _make(directory: Path) -> None:
-    try:
-        directory.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        message = f"cannot make the directory '{directory}': {error.strerror}"
-        raise InputError(Problem(message, hint="choose another with -o")) from error

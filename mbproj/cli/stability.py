@@ -37,29 +37,31 @@ if TYPE_CHECKING:
 def command(
     scene: str, settings: tuple[str, ...], vary: str, projections: tuple[str, ...] | None, low: float | None,
     high: float | None, points: int, closed: float | None, energy: float | None, output: Path, ending: str,
-    as_json: bool, fresh: bool, **options: Any,
+    force: bool, as_json: bool, fresh: bool, **options: Any,
 ) -> None:  # fmt: skip
     """Varies one quantity of SCENE and finds where each projection method holds, degrades and fails.
 
     Limits come from bisection, with the first bad time and joint beyond. Writes a figure and all points as CSV. Other
     options change the setting that is studied, as for `mbproj run`. An interrupted study resumes where it stopped.
     """
-    from mbproj.cli.study import journal_at, make, telling, write_csv
-    from mbproj.plot.save import save
+    from mbproj.cli.study import StudyFiles, journal_at, telling
     from mbproj.scene import read_scene
     from mbproj.studies.stability import stability
+    from mbproj.studies.stability.quantities import quantity_named
     from mbproj.studies.stability.subject import Limits
 
     what = read_scene(scene, parameters(settings), overrides(options))
-    stem = make(output) / f"{Path(scene).stem}-stability-{vary}"
+    with placed_at(Place("--vary")):
+        quantity_named(vary)
+    files = StudyFiles(output, f"{Path(scene).stem}-stability-{vary}", ending, ("projection", vary), force)
     given = {name: value for name, value in (("closed", closed), ("energy", energy)) if value is not None}
-    journal = journal_at(stem, fresh)
+    journal = journal_at(files.stem, fresh)
     with telling(hidden=as_json) as tell, placed_at(Place("--vary")):
         found = stability(
             what, vary, projections=projections, low=low, high=high, points=points, limits=Limits(**given),
             journal=journal, tell=tell,
         )
-    written = [write_csv(Path(f"{stem}.csv"), _rows(found)), save(_page(found), Path(f"{stem}.{ending}"))]
+    written = [files.table(_rows(found)), files.figure(_page(found))]
     if as_json:
         click.echo(json.dumps(_numbers(found)))
         return

@@ -2,16 +2,21 @@
 
 from __future__ import annotations
 
-import csv
 import sys
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from time import monotonic
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from mbproj.errors import InputError, Problem
+from mbproj import outputs
+from mbproj.outputs import check_replaceable, make_folder
 from mbproj.studies.progress import Tell
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+OTHER_FOLDER = "choose another folder with -o"
 
 
 @contextmanager
@@ -65,22 +70,28 @@ def milliseconds(seconds: float) -> str:
     return "-" if not seconds < float("inf") else f"{value:.3g}" if value < 1000.0 else f"{value:.0f}"
 
 
-def write_csv(path: Path, rows: Sequence[Mapping[str, Any]]) -> Path:
-    """The rows with the names of the first as headings. Raises InputError where the file cannot be written."""
-    try:
-        with path.open("w", encoding="utf-8", newline="") as file:
-            writer = csv.DictWriter(file, list(rows[0]))
-            writer.writeheader()
-            writer.writerows(rows)
-    except OSError as error:
-        raise unwritable(path, error) from error
-    return path
+class StudyFiles:
+    """The table DIR/<stem>.csv and the figure DIR/<stem>.<ending> of a study, whose table begins with the columns
+    `first`. Raises InputError at once where they could not be written when the work is done."""
 
+    def __init__(self, folder: Path, stem: str, ending: str, first: tuple[str, str], force: bool) -> None:
+        self.stem = make_folder(folder, OTHER_FOLDER) / stem
+        self.force = force
+        self._figure = Path(f"{self.stem}.{ending}")
+        self._table = Path(f"{self.stem}.csv")
+        check_replaceable(self._table, outputs.csv(first), force=force, hint=OTHER_FOLDER)
+        check_replaceable(self._figure, outputs.picture(ending), force=force, hint=OTHER_FOLDER)
 
-def unwritable(path: Path, error: OSError) -> InputError:
-    """A file or folder that cannot be made."""
-    message = f"cannot write '{path}': {error.strerror or error}"
-    return InputError(Problem(message, hint="choose another folder with -o"))
+    def table(self, rows: Sequence[Mapping[str, Any]]) -> Path:
+        """Writes the rows with the names of the first as headings."""
+        values = [list(row.values()) for row in rows]
+        return outputs.write_csv(self._table, list(rows[0]), values, force=self.force, hint=OTHER_FOLDER)
+
+    def figure(self, drawn: Figure) -> Path:
+        """Writes the figure."""
+        from mbproj.plot.save import save
+
+        return save(drawn, self._figure, force=self.force)
 
 
 def journal_at(stem: Path, fresh: bool) -> Path:
@@ -89,12 +100,3 @@ def journal_at(stem: Path, fresh: bool) -> Path:
     if fresh:
         journal.unlink(missing_ok=True)
     return journal
-
-
-def make(folder: Path) -> Path:
-    """The folder, made where it was missing."""
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise unwritable(folder, error) from error
-    return folder

@@ -35,8 +35,12 @@ def integrators(default: str) -> Callable[[Command], Command]:
     return click.option("--integrators", type=Names(), metavar="A,B,..", help=text)
 
 
+force = click.option("--force", is_flag=True, help="Replace files that mbproj did not write, too.")
+
+
 def files(command: Command) -> Command:
-    """Where tables and figures go, `output`, and the figures' format, `ending`."""
+    """Where tables and figures go, `output`, the figures' format, `ending`, and whether to replace what is not ours."""
+    command = force(command)
     formats = click.Choice(["png", "svg", "pdf"])
     command = click.option("--format", "ending", default="png", type=formats, help="Format (png).")(command)
     folder = click.Path(path_type=Path)

@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 @study_options.fresh
 def command(
     scene: str, settings: tuple[str, ...], thresholds: tuple[float, ...] | None, at: tuple[str, ...] | None,
-    repeat: int, output: Path, ending: str, fresh: bool, **options: Any,
+    repeat: int, output: Path, ending: str, force: bool, fresh: bool, **options: Any,
 ) -> None:  # fmt: skip
     """Varies the projection threshold on SCENE: error, violation, projections saved, CPU time.
 
@@ -36,16 +36,15 @@ def command(
     options change the setting that is studied, as for `mbproj run`. An interrupted study resumes where it stopped:
     what was done stands in DIR/<scene>-threshold.jsonl.
     """
-    from mbproj.cli.study import journal_at, make, telling, write_csv
-    from mbproj.plot.save import save
+    from mbproj.cli.study import StudyFiles, journal_at, telling
     from mbproj.scene import read_scene
     from mbproj.studies.threshold import threshold_study
 
     chosen = overrides(options)
     chosen.pop("threshold", None)
     what = read_scene(scene, parameters(settings), chosen)
-    stem, points = make(output) / f"{Path(scene).stem}-threshold", at or ()
-    journal = journal_at(stem, fresh)
+    files = StudyFiles(output, f"{Path(scene).stem}-threshold", ending, ("threshold", "projection"), force)
+    journal, points = journal_at(files.stem, fresh), at or ()
     with telling(hidden=False) as tell:
         found = threshold_study(
             what, thresholds=thresholds, at=points, repetitions=repeat, journal=journal, tell=tell
@@ -53,8 +52,8 @@ def command(
     click.echo(_report(found, points))
     for note in found.notes:
         click.echo(f"note: {note}", err=True)
-    click.echo(write_csv(Path(f"{stem}.csv"), _rows(found, points)))
-    click.echo(save(_page(found, points), Path(f"{stem}.{ending}")))
+    click.echo(files.table(_rows(found, points)))
+    click.echo(files.figure(_page(found, points)))
 
 
 def _rows(found: ThresholdStudy, points: tuple[str, ...]) -> list[dict[str, Any]]:

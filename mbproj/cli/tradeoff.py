@@ -31,22 +31,26 @@ if TYPE_CHECKING:
 @study_options.repeat
 @study_options.files
 @study_options.fresh
-def command(scene: str, changes: tuple[str, ...], output: Path, ending: str, fresh: bool, **options: Any) -> None:
+def command(
+    scene: str, changes: tuple[str, ...], output: Path, ending: str, force: bool, fresh: bool, **options: Any
+) -> None:  # fmt: skip
     """Measures accuracy against cost on SCENE over projections, integrators, steps, tolerances and schedules.
 
     Prints the cheapest setting for each error; writes all settings as CSV and HDF5, and work-precision diagrams. An
     interrupted study resumes where it stopped: what was done stands in DIR/<scene>-tradeoff.jsonl.
     """
     from mbproj.cli.scene_options import parameters
-    from mbproj.cli.study import journal_at, make, telling, unwritable, write_csv
-    from mbproj.plot.save import save
+    from mbproj.cli.study import OTHER_FOLDER, StudyFiles, journal_at, telling
+    from mbproj.outputs import check_replaceable
     from mbproj.scene import read_scene
     from mbproj.studies.tradeoff import PROJECTIONS_TRIED, tradeoff
-    from mbproj.studies.tradeoff_table import rows, write_hdf5
+    from mbproj.studies.tradeoff_table import KIND, rows, write_hdf5
 
     what = read_scene(scene, parameters(changes))
-    stem = make(output) / f"{Path(scene).stem}-tradeoff"
-    journal = journal_at(stem, fresh)
+    files = StudyFiles(output, f"{Path(scene).stem}-tradeoff", ending, ("setting", "projection"), force)
+    whole = Path(f"{files.stem}.h5")
+    check_replaceable(whole, KIND, force=force, hint=OTHER_FOLDER)
+    journal = journal_at(files.stem, fresh)
     with telling(hidden=False) as tell:
         found = tradeoff(
             what,
@@ -65,12 +69,9 @@ def command(scene: str, changes: tuple[str, ...], output: Path, ending: str, fre
     for note in found.notes:
         click.echo(f"note: {note}", err=True)
     table = rows(found)
-    click.echo(write_csv(Path(f"{stem}.csv"), table))
-    try:
-        click.echo(write_hdf5(Path(f"{stem}.h5"), found, table))
-    except OSError as error:
-        raise unwritable(Path(f"{stem}.h5"), error) from error
-    click.echo(save(_page(found), Path(f"{stem}.{ending}")))
+    click.echo(files.table(table))
+    click.echo(write_hdf5(whole, found, table, force=force))
+    click.echo(files.figure(_page(found)))
 
 
 def _report(found: Tradeoff) -> Iterator[str]:

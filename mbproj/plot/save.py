@@ -6,19 +6,25 @@ from pathlib import Path
 
 from matplotlib.figure import Figure
 
-from mbproj.errors import InputError, Problem
+from mbproj.outputs import picture, replacing
+from mbproj.outputs.kinds import MARK
 from mbproj.plot.style import styled
 
-#: The formats, each with metadata that leaves out the date, so that the same results give the same file.
-FORMATS = {"png": {}, "svg": {"Date": None}, "pdf": {"CreationDate": None}}
+#: The metadata of each format: our mark, by which we know the file again, and no date, so that the same results give
+#: the same file.
+METADATA = {
+    "png": {"Software": MARK},
+    "svg": {"Title": MARK, "Date": None},
+    "pdf": {"Creator": MARK, "CreationDate": None},
+}
 
 
 @styled
-def save(figure: Figure, path: Path) -> Path:
-    """Write `figure` in the format that the suffix names. Raises InputError where the file cannot be written."""
-    try:
-        figure.savefig(path, metadata=FORMATS[path.suffix[1:]])
-    except OSError as error:
-        message = f"cannot write '{path}': {error.strerror or error}"
-        raise InputError(Problem(message, hint="choose another directory with -o")) from error
+def save(figure: Figure, path: Path, *, force: bool = False) -> Path:
+    """Write `figure` in the format that the suffix names.
+
+    Raises InputError where the file cannot be written, or, unless `force`, would replace what is no picture of ours."""
+    file_format = path.suffix[1:]
+    with replacing(path, picture(file_format), force=force, hint="choose another directory with -o") as draft:
+        figure.savefig(draft, format=file_format, metadata=METADATA[file_format])
     return path

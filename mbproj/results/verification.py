@@ -13,8 +13,10 @@ from typing import Any
 import h5py
 
 from mbproj.errors import InputError, Problem
-from mbproj.results.faults import cannot_write
+from mbproj.outputs import hdf5, replacing
+from mbproj.results.faults import ELSEWHERE
 from mbproj.results.files import DAMAGE, is_ours, part_path
+from mbproj.results.layout import FORMAT
 from mbproj.results.provenance import create_text
 from mbproj.scene.records import Scene
 from mbproj.version import __version__
@@ -73,8 +75,7 @@ def store(path: Path, scene: Scene, verification: Verification) -> None:
     A copy is changed and renamed over the file, so that a kill leaves it whole. Raises InputError where there is no
     such file, or it is of another scene."""
     check_store(path, scene)
-    copy = path.with_name(path.name + ".verify")
-    try:
+    with replacing(path, hdf5(FORMAT), force=True, hint=ELSEWHERE) as copy:
         shutil.copyfile(path, copy)
         with h5py.File(copy, "r+") as file:
             if GROUP in file:
@@ -83,11 +84,6 @@ def store(path: Path, scene: Scene, verification: Verification) -> None:
             records = [json.dumps(check.as_numbers()) for check in verification.checks]
             create_text(group, "checks", records, "a check a line (JSON): name, claim, measured, allowed, verdict")
             group.attrs.update({"formulation": verification.formulation, "mbproj_version": verification.version})
-        copy.replace(path)
-    except OSError as error:
-        raise cannot_write(path, error) from error
-    finally:
-        copy.unlink(missing_ok=True)
 
 
 def read(file: h5py.File) -> Verification | None:

@@ -10,6 +10,7 @@ from typing import Any
 import h5py
 import numpy as np
 
+from mbproj.outputs import hdf5, replacing
 from mbproj.studies.tradeoff import Tradeoff
 from mbproj.version import __version__
 
@@ -63,11 +64,15 @@ def rows(found: Tradeoff) -> list[dict[str, Any]]:
     return table
 
 
-def write_hdf5(path: Path, found: Tradeoff, table: Sequence[dict[str, Any]]) -> Path:
+FORMAT = "mbproj tradeoff"
+KIND = hdf5(FORMAT)
+
+
+def write_hdf5(path: Path, found: Tradeoff, table: Sequence[dict[str, Any]], *, force: bool = False) -> Path:
     """/trials with an array for each column of `table`, /reference with times, positions and uncertainty."""
-    with h5py.File(path, "w") as file:
+    with replacing(path, KIND, force=force) as draft, h5py.File(draft, "w") as file:
         file.attrs.update({
-            "format": "mbproj tradeoff", "mbproj_version": __version__, "title": found.title,
+            "format": FORMAT, "mbproj_version": __version__, "title": found.title,
             "points": list(found.points), "notes": list(found.notes),
         })  # fmt: skip
         for name in table[0]:

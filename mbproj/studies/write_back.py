@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-import os
 from pathlib import Path
 from typing import Any
-from uuid import uuid4
 
-from mbproj.errors import InputError, Place, Problem
+from mbproj.errors import InputError, Place, Problem, placed_at
+from mbproj.outputs import SCENE, write_text
 from mbproj.scene import read_scene_text
 from mbproj.scene.records import ProjectionSettings, Scene, Settings
 from mbproj.scene.rewrite import Changes, with_simulation
+from mbproj.scene.text import read_text
 from mbproj.studies.setting import Setting, shortest
 
 
@@ -31,11 +31,11 @@ def write_back(scene: Scene, settings: Settings) -> Path:
         raise InputError(failed) from error
     if Setting.of(found) != Setting.of(settings) or found.output_step != settings.output_step:
         raise InputError(failed)
-    try:
-        _replace(Path(os.path.realpath(scene.path)), text)
-    except OSError as error:
-        raise InputError(Problem(f"cannot be written: {error.strerror}", place)) from error
-    return scene.path
+    if read_text(scene.path) != scene.text:
+        raise InputError(Problem("has changed since it was read", place, f"write by hand: {_by_hand(changes)}"))
+    mark = "\ufeff" if scene.path.read_bytes().startswith(b"\xef\xbb\xbf") else ""
+    with placed_at(place):
+        return write_text(scene.path, mark + text, SCENE, force=True, hint="write by hand")
 
 
 def changes_to(before: Settings, after: Settings) -> Changes:
@@ -63,16 +63,3 @@ def _text(value: Any) -> str | None:
 
 def _by_hand(changes: Changes) -> str:
     return ", ".join(f"{name}: {value}" for name, value in changes.items() if isinstance(value, str))
-
-
-def _replace(path: Path, text: str) -> None:
-    """The file with a new text, and its permissions: whoever reads meanwhile finds the one or the other."""
-    draft = path.with_name(f".{path.name}.{uuid4().hex}")
-    mark = "\ufeff" if path.read_bytes().startswith(b"\xef\xbb\xbf") else ""
-    try:
-        draft.write_bytes((mark + text).encode())
-        draft.chmod(path.stat().st_mode)
-        draft.replace(path)
-    except OSError:
-        draft.unlink(missing_ok=True)
-        raise

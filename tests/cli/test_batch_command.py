@@ -131,7 +131,8 @@ def test_bad_options_are_refused_before_anything_runs(tmp_path: Path) -> None:
         (["a.yaml", "--timeout", "3 m"], "--timeout: error: '--timeout' is in s, this is a length\n"),
         (["a.yaml", "--junit", "no/x.xml"], "error: cannot write 'no/x.xml': No such file or directory; choose another "
          "file with --junit\n"),
-        (["a.yaml", "--keep", "a.yaml"], "error: cannot make 'a.yaml': File exists; choose another directory\n"),
+        (["a.yaml", "--keep", "a.yaml"], "error: cannot make the directory 'a.yaml': File exists; choose another "
+         "directory\n"),
     ):
         done = mbproj("batch", *options, folder=tmp_path)
         assert (done.returncode, done.stderr) == (2, message)

@@ -100,7 +100,7 @@ def test_plot_leaves_out_what_does_not_apply(tmp_path):
         (["--from", "1.001", "--to", "1.002"], "'RUN' has no sample from 1.001 s to 1.002 s; "
          "its samples go from 0 s to 2 s"),
         (["--from", "2", "--to", "1"], "--from 2 is not before --to 1; exchange them"),
-        (["-o", "RUN"], "cannot make the directory 'RUN': File exists; choose another with -o"),
+        (["-o", "RUN"], "cannot make the directory 'RUN': File exists; choose another directory with -o"),
     ],
 )  # fmt: skip
 def test_plot_refuses(path, arguments, message):

@@ -8,6 +8,7 @@ from collections.abc import Iterable, Sequence
 from pathlib import Path
 
 from mbproj.errors import InputError, Problem
+from mbproj.outputs import make_folder
 from mbproj.studies.batch.result import Task
 
 
@@ -51,10 +52,6 @@ def tasks(scenes: Sequence[Path], directory: Path, keep: bool) -> list[Task]:
         output.with_name(f"{path.name}.h5") if counts[output] > 1 else output
         for output, path in zip(outputs, whole, strict=True)
     ]
-    try:
-        for output in outputs:
-            output.parent.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        problem = Problem(f"cannot make '{directory}': {error.strerror or error}", hint="choose another directory")
-        raise InputError(problem) from error
+    for output in outputs:
+        make_folder(output.parent, "choose another directory")
     return [Task(scene, output, keep) for scene, output in zip(scenes, outputs, strict=True)]

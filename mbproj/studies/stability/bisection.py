@@ -25,7 +25,7 @@ from mbproj.studies.setting import Setting
 from mbproj.studies.solve import sample_times, solve
 from mbproj.studies.spans import span as until_of
 from mbproj.studies.stability.gains import real_axis_limit
-from mbproj.studies.stability.quantities import QUANTITIES, Span
+from mbproj.studies.stability.quantities import QUANTITIES, Span, quantity_named
 from mbproj.studies.stability.subject import Limits, Point, Subject
 from mbproj.version import __version__
 
@@ -94,9 +94,7 @@ def stability(
     """Varies `vary` (a name of `QUANTITIES`) from `low` to `high` for each projection method.
 
     Raises InputError where the scene does not have what is to be varied, or a method is not concerned."""
-    if vary not in QUANTITIES:
-        raise InputError(Problem(f"unknown quantity '{vary}'", hint=choose_from(vary, QUANTITIES)))
-    quantity, mechanism = QUANTITIES[vary], Mechanism.of(scene)
+    quantity, mechanism = quantity_named(vary), Mechanism.of(scene)
     names = _methods(vary, projections)
     subject = Subject(scene, _fixed(mechanism, until_of(scene, until)), until_of(scene, until), limits or Limits())
     found = quantity.span(subject)

@@ -8,6 +8,7 @@ from types import MappingProxyType
 
 from mbproj.errors import InputError, Problem
 from mbproj.scene.records import Scene
+from mbproj.scene.suggestions import choose_from
 from mbproj.studies.stability.gains import growth
 from mbproj.studies.stability.judge import judged
 from mbproj.studies.stability.subject import Point, Subject
@@ -127,3 +128,10 @@ QUANTITIES: Mapping[str, Quantity] = MappingProxyType(
         "duration": Quantity("s", "how long the run is", _durations, _duration_of),
     }
 )  # fmt: skip
+
+
+def quantity_named(name: str) -> Quantity:
+    """One of `QUANTITIES`. Raises InputError for an unknown name."""
+    if name not in QUANTITIES:
+        raise InputError(Problem(f"unknown quantity '{name}'", hint=choose_from(name, QUANTITIES)))
+    return QUANTITIES[name]

@@ -1,0 +1,95 @@
+"""Kinds of files that mbproj writes, and how it knows its own from somebody else's."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+#: What mbproj calls itself in the metadata of its pictures.
+MARK = "mbproj"
+#: A kind is told by this many bytes at either end of a file: no file is read whole to be replaced.
+END = 65536
+#: The first bytes of a picture and its mark, by format. PDF keeps its metadata at the end.
+_PICTURES: Mapping[str, tuple[bytes, bytes]] = {
+    "png": (b"\x89PNG\r\n\x1a\n", b"Software\0" + MARK.encode()),
+    "pdf": (b"%PDF-", b"/Creator (" + MARK.encode() + b")"),
+    "svg": (b"<?xml", b"<dc:title>" + MARK.encode() + b"</dc:title>"),
+}
+
+
+@dataclass(frozen=True)
+class Kind:
+    """What a file is called, as in "a CSV table", and whether mbproj wrote the regular file at a path."""
+
+    what: str
+    wrote: Callable[[Path], bool]
+
+    def is_ours(self, path: Path) -> bool:
+        """Whether the file may be replaced by a new one of its kind. An empty one holds nothing to lose."""
+        try:
+            return path.stat().st_size == 0 or self.wrote(path)
+        except OSError:
+            return False
+
+
+def picture(file_format: str) -> Kind:
+    """A picture in one of the formats png, pdf and svg: its signature and our mark."""
+    signature, mark = _PICTURES[file_format]
+
+    def wrote(path: Path) -> bool:
+        head, tail = _ends(path)
+        return head.startswith(signature) and mark in head + tail
+
+    return Kind(f"a {file_format.upper()} picture", wrote)
+
+
+def csv(headings: Sequence[str]) -> Kind:
+    """A CSV table: the first line begins with the first two of these headings, but for what stands in brackets."""
+    wanted = _columns(",".join(headings[:2]))
+
+    def wrote(path: Path) -> bool:
+        first, _, _ = _ends(path)[0].partition(b"\n")
+        return _columns(first.decode("utf-8", "replace"))[: len(wanted)] == wanted
+
+    return Kind("a CSV table", wrote)
+
+
+def hdf5(file_format: str) -> Kind:
+    """An HDF5 file whose attribute `format` is this text."""
+
+    def wrote(path: Path) -> bool:
+        import h5py
+
+        if not _ends(path)[0].startswith(b"\x89HDF\r\n\x1a\n"):
+            return False
+        try:
+            with h5py.File(path, "r") as file:
+                return bool(file.attrs.get("format") == file_format)
+        except (OSError, RuntimeError, ValueError, KeyError, TypeError):  # what h5py raises for bytes that are wrong
+            return False
+
+    return Kind("an HDF5 file", wrote)
+
+
+def _begins_with(text: bytes) -> Callable[[Path], bool]:
+    """A text file with these words in its first lines."""
+    return lambda path: text in _ends(path)[0][:1024]
+
+
+def _columns(line: str) -> list[str]:
+    return [heading.strip().partition(" (")[0] for heading in line.split(",")]
+
+
+def _ends(path: Path) -> tuple[bytes, bytes]:
+    """The first and the last bytes of a file."""
+    with path.open("rb") as file:
+        head = file.read(END)
+        file.seek(max(0, path.stat().st_size - END))
+        return head, file.read(END)
+
+
+JUNIT = Kind("a JUnit report", _begins_with(b'<testsuites name="mbproj batch"'))
+SCENE_SCHEMA = Kind("a schema", _begins_with(b'"title": "mbproj scene"'))
+#: A scene is its author's, whoever wrote its first version: it is never ours to replace.
+SCENE = Kind("a scene to replace", lambda path: False)

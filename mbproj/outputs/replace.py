@@ -1,0 +1,99 @@
+"""Writing a file: a new private one in the same folder takes the place of the old one when it is whole."""
+
+from __future__ import annotations
+
+import os
+import stat
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+from pathlib import Path
+from secrets import token_hex
+
+from mbproj.errors import InputError, Problem
+from mbproj.outputs.kinds import Kind
+
+ELSEWHERE = "choose another with -o"
+
+
+@contextmanager
+def replacing(path: Path, kind: Kind, *, force: bool = False, hint: str = ELSEWHERE) -> Iterator[Path]:
+    """A new empty file beside `path`, to write into. Where the block ends well it becomes `path`; else it is removed.
+
+    Nobody else can read or write it before. Raises InputError where `path` must not be replaced (see
+    `check_replaceable`), or cannot be written; `hint` says what to do then.
+    """
+    target = check_replaceable(path, kind, force=force, hint=hint)
+    try:
+        draft, mode = _new_file(target)
+    except OSError as error:
+        raise cannot_write(path, error, hint) from error
+    try:
+        yield draft
+        draft.chmod(mode)
+        draft.replace(target)
+    except OSError as error:
+        raise cannot_write(path, error, hint) from error
+    finally:
+        with suppress(OSError):
+            draft.unlink(missing_ok=True)
+
+
+def write_text(path: Path, text: str, kind: Kind, *, force: bool = False, hint: str = ELSEWHERE) -> Path:
+    """Writes `text` in UTF-8 as `replacing` does, as it stands: no line end is changed."""
+    with replacing(path, kind, force=force, hint=hint) as draft:
+        draft.write_bytes(text.encode())
+    return path
+
+
+def check_replaceable(path: Path, kind: Kind, *, force: bool = False, hint: str = ELSEWHERE) -> Path:
+    """Where a file for `path` is to be written: `path`, or what it is a link to.
+
+    Raises InputError where something else than a file is there, or, unless `force`, a file that is not of this kind of
+    ours."""
+    try:
+        target = Path(os.path.realpath(path)) if path.is_symlink() else path
+        mode = target.stat().st_mode
+    except FileNotFoundError:
+        if path.is_symlink():
+            raise InputError(Problem(f"'{path}' is a link to nothing", hint=f"remove it, or {hint}")) from None
+        return target
+    except OSError as error:
+        raise cannot_write(path, error, hint) from error
+    if stat.S_ISDIR(mode):
+        raise InputError(Problem(f"'{path}' is a directory", hint=f"give a file in it, or {hint}"))
+    if not stat.S_ISREG(mode):
+        raise InputError(Problem(f"'{path}' is a pipe or a device, not a file", hint=hint))
+    if not (force or kind.is_ours(target)):
+        message = f"'{path}' exists and is not {kind.what} of mbproj, so it is not replaced"
+        raise InputError(Problem(message, hint=f"remove it, give --force, or {hint}"))
+    return target
+
+
+def make_folder(folder: Path, hint: str = ELSEWHERE) -> Path:
+    """The folder, made where it was missing. Raises InputError where it cannot be made."""
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        message = f"cannot make the directory '{folder}': {error.strerror or error}"
+        raise InputError(Problem(message, hint=hint)) from error
+    return folder
+
+
+def cannot_write(path: Path, error: OSError, hint: str) -> InputError:
+    """A file that the system does not let us write."""
+    return InputError(Problem(f"cannot write '{path}': {error.strerror or error}", hint=hint))
+
+
+def _new_file(target: Path) -> tuple[Path, int]:
+    """A new file beside `target` that its owner alone can read, and the permissions that it is to have in the end:
+    those of the file that it replaces, or those that a new file gets here."""
+    draft = target.with_name(f".mbproj-{token_hex(8)}{target.suffix[:8]}")
+    descriptor = os.open(draft, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o666)
+    try:
+        mode = stat.S_IMODE(os.fstat(descriptor).st_mode)
+        draft.chmod(0o600)
+    finally:
+        os.close(descriptor)
+    with suppress(OSError):
+        mode = stat.S_IMODE(target.stat().st_mode)
+    return draft, mode

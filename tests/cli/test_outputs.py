@@ -1,0 +1,102 @@
+"""Commands replace what mbproj wrote, and nothing else unless they are told to."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import stat
+
+import pytest
+
+from tests.cli.commands import FIVE_BAR, SLIDER_CRANK, mbproj
+
+
+@pytest.fixture(scope="module")
+def run(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("outputs")
+    done = mbproj("run", SLIDER_CRANK, "--duration", "0.05", "-q", "-o", "a.h5", folder=folder)
+    assert done.returncode == 0, done.stderr
+    return folder / "a.h5"
+
+
+COMMANDS = {
+    "export": (["export", "a.h5", "--table", "body-rod"], "a-body-rod.csv"),
+    "plot": (["plot", "a.h5", "--kind", "energy", "--format", "svg"], "a-energy.svg"),
+    "schema": (["schema", "-o", "s.json"], "s.json"),
+    "batch": (["batch", "short.yaml", "--junit", "r.xml"], "r.xml"),
+    "new": (["new", "pendulum", "-o", "p.yaml"], "p.yaml"),
+}
+
+
+@pytest.mark.parametrize("name", COMMANDS)
+def test_a_file_of_somebody_else_is_replaced_with_force_alone(tmp_path, run, name):
+    arguments, written = COMMANDS[name]
+    shutil.copy(run, tmp_path / "a.h5")
+    assert mbproj("new", "pendulum", "--length", "1", "-o", "short.yaml", folder=tmp_path).returncode == 0
+    (tmp_path / written).write_text("mine: 1\n")
+    refused = mbproj(*arguments, folder=tmp_path)
+    assert refused.returncode == 2, refused.stderr
+    assert f"error: '{written}' exists and is not " in refused.stderr and "give --force" in refused.stderr
+    assert (tmp_path / written).read_text() == "mine: 1\n"
+    assert mbproj(*arguments, "--force", folder=tmp_path).returncode == 0
+    assert (tmp_path / written).read_text() != "mine: 1\n"
+    again = mbproj(*arguments, folder=tmp_path)
+    assert again.returncode == (2 if name == "new" else 0), again.stderr
+
+
+def test_junit_never_replaces_the_scene(tmp_path):
+    assert mbproj("new", "pendulum", "-o", "p.yaml", folder=tmp_path).returncode == 0
+    before = (tmp_path / "p.yaml").read_bytes()
+    done = mbproj("batch", "--junit", "p.yaml", "p.yaml", folder=tmp_path)
+    assert (done.returncode, (tmp_path / "p.yaml").read_bytes()) == (2, before)
+
+
+def test_a_study_refuses_before_it_works(tmp_path):
+    (tmp_path / "five_bar-compare.csv").write_text("mine\n")
+    done = mbproj("compare", FIVE_BAR, "--until", "1e6 s", folder=tmp_path)  # it would take hours
+    assert done.returncode == 2
+    assert "'five_bar-compare.csv' exists and is not a CSV table of mbproj" in done.stderr
+
+
+def test_files_with_dots_in_their_names_export_to_different_tables(tmp_path, run):
+    for name in ("run.a.h5", "run.b.h5"):
+        shutil.copy(run, tmp_path / name)
+        done = mbproj("export", name, "--table", "diagnostics", folder=tmp_path)
+        assert done.stdout == f"{name[:5]}-diagnostics.csv\n"
+
+
+@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="needs named pipes")
+def test_pipes_in_place_of_outputs_block_nobody(tmp_path, run):
+    shutil.copy(run, tmp_path / "a.h5")
+    assert mbproj("new", "pendulum", "-o", "short.yaml", folder=tmp_path).returncode == 0
+    for arguments, written in COMMANDS.values():
+        os.mkfifo(tmp_path / written)
+        done = mbproj(*arguments, "--force", folder=tmp_path)
+        assert (done.returncode, "is a pipe or a device, not a file" in done.stderr) == (2, True), done.stderr
+
+
+def test_storing_a_verification_touches_no_other_file(tmp_path, run):
+    shutil.copy(run, tmp_path / "a.h5")
+    (tmp_path / "precious").write_text("mine")
+    (tmp_path / "a.h5.verify").symlink_to("precious")
+    scene = [SLIDER_CRANK, "--duration", "0.05"]
+    done = mbproj("verify", *scene, "--store", "a.h5", folder=tmp_path)
+    assert done.returncode == 0, done.stderr
+    assert (tmp_path / "precious").read_text() == "mine"
+    assert (tmp_path / "a.h5.verify").is_symlink()
+    assert "\nverification\n" in mbproj("info", "a.h5", folder=tmp_path).stdout
+    assert stat.S_IMODE((tmp_path / "a.h5").stat().st_mode) == stat.S_IMODE(run.stat().st_mode)
+
+
+def test_a_scene_that_was_changed_meanwhile_is_not_written_over(tmp_path):
+    from mbproj import read_scene
+    from mbproj.errors import InputError
+    from mbproj.studies.write_back import write_back
+
+    path = tmp_path / "five_bar.yaml"
+    shutil.copy(FIVE_BAR, path)
+    scene = read_scene(path)
+    path.write_text(path.read_text() + "# mine\n")
+    with pytest.raises(InputError, match="has changed since it was read"):
+        write_back(scene, scene.settings)
+    assert path.read_text().endswith("# mine\n")
