@@ -46,6 +46,7 @@ class Campaign:
         for name in verdict.formulations:
             self.kinds[name] += 1
         self.kinds["redundant"] += verdict.redundant > 0
+        self.kinds["structures"] += not verdict.no_case and verdict.freedom == 0
         for finding in verdict.findings:
             self.largest[finding.what] = max(self.largest.get(finding.what, 0.0), finding.excess)
         if verdict.disagreements:

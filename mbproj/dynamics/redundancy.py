@@ -89,8 +89,8 @@ def redundancy(system: System, state: State) -> Redundancy:
     around = nearby(system, state.q) if system.bodies <= LARGE else None
     sides, names = right_hand_sides(system, state), name_rows(system, pose)
     sets = [
-        _dependent_set(system, part, members, permanent, sides, names)
-        for part in found
+        _dependent_set(system, part, members, permanent, known, names)
+        for part, known in [(part, sides.within(part.block, part.rows)) for part in found]
         for members, permanent in _circuits(system, part, around)
     ]
     return Redundancy(

@@ -30,6 +30,7 @@ class Verdict:
     no_case: str = ""
     formulations: tuple[str, ...] = ()
     redundant: int = 0
+    freedom: int = 0
     condition: float = 1.0
 
     @property
@@ -45,10 +46,8 @@ def examine(text: str) -> Verdict:
     except InputError as error:
         return Verdict(no_case=str(error))
     freedom = mobility(system, pose_of(state.q)).degrees_of_freedom
-    if freedom == 0:
-        return Verdict(no_case="no degree of freedom")
     scene = read_scene_text(text)
-    verdict, runs = Verdict(), dict[str, Motion]()
+    verdict, runs = Verdict(freedom=freedom), dict[str, Motion]()
     for formulation in ("full", "reduced", "auto"):
         try:
             done = run(system, state, replace(settings_to_run(scene), formulation=formulation))

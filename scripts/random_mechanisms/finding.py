@@ -8,6 +8,9 @@ import numpy as np
 
 from mbproj.arrays import Numbers
 
+#: In SI units: what round-off makes of nothing, where nothing moves and nothing acts.
+NOTHING = 1e-25
+
 
 @dataclass(frozen=True)
 class Finding:
@@ -25,5 +28,5 @@ class Finding:
 
 def off(what: str, error: Numbers | float, allowed: Numbers | float) -> Finding:
     """The largest error, component by component, in units of what is allowed."""
-    ratio = np.abs(error) / np.maximum(allowed, np.finfo(float).tiny)
+    ratio = np.abs(error) / np.maximum(allowed, NOTHING)
     return Finding(what, float(np.max(ratio, initial=0.0)))

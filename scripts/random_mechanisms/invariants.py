@@ -49,7 +49,9 @@ def _closure(system: System, done: Motion, limits: list[RoundOff]) -> Iterator[F
     twist = twist_of(pose, samples.v[-1])
     grain = position_grain(system, pose)[n:].max(initial=0.0)
     yield off("closure", done.tally.joint_peak.value, max(CLOSED, ATTAINABLE * grain))
-    grain = velocity_grain(system, pose, twist).max(initial=0.0)
+    # A structure is at rest but for what round-off of the accelerations makes of its velocities in a step.
+    pushed = np.abs(jacobian(system, pose)) @ limits[-1].acceleration * float(done.samples.t[-1])
+    grain = (velocity_grain(system, pose, twist) + pushed).max(initial=0.0)
     yield off("closure of velocities", done.tally.velocity_peak.value, ATTAINABLE * grain)
     for at, limit in zip((0, -1), limits, strict=True):
         a, rows = samples.acceleration[at], np.abs(jacobian(system, pose_of(samples.q[at])))

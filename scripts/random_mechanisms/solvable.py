@@ -1,4 +1,4 @@
-"""Whether a mechanism can be a case: it moves, and its equations have a unique solution at the start."""
+"""Whether a mechanism can be a case: its equations have a unique solution at the start."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ def start(text: str) -> tuple[System, State]:
 
 
 def is_solvable(text: str) -> bool:
-    """Whether degrees of freedom remain, and rows are independent or redundant for good."""
+    """Whether rows are independent, or redundant for good; nothing has to move."""
     try:
         system, state = start(text)
     except InputError:
@@ -31,4 +31,4 @@ def is_solvable(text: str) -> bool:
     distances = row_distances(scaled_jacobian(system, pose))
     near = np.any((distances > DEPENDENT) & (distances < NEAR_SINGULAR))
     constant = not ranks.redundant or redundancy(system, state).is_constant
-    return bool(ranks.degrees_of_freedom > 0 and constant and not near)
+    return bool(constant and not near)
