@@ -17,6 +17,8 @@ from mbproj.scene import read_scene_text
 from mbproj.scene.forces import FORCE_RECORDS
 from mbproj.scene.motions import KINDS
 from mbproj.scene.observables import MOMENTS, OBSERVABLES
+from mbproj.scene.unit_text import COMPOUNDS
+from mbproj.scene.units import SYMBOLS
 from mbproj.studies.stability.quantities import QUANTITIES
 from mbproj.studies.verify.checks import CHECKS
 from tests.cli.commands import mbproj
@@ -65,6 +67,12 @@ def test_quantities_table(name):
 @pytest.mark.parametrize("name", list(CHECKS))
 def test_the_checks_of_a_verification_are_shown(name):
     assert re.search(rf"^  {name} +{re.escape(CHECKS[name].claim)} ", README, re.MULTILINE)
+
+
+def test_every_unit_is_named():
+    numbers = " ".join(README.partition("- *Numbers*")[2].partition("- *Errors*")[0].split())
+    assert f"Units are `{' '.join(SYMBOLS)}` and" in numbers
+    assert f"`{' '.join(COMPOUNDS)}` without spaces" in numbers
 
 
 def test_motions_table():

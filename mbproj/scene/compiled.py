@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 from types import MappingProxyType
 
 from mbproj.functions.program import Code, Instruction, Op, apply, number, variable
@@ -15,10 +16,11 @@ from mbproj.scene.evaluate import (
     function_of,
     quantity_dimension,
 )
-from mbproj.scene.expressions import Binary, Call, Expression, Name, Negative, Quantity, names, walk
+from mbproj.scene.expressions import Binary, Call, Expression, Name, Negative, Number, Quantity, names, walk
 from mbproj.scene.suggestions import did_you_mean
 from mbproj.scene.tokens import ExpressionError
-from mbproj.scene.units import UNITS, Dimension
+from mbproj.scene.unit_text import similar_unit
+from mbproj.scene.units import SYMBOLS, Dimension
 
 _OPERATORS: Mapping[str, Op] = MappingProxyType(
     {"+": Op.ADD, "-": Op.SUBTRACT, "*": Op.MULTIPLY, "/": Op.DIVIDE, "**": Op.POWER_OF}
@@ -48,9 +50,8 @@ def compiled(tree: Expression, parameters: Parameters, variables: Variables) -> 
             return apply(Op.NEGATE, code), dimension
         case Quantity():
             code, dimension = compiled(tree.operand, parameters, variables)
-            unit = UNITS[tree.unit]
-            factor = number(unit.multiply / unit.divide)
-            return apply(Op.MULTIPLY, code, factor), quantity_dimension(tree, dimension)
+            one = evaluate(replace(tree, operand=Number(1.0, tree.at)), {})
+            return apply(Op.MULTIPLY, code, number(one.number)), quantity_dimension(tree, dimension)
         case Binary():
             return _binary(tree, parameters, variables)
         case Call():
@@ -61,9 +62,9 @@ def compiled(tree: Expression, parameters: Parameters, variables: Variables) -> 
 def _refuse_unknown(tree: Expression, parameters: Parameters, variables: Variables) -> None:
     """Raises ExpressionError for a name that means nothing, with the variables as what it may have been."""
     for node, _ in walk(tree):
-        if isinstance(node, Name) and node.name not in {*parameters, *CONSTANTS, *UNITS, "inf", "nan"}:
-            known = [*variables, *parameters, *CONSTANTS]
-            hint = did_you_mean(node.name, known) or f"variables here are {', '.join(variables)}"
+        if isinstance(node, Name) and node.name not in {*parameters, *CONSTANTS, *SYMBOLS, "inf", "nan"}:
+            similar = did_you_mean(node.name, [*variables, *parameters, *CONSTANTS]) or similar_unit(node.name)
+            hint = similar or f"variables here are {', '.join(variables)}"
             raise ExpressionError(f"unknown name '{node.name}'", node.at, hint)
 
 

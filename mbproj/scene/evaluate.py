@@ -11,7 +11,8 @@ from types import MappingProxyType
 from mbproj.scene.expressions import Binary, Call, Expression, Name, Negative, Number, Quantity
 from mbproj.scene.suggestions import choose_from, did_you_mean
 from mbproj.scene.tokens import ExpressionError
-from mbproj.scene.units import ANGLE, BARE, UNITS, Dimension, describe
+from mbproj.scene.unit_text import similar_unit, unit_of
+from mbproj.scene.units import ANGLE, BARE, SYMBOLS, Dimension, describe
 
 
 @dataclass(frozen=True)
@@ -103,14 +104,14 @@ def _lookup(tree: Name, names: Mapping[str, Value | None]) -> Value:
         return value
     if tree.name in _NOT_HERE:
         raise ExpressionError(_NOT_HERE[tree.name], tree.at)
-    hint = did_you_mean(tree.name, [*names, *CONSTANTS])
-    if tree.name in UNITS:
-        hint = f"a unit stands after a number: 1 {tree.name}"
+    hint = did_you_mean(tree.name, [*names, *CONSTANTS]) or similar_unit(tree.name)
+    if tree.name in SYMBOLS:
+        hint = f"a unit stands after a number: 2 {tree.name}, or 2 1/{tree.name}"
     raise ExpressionError(f"unknown name '{tree.name}'", tree.at, hint or "parameters are defined under 'parameters'")
 
 
 def _with_unit(tree: Quantity, operand: Value) -> Value:
-    dimension, unit = quantity_dimension(tree, operand.dimension), UNITS[tree.unit]
+    dimension, unit = quantity_dimension(tree, operand.dimension), unit_of(tree.unit)
     return Value(_finite(tree.at, lambda x: x * unit.multiply / unit.divide, operand.number), dimension)
 
 
@@ -118,7 +119,7 @@ def quantity_dimension(tree: Quantity, operand: Dimension | None) -> Dimension:
     """The dimension of a unit, which stands after what has none yet."""
     if operand not in (None, BARE):
         raise ExpressionError(f"'{tree.unit}' stands after what has a unit already", tree.at)
-    return UNITS[tree.unit].dimension
+    return unit_of(tree.unit).dimension
 
 
 def _binary(tree: Binary, left: Value, right: Value) -> Value:

@@ -1,12 +1,12 @@
 """Expressions: text -> a small immutable tree. What the names mean and what comes out is `evaluate`'s business.
 
     sum     = [+ -] product {(+ | -) product}        ** binds tighter than a sign before it, and to the right
-    operand = (number | name | name(sum, ...) | (sum)) [unit]
+    operand = (number | name | name(sum, ...) | (sum)) [unit]          `unit_text` has what a unit is
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Set
 from dataclasses import dataclass
 from functools import lru_cache
 from typing import TypeAlias
@@ -63,12 +63,13 @@ Expression: TypeAlias = "Number | Name | Quantity | Negative | Binary | Call"
 
 
 @lru_cache(maxsize=4096)
-def parse(text: str) -> Expression:
-    """The tree of `text`, at most MAX_LENGTH characters and MAX_DEPTH levels. Raises ExpressionError."""
+def parse(text: str, parameters: Set[str] = frozenset()) -> Expression:
+    """The tree of `text`, at most MAX_LENGTH characters and MAX_DEPTH levels; `parameters` are those that have the name
+    of a unit. Raises ExpressionError."""
     if len(text) > MAX_LENGTH:
         raise ExpressionError(f"the expression has {len(text)} characters, at most {MAX_LENGTH} are allowed", 0,
                               "name parts of it under 'parameters'")
-    parser = _Parser(text)
+    parser = _Parser(text, parameters)
     tree = parser.expression(0, 1)
     parser.expect("end")
     if depth(tree) > MAX_DEPTH:
@@ -121,8 +122,8 @@ _SIGN = 5
 class _Parser:
     """Precedence climbing over the tokens of one text."""
 
-    def __init__(self, text: str) -> None:
-        self._tokens = tokens(text)
+    def __init__(self, text: str, parameters: Set[str]) -> None:
+        self._tokens = tokens(text, parameters)
         self._next = next(self._tokens)
 
     def expression(self, binding: int, level: int) -> Expression:
@@ -155,7 +156,7 @@ class _Parser:
         unit = self._advance()
         if self._next.kind == "**":
             raise ExpressionError("it is unclear what '**' after a unit applies to", self._next.at,
-                                  "write (2 m)**2, or 2**2 m")
+                                  "write 2 m^2 for square metres, (2 m)**2, or 2**2 m")
         return Quantity(operand, unit.text, unit.at)
 
     def _operand(self, level: int) -> Expression:

@@ -15,7 +15,7 @@ from mbproj.scene.choices import Choice
 from mbproj.scene.containers import Record
 from mbproj.scene.fields import Converted, Field, List, Schema
 from mbproj.scene.nodes import Node, ScalarNode, SequenceNode
-from mbproj.scene.quantities import DIMENSIONS, Number, unit_hint
+from mbproj.scene.quantities import Number, dimension_of, unit_hint
 from mbproj.scene.reading import Reading, Unfit, label
 from mbproj.scene.records import KeyPath
 from mbproj.scene.units import describe
@@ -42,7 +42,7 @@ class Function(Field[Program]):
         if found is None:
             return None
         program, dimension = found
-        if dimension is not None and not DIMENSIONS[self.unit].agrees(dimension):
+        if dimension is not None and not dimension_of(self.unit).agrees(dimension):
             message = f"{label(path)} is in {self.unit}, this is {describe(dimension)}"
             reading.report(message, node.place, unit_hint(node.text, tree))
             return None

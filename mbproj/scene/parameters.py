@@ -39,8 +39,8 @@ class Parameters(Field[Mapping[str, float]]):
             self.reject(node, path, reading)
             return None
         trees: dict[str, Expression] = {}
+        reading.names.update(dict.fromkeys(mapping.values))  # before any is read: what is a unit depends on them
         for name, value in mapping.values.items():
-            reading.names[name] = None
             where = (*path, name)
             reading.places[where] = value.place
             tree = _tree(name, value, mapping.keys[name], reading)

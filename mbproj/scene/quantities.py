@@ -10,7 +10,8 @@ from mbproj.scene.fields import Field, Schema
 from mbproj.scene.nodes import Node, ScalarNode
 from mbproj.scene.reading import Reading, label
 from mbproj.scene.records import KeyPath
-from mbproj.scene.units import BARE, UNITS, Dimension, describe
+from mbproj.scene.unit_text import unit_of
+from mbproj.scene.units import BARE, Dimension, describe
 
 
 @dataclass(frozen=True)
@@ -63,21 +64,14 @@ class Number(Field[float]):
         return {"description": self.expects, "type": ["number", "string"], "pattern": r"\S", **given}
 
 
-#: The dimension of each unit that a field can be in; 1/s is one without a name of its own.
-DIMENSIONS = {"": BARE, "1/s": Dimension(time=-1), **{name: unit.dimension for name, unit in UNITS.items()}}
-
-
 def agrees(unit: str, found: Dimension | None) -> bool:
     """Whether a number of the dimension `found` may stand where `unit` is wanted ("": none is)."""
     return found is None or (dimension_of(unit).agrees(found) and (bool(unit) or found == BARE))
 
 
 def dimension_of(unit: str) -> Dimension:
-    """The dimension of a unit, or of one per second to some power, as in rad/s^3."""
-    if unit in DIMENSIONS:
-        return DIMENSIONS[unit]
-    base, _, power = unit.partition("/s^")
-    return DIMENSIONS[base] * Dimension(time=-float(power))
+    """The dimension of a unit ("": of a number without)."""
+    return unit_of(unit).dimension if unit else BARE
 
 
 def unit_hint(text: str, tree: Expression | None) -> str | None:

@@ -13,7 +13,7 @@ from mbproj.scene.expressions import Expression, parse
 from mbproj.scene.nodes import ScalarNode
 from mbproj.scene.records import KeyPath
 from mbproj.scene.tokens import ExpressionError
-from mbproj.scene.units import Dimension
+from mbproj.scene.units import SYMBOLS, Dimension
 
 
 class Unfit(Exception):
@@ -40,7 +40,7 @@ class Reading:
     def parse(self, node: ScalarNode) -> Expression | None:
         """The tree of an expression; None where it is wrong, which is reported at the character."""
         try:
-            return parse(node.text)
+            return parse(node.text, frozenset(self.names.keys() & SYMBOLS.keys()))
         except ExpressionError as error:
             self.report(error.message, node.place_at(error.at), error.hint)
             return None

@@ -15,5 +15,8 @@ DIALECT = "https://json-schema.org/draft/2020-12/schema"
 
 def scene_schema() -> Schema:
     """The JSON Schema (draft 2020-12) of a scene, as plain data."""
-    about = "A scene of mbproj. A number is in SI units and radians, or a text: an expression, with a unit or without."
+    about = (
+        "A scene of mbproj. A number is in SI units and radians, or a text: an expression, with or without units, "
+        "which are products, quotients and powers, as in 3 kg*mm^2, 2 N*s/mm, 25 1/s."
+    )
     return {"$schema": DIALECT, "title": "mbproj scene", **SCENE.schema(), "description": about}

@@ -1,13 +1,12 @@
-"""Expressions: text -> tokens. A unit is told from a name by what stands before it."""
+"""Expressions: text -> tokens. What stands before a name says whether it is a unit, or a parameter or function."""
 
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
+from collections.abc import Iterator, Set
 from dataclasses import dataclass
 
-from mbproj.scene.suggestions import did_you_mean
-from mbproj.scene.units import UNITS
+from mbproj.scene.unit_text import similar_unit, unit_at
 
 
 class ExpressionError(Exception):
@@ -29,19 +28,20 @@ _NUMBER = r"(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?"
 _PATTERN = re.compile(
     rf"\s*(?:(?P<number>{_NUMBER})|(?P<name>[A-Za-z_][A-Za-z0-9_]*)|(?P<operator>\*\*|[-+*/(),])|(?P<wrong>.)|$)", re.S
 )
-_UNIT = re.compile("(?:" + "|".join(map(re.escape, sorted(UNITS, key=len, reverse=True))) + r")(?![A-Za-z0-9_])")
 #: A name right after one of these can only be a unit.
 _ENDS_OPERAND = ("number", "name", ")")
 HINTS = {
     "^": "write ** for powers",
     ",": "decimals take a point",
+    "·": "write * to multiply",
     "number": "an operator is missing",
-    "unit": "a number has one unit",
+    "name": "write * between the units, as in kg*m^2",
 }
 
 
-def tokens(text: str) -> Iterator[Token]:
-    """The tokens of `text` in order, then one of kind "end"; operators are their own kind.
+def tokens(text: str, parameters: Set[str] = frozenset()) -> Iterator[Token]:
+    """The tokens of `text` in order, then one of kind "end"; operators are their own kind. `parameters`: the names of
+    which none is a unit after * or /.
 
     Raises ExpressionError for a character or a unit that is unknown.
     """
@@ -51,12 +51,12 @@ def tokens(text: str) -> Iterator[Token]:
         word, at = found[kind], found.end()
         if kind == "wrong":
             raise ExpressionError(f"unexpected '{word}'", start, HINTS.get(word))
-        if kind == "name" and before in _ENDS_OPERAND:
-            unit = _UNIT.match(text, start)
-            if unit is None:
-                hint = did_you_mean(word, UNITS) or "write * to multiply"
-                raise ExpressionError(f"unknown unit '{word}'", start, hint)
-            kind, word, at = "unit", unit[0], unit.end()
+        if kind in ("name", "number") and before in _ENDS_OPERAND:
+            unit = unit_at(text, start, parameters)
+            if unit is None and kind == "name":
+                raise ExpressionError(f"unknown unit '{word}'", start, similar_unit(word) or "write * to multiply")
+            if unit is not None:
+                kind, word, at = "unit", text[start : unit[1]], unit[1]
         before = word if kind == "operator" else kind
         yield Token(before, word, start)
     yield Token("end", "", len(text.rstrip()))

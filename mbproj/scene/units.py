@@ -39,6 +39,31 @@ class Unit:
     multiply: float = 1.0
     divide: float = 1.0
 
+    def __mul__(self, other: Unit) -> Unit:
+        multiply, divide = self.multiply * other.multiply, self.divide * other.divide
+        return Unit(self.dimension * other.dimension, *_in_lowest_terms(multiply, divide))
+
+    def __pow__(self, exponent: int) -> Unit:
+        factors = (self.multiply, self.divide) if exponent >= 0 else (self.divide, self.multiply)
+        multiply, divide = (_raised(factor, abs(exponent)) for factor in factors)
+        return Unit(self.dimension**exponent, multiply, divide)
+
+
+def _in_lowest_terms(multiply: float, divide: float) -> tuple[float, float]:
+    """The factors without what they share, so that g/cm^3 multiplies by 1000 and rounds once."""
+    if not (multiply.is_integer() and divide.is_integer()):
+        return multiply, divide
+    shared = math.gcd(int(multiply), int(divide))
+    return float(int(multiply) // shared), float(int(divide) // shared)
+
+
+def _raised(factor: float, exponent: int) -> float:
+    """The factor to a power, infinite where that is too large."""
+    try:
+        return factor**exponent
+    except OverflowError:
+        return math.inf
+
 
 BARE = Dimension()
 LENGTH, MASS, TIME, ANGLE = Dimension(length=1), Dimension(mass=1), Dimension(time=1), Dimension(angle=1)
@@ -49,7 +74,8 @@ FORCE, TORQUE = Dimension(1, 1, -2), Dimension(2, 1, -2)
 STIFFNESS, DAMPING = Dimension(0, 1, -2), Dimension(0, 1, -1)
 TORSION_STIFFNESS, TORSION_DAMPING = Dimension(2, 1, -2, -1), Dimension(2, 1, -1, -1)
 
-UNITS: Mapping[str, Unit] = MappingProxyType(
+#: What units are made of: `unit_text` reads their products, quotients and powers.
+SYMBOLS: Mapping[str, Unit] = MappingProxyType(
     {
         "m": Unit(LENGTH),
         "mm": Unit(LENGTH, divide=1000.0),
@@ -62,26 +88,11 @@ UNITS: Mapping[str, Unit] = MappingProxyType(
         "min": Unit(TIME, 60.0),
         "rad": Unit(ANGLE),
         "deg": Unit(ANGLE, math.pi, 180.0),
-        "rad/s": Unit(ANGULAR_VELOCITY),
-        "deg/s": Unit(ANGULAR_VELOCITY, math.pi, 180.0),
         "rpm": Unit(ANGULAR_VELOCITY, 2 * math.pi, 60.0),
         "Hz": Unit(ANGULAR_VELOCITY, 2 * math.pi),
-        "m/s": Unit(VELOCITY),
-        "mm/s": Unit(VELOCITY, divide=1000.0),
-        "cm/s": Unit(VELOCITY, divide=100.0),
-        "m/s^2": Unit(ACCELERATION),
-        "kg*m^2": Unit(INERTIA),
-        "kg/m^3": Unit(DENSITY),
-        "g/cm^3": Unit(DENSITY, 1000.0),
         "N": Unit(FORCE),
         "kN": Unit(FORCE, 1000.0),
-        "N*m": Unit(TORQUE),
         "J": Unit(TORQUE),
-        "N/m": Unit(STIFFNESS),
-        "N/mm": Unit(STIFFNESS, 1000.0),
-        "N*s/m": Unit(DAMPING),
-        "N*m/rad": Unit(TORSION_STIFFNESS),
-        "N*m*s/rad": Unit(TORSION_DAMPING),
     }
 )
 

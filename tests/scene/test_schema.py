@@ -98,6 +98,7 @@ ODD = [
     ("projection: gpopm", "projection: {position: false, velocity: 'true', every: 2.0, max_iterations: 3 * 5}"),
     ("projection: gpopm", "projection: {method: baumgarte, gains: 5}"),
     ("projection: gpopm", "projection: {method: baumgarte, gains: [5 / (1 s), 1e1]}"),
+    ("projection: gpopm", "projection: {method: baumgarte, gains: [25 1/s, 25 s^-1]}"),
     ("mass: 0.12", "mass: 0"), ("mass: 0.12", "mass: |\n      1 +\n      2"), ("mass: 0.12", "mass: '0.12 kg'"),
     ("inertia: [1.0e-4, 1.0e-5, 1.0e-4]", "inertia: [2, 2, 2, 0.1, 0.2, 0.3 kg*m^2]"),
     ("inertia: [1.0e-4, 1.0e-5, 1.0e-4]", "inertia: [[2, 0, 0], [0, 2, 0], [0, 0, 2]]"),
