@@ -188,7 +188,7 @@ def test_the_command_prints_or_writes_it(tmp_path: Path) -> None:
     assert (tmp_path / "a" / "scene.json").read_text(encoding="utf-8") == printed.stdout
     wrong = mbproj("schema", "-o", "a", folder=tmp_path)
     assert (wrong.stdout, wrong.returncode) == ("", 2)
-    assert wrong.stderr == "error: cannot write 'a': Is a directory; choose another file with -o\n"
+    assert wrong.stderr == "error: 'a' is a directory; give a file in it, or choose another with -o\n"
 
 
 def test_at_most_one_key_of_a_group_or_exactly_one_where_it_is_needed() -> None:
