@@ -6,6 +6,8 @@ from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from enum import IntEnum
+from functools import cache
+from warnings import warn
 
 
 class ExitCode(IntEnum):
@@ -85,6 +87,16 @@ class SimulationError(MbprojError):
         self.formulation: str | None = None
         place = f" at {where}" if where else ""
         super().__init__(f"stopped at t = {time:.6g} s{place}: {cause}" + (f"; {hint}" if hint else ""))
+
+
+class MbprojWarning(UserWarning):
+    """What a user should know of and that stops nothing; the command line shows it as a note."""
+
+
+@cache
+def warn_once(text: str) -> None:
+    """An `MbprojWarning`, the first time that this process has this to say."""
+    warn(text, MbprojWarning, stacklevel=2)
 
 
 @contextmanager

@@ -42,6 +42,7 @@ def command(
 
     from mbproj.cli import batch_table as table
     from mbproj.cli.junit import junit
+    from mbproj.cli.progress import telling
     from mbproj.errors import ExitCode
     from mbproj.outputs import JUNIT, write_text
     from mbproj.scene.given import given_number
@@ -58,9 +59,11 @@ def command(
     def done(number: int, result: SceneResult) -> None:
         results[number] = result
         rows.show(results)
+        tell("scenes", len(results), len(scenes))
 
     interrupted = False
-    with _tasks(scenes, keep) as batch:
+    with _tasks(scenes, keep) as batch, telling(hidden=not as_json) as tell:  # the table grows as the scenes end
+        tell("scenes", 0, len(scenes))
         try:
             run_batch(batch, jobs, seconds, done)
         except KeyboardInterrupt:

@@ -40,14 +40,15 @@ def command(
     Prints a table: violations, trajectory error against a reference of another method, energy drift in the parts of
     the integrator and of the projection, CPU time with its spread, counters. Writes it as CSV, and a page of figures.
     """
+    from mbproj.cli.progress import telling
     from mbproj.cli.scene_options import parameters
-    from mbproj.cli.study import StudyFiles, telling
+    from mbproj.cli.study import StudyFiles
     from mbproj.scene import read_scene
     from mbproj.studies.compare import PROJECTIONS_COMPARED, compare
 
     what = read_scene(scene, parameters(changes))
     files = StudyFiles(output, f"{Path(scene).stem}-compare", ending, ("label", "setting"), force)
-    with telling(hidden=as_json) as tell:
+    with telling(hidden=False) as tell:
         found = compare(
             what,
             projections=options.pop("projections") or PROJECTIONS_COMPARED,

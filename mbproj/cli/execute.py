@@ -58,7 +58,7 @@ def execute(
         _what_is_kept(name, output, as_json=as_json, quiet=quiet),
         placed_at(scene.place("simulation", "projection", "method")),
         writer as recorder,
-        progress_bar(settings.duration, hidden=quiet or as_json) as progress,
+        progress_bar(settings.duration, hidden=quiet) as progress,
     ):
         if certified is None:
             report, trust = simulate(system, state, settings, recorder, progress), None
@@ -95,7 +95,7 @@ def _certified(
     limits: Sequence[float],
 ) -> tuple[Report, Trust]:
     """The run and its certificate, whose progress is shown where that of the run is."""
-    from mbproj.cli.study import telling
+    from mbproj.cli.progress import telling
     from mbproj.scene import settings_to_run
     from mbproj.studies.certified import simulate_certified
     from mbproj.studies.mechanism import Mechanism

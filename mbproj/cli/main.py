@@ -5,11 +5,13 @@ from __future__ import annotations
 import os
 import sys
 import traceback
+import warnings
 from importlib import import_module
+from typing import Any
 
 import click
 
-from mbproj.errors import ExitCode, InputError, MbprojError
+from mbproj.errors import ExitCode, InputError, MbprojError, MbprojWarning
 from mbproj.version import __version__
 
 #: Commands in the order of the help; each is the object `command` of the module of its name.
@@ -49,6 +51,7 @@ def main() -> None:
     # Matrices here are small: threads would only cost, and results must not depend on their number.
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     os.environ.setdefault("OMP_NUM_THREADS", "1")
+    _show_notes()
     try:
         code = mbproj.main(standalone_mode=False)
     except InputError as error:
@@ -71,6 +74,21 @@ def main() -> None:
         _complain("error: this is a fault of mbproj, not of your input; please report it with the lines above")
         code = ExitCode.INTERNAL
     sys.exit(int(code or 0))
+
+
+def _show_notes() -> None:
+    """What mbproj warns of becomes a line, which --quiet hides; other warnings stay as they are."""
+    others = warnings.showwarning
+
+    def show(message: Warning | str, category: type[Warning], *place: Any, **more: Any) -> None:
+        if not issubclass(category, MbprojWarning):
+            others(message, category, *place, **more)
+            return
+        context = click.get_current_context(silent=True)
+        if context is None or not context.params.get("quiet"):
+            _complain(f"note: {message}")
+
+    warnings.showwarning = show
 
 
 def _complain(message: str) -> None:

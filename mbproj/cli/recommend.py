@@ -44,8 +44,8 @@ def command(
     The error is measured against a reference of two other methods, on a run of its own in the end. Prints the command
     line first. Exit code 4 where the error cannot be kept so long: what is printed then holds up to the time it says.
     """
+    from mbproj.cli.progress import telling
     from mbproj.cli.scene_options import parameters
-    from mbproj.cli.study import telling
     from mbproj.scene import read_scene
     from mbproj.studies.recommend import recommend
     from mbproj.studies.write_back import write_back
@@ -54,7 +54,7 @@ def command(
         hint = "change the parameter in the scene, then leave this out"
         raise InputError(Problem("what is recommended for other parameters is not written", Place("--set"), hint))
     what = read_scene(scene, parameters(changes), {"output_step": output_step})
-    with telling(as_json or quiet) as tell:
+    with telling(hidden=quiet) as tell:
         found = recommend(what, goal, at or (), until, tell=tell)
     line = _command_line(what, scene, changes, output_step, found)
     if as_json:

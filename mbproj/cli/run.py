@@ -41,7 +41,7 @@ def command(
     asked, given = _limits(certify, limits), overrides(options)
     what, facts = read_scene(scene, parameters(settings), given), dict[str, Any]()
     if accuracy is not None:
-        what, facts = _accurate(what, accuracy, given, hidden=as_json or quiet)
+        what, facts = _accurate(what, accuracy, given, hidden=quiet)
     execute(what, scene, output, certified=asked, facts=facts, as_json=as_json, quiet=quiet)
 
 
@@ -49,7 +49,7 @@ def _accurate(scene: Scene, accuracy: float, given: dict[str, str], hidden: bool
     """The scene with the cheapest settings for an error, and what is known of it; for --json and the results file."""
     from dataclasses import replace
 
-    from mbproj.cli.study import telling
+    from mbproj.cli.progress import telling
     from mbproj.errors import InputError, Place, Problem
     from mbproj.studies.recommend import Unreachable, recommend
 

@@ -44,7 +44,8 @@ def command(
     Limits come from bisection, with the first bad time and joint beyond. Writes a figure and all points as CSV. Other
     options change the setting that is studied, as for `mbproj run`. An interrupted study resumes where it stopped.
     """
-    from mbproj.cli.study import StudyFiles, journal_at, telling
+    from mbproj.cli.progress import telling
+    from mbproj.cli.study import StudyFiles, journal_at
     from mbproj.scene import read_scene
     from mbproj.studies.stability import stability
     from mbproj.studies.stability.quantities import quantity_named
@@ -56,7 +57,7 @@ def command(
     files = StudyFiles(output, f"{Path(scene).stem}-stability-{vary}", ending, ("projection", vary), force)
     given = {name: value for name, value in (("closed", closed), ("energy", energy)) if value is not None}
     journal = journal_at(files.stem, fresh)
-    with telling(hidden=as_json) as tell, placed_at(Place("--vary")):
+    with telling(hidden=False) as tell, placed_at(Place("--vary")):
         found = stability(
             what, vary, projections=projections, low=low, high=high, points=points, limits=Limits(**given),
             journal=journal, tell=tell,

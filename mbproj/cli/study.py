@@ -1,48 +1,18 @@
-"""What the commands that run many simulations share: progress with the time left, tables, files."""
+"""What the commands that run many simulations share: tables, files."""
 
 from __future__ import annotations
 
-import sys
-from collections.abc import Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from collections.abc import Mapping, Sequence
 from pathlib import Path
-from time import monotonic
 from typing import TYPE_CHECKING, Any
 
 from mbproj import outputs
 from mbproj.outputs import check_replaceable, make_folder
-from mbproj.studies.progress import Tell
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 OTHER_FOLDER = "choose another folder with -o"
-
-
-@contextmanager
-def telling(hidden: bool) -> Iterator[Tell]:
-    """Shows how far a study is and how long it will take, on a terminal only: one line on stderr."""
-    begun: dict[str, float] = {}
-    shown = not hidden and sys.stderr.isatty()
-
-    def tell(phase: str, done: int, whole: int) -> None:
-        started = begun.setdefault(phase, monotonic())
-        left = (monotonic() - started) / done * (whole - done) if done else None
-        text = f"{phase}: {done} of {whole}" + ("" if left is None else f", {_duration(left)} left")
-        if shown:
-            sys.stderr.write(f"\r{text}\x1b[K")
-            sys.stderr.flush()
-
-    try:
-        yield tell
-    finally:
-        if shown and begun:
-            sys.stderr.write("\r\x1b[K")
-            sys.stderr.flush()
-
-
-def _duration(seconds: float) -> str:
-    return f"{seconds:.0f} s" if seconds < 100 else f"{seconds / 60:.0f} min"
 
 
 def columns(headings: Sequence[str], rows: Sequence[Sequence[str]]) -> str:

@@ -36,7 +36,8 @@ def command(
     options change the setting that is studied, as for `mbproj run`. An interrupted study resumes where it stopped:
     what was done stands in DIR/<scene>-threshold.jsonl.
     """
-    from mbproj.cli.study import StudyFiles, journal_at, telling
+    from mbproj.cli.progress import telling
+    from mbproj.cli.study import StudyFiles, journal_at
     from mbproj.scene import read_scene
     from mbproj.studies.threshold import threshold_study
 

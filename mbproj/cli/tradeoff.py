@@ -39,8 +39,9 @@ def command(
     Prints the cheapest setting for each error; writes all settings as CSV and HDF5, and work-precision diagrams. An
     interrupted study resumes where it stopped: what was done stands in DIR/<scene>-tradeoff.jsonl.
     """
+    from mbproj.cli.progress import telling
     from mbproj.cli.scene_options import parameters
-    from mbproj.cli.study import OTHER_FOLDER, StudyFiles, journal_at, telling
+    from mbproj.cli.study import OTHER_FOLDER, StudyFiles, journal_at
     from mbproj.outputs import check_replaceable
     from mbproj.scene import read_scene
     from mbproj.studies.tradeoff import PROJECTIONS_TRIED, tradeoff

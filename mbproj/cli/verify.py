@@ -22,7 +22,7 @@ def command(scene: str, settings: tuple[str, ...], store: Path | None, as_json: 
     Each number is held against what round-off allows on this mechanism, bounded along with the computation. Exit code
     4: a check fails.
     """
-    from mbproj.cli.study import telling
+    from mbproj.cli.progress import telling
     from mbproj.cli.verification import as_json as numbers
     from mbproj.cli.verification import lines
     from mbproj.results.verification import check_store
@@ -34,7 +34,7 @@ def command(scene: str, settings: tuple[str, ...], store: Path | None, as_json: 
     with placed_at(Place("--store")):
         if store is not None:
             check_store(store, what)
-    with telling(hidden=as_json) as tell:
+    with telling(hidden=False) as tell:
         found = verify(what, tell)
     if as_json:
         click.echo(json.dumps({"scene": scene, **numbers(found)}))

@@ -16,6 +16,7 @@ from mbproj.integrate.in_plane import InPlane
 from mbproj.integrate.reduced import Reduced
 from mbproj.integrate.redundant_rows import count_redundant
 from mbproj.kernel import build_info, core
+from mbproj.kernel.absence import warn_of_absence
 from mbproj.model.planar import NotPlanar, Plane, obstacle_in_plane, planar_reduction
 from mbproj.model.system import System
 from mbproj.registry import PROJECTIONS
@@ -51,6 +52,8 @@ def choose(system: System, state: State, settings: Settings) -> Choice:
     if asked == "full" or obstacle is not None:
         if asked in ("reduced", "planar"):
             raise InputError(f"the {asked} formulation is not to be had here: {obstacle}")
+        if asked == "auto" and obstacle == _no_kernel():
+            warn_of_absence(str(build_info()))
         return _full(system, state, obstacle or "as asked for")
     plane = NotPlanar("") if asked == "reduced" else _plane(system, state)
     if isinstance(plane, NotPlanar):
@@ -74,14 +77,16 @@ def _plane(system: System, state: State) -> Plane | NotPlanar:
 
 def _obstacle(system: System, settings: Settings) -> str | None:
     """What keeps the kernel from running this; None where nothing does."""
-    if core() is None:
-        return f"the compiled kernel is not there ({build_info()})"
     method = settings.projection.method
     if not PROJECTIONS[method].compiled:
         return f"the projection '{method}' exists in the full formulation only"
     if settings.acceleration != "bordered":
         return f"'acceleration: {settings.acceleration}' exists in the full formulation only"
-    return None
+    return None if core() is not None else _no_kernel()
+
+
+def _no_kernel() -> str:
+    return f"the compiled kernel is not there ({build_info()})"
 
 
 def _full(system: System, state: State, why: str) -> Choice:

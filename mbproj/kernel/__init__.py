@@ -1,16 +1,17 @@
 """The compiled core, where there is one: `_core` runs everywhere, `_core_v3` on processors with AVX2 and FMA.
 
-Nothing is loaded before it is asked for. Without a C++ compiler, or with an extension that does not load, mbproj runs
-without it.
+Nothing is loaded before it is asked for. Without a C++ compiler, with an extension that does not load, or where the
+environment says MBPROJ_KERNEL=0, mbproj runs without it.
 """
 
 from __future__ import annotations
 
+import os
 from functools import cache
 from importlib import import_module
 from types import ModuleType
 
-__all__ = ["build_info", "core"]
+__all__ = ["build_info", "core", "left_out"]
 
 
 def core() -> ModuleType | None:
@@ -25,9 +26,16 @@ def build_info() -> dict[str, str] | str:
     return dict(found.build_info()) if isinstance(found, ModuleType) else found
 
 
+def left_out() -> bool:
+    """Whether the user wants no kernel, as during the installation."""
+    return os.environ.get("MBPROJ_KERNEL", "").lower() in ("0", "no", "off", "false")
+
+
 @cache
 def _chosen() -> ModuleType | str:
     """The extension, or why there is none. The baseline one is loaded first, because it can ask the processor."""
+    if left_out():
+        return "MBPROJ_KERNEL leaves it out"
     baseline = _imported("_core")
     if isinstance(baseline, str) or not baseline.runs_v3():
         return baseline

@@ -19,7 +19,7 @@ from mbproj.results.trust import Trust
 from mbproj.scene.records import Settings
 from mbproj.studies.mechanism import Mechanism
 from mbproj.studies.perturbed import perturbed
-from mbproj.studies.progress import Tell, silent
+from mbproj.studies.progress import PERTURBED_STARTS, Tell, silent
 from mbproj.studies.setting import Setting
 from mbproj.studies.solve import Solution, solve
 
@@ -81,7 +81,7 @@ def _round_off(mechanism: Mechanism, better: Solution, tell: Tell) -> Array:
     """What starts that differ by round-off make of the motion, (T, k), m."""
     others = []
     for seed in range(1, PERTURBED + 1):
-        tell("certifying near round-off", seed - 1, PERTURBED)
+        tell(PERTURBED_STARTS, seed - 1, PERTURBED)
         others.append(solve(perturbed(mechanism, seed), _better((1.0 + 0.25 * seed) * TIGHTEST), better.times))
     return SAFETY * _spread(others, better)
 

@@ -9,7 +9,7 @@ from statistics import median
 from mbproj.arrays import Array
 from mbproj.studies.journal import Journal
 from mbproj.studies.mechanism import Mechanism
-from mbproj.studies.progress import Tell, silent
+from mbproj.studies.progress import TIMING, Tell, silent
 from mbproj.studies.setting import Setting
 from mbproj.studies.solve import sample_times, solve
 
@@ -52,17 +52,17 @@ def time_settings(
     tell: Tell = silent,
 ) -> list[Timing]:
     """A Timing for each setting, of runs with samples at `times` (T,), s. All are timed in turn, `repetitions` times
-    over, so that a slow spell of the machine meets all of them alike."""
-    whole = repetitions * len(settings)
-    tell("timing", 0, whole)
+    over, so that a slow spell of the machine meets all of them alike. `tell` counts the rounds."""
+    tell(TIMING, 0, repetitions)
     pilots = [run_seconds(mechanism, setting, times) for setting in settings]
+    tell(TIMING, 0, repetitions)
     samples: list[list[float]] = [[pilot] if pilot > LONG else [] for pilot in pilots]
     for repetition in range(repetitions):
         for number, setting in enumerate(settings):
             if len(samples[number]) < repetitions:
                 runs = max(1, round(SHORTEST / max(pilots[number], 1e-6)))
                 samples[number].append(median(run_seconds(mechanism, setting, times) for _ in range(runs)))
-            tell("timing", repetition * len(settings) + number + 1, whole)
+        tell(TIMING, repetition + 1, repetitions)
     return [Timing(tuple(each)) for each in samples]
 
 

@@ -5,13 +5,18 @@ from __future__ import annotations
 import os
 import pickle
 import sys
+import warnings
 from queue import SimpleQueue
 from threading import Thread
 from typing import Any
 
+from mbproj.errors import MbprojWarning
+
 
 def main() -> None:
-    """Answers each item with (result, None), or (None, the exception)."""
+    """Answers each item with (result, None, notes), or (None, the exception, notes); notes are what mbproj warns of,
+    which is for the caller to say."""
+    notes = _kept_warnings()
     answers = os.fdopen(os.dup(sys.stdout.fileno()), "wb")
     os.dup2(sys.stderr.fileno(), sys.stdout.fileno())  # what a function prints is no answer
     messages: SimpleQueue[Any] = SimpleQueue()
@@ -24,8 +29,24 @@ def main() -> None:
             result = function(shared, item)
         except Exception as error:
             fault = error
-        pickle.dump((result, fault), answers)
+        pickle.dump((result, fault, list(notes)), answers)
         answers.flush()
+        notes.clear()
+
+
+def _kept_warnings() -> list[str]:
+    """A list to which the texts of mbproj's own warnings go from now on; others are shown as before."""
+    kept: list[str] = []
+    others = warnings.showwarning
+
+    def take(message: Warning | str, category: type[Warning], *place: Any, **more: Any) -> None:
+        if issubclass(category, MbprojWarning):
+            kept.append(str(message))
+        else:
+            others(message, category, *place, **more)
+
+    warnings.showwarning = take
+    return kept
 
 
 def _listen(messages: SimpleQueue[Any]) -> None:

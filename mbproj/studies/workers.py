@@ -12,6 +12,7 @@ import os
 import pickle
 import subprocess
 import sys
+from collections import deque
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
 from contextlib import suppress
@@ -21,6 +22,7 @@ from threading import Event, Timer
 from time import monotonic
 from typing import Any, TypeVar
 
+from mbproj.errors import warn_once
 from mbproj.integrate.interruption import interruption
 
 Item = TypeVar("Item")
@@ -65,7 +67,8 @@ def in_parallel(
         for index, item in enumerate(items):
             yield index, function(shared, item)
         return
-    workers = [Worker(function, shared) for _ in range(count)]
+    notes: deque[str] = deque()
+    workers = [Worker(function, shared, notes) for _ in range(count)]
     idle: SimpleQueue[Worker] = SimpleQueue()
     for worker in workers:
         idle.put(worker)
@@ -89,7 +92,10 @@ def in_parallel(
             waiting: dict[Future[Result], int] = {pool.submit(run, item): index for index, item in enumerate(items)}
             while waiting:
                 asked.check()
-                for done in wait(waiting, LOOK, FIRST_COMPLETED).done:
+                ended = wait(waiting, LOOK, FIRST_COMPLETED).done
+                while notes:
+                    warn_once(notes.popleft())
+                for done in ended:
                     yield waiting.pop(done), done.result()
     finally:
         pool.shutdown(wait=False, cancel_futures=True)
@@ -104,8 +110,9 @@ class WorkerLost(RuntimeError):
 class Worker:
     """A process that answers one item after another."""
 
-    def __init__(self, function: Callable[[Any, Any], Any], shared: Any) -> None:
-        self._task = (function, shared)
+    def __init__(self, function: Callable[[Any, Any], Any], shared: Any, notes: deque[str]) -> None:
+        """`notes` takes in what mbproj warns of there."""
+        self._task, self._notes = (function, shared), notes
         self._stopped = False
         self.start()
 
@@ -143,7 +150,7 @@ class Worker:
             clock.start()
         try:
             self._send(item)
-            result, error = pickle.load(self.process.stdout)
+            result, error, notes = pickle.load(self.process.stdout)
         except (EOFError, OSError, pickle.UnpicklingError) as broken:
             code = self.process.wait()
             if overdue.is_set():
@@ -151,6 +158,7 @@ class Worker:
             raise WorkerLost(f"its process ended with code {code}: killed, or out of memory?") from broken
         finally:
             clock.cancel()
+        self._notes.extend(notes)
         if error is not None:
             raise error
         return result

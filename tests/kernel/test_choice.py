@@ -7,7 +7,7 @@ import dataclasses
 import numpy as np
 import pytest
 
-from mbproj.errors import InputError
+from mbproj.errors import InputError, MbprojWarning, warn_once
 from mbproj.integrate import formulation as module
 from mbproj.integrate import simulate
 from mbproj.integrate.formulation import Choice, choose
@@ -135,8 +135,11 @@ def test_eliminated_accelerations_exist_in_full_only(five_bar):
 def test_without_a_kernel_full_runs_and_says_why(five_bar, monkeypatch):
     monkeypatch.setattr(module, "core", lambda: None)
     monkeypatch.setattr(module, "build_info", lambda: "not built")
-    choice = chosen(five_bar)
+    warn_once.cache_clear()
+    with pytest.warns(MbprojWarning, match=r"the compiled kernel is missing \(not built\), so that simulations run in"):
+        choice = chosen(five_bar)
     assert (choice.name, choice.why) == ("full", "the compiled kernel is not there (not built)")
+    assert chosen(five_bar, acceleration="eliminated").why.startswith("'acceleration: eliminated' exists in the full")
     with pytest.raises(InputError, match=r"the reduced formulation is not to be had here: .* \(not built\)"):
         chosen(five_bar, formulation="reduced")
     report = simulate(*assembled(five_bar), Settings(duration=0.02, step=0.01))

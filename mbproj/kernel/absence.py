@@ -1,0 +1,44 @@
+"""What to say where the kernel is missing: which mbproj was imported, and what to do for one that has a kernel."""
+
+from __future__ import annotations
+
+from importlib import metadata
+from pathlib import Path
+
+from mbproj.errors import warn_once
+from mbproj.kernel import left_out
+
+
+def warn_of_absence(reason: str) -> None:
+    """Says once what the missing kernel costs, unless it is left out on purpose."""
+    if not left_out():
+        cost = "so that simulations run in the full formulation, some hundred times slower"
+        warn_once(f"the compiled kernel is missing ({reason}), {cost}: {advice()}")
+
+
+def advice() -> str:
+    """What to do for a kernel."""
+    package = _package()
+    if not (package / "kernel" / "src").is_dir():  # sources of the kernel are not installed
+        how = "MBPROJ_KERNEL=1 pip install --force-reinstall --no-deps"
+        return f"install again, and see why it does not compile: {how}; or set MBPROJ_KERNEL=0 to do without"
+    other = _installed()
+    if other is not None and other != package:
+        return f"Python took the sources in '{package}', not the installed '{other}': start it in another folder"
+    return (
+        f"Python took the sources in '{package}': pip install -e '{package.parent}'; "
+        "or set MBPROJ_KERNEL=0 to do without"
+    )
+
+
+def _package() -> Path:
+    return Path(__file__).absolute().parents[1]
+
+
+def _installed() -> Path | None:
+    """The folder of the package as pip installed it; None without one, or where that is made of the sources."""
+    try:
+        found = Path(str(metadata.distribution("mbproj").locate_file("mbproj")))
+    except metadata.PackageNotFoundError:
+        return None
+    return found.absolute() if (found / "__init__.py").exists() else None
