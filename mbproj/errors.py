@@ -40,16 +40,20 @@ class Place:
 
 @dataclass(frozen=True)
 class Problem:
-    """One thing wrong with the input, where it stands, and what to try."""
+    """One thing wrong with the input, or worth a note, where it stands, and what to try."""
 
     message: str
     place: Place | None = None
     hint: str | None = None
 
-    def __str__(self) -> str:
-        """`file:line:column: error: message; hint`, then the line itself and a caret below the column."""
+    def line(self, kind: str = "error") -> str:
+        """`file:line:column: error: message; hint`. What is legal, but may be a mistake, is of the kind "note"."""
         prefix = f"{self.place}: " if self.place else ""
-        head = f"{prefix}error: {self.message}" + (f"; {self.hint}" if self.hint else "")
+        return f"{prefix}{kind}: {self.message}" + (f"; {self.hint}" if self.hint else "")
+
+    def __str__(self) -> str:
+        """The line of an error, then that of the text and a caret below the column."""
+        head = self.line()
         if self.place is None or self.place.text is None or self.place.column is None:
             return head
         at = self.place.column - 1

@@ -33,6 +33,7 @@ def command(scene: str, settings: tuple[str, ...], as_json: bool, **options: Any
     import json
 
     from mbproj.cli.diagnosis import diagnose
+    from mbproj.cli.notes import notes_on, show_notes
     from mbproj.dynamics import assemble, mobility
     from mbproj.dynamics.assembly import moved_by
     from mbproj.dynamics.constraint_equations import constraint_at, constraint_velocity_at
@@ -76,12 +77,14 @@ def command(scene: str, settings: tuple[str, ...], as_json: bool, **options: Any
         "expectations": [each.name for each in what.expectations],
         "can_run": not problems,
         "problems": [_problem(problem) for problem in problems],
+        "notes": [_problem(note) for note in notes_on(what)],
     }
     if as_json:
         click.echo(json.dumps(facts))
     else:
         lines = [*_sizes(what, system, facts), *diagnosis.lines(), *_start(what, facts)]
         click.echo("\n".join([what.title or Path(scene).stem, *lines]))
+        show_notes(what)
         for problem in problems:
             click.echo(str(problem), err=True)
     return int(ExitCode.CHECK_FAILED if problems else ExitCode.DONE)

@@ -36,10 +36,13 @@ def command(
 ) -> None:
     """Simulates SCENE and writes a results file."""
     from mbproj.cli.execute import execute
+    from mbproj.cli.notes import show_notes
     from mbproj.scene import read_scene
 
     asked, given = _limits(certify, limits), overrides(options)
     what, facts = read_scene(scene, parameters(settings), given), dict[str, Any]()
+    if not quiet:
+        show_notes(what)
     if accuracy is not None:
         what, facts = _accurate(what, accuracy, given, hidden=quiet)
     execute(what, scene, output, certified=asked, facts=facts, as_json=as_json, quiet=quiet)

@@ -21,7 +21,7 @@ from mbproj.scene.checks import inertia_of, orientation_of, unit_quaternion
 from mbproj.scene.choices import Choice
 from mbproj.scene.containers import Check, Complaint, OneOf, Record
 from mbproj.scene.fields import Converted, Field, List
-from mbproj.scene.quantities import Number
+from mbproj.scene.quantities import Angle, Number
 from mbproj.scene.records import Body, Matrix, Quaternion, Vector
 from mbproj.scene.shapes import SHAPE_FIELDS, Shape
 from mbproj.scene.solids import Part, Solid, alone, mass_of, together
@@ -40,12 +40,12 @@ INERTIA: Field[Matrix] = Converted(
 
 ORIENTATION: Field[Quaternion] = Converted(
     Alternatives((
-        Record("a rotation", {"axis": DIRECTION, "angle": Number("rad")}, rotations.from_axis_angle, ("axis", "angle")),
+        Record("a rotation", {"axis": DIRECTION, "angle": Angle()}, rotations.from_axis_angle, ("axis", "angle")),
         Record("a rotation", {"quaternion": QUATERNION}, lambda quaternion: quaternion, ("quaternion",)),
         Record("a rotation", {"matrix": Converted(rows(""), orientation_of)}, lambda matrix: matrix, ("matrix",)),
         Record(
             "a rotation",
-            {"euler": vector("rad"), "sequence": Choice("sequence of axes", lambda: rotations.SEQUENCES)},
+            {"euler": List(Angle(), 3), "sequence": Choice("sequence of axes", lambda: rotations.SEQUENCES)},
             lambda euler, sequence: rotations.from_euler(euler, sequence),
             ("euler", "sequence"),
         ),

@@ -16,7 +16,7 @@ from mbproj.scene.containers import Check, OneOf, Record
 from mbproj.scene.fields import Converted, Field, List
 from mbproj.scene.functions import Function, table
 from mbproj.scene.placing import BODY_POINT, POINTS_OF, TWO_BODIES, TWO_POINTS
-from mbproj.scene.quantities import Number
+from mbproj.scene.quantities import Number, position_in
 from mbproj.scene.reading import Unfit
 from mbproj.scene.records import BodyForce, Force, JointForce, Law, PointForce
 
@@ -34,7 +34,7 @@ def _law_keys(force: str, coordinate: str, unit: str, free: str) -> dict[str, Fi
     return {
         "stiffness": Number(per_unit, minimum=0.0),
         "damping": Number(per_rate, minimum=0.0),
-        free: Number(unit, minimum=0.0) if free == "free_length" else Number(unit),
+        free: Number(unit, minimum=0.0) if free == "free_length" else position_in(unit),
         force: Function(value, ("t", coordinate, f"{coordinate}_dot")),
         "table": table(unit, value, ("natural", "clamped", "linear")),
     }

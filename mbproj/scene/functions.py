@@ -15,7 +15,7 @@ from mbproj.scene.choices import Choice
 from mbproj.scene.containers import Record
 from mbproj.scene.fields import Converted, Field, List, Schema
 from mbproj.scene.nodes import Node, ScalarNode, SequenceNode
-from mbproj.scene.quantities import Number, dimension_of, unit_hint
+from mbproj.scene.quantities import Number, dimension_of, note_degrees, unit_hint
 from mbproj.scene.reading import Reading, Unfit, label
 from mbproj.scene.records import KeyPath
 from mbproj.scene.units import describe
@@ -46,6 +46,8 @@ class Function(Field[Program]):
             message = f"{label(path)} is in {self.unit}, this is {describe(dimension)}"
             reading.report(message, node.place, unit_hint(node.text, tree))
             return None
+        if self.unit == "rad":
+            note_degrees(node, path, reading)
         return program
 
     def schema(self) -> Schema:

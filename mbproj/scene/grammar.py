@@ -29,7 +29,7 @@ from mbproj.scene.forces import FORCE
 from mbproj.scene.motions import MOTION
 from mbproj.scene.parameters import Parameters
 from mbproj.scene.placing import AXES, AXIS, BODY_POINT, JOINT_POINT, TWO_BODIES, TWO_POINTS
-from mbproj.scene.quantities import Number
+from mbproj.scene.quantities import Number, position_in
 from mbproj.scene.records import GROUND, Joint, Marker, Pair
 from mbproj.scene.simulation import SIMULATION
 from mbproj.scene.vectors import vector
@@ -67,7 +67,7 @@ def _joint_variant(type_name: str, kind: JointType) -> Record[Joint]:
         keys["speed"] = Converted(rate, lambda speed: dict.fromkeys(rates, speed))
     elif rates:
         keys["speed"] = Record("a speed", rates, dict)
-    keys |= {name: Number(unit) for name, unit in units.items()}
+    keys |= {name: position_in(unit) for name, unit in units.items()}
     (point,) = place
     checks = [Check(("bodies", point), of_these_bodies(point))]
     checks += [Check(("bodies", key), of_these_bodies(key, alone=kind.frame == "normal")) for key in frame]

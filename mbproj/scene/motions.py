@@ -15,7 +15,7 @@ from mbproj.scene.fields import Converted, Field, Schema
 from mbproj.scene.forces import COORDINATES
 from mbproj.scene.functions import Function, table
 from mbproj.scene.nodes import Node, SequenceNode
-from mbproj.scene.quantities import Number
+from mbproj.scene.quantities import Angle, Number, position_in
 from mbproj.scene.reading import Reading
 from mbproj.scene.records import KeyPath, Motion
 
@@ -50,13 +50,13 @@ class _Coefficients(Field[tuple[float, ...]]):
         return {"description": self.expects, "type": "array", "items": Number(None).schema(), "minItems": 1}
 
     def _coefficient(self, power: int) -> Number:
-        return Number(self.unit if power == 0 else f"{self.unit}/s" if power == 1 else f"{self.unit}/s^{power}")
+        return Number(f"{self.unit}/s^{power}") if power else position_in(self.unit)
 
 
 def _kinds(unit: str) -> dict[str, Field[Driver]]:
     """The ways to write a motion of a coordinate in m or rad."""
-    number = Number(unit)
-    wave = {"amplitude": number, "frequency": Number("rad/s"), "phase": Number("rad"), "offset": number}
+    number = position_in(unit)
+    wave = {"amplitude": number, "frequency": Number("rad/s"), "phase": Angle(), "offset": number}
     step = {"from": number, "to": number, "start": Number("s"), "duration": Number("s", above=0.0)}
     return {
         "constant_speed": Converted(Number(f"{unit}/s"), lambda speed: (Program(uniform(speed)), True)),

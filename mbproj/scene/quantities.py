@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import math
 import operator
 from dataclasses import dataclass
 
+from mbproj.errors import Problem
 from mbproj.scene.expressions import Binary, Expression, Quantity
 from mbproj.scene.fields import Field, Schema
 from mbproj.scene.nodes import Node, ScalarNode
@@ -62,6 +64,41 @@ class Number(Field[float]):
         limits = {"minimum": self.minimum, "exclusiveMinimum": self.above, "maximum": self.maximum}
         given = {key: limit for key, limit in limits.items() if limit is not None}
         return {"description": self.expects, "type": ["number", "string"], "pattern": r"\S", **given}
+
+
+@dataclass(frozen=True)
+class Angle(Number):
+    """An angle at which something stands, in rad: what looks like degrees is noted."""
+
+    unit: str | None = "rad"
+
+    def read(self, node: Node, path: KeyPath, reading: Reading) -> float | None:
+        number = super().read(node, path, reading)
+        note_degrees(node, path, reading)
+        return number
+
+
+def position_in(unit: str) -> Number:
+    """A coordinate in m or rad."""
+    return Angle() if unit == "rad" else Number(unit)
+
+
+#: An angle beyond so many turns that is written as a whole or half number, without unit, is taken for one in degrees.
+MANY_TURNS = 2.0
+
+
+def note_degrees(node: Node, path: KeyPath, reading: Reading) -> None:
+    """Note a plain number that was meant in degrees by its looks: 90, but not 62.8319, 3 * pi or 90 rad."""
+    try:
+        number = float(node.text) if isinstance(node, ScalarNode) else 0.0
+    except ValueError:
+        return
+    turns = abs(number) / (2.0 * math.pi)
+    if MANY_TURNS < turns < math.inf and (2.0 * number).is_integer():
+        assert isinstance(node, ScalarNode)
+        message = f"{label(path)} is {number:g} rad, {turns:.3g} turns"
+        hint = f"did you mean {number:g} deg? ({number:g} rad says that it is in radians)"
+        reading.notes.append(Problem(message, node.place, hint))
 
 
 def agrees(unit: str, found: Dimension | None) -> bool:

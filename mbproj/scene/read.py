@@ -76,6 +76,7 @@ def _read(
         path=path,
         overrides={key: _written(value) for key, value in parameters.items()},
         places=reading.places,
+        notes=tuple(in_text_order(reading.notes)),
     )
 
 

@@ -26,12 +26,14 @@ class Unfit(Exception):
 
 @dataclass
 class Reading:
-    """`names` are the parameters (None: wrong, and reported), `items` the names of each block's items."""
+    """`names` are the parameters (None: wrong, and reported), `items` the names of each block's items; `notes` are on
+    what is legal but may be a mistake."""
 
     items: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
     names: dict[str, Value | None] = field(default_factory=dict)
     places: dict[KeyPath, Place] = field(default_factory=dict)
     problems: list[Problem] = field(default_factory=list)
+    notes: list[Problem] = field(default_factory=list)
 
     def report(self, message: str, place: Place | None, hint: str | None = None) -> None:
         """Take down a problem; reading goes on."""

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, TypeAlias
 
-from mbproj.errors import Place
+from mbproj.errors import Place, Problem
 from mbproj.functions.program import Program
 
 Vector = tuple[float, float, float]
@@ -210,7 +210,7 @@ class Settings:
 @dataclass(frozen=True)
 class Scene:
     """A whole scene file. `text` is the file as read, `path` its path (None for text from elsewhere), `overrides` what
-    --set changed, `places` where each key stands."""
+    --set changed, `places` where each key stands, `notes` what was read that is legal but may be a mistake."""
 
     title: str
     gravity: Vector
@@ -226,6 +226,7 @@ class Scene:
     forces: tuple[Force, ...] = ()
     motions: tuple[Motion, ...] = ()
     expectations: tuple[Expectation, ...] = ()
+    notes: tuple[Problem, ...] = field(default=(), repr=False, compare=False)
 
     def place(self, *path: str | int) -> Place | None:
         """Where the value at `path` stands, or the nearest value around it."""

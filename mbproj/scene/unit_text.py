@@ -18,8 +18,23 @@ from mbproj.scene.suggestions import did_you_mean
 from mbproj.scene.units import SYMBOLS, Unit
 
 #: Those that are units whatever the parameters are called.
-COMPOUNDS = ("rad/s", "deg/s", "m/s", "mm/s", "cm/s", "m/s^2", "kg*m^2", "kg/m^3", "g/cm^3", "N*m", "N/m", "N/mm",
-             "N*s/m", "N*m/rad", "N*m*s/rad")
+COMPOUNDS = (
+    "rad/s",
+    "deg/s",
+    "m/s",
+    "mm/s",
+    "cm/s",
+    "m/s^2",
+    "kg*m^2",
+    "kg/m^3",
+    "g/cm^3",
+    "N*m",
+    "N/m",
+    "N/mm",
+    "N*s/m",
+    "N*m/rad",
+    "N*m*s/rad",
+)
 #: Parentheses in parentheses, at most.
 MAX_DEPTH = 5
 
