@@ -6,7 +6,7 @@ rules are the product, quotient and chain rules (Griewank & Walther 2008, ch. 13
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 
@@ -35,6 +35,16 @@ def run(programs: ProgramSet, index: int, variables: Sequence[Series]) -> Series
         for at in range(programs.start[index], programs.start[index + 1]):
             _step(programs, at, stack, variables)
         return stack.pop()
+
+
+def walk(
+    programs: ProgramSet, index: int, variables: Sequence[Series]
+) -> Iterator[tuple[int, list[Series]]]:
+    """The instructions of program `index` one by one, each with the stack that it finds."""
+    stack: list[Series] = []
+    for at in range(programs.start[index], programs.start[index + 1]):
+        yield at, stack
+        _step(programs, at, stack, variables)
 
 
 def failure(programs: ProgramSet, index: int, variables: Sequence[Series]) -> str:

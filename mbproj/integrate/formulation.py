@@ -8,6 +8,7 @@ import numpy as np
 
 from mbproj.dynamics.assembly import LARGE, State
 from mbproj.dynamics.kinematics import pose_of
+from mbproj.dynamics.motion_jumps import refuse_jumps
 from mbproj.dynamics.rank import mobility, refuse_unsolvable
 from mbproj.dynamics.redundancy import redundancy
 from mbproj.errors import InputError, Problem
@@ -46,7 +47,8 @@ class Choice:
 
 def choose(system: System, state: State, settings: Settings) -> Choice:
     """The formulation for a run from `state`. Raises InputError where the one asked for is not to be had, or where the
-    equations have no unique solution at the start."""
+    equations have no unique solution at the start or a motion jumps."""
+    refuse_jumps(system, state.t, state.t + (settings.duration or 0.0))
     asked = settings.formulation
     obstacle = None if asked == "full" else _obstacle(system, settings)
     if asked == "full" or obstacle is not None:

@@ -1,0 +1,178 @@
+"""Where functions of time are not smooth: kinks of `abs min max sign floor ceil`, ends of smooth steps, rows of tables,
+and whatever else makes a value or a slope jump (the root of a square, a branch of an arc function).
+
+Kinks of the first kind follow from the program. Each such operation is on one of its branches at a time, and the time
+of a change is bisected between two samples down to the grain of time. Jumps of the second kind show between two samples
+as a change that the derivatives at both do not explain. Halving the interval makes that vanish where the function is
+smooth, and leaves it where it jumps. What changes twice between two of the `SAMPLES` times is not seen.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from mbproj.arrays import Array
+from mbproj.functions.program import Op
+from mbproj.functions.program_set import ProgramSet
+from mbproj.functions.series import run, time_series, walk
+
+#: Times at which a function is looked at from the start of a run to its end, and how many kinks are counted at most.
+SAMPLES, MOST = 2**14 + 1, 1000
+#: Operations with several branches, and others that need not be smooth everywhere.
+BRANCHED = frozenset({Op.ABS, Op.SIGN, Op.MIN, Op.MAX, Op.FLOOR, Op.CEIL, Op.SMOOTH_STEP, Op.TABLE})
+UNEVEN = frozenset({Op.POWER, Op.POWER_OF, Op.SQRT, Op.HYPOT, Op.ATAN2, Op.ASIN, Op.ACOS})
+#: Changes of a value and of its derivatives up to this part of the largest of them are round-off.
+ROUND_OFF = np.array([1e-12, 1e-9, 1e-9])
+#: The sides of a kink are looked at so many grains of time away from it, where the branch is certain.
+ASIDE = 4.0
+
+
+class Kink(NamedTuple):
+    """A time, and by how much the value, the first and the second derivative jump there."""
+
+    t: float
+    jump: tuple[float, float, float]
+
+
+def kinks(programs: ProgramSet, index: int, start: float, end: float) -> tuple[Kink, ...]:
+    """The kinks of program `index`, a function of time alone, from `start` on and before `end`, in their order: the
+    first `MOST` of them. One at `start` counts where the value or a derivative there is not that right after it; rows
+    of tables count where one of these jumps."""
+    branched, uneven = _suspects(programs, index)
+    if not (branched or uneven) or not start < end:
+        return ()
+    look = _Look(programs, index, np.linspace(start, end, SAMPLES))
+    smooth = look.changes(branched - {Op.TABLE})
+    jumping = look.largest_of_each_interval(look.jumps()) if uneven else np.zeros(0)
+    rows = look.changes(branched & {Op.TABLE})
+    times = look.apart(np.concatenate([smooth, jumping, rows]))[:MOST]
+    jumps = look.jump(times - look.aside, times + look.aside)
+    counts = np.isin(times, smooth) | np.any(jumps != 0.0, axis=1)
+    first = look.jump(np.array([start]), np.array([start + look.aside]))
+    found = [Kink(start, tuple(first[0].tolist()))] if np.any(first != 0.0) else []
+    return (
+        *found,
+        *(Kink(t, tuple(jump)) for t, jump in zip(times[counts].tolist(), jumps[counts].tolist(), strict=True)),
+    )
+
+
+def _suspects(programs: ProgramSet, index: int) -> tuple[frozenset[Op], frozenset[Op]]:
+    """The operations of a program that have branches, and the others that need not be smooth."""
+    branched, uneven = set(), set()
+    for at in range(programs.start[index], programs.start[index + 1]):
+        op, operand = Op(int(programs.op[at])), float(programs.operand[at])
+        if op in BRANCHED:
+            branched.add(op)
+        elif op in UNEVEN and not (op is Op.POWER and operand >= 0.0 and operand.is_integer()):
+            uneven.add(op)
+    return frozenset(branched), frozenset(uneven)
+
+
+class _Look:
+    """A function over the times of its samples; scratch of one search."""
+
+    def __init__(self, programs: ProgramSet, index: int, times: Array) -> None:
+        self.programs, self.index, self.times = programs, index, times
+        self.grain = float(np.spacing(max(abs(times[0]), abs(times[-1]))))
+        self.aside = ASIDE * self.grain
+        self.values = self.value(times)
+        sizes = [float(np.abs(each[np.isfinite(each)]).max(initial=0.0)) for each in self.values]
+        self.round_off = ROUND_OFF * sizes
+
+    def value(self, t: Array) -> Array:
+        """Value and derivatives, (3, T)."""
+        return np.array(run(self.programs, self.index, [time_series(t)]))
+
+    def changes(self, ops: frozenset[Op]) -> Array:
+        """Where the branch of one of these operations changes."""
+        if not ops:
+            return np.zeros(0)
+
+        def differs(low: Array, high: Array, before: Array, after: Array) -> Array:
+            return np.any(before != after, axis=0).astype(float)
+
+        def branches(t: Array) -> Array:
+            return _branches(self.programs, self.index, t, ops)
+
+        return self._bisected(branches, branches(self.times), differs)
+
+    def jumps(self) -> Array:
+        """Where the value or the slope changes by more than the next derivative explains."""
+
+        def unexplained(low: Array, high: Array, before: Array, after: Array) -> Array:
+            with np.errstate(all="ignore"):
+                explained = 0.5 * (high - low) * (before[1:] + after[1:])
+                left = np.abs(after[:2] - before[:2] - explained) / np.maximum(self.round_off[:2, None], 1e-300)
+            seen = np.isfinite(before[:2]) | np.isfinite(after[:2])
+            return np.max(np.where(seen & ~(left <= 1.0), np.nan_to_num(left, nan=np.inf), 0.0), axis=0)
+
+        return self._bisected(self.value, self.values, unexplained)
+
+    def _bisected(
+        self, look: Callable[[Array], Array], found: Array, score: Callable[[Array, Array, Array, Array], Array]
+    ) -> Array:
+        """The upper ends of the intervals, halved down to the grain of time, that have a score above 0, given their
+        ends and what `look` finds there; of many, those with the largest, or the earliest."""
+        low, high, before, after = self.times[:-1], self.times[1:], found[:, :-1], found[:, 1:]
+        while True:
+            scores = score(low, high, before, after)
+            kept = np.sort(np.argsort(-scores, kind="stable")[: min(2 * MOST, np.count_nonzero(scores))])
+            low, high, before, after = low[kept], high[kept], before[:, kept], after[:, kept]
+            if not len(low) or high[0] - low[0] <= self.grain:
+                return high
+            middle = 0.5 * (low + high)
+            between = look(middle)
+            order = np.argsort(np.concatenate([low, middle]), kind="stable")
+            low, high = np.concatenate([low, middle])[order], np.concatenate([middle, high])[order]
+            before = np.concatenate([before, between], axis=1)[:, order]
+            after = np.concatenate([between, after], axis=1)[:, order]
+
+    def largest_of_each_interval(self, times: Array) -> Array:
+        """Near such a place round-off may look like many of them: of those between two samples the largest counts."""
+        jumps = self.jump(times - self.aside, times + self.aside)
+        size = np.max(np.abs(jumps[:, :2]) / np.maximum(self.round_off[:2], 1e-300), axis=1, initial=0.0)
+        interval = np.searchsorted(self.times, times - self.aside)
+        return np.array([times[interval == each][np.argmax(size[interval == each])] for each in np.unique(interval)])
+
+    def apart(self, times: Array) -> Array:
+        """The times in their order, none twice, and none at the start or the end."""
+        times = np.unique(times)
+        times = times[(times > self.times[0] + self.aside) & (times < self.times[-1] - self.aside)]
+        return times[np.concatenate([[True], np.diff(times) > 2.0 * self.aside])] if len(times) else times
+
+    def jump(self, before: Array, after: Array) -> Array:
+        """Of value and derivatives, (T, 3), between times so near that nothing but a jump changes them; 0 for less."""
+        left, right = self.value(before), self.value(after)
+        with np.errstate(all="ignore"):
+            slopes = np.maximum(np.abs(left), np.abs(right))[1:]
+            grown = 4.0 * (after - before) * np.concatenate([slopes, np.zeros((1, len(before)))])
+            found = right - left
+            found = np.where(np.abs(found) <= grown + self.round_off[:, None], 0.0, found)
+        return np.nan_to_num(found, nan=np.inf, posinf=np.inf, neginf=-np.inf).T
+
+
+def _branches(programs: ProgramSet, index: int, t: Array, ops: frozenset[Op]) -> Array:
+    """The branch of each of these operations, (operations, T)."""
+    found = []
+    with np.errstate(all="ignore"):
+        for at, stack in walk(programs, index, [time_series(t)]):
+            op = Op(int(programs.op[at]))
+            if op in ops:
+                found.append(_branch(programs, op, int(programs.operand[at]), [series[0] for series in stack[-2:]]))
+    return np.array(found, dtype=float).reshape(-1, len(t))
+
+
+def _branch(programs: ProgramSet, op: Op, operand: int, given: list[Any]) -> Any:
+    x = given[-1]
+    if op in (Op.MIN, Op.MAX):
+        return given[0] >= x
+    if op in (Op.ABS, Op.SIGN):
+        return x >= 0.0
+    if op is Op.SMOOTH_STEP:
+        return (x >= 0.0).astype(float) + (x >= 1.0)
+    if op is Op.TABLE:
+        return np.searchsorted(programs.knot[slice(*programs.table_start[operand : operand + 2])], x, side="right")
+    return np.nan_to_num(np.floor(x) if op is Op.FLOOR else np.ceil(x))
