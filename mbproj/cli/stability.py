@@ -45,7 +45,7 @@ def command(
     options change the setting that is studied, as for `mbproj run`. An interrupted study resumes where it stopped.
     """
     from mbproj.cli.progress import telling
-    from mbproj.cli.study import StudyFiles, journal_at
+    from mbproj.cli.study import StudyFiles
     from mbproj.scene import read_scene
     from mbproj.studies.stability import stability
     from mbproj.studies.stability.quantities import quantity_named
@@ -56,11 +56,10 @@ def command(
         quantity_named(vary)
     files = StudyFiles(output, f"{Path(scene).stem}-stability-{vary}", ending, ("projection", vary), force)
     given = {name: value for name, value in (("closed", closed), ("energy", energy)) if value is not None}
-    journal = journal_at(files.stem, fresh)
     with telling(hidden=False) as tell, placed_at(Place("--vary")):
         found = stability(
             what, vary, projections=projections, low=low, high=high, points=points, limits=Limits(**given),
-            journal=journal, tell=tell,
+            fresh=fresh, tell=tell,
         )
     written = [files.table(_rows(found)), files.figure(_page(found))]
     if as_json:

@@ -62,11 +62,3 @@ class StudyFiles:
         from mbproj.plot.save import save
 
         return save(drawn, self._figure, force=self.force)
-
-
-def journal_at(stem: Path, fresh: bool) -> Path:
-    """The journal of a study whose files begin with `stem`; without what is in it where it is to begin anew."""
-    journal = Path(f"{stem}.jsonl")
-    if fresh:
-        journal.unlink(missing_ok=True)
-    return journal

@@ -33,11 +33,10 @@ def command(
     """Varies the projection threshold on SCENE: error, violation, projections saved, CPU time.
 
     Recommends the largest threshold up to which the error stays within a tenth of that with all projections. Other
-    options change the setting that is studied, as for `mbproj run`. An interrupted study resumes where it stopped:
-    what was done stands in DIR/<scene>-threshold.jsonl.
+    options change the setting that is studied, as for `mbproj run`. An interrupted study resumes where it stopped.
     """
     from mbproj.cli.progress import telling
-    from mbproj.cli.study import StudyFiles, journal_at
+    from mbproj.cli.study import StudyFiles
     from mbproj.scene import read_scene
     from mbproj.studies.threshold import threshold_study
 
@@ -45,10 +44,10 @@ def command(
     chosen.pop("threshold", None)
     what = read_scene(scene, parameters(settings), chosen)
     files = StudyFiles(output, f"{Path(scene).stem}-threshold", ending, ("threshold", "projection"), force)
-    journal, points = journal_at(files.stem, fresh), at or ()
+    points = at or ()
     with telling(hidden=False) as tell:
         found = threshold_study(
-            what, thresholds=thresholds, at=points, repetitions=repeat, journal=journal, tell=tell
+            what, thresholds=thresholds, at=points, repetitions=repeat, fresh=fresh, tell=tell
         )
     click.echo(_report(found, points))
     for note in found.notes:

@@ -37,11 +37,11 @@ def command(
     """Measures accuracy against cost on SCENE over projections, integrators, steps, tolerances and schedules.
 
     Prints the cheapest setting for each error; writes all settings as CSV and HDF5, and work-precision diagrams. An
-    interrupted study resumes where it stopped: what was done stands in DIR/<scene>-tradeoff.jsonl.
+    interrupted study resumes where it stopped.
     """
     from mbproj.cli.progress import telling
     from mbproj.cli.scene_options import parameters
-    from mbproj.cli.study import OTHER_FOLDER, StudyFiles, journal_at
+    from mbproj.cli.study import OTHER_FOLDER, StudyFiles
     from mbproj.outputs import check_replaceable
     from mbproj.scene import read_scene
     from mbproj.studies.tradeoff import PROJECTIONS_TRIED, tradeoff
@@ -51,7 +51,6 @@ def command(
     files = StudyFiles(output, f"{Path(scene).stem}-tradeoff", ending, ("setting", "projection"), force)
     whole = Path(f"{files.stem}.h5")
     check_replaceable(whole, KIND, force=force, hint=OTHER_FOLDER)
-    journal = journal_at(files.stem, fresh)
     with telling(hidden=False) as tell:
         found = tradeoff(
             what,
@@ -62,7 +61,7 @@ def command(
             until=options["until"],
             longest=options["longest"],
             repetitions=options["repeat"],
-            journal=journal,
+            fresh=fresh,
             tell=tell,
         )
     for line in _report(found):

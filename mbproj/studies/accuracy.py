@@ -1,4 +1,4 @@
-"""Many settings against one reference, in parallel; what was done is kept in a journal."""
+"""Many settings against one reference, in parallel; what was done is kept."""
 
 from __future__ import annotations
 
@@ -8,7 +8,6 @@ from functools import cached_property
 from typing import Any
 
 from mbproj.scene.records import Scene
-from mbproj.studies.journal import Journal
 from mbproj.studies.mechanism import Mechanism
 from mbproj.studies.progress import Tell, silent
 from mbproj.studies.reference import Reference
@@ -16,6 +15,7 @@ from mbproj.studies.resumable import resumable
 from mbproj.studies.setting import Setting
 from mbproj.studies.solve import sample_times, solve
 from mbproj.studies.spans import stride_for
+from mbproj.studies.store import Kept
 from mbproj.studies.trial import Trial, trial
 
 
@@ -53,13 +53,13 @@ def attempt(
     mechanism: Mechanism,
     settings: Sequence[Setting],
     reference: Reference,
-    journal: Journal | None = None,
+    kept: Kept | None = None,
     processes: int | None = None,
     tell: Tell = silent,
 ) -> list[Trial]:
-    """A trial of each setting over the times of the reference, in their order; those in the journal are not run
+    """A trial of each setting over the times of the reference, in their order; those that are kept are not run
     again."""
     keys = [f"trial {setting.command_line()}" for setting in settings]
     items, yardstick = dict(zip(keys, settings, strict=True)), Yardstick(mechanism.scene, reference)
-    found = resumable(_trial, yardstick, items, journal or Journal(None, {}), processes, "runs", tell)
+    found = resumable(_trial, yardstick, items, kept or Kept(), processes, "runs", tell)
     return [Trial.from_json(found[key]) for key in keys]

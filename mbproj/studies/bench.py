@@ -7,12 +7,12 @@ from dataclasses import asdict, dataclass, field, replace
 import numpy as np
 
 from mbproj.arrays import Array
-from mbproj.studies.journal import Journal
 from mbproj.studies.measures import error
 from mbproj.studies.mechanism import Mechanism
 from mbproj.studies.reference import Reference
 from mbproj.studies.setting import Setting
 from mbproj.studies.solve import solve
+from mbproj.studies.store import Kept
 
 NO_END = float("inf")
 
@@ -33,14 +33,14 @@ class Outcome:
 
 @dataclass(eq=False)
 class Bench:
-    """A mechanism and its reference; `goal` is the error asked for, m, at the points number `columns`. The journal
-    keeps what was measured."""
+    """A mechanism and its reference; `goal` is the error asked for, m, at the points number `columns`. What was
+    measured is in `kept`."""
 
     mechanism: Mechanism
     reference: Reference
     goal: float
     columns: tuple[int, ...]
-    journal: Journal = field(default_factory=lambda: Journal(None, {}))
+    kept: Kept = field(default_factory=Kept)
 
     @property
     def until(self) -> float:
@@ -57,14 +57,14 @@ class Bench:
         """The same up to another sample time, in s."""
         kept, whole = self.reference.times <= until * (1.0 + 1e-9), self.reference
         arrays = {name: getattr(whole, name)[kept] for name in ("times", "position", "velocity", "uncertainty")}
-        return Bench(self.mechanism, replace(whole, **arrays), self.goal, self.columns, self.journal)
+        return Bench(self.mechanism, replace(whole, **arrays), self.goal, self.columns, self.kept)
 
     def measure(self, setting: Setting) -> Outcome:
-        """Its outcome, computed where it is not in the journal."""
+        """Its outcome, computed where it is not among what is kept."""
         key = f"{setting.command_line()} --duration {self.until!r}"
-        if key not in self.journal:
-            self.journal.add(key, asdict(self.fresh(setting, self.mechanism)))
-        return Outcome(**{**self.journal[key], "setting": setting})
+        if key not in self.kept:
+            self.kept.add(key, asdict(self.fresh(setting, self.mechanism)))
+        return Outcome(**{**self.kept[key], "setting": setting})
 
     def fresh(self, setting: Setting, mechanism: Mechanism) -> Outcome:
         """The outcome on a mechanism of the same scene."""

@@ -14,15 +14,15 @@ from mbproj.arrays import Array
 from mbproj.errors import InputError, Problem, SimulationError
 from mbproj.registry import integrators
 from mbproj.scene.records import Scene
-from mbproj.studies.cache import cached
 from mbproj.studies.energy_split import EnergySplit, energy_split
 from mbproj.studies.measures import error
 from mbproj.studies.mechanism import Mechanism
 from mbproj.studies.progress import Tell, silent
 from mbproj.studies.reference import Reference, reference
 from mbproj.studies.setting import Setting, only_full
-from mbproj.studies.solve import Solution, sample_times, solve
+from mbproj.studies.solve import SOLUTION_RECORDS, Solution, sample_times, solve
 from mbproj.studies.spans import common_times, span
+from mbproj.studies.store import cached
 from mbproj.studies.timing import REPETITIONS, Timing, time_settings
 from mbproj.studies.workers import in_parallel
 
@@ -127,7 +127,7 @@ def _run(shared: tuple[Scene, Array], setting: Setting) -> tuple[Solution, Energ
     scene, times = shared
     mechanism = Mechanism.of(scene)
     what = ["compare", mechanism.identity, times.tolist(), asdict(setting)]
-    return cached(what, lambda: _solved(mechanism, setting, times))
+    return cached(what, lambda: _solved(mechanism, setting, times), (EnergySplit, *SOLUTION_RECORDS))
 
 
 def _solved(mechanism: Mechanism, setting: Setting, times: Array) -> tuple[Solution, EnergySplit | None]:

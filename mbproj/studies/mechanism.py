@@ -49,5 +49,5 @@ class Mechanism:
 
     @property
     def identity(self) -> dict[str, Any]:
-        """What it follows from, for a journal or the cache."""
+        """What it follows from, for the store."""
         return {"scene": self.scene.text, "parameters": dict(self.scene.overrides)}

@@ -14,7 +14,6 @@ import numpy as np
 from mbproj.errors import ExitCode, MbprojError
 from mbproj.scene.records import Scene, Settings
 from mbproj.studies.bench import Bench, Outcome
-from mbproj.studies.cache import journal_of
 from mbproj.studies.families import Family, closing, families
 from mbproj.studies.mechanism import Mechanism
 from mbproj.studies.progress import Tell, silent
@@ -22,6 +21,7 @@ from mbproj.studies.reference import reference
 from mbproj.studies.search import cheapest
 from mbproj.studies.setting import Setting
 from mbproj.studies.spans import sampled
+from mbproj.studies.store import Kept
 from mbproj.studies.timing import time_settings
 
 #: Settings that take at most so many times the fewest evaluations are timed.
@@ -83,7 +83,7 @@ def recommend(
 ) -> Recommendation:
     """The cheapest setting of `scene` whose error at every sample up to `until` (s; the scene's duration) is at most
     `error` (m) at the markers `at` (all; the bodies' centres where there are none). Without `timed` the fewest
-    evaluations decide. What was tried is kept in the cache: a search that was interrupted resumes.
+    evaluations decide. What was tried is kept in the store: a search that was interrupted resumes.
 
     Raises InputError for a name or duration that is not there, Unreachable where no setting keeps the error at all.
     """
@@ -92,8 +92,8 @@ def recommend(
     times = sampled(scene, until)
     tell("reference", 0, 1)
     truth = reference(mechanism, times)
-    journal = journal_of(["recommend", mechanism.identity, times.tolist(), error, columns])
-    bench = Bench(mechanism, truth, error, columns, journal)
+    kept = Kept(["recommend", mechanism.identity, times.tolist(), error, columns])
+    bench = Bench(mechanism, truth, error, columns, kept)
     base = closing(Setting.of(scene.settings))
     own = Setting.of(scene.settings) if scene.settings.step or scene.settings.tolerance else None
     first, bench = _first(bench, base, tell)

@@ -16,10 +16,10 @@ import numpy as np
 
 from mbproj.arrays import Array
 from mbproj.errors import InputError
-from mbproj.studies.cache import cached
 from mbproj.studies.mechanism import Mechanism
 from mbproj.studies.setting import Setting
 from mbproj.studies.solve import Solution, solve
+from mbproj.studies.store import cached
 
 #: The integrators of the two solutions; the first is the reference unless it is among those compared and the other not.
 INTEGRATORS = ("dopri5", "dop853")
@@ -84,11 +84,11 @@ def reference(
 ) -> Reference:
     """The reference of `mechanism` at `times` (as of `solve`) for a comparison of the integrators `compared`.
 
-    It is kept on disk (`mbproj.studies.cache`). Raises InputError where the mechanism cannot be run at all.
+    It is kept on disk (`mbproj.studies.store`). Raises InputError where the mechanism cannot be run at all.
     """
     first, second = INTEGRATORS if INTEGRATORS[0] not in compared or INTEGRATORS[1] in compared else INTEGRATORS[::-1]
     what = ("reference", mechanism.identity, times.tolist(), first, seconds, FALLING, PART)
-    return cached(what, lambda: _computed(mechanism, times, first, second, seconds))
+    return cached(what, lambda: _computed(mechanism, times, first, second, seconds), (Reference,))
 
 
 def _computed(mechanism: Mechanism, times: Array, first: str, second: str, seconds: float) -> Reference:

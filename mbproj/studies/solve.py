@@ -10,7 +10,8 @@ from mbproj.arrays import Array
 from mbproj.dynamics.observe import Block
 from mbproj.errors import InputError, SimulationError
 from mbproj.integrate import Report, simulate
-from mbproj.scene.records import Scene
+from mbproj.integrate.report import Worst
+from mbproj.scene.records import ProjectionSettings, Scene, Settings
 from mbproj.studies.mechanism import Mechanism
 from mbproj.studies.setting import Setting
 
@@ -62,6 +63,10 @@ class Solution:
     def velocity(self) -> Array:
         """Of the same points."""
         return self.marker_velocity if self.marker_velocity.shape[1] else self.body_velocity
+
+
+#: What a solution consists of, for the store.
+SOLUTION_RECORDS = (Solution, Failure, Setting, Report, Worst, Settings, ProjectionSettings)
 
 
 def sample_times(until: float, samples: int) -> Array:

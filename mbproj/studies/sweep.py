@@ -8,9 +8,9 @@ from typing import Any
 
 from mbproj.studies.accuracy import Yardstick
 from mbproj.studies.grid import Ladder
-from mbproj.studies.journal import Journal
 from mbproj.studies.progress import Tell
 from mbproj.studies.resumable import resumable
+from mbproj.studies.store import Kept
 from mbproj.studies.trial import Trial
 
 #: A ladder is at its end when so many settings in a row have not brought the error below this part of the best.
@@ -47,9 +47,9 @@ def _sweep(track: Track, ladder: Ladder) -> list[dict[str, Any]]:
 
 
 def sweeps(
-    track: Track, ladders: Sequence[Ladder], journal: Journal, processes: int | None, phase: str, tell: Tell
+    track: Track, ladders: Sequence[Ladder], kept: Kept, processes: int | None, phase: str, tell: Tell
 ) -> list[list[Trial]]:
-    """The sweep of each ladder, in their order, in parallel; those in the journal are not run again."""
+    """The sweep of each ladder, in their order, in parallel; those that are kept are not run again."""
     keys = [f"sweep {ladder.base.command_line()}{' by tolerance' * ladder.by_tolerance}" for ladder in ladders]
-    found = resumable(_sweep, track, dict(zip(keys, ladders, strict=True)), journal, processes, phase, tell)
+    found = resumable(_sweep, track, dict(zip(keys, ladders, strict=True)), kept, processes, phase, tell)
     return [[Trial.from_json(record) for record in found[key]] for key in keys]

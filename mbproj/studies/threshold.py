@@ -7,7 +7,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from pathlib import Path
 
 import numpy as np
 
@@ -16,15 +15,14 @@ from mbproj.registry import PROJECTIONS
 from mbproj.scene.records import Scene
 from mbproj.studies.accuracy import attempt
 from mbproj.studies.certain import certain_reference
-from mbproj.studies.journal import Journal
 from mbproj.studies.mechanism import Mechanism
 from mbproj.studies.progress import Tell, silent
 from mbproj.studies.reference import Reference
 from mbproj.studies.setting import Setting
 from mbproj.studies.spans import span
+from mbproj.studies.store import Kept
 from mbproj.studies.timing import REPETITIONS, Timing, kept_timings
 from mbproj.studies.trial import Trial
-from mbproj.version import __version__
 
 #: Thresholds: powers of ten from these exponents on, for a mechanism of 1 m.
 EXPONENTS = range(-13, 0)
@@ -60,7 +58,7 @@ def threshold_study(
     until: float | None = None,
     repetitions: int = REPETITIONS,
     processes: int | None = None,
-    journal: Path | None = None,
+    fresh: bool = False,
     tell: Tell = silent,
 ) -> ThresholdStudy:
     """Varies the threshold (m or rad, and per s) of the scene's own setting, and measures error, violation and cost.
@@ -73,17 +71,17 @@ def threshold_study(
     chosen = sorted(thresholds or (float(f"1e{size + exponent}") for exponent in EXPONENTS))
     settings = [own, *(replace(own, threshold=value) for value in chosen), _without(own)]
     truth, notes = certain_reference(mechanism, span(scene, until), own, (own.integrator,), tell)
-    what = {"version": __version__, **mechanism.identity, "thresholds": chosen, "own": own.command_line(),
+    what = {"study": "threshold", **mechanism.identity, "thresholds": chosen, "own": own.command_line(),
             "until": float(truth.times[-1]), "repetitions": repetitions}  # fmt: skip
-    record = Journal(journal, what)
-    trials = attempt(mechanism, settings, truth, record, processes, tell)
+    kept = Kept(what, fresh)
+    trials = attempt(mechanism, settings, truth, kept, processes, tell)
     if trials[0].failure is not None:
         raise InputError(Problem(f"the scene's own setting fails: {trials[0].failure}", hint="choose a smaller step"))
     if not trials[0].counters["projections"]:
         raise InputError(Problem("there is nothing to project: no joint, and no motion, constrains this mechanism"))
     alive = [index for index, trial in enumerate(trials) if trial.failure is None]
     taken = kept_timings(
-        record, mechanism, [settings[index] for index in alive], float(truth.times[-1]), repetitions, tell
+        kept, mechanism, [settings[index] for index in alive], float(truth.times[-1]), repetitions, tell
     )
     timings = dict(zip(alive, taken, strict=True))
     floor = float(truth.uncertainty[-1, columns].max())

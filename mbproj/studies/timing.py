@@ -7,11 +7,11 @@ from dataclasses import dataclass
 from statistics import median
 
 from mbproj.arrays import Array
-from mbproj.studies.journal import Journal
 from mbproj.studies.mechanism import Mechanism
 from mbproj.studies.progress import TIMING, Tell, silent
 from mbproj.studies.setting import Setting
 from mbproj.studies.solve import sample_times, solve
+from mbproj.studies.store import Kept
 
 #: A run that is shorter is repeated until it has taken this long, s.
 SHORTEST = 15e-3
@@ -67,12 +67,12 @@ def time_settings(
 
 
 def kept_timings(
-    journal: Journal, mechanism: Mechanism, settings: Sequence[Setting], until: float, repetitions: int, tell: Tell
+    kept: Kept, mechanism: Mechanism, settings: Sequence[Setting], until: float, repetitions: int, tell: Tell
 ) -> list[Timing]:
-    """The timings of runs that record their end alone, at `until` s: from the journal, or taken and put there, all of
-    them together because they are taken in turn."""
+    """The timings of runs that record their end alone, at `until` s: those that are kept, or taken now, all of them
+    together because they are taken in turn."""
     key = " ".join(["timings", *(setting.command_line() for setting in settings)])
-    if key not in journal:
+    if key not in kept:
         taken = time_settings(mechanism, settings, sample_times(until, 1), repetitions, tell)
-        journal.add(key, [timing.samples for timing in taken])
-    return [Timing(tuple(samples)) for samples in journal[key]]
+        kept.add(key, [timing.samples for timing in taken])
+    return [Timing(tuple(samples)) for samples in kept[key]]

@@ -12,7 +12,6 @@ from dataclasses import asdict, dataclass, replace
 from functools import cached_property
 from itertools import product
 from math import inf
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -23,7 +22,6 @@ from mbproj.scene.records import Scene
 from mbproj.studies.accuracy import Yardstick, attempt
 from mbproj.studies.certain import certain_reference
 from mbproj.studies.grid import Ladder, integrator_ladders, projection_ladders, schedule_ladders
-from mbproj.studies.journal import Journal
 from mbproj.studies.mechanism import Mechanism
 from mbproj.studies.near_front import CLOSED, projections_at_one_size, promising, to_time
 from mbproj.studies.pareto import cheapest, front
@@ -31,10 +29,10 @@ from mbproj.studies.progress import Tell, silent
 from mbproj.studies.reference import Reference
 from mbproj.studies.setting import Setting, only_full
 from mbproj.studies.spans import span
+from mbproj.studies.store import Kept
 from mbproj.studies.sweep import Track, sweeps
 from mbproj.studies.timing import REPETITIONS, Timing, kept_timings
 from mbproj.studies.trial import Trial
-from mbproj.version import __version__
 
 #: Projections of the grid unless others are asked for: one of each kind that every formulation has.
 PROJECTIONS_TRIED = ("gpopm", "gopm", "none", "baumgarte")
@@ -113,14 +111,15 @@ def tradeoff(
     longest: float = 0.5,
     repetitions: int = REPETITIONS,
     processes: int | None = None,
-    journal: Path | None = None,
+    fresh: bool = False,
     tell: Tell = silent,
 ) -> Tradeoff:
     """Measures accuracy against cost over `projections`, `integrators` (all), steps, tolerances, schedules.
 
     The error is the largest up to `until` s (the duration) of the markers `at` (all of them; the bodies' centres where
-    the scene has none). `longest`: sweeps end with a run of so many seconds. With a `journal` the study resumes where
-    it was interrupted, and gives the same tables again. Raises InputError for what cannot be run at all.
+    the scene has none). `longest`: sweeps end with a run of so many seconds. The study resumes where it was
+    interrupted, and gives the same tables again, unless it is to begin `fresh`. Raises InputError for what cannot be
+    run at all.
     """
     mechanism = Mechanism.of(scene)
     points = tuple(mechanism.points[k] for k in mechanism.columns(at))
@@ -131,19 +130,19 @@ def tradeoff(
     truth, notes = certain_reference(mechanism, span(scene, until), own, names, tell)
     goal = max(ABOVE_FLOOR * float(truth.uncertainty[-1].max()), FINEST * mechanism.system.length)
     track = Track(Yardstick(scene, truth), goal, longest)
-    record = Journal(journal, _study(mechanism, truth, base, projections, names, longest, repetitions))
+    kept = Kept(_study(mechanism, truth, base, projections, names, longest, repetitions), fresh)
     mine = replace(own, formulation=base.formulation) if own.step or own.tolerance else None
-    trials = _accuracy(track, base, mine, projections, names, record, processes, tell)
+    trials = _accuracy(track, base, mine, projections, names, kept, processes, tell)
     numbers = {trial.setting: index for index, trial in enumerate(trials)}
     if mine is not None and mine not in numbers:
         numbers[mine] = len(trials)
-        trials += attempt(mechanism, [mine], truth, record, 1)
+        trials += attempt(mechanism, [mine], truth, kept, 1)
     errors = np.array([trial.at(points) for trial in trials])
     compared = projections_at_one_size(trials, errors, mine)
     closed = CLOSED * max(1.0, mechanism.system.length)
     wanted = to_time(trials, errors, closed, [*compared, *([numbers[mine]] if mine is not None else [])])
     timings = kept_timings(
-        record, mechanism, [trials[index].setting for index in wanted], float(truth.times[-1]), repetitions, tell
+        kept, mechanism, [trials[index].setting for index in wanted], float(truth.times[-1]), repetitions, tell
     )
     return Tradeoff(
         title=scene.title,
@@ -172,16 +171,16 @@ def _study(
     mechanism: Mechanism, truth: Reference, base: Setting, projections: Sequence[str], names: Sequence[str],
     longest: float, repetitions: int
 ) -> dict[str, Any]:  # fmt: skip
-    """What a journal belongs to."""
+    """What it is known by in the store."""
     return {
-        "version": __version__, **mechanism.identity, "base": asdict(base), "until": float(truth.times[-1]),
+        "study": "tradeoff", **mechanism.identity, "base": asdict(base), "until": float(truth.times[-1]),
         "projections": list(projections), "integrators": list(names),
         "longest": longest, "repetitions": repetitions,
     }  # fmt: skip
 
 
 def _accuracy(
-    track: Track, base: Setting, own: Setting | None, projections: Sequence[str], names: Sequence[str], record: Journal,
+    track: Track, base: Setting, own: Setting | None, projections: Sequence[str], names: Sequence[str], kept: Kept,
     processes: int | None, tell: Tell,
 ) -> list[Trial]:  # fmt: skip
     """The trials of the grid: integrators, then projections and schedules of the promising ones and of the scene's."""
@@ -189,7 +188,7 @@ def _accuracy(
         replace(base.projected_by(name), every=1, threshold=None, formulation=base.formulation) for name in projections
     ]
     ladders = integrator_ladders(methods[0], names)
-    first = sweeps(track, ladders, record, processes, "integrators", tell)
+    first = sweeps(track, ladders, kept, processes, "integrators", tell)
     others: list[Ladder] = []
     constrained = track.yardstick.mechanism.system.joints.size > 0
     owned = [each for each in ladders if own is not None and each.holds(own)]
@@ -197,6 +196,6 @@ def _accuracy(
         others += projection_ladders(ladder, methods[1:])
         if registry.PROJECTIONS[methods[0].projection].corrects:
             others += schedule_ladders(ladder, track.yardstick.mechanism.system.length)
-    second = sweeps(track, others, record, processes, "projections and schedules", tell)
+    second = sweeps(track, others, kept, processes, "projections and schedules", tell)
     unique = {trial.setting: trial for swept in (*first, *second) for trial in swept}
     return list(unique.values())

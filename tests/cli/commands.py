@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import sqlite3
 import subprocess
 import sys
+from contextlib import closing
 from pathlib import Path
 
 from tests.support import ROOT
@@ -19,3 +21,15 @@ def mbproj(*arguments: str, folder: Path) -> subprocess.CompletedProcess[str]:
     return subprocess.run(
         [*program, *arguments], capture_output=True, text=True, cwd=folder, check=False, env=environment
     )
+
+
+def kept(cache: Path) -> list[str]:
+    """The names of what studies have kept in this folder for caches."""
+    path = cache / "studies" / "store.sqlite3"
+    if not path.exists():
+        return []
+    with closing(sqlite3.connect(path, timeout=30.0)) as database:
+        try:
+            return [name for (name,) in database.execute("SELECT item FROM kept ORDER BY item")]
+        except sqlite3.OperationalError:  # its tables are still to be made
+            return []

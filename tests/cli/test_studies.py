@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import json
+import shutil
 import signal
 import subprocess
 import sys
@@ -12,7 +13,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.cli.commands import SLIDER_CRANK, mbproj
+from tests.cli.commands import SLIDER_CRANK, kept, mbproj
 from tests.support import ROOT
 
 PENDULUM = str(ROOT / "mechanisms" / "physical_pendulum.yaml")
@@ -43,9 +44,26 @@ def test_tradeoff_again_is_the_same(tmp_path):
     assert first.stdout == again.stdout
     assert "the cheapest setting for an error:" in first.stdout
     assert first.stdout.splitlines()[-3:] == [f"physical_pendulum-tradeoff.{ending}" for ending in ("csv", "h5", "png")]
-    other = mbproj("tradeoff", PENDULUM, *SMALL[:-1], "2", folder=tmp_path)
-    assert (other.returncode, "belongs to another study" in other.stderr) == (2, True)
-    assert "--fresh" in other.stderr
+    fresh = mbproj("tradeoff", PENDULUM, *SMALL, "--fresh", folder=tmp_path)
+    assert fresh.returncode == 0, fresh.stderr
+    assert fresh.stdout != first.stdout  # its times are new
+
+
+def test_what_stands_in_the_store_s_place_costs_a_line_and_no_study(tmp_path):
+    """Garbage in the file, and a file in place of the folder: a note each, and the same tables."""
+    options = ("compare", PENDULUM, "--projections", "gpopm", "--until", "0.2", "--repeat", "1", "--json")
+    (tmp_path / "cache" / "studies").mkdir(parents=True)
+    (tmp_path / "cache" / "studies" / "store.sqlite3").write_text('{"key": 1}\ngarbage\n')
+    first = mbproj(*options, folder=tmp_path)
+    assert (first.returncode, first.stderr.count("\n")) == (0, 1)
+    assert "is not what mbproj has kept there (file is not a database): it is now 'store.aside'" in first.stderr
+    shutil.rmtree(tmp_path / "cache")
+    (tmp_path / "cache").write_text("a file")
+    again = mbproj(*options, folder=tmp_path)
+    assert (again.returncode, again.stderr.count("\n")) == (0, 1)
+    assert again.stderr.startswith("note: studies keep nothing for the next time: [Errno ")
+    errors = [json.loads(done.stdout)["entries"][0]["error"] for done in (first, again)]
+    assert errors[0] == errors[1]
 
 
 def test_threshold(tmp_path):
@@ -79,8 +97,8 @@ def test_an_interrupted_study_leaves_no_process_and_resumes(tmp_path):
     program = [sys.executable, "-c", "from mbproj.cli import main; main()", "tradeoff", SLIDER_CRANK, "--until", "1"]
     environment = {"PYTHONPATH": str(ROOT), "MBPROJ_CACHE": str(tmp_path / "cache")}
     running = subprocess.Popen(program, cwd=tmp_path, env=environment, stderr=subprocess.PIPE, text=True)
-    journal, deadline = tmp_path / "spatial_slider_crank-tradeoff.jsonl", time.monotonic() + 60.0
-    while not (journal.exists() and journal.read_text().count("\n") > 1) and time.monotonic() < deadline:
+    deadline = time.monotonic() + 120.0
+    while not any(name.startswith("sweep") for name in kept(tmp_path / "cache")) and time.monotonic() < deadline:
         time.sleep(0.05)
     children = {pid for pid in _processes() if _parent(pid) == running.pid}
     running.send_signal(signal.SIGINT)
@@ -90,6 +108,7 @@ def test_an_interrupted_study_leaves_no_process_and_resumes(tmp_path):
     assert "Traceback" not in said
     assert children
     assert not any(_parent(pid) is not None for pid in children)
+    assert any(name.startswith("sweep") for name in kept(tmp_path / "cache"))
 
 
 def _processes() -> list[int]:

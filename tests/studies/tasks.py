@@ -6,6 +6,9 @@ import os
 import time
 from importlib import import_module
 
+from mbproj.studies.store import database
+from mbproj.studies.store.encoding import encoded
+
 
 def place(shared: str, item: int) -> tuple[str, int]:
     """What was shared, and the process; after hundredths of a second, or with a fault for a negative item."""
@@ -29,3 +32,9 @@ def environment(names: list[str], item: int) -> list[str | None]:
 def module_file(name: str, item: int) -> str | None:
     """Where the process has this module from."""
     return import_module(name).__file__
+
+
+def keep(study: str, item: int) -> None:
+    """Puts a number into the store, as a worker of a study does."""
+    for part in range(20):
+        database.write(study, f"{item}-{part}", encoded([item, part]))

@@ -6,15 +6,14 @@ import numpy as np
 import pytest
 from scipy.special import ellipj, ellipk
 
-from mbproj.errors import InputError
 from mbproj.scene import read_scene_text
 from mbproj.studies.accuracy import attempt
-from mbproj.studies.journal import Journal
 from mbproj.studies.measures import error, largest_error
 from mbproj.studies.mechanism import Mechanism
 from mbproj.studies.reference import reference
 from mbproj.studies.setting import Setting
 from mbproj.studies.solve import sample_times, solve
+from mbproj.studies.store import Kept
 from mbproj.studies.timing import time_settings
 
 
@@ -82,34 +81,19 @@ def test_points_are_the_bodies_where_there_is_no_marker(pendulum):
     assert solution.position[:, 0] == pytest.approx(0.5 * exact_end(times), abs=1e-10)
 
 
-def test_processes_and_journal_change_nothing(pendulum, tmp_path):
+def test_processes_and_what_is_kept_change_nothing(pendulum):
     found = reference(pendulum, sample_times(1.0, 10))
     settings = [Setting(step=0.1 / k) for k in (10, 20)] + [Setting("none", "dop853", tolerance=1e-6)]
     seen: list[tuple[str, int, int]] = []
     alone = attempt(pendulum, settings, found, processes=1)
-    study = {"name": "test"}
-    first = attempt(pendulum, settings[:2], found, Journal(tmp_path / "j", study), processes=2)
-    journal = Journal(tmp_path / "j", study)
-    whole = attempt(pendulum, settings, found, journal, processes=2, tell=lambda *told: seen.append(told))
+    first = attempt(pendulum, settings[:2], found, Kept("test"), processes=2)
+    whole = attempt(pendulum, settings, found, Kept("test"), processes=2, tell=lambda *told: seen.append(told))
     assert seen == [("runs", 2, 3), ("runs", 3, 3)]
     assert whole[:2] == first  # not run again: the seconds are the same, too
     assert [trial.error for trial in whole] == [trial.error for trial in alone]
     assert [trial.counters for trial in whole] == [trial.counters for trial in alone]
     errors = [largest_error(error(solve(pendulum, s, found.times), found), found.times)[0] for s in settings]
     assert [trial.at() for trial in whole] == errors
-
-
-def test_a_journal_of_another_study_is_refused_and_a_cut_line_is_dropped(tmp_path):
-    journal = Journal(tmp_path / "j", {"span": 1})
-    journal.add("a", float("inf"))
-    with (tmp_path / "j").open("a") as file:
-        file.write('["b", 1')
-    again = Journal(tmp_path / "j", {"span": 1})
-    assert ("a" in again, "b" in again, again["a"]) == (True, False, float("inf"))
-    again.add("c", 2)
-    assert "c" in Journal(tmp_path / "j", {"span": 1})
-    with pytest.raises(InputError, match="belongs to another study"):
-        Journal(tmp_path / "j", {"span": 2})
 
 
 def test_timings_of_all_settings_and_repetitions(pendulum):

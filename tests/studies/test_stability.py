@@ -175,14 +175,14 @@ def test_values_are_even_and_have_the_scenes_own():
     assert 3.0 in values(Span(1e-2, 3.0, 1e2), 5)
 
 
-def test_a_study_resumes_from_its_journal(tmp_path, monkeypatch):
+def test_a_study_resumes(monkeypatch):
     from mbproj.studies.stability import bisection
 
-    journal, options = tmp_path / "study.jsonl", {"projections": ["gopm", "gpopm"], "points": 3, "processes": 1}
+    options = {"projections": ["gopm", "gpopm"], "points": 3, "processes": 1}
     scene = read_scene_text(PENDULUM)
-    first = stability(scene, "duration", journal=journal, **options)
+    first = stability(scene, "duration", **options)
     monkeypatch.setattr(bisection, "_walked", None)  # nothing is left to be run
-    again = stability(scene, "duration", journal=journal, **options)
+    again = stability(scene, "duration", **options)
     assert again.tracks == first.tracks
 
 

@@ -10,8 +10,8 @@ from mbproj.scene import read_scene_text
 from mbproj.studies.threshold import threshold_study
 
 
-def test_threshold_study(slider_crank, tmp_path):
-    options = {"until": 2.0, "repetitions": 1, "processes": 1, "journal": tmp_path / "t.jsonl"}
+def test_threshold_study(slider_crank):
+    options = {"until": 2.0, "repetitions": 1, "processes": 1}
     found = threshold_study(slider_crank.scene, **options)
     thresholds = [trial.setting.threshold for trial in found.trials]
     assert thresholds[0] is None

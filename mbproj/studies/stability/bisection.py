@@ -7,7 +7,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
 from math import exp, log
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -17,7 +16,6 @@ from mbproj.integrate.tableau import load_tableau
 from mbproj.registry import PROJECTIONS
 from mbproj.scene.records import Scene
 from mbproj.scene.suggestions import choose_from
-from mbproj.studies.journal import Journal
 from mbproj.studies.mechanism import Mechanism
 from mbproj.studies.progress import Tell, silent
 from mbproj.studies.resumable import resumable
@@ -27,7 +25,7 @@ from mbproj.studies.spans import span as until_of
 from mbproj.studies.stability.gains import real_axis_limit
 from mbproj.studies.stability.quantities import QUANTITIES, Span, quantity_named
 from mbproj.studies.stability.subject import Limits, Point, Subject
-from mbproj.version import __version__
+from mbproj.studies.store import Kept
 
 #: Methods that are tried where none is named, and values over the span.
 METHODS, POINTS = ("none", "baumgarte", "gopm", "gpopm"), 25
@@ -88,7 +86,7 @@ def stability(
     until: float | None = None,
     limits: Limits | None = None,
     processes: int | None = None,
-    journal: Path | None = None,
+    fresh: bool = False,
     tell: Tell = silent,
 ) -> StabilityMap:
     """Varies `vary` (a name of `QUANTITIES`) from `low` to `high` for each projection method.
@@ -102,13 +100,13 @@ def stability(
     if not 0.0 < whole.low < whole.high:
         message = f"there is nothing between {whole.low:g} and {whole.high:g}"
         raise InputError(Problem(message, hint="let --from be below --to"))
-    what = {"version": __version__, "scene": scene.text, "parameters": dict(scene.overrides), "vary": vary,
+    what = {"study": "stability", "scene": scene.text, "parameters": dict(scene.overrides), "vary": vary,
             "setting": subject.setting.command_line(), "until": subject.until, "limits": vars(subject.limits),
             "span": vars(whole), "points": points}  # fmt: skip
-    record = Journal(journal, what)
+    kept = Kept(what, fresh)
     grid = values(whole, points)
     subjects = {name: _with_method(subject, name) for name in names}
-    walked = resumable(_walked, (vary, grid), subjects, record, processes, "methods", tell)
+    walked = resumable(_walked, (vary, grid), subjects, kept, processes, "methods", tell)
     tracks = [_track(name, [Point.from_json(each) for each in points]) for name, points in walked.items()]
     analytic = real_axis_limit(load_tableau(subject.setting.integrator)) if quantity.option == "gains" else None
     step = subject.setting.step or 1.0

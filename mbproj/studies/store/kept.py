@@ -1,0 +1,69 @@
+"""Values of studies by what they follow from; mbproj's version and build are part of that."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import platform
+from collections.abc import Callable, Sequence
+from typing import Any, TypeVar
+
+from mbproj.kernel import build_info
+from mbproj.studies.store import database
+from mbproj.studies.store.encoding import decoded, encoded
+from mbproj.version import __version__
+
+Value = TypeVar("Value")
+
+
+def cached(what: Any, compute: Callable[[], Value], records: Sequence[type]) -> Value:
+    """The value that `compute` gives for `what` (anything JSON can hold), from the store where it is there. `records`:
+    the classes of the records that it consists of."""
+    study = _study(what)
+    for data in database.read(study).values():
+        try:
+            kept: Value = decoded(data, records)
+        except ValueError:  # written by a version with other fields, or damaged
+            continue
+        return kept
+    value = compute()
+    database.write(study, "", encoded(value))
+    return value
+
+
+class Kept:
+    """What a study has done, by name, so that it resumes where it was interrupted: numbers, text, lists and mappings.
+
+    A study is known by `what` it is about (anything JSON can hold) and by the machine, because times are among its
+    numbers. Without `what` all is in memory alone; with `fresh` nothing of before counts."""
+
+    def __init__(self, what: Any = None, fresh: bool = False) -> None:
+        self._study = None if what is None else _study([platform.node(), what])
+        self._records: dict[str, Any] = {}
+        if self._study is not None and fresh:
+            database.forget(self._study)
+        elif self._study is not None:
+            self._take(database.read(self._study))
+
+    def _take(self, found: dict[str, bytes]) -> None:
+        for name, data in found.items():
+            try:
+                self._records[name] = decoded(data)
+            except ValueError:
+                continue
+
+    def __contains__(self, name: str) -> bool:
+        return name in self._records
+
+    def __getitem__(self, name: str) -> Any:
+        return self._records[name]
+
+    def add(self, name: str, record: Any) -> None:
+        """Keeps a record; it is on the disk when this returns."""
+        self._records[name] = record
+        if self._study is not None:
+            database.write(self._study, name, encoded(record))
+
+
+def _study(what: Any) -> str:
+    return hashlib.sha256(json.dumps([__version__, build_info(), what]).encode()).hexdigest()
