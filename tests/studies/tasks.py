@@ -6,9 +6,6 @@ import os
 import time
 from importlib import import_module
 
-from mbproj.studies.store import database
-from mbproj.studies.store.encoding import encoded
-
 
 def place(shared: str, item: int) -> tuple[str, int]:
     """What was shared, and the process; after hundredths of a second, or with a fault for a negative item."""
@@ -35,6 +32,9 @@ def module_file(name: str, item: int) -> str | None:
 
 
 def keep(study: str, item: int) -> None:
-    """Puts a number into the store, as a worker of a study does."""
+    """Puts numbers into the store, as a worker of a study does."""
+    from mbproj.studies.store import database  # here, because the other tasks are to start at once
+    from mbproj.studies.store.encoding import encoded
+
     for part in range(20):
         database.write(study, f"{item}-{part}", encoded([item, part]))
