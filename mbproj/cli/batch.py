@@ -14,6 +14,8 @@ from mbproj.cli.study_options import force as force_option
 if TYPE_CHECKING:
     from mbproj.studies.batch import SceneResult, Task
 
+#: The longest time (s) that a scene may be given: 30 years, which every clock can count.
+LONGEST = 1e9
 OTHER_REPORT = "choose another file with --junit"
 
 
@@ -49,7 +51,7 @@ def command(
     from mbproj.scene.quantities import Number
     from mbproj.studies.batch import exit_code, run_batch, scene_paths
 
-    seconds = given_number(timeout, "--timeout", Number("s", above=0.0))
+    seconds = given_number(timeout, "--timeout", Number("s", above=0.0, maximum=LONGEST))
     scenes = scene_paths(paths)
     if xml is not None:
         write_text(xml, junit([]), JUNIT, force=force, hint=OTHER_REPORT)  # before the work: whether it can be written

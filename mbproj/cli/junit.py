@@ -72,7 +72,7 @@ def _new_suite(
 def _case(suite: Xml.Element, scene: Path, name: str, seconds: float) -> Xml.Element:
     """A testcase, whose classname is the path with dots, because Jenkins takes dots for its packages."""
     where = ".".join(part for part in scene.with_suffix("").parts if part.strip("./"))
-    attributes = {"classname": _text(where), "name": name, "file": _text(scene.as_posix())}
+    attributes = {"classname": _text(where), "name": _text(name), "file": _text(scene.as_posix())}
     return Xml.SubElement(suite, "testcase", attributes, time=f"{seconds:.3f}")
 
 

@@ -4,14 +4,15 @@ from __future__ import annotations
 
 import os
 import sys
-import traceback
 import warnings
 from importlib import import_module
 from typing import Any
 
 import click
 
-from mbproj.errors import ExitCode, InputError, MbprojError, MbprojWarning
+from mbproj.cli.ending import ending
+from mbproj.cli.streams import protect_streams
+from mbproj.errors import ExitCode, MbprojWarning
 from mbproj.version import __version__
 
 #: Commands in the order of the help; each is the object `command` of the module of its name.
@@ -32,7 +33,11 @@ class CommandsOnDemand(click.Group):
         return command
 
 
-@click.group(cls=CommandsOnDemand, context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 120})
+#: `color`: click drops what looks like a colour where none is shown, and file names with it; `Stream` shows it instead.
+SETTINGS = {"help_option_names": ["-h", "--help"], "max_content_width": 120, "color": True}
+
+
+@click.group(cls=CommandsOnDemand, context_settings=SETTINGS)
 @click.version_option(__version__, prog_name="mbproj")
 def mbproj() -> None:
     """Simulates constrained spatial mechanisms and shows that every joint stays closed.
@@ -51,29 +56,22 @@ def main() -> None:
     # Matrices here are small: threads would only cost, and results must not depend on their number.
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     os.environ.setdefault("OMP_NUM_THREADS", "1")
+    protect_streams()
     _show_notes()
+    sys.exit(int(_exit_code()))
+
+
+def _exit_code() -> int:
     try:
-        code = mbproj.main(standalone_mode=False)
-    except InputError as error:
-        _complain(str(error))
-        code = error.exit_code
-    except MbprojError as error:
-        _complain(f"error: {error}")
-        code = error.exit_code
+        code = mbproj.main(standalone_mode=False) or ExitCode.DONE
+        sys.stdout.flush()
     except click.ClickException as error:
         error.show()
-        code = ExitCode.BAD_INPUT
-    except (KeyboardInterrupt, click.Abort):
-        _complain("interrupted")
-        code = ExitCode.INTERRUPTED
-    except BrokenPipeError:
-        sys.stderr.close()
-        code = ExitCode.DONE
-    except Exception:
-        traceback.print_exc()
-        _complain("error: this is a fault of mbproj, not of your input; please report it with the lines above")
-        code = ExitCode.INTERNAL
-    sys.exit(int(code or 0))
+        return ExitCode.BAD_INPUT
+    except (Exception, KeyboardInterrupt) as error:
+        message, code = ending(error)
+        _complain(message)
+    return code
 
 
 def _show_notes() -> None:
@@ -92,4 +90,4 @@ def _show_notes() -> None:
 
 
 def _complain(message: str) -> None:
-    click.echo(message, err=True)
+    click.echo(message, err=True, color=True)

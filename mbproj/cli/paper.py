@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import click
 
+from mbproj.cli.quantity import Positive
 from mbproj.cli.study_options import force as force_option
 from mbproj.outputs import check_replaceable, make_folder, picture
 
@@ -21,7 +22,8 @@ FIGURES = {"five_bar": ("xz", (2, 3, 4, 5)), "spatial_slider_crank": ("x", (7, 8
 
 @click.command("paper", short_help="Draws the figures of Zhang, Liu & Liu (2015).")
 @click.option("--output", "-o", required=True, type=click.Path(), metavar="DIR", help="Where the figures go.")
-@click.option("--duration", default=10.0, show_default=True, type=click.FloatRange(min=0, min_open=True), help="In s.")
+@click.option("--duration", default="10 s", show_default=True, type=Positive("s"), metavar="TIME",
+              help="How long to simulate.")
 @click.option("--format", "ending", default="png", show_default=True, type=click.Choice(["png", "svg", "pdf"]))
 @force_option
 def command(output: str, duration: float, ending: str, force: bool) -> None:

@@ -11,7 +11,9 @@ from typing import TextIO
 
 import click
 
+from mbproj.cli.streams import commanding
 from mbproj.integrate.simulate import Progress
+from mbproj.outputs.escapes import escaped
 from mbproj.studies.progress import ALIKE, Tell, silent
 
 #: Positions of the bar: enough for a duration of any unit.
@@ -58,7 +60,7 @@ class Line:
         now = self._written = self._clock()
         left = f"{_duration(self._end - now)} left, " if self._end > now else ""
         text = f"{self._words}, {left}{_duration(now - self._begun)} so far"
-        self._put(f"\r{text}\x1b[K" if self.on_terminal else f"{text}\n")
+        self._put(f"\r{escaped(text)}\x1b[K" if self.on_terminal else f"{text}\n")
 
     def _put(self, text: str) -> None:
         with suppress(OSError):  # nobody reads it any more
@@ -69,7 +71,7 @@ class Line:
 @contextmanager
 def _line() -> Iterator[Line]:
     """A line on stderr that goes on while what it tells of takes long."""
-    shown, over = Line(sys.stderr), Event()
+    shown, over = Line(commanding(sys.stderr)), Event()
 
     def go_on() -> None:
         while not over.wait(RENEWED):
@@ -117,7 +119,7 @@ def progress_bar(duration: float | None, hidden: bool) -> Iterator[Progress | No
     if hidden or not duration:
         yield None
     elif sys.stderr.isatty():
-        with click.progressbar(length=STEPS, file=sys.stderr, label="simulating", show_percent=True) as bar:
+        with click.progressbar(length=STEPS, file=commanding(sys.stderr), label="simulating", show_percent=True) as bar:
             yield lambda time: bar.update(max(0, int(STEPS * time / duration) - bar.pos))
     else:
         with _line() as line:

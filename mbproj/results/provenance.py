@@ -34,10 +34,15 @@ def root_attributes() -> dict[str, Attribute]:
     }
 
 
+def as_text(name: str) -> str:
+    """A text that may have a path in it, for HDF5: bytes in a file name that are no text become \\udcff, say."""
+    return name.encode(errors="backslashreplace").decode()
+
+
 def create_text(group: h5py.Group, path: str, texts: str | Sequence[str], description: str) -> None:
     """A dataset of UTF-8 strings of one length: they stand in place, where a variable length needs HDF5's heap."""
     listed = [texts] if isinstance(texts, str) else list(texts)
-    encoded = [text.encode() for text in listed]
+    encoded = [as_text(text).encode() for text in listed]
     kind = h5py.string_dtype("utf-8", max([1, *map(len, encoded)]))
     data = np.array(encoded, dtype=kind)
     dataset = group.create_dataset(path, data=data.reshape(() if isinstance(texts, str) else (-1,)), dtype=kind)

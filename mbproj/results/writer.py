@@ -24,7 +24,7 @@ from mbproj.results.faults import OutputError, cannot_write
 from mbproj.results.files import check_output, part_path
 from mbproj.results.layout import CONSTANTS, DATASETS, NAMES, Constant, Dataset, trailing
 from mbproj.results.lock import lock
-from mbproj.results.provenance import Attribute, create_text, root_attributes, write_scene
+from mbproj.results.provenance import Attribute, as_text, create_text, root_attributes, write_scene
 from mbproj.results.reserve import MARGIN, reserve, room_for
 from mbproj.results.trust import Trust
 from mbproj.scene.records import Scene
@@ -118,7 +118,8 @@ class ResultsWriter:
 
     def attributes(self, values: Mapping[str, Attribute]) -> None:
         """Add attributes (timings, counters, a summary) to the file, written at its end. What is None is left out."""
-        self._summary.update(values)
+        texts = {name: as_text(value) for name, value in values.items() if isinstance(value, str)}
+        self._summary.update({**values, **texts})
 
     def trust(self, trust: Trust) -> None:
         """Add what a better solution says of the run, written at its end; the limits must be those announced."""

@@ -15,6 +15,10 @@ from mbproj.scene.records import KeyPath
 from mbproj.scene.unit_text import unit_of
 from mbproj.scene.units import BARE, Dimension, describe
 
+#: What no quantity of a mechanism reaches: up to here a mass times the square of a length can be squared and is still a
+#: number (the largest is 1.8e308).
+LARGEST = 1e50
+
 
 @dataclass(frozen=True)
 class Number(Field[float]):
@@ -58,6 +62,10 @@ class Number(Field[float]):
             if limit is not None and not holds(number, limit):
                 reading.report(f"{label(path)} must be {words} {limit:g}, found {number:.6g}", node.place)
                 return None
+        if self.unit and abs(number) > LARGEST:
+            message = f"{label(path)} is {number:.6g}: numbers beyond {LARGEST:g} in SI units overflow when multiplied"
+            reading.report(message, node.place, "check the number and its unit")
+            return None
         return number
 
     def schema(self) -> Schema:
@@ -122,25 +130,24 @@ def unit_hint(text: str, tree: Expression | None) -> str | None:
 
 @dataclass(frozen=True)
 class Integer(Field[int]):
-    """A whole number without unit, at least `minimum`."""
+    """A whole number without unit, at least `minimum`. What it counts fits into 32 bits wherever it goes."""
 
     minimum: int
+    maximum: int = 10**9
 
     @property
     def expects(self) -> str:
         return "a whole number"
 
     def read(self, node: Node, path: KeyPath, reading: Reading) -> int | None:
-        number = Number().read(node, path, reading)
+        number = Number(minimum=self.minimum, maximum=self.maximum).read(node, path, reading)
         if number is None:
             return None
         if not number.is_integer():
             self.reject(node, path, reading)
             return None
-        if number < self.minimum:
-            reading.report(f"{label(path)} must be at least {self.minimum}, found {number:.6g}", node.place)
-            return None
         return int(number)
 
     def schema(self) -> Schema:
-        return {"description": self.expects, "type": ["integer", "string"], "pattern": r"\S", "minimum": self.minimum}
+        return {**Number(minimum=self.minimum, maximum=self.maximum).schema(), "description": self.expects,
+                "type": ["integer", "string"]}

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 from mbproj.errors import InputError, Place, Problem
@@ -11,6 +11,7 @@ from mbproj.registry import PROJECTIONS, integrators
 from mbproj.scene.nodes import MappingNode, Node, from_value
 from mbproj.scene.reading import Reading
 from mbproj.scene.records import KeyPath, ProjectionSettings, Scene, Settings
+from mbproj.scene.sampling import too_many
 from mbproj.scene.simulation import LIST_OPTIONS, OPTIONS, SIMULATION
 from mbproj.scene.suggestions import choose_from
 
@@ -128,8 +129,16 @@ def _method_takes_its_options(merged: Merged) -> Iterator[Problem]:
                           f"these have: {able}")
 
 
+def _steps_can_be_counted(merged: Merged) -> Iterator[Problem]:
+    duration, step, output_step = (merged.values.get((name,)) for name in ("duration", "step", "output_step"))
+    problem = too_many(Settings(duration=duration, step=step, output_step=output_step))
+    if problem is not None:
+        shorter = "output_step" if step is None else "step"
+        yield replace(problem, place=merged.place((shorter,), ("duration",)))
+
+
 _CHECKS: tuple[Callable[[Merged], Iterable[Problem]], ...] = (
-    _tolerance_needs_an_estimate, _output_is_a_multiple, _method_takes_its_options,
+    _tolerance_needs_an_estimate, _output_is_a_multiple, _steps_can_be_counted, _method_takes_its_options,
 )
 
 

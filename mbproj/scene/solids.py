@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterable
 from dataclasses import dataclass
 
 from mbproj.scene import inertia, rotations
 from mbproj.scene.checks import inertia_of
+from mbproj.scene.quantities import LARGEST
 from mbproj.scene.reading import Unfit
 from mbproj.scene.records import Matrix, Quaternion, Vector
 from mbproj.scene.shapes import Shape
@@ -43,7 +43,7 @@ def mass_of(shape: Shape, mass: float | None, density: float | None) -> float:
 
 
 def _possible(mass: float) -> float:
-    if not 0.0 < mass < math.inf:
+    if not 0.0 < mass <= LARGEST:
         raise Unfit(f"has a mass of {mass:g} kg", "look at the units of its dimensions and density")
     return mass
 
@@ -74,7 +74,7 @@ def _tensor(parts: Iterable[Part], centre: Vector) -> Matrix:
             own = sum(axes[i][k] * axes[j][k] * part.shape.spread[k] for k in range(3))
             second[i, j] += part.mass * (own + arm[i] * arm[j])
     xx, yy, zz, xy, xz, yz = second.values()
-    if not all(map(math.isfinite, (*centre, *second.values(), xx + yy + zz))):
+    if not all(abs(moment) <= LARGEST for moment in (*centre, *second.values(), xx + yy + zz)):
         raise Unfit("has moments of inertia that are too large", "look at the units of its dimensions")
     products = [0.0 - product for product in (xy, xz, yz)]  # never -0.0
     return inertia_of(inertia.from_elements([yy + zz, xx + zz, xx + yy, *products]))

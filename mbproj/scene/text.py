@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import io
+import os
 import re
+import stat
 from pathlib import Path
 
 from mbproj.errors import InputError, Place, Problem
@@ -19,8 +22,7 @@ def read_text(path: Path) -> str:
     """The text of the file, without byte order mark. Raises InputError with one problem."""
     place = Place(str(path))
     try:
-        with path.open("rb") as file:
-            data = file.read(MAX_BYTES + 1)
+        data = _bytes_of(path)
     except FileNotFoundError:
         raise InputError(Problem("there is no such file", place, _similar_file(path))) from None
     except IsADirectoryError:
@@ -31,6 +33,21 @@ def read_text(path: Path) -> str:
     if len(data) > MAX_BYTES:
         raise InputError(Problem(f"the file is larger than {MAX_BYTES // 1_000_000} MB", place))
     return _decode(data, place)
+
+
+def _bytes_of(path: Path) -> bytes:
+    """What is in the file, or comes out of the pipe (`<(...)` of a shell), a byte more than allowed at most.
+
+    Raises InputError where nobody writes into a pipe: to open it would wait for ever.
+    """
+    with os.fdopen(os.open(path, os.O_RDONLY | getattr(os, "O_NONBLOCK", 0)), "rb", buffering=0) as file:
+        if hasattr(os, "set_blocking") and stat.S_ISFIFO(os.fstat(file.fileno()).st_mode):
+            first = file.read(1)
+            if first == b"":
+                raise InputError(Problem("this is a pipe that nobody writes into", Place(str(path))))
+            os.set_blocking(file.fileno(), True)
+            return (first or b"") + io.BufferedReader(file).read(MAX_BYTES)
+        return io.BufferedReader(file).read(MAX_BYTES + 1)
 
 
 def lines_of(text: str, file: str) -> list[str]:

@@ -43,7 +43,7 @@ def test_the_good_scene_with_a_piece_replaced(at: int, length: int, piece: str) 
 
 
 @BOUNDED
-@given(st.lists(st.floats(-1e300, 1e300), min_size=3, max_size=3))
+@given(st.lists(st.floats(-1e50, 1e50), min_size=3, max_size=3))
 def test_numbers_are_read_as_they_were_written(numbers: list[float]) -> None:
     written = ", ".join(map(repr, numbers))
     scene = read_scene_text(GOOD.replace("position: [0, 0.1, 0.12]", f"position: [{written}]"))

@@ -83,9 +83,16 @@ WRONG_OPTIONS: tuple[tuple[dict[str, Any], list[str]], ...] = (
       "dop853"]),
     ({"step": 0.003}, ["--step: error: 'output_step' (0.01 s) is no whole multiple of 'step' (0.003 s); "
      "set 'output_step' to 0.009 s"]),
-    ({"step": 1e-300, "output_step": 1e300},
-     ["--output-step: error: 'output_step' (1e+300 s) is no whole multiple of 'step' (1e-300 s); "
-      "set 'output_step' to 1e-285 s"]),
+    ({"step": 1e-30, "output_step": 1e30},
+     ["--output-step: error: 'output_step' (1e+30 s) is no whole multiple of 'step' (1e-30 s); "
+      "set 'output_step' to 1e-15 s",
+      "--step: error: 'step' of 1e-30 s: 16 digits cannot tell so many steps apart in the duration of 10 s; "
+      "make it 1e-14 s or longer, or the duration shorter"]),
+    ({"integrator": "dop853", "tolerance": 1e-6, "output_step": 1e-30},
+     ["--output-step: error: 'output_step' of 1e-30 s: more than 1e+07 samples in the duration of 10 s; "
+      "make it 1e-06 s or longer, or the duration shorter"]),
+    ({"duration": 1e49}, ["--duration: error: 'step' of 0.01 s: 16 digits cannot tell so many steps apart in the "
+                          "duration of 1e+49 s; make it 1e+34 s or longer, or the duration shorter"]),
     ({"step": float("nan")}, ["--step: error: numbers must be finite"]),
     ({"duration": "10 m"}, ["--duration: error: 'duration' is in s, this is a length"]),
     ({"duration": "1 +"}, ["--duration: error: the expression ends too early"]),

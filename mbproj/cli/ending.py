@@ -1,0 +1,43 @@
+"""How a command ends that an exception has ended: what is said, and the exit code. One place for all commands."""
+
+from __future__ import annotations
+
+import errno
+import traceback
+
+import click
+
+from mbproj.errors import ExitCode, InputError, MbprojError
+
+#: What the system says of a path that the user gave: it is his to mend.
+WRONG_PATH = frozenset({
+    errno.ENOENT, errno.EACCES, errno.EPERM, errno.ENAMETOOLONG, errno.ELOOP, errno.ENOTDIR, errno.EISDIR, errno.EROFS,
+    errno.EEXIST, errno.ENXIO, errno.ENODEV, errno.ENOTEMPTY, errno.EXDEV,
+})  # fmt: skip
+#: What it says where it has run out of something.
+NO_MORE = frozenset({errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EIO, errno.ENOMEM, errno.EMFILE, errno.ENFILE,
+                     errno.EAGAIN})  # fmt: skip
+OUR_FAULT = "error: this is a fault of mbproj, not of your input; please report it with the lines above"
+
+
+def ending(error: BaseException) -> tuple[str, ExitCode]:
+    """The message and the exit code for an exception that nobody caught. One that no input and no state of the machine
+    explains is a fault of mbproj: the message has all that a report needs."""
+    if isinstance(error, InputError):
+        return str(error), error.exit_code
+    if isinstance(error, MbprojError):
+        return f"error: {error}", error.exit_code
+    if isinstance(error, click.Abort | KeyboardInterrupt):
+        return "interrupted", ExitCode.INTERRUPTED
+    if isinstance(error, MemoryError):
+        return "error: out of memory; record less (a longer --output-step), or use a larger machine", ExitCode.FAILED
+    if isinstance(error, OSError) and error.errno in NO_MORE:
+        return f"error: {_refused(error)}; make room, or use another place", ExitCode.FAILED
+    if isinstance(error, OSError) and error.errno in WRONG_PATH and error.filename is not None:
+        return f"error: {_refused(error)}; give another path", ExitCode.BAD_INPUT
+    return f"{''.join(traceback.format_exception(error))}{OUR_FAULT}", ExitCode.INTERNAL
+
+
+def _refused(error: OSError) -> str:
+    where = "" if error.filename is None else f"'{error.filename}': "
+    return f"{where}{error.strerror}"
