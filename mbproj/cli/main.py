@@ -10,8 +10,8 @@ from typing import Any
 
 import click
 
-from mbproj.cli.ending import ending
 from mbproj.cli.streams import protect_streams
+from mbproj.ending import ending
 from mbproj.errors import ExitCode, MbprojWarning
 from mbproj.version import __version__
 
@@ -68,7 +68,10 @@ def _exit_code() -> int:
     except click.ClickException as error:
         error.show()
         return ExitCode.BAD_INPUT
-    except (Exception, KeyboardInterrupt) as error:
+    except (KeyboardInterrupt, click.Abort):
+        _complain("interrupted")
+        return ExitCode.INTERRUPTED
+    except Exception as error:
         message, code = ending(error)
         _complain(message)
     return code

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from dataclasses import replace
 from pathlib import Path
 
@@ -28,7 +29,7 @@ def command(results: Path, output: str, as_json: bool, quiet: bool) -> None:
         scene = read_scene_text(before.scene_text, name, before.overrides)
         scene = replace(scene, path=before.scene_path, settings=before.settings)
         source, certified = before.path, before.certified
-    if Path(output).resolve() == source.resolve():
+    if os.path.realpath(output) == os.path.realpath(source):
         problem = Problem(f"'{output}' is the file to repeat", Place("--output"), "choose another name")
         raise InputError(problem)
     execute(scene, name, output, certified=certified, as_json=as_json, quiet=quiet)

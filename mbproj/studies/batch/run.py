@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-import traceback
 from time import perf_counter
 
 from mbproj.analysis import Outcome, outcomes
 from mbproj.dynamics import assemble, unique_components
+from mbproj.ending import ending
 from mbproj.errors import ExitCode, MbprojError, SimulationError, placed_at
 from mbproj.integrate import simulate
 from mbproj.integrate.report import summary
@@ -28,10 +28,8 @@ def run_task(task: Task) -> SceneResult:
     except MbprojError as error:
         code, message = error.exit_code, str(error)
         formulation = error.formulation if isinstance(error, SimulationError) else None
-    except MemoryError:
-        code, message = ExitCode.FAILED, "out of memory"
-    except Exception:
-        code, message = ExitCode.INTERNAL, traceback.format_exc()
+    except Exception as error:
+        message, code = ending(error)
     if not task.keep:
         task.output.unlink(missing_ok=True)
     output = task.output if task.keep and task.output.exists() else None

@@ -35,8 +35,8 @@ def scene_paths(paths: Iterable[Path]) -> list[Path]:
         found += inside
     if problems:
         raise InputError(problems)
-    first = {path.resolve(): path for path in reversed(found)}
-    return [path for path in dict.fromkeys(found) if first[path.resolve()] == path]
+    first = {os.path.realpath(path): path for path in reversed(found)}
+    return [path for path in dict.fromkeys(found) if first[os.path.realpath(path)] == path]
 
 
 def tasks(scenes: Sequence[Path], directory: Path, keep: bool) -> list[Task]:
@@ -44,7 +44,7 @@ def tasks(scenes: Sequence[Path], directory: Path, keep: bool) -> list[Task]:
 
     Raises InputError where a directory cannot be made.
     """
-    whole = [scene.resolve() for scene in scenes]
+    whole = [Path(os.path.realpath(scene)) for scene in scenes]
     common = Path(os.path.commonpath([path.parent for path in whole]))
     outputs = [directory / path.relative_to(common).with_suffix(".h5") for path in whole]
     counts = Counter(outputs)  # a.yaml and a.yml are two scenes

@@ -1,11 +1,9 @@
-"""How a command ends that an exception has ended: what is said, and the exit code. One place for all commands."""
+"""What an exception means that ends a command or a scene of a batch: a message and the exit code. One place for all."""
 
 from __future__ import annotations
 
 import errno
 import traceback
-
-import click
 
 from mbproj.errors import ExitCode, InputError, MbprojError
 
@@ -20,15 +18,13 @@ NO_MORE = frozenset({errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EIO, errno.E
 OUR_FAULT = "error: this is a fault of mbproj, not of your input; please report it with the lines above"
 
 
-def ending(error: BaseException) -> tuple[str, ExitCode]:
+def ending(error: Exception) -> tuple[str, ExitCode]:
     """The message and the exit code for an exception that nobody caught. One that no input and no state of the machine
     explains is a fault of mbproj: the message has all that a report needs."""
     if isinstance(error, InputError):
         return str(error), error.exit_code
     if isinstance(error, MbprojError):
         return f"error: {error}", error.exit_code
-    if isinstance(error, click.Abort | KeyboardInterrupt):
-        return "interrupted", ExitCode.INTERRUPTED
     if isinstance(error, MemoryError):
         return "error: out of memory; record less (a longer --output-step), or use a larger machine", ExitCode.FAILED
     if isinstance(error, OSError) and error.errno in NO_MORE:
