@@ -107,4 +107,4 @@ def _page(found: Comparison, title: str) -> Figure:
             factorisations=counters.get("factorisations", 0),
             iterations=counters.get("projection_iterations", 0) + counters.get("velocity_iterations", 0),
         ))  # fmt: skip
-    return comparison_page(methods, found.reference.uncertainty.max(axis=1), title.replace("$", r"\$"))
+    return comparison_page(methods, found.reference.uncertainty.max(axis=1), title)

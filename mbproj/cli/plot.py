@@ -51,7 +51,7 @@ def command(
     All kinds that apply are drawn unless --kind names some.
     """
     from mbproj.outputs import check_replaceable, make_folder, picture
-    from mbproj.plot.kinds import draw, why_not
+    from mbproj.plot.kinds import draw, nothing_to_see, why_not
     from mbproj.plot.labels import derive_labels, stem
     from mbproj.plot.save import save
 
@@ -61,6 +61,7 @@ def command(
     first = stem(opened[0])
     shown = _select(opened, start, stop, markers, joints)
     drawn = _applicable(kinds, {kind: why_not(kind, shown) for kind in KINDS})
+    drawn = drawn if kinds else _worth_it(drawn, {kind: nothing_to_see(kind, shown) for kind in drawn})
     make_folder(directory, OTHER_DIRECTORY)
     paths = {kind: directory / f"{first}-{kind}.{file_format}" for kind in drawn}
     for path in paths.values():  # all or none
@@ -140,6 +141,14 @@ def _applicable(kinds: Sequence[str], reasons: dict[str, str | None]) -> list[st
         if reason and KINDS[kind].usual:
             click.echo(f"note: no picture '{kind}': {reason}", err=True)
     return [kind for kind, reason in reasons.items() if not reason]
+
+
+def _worth_it(applicable: Sequence[str], reasons: dict[str, str | None]) -> list[str]:
+    """Those that show anything; of the others a note says why not."""
+    for kind in applicable:
+        if reasons[kind]:
+            click.echo(f"note: no picture '{kind}': {reasons[kind]}", err=True)
+    return [kind for kind in applicable if not reasons[kind]]
 
 
 def _hint(reasons: dict[str, str | None]) -> str:

@@ -170,5 +170,4 @@ def _page(found: StabilityMap) -> Figure:
     own = found.span.own if judged and found.span.low <= found.span.own <= found.span.high else None
     shown = Map(strips, f"{found.vary}{unit}", own, found.analytic, found.limits.closed if judged else None,
                 found.limits.energy if judged else None)  # fmt: skip
-    title = found.title.replace("$", r"\$")
-    return stability_page(shown, f"{title}; {_setting(found)}; runs that stop are not drawn")
+    return stability_page(shown, f"{found.title}; {_setting(found)}; runs that stop are not drawn")

@@ -129,5 +129,4 @@ def _page(found: ThresholdStudy, points: tuple[str, ...]) -> Figure:
         recommended=None if found.recommended is None else found.trials[found.recommended].setting.threshold,
         floor=float(found.reference.uncertainty[-1].max()),
     )  # fmt: skip
-    title = found.title.replace("$", r"\$")
-    return threshold_page(shown, f"{title}; {found.trials[0].setting.label}")
+    return threshold_page(shown, f"{found.title}; {found.trials[0].setting.label}")

@@ -173,5 +173,5 @@ def _page(found: Tradeoff) -> Figure:
             floor=found.floor,
             points=", ".join(found.points) if len(found.points) <= 3 else "the worst point",
         ),
-        found.title.replace("$", r"\$"),
+        found.title,
     )  # fmt: skip

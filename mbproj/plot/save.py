@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from pathlib import Path
 
 from matplotlib.figure import Figure
@@ -26,5 +27,7 @@ def save(figure: Figure, path: Path, *, force: bool = False) -> Path:
     Raises InputError where the file cannot be written, or, unless `force`, would replace what is no picture of ours."""
     file_format = path.suffix[1:]
     with replacing(path, picture(file_format), force=force, hint="choose another directory with -o") as draft:
-        figure.savefig(draft, format=file_format, metadata=METADATA[file_format])
+        with warnings.catch_warnings():
+            warnings.filterwarnings("ignore", message="Glyph .* missing from")  # the picture shows a box
+            figure.savefig(draft, format=file_format, metadata=METADATA[file_format])
     return path

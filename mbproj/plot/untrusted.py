@@ -8,7 +8,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from mbproj.plot.panels import small_print
+from mbproj.plot.margins import small_print
 from mbproj.plot.style import SHADE
 from mbproj.results import Results
 

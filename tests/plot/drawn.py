@@ -16,4 +16,13 @@ def legend(figure: Figure) -> list[str]:
 
 
 def ylabels(figure: Figure) -> list[str]:
-    return [axis.get_ylabel() for axis in figure.axes]
+    """Of the panels that are shown, each as one line."""
+    return [axis.get_ylabel().replace("\n", " ") for axis in figure.axes if axis.get_visible()]
+
+
+def steep(values: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
+    """The pendulum's block with z from zero on and ten times as much, so that one panel shows all of a marker."""
+    position, velocity = values["markers/position"], values["markers/velocity"]
+    position[..., 2] = 10.0 * (position[..., 2] - position[:1, :, 2])
+    velocity[..., 2] *= 10.0
+    return values

@@ -9,10 +9,11 @@ import matplotlib as mpl
 import pytest
 
 from mbproj.plot.kinds import KINDS, draw, why_not
+from mbproj.plot.rows import MAX_ROWS
 from mbproj.plot.save import save
-from mbproj.plot.shown import MAX_LINES, MAX_ROWS
+from mbproj.plot.shown import MAX_LINES
 from mbproj.results import open_results
-from tests.plot.drawn import legend, ylabels
+from tests.plot.drawn import legend, steep, ylabels
 from tests.results.pendulum_blocks import NAMES, NO_NAMES, block, record, times
 
 #: What can be drawn of a run that is not certified.
@@ -41,7 +42,7 @@ def test_names_with_signs_of_mathematics(tmp_path):
     names = dict(NAMES) | {"joints": ["_hidden", "$x"], "markers": ["a_$", "_b"]}
     with open_results(record(tmp_path / "run.h5", names=names)) as results:
         assert legend(draw("joints", [results], ["run"])) == [" _hidden", r"\$x"]
-        assert ylabels(draw("markers", [results], ["run"]))[0] == r"position of a_\$ (m)"
+        assert ylabels(draw("markers", [results], ["run"]))[0] == r"a_\$: x, y (m)"
 
 
 def test_what_does_not_apply(tmp_path):
@@ -83,7 +84,7 @@ def test_too_many_names_are_cut_with_a_remark(tmp_path):
         "motions": [],
         "motion_units": [],
     }
-    with open_results(record(tmp_path / "run.h5", block(times(), many), names=many)) as results:
+    with open_results(record(tmp_path / "run.h5", steep(block(times(), many)), names=many)) as results:
         figure = draw("markers", [results], ["run"])
         assert len(figure.axes) == 2 * MAX_ROWS
         assert figure.get_supxlabel().splitlines()[1] == "the first 8 of 11 markers: choose others with --marker"

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from importlib import import_module
 from types import MappingProxyType
@@ -49,8 +49,13 @@ KINDS: Mapping[str, Kind] = MappingProxyType(
 )
 
 #: How the needed names read in a sentence.
-NEEDED = {"markers": "markers", "joints": "joints", "coordinates": "joint coordinates", "forces": "forces",
-          "motions": "motions"}
+NEEDED = {
+    "markers": "markers",
+    "joints": "joints",
+    "coordinates": "joint coordinates",
+    "forces": "forces",
+    "motions": "motions",
+}
 
 
 def why_not(kind: str, results: Sequence[Results]) -> str | None:
@@ -61,6 +66,13 @@ def why_not(kind: str, results: Sequence[Results]) -> str | None:
     if needs is None or any(result.names(needs) for result in results):
         return None
     return f"the results have no {NEEDED[needs]}"
+
+
+def nothing_to_see(kind: str, results: Sequence[Results]) -> str | None:
+    """Why a picture of a `kind` that applies is not worth drawing unless it is asked for; None where it is."""
+    module = import_module(f"mbproj.plot.kinds.{KINDS[kind].module}")
+    judge: Callable[[Sequence[Results]], str | None] = getattr(module, "nothing_to_see", lambda _: None)
+    return judge(results)
 
 
 def draw(kind: str, results: Sequence[Results], labels: Sequence[str], limit: float | None = None) -> Figure:
@@ -74,7 +86,7 @@ def draw(kind: str, results: Sequence[Results], labels: Sequence[str], limit: fl
         untrusted = import_module("mbproj.plot.untrusted")
         mark = getattr(module, "mark_untrusted", untrusted.mark)
         untrusted.explain(figure, mark(figure, results, limit or untrusted.usual_limit(results)))
-    import_module("mbproj.plot.panels").small_print(figure, caption(results))
+    import_module("mbproj.plot.margins").small_print(figure, caption(results))
     return figure
 
 
@@ -86,4 +98,4 @@ def caption(results: Sequence[Results]) -> str:
         settings = results[0].settings
         step = f"step {settings.step:g} s" if settings.step is not None else f"tolerance {settings.tolerance:g}"
         parts.append(f"{settings.projection.method}, {settings.integrator}, {step}")
-    return "; ".join(part for part in parts if part).replace("$", r"\$")
+    return "; ".join(part for part in parts if part)

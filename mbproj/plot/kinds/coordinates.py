@@ -6,26 +6,41 @@ from collections.abc import Sequence
 
 from matplotlib.figure import Figure
 
-from mbproj.plot import panels, shown
+from mbproj.analysis.reactions import shortened
+from mbproj.arrays import Array
+from mbproj.plot import rows, shown
+from mbproj.plot.differences import SIGN
+from mbproj.plot.rows import Group, Quantity
+from mbproj.plot.same import coinciding
 from mbproj.plot.style import styled
+from mbproj.plot.units import units_of
 from mbproj.results import Results
+
+#: Names in one remark.
+NAMED = 6
 
 
 @styled
 def draw(results: Sequence[Results], labels: Sequence[str]) -> Figure:
-    """A row a coordinate, value and speed side by side, a line a result."""
-    names, remark = shown.rows(results, "coordinates", "--joint")
-    figure, axes = panels.panels(len(names), 2)
-    for (left, right), name in zip(axes, names, strict=True):
-        for index, (result, label) in enumerate(zip(results, labels, strict=True)):
-            if name in result.names("coordinates"):
-                coordinate = result.coordinate(name)
-                panels.plot(left, result.time, coordinate.value, label, index)
-                panels.plot(right, result.time, coordinate.speed, label, index)
-                left.set_ylabel(panels.literal(f"{name} ({coordinate.unit})"))
-                right.set_ylabel(f"speed ({coordinate.unit}/s)")
-    units = [left.get_ylabel().rpartition("(")[2] for left in axes[:, 0]]
-    for unit in set(units):
-        for column in (0, 1):
-            panels.hold_still([axes[row, column] for row, own in enumerate(units) if own == unit])
-    return panels.finish(figure, remark=remark, with_legend=len(results) > 1)
+    """A row a coordinate, value and speed side by side, a line a result; coordinates that coincide are drawn once."""
+    names = shown.all_names(results, "coordinates")
+    same = coinciding(results, names)
+    groups = rows.fitting([_group(results, name) for name in same], results)
+    remarks = [shown.cut("coordinates", len(groups), len(same), "choose others with --joint")]
+    remarks += [f"{name} and {shortened(others, NAMED)} coincide"
+                for name, others in list(same.items())[: len(groups)] if others]  # fmt: skip
+    return rows.draw(results, labels, groups, "; ".join(filter(None, remarks)))
+
+
+def _group(results: Sequence[Results], name: str) -> Group:
+    def value(result: Results) -> Array | None:
+        return result.coordinate(name).value if name in result.names("coordinates") else None
+
+    def speed(result: Results) -> Array | None:
+        return result.coordinate(name).speed if name in result.names("coordinates") else None
+
+    own = [result.coordinate(name) for result in results if name in result.names("coordinates")]
+    units = units_of(own[0].unit, [each.value for each in own])
+    row = Quantity(name, units.value, value), Quantity("speed", units.speed, speed)
+    apart = Quantity(SIGN, units.value, value), Quantity(SIGN, units.speed, speed)
+    return Group((row,), apart)

@@ -3,56 +3,109 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
+import numpy as np
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from mbproj.plot import panels, shown, untrusted
+from mbproj.arrays import Array
+from mbproj.plot import panels, rows, shown, untrusted
+from mbproj.plot.differences import SIGN
+from mbproj.plot.rows import Group, Quantity
 from mbproj.plot.style import styled
+from mbproj.plot.units import METRES
 from mbproj.results import Results
+
+#: A component is hidden where it moves by less than this part of what its panel spans.
+HIDDEN = 0.03
+PANELS = (("position", METRES.value), ("velocity", METRES.speed))
+
+
+@dataclass(frozen=True)
+class Components:
+    """Reads these components (T, k) of a marker; None where a result has no such marker."""
+
+    marker: str
+    member: str
+    which: tuple[int, ...]
+
+    def __call__(self, result: Results) -> Array | None:
+        if self.marker not in result.names("markers"):
+            return None
+        values: Array = getattr(result.marker(self.marker), self.member)
+        return values[:, list(self.which)]
 
 
 @styled
 def draw(results: Sequence[Results], labels: Sequence[str]) -> Figure:
-    """One result: a row a marker, lines x, y, z. Several: a row a component, a line a result."""
-    names, remark = shown.rows(results, "markers", "--marker")
-    figure = _components(results[0], names) if len(results) == 1 else _overlaid(results, labels, names)
-    return panels.finish(figure, remark=remark)
+    """One result: a row a marker with lines x, y, z, or several rows where one would hide another. Several: a row a
+    component, a line a result, and how far apart the marker is."""
+    names = shown.all_names(results, "markers")
+    single = len(results) == 1
+    groups = rows.fitting([_apart(name, results[0]) if single else _overlaid(name) for name in names], results)
+    remark = shown.cut("markers", len(groups), len(names), "choose others with --marker")
+    return rows.draw(results, labels, groups, remark)
 
 
 def mark_untrusted(figure: Figure, results: Sequence[Results], limit: float) -> str:
     """Shade each marker's panels from its own time on. What was done, in words."""
-    names, _ = shown.rows(results, "markers", "--marker")
-    each = len(figure.axes) // len(names)
-    own = {name: figure.axes[each * k : each * (k + 1)] for k, name in enumerate(names)}
+    own: dict[str, list[Axes]] = {}
+    for axis in figure.axes:
+        own.setdefault(str(axis.get_label()), []).append(axis)
     return untrusted.shade(own, results, limit)
 
 
-def _components(result: Results, names: Sequence[str]) -> Figure:
-    figure, axes = panels.panels(len(names), 2)
-    for (left, right), name in zip(axes, names, strict=True):
-        marker = result.marker(name)
-        for index, component in enumerate("xyz"):
-            panels.plot(left, result.time, marker.position[:, index], component, index)
-            panels.plot(right, result.time, marker.velocity[:, index], component, index)
-        left.set_ylabel(panels.literal(f"position of {name} (m)"))
-        right.set_ylabel(panels.literal(f"velocity of {name} (m/s)"))
-    return figure
+def _apart(name: str, result: Results) -> Group:
+    """A row for components that can be seen together."""
+    listed = []
+    for which in legible(result.marker(name).position, result.marker(name).velocity):
+        parts = tuple(("xyz"[index], index) for index in which)
+        some = "" if len(which) == 3 else ", ".join(part for part, _ in parts)
+        words = (f"{name}: {some}", f"velocity {some}") if some else (f"position of {name}", "velocity")
+        own = [(unit, Components(name, word, which)) for word, unit in PANELS]
+        listed.append(tuple(Quantity(text, *of, parts) for text, of in zip(words, own, strict=True)))
+    return Group(tuple(listed), name=name)
 
 
-def _overlaid(results: Sequence[Results], labels: Sequence[str], names: Sequence[str]) -> Figure:
-    figure, axes = panels.panels(3 * len(names), 2)
-    for row, name in enumerate(names):
-        block = axes[3 * row : 3 * row + 3]
-        for index, (result, label) in enumerate(zip(results, labels, strict=True)):
-            if name not in result.names("markers"):
-                continue
-            marker = result.marker(name)
-            for component in range(3):
-                panels.plot(block[component][0], result.time, marker.position[:, component], label, index)
-                panels.plot(block[component][1], result.time, marker.velocity[:, component], label, index)
-        for letter, (left, right) in zip("xyz", block, strict=True):
-            left.set_ylabel(panels.literal(name) + f": ${letter}$ (m)")
-            right.set_ylabel(panels.literal(name) + f": $v_{letter}$ (m/s)")
-        panels.hold_still(block[:, 0])
-        panels.hold_still(block[:, 1])
-    return figure
+def _overlaid(name: str) -> Group:
+    listed = []
+    for index, component in enumerate("xyz"):
+        row = [(unit, Components(name, word, (index,))) for word, unit in PANELS]
+        words = f"{name}: {component}", f"velocity {component}"
+        listed.append(tuple(Quantity(text, *own) for text, own in zip(words, row, strict=True)))
+    apart = tuple(Quantity(SIGN, unit, Components(name, word, (0, 1, 2))) for word, unit in PANELS)
+    return Group(tuple(listed), apart, name)
+
+
+def legible(*histories: Array) -> list[tuple[int, ...]]:
+    """The components of vectors (T, 3) in groups that hide none of their own: neither what moves by millimetres beside
+    what moves by metres, nor what is far from the others. What stands still cannot be hidden."""
+    found: list[tuple[int, ...]] = []
+    moved = np.max([_moved(history) for history in histories], axis=0)
+    for index in sorted(range(3), key=lambda index: -moved[index]):
+        for place, group in enumerate(found):
+            together = tuple(sorted((*group, index)))
+            if not any(_hides(history[:, list(together)]) for history in histories):
+                found[place] = together
+                break
+        else:
+            found.append((index,))
+    return sorted(found)
+
+
+def _moved(values: Array) -> Array:
+    """How far each component moves (3)."""
+    finite = np.where(np.isfinite(values), values, 0.0)
+    distance: Array = np.ptp(finite, axis=0)
+    return distance
+
+
+def _hides(values: Array) -> bool:
+    """Whether one panel with these components (T, k) hides one that moves."""
+    finite = values[np.all(np.isfinite(values), axis=1)]
+    if not len(finite):
+        return False
+    moved, whole = _moved(finite), float(np.ptp(finite))
+    moves = moved > max(panels.STILL * float(moved.max()), panels.ROUND_OFF * float(np.abs(finite).max()))
+    return bool(np.any(moves & (moved < HIDDEN * whole)))

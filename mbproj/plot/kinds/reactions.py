@@ -2,74 +2,102 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
-from typing import Any
+from collections.abc import Iterator, Sequence
 
-import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from mbproj.analysis.reactions import in_words, reactions_not_unique
 from mbproj.arrays import Array
-from mbproj.plot import panels, shown
-from mbproj.plot.style import styled
+from mbproj.plot import panels, rows, shown
+from mbproj.plot.differences import SIGN
+from mbproj.plot.reaction import Reaction
+from mbproj.plot.rows import MAX_ROWS, Group, Quantity
+from mbproj.plot.style import OPEN, styled
+from mbproj.plot.units import Unit, sizes
 from mbproj.results import Results
 
-ROWS = (("reaction_force", "N"), ("reaction_torque", "N m"))
-#: Torques are noise where they are less than a millionth of the forces at this arm, in m.
-FORCE_ARM = 1e-3
-#: How what redundant joints share at will looks, and what the legend says of it.
-OPEN: Mapping[str, Any] = {"color": "#A0A0A0", "linewidth": 0.8}
-NOT_UNIQUE = "not unique"
+#: Member of a joint, how it reads, its unit.
+KINDS = (("reaction_force", "force", Unit("N", "N")), ("reaction_torque", "torque", Unit("N m", "N m")))
+#: Torques are round-off where they are less than this part of the largest force times the mechanism's length: those of
+#: planar mechanisms reach 4e-16 of it, the smallest that loads make in ours are 1e-7.
+NOISE = 1e-11
 
 
 @styled
 def draw(results: Sequence[Results], labels: Sequence[str]) -> Figure:
-    """A row for forces, a row for torques, a column a result. One joint: its components; several: magnitudes.
+    """One result: a row for forces, one for torques; of one joint its components, of several magnitudes. Several
+    results: a row a joint, force and torque side by side, and how far apart they are.
 
-    Components that are not unique are grey, and magnitudes are of the others, or grey where there are none.
+    Components that are not unique are grey, and magnitudes are of the others, or grey where there are none. Torques of
+    round-off are said, not drawn.
     """
-    names, remark = shown.largest_joints(results, "joints/reaction_force")
-    figure, axes = panels.panels(2, len(results), height=2.1, share="row")
-    for column, (result, label) in enumerate(zip(results, labels, strict=True)):
-        for row, (member, _) in enumerate(ROWS):
-            _plot(axes[row, column], result.time, _lines(result, names, member))
-        if len(results) > 1:
-            axes[0, column].set_title(panels.literal(label))
-    forces = max(panels.span(axis)[1] for axis in axes[0])
-    panels.hold_still(list(axes[1]), least=max(panels.LEAST, FORCE_ARM * forces))
-    for row, (member, unit) in enumerate(ROWS):
-        reaction = member.replace("_", " ")
-        what = f"{reaction} of {names[0]}" if len(names) == 1 else f"|{reaction}|"
-        axes[row, 0].set_ylabel(panels.literal(f"{what} ({unit})"))
-    return panels.finish(figure, remark="; ".join(part for part in (remark, *_left_out(results, names)) if part))
+    single = len(results) == 1
+    names, remark = shown.largest_joints(results, "joints/reaction_force", shown.MAX_LINES if single else MAX_ROWS // 2)
+    found = [[Reaction.of(results, name, member) for name in names] for member, _, _ in KINDS]
+    force, torque = (max((each.largest(results) for each in of), default=0.0) for of in found)
+    said = [remark]
+    if torque <= NOISE * force * sizes(results)["m"]:
+        said.append("reaction torques are zero" + (f" (at most {torque:.0e} N m)" if torque else ""))
+        del found[1]
+    said += _left_out(results, names)
+    if not single:
+        return rows.draw(results, labels, list(_overlaid(found)), "; ".join(filter(None, said)))
+    figure, axes = panels.panels(len(found), height=2.1)
+    for axis, of, (_, word, unit) in zip(axes[:, 0], found, KINDS, strict=False):
+        _plot(axis, results[0], of)
+        panels.hold_still([axis], sizes(results)[unit.si])
+        what = f"reaction {word}"
+        panels.name(axis, f"{what} of {names[0]}" if len(names) == 1 else f"|{what}|", unit.reads)
+    return panels.finish(figure, remark="; ".join(filter(None, said)))
 
 
-def _plot(axis: Axes, time: Array, lines: Sequence[tuple[str, Array, bool]]) -> None:
+def _plot(axis: Axes, result: Results, reactions: Sequence[Reaction]) -> None:
     """The lines; those that are not unique keep their dashes and lose their colour, which the legend shows all the
     same."""
+    lines = _lines(result, reactions)
     for index, (text, values, is_unique) in enumerate(lines):
         part = slice(None) if is_unique else slice(0)
-        panels.plot(axis, time[part], values[part], text, index)
+        panels.plot(axis, result.time[part], values[part], text, index)
     for index, (_, values, is_unique) in enumerate(lines):
         if not is_unique:
-            panels.plot(axis, time, values, NOT_UNIQUE, index, **OPEN)
+            panels.plot(axis, result.time, values, panels.NOT_UNIQUE, index, **OPEN)
 
 
-def _lines(result: Results, names: Sequence[str], member: str) -> list[tuple[str, Array, bool]]:
+def _lines(result: Results, reactions: Sequence[Reaction]) -> list[tuple[str, Array, bool]]:
     """What each line is called, its values, and whether they are unique."""
-    marks, found = result.constant(f"joints/{member}_unique"), []
-    for place, name in enumerate(result.names("joints")):
-        if name not in names:
+    if len(reactions) == 1:
+        (reaction,) = reactions
+        values = reaction.components(result)
+        assert values is not None
+        return [(component, values[:, axis], reaction.unique[axis]) for axis, component in enumerate("xyz")]
+    sizes_of = [(reaction, reaction.size(result)) for reaction in reactions]
+    return [(reaction.joint, size, any(reaction.unique)) for reaction, size in sizes_of if size is not None]
+
+
+def _overlaid(found: Sequence[Sequence[Reaction]]) -> Iterator[Group]:
+    """Of one joint a row a component; of several a row a joint, with magnitudes. Below, how far vectors are apart."""
+    for of in zip(*found, strict=True):
+        pairs = [(reaction, word, unit) for reaction, (_, word, unit) in zip(of, KINDS, strict=False)]
+        apart = tuple(Quantity(SIGN, unit, reaction.vector) for reaction, _, unit in pairs)
+        if len(found[0]) > 1:
+            row = [
+                Quantity(f"{each.joint}: |{word}|", unit, each.size, not_unique=not any(each.unique))
+                for each, word, unit in pairs
+            ]
+            yield Group((tuple(row),), apart)
             continue
-        value: Array = getattr(result.joint(name), member)
-        unique = np.ones(3, dtype=bool) if marks is None else marks[place]
-        if len(names) == 1:
-            found += [(component, value[:, axis], bool(unique[axis])) for axis, component in enumerate("xyz")]
-        else:
-            parts = value[:, unique] if unique.any() else value
-            found.append((name, np.linalg.norm(parts, axis=1), bool(unique.any())))
-    return sorted(found, key=lambda line: names.index(line[0])) if len(names) > 1 else found
+        listed = [tuple(_component(*pair, axis) for pair in pairs) for axis in range(3)]
+        yield Group(tuple(listed), apart)
+
+
+def _component(reaction: Reaction, word: str, unit: Unit, axis: int) -> Quantity:
+    def read(result: Results) -> Array | None:
+        values = reaction.components(result)
+        return None if values is None else values[:, axis]
+
+    words = f"{reaction.joint}: {word} {'xyz'[axis]}"
+    return Quantity(words, unit, read, not_unique=not reaction.unique[axis])
 
 
 def _left_out(results: Sequence[Results], names: Sequence[str]) -> Iterator[str]:

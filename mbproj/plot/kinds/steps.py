@@ -14,8 +14,8 @@ from mbproj.plot.style import styled
 from mbproj.results import Results
 
 ITERATIONS = (
-    ("diagnostics/projection_iterations", "position iterations\nper step"),
-    ("diagnostics/velocity_iterations", "velocity iterations\nper step"),
+    ("diagnostics/projection_iterations", "position iterations a step"),
+    ("diagnostics/velocity_iterations", "velocity iterations a step"),
 )
 #: From this ratio of the largest step to the smallest on, the axis is logarithmic.
 WIDE = 20.0
@@ -23,17 +23,18 @@ WIDE = 20.0
 
 @styled
 def draw(results: Sequence[Results], labels: Sequence[str]) -> Figure:
-    """Three panels, a line a result. Iterations are averages over the steps between two samples."""
+    """Three panels, a line a result. Iterations are averages over the steps between two samples; where no step ended
+    between them, those of the step before, in which they lie."""
     figure, axes = panels.panels(3)
     sizes = [result["diagnostics/step_size"] for result in results]
     for index, (result, label) in enumerate(zip(results, labels, strict=True)):
         panels.plot(axes[0, 0], result.time, sizes[index], label, index, drawstyle="steps-pre")
         for axis, (path, _) in zip(axes[1:, 0], ITERATIONS, strict=True):
-            panels.plot(axis, result.time, per_step(result, path), label, index, drawstyle="steps-pre")
+            panels.plot(axis, result.time, _held(per_step(result, path)), label, index, drawstyle="steps-pre")
     for axis, (_, name) in zip(axes[1:, 0], ITERATIONS, strict=True):
-        axis.set_ylabel(name)
+        panels.name(axis, name)
         _from_zero(axis)
-    axes[0, 0].set_ylabel("step size (s)")
+    panels.name(axes[0, 0], "step size", "s")
     _scale(axes[0, 0], np.concatenate(sizes))
     return panels.finish(figure, with_legend=len(results) > 1)
 
@@ -43,6 +44,12 @@ def per_step(result: Results, path: str) -> Array:
     growth, steps = (np.diff(result[name], prepend=np.nan) for name in (path, "diagnostics/steps"))
     rate: Array = np.divide(growth, steps, out=np.full(len(steps), np.nan), where=steps > 0)
     return rate
+
+
+def _held(rates: Array) -> Array:
+    """Each rate that is not a number replaced by the last one before it that is, where there is one."""
+    last = np.maximum.accumulate(np.where(np.isnan(rates), 0, np.arange(len(rates))))
+    return rates[last]
 
 
 def _scale(axis: Axes, sizes: Array) -> None:

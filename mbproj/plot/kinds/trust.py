@@ -7,8 +7,8 @@ from collections.abc import Sequence
 import numpy as np
 from matplotlib.figure import Figure
 
-from mbproj.plot import panels
-from mbproj.plot.shown import MAX_ROWS
+from mbproj.plot import panels, shown
+from mbproj.plot.rows import MAX_ROWS
 from mbproj.plot.style import line, styled
 from mbproj.results import Results
 from mbproj.results.trust import Trust
@@ -24,7 +24,7 @@ def draw(results: Sequence[Results], labels: Sequence[str]) -> Figure:
     certified = [(result, result.trust, label) for result, label in zip(results, labels, strict=True) if result.trust]
     names = list(dict.fromkeys(name for result, trust, _ in certified for name in _names(result, trust)))
     drawn = names[:MAX_ROWS]
-    remarks = [f"the first {len(drawn)} of {len(names)} markers: choose others with --marker"] if drawn != names else []
+    remarks = [cut] if (cut := shown.cut("markers", len(drawn), len(names), "choose others with --marker")) else []
     figure, axes = panels.panels(len(drawn), height=2.1)
     for axis, name in zip(axes[:, 0], drawn, strict=True):
         for index, (result, trust, label) in enumerate(certified):
@@ -37,7 +37,7 @@ def draw(results: Sequence[Results], labels: Sequence[str]) -> Figure:
                 if np.nanmax(unsure / known, initial=0.0) > SEEN:
                     axis.fill_between(time, known, known + unsure, color=line(index)["color"], alpha=0.2, linewidth=0)
                     remarks = list(dict.fromkeys([BAND, *remarks]))
-        axis.set_ylabel(panels.literal(f"error of {name} (m)"))
+        panels.name(axis, f"error of {name}", "m")
     return panels.finish(figure, remark="; ".join(remarks), with_legend=len(certified) > 1)
 
 

@@ -13,10 +13,11 @@ from matplotlib.ticker import EngFormatter
 
 from mbproj.arrays import Array
 from mbproj.plot import panels
-from mbproj.plot.style import LEGEND_HEIGHT, SHADE, WIDTH, line, styled
+from mbproj.plot.style import SHADE, WIDTH, line, styled
+from mbproj.plot.words import fitted
 
-#: Height of a row of panels, inches.
-ROW = 1.65
+#: Height of a row of panels, and room for a method's name beside its costs, inches.
+ROW, NAME = 1.65, 1.2
 VIOLATIONS = (
     ("position_violation", r"$|C|_\infty$ (m or rad)"),
     ("velocity_violation", r"$|\dot{C}|_\infty$ (per s)"),
@@ -45,8 +46,8 @@ class Compared:
 @styled
 def comparison_page(methods: Sequence[Compared], uncertainty: Array, remark: str) -> Figure:
     """Four rows of two panels; `uncertainty` (T,) in m is that of the reference, the floor of the errors."""
-    figure = Figure(figsize=(WIDTH, 4 * ROW + 0.12 * len(methods) + 2 * LEGEND_HEIGHT), layout="constrained")
-    heights = [1.0, 1.0, 1.0, 0.35 + 0.14 * len(methods)]
+    heights = [ROW, ROW, ROW, 0.9 + 0.16 * len(methods)]
+    figure = Figure(figsize=(WIDTH, sum(heights)), layout="constrained")
     grid = figure.add_gridspec(4, 2, height_ratios=heights)
     axes = np.array([[figure.add_subplot(grid[row, column]) for column in (0, 1)] for row in range(4)])
     for axis, (name, title) in zip(axes.ravel(), VIOLATIONS, strict=False):
@@ -78,7 +79,7 @@ def _errors(axis: Axes, methods: Sequence[Compared], uncertainty: Array) -> None
 def _energies(axes: Sequence[Axes], methods: Sequence[Compared]) -> None:
     """The two parts of the drift on one scale."""
     largest = 0.0
-    parts = {"integrator": "|drift by the integrator| (J)", "projection": "|work of the projection| (J)"}
+    parts = {"integrator": "|drift by the\nintegrator| (J)", "projection": "|work of the\nprojection| (J)"}
     for axis, (part, title) in zip(axes, parts.items(), strict=True):
         for index, method in enumerate(methods):
             values = getattr(method, part)
@@ -108,13 +109,13 @@ def _costs(axes: Sequence[Axes], methods: Sequence[Compared]) -> None:
             axes[1].plot([method.factorisations], [row], marker="s", markersize=4, color=colour)
         if method.iterations:
             axes[1].plot([method.iterations], [row], marker="x", markersize=4.5, color=colour)
-    axes[0].set_xlabel("CPU time (ms): median and spread" if in_time else "factorisations (several formulations)")
-    axes[1].set_xlabel("factorisations (■), projection iterations (×)" if in_time else "projection iterations")
+    axes[0].set_xlabel("CPU time (ms): median and spread" if in_time else "factorisations\n(several formulations)")
+    axes[1].set_xlabel("factorisations (■)\nprojection iterations (×)" if in_time else "projection iterations")
     for axis in axes:
         axis.set_ylim(rows[-1] - 0.6, 0.6)
         axis.set_xlim(left=0.0, right=1.08 * max(axis.get_xlim()[1], 1e-9))
         axis.xaxis.set_major_formatter(EngFormatter(sep=""))
         axis.set_yticks(rows)
         axis.grid(visible=False, axis="y")
-    axes[0].set_yticklabels([panels.literal(method.label) for method in methods], fontsize=7)
+    axes[0].set_yticklabels([fitted(method.label, NAME, 7.0, 2) for method in methods], fontsize=7)
     axes[1].set_yticklabels([])

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -13,11 +12,15 @@ from matplotlib.patches import Patch
 
 from mbproj.arrays import Array
 from mbproj.plot import panels
-from mbproj.plot.style import LEGEND_HEIGHT, WIDTH, styled
+from mbproj.plot.margins import put_legend
+from mbproj.plot.style import AXIS_HEIGHT, WIDTH, styled
+from mbproj.plot.words import fitted, literal
 
 #: Fills of the states, from light to dark, so that they can be told apart without colour too.
 FILLS = {"holds": "#CFE8DC", "degrades": "#EDB44B", "fails": "#A33B1F"}
 BAND, HEIGHT = 0.26, 1.55
+#: Room for a method's name, inches.
+NAME = 1.2
 #: What is drawn of violations and energies: beyond this there is nothing left of the motion.
 HIGHEST = 1e2
 
@@ -52,7 +55,7 @@ def stability_page(shown: Map, remark: str) -> Figure:
     """The bands above, the largest violation and the energy below, as far as there are any."""
     has_energy = any(np.any(np.isfinite(strip.energy)) for strip in shown.strips)
     heights = [0.3 + BAND * len(shown.strips), *([HEIGHT] * (1 + has_energy))]
-    figure = Figure(figsize=(WIDTH, sum(heights) + 2 * LEGEND_HEIGHT + 0.3), layout="constrained")
+    figure = Figure(figsize=(WIDTH, sum(heights) + AXIS_HEIGHT), layout="constrained")
     axes = figure.subplots(len(heights), 1, sharex=True, height_ratios=heights, squeeze=False)[:, 0]
     _bands(axes[0], shown)
     _series(axes[1], shown, "closure", shown.closed)
@@ -60,7 +63,7 @@ def stability_page(shown: Map, remark: str) -> Figure:
     if has_energy:
         _series(axes[2], shown, "energy", shown.off)
         axes[2].set_ylabel("energy off by (1)")
-    axes[-1].set(xscale="log", xlabel=panels.literal(shown.label))
+    axes[-1].set(xscale="log", xlabel=literal(shown.label))
     for axis in axes:
         if shown.analytic is not None:
             axis.axvline(shown.analytic, color="#000000", linewidth=1.0, linestyle=(0, (5, 2)), label="theory")
@@ -76,7 +79,7 @@ def _bands(axis: Axes, shown: Map) -> None:
         for first, last, state in _runs(strip.state):
             left, right = edges[first], edges[last + 1]
             axis.barh(row, right - left, left=left, height=0.74, color=FILLS[state], linewidth=0)
-    axis.set_yticks(range(len(shown.strips)), [panels.literal(strip.name) for strip in shown.strips])
+    axis.set_yticks(range(len(shown.strips)), [fitted(strip.name, NAME, 8.0, 2) for strip in shown.strips])
     axis.set_ylim(len(shown.strips) - 0.5, -0.5)
     axis.set_xscale("log")
     axis.grid(visible=False, axis="y")
@@ -106,12 +109,6 @@ def _series(axis: Axes, shown: Map, name: str, limit: float | None) -> None:
 def _with_legend(figure: Figure, axes: Iterable[Axes], remark: str) -> Figure:
     """One legend of states and lines above, and the small print below."""
     figure = panels.finish(figure, remark=remark, with_legend=False)
-    found: dict[str, Any] = {}
-    for axis in axes:
-        for handle, label in zip(*axis.get_legend_handles_labels(), strict=True):
-            found.setdefault(label, handle)
-    states: list[Any] = [Patch(facecolor=fill, edgecolor="#555555", linewidth=0.4) for fill in FILLS.values()]
-    handles = [*states, *found.values()]
-    names = [*FILLS, *found]
-    figure.legend(handles, names, loc="outside upper center", ncols=min(len(handles), 5))
+    states = {state: Patch(facecolor=fill, edgecolor="#555555", linewidth=0.4) for state, fill in FILLS.items()}
+    put_legend(figure, {**states, **panels.legend_entries(list(axes))})
     return figure

@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 
 from mbproj.arrays import Array
 from mbproj.plot import panels
-from mbproj.plot.style import LEGEND_HEIGHT, SHADE, WIDTH, line, styled
+from mbproj.plot.style import AXIS_HEIGHT, SHADE, WIDTH, line, styled
 
 HEIGHT = 1.6
 #: Where the error is above this multiple of the reference's uncertainty, that is not drawn: violations lie there, too.
@@ -40,7 +40,7 @@ class Thresholds:
 @styled
 def threshold_page(shown: Thresholds, remark: str) -> Figure:
     """Three panels over the threshold."""
-    figure = Figure(figsize=(WIDTH, 3 * HEIGHT + 2 * LEGEND_HEIGHT), layout="constrained")
+    figure = Figure(figsize=(WIDTH, 3 * HEIGHT + AXIS_HEIGHT), layout="constrained")
     axes = figure.subplots(3, 1, sharex=True)
     _series(axes[0], shown.threshold, shown.error, "error (m)", 0)
     _series(axes[0], shown.threshold, shown.position_violation, "$|C|_\\infty$ (m or rad)", 1)

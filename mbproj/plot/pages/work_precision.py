@@ -2,21 +2,23 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.figure import Figure, SubFigure
+from matplotlib.figure import Figure
 from matplotlib.ticker import EngFormatter, LogLocator, NullFormatter
 
 from mbproj.arrays import Array
 from mbproj.plot import panels
-from mbproj.plot.style import SHADE, WIDTH, line, styled
+from mbproj.plot.margins import put_legend, small_print
+from mbproj.plot.style import LABEL_SIZE, SHADE, WIDTH, line, styled
+from mbproj.plot.words import fitted, literal
 
 #: Height of a row of panels, inches.
-ROW = 2.75
+ROW = 2.4
 MARKS = "osD^vPX<>*h"
 #: An axis that spans less than this factor has labels between the powers of ten.
 NARROW = 50.0
@@ -52,7 +54,8 @@ class Diagram:
 @styled
 def work_precision(shown: Diagram, remark: str) -> Figure:
     """Two rows: integrators over evaluations and over CPU time; projections of one integrator, error and violation."""
-    figure = Figure(figsize=(WIDTH, 2 * ROW + 0.5), layout="constrained")
+    figure = Figure(figsize=(WIDTH, 2 * ROW), layout="constrained")
+    error = fitted(f"error of {shown.points} (m)", ROW - 0.6, LABEL_SIZE, 2)
     parts = figure.subfigures(2, 1, squeeze=False)
     upper, lower = parts[0, 0], parts[1, 0]
     (left, right), (errors, violations) = upper.subplots(1, 2, sharey=True), lower.subplots(1, 2, sharex=True)
@@ -70,15 +73,15 @@ def work_precision(shown: Diagram, remark: str) -> Figure:
         _cloud(violations, cloud.evaluations, cloud.violation, label, _look(index))
     for axis in (left, right, errors):
         _floor(axis, shown.floor)
-    left.set(xlabel="evaluations", ylabel=f"error of {panels.literal(shown.points)} (m)")
+    left.set(xlabel="evaluations", ylabel=error)
     right.set(xlabel="CPU time of the steps (ms)")
-    errors.set(xlabel=f"evaluations, {shown.integrator}", ylabel=f"error of {panels.literal(shown.points)} (m)")
+    errors.set(xlabel=f"evaluations, {shown.integrator}", ylabel=error)
     violations.set(xlabel=f"evaluations, {shown.integrator}", ylabel="violation $|C|_\\infty$ (m or rad)")
     for axis in (left, right, errors, violations):
         _decades(axis)
     for part, axes in ((upper, (left, right)), (lower, (errors,))):
-        _legend(part, axes)
-    panels.small_print(figure, remark)
+        put_legend(part, panels.legend_entries(axes))
+    small_print(figure, remark)
     return figure
 
 
@@ -92,7 +95,7 @@ def _cloud(axis: Axes, cost: Array, value: Array, label: str, look: dict[str, An
     kept = np.isfinite(cost) & np.isfinite(value)
     order = np.argsort(cost[kept], kind="stable")
     values = np.where(value[kept] < panels.FLOOR, panels.FLOOR, value[kept])
-    axis.plot(cost[kept][order], values[order], label=panels.literal(label), **look)
+    axis.plot(cost[kept][order], values[order], label=literal(label), **look)
     axis.set_xscale("log")
     axis.set_yscale("log")
     axis.margins(0.04)
@@ -126,13 +129,6 @@ def _floor(axis: Axes, floor: float) -> None:
     axis.axhspan(low / 10.0, floor, color=SHADE, linewidth=0, zorder=0)
     axis.set_ylim(bottom=low)
     place: dict[str, Any] = {"transform": axis.transAxes, "fontsize": 7, "color": "#555555"}
-    axis.text(0.02, 0.015, "uncertainty of the reference", **place)
+    axis.text(0.02, 0.04, "uncertainty of the reference", **place)
 
 
-def _legend(figure: SubFigure, axes: Sequence[Axes]) -> None:
-    found: dict[str, Any] = {}
-    for axis in axes:
-        for handle, label in zip(*axis.get_legend_handles_labels(), strict=True):
-            found.setdefault(label, handle)
-    columns = int(np.clip(95 // (max(map(len, found), default=1) + 9), 1, 5))
-    figure.legend(list(found.values()), list(found), loc="outside upper center", ncols=columns)

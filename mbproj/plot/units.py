@@ -1,0 +1,69 @@
+"""Units as a person reads them, angles in degrees, or in turns where there are many; what is recorded stays in SI."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from math import pi
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.ticker import MultipleLocator
+
+from mbproj.analysis.shared import floors
+from mbproj.arrays import Array
+from mbproj.results import Results
+
+
+@dataclass(frozen=True)
+class Unit:
+    """A unit on an axis: how it reads, and how many of it make one of `si`."""
+
+    reads: str
+    si: str
+    factor: float = 1.0
+
+
+@dataclass(frozen=True)
+class Pair:
+    """The units of a coordinate and of its speed."""
+
+    value: Unit
+    speed: Unit
+
+
+DEGREES = Pair(Unit("°", "rad", 180.0 / pi), Unit("°/s", "rad/s", 180.0 / pi))
+TURNS = Pair(Unit("turns", "rad", 0.5 / pi), Unit("rpm", "rad/s", 30.0 / pi))
+METRES = Pair(Unit("m", "m"), Unit("m/s", "m/s"))
+#: Beyond so many rad an angle reads in turns: ten of them are 3600°, where degrees tell nothing any more.
+MANY = 20.0 * pi
+#: Where ticks of degrees stand, and how many parts of an axis they make at most; a shorter axis has decimal ticks.
+STEPS = (15, 30, 45, 90, 180, 360, 720, 1440)
+MOST_PARTS = 6
+
+
+def units_of(si: str, values: Iterable[Array]) -> Pair:
+    """The units for a coordinate in `si`, rad or m, that has these values."""
+    if si == "m":
+        return METRES
+    largest = max((float(np.max(np.abs(each), where=np.isfinite(each), initial=0.0)) for each in values), default=0.0)
+    return TURNS if largest > MANY else DEGREES
+
+
+def tick_degrees(axis: Axes) -> None:
+    """Ticks of the vertical axis at parts of a turn, where it is long enough."""
+    low, high = axis.get_ylim()
+    step = next((step for step in STEPS if high - low <= MOST_PARTS * step), None)
+    if step is not None and high - low >= 2 * STEPS[0]:
+        axis.yaxis.set_major_locator(MultipleLocator(step))
+
+
+def sizes(results: Sequence[Results]) -> dict[str, float]:
+    """What the mechanism makes of each unit of SI by its extent, its duration and its energy: where nothing moves, a
+    panel is that large. One where the results do not say."""
+    found: dict[str, float] = {}
+    with np.errstate(all="ignore"):
+        for result in results:
+            for unit, size in floors(result, result).items():
+                found[unit] = max(found.get(unit, 0.0), size if np.isfinite(size) else 0.0)
+    return {unit: size or 1.0 for unit, size in found.items()}
