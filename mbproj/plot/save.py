@@ -26,8 +26,8 @@ def save(figure: Figure, path: Path, *, force: bool = False) -> Path:
 
     Raises InputError where the file cannot be written, or, unless `force`, would replace what is no picture of ours."""
     file_format = path.suffix[1:]
-    with replacing(path, picture(file_format), force=force, hint="choose another directory with -o") as draft:
-        with warnings.catch_warnings():
-            warnings.filterwarnings("ignore", message="Glyph .* missing from")  # the picture shows a box
-            figure.savefig(draft, format=file_format, metadata=METADATA[file_format])
+    hint = "choose another directory with -o"
+    with replacing(path, picture(file_format), force=force, hint=hint) as draft, warnings.catch_warnings():
+        warnings.filterwarnings("ignore", message="Glyph .* missing from")  # the picture shows a box
+        figure.savefig(draft, format=file_format, metadata=METADATA[file_format])
     return path
