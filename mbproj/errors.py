@@ -40,11 +40,13 @@ class Place:
 
 @dataclass(frozen=True)
 class Problem:
-    """One thing wrong with the input, or worth a note, where it stands, and what to try."""
+    """One thing wrong with the input, or worth a note, where it stands, and what to try. `key`: what it is about, as in
+    ("simulation", "step"), where only the scene knows the place."""
 
     message: str
     place: Place | None = None
     hint: str | None = None
+    key: tuple[str, ...] = ()
 
     def line(self, kind: str = "error") -> str:
         """`file:line:column: error: message; hint`. What is legal, but may be a mistake, is of the kind "note"."""

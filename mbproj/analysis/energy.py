@@ -8,6 +8,9 @@ import numpy as np
 
 from mbproj.arrays import Array
 
+#: What exchanges less than so many times the round-off of its potential energy is at rest.
+AT_REST, EPSILON = 1e4, float(np.finfo(float).eps)
+
 
 @dataclass(frozen=True)
 class EnergyDrift:
@@ -21,9 +24,11 @@ def energy_drift(balance: Array, kinetic: Array, potential: Array) -> EnergyDrif
     """The drift of a run from its series (T) in J, T >= 1.
 
     The relative drift is over the largest kinetic energy plus the range of the potential energy: E(0) may be zero.
-    Where nothing moved it is 0 without drift and infinite with it; NaN in any series gives NaN.
+    Where nothing but round-off moved it is 0. Without any exchange a drift is infinite; NaN in any series gives NaN.
     """
     absolute, size = float(np.max(np.abs(balance))), exchanged(kinetic, potential)
+    if max(size, absolute) <= AT_REST * EPSILON * float(np.max(np.abs(potential))):
+        return EnergyDrift(absolute, 0.0)
     if size == 0.0:
         return EnergyDrift(absolute, 0.0 if absolute == 0.0 else float("inf"))
     return EnergyDrift(absolute, absolute / size)

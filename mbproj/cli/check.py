@@ -42,6 +42,7 @@ def command(scene: str, settings: tuple[str, ...], as_json: bool, **options: Any
     from mbproj.integrate.full import FullFormulation
     from mbproj.model import compile_system, initial_guess
     from mbproj.scene import read_scene
+    from mbproj.scene.problem_places import placed
 
     what = read_scene(scene, parameters(settings), overrides(options))
     system = compile_system(what)
@@ -53,8 +54,7 @@ def command(scene: str, settings: tuple[str, ...], as_json: bool, **options: Any
         if choice.name == "full":
             FullFormulation.of(system, state, what.settings)
     except InputError as error:
-        place = what.place("simulation", "projection", "method")
-        problems = [Problem(problem.message, problem.place or place, problem.hint) for problem in error.problems]
+        problems = [placed(problem, what) for problem in error.problems]
     diagnosis = diagnose(system, state)
     problems = diagnosis.problems(system, runs=choice is not None) or problems
     # A dense decomposition of a loop of hundreds of bodies would take minutes.

@@ -37,7 +37,7 @@ class Diagnosis:
 
     def problems(self, system: System, *, runs: bool) -> list[Problem]:
         """What of it keeps the mechanism from running, or makes a run wrong where the equations can be solved."""
-        massless = [massless_problem(self.massless)] if self.massless else []
+        massless = [massless_problem(system, self.massless)] if self.massless else []
         return [*problems_of(system, self.redundancy, runs=runs), *massless]
 
     def facts(self) -> dict[str, Any]:

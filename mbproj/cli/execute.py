@@ -46,6 +46,7 @@ def execute(
     from mbproj.model import compile_system, initial_guess
     from mbproj.results import ResultsWriter
     from mbproj.scene import settings_to_run
+    from mbproj.scene.problem_places import placed_in
 
     started = perf_counter()
     settings = settings_to_run(scene)
@@ -56,8 +57,9 @@ def execute(
         writer = ResultsWriter(output, scene, system.names.as_mapping(), constants, certified=certified)
     with (
         _what_is_kept(name, output, as_json=as_json, quiet=quiet),
-        placed_at(scene.place("simulation", "projection", "method")),
+        placed_at(Place("--output")),
         writer as recorder,
+        placed_in(scene),
         progress_bar(settings.duration, hidden=quiet) as progress,
     ):
         if certified is None:

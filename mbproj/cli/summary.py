@@ -11,7 +11,7 @@ from mbproj.cli.expectations import summary_lines
 from mbproj.cli.trust import lines_on
 from mbproj.dynamics.massless import HARDLY_ANY, SHOWN
 from mbproj.dynamics.round_off import EPSILON
-from mbproj.integrate.report import Report, Worst
+from mbproj.integrate.report import AT_REST, Report, Worst
 from mbproj.model.system import System
 from mbproj.results.trust import Trust
 from mbproj.scene.records import Settings
@@ -23,6 +23,8 @@ if TYPE_CHECKING:
 SUSPICIOUS_DRIFT = 1e-4
 #: Violation from which on a run is told that its joints were open, as a part of the coordinates that enter the rows.
 FAR_OPEN = 1e-4
+#: Every 64th step is timed: shares of the time are shown where ten are.
+ENOUGH_STEPS = 640
 
 
 def print_summary(
@@ -46,8 +48,8 @@ def print_summary(
         f"  {counts['steps']} steps to t = {settings.duration:g} s in {seconds:.2f} s "
         f"({_time(seconds / max(counts['steps'], 1))} a step), {counts['evaluations']} evaluations, "
         f"{counts['rejected_steps']} steps rejected",
-        f"  position violation  {_worst(report.position_violation, report.position_floor)}",
-        f"  velocity violation  {_worst(report.velocity_violation, report.velocity_floor)}",
+        f"  position violation  {_worst(report.position_violation)}; round-off allows {report.position_floor:.0e}",
+        f"  velocity violation  {_worst(report.velocity_violation)}; {_velocity_floor(report)}",
         f"  energy drift        {report.energy_drift:.2e} J "
         f"({report.energy_drift_relative:.1e} of the largest kinetic energy + |ΔV|)",
         f"  projection          {counts['projections']} times, {counts['projection_iterations']} position and "
@@ -111,17 +113,29 @@ def _fallbacks(counts: dict[str, int]) -> str:
 
 
 def _time(seconds: float) -> str:
+    if seconds >= 1.0:
+        return f"{seconds:.3g} s"
     return f"{1e6 * seconds:.3g} µs" if seconds < 1e-3 else f"{1e3 * seconds:.3g} ms"
 
 
 def _phases(report: Report) -> list[str]:
     """How the time divides into the phases of a step."""
     total = sum(report.phases.values())
-    if total == 0.0:
+    if total == 0.0 or report.counters["steps"] < ENOUGH_STEPS:
         return []
     shares = ", ".join(f"{name} {100 * seconds / total:.0f} %" for name, seconds in report.phases.items())
     return [f"  time                {shares}; recording {_time(report.recording_seconds)} more"]
 
 
-def _worst(violation: Worst, floor: float) -> str:
-    return f"{violation.value:.1e}  ({violation.owner} at t = {violation.time:.4g} s); round-off allows {floor:.0e}"
+def _worst(violation: Worst) -> str:
+    if violation.value == 0.0:
+        return "0"
+    return f"{violation.value:.1e}  ({violation.owner} at t = {violation.time:.4g} s)"
+
+
+def _velocity_floor(report: Report) -> str:
+    """What round-off leaves of C', but where velocities are round-off themselves."""
+    floor, duration = report.velocity_floor, report.settings.duration or 0.0
+    if floor * duration <= AT_REST * EPSILON * report.position_floor:
+        return "nothing moves"
+    return f"round-off allows {floor:.0e}"

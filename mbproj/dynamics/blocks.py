@@ -74,7 +74,7 @@ def block_rows(system: System, pose: Pose, blocks: list[Block]) -> list[Array]:
         mine = mine[np.isin(body[mine], block.bodies)]
         matrix = np.zeros((len(block.rows), len(block.bodies), 6))
         np.add.at(matrix, (place[entry_row[mine]], np.searchsorted(block.bodies, body[mine])), values[mine])
-        found.append(matrix.reshape(len(block.rows), -1))
+        found.append(matrix.reshape(len(block.rows), 6 * len(block.bodies)))
     return found
 
 

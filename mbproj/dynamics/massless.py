@@ -70,14 +70,16 @@ def _motions(system: System, pose: Pose, weightless: Array) -> tuple[MasslessMot
     return tuple(MasslessMotion(tuple(_words(system, pose, light, motion.reshape(-1, 6)))) for motion in motions)
 
 
-def massless_problem(motions: tuple[MasslessMotion, ...]) -> Problem:
-    """Why a mechanism with these motions cannot run."""
+def massless_problem(system: System, motions: tuple[MasslessMotion, ...]) -> Problem:
+    """Why a mechanism with these motions cannot run, at the first body that moves in one."""
+    ((name, _), *_) = motions[0].bodies
     shown = "; ".join(str(motion) for motion in motions[:SHOWN])
     more = f"; and {len(motions) - SHOWN} more" if len(motions) > SHOWN else ""
     what = "a motion that moves" if len(motions) == 1 else f"{len(motions)} motions that move"
     return Problem(
         f"the joints leave {what} no mass (Eq. 20 does not hold): {shown}{more}",
-        hint="give what moves mass and inertia, or joints that hold it",
+        system.body_places[system.names.carriers.index(name)],
+        "give what moves mass and inertia, or joints that hold it",
     )
 
 

@@ -97,7 +97,7 @@ def unsolvable(system: System, ranks: Mobility) -> list[Problem]:
             )
         )
     if ranks.massless_motions:
-        problems.append(massless_problem(ranks.massless_motions))
+        problems.append(massless_problem(system, ranks.massless_motions))
     return problems
 
 

@@ -46,21 +46,22 @@ class Choice:
 
 
 def choose(system: System, state: State, settings: Settings) -> Choice:
-    """The formulation for a run from `state`. Raises InputError where the one asked for is not to be had, or where the
+    """The formulation for a run from `state`. Raises InputError where the one asked for is not available, or where the
     equations have no unique solution at the start or a motion jumps."""
     refuse_jumps(system, state.t, state.t + (settings.duration or 0.0))
     asked = settings.formulation
     obstacle = None if asked == "full" else _obstacle(system, settings)
     if asked == "full" or obstacle is not None:
         if asked in ("reduced", "planar"):
-            raise InputError(f"the {asked} formulation is not to be had here: {obstacle}")
+            message = f"the {asked} formulation is not available here: {obstacle}"
+            raise InputError(Problem(message, key=("simulation", "formulation")))
         if asked == "auto" and obstacle == _no_kernel():
             warn_of_absence(str(build_info()))
         return _full(system, state, obstacle or "as asked for")
     plane = NotPlanar("") if asked == "reduced" else _plane(system, state)
     if isinstance(plane, NotPlanar):
         if asked == "planar":
-            raise InputError(f"the scene is not planar: {plane.reason}")
+            raise InputError(Problem(f"the scene is not planar: {plane.reason}", key=("simulation", "formulation")))
         why = f"not planar: {plane.reason}" if plane.reason else "as asked for"
         return _solvable(Reduced(core(), system), system, state, settings, why)
     normal = ", ".join(f"{component + 0.0:.3g}" for component in plane.axes[:, 2])

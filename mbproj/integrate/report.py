@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
+from mbproj.dynamics.round_off import EPSILON
 from mbproj.integrate.tally import Peak
 from mbproj.model.system import System
 from mbproj.scene.records import Settings
@@ -89,12 +90,16 @@ def summary(scene: str, output: str, report: Report, total_seconds: float) -> di
     }
 
 
+#: What moves less than so many times round-off, of coordinates or energies, is at rest: joints are closed no better.
+AT_REST = 1e4
+
+
 class EnergyWatch:
     """Scratch of a run: the largest |balance|, kinetic energy, and range of the potential energy so far."""
 
-    def __init__(self, nothing: float = 0.0) -> None:
-        """`nothing`: the energy in J below which a motion is round-off."""
-        self._nothing = nothing
+    def __init__(self, scale: float = 0.0, *, moves: bool = True) -> None:
+        """`scale`: the mechanism's energy in J, as its weight times its size; `moves`: whether it can move at all."""
+        self._scale, self._moves = scale, moves
         self.drift = self.kinetic = 0.0
         self.lowest, self.highest = float("inf"), float("-inf")
 
@@ -105,8 +110,10 @@ class EnergyWatch:
 
     @property
     def relative(self) -> float:
-        """The drift over the largest kinetic energy + |ΔV| of the run; 0 where nothing moved."""
+        """The drift over the largest kinetic energy + |ΔV| of the run; 0 where nothing but round-off moved."""
         size = self.kinetic + max(self.highest - self.lowest, 0.0)
-        return self.drift / size if size > self._nothing else 0.0
+        nothing = AT_REST * EPSILON * max(self._scale, abs(self.lowest), abs(self.highest))
+        rests = max(size, self.drift) <= nothing or size == 0.0
+        return 0.0 if rests or not self._moves else self.drift / size
 
 

@@ -14,7 +14,7 @@ from mbproj.dynamics.assembly import State
 from mbproj.dynamics.kinematics import pose_of, twist_of
 from mbproj.dynamics.massless import swamped_motions
 from mbproj.dynamics.observe import Block, observe, total_energy
-from mbproj.dynamics.round_off import EPSILON, position_grain, velocity_grain
+from mbproj.dynamics.round_off import position_grain, velocity_grain
 from mbproj.dynamics.samples import Samples, join, stack
 from mbproj.errors import SimulationError
 from mbproj.integrate.compiled import march as march_compiled
@@ -77,7 +77,9 @@ def simulate(
     """
     choice = choose(system, state, settings)
     weight = float(np.sum(system.mass) * np.linalg.norm(system.gravity))
-    tally, energy, floors = Tally(), EnergyWatch(EPSILON**2 * weight * system.length), np.zeros(2)
+    reach = system.length + float(np.abs(pose_of(state.q).position).max(initial=0.0))
+    moves = choice.degrees_of_freedom > 0 or system.driven > 0
+    tally, energy, floors = Tally(), EnergyWatch(weight * reach, moves=moves), np.zeros(2)
     initial_energy = total_energy(system, state)
     started, recording = _Clocks.now(), _Clocks()
     reached = state.t, state.q

@@ -77,6 +77,7 @@ def compile_system(scene: Scene) -> System:
         reaction_body=np.array([body for body, _, _ in reactions], dtype=np.intp),
         reaction_local=np.array([local for _, _, local in reactions]).reshape(-1, 3),
         length=_length(groups, symbols.values()),
+        body_places=tuple(scene.place("bodies", carrier.name) for carrier in groups.carriers),
         joint_places=tuple(scene.place("joints", joint.name) for joint in groups.joints),
         forces=forces,
         motions=motions,

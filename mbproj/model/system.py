@@ -54,8 +54,9 @@ class System:
     of vectors that must not be flipped by assembly, positive in a right pose. `body_carrier` (N,), `body_offset` (N, 3)
     and `body_turn` (N, 4): where each of the scene's N bodies sits on its carrier. `marker_body` (k,), `marker_local`
     (k, 3). `reaction_body` (nj,), `reaction_local` (nj, 3): body 2 of each joint and its point in it.
-    `length` is the size of the mechanism in m: what an absolute tolerance is taken relative to. `joint_places`: where
-    each joint stands in the scene file, for messages. `forces` and `motions` are None where the scene has none.
+    `length` is the size of the mechanism in m: what an absolute tolerance is taken relative to. `body_places`,
+    `joint_places`: where each carrier and joint stands in the scene file, for messages. `forces` and `motions` are None
+    where the scene has none.
     """
 
     names: Names
@@ -73,6 +74,7 @@ class System:
     reaction_body: Integers
     reaction_local: Array
     length: float
+    body_places: tuple[Place | None, ...]
     joint_places: tuple[Place | None, ...]
     forces: Forces | None = None
     motions: Motions | None = None

@@ -236,8 +236,10 @@ class ResultsWriter:
         except (OSError, RuntimeError) as error:
             self._broken = True
             cause = os.strerror(error.errno) if isinstance(error, OSError) and error.errno else str(error)
-            message = f"cannot write '{self.part}': {cause}; what was written before is still in it"
-            raise OutputError(message) from error
+            kept = "what was written before is still in it"
+            if not self.part.exists():
+                kept = "it was removed meanwhile, and what was written is lost"
+            raise OutputError(f"cannot write '{self.part}': {cause}; {kept}") from error
 
 
 def _status(error: BaseException | None) -> str:

@@ -115,7 +115,7 @@ def test_methods_that_exist_in_full_only_switch_to_it_and_say_so(five_bar, metho
     choice = chosen(five_bar, method)
     assert (choice.name, choice.why, choice.compiled) == ("full", why, None)
     for formulation in ("reduced", "planar"):
-        with pytest.raises(InputError, match=f"the {formulation} formulation is not to be had here: {why}"):
+        with pytest.raises(InputError, match=f"the {formulation} formulation is not available here: {why}"):
             chosen(five_bar, method, formulation=formulation)
 
 
@@ -128,7 +128,7 @@ def test_the_kernel_has_the_other_methods(five_bar, method):
 def test_eliminated_accelerations_exist_in_full_only(five_bar):
     choice = chosen(five_bar, acceleration="eliminated")
     assert (choice.name, choice.why) == ("full", "'acceleration: eliminated' exists in the full formulation only")
-    with pytest.raises(InputError, match="not to be had here: 'acceleration: eliminated'"):
+    with pytest.raises(InputError, match="not available here: 'acceleration: eliminated'"):
         chosen(five_bar, acceleration="eliminated", formulation="planar")
 
 
@@ -140,7 +140,7 @@ def test_without_a_kernel_full_runs_and_says_why(five_bar, monkeypatch):
         choice = chosen(five_bar)
     assert (choice.name, choice.why) == ("full", "the compiled kernel is not there (not built)")
     assert chosen(five_bar, acceleration="eliminated").why.startswith("'acceleration: eliminated' exists in the full")
-    with pytest.raises(InputError, match=r"the reduced formulation is not to be had here: .* \(not built\)"):
+    with pytest.raises(InputError, match=r"the reduced formulation is not available here: .* \(not built\)"):
         chosen(five_bar, formulation="reduced")
     report = simulate(*assembled(five_bar), Settings(duration=0.02, step=0.01))
     assert (report.formulation, report.why) == ("full", choice.why)

@@ -14,6 +14,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from mbproj.results import DATASETS, ResultsWriter, open_results
+from mbproj.results.faults import OutputError
 from mbproj.scene.records import ProjectionSettings, Settings
 from tests.results.pendulum_blocks import NAMES, NO_NAMES, PATHS, SETTINGS, block, part_of, record, scene, times
 
@@ -48,6 +49,22 @@ def test_size_of_the_blocks_does_not_matter(cuts, every_flush):
             for first, last in pairwise(edges):
                 recorder.write(part_of(whole, slice(first, last)))
         assert_equal(path, whole)
+
+
+@pytest.mark.parametrize("removed", [True, False])
+def test_what_is_left_of_results_that_cannot_be_renamed_is_said(removed, tmp_path):
+    def write() -> None:
+        with ResultsWriter(tmp_path / "out.h5", scene(), NAMES) as recorder:
+            recorder.write(block(times(10)))
+            if removed:
+                recorder.part.unlink()
+            else:
+                (tmp_path / "out.h5").mkdir()
+
+    left = "it was removed meanwhile, and what was written is lost" if removed else "what was written before is still"
+    with pytest.raises(OutputError, match=f"^cannot write '{tmp_path / 'out.h5.part'}': .*; {left}"):
+        write()
+    assert (tmp_path / "out.h5.part").exists() is not removed
 
 
 def test_arrays_may_be_reused_after_write(tmp_path):

@@ -7,12 +7,13 @@ from time import perf_counter
 from mbproj.analysis import Outcome, outcomes
 from mbproj.dynamics import assemble, unique_components
 from mbproj.ending import ending
-from mbproj.errors import ExitCode, MbprojError, SimulationError, placed_at
+from mbproj.errors import ExitCode, MbprojError, SimulationError
 from mbproj.integrate import simulate
 from mbproj.integrate.report import summary
 from mbproj.model import compile_system, initial_guess
 from mbproj.results import ResultsWriter, open_results
 from mbproj.scene import read_scene, settings_to_run
+from mbproj.scene.problem_places import placed_in
 from mbproj.studies.batch.result import SceneResult, Task
 
 
@@ -45,8 +46,8 @@ def _outcomes(task: Task) -> tuple[tuple[Outcome, ...], str]:
     state = assemble(system, initial_guess(scene, system))
     unique = unique_components(system, state)
     with (
-        placed_at(scene.place("simulation", "projection", "method")),
         ResultsWriter(task.output, scene, system.names.as_mapping(), constants=unique) as recorder,
+        placed_in(scene),
     ):
         report = simulate(system, state, settings, recorder)
         seconds = perf_counter() - started
