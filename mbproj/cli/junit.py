@@ -13,6 +13,7 @@ from xml.etree import ElementTree as Xml
 
 from mbproj.cli.expectations import error_words, subject, verdict, wanted
 from mbproj.errors import ExitCode
+from mbproj.outputs.escapes import escaped_text
 
 if TYPE_CHECKING:
     from mbproj.analysis import Outcome
@@ -91,4 +92,5 @@ def _whole(outcome: Outcome) -> str:
 
 
 def _text(text: str) -> str:
-    return UNPRINTABLE.sub("?", text)
+    """The text as XML can say it, and nothing in it that commands the terminal of who looks at the file."""
+    return UNPRINTABLE.sub("?", escaped_text(text))

@@ -6,7 +6,7 @@ import re
 
 #: Control characters, the direction of writing and the ends of lines that only Unicode knows.
 _COMMANDS = "\x00-\x1f\x7f-\x9f\u061c\u200e\u200f\u2028-\u202e\u2066-\u2069"
-_ANY = re.compile(f"[{_COMMANDS}]")
+_ANY = re.compile(f"[{_COMMANDS}\ud800-\udfff]")  # bytes of a file name that are no text, too
 _IN_TEXT = re.compile(f"(?![\n\t])[{_COMMANDS}]")
 
 

@@ -15,7 +15,7 @@ def test_text_is_no_formula_and_commands_no_terminal(tmp_path):
 
 
 def test_commands_of_terminals_can_be_read_and_other_text_is_itself():
-    assert escaped("\x1b]0;x\x07 \x9b31m \u202egpj.exe \x7f\n") == (
-        "\\u001b]0;x\\u0007 \\u009b31m \\u202egpj.exe \\u007f\\u000a"
+    assert escaped("\x1b]0;x\x07 \x9b31m \u202egpj.exe \x7f\udcff\n") == (
+        "\\u001b]0;x\\u0007 \\u009b31m \\u202egpj.exe \\u007f\\udcff\\u000a"
     )
     assert escaped_text("two\tlines\nα ≤ Δ, été\r") == "two\tlines\nα ≤ Δ, été\\u000d"

@@ -120,3 +120,10 @@ def test_every_output_time_is_a_sample_and_what_lies_between_is_not() -> None:
 def test_coordinates_of_all_joints_are_observable_with_their_speeds() -> None:
     for name, unit in COORDINATES.items():
         assert (OBSERVABLES["joint"][name].unit, OBSERVABLES["joint"][f"{name}_speed"].unit) == (unit, f"{unit}/s")
+
+
+def test_a_time_is_no_further_mistake_where_the_steps_cannot_be_counted() -> None:
+    text = changed("step: 0.01\n  integrator", "step: 1e-308\n  integrator").replace("  output_step: 0.01\n", "")
+    text += "expect:\n  e: {diagnostic: energy_drift, at: 3 s, below: 1, source: me}\n"
+    (message,) = errors(text)
+    assert message.startswith("f.yaml:7:9: error: 'step' of 1e-308 s: 16 digits cannot tell so many steps apart")
