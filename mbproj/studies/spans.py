@@ -11,13 +11,15 @@ import numpy as np
 from mbproj.arrays import Array
 from mbproj.errors import InputError, Problem
 from mbproj.scene.records import Scene
-from mbproj.scene.sampling import DEFAULT_SAMPLES
+from mbproj.scene.sampling import DEFAULT_SAMPLES, MOST_SAMPLES
 from mbproj.studies.solve import sample_times
 
 #: Samples that are wanted at least and at most, where the steps allow it.
 FEW, MANY = 200, 1000
 #: Samples where there is no fixed step, a number with many divisors.
 DEFAULT = 480
+#: No study goes on for so many steps: a common multiple of many may be no number of a computer.
+FARTHEST = Fraction(10) ** 200
 #: How far a ratio of times may be from a whole number, relatively.
 WHOLE = 1e-9
 
@@ -34,9 +36,12 @@ def span(scene: Scene, until: float | None) -> float:
 
 def sampled(scene: Scene, until: float | None) -> Array:
     """The times of the samples of a run of the scene (T,), s: every output step, or step, or a thousandth of the
-    duration; up to `until` s. Raises InputError where the scene has no duration."""
+    duration; up to `until` s. Raises InputError where the scene has no duration, or they are too many to hold."""
     duration, settings = span(scene, until), scene.settings
     interval = min(duration, settings.output_step or settings.step or (settings.duration or duration) / DEFAULT_SAMPLES)
+    if duration / interval > MOST_SAMPLES:
+        message = f"more than {MOST_SAMPLES:.0e} samples, every {interval:.6g} s until {duration:.6g} s"
+        raise InputError(Problem(message, hint="choose a longer --output-step, or an earlier end"))
     whole = np.asarray(interval * np.arange(int(duration / interval * (1.0 + WHOLE)) + 1), dtype=float)
     over = duration - float(whole[-1]) > WHOLE * duration
     return np.concatenate([whole, [duration]]) if over else whole
@@ -45,11 +50,13 @@ def sampled(scene: Scene, until: float | None) -> Array:
 def common_times(until: float, steps: Iterable[float]) -> Array:
     """Times from 0 to `until` (s) that are whole multiples of every step (s), some hundreds where that is possible; to
     the last common multiple where `until` is none. Raises InputError where there is no common multiple before it."""
-    fractions = [Fraction(step).limit_denominator(10**7) for step in steps]
-    if not fractions:
+    steps = tuple(steps)
+    if not steps:
         return sample_times(until, DEFAULT)
+    fractions = [Fraction(step / min(steps)).limit_denominator(10**7) for step in steps]
     whole = lcm(*(part.denominator for part in fractions))
-    together = float(Fraction(lcm(*(int(part * whole) for part in fractions)), whole))
+    multiple = Fraction(lcm(*(int(part * whole) for part in fractions)), whole)  # of the shortest step
+    together = min(steps) * float(min(multiple, FARTHEST))
     ratio = until / together
     count = floor(ratio * (1.0 + WHOLE))
     if not count:

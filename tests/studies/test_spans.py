@@ -10,9 +10,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from mbproj.errors import InputError
+from mbproj.scene import read_scene
 from mbproj.studies.grid import MOST, Ladder, step_numbers
 from mbproj.studies.setting import Setting
-from mbproj.studies.spans import common_times, divisors, stride_for
+from mbproj.studies.spans import common_times, divisors, sampled, stride_for
+from tests.cli.commands import FIVE_BAR
 
 
 @given(st.sets(st.sampled_from([0.1, 0.05, 0.02, 0.01, 0.005, 0.0025, 0.002, 1.0 / 64.0, 1.0 / 30.0]), min_size=1))
@@ -61,3 +63,20 @@ def test_tolerances_of_a_ladder():
 
 def test_divisors():
     assert divisors(12) == [1, 2, 3, 4, 6, 12]
+
+
+@pytest.mark.parametrize("unit", [1e-300, 1e-9, 1e9, 1e40])
+def test_steps_meet_in_every_unit_of_time(unit):
+    times = common_times(30.0 * unit, [0.01 * unit, 0.0025 * unit])
+    assert times[-1] == pytest.approx(30.0 * unit, rel=1e-9)
+    assert times[1] / (0.01 * unit) == pytest.approx(round(times[1] / (0.01 * unit)), rel=1e-9)
+
+
+def test_steps_that_meet_beyond_all_numbers_do_not_meet():
+    with pytest.raises(InputError, match=r"the steps do not meet before .* s, and the study ends at 1 s"):
+        common_times(1.0, [1e-3, *(1e40 * (1.0 + part / 997.0) for part in range(12))])
+
+
+def test_samples_that_no_memory_holds_are_refused():
+    with pytest.raises(InputError, match=r"more than 1e\+07 samples, every 0\.01 s until 1e\+44 s"):
+        sampled(read_scene(FIVE_BAR), 1e44)
