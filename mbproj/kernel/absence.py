@@ -20,8 +20,8 @@ def advice() -> str:
     """What to do for a kernel."""
     package = _package()
     if not (package / "kernel" / "src").is_dir():  # sources of the kernel are not installed
-        how = "MBPROJ_KERNEL=1 pip install --force-reinstall --no-deps"
-        return f"install again, and see why it does not compile: {how}; or set MBPROJ_KERNEL=0 to do without"
+        why = "pip says why it does not compile where MBPROJ_KERNEL=1 is set"
+        return f"install again with --force-reinstall: {why}; or set MBPROJ_KERNEL=0 to do without"
     other = _installed()
     if other is not None and other != package:
         return f"Python took the sources in '{package}', not the installed '{other}': start it in another folder"

@@ -179,4 +179,4 @@ def test_info_says_what_to_do_for_a_kernel(places: Places) -> None:
         facts = json.loads(places.python(places.checkout, "-c", IN_FOLDER, "info", "--build", "--json").stdout)
     finally:
         kernel.mkdir()
-    assert facts["kernel"]["advice"].startswith("install again, and see why it does not compile: MBPROJ_KERNEL=1 pip ")
+    assert facts["kernel"]["advice"].startswith("install again with --force-reinstall: pip says why")
