@@ -21,24 +21,29 @@ OTHER_REPORT = "choose another file with --junit"
 
 @click.command("batch")
 @click.argument("paths", nargs=-1, required=True, type=click.Path(path_type=Path))
-@click.option("-j", "--jobs", type=click.IntRange(min=1), metavar="N", help="Scenes at a time (one a processor).")
-@click.option("--timeout", default="5 min", show_default=True, metavar="TIME", help="A scene is stopped after this.")
+@click.option(
+    "-j",
+    "--jobs",
+    type=click.IntRange(min=1),
+    metavar="N",
+    help="Scenes run at the same time [default: one per processor].",
+)
+@click.option("--timeout", default="5 min", show_default=True, metavar="TIME", help="Stop a scene that runs longer.")
 @click.option("--junit", "xml", type=click.Path(path_type=Path), metavar="FILE", help="Write JUnit XML.")
-@click.option("--keep", type=click.Path(path_type=Path), metavar="DIR", help="Keep the results files, in DIR.")
+@click.option("--keep", type=click.Path(path_type=Path), metavar="DIR", help="Keep the results files in DIR.")
 @force_option
 @click.option("--json", "as_json", is_flag=True, help="Print one JSON object instead of the table.")
 def command(
     paths: tuple[Path, ...], jobs: int | None, timeout: str, xml: Path | None, keep: Path | None, force: bool,
     as_json: bool,
 ) -> int:  # fmt: skip
-    """Runs the scenes PATHS, those in the directories among them and those that a pattern matches ('**/*.yaml'), and
-    checks their `expect` blocks.
+    """Runs many scenes and checks their `expect` blocks. PATHS are scene files, directories, or patterns ('**/*.yaml').
 
-    One table: scene, result, how many expectations hold, seconds, and of the one nearest to its limit the error against
-    what is allowed. All scenes are run, whatever becomes of one.
+    Prints a table: scene, result, how many expectations hold, seconds, and the expectation nearest to its limit with
+    its error and the error allowed. A scene that fails does not stop the others.
 
-    Exit code 0: all hold; 3: one could not be run, for wrong input, a failure or the timeout; 4: all ran, and one falls
-    short; 2: wrong options, or no scenes.
+    Exit code 0: all expectations hold; 3: a scene could not run (wrong input, a failure, the timeout); 4: all scenes
+    ran, and an expectation does not hold; 2: wrong options, or no scenes.
     """
     import json
 

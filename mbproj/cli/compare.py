@@ -22,11 +22,11 @@ if TYPE_CHECKING:
 @click.argument("scene", type=click.Path())
 @study_options.projections("none,baumgarte,gopm,gpopm")
 @study_options.integrators("the scene's")
-@click.option("--steps", type=PositiveList("s"), metavar="TIME,..", help="Fixed steps (the scene's).")
+@click.option("--steps", type=PositiveList("s"), metavar="TIME,..", help="Fixed steps [default: the scene's].")
 @click.option("--tolerances", type=PositiveList(""), metavar="NUMBER,..",
-              help="Error tolerances, of integrators that estimate their error.")
+              help="Error tolerances, for integrators with an error estimate.")
 @click.option("--formulations", type=Names(), metavar="A,B",
-              help="Several: cost is then shown in factorisations, not in time.")
+              help="Formulations to compare; with several, cost is counted in factorisations, not in time.")
 @study_options.until
 @study_options.changes
 @study_options.repeat
@@ -37,8 +37,8 @@ def command(
 ) -> None:  # fmt: skip
     """Compares projection methods, integrators and steps on SCENE.
 
-    Prints a table: violations, trajectory error against a reference of another method, energy drift in the parts of
-    the integrator and of the projection, CPU time with its spread, counters. Writes it as CSV, and a page of figures.
+    Prints a table: violations, the error of the motion against a reference by another method, the energy drift that
+    the integrator and the projection cause, CPU time with its spread, counters. Writes CSV and a page of figures.
     """
     from mbproj.cli.progress import telling
     from mbproj.cli.scene_options import parameters

@@ -17,20 +17,20 @@ if TYPE_CHECKING:
 @click.argument("second", type=click.Path(path_type=Path))
 @click.option(
     "--tolerance", default="1e-6", show_default=True, metavar="NUMBER",
-    help="What a quantity may differ by, as a part of its largest magnitude.",
+    help="Difference allowed, relative to the largest magnitude of a quantity.",
 )  # fmt: skip
 @click.option(
     "--absolute", multiple=True, metavar="QUANTITY=VALUE",
-    help='What this quantity may differ by instead, e.g. --absolute "bodies/position=1 mm"; repeatable.',
+    help='Absolute difference allowed for one quantity instead, e.g. --absolute "bodies/position=1 mm"; repeatable.',
 )  # fmt: skip
 @click.option("--json", "as_json", is_flag=True, help="Print one JSON object instead of the table.")
 def command(first: Path, second: Path, tolerance: str, absolute: tuple[str, ...], as_json: bool) -> int:
     """Says whether the results FIRST and SECOND are the same motion.
 
-    They are compared at the sample times that both have; nothing is interpolated. A table gives the largest difference
-    of each quantity, of what and when, and what is allowed.
+    Compares them at the sample times that both have, without interpolation. A table shows the largest difference of
+    each quantity, where and when it occurs, and the difference allowed.
 
-    Exit code 0: the same; 4: they part, or one goes on for longer; 2: they cannot be compared.
+    Exit code 0: the same motion; 4: they differ, or one goes on for longer; 2: they cannot be compared.
     """
     import json
 

@@ -17,7 +17,7 @@ ELSEWHERE = "choose a folder you can write to"
     "folder",
     type=click.Path(),
     metavar="DIR",
-    help="Copy them to DIR, those of the validation to DIR/validation (nothing is overwritten).",
+    help="Copy them to DIR, and those of the validation to DIR/validation; nothing is overwritten.",
 )
 def command(folder: str | None) -> None:
     """Lists the example mechanisms, or copies them to a folder."""

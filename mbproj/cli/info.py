@@ -25,7 +25,7 @@ SHOWN_ELSEWHERE = ("format", "date", "host")
 @click.option("--build", is_flag=True, help="Show versions, the compiled kernel and its instruction set instead.")
 @click.option("--json", "as_json", is_flag=True, help="Print one JSON object instead of text.")
 def command(results: Path | None, build: bool, as_json: bool) -> None:
-    """Show what RESULTS holds: settings, sizes, violations, energy drift, timings, datasets with shapes and units."""
+    """Shows what RESULTS holds: settings, sizes, violations, energy drift, timings, datasets with shapes and units."""
     if build == (results is not None):
         raise click.UsageError("give either RESULTS, a results file, or --build, for how mbproj itself was built")
     if results is None:

@@ -13,9 +13,9 @@ from mbproj.outputs import SCENE, write_text
 from mbproj.templates import OPTIONS, TEMPLATES, written
 
 KINDS = tuple(TEMPLATES)
-HELP = f"""Writes a scene file to begin with: commented, ready to run, and with what it expects of its run.
+HELP = f"""Writes a commented scene file, ready to run, with the results that it expects.
 
-Numbers take units as in a scene ("300 mm"), and stand among the scene's parameters. An existing file is not replaced.
+Numbers take units as in a scene ("300 mm") and become parameters of the scene. An existing file is not replaced.
 KIND is one of:
 
 \b
@@ -41,9 +41,11 @@ def _defaults(name: str) -> str:
 
 @click.command("new", help=HELP)
 @click.argument("kind", type=click.Choice(KINDS), metavar="KIND")
-@click.option("-o", "--output", type=click.Path(path_type=Path), metavar="FILE", help="Write it there, not to stdout.")
+@click.option(
+    "-o", "--output", type=click.Path(path_type=Path), metavar="FILE", help="Write to FILE instead of stdout."
+)
 @_options
-@click.option("--spatial", is_flag=True, help="Every second joint about another axis. [chain, tree]")
+@click.option("--spatial", is_flag=True, help="Give every second joint another axis. [chain, tree]")
 @force_option
 def command(kind: str, output: Path | None, spatial: bool, force: bool, **numbers: str | None) -> None:
     """`mbproj new`."""

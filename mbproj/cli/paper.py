@@ -29,7 +29,7 @@ FIGURES = {"five_bar": ("xz", (2, 3, 4, 5)), "spatial_slider_crank": ("x", (7, 8
 def command(output: str, duration: float, ending: str, force: bool) -> None:
     """Draws Figs. 2-5 and 7-10 of the paper, with its settings (RK4, step 0.01 s, tolerance 1e-12; full formulation).
 
-    Takes about a minute. Says for each mechanism from when on the paper's step is not converged.
+    Takes about a minute. Says for each mechanism from which time on the paper's step has not converged.
     """
     folder = make_folder(Path(output))
     numbers = [number for _, figures in FIGURES.values() for number in figures]

@@ -46,7 +46,7 @@ def command(
     limit: float | None,
     force: bool,
 ) -> None:
-    """Draw RESULTS, several overlaid, and print the paths of the pictures: DIR/<first file>-<kind>.<format>.
+    """Draws RESULTS, several of them overlaid, and prints the paths of the pictures: DIR/<first file>-<kind>.<format>.
 
     All kinds that apply are drawn unless --kind names some.
     """
@@ -84,7 +84,7 @@ def _open(path: Path) -> Results:
 
     opened = open_results(path)
     if opened.partial:
-        click.echo(f"note: reading '{opened.path}', of a run that was killed or still goes on", err=True)
+        click.echo(f"note: '{opened.path}' is incomplete: its run was killed, or still goes on", err=True)
     elif opened.status != "complete":
         click.echo(f"note: '{opened.path}': {opened.status}", err=True)
     return opened

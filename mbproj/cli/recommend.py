@@ -23,11 +23,19 @@ if TYPE_CHECKING:
 @click.option("--error", "goal", required=True, type=Positive("m"), metavar="E", help="The largest error allowed.")
 @study_options.at
 @study_options.until
-@click.option("--output-step", metavar="TIME", help="Time between the samples at which the error counts (the scene's).")
+@click.option(
+    "--output-step",
+    metavar="TIME",
+    help="Time between the samples at which the error is measured [default: the scene's].",
+)
 @study_options.changes
-@click.option("--write", is_flag=True, help="Write it into the scene's simulation block; all else stays as it is.")
+@click.option(
+    "--write",
+    is_flag=True,
+    help="Write the setting into the scene's simulation block; the rest of the file stays as it is.",
+)
 @click.option("--json", "as_json", is_flag=True, help="Print one JSON object.")
-@click.option("-q", "--quiet", is_flag=True, help="Print the command line alone.")
+@click.option("-q", "--quiet", is_flag=True, help="Print only the command line.")
 def command(
     scene: str,
     goal: float,
@@ -41,8 +49,8 @@ def command(
 ) -> int:
     """Finds the cheapest integrator and step (or tolerance) for SCENE whose error is at most E at every sample.
 
-    The error is measured against a reference of two other methods, on a run of its own in the end. Prints the command
-    line first. Exit code 4 where the error cannot be kept so long: what is printed then holds up to the time it says.
+    The error is measured against a reference that two other methods agree on, and once more in a final run. Prints the
+    command line first. Exit code 4: no setting keeps the error to the end; the one printed does up to the time it says.
     """
     from mbproj.cli.progress import telling
     from mbproj.cli.scene_options import parameters
@@ -51,8 +59,8 @@ def command(
     from mbproj.studies.write_back import write_back
 
     if write and changes:
-        hint = "change the parameter in the scene, then leave this out"
-        raise InputError(Problem("what is recommended for other parameters is not written", Place("--set"), hint))
+        hint = "change the parameter in the scene, and leave out --set"
+        raise InputError(Problem("--write does not go with changed parameters", Place("--set"), hint))
     what = read_scene(scene, parameters(changes), {"output_step": output_step})
     with telling(hidden=quiet) as tell:
         found = recommend(what, goal, at or (), until, tell=tell)
@@ -63,7 +71,7 @@ def command(
         click.echo("\n".join([line] if quiet else [line, *_lines(found)]))
     if not found.reached:
         click.echo(
-            f"note: no setting keeps {goal:g} m until t = {found.wanted:.6g} s: {found.why}; this one does until "
+            f"note: no setting keeps {goal:g} m until t = {found.wanted:.6g} s: {found.why}; this one keeps it until "
             f"{found.until:.6g} s", err=True,
         )  # fmt: skip
     if write and found.reached:

@@ -30,6 +30,6 @@ def command(results: Path, output: str, as_json: bool, quiet: bool) -> None:
         scene = replace(scene, path=before.scene_path, settings=before.settings)
         source, certified = before.path, before.certified
     if os.path.realpath(output) == os.path.realpath(source):
-        problem = Problem(f"'{output}' is the file to repeat", Place("--output"), "choose another name")
+        problem = Problem(f"'{output}' is the results file to repeat", Place("--output"), "choose another name")
         raise InputError(problem)
     execute(scene, name, output, certified=certified, as_json=as_json, quiet=quiet)

@@ -18,9 +18,11 @@ if TYPE_CHECKING:
 @click.option("-o", "--output", default="results.h5", show_default=True, type=click.Path(), help="Results file.")
 @click.option("--accuracy", type=Positive("m"), metavar="E",
               help="Choose the cheapest integrator and step that keep the error of every marker below E.")
-@click.option("--certify", is_flag=True, help="Say how long each marker can be trusted, by a better solution.")
+@click.option(
+    "--certify", is_flag=True, help="Compute a better solution too, and say how long each marker can be trusted."
+)
 @click.option("--limit", "limits", multiple=True, type=Positive("m"), metavar="E",
-              help="With --certify: an error to give the time for, repeatable (1e-9, 1e-8, .. 1 m).")
+              help="With --certify: say when the error exceeds E; repeatable [default: 1e-9, 1e-8, .. 1 m].")
 @click.option("--json", "as_json", is_flag=True, help="Print one JSON object instead of the summary.")
 @click.option("-q", "--quiet", is_flag=True, help="Print nothing but errors.")
 def command(
@@ -58,14 +60,14 @@ def _accurate(scene: Scene, accuracy: float, given: dict[str, str], hidden: bool
 
     for name in ("integrator", "step", "tolerance"):
         if name in given:
-            hint = "leave out the one or the other"
+            hint = "leave out one of the two"
             raise InputError(Problem(f"--accuracy chooses the {name} itself", Place(f"--{name}"), hint))
     with telling(hidden) as tell:
         found = recommend(scene, accuracy, timed=False, tell=tell)
     if not found.reached:
         raise Unreachable(
-            f"no setting keeps an error of {accuracy:g} m longer than {found.until:.6g} s: {found.why}; try --duration "
-            f"{found.until:.6g}, or a larger error"
+            f"no setting keeps the error below {accuracy:g} m beyond t = {found.until:.6g} s: {found.why}; "
+            f"try --duration {found.until:.6g}, or a larger error"
         )
     if not hidden:
         label, best = found.setting.label, found.best
@@ -79,7 +81,7 @@ def _limits(certify: bool, limits: tuple[float, ...]) -> tuple[float, ...] | Non
     from mbproj.errors import InputError, Place, Problem
 
     if limits and not certify:
-        raise InputError(Problem("needs --certify", Place("--limit"), "add it, or leave this out"))
+        raise InputError(Problem("needs --certify", Place("--limit"), "add --certify, or leave out --limit"))
     if not certify:
         return None
     from mbproj.studies.certify import LIMITS

@@ -18,21 +18,25 @@ Command = TypeVar("Command", bound=Callable[..., Any])
 #: Option, what it takes, help. The parameter's name is the key that the reader knows.
 _OPTIONS: tuple[tuple[str, str, str], ...] = (
     ("--duration", "TIME", "How long to simulate."),
-    ("--step", "TIME", "Fixed step of the integrator (or --tolerance)."),
-    ("--tolerance", "NUMBER", "Error tolerance of an integrator with an error estimate (or --step)."),
+    ("--step", "TIME", "Fixed step of the integrator; or give --tolerance."),
+    ("--tolerance", "NUMBER", "Error tolerance, for integrators with an error estimate; or give --step."),
     ("--integrator", "|".join(integrators()), "Explicit Runge-Kutta method."),
-    ("--formulation", "|".join(FORMULATIONS), "Coordinates to compute in."),
-    ("--acceleration", "|".join(ACCELERATIONS), "Eq. 14, or Eqs. 80-81 without multipliers."),
+    ("--formulation", "|".join(FORMULATIONS), "Coordinates to compute in; auto takes the fewest that fit."),
+    ("--acceleration", "|".join(ACCELERATIONS), "Solve Eq. 14, or Eqs. 80-81 without multipliers."),
     ("--output-step", "TIME", "Time between recorded samples, a multiple of the step."),
     ("--projection", "|".join(PROJECTIONS), "How the constraints are enforced."),
-    ("--projection-tolerance", "NUMBER", "When a position counts as closed."),
-    ("--projection-test", "|".join(STOP_TESTS), "What the tolerance is compared with."),
+    ("--projection-tolerance", "NUMBER", "Largest violation at which a position counts as closed."),
+    (
+        "--projection-test",
+        "|".join(STOP_TESTS),
+        "What the projection tolerance limits: the violation, or the paper's norm.",
+    ),
     ("--every", "K", "Project after every K-th step only."),
-    ("--threshold", "NUMBER", "Project only where the violation exceeds this."),
+    ("--threshold", "NUMBER", "Project only when the violation exceeds this."),
     ("--project-position", "BOOL", "Whether positions are projected."),
     ("--project-velocity", "BOOL", "Whether velocities are projected."),
-    ("--projection-fallback", "none|gopm", "What a position that does not converge may be projected by instead."),
-    ("--max-iterations", "N", "Iterations of one projection at most."),
+    ("--projection-fallback", "none|gopm", "Method to try when a position projection does not converge."),
+    ("--max-iterations", "N", "Largest number of iterations of one projection."),
     ("--alpha", "NUMBER", "Penalty factor of mass-orthogonal and mmopm."),
     ("--gains", "A[,B]", "Baumgarte's gains α and β in 1/s."),
 )
@@ -42,7 +46,9 @@ def scene_options(command: Command) -> Command:
     """Adds the argument SCENE and all of these options to a command; `overrides` collects them."""
     for option, metavar, text in reversed(_OPTIONS):
         command = click.option(option, metavar=metavar, help=text)(command)
-    change = click.option("--set", "settings", multiple=True, metavar="NAME=VALUE", help="Changes a parameter.")
+    change = click.option(
+        "--set", "settings", multiple=True, metavar="NAME=VALUE", help="Change a parameter of the scene."
+    )
     command = change(command)
     return click.argument("scene", type=click.Path())(command)
 

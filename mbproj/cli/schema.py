@@ -10,10 +10,12 @@ from mbproj.cli.study_options import force as force_option
 
 
 @click.command("schema")
-@click.option("-o", "--output", type=click.Path(path_type=Path), metavar="FILE", help="Write it there, not to stdout.")
+@click.option(
+    "-o", "--output", type=click.Path(path_type=Path), metavar="FILE", help="Write to FILE instead of stdout."
+)
 @force_option
 def command(output: Path | None, force: bool) -> None:
-    """Prints the JSON Schema (draft 2020-12) of scene files, with which an editor completes and checks them.
+    """Prints the JSON Schema (draft 2020-12) of scene files, for completion and checks in an editor.
 
     For the YAML language server, begin a scene with:
 

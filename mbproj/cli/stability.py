@@ -25,12 +25,17 @@ if TYPE_CHECKING:
 @click.option("--vary", required=True, metavar="QUANTITY", help="step, mass-ratio, inertia-ratio, speed, length-scale, "
               "stiffness, baumgarte-gain, penalty or duration.")
 @study_options.projections("none,baumgarte,gopm,gpopm")
-@click.option("--from", "low", type=Positive(""), metavar="NUMBER", help="The lowest value (see the README).")
-@click.option("--to", "high", type=Positive(""), metavar="NUMBER", help="The highest value.")
-@click.option("--points", default=25, show_default=True, type=click.IntRange(2), help="Values over the span.")
+@click.option("--from", "low", type=Positive(""), metavar="NUMBER", help="Lowest value [default: see the README].")
+@click.option("--to", "high", type=Positive(""), metavar="NUMBER", help="Highest value.")
+@click.option("--points", default=25, show_default=True, type=click.IntRange(2), help="Number of values.")
 @click.option("--closed", type=Positive(""), metavar="NUMBER",
-              help="A run holds while joints are open by no more (1e-6 of the mechanism's length, or rad).")
-@click.option("--energy", type=Positive(""), metavar="NUMBER", help="And the energy balance is off by no more (0.01).")
+              help="Largest violation of a run that holds [default: 1e-6 of the mechanism's length, or rad].")
+@click.option(
+    "--energy",
+    type=Positive(""),
+    metavar="NUMBER",
+    help="Largest relative energy error of a run that holds [default: 0.01].",
+)
 @study_options.files
 @click.option("--json", "as_json", is_flag=True, help="Print one JSON object instead of the table.")
 @study_options.fresh
@@ -41,8 +46,9 @@ def command(
 ) -> None:  # fmt: skip
     """Varies one quantity of SCENE and finds where each projection method holds, degrades and fails.
 
-    Limits come from bisection, with the first bad time and joint beyond. Writes a figure and all points as CSV. Other
-    options change the setting that is studied, as for `mbproj run`. An interrupted study resumes where it stopped.
+    Finds each limit by bisection, and names the first bad time and joint beyond it. Writes a figure and all points as
+    CSV. Other options change the setting that is studied, as for `mbproj run`. An interrupted study resumes where it
+    stopped.
     """
     from mbproj.cli.progress import telling
     from mbproj.cli.study import StudyFiles

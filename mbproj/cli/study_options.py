@@ -15,12 +15,12 @@ from mbproj.registry import integrators as known_integrators
 Command = TypeVar("Command", bound=Callable[..., Any])
 
 at = click.option("--at", type=Names(), metavar="A,B,..",
-                  help="Markers (or bodies, where there are none) whose error counts (all).")
-until = click.option("--until", type=Positive("s"), metavar="TIME", help="Up to this time (the duration).")
-changes = click.option("--set", "changes", multiple=True, metavar="NAME=VALUE", help="Changes a parameter.")
+                  help="Markers whose error counts, or bodies of a scene without markers [default: all].")
+until = click.option("--until", type=Positive("s"), metavar="TIME", help="End of the study [default: the duration].")
+changes = click.option("--set", "changes", multiple=True, metavar="NAME=VALUE", help="Change a parameter of the scene.")
 repeat = click.option("--repeat", default=5, show_default=True, type=click.IntRange(1),
-                      help="Timings of each setting.")
-fresh = click.option("--fresh", is_flag=True, help="Begin anew where an earlier study was interrupted or is complete.")
+                      help="How often each setting is timed.")
+fresh = click.option("--fresh", is_flag=True, help="Start over: use nothing of an earlier study.")
 
 
 def projections(default: str) -> Callable[[Command], Command]:

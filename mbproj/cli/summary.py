@@ -70,25 +70,26 @@ def warnings(report: Report) -> list[str]:
     found = []
     if report.energy_drift_relative > SUSPICIOUS_DRIFT:
         found.append(
-            f"the energy drifted by {100 * report.energy_drift_relative:.2g} %: the joints may be closed and the "
-            "motion still wrong; compare with a smaller --step, or with --integrator dop853 --tolerance 1e-10"
+            f"the energy drifted by {100 * report.energy_drift_relative:.2g} %: the motion may be wrong "
+            "although the joints are closed; compare with a smaller --step, or with --integrator dop853 --tolerance "
+            "1e-10"
         )
     open_by = report.position_violation
     if open_by.value > FAR_OPEN * report.position_floor / EPSILON:
         found.append(
-            f"{open_by.owner} was open by {open_by.value:.2g} (m, rad) at t = {open_by.time:.4g} s: what moved there "
-            "is not the mechanism; use a projection method, gpopm for example, or a smaller step"
+            f"{open_by.owner} was open by {open_by.value:.2g} (m, rad) at t = {open_by.time:.4g} s: this is not "
+            "the mechanism's motion; use a projection method, gpopm for example, or a smaller step"
         )
     asked = report.settings.projection.tolerance
     if asked is not None and report.settings.projection.test == "violation" and asked < report.position_floor:
         found.append(
-            f"the projection's tolerance of {asked:.0e} is below what round-off allows, {report.position_floor:.0e}: "
-            "iterations stop where they get no further"
+            f"the projection's tolerance of {asked:.0e} is below round-off, {report.position_floor:.0e}: the "
+            "iterations stop where the violation falls no further"
         )
     if report.swamped:
         found.append(
-            f"what moves inertia below {HARDLY_ANY:.0e} of the largest is ruled by the round-off of the other bodies' "
-            f"forces: {'; '.join(report.swamped[:SHOWN])}; give it more, or joints that hold it"
+            f"round-off of the other bodies' forces decides motions with less than {HARDLY_ANY:.0e} of the largest "
+            f"inertia: {'; '.join(report.swamped[:SHOWN])}; give these bodies more inertia, or joints that hold them"
         )
     if report.counters["projection_failures"]:
         found.append(

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 @click.command("threshold")
 @scene_options
 @click.option("--thresholds", type=PositiveList(""), metavar="NUMBER,..",
-              help="Those to try (by decades up to a tenth of the size).")
+              help="Thresholds to try [default: decades up to a tenth of the mechanism's size].")
 @study_options.at
 @study_options.repeat
 @study_options.files
@@ -32,8 +32,8 @@ def command(
 ) -> None:  # fmt: skip
     """Varies the projection threshold on SCENE: error, violation, projections saved, CPU time.
 
-    Recommends the largest threshold up to which the error stays within a tenth of that with all projections. Other
-    options change the setting that is studied, as for `mbproj run`. An interrupted study resumes where it stopped.
+    Recommends the largest threshold that leaves the error of projecting after every step within 10 %. Other options
+    change the setting that is studied, as for `mbproj run`. An interrupted study resumes where it stopped.
     """
     from mbproj.cli.progress import telling
     from mbproj.cli.study import StudyFiles

@@ -22,12 +22,14 @@ if TYPE_CHECKING:
 @click.argument("scene", type=click.Path())
 @study_options.projections("gpopm,gopm,none,baumgarte")
 @study_options.integrators("all")
-@click.option("--formulation", type=click.Choice(FORMULATIONS), help="Of all settings (the scene's).")
+@click.option(
+    "--formulation", type=click.Choice(FORMULATIONS), help="Formulation of all settings [default: the scene's]."
+)
 @study_options.at
 @study_options.until
 @study_options.changes
 @click.option("--longest", default="0.5 s", show_default=True, type=Positive("s"), metavar="TIME",
-              help="Sweeps end with a run of so long.")
+              help="End a sweep with the first run that takes longer.")
 @study_options.repeat
 @study_options.files
 @study_options.fresh

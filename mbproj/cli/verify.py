@@ -14,13 +14,18 @@ from mbproj.errors import ExitCode, Place, placed_at
 
 @click.command("verify")
 @scene_options
-@click.option("--store", type=click.Path(path_type=Path), metavar="RESULTS", help="Keep it in results of this scene.")
+@click.option(
+    "--store",
+    type=click.Path(path_type=Path),
+    metavar="RESULTS",
+    help="Store the findings in a results file of this scene.",
+)
 @click.option("--json", "as_json", is_flag=True, help="Print one JSON object.")
 def command(scene: str, settings: tuple[str, ...], store: Path | None, as_json: bool, **options: Any) -> int:
     """Checks on SCENE what must hold: Eqs. 75, 78 and 80-81, projectors, balances, invariance, the integrator's order.
 
-    Each number is held against what round-off allows on this mechanism, bounded along with the computation. Exit code
-    4: a check fails.
+    Each difference is compared with a bound on the round-off of the same computation on this mechanism. Exit code 4: a
+    check fails.
     """
     from mbproj.cli.progress import telling
     from mbproj.cli.verification import as_json as numbers

@@ -224,7 +224,7 @@ def _consistent_velocity(system: System, pose: Pose, guess: Guess, drive: Drive 
         raise InputError(
             Problem(
                 f"the mechanism cannot move at the speeds that its joints ask for: joint "
-                f"'{system.names.joints[worst]}' misses its own by {left[system.constraints :].max():.3g}",
+                f"'{system.names.joints[worst]}' is off by {left[system.constraints :].max():.3g}",
                 system.joint_places[worst],
                 "give fewer speeds than degrees of freedom, or speeds that agree",
             )

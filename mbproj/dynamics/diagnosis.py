@@ -31,7 +31,7 @@ def problems_of(system: System, found: Redundancy, *, runs: bool) -> list[Proble
         problems.append(Problem(message, _place(system, passing[0]), hint))
     if lasting:
         message = f"rows of joints depend on each other: {_listed(lasting)}"
-        problems.append(Problem(message, _place(system, lasting[0]), "let one of these joints hold less"))
+        problems.append(Problem(message, _place(system, lasting[0]), "let one of these joints constrain less"))
     return problems
 
 

@@ -145,5 +145,5 @@ def _law_fails(forces: Forces, state: LawState, t: float) -> SimulationError:
 def _program_fails(forces: Forces, index: int, t: float, value: float, rate: float) -> SimulationError:
     variables = [time_series(np.asarray(t)), constant_series(np.asarray(value)), constant_series(np.asarray(rate))]
     cause = f"'{forces.programs.texts[index]}' fails: {failure(forces.programs, index, variables)}"
-    hint = "mend the expression, or end the run before"
+    hint = "correct the expression, or end the run before that time"
     return SimulationError(t, cause, where=f"force '{forces.program_owners[index]}'", hint=hint)

@@ -45,5 +45,5 @@ def _not_finite(system: System, t: Numbers, finite: Numbers) -> SimulationError:
     time = float(t[tuple(where)])
     programs = system.motions.programs
     cause = f"'{programs.texts[index]}' fails: {failure(programs, index, [time_series(np.asarray(time))])}"
-    hint = "mend the expression, or end the run before"
+    hint = "correct the expression, or end the run before that time"
     return SimulationError(time, cause, where=f"motion '{system.names.motions[index]}'", hint=hint)

@@ -89,7 +89,7 @@ def _obstacle(system: System, settings: Settings) -> str | None:
 
 
 def _no_kernel() -> str:
-    return f"the compiled kernel is not there ({build_info()})"
+    return f"the compiled kernel is missing ({build_info()})"
 
 
 def _full(system: System, state: State, why: str) -> Choice:

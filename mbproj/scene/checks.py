@@ -32,7 +32,7 @@ def unit_quaternion(quaternion: Quaternion) -> Quaternion:
     """The quaternion over its norm."""
     found = rotations.unit(quaternion)
     if found is None:
-        raise Unfit("is zero", "no rotation is [1, 0, 0, 0]")
+        raise Unfit("is zero", "write [1, 0, 0, 0] for no rotation")
     w, x, y, z = found
     return (w, x, y, z)
 
@@ -75,14 +75,16 @@ def nonzero(number: float) -> float:
 def tooth_count(number: float) -> float:
     """A whole number other than zero; its sign says which way the wheel turns."""
     if number == 0.0 or not number.is_integer():
-        raise Unfit(f"has {number:g} for a number of teeth", "it is whole; a minus makes an internal gear or a belt")
+        raise Unfit(
+            f"has {number:g} for a number of teeth", "give a whole number; a negative one is an internal gear or a belt"
+        )
     return number
 
 
 def two_points(points: tuple[Vector, Vector]) -> Pair:
     """A pair of global points, the first in the first body, that are not the same."""
     if points[0] == points[1]:
-        raise Unfit("are one point", "a distance needs two; a spherical joint keeps one")
+        raise Unfit("are one point", "give two points, or use a spherical joint")
     return Pair(*points)
 
 

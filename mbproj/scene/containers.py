@@ -122,7 +122,7 @@ class Record(Field[T_co], Generic[T_co]):
         """Report the keys of a group that exclude each other, or that one is missing: any that could be added."""
         given = [key for key in group.keys if key in mapping.keys]
         for key in given[1:]:
-            reading.report(f"'{given[0]}' and '{key}' exclude each other", mapping.values[key].place, group.hint)
+            reading.report(f"'{given[0]}' and '{key}' cannot both be given", mapping.values[key].place, group.hint)
         if group.needed and not given:
             able = [key for key in group.keys if not self._excluded(key, mapping)] or group.keys
             hint = f"add it: {self.keys[able[0]].expects}" if len(able) == 1 else "add one of them"

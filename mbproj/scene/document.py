@@ -83,7 +83,7 @@ class _Composer:
             raise InputError(Problem(f"there is no '&{event.anchor}' before this alias", self._place(event)))
         known = self._anchors[event.anchor]
         if known is None:
-            raise InputError(Problem(f"'*{event.anchor}' stands inside what it repeats", self._place(event)))
+            raise InputError(Problem(f"'*{event.anchor}' repeats a value that it is a part of", self._place(event)))
         self._weigh(known[1], event)
         return known[0]
 

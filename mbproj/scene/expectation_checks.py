@@ -39,7 +39,7 @@ def of_joints(joints: Mapping[str, Joint], expected: Expected) -> Iterator[Compl
         theirs = {coordinate for coordinate in COORDINATES if coordinate not in own}
         lacking = theirs | {f"{coordinate}_speed" for coordinate in theirs}
         if JOINTS[joint.type].merges and not joint.reaction:
-            message = f"joint '{item}' makes one body of two, and nothing of it is recorded"
+            message = f"joint '{item}' merges its bodies, and nothing of it is recorded"
             yield Complaint(("expect", name, "joint"), message, "give it reaction: true")
         elif observable is None or quantity in lacking:
             able = [other for other in OBSERVABLES["joint"] if other not in lacking]
@@ -54,7 +54,7 @@ def of_forces(forces: Mapping[str, Force], expected: Expected) -> Iterator[Compl
     for name, given, item, quantity in _of("force", expected):
         force, able = forces[item], OBSERVABLES["force"]
         if isinstance(force, BodyForce):
-            message = f"force '{item}' is given, and nothing of it is recorded"
+            message = f"force '{item}' is an input, and nothing of it is recorded"
             yield Complaint(("expect", name, "force"), message, "expect an acceleration or a reaction")
         elif quantity not in able:
             yield Complaint(("expect", name, "quantity"), f"a force has no '{quantity}'", _choices(quantity, able))

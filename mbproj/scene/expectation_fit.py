@@ -27,7 +27,7 @@ def fits(name: str, given: Given, observable: Observable, unit: str) -> Iterator
             mine = f"is in {unit}" if unit else "has no unit"
             yield Complaint(_place(given, path, where), f"'{what}' {mine}, this is {describe(value.dimension)}")
     if "relative" in given and not any(part.number for part in given["value"]):
-        yield Complaint((*path, "relative"), "a part of zero is zero", "give an 'absolute' tolerance")
+        yield Complaint((*path, "relative"), "a relative tolerance of the value 0 is 0", "give an 'absolute' tolerance")
 
 
 def _place(given: Given, path: KeyPath, where: KeyPath) -> KeyPath:

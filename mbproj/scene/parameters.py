@@ -91,7 +91,7 @@ def _in_order(trees: Mapping[str, Expression], mapping: MappingNode, reading: Re
     done = set(ordered)
     for cycle in _cycles(uses, dict.fromkeys(name for name in uses if name not in done)):
         shown = cycle if len(cycle) <= 8 else [*cycle[:7], "..."]
-        reading.report(f"parameters that need each other: {' -> '.join([*shown, cycle[0]])}",
+        reading.report(f"parameters that depend on each other: {' -> '.join([*shown, cycle[0]])}",
                        mapping.values[cycle[0]].place, "give one of them a number")
     return ordered
 

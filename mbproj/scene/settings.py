@@ -116,7 +116,7 @@ def _output_is_a_multiple(merged: Merged) -> Iterator[Problem]:
     ratio = output_step / step
     if not (0.5 < ratio < 1e15 and abs(ratio - round(ratio)) <= MULTIPLE * ratio):
         place = merged.place(("output_step",), ("step",))
-        yield Problem(f"'output_step' ({output_step:.10g} s) is no whole multiple of 'step' ({step:.10g} s)", place,
+        yield Problem(f"'output_step' ({output_step:.10g} s) is not a whole multiple of 'step' ({step:.10g} s)", place,
                       f"set 'output_step' to {max(round(min(ratio, 1e15)), 1) * step:.10g} s")
 
 

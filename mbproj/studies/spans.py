@@ -61,7 +61,7 @@ def common_times(until: float, steps: Iterable[float]) -> Array:
     count = floor(ratio * (1.0 + WHOLE))
     if not count:
         message = f"the steps do not meet before {together:g} s, and the study ends at {until:g} s"
-        raise InputError(Problem(message, hint="choose steps that are whole parts of each other: 0.01, 0.005, 0.0025"))
+        raise InputError(Problem(message, hint="choose steps that divide each other: 0.01, 0.005, 0.0025"))
     end = until if abs(ratio - count) <= WHOLE * ratio else count * together
     thinner = (stride for stride in range(ceil(count / MANY), ceil(count / FEW) + 1) if count % stride == 0)
     return sample_times(end, count // next(thinner, 1))

@@ -65,7 +65,7 @@ def test_rerun_does_not_overwrite_what_it_repeats(tmp_path):
     before = (tmp_path / "a.h5").read_bytes()
     done = mbproj("rerun", "a.h5", "-o", "a.h5", folder=tmp_path)
     assert done.returncode == 2
-    assert done.stderr.startswith("--output: error: 'a.h5' is the file to repeat")
+    assert done.stderr.startswith("--output: error: 'a.h5' is the results file to repeat")
     assert (tmp_path / "a.h5").read_bytes() == before
 
 

@@ -81,7 +81,7 @@ def test_an_expression_that_fails_at_the_start(tmp_path):
         assert done.returncode == 3
         assert done.stderr == (
             "error: stopped at t = 0 s at motion 'm': 'sqrt(t)' fails: sqrt(0) has a derivative that is not finite; "
-            "mend the expression, or end the run before\n"
+            "correct the expression, or end the run before that time\n"
         )
     assert not (tmp_path / "results.h5").exists()
 

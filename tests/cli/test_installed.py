@@ -167,7 +167,7 @@ def test_the_environment_leaves_the_kernel_out_on_purpose(places: Places) -> Non
     done = places.python(places.elsewhere, str(places.script), *FULL, "-o", "no.h5", "--json", MBPROJ_KERNEL="0")
     found = json.loads(done.stdout)
     assert (found["formulation"], done.stderr) == ("full", "")
-    assert found["formulation_why"] == "the compiled kernel is not there (MBPROJ_KERNEL leaves it out)"
+    assert found["formulation_why"] == "the compiled kernel is missing (MBPROJ_KERNEL leaves it out)"
 
 
 def test_info_says_what_to_do_for_a_kernel(places: Places) -> None:

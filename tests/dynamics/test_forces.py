@@ -211,11 +211,11 @@ def test_points_of_one_rigid_body():
     ("line", "said"),
     [
         ("k: {type: torsion_spring_damper, joint: R, torque: sqrt(0.1 - t)}",
-         "stopped at t = 0.8 s at force 'k': 'sqrt(0.1 - t)' fails: sqrt(-0.7) is not finite; mend the expression, "
-         "or end the run before"),
+         "stopped at t = 0.8 s at force 'k': 'sqrt(0.1 - t)' fails: sqrt(-0.7) is not finite; correct the "
+         "expression, or end the run before that time"),
         ("k: {type: force, body: a, force: [0, 1/(t - 0.8), 0]}",
-         "stopped at t = 0.8 s at force 'k': '1/(t - 0.8)' fails: divide(1, 0) is not finite; mend the expression, "
-         "or end the run before"),
+         "stopped at t = 0.8 s at force 'k': '1/(t - 0.8)' fails: divide(1, 0) is not finite; correct the "
+         "expression, or end the run before that time"),
     ],
 )  # fmt: skip
 def test_expressions_that_fail_at_run_time(line, said):

@@ -174,8 +174,8 @@ def test_an_expression_that_fails_at_the_start():
     with pytest.raises(SimulationError) as caught:
         assemble(system, guess)
     assert str(caught.value) == (
-        "stopped at t = 0 s at motion 'm': 'log(t)' fails: log(0) is not finite; mend the expression, or end the run "
-        "before"
+        "stopped at t = 0 s at motion 'm': 'log(t)' fails: log(0) is not finite; correct the expression, or end "
+        "the run before that time"
     )
 
 

@@ -138,7 +138,7 @@ def test_without_a_kernel_full_runs_and_says_why(five_bar, monkeypatch):
     warn_once.cache_clear()
     with pytest.warns(MbprojWarning, match=r"the compiled kernel is missing \(not built\), so that simulations run in"):
         choice = chosen(five_bar)
-    assert (choice.name, choice.why) == ("full", "the compiled kernel is not there (not built)")
+    assert (choice.name, choice.why) == ("full", "the compiled kernel is missing (not built)")
     assert chosen(five_bar, acceleration="eliminated").why.startswith("'acceleration: eliminated' exists in the full")
     with pytest.raises(InputError, match=r"the reduced formulation is not available here: .* \(not built\)"):
         chosen(five_bar, formulation="reduced")

@@ -84,7 +84,7 @@ def test_fixed_without_reaction_has_nothing_to_expect() -> None:
     text = changed("{type: spherical, bodies: [crank, rod]", "{type: fixed, bodies: [crank, rod]")
     wrong = f"{text}expect:\n  e: {{joint: B, quantity: reaction_force, component: x, at: end, below: 1, source: x}}\n"
     assert errors(wrong) == [
-        "f.yaml:31:14: error: joint 'B' makes one body of two, and nothing of it is recorded; give it reaction: true"
+        "f.yaml:31:14: error: joint 'B' merges its bodies, and nothing of it is recorded; give it reaction: true"
     ]
 
 

@@ -136,7 +136,7 @@ def test_what_the_hint_says_is_read(hint: str) -> None:
 def test_a_wrong_setting_does_not_hide_that_the_others_contradict_each_other() -> None:
     text = changed("step: 0.01\n  integrator", "step: 0.003\n  integrator").replace("mass: 0.12", "mass: -1")
     assert errors(text) == [
-        "f.yaml:11:16: error: 'output_step' (0.01 s) is no whole multiple of 'step' (0.003 s); "
+        "f.yaml:11:16: error: 'output_step' (0.01 s) is not a whole multiple of 'step' (0.003 s); "
         "set 'output_step' to 0.009 s",
         "f.yaml:15:11: error: 'mass' must be at least 0, found -1",
     ]

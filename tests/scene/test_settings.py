@@ -77,14 +77,14 @@ def test_another_method_leaves_behind_what_it_does_not_take() -> None:
 WRONG_OPTIONS: tuple[tuple[dict[str, Any], list[str]], ...] = (
     ({"projection_tolerance": "-1"}, ["--projection-tolerance: error: 'tolerance' must be greater than 0, found -1"]),
     ({"step": 0.1, "tolerance": 1e-3},
-     ["--tolerance: error: 'step' and 'tolerance' exclude each other; keep one of them"]),
+     ["--tolerance: error: 'step' and 'tolerance' cannot both be given; keep one of them"]),
     ({"tolerance": 1e-6},
      ["--tolerance: error: 'rk4' has no error estimate, which 'tolerance' needs; these have one: bs32, dopri5, "
       "dop853"]),
-    ({"step": 0.003}, ["--step: error: 'output_step' (0.01 s) is no whole multiple of 'step' (0.003 s); "
+    ({"step": 0.003}, ["--step: error: 'output_step' (0.01 s) is not a whole multiple of 'step' (0.003 s); "
      "set 'output_step' to 0.009 s"]),
     ({"step": 1e-30, "output_step": 1e30},
-     ["--output-step: error: 'output_step' (1e+30 s) is no whole multiple of 'step' (1e-30 s); "
+     ["--output-step: error: 'output_step' (1e+30 s) is not a whole multiple of 'step' (1e-30 s); "
       "set 'output_step' to 1e-15 s",
       "--step: error: 'step' of 1e-30 s: 16 digits cannot tell so many steps apart in the duration of 10 s; "
       "make it 1e-14 s or longer, or the duration shorter"]),
@@ -134,13 +134,24 @@ def test_parameters_are_changed_by_text_or_number() -> None:
     assert scene.places["parameters", "crank_length"] == Place("--set crank_length")
 
 
-@pytest.mark.parametrize(("name", "value", "message"), [
-    ("crank_lenght", 1, "--set crank_lenght: error: unknown parameter 'crank_lenght'; did you mean 'crank_length'?"),
-    ("rod_length", "2 *", "--set rod_length: error: the expression ends too early"),
-    ("rod_length", "rod_length", "--set rod_length: error: parameters that need each other: rod_length -> rod_length; "
-     "give one of them a number"),
-    ("rod_length", "", "--set rod_length: error: 'rod_length' needs a number, found nothing"),
-])
+@pytest.mark.parametrize(
+    ("name", "value", "message"),
+    [
+        (
+            "crank_lenght",
+            1,
+            "--set crank_lenght: error: unknown parameter 'crank_lenght'; did you mean 'crank_length'?",
+        ),
+        ("rod_length", "2 *", "--set rod_length: error: the expression ends too early"),
+        (
+            "rod_length",
+            "rod_length",
+            "--set rod_length: error: parameters that depend on each other: rod_length -> rod_length; "
+            "give one of them a number",
+        ),
+        ("rod_length", "", "--set rod_length: error: 'rod_length' needs a number, found nothing"),
+    ],
+)
 def test_wrong_changes_of_parameters(name: str, value: Any, message: str) -> None:
     assert errors(GOOD, parameters={name: value}) == [message]
 

@@ -50,7 +50,7 @@ def test_the_command_line_gives_the_setting_over_any_scene(setting, before):
 
 
 def test_what_does_not_fit_is_an_error():
-    with pytest.raises(InputError, match=r"'output_step' \(1 s\) is no whole multiple of 'step' \(0.3 s\)"):
+    with pytest.raises(InputError, match=r"'output_step' \(1 s\) is not a whole multiple of 'step' \(0.3 s\)"):
         Setting(step=0.3).settings(2.0, 1.0)
     with pytest.raises(InputError, match="unknown projection method 'gpom'; did you mean 'gpopm'"):
         Setting("gpom", step=0.1).settings(1.0, 1.0)
