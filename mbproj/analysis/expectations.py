@@ -18,12 +18,10 @@ from mbproj.scene.sampling import SAME_TIME
 
 @dataclass(frozen=True)
 class Outcome:
-    """An expectation and what the run says to it, in the unit of the expectation.
-
-    `measured` has the components that were asked for, at the time `time` in s; both are None where the run has no such
-    sample. `error` is the largest distance of a component from the value; None of a bound. `unique` is False of a
-    reaction that redundant joints share at will.
-    """
+    """An expectation and what the run measured, in the unit of the expectation. `measured` holds the components asked
+    for, at the time `time` in s; both are None where the run has no such sample. `error` is the largest distance of a
+    component from the value; a bound has none. `unique` is False for a reaction that redundant joints share
+    arbitrarily."""
 
     expectation: Expectation
     measured: tuple[float, ...] | None = None
@@ -38,13 +36,13 @@ class Outcome:
 
     @property
     def holds(self) -> bool:
-        """Whether the expectation is met; a NaN meets none, and neither does a sample that is not there."""
+        """Whether the expectation is met. NaN and a missing sample meet none."""
         return self.share <= 1.0
 
     @property
     def share(self) -> float:
-        """How much of what is allowed is used up: above 1 where the expectation falls short, infinite without sample.
-        A bound is used up by the part of it that was reached, where the two have one sign."""
+        """How much of the allowed error is used: above 1 where the expectation is not met, infinite without a sample.
+        For a bound it is the part of the bound that the value reaches, where both have one sign."""
         expected, measured = self.expectation, self.measured
         if measured is None:
             return inf
@@ -58,7 +56,7 @@ class Outcome:
 
 
 def _share_of_bound(number: float, bound: float) -> float:
-    """Above 1 where the number is beyond the bound, or none."""
+    """Above 1 where the number is beyond the bound, or not a number."""
     share = number / bound if bound > 0.0 else 0.0
     if number <= bound:
         return max(share, 0.0)
@@ -71,7 +69,7 @@ def outcomes(expectations: Iterable[Expectation], results: Results) -> list[Outc
 
 
 def outcome(expectation: Expectation, results: Results) -> Outcome:
-    """What the samples of `results` say to one expectation."""
+    """The outcome of one expectation on the samples of `results`."""
     time = results.time
     if not len(time):
         return Outcome(expectation)
@@ -89,7 +87,7 @@ def outcome(expectation: Expectation, results: Results) -> Outcome:
 
 
 def _components(expectation: Expectation, values: Array) -> Array:
-    """The columns (T, k) that the expectation asks for; of the largest magnitude, magnitudes."""
+    """The columns (T, k) that the expectation asks for; their magnitudes where it asks for the largest magnitude."""
     if expectation.component == "norm":
         return np.linalg.norm(values, axis=1, keepdims=True)
     chosen = values[:, ["xyz".index(expectation.component)]] if expectation.component else values

@@ -8,9 +8,9 @@ import numpy as np
 
 from mbproj.arrays import Array
 
-#: An error says something where it is this many times its uncertainty, and below this part of the path's extent.
+#: An error counts where it is this many times its uncertainty, and below this part of the path's extent.
 CLEAR, SATURATED = 10.0, 0.1
-#: What a fit needs: samples, and the factor by which the error grows over them.
+#: A fit needs so many samples, and an error that grows by this factor over them.
 SAMPLES, GROWTH = 10, 10.0
 #: Part of the time that is left out at the start, where the error has no history yet.
 ONSET = 0.02
@@ -28,7 +28,8 @@ class Growth:
 
 
 def growth(time: Array, error: Array, uncertainty: Array, extent: float) -> Growth:
-    """Of an error (T) with its uncertainty (T) in m at times (T) from 0 on, of a path that extends over so many m."""
+    """The growth of an error (T) with its uncertainty (T), in m, at times (T) that begin at 0. `extent`: the size of
+    the path in m."""
     error = np.maximum.accumulate(np.nan_to_num(error, nan=np.inf))
     uncertainty = np.nan_to_num(uncertainty, nan=np.inf, posinf=np.finfo(float).max / CLEAR)
     clear = (error > CLEAR * uncertainty) & (error > 0.0) & (error < SATURATED * extent)

@@ -15,13 +15,13 @@ from mbproj.scene.records import Expectation
 
 
 def series(expectation: Expectation, results: Results) -> Array:
-    """The quantity that the expectation is about over all samples: (T, k), k components."""
+    """All samples of the quantity that the expectation names: (T, k), k components."""
     found = _SERIES[expectation.of](results, expectation.item, expectation.quantity)
     return np.asarray(found, dtype=float).reshape(len(results.time), -1)
 
 
 def is_unique(expectation: Expectation, results: Results) -> bool:
-    """Whether the constraints determine it, as far as the results say."""
+    """Whether the constraints determine it; True where the results do not say."""
     if f"joints/{expectation.quantity}" not in REACTIONS:
         return True
     marks = results.constant(f"joints/{expectation.quantity}_unique")

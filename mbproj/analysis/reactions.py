@@ -1,4 +1,4 @@
-"""Components of reactions that are not unique, in words: redundant joints share them at will."""
+"""Components of reactions that are not unique, in words: redundant joints share them arbitrarily."""
 
 from __future__ import annotations
 
@@ -17,7 +17,8 @@ SHOWN = 8
 
 
 def open_components(joints: Sequence[str], force_unique: Marks, torque_unique: Marks) -> dict[str, str]:
-    """What marks of unique components (nj, 3) leave open, by joint, as "Fy Tx Tz"; joints without any are left out."""
+    """The components that are not unique, by joint, as "Fy Tx Tz", from marks of the unique ones (nj, 3). Joints whose
+    reactions are unique are left out."""
     words = {}
     for name, *marks in zip(joints, force_unique, torque_unique, strict=True):
         pairs = zip("FT", marks, strict=True)
@@ -36,7 +37,8 @@ def reactions_not_unique(results: Results) -> dict[str, str] | None:
 
 
 def in_words(components: Mapping[str, str]) -> str:
-    """Components by joint as one reads them, joints with the same ones together: "Fy Tx Tz of A, B, C, D"."""
+    """The components by joint for a reader; joints with the same components stand together: "Fy Tx Tz of A, B, C,
+    D"."""
     joints: dict[str, list[str]] = {}
     for joint, open_ in components.items():
         joints.setdefault(open_, []).append(joint)

@@ -16,7 +16,7 @@ from mbproj.results import Results
 
 @dataclass(frozen=True)
 class Parting:
-    """How far a quantity differs at most, of what (the name of a column), and when, in s."""
+    """The largest difference of a quantity: its size, the column's name, and the time in s."""
 
     difference: float
     name: str
@@ -25,8 +25,8 @@ class Parting:
 
 @dataclass(frozen=True)
 class QuantityComparison:
-    """A quantity (its path in the results) in `unit`: its `largest` difference, what is `allowed`, and the `first` one
-    beyond that, None where they agree. Vectors differ by a length, orientations by an angle."""
+    """A quantity, by its path in the results, in `unit`: the `largest` difference, the difference `allowed`, and the
+    `first` difference beyond that, None where there is none. Vectors differ by a length, orientations by an angle."""
 
     quantity: str
     unit: str
@@ -37,9 +37,9 @@ class QuantityComparison:
 
 @dataclass(frozen=True)
 class MotionComparison:
-    """Two results at the `samples` times that they share, of `counts` each; their last times, `ends`, in s, which are
-    the same up to a sampling interval where `as_long`. `missing`: by kind, the names that only one of them has;
-    `left_out`: by joint, the components of reactions that are not unique, "Fy Tx", which are not compared."""
+    """Two results, compared at the `samples` times that both have. `counts`: samples of each; `ends`: their last times
+    in s, equal to within a sampling interval where `as_long`. `missing`: names that only one of them has, by kind.
+    `left_out`: by joint, the components of reactions that are not unique ("Fy Tx"), which are not compared."""
 
     quantities: tuple[QuantityComparison, ...]
     samples: int
@@ -51,7 +51,7 @@ class MotionComparison:
 
     @property
     def same(self) -> bool:
-        """Whether they are the same motion, as far as both go, and go as far."""
+        """Whether they are the same motion, over the same time."""
         return self.as_long and self.parting is None
 
     @property
@@ -64,11 +64,10 @@ class MotionComparison:
 def compare_motions(
     first: Results, second: Results, tolerance: float, absolute: Mapping[str, float] | None = None
 ) -> MotionComparison:
-    """Compares what both have: nothing is interpolated.
+    """Compares what both results have, without interpolation. A quantity may differ by `tolerance` times its largest
+    magnitude in either (`floors` covers quantities that are about zero), or by `absolute[path]` in SI units.
 
-    A quantity may differ by `tolerance` times its largest magnitude in either (see `floors` for one that is about
-    zero), or by what `absolute` says for its path, in SI units. Raises InputError for mechanisms without a body in
-    common, or results without a common time.
+    Raises InputError for mechanisms without a common body, or results without a common time.
     """
     rows = common_samples(first.time, second.time)
     _check_comparable(first, second, len(rows[0]))

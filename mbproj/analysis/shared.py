@@ -15,7 +15,7 @@ from mbproj.results import DATASETS, Results
 
 #: Kinds of names by the symbol of a dataset's columns.
 KINDS = {"n": "bodies", "k": "markers", "nj": "joints", "nc": "coordinates", "nf": "forces", "nm": "motions"}
-#: Of those whose columns have units of their own, the kind of these.
+#: The kind of names that holds the units, for columns with units of their own.
 UNITS = {"nc": "coordinate_units", "nf": "force_units", "nm": "motion_units"}
 ENERGIES = ("kinetic_energy", "potential_energy", "total_energy", "work", "dissipation")
 #: Not the motion, but how well its joints are closed.
@@ -29,7 +29,7 @@ COMPARED = tuple(
 
 @dataclass(frozen=True, eq=False)
 class Columns:
-    """What both have of a quantity in one unit: values (S, c, k) at the common times, of the `names` (c)."""
+    """A quantity that both results have, in one unit: values (S, c, k) at the common times, for the `names` (c)."""
 
     path: str
     unit: str
@@ -52,7 +52,7 @@ def shared_columns(first: Results, second: Results, rows: tuple[Integers, Intege
                 results[dataset.path][taken][:, columns].reshape(len(taken), len(names), -1)
                 for results, taken, columns in zip((first, second), rows, at, strict=True)
             )
-            if dataset.path in REACTIONS:  # what redundant joints share at will is no part of the motion
+            if dataset.path in REACTIONS:  # what redundant joints share arbitrarily is no part of the motion
                 unique = unique_in_both(first, second, dataset.path, names)
                 one, other = np.where(unique, one, 0.0), np.where(unique, other, 0.0)
             if dataset.path == "bodies/orientation":  # q and -q are one orientation
@@ -61,8 +61,8 @@ def shared_columns(first: Results, second: Results, rows: tuple[Integers, Intege
 
 
 def unique_in_both(first: Results, second: Results, path: str, joints: Sequence[str]) -> Marks:
-    """Which components (c, 3) of the reactions `path` of these joints the constraints determine in both results, as
-    far as these say."""
+    """Which components (c, 3) of the reactions `path` of these joints are unique in both results; all where these do
+    not say."""
     unique = np.ones((len(joints), 3), dtype=bool)
     for results in (first, second):
         marks = results.constant(f"{path}_unique")
@@ -72,13 +72,13 @@ def unique_in_both(first: Results, second: Results, path: str, joints: Sequence[
 
 
 def reactions_left_out(first: Results, second: Results) -> dict[str, str]:
-    """Components of reactions of the joints of both that are not compared, by joint, as "Fy Tx Tz"."""
+    """The components of reactions that are not compared, for joints of both results, as "Fy Tx Tz"."""
     joints = [name for name in first.names("joints") if name in set(second.names("joints"))]
     return open_components(joints, *(unique_in_both(first, second, path, joints) for path in REACTIONS))
 
 
 def _by_unit(results: Results, symbol: str, unit: str, names: list[str]) -> Iterator[tuple[str, tuple[str, ...]]]:
-    """The names by the unit of their columns, which for "rad or m", "N m or N", ... is a column's own."""
+    """The names by the unit of their columns. For "rad or m", "N m or N", ... each column has its own."""
     if symbol not in UNITS:
         groups = {unit: tuple(names)}
     else:
@@ -88,8 +88,8 @@ def _by_unit(results: Results, symbol: str, unit: str, names: list[str]) -> Iter
 
 
 def floors(first: Results, second: Results) -> dict[str, float]:
-    """What a quantity is held to at least, by unit, so that one that is zero but for round-off is not held to zero:
-    what the mechanism's extent L, the duration T and the energy E that it exchanged make in its unit."""
+    """The smallest tolerance reference by unit, so that a quantity which is zero but for round-off is not compared with
+    zero: made from the mechanism's extent L, the duration T and the energy E that it exchanged."""
     extent = max(float(np.ptp(results["bodies/position"], axis=(0, 1)).max()) for results in (first, second))
     length = extent or max(float(np.abs(results["bodies/position"]).max()) for results in (first, second)) or 1.0
     duration = max(float(np.ptp(results.time)) for results in (first, second)) or 1.0

@@ -1,7 +1,7 @@
-"""How long a path can be trusted: the first time at which its error exceeds a limit, with what is not known about it.
+"""How long a path can be trusted: the first time at which its error exceeds a limit, and how uncertain that time is.
 
-The error of a run is not known, only its distance d to a better solution, whose own error is at most u. The truth is
-then between d - u and d + u, and so is the time at which it exceeds a limit.
+The error of a run is not known. Known is its distance d from a better solution, whose own error is at most u. So the
+true error is between d - u and d + u, which gives a range of times.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ import numpy as np
 
 from mbproj.arrays import Array, Flags
 
-#: Horizons count as settled where their range is at most this part of them.
+#: A horizon is settled where its range is at most this part of it.
 SETTLED = 0.05
 
 
@@ -27,7 +27,7 @@ class Horizons:
 
 
 def settled(low: Array, high: Array, time: Array) -> Flags:
-    """Which ranges of horizons are narrow, by the interval of the times or by themselves."""
+    """Which ranges of horizons are narrow, compared with the sampling interval or with the time itself."""
     narrow = np.maximum(SETTLED * high, 1.5 * (time[1] - time[0]))
     with np.errstate(invalid="ignore"):
         near: Flags = (low == high) | (np.isfinite(high) & (high - low <= narrow))
@@ -35,9 +35,8 @@ def settled(low: Array, high: Array, time: Array) -> Flags:
 
 
 def horizons(time: Array, distance: Array, uncertainty: Array, limits: Array) -> Horizons:
-    """Of distances (T, k) to a better solution with errors (T, k), at times (T), for limits (E), all in m.
-
-    A distance that is not a number is not known."""
+    """The horizons from distances (T, k) to a better solution with errors (T, k), at times (T), for limits (E), all in
+    m. A NaN distance is unknown."""
     with np.errstate(invalid="ignore"):
         bounds = (distance, np.nan_to_num(distance + uncertainty, nan=np.inf), distance - uncertainty)
     return Horizons(*(np.stack([_first_above(time, bound, limit) for limit in limits], axis=-1) for bound in bounds))

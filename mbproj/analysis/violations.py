@@ -20,7 +20,7 @@ class Peak:
 
 
 def peak(time: Array, values: Array, name: str) -> Peak:
-    """The largest of `values` (T), T >= 1; a NaN counts as larger than any number."""
+    """The largest of `values` (T), T >= 1. NaN counts as larger than any number."""
     row = int(np.argmax(values))
     return Peak(float(values[row]), float(time[row]), name)
 

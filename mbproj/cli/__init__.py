@@ -1,4 +1,4 @@
-"""The command line: `mbproj COMMAND`. One command a file, loaded when it is asked for."""
+"""The command line: `mbproj COMMAND`. Each command has a file, which is loaded when the command is used."""
 
 from mbproj.cli.main import main
 

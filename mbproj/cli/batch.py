@@ -93,7 +93,7 @@ def command(
 
 @contextmanager
 def _tasks(scenes: list[Path], keep: Path | None) -> Iterator[list[Task]]:
-    """The scenes with where their results go: to be kept, or for as long as the block runs."""
+    """The scenes and the paths of their results, which are kept, or removed when the block ends."""
     from tempfile import TemporaryDirectory
 
     from mbproj.studies.batch import tasks

@@ -1,4 +1,4 @@
-"""What a batch did: a table that grows while it goes on, in the order of the scenes, and one object for a program."""
+"""What a batch did: a table that grows in the order of the scenes, and one object for a program."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ class Rows:
             self._next += 1
 
     def finish(self, results: Mapping[int, SceneResult]) -> None:
-        """Print what is left, with the scenes that were not run, and the sums."""
+        """Print the remaining rows, with the scenes that did not run, and the totals."""
         for number in range(self._next, len(self._scenes)):
             if number in results:
                 self._row(results[number])
@@ -69,7 +69,7 @@ class Rows:
 
 
 def record(results: Sequence[SceneResult], scenes: Sequence[str], code: ExitCode) -> dict[str, Any]:
-    """What --json prints. `not_run` are scenes that an interruption left."""
+    """What --json prints. `not_run`: the scenes left when the batch was interrupted."""
     return {
         "exit_code": int(code),
         **_counts(results),

@@ -91,7 +91,8 @@ def command(scene: str, settings: tuple[str, ...], as_json: bool, **options: Any
 
 
 def _degrees_of_freedom(ranks: Mobility | None, choice: Choice | None) -> int | None:
-    """From the rank, or from the kernel's equations where that is not computed; None where neither is known."""
+    """The degrees of freedom from the rank, or from the kernel where the rank is not computed; None where neither is
+    known."""
     if ranks is not None:
         return ranks.degrees_of_freedom
     return None if choice is None else choice.degrees_of_freedom
@@ -162,7 +163,7 @@ def _driven(scene: Scene) -> str:
 
 
 def _number(value: float) -> str:
-    """A coordinate or speed as one reads it: what is round-off is 0."""
+    """A coordinate or speed for a reader: round-off is shown as 0."""
     return "0" if abs(value) < 1e-12 else f"{value:.6g}"
 
 
@@ -175,7 +176,7 @@ def _loads(scene: Scene) -> str:
 
 
 def _formulation(scene: Scene, facts: dict[str, Any]) -> list[str]:
-    """What is computed in, why, and in which order the equations are eliminated."""
+    """The formulation, the reason for it, and the order in which the equations are eliminated."""
     if facts["formulation"] is None:
         return []
     lines = [

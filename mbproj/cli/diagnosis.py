@@ -1,4 +1,5 @@
-"""What `check` says of the rows of C: which depend on each other, what that leaves open, how far singular poses are."""
+"""What `check` says about the rows of C: which depend on each other, which reactions are then not unique, how far away
+singular poses are."""
 
 from __future__ import annotations
 
@@ -17,7 +18,7 @@ from mbproj.dynamics.uniqueness import unique_components
 from mbproj.errors import Problem
 from mbproj.model import System
 
-#: Loops, and joints and rows of each, that are listed; --json has all.
+#: How many loops are listed, and how many joints and rows of each; --json has all.
 MOST_SETS, MOST_WORDS = 12, 8
 WHERE = {
     True: "along the whole motion",
@@ -28,7 +29,8 @@ WHERE = {
 
 @dataclass(frozen=True, eq=False)
 class Diagnosis:
-    """Dependent sets, motions without mass, conditions, and the open components of reactions by joint, as "Fy Tx"."""
+    """Dependent sets of rows, motions without mass, condition numbers, and by joint the components of its reaction that
+    are not unique ("Fy Tx")."""
 
     redundancy: Redundancy
     massless: tuple[MasslessMotion, ...]
@@ -36,7 +38,7 @@ class Diagnosis:
     not_unique: dict[str, str]
 
     def problems(self, system: System, *, runs: bool) -> list[Problem]:
-        """What of it keeps the mechanism from running, or makes a run wrong where the equations can be solved."""
+        """The problems that keep the mechanism from running, or make a run wrong where the equations can be solved."""
         massless = [massless_problem(system, self.massless)] if self.massless else []
         return [*problems_of(system, self.redundancy, runs=runs), *massless]
 
@@ -55,7 +57,7 @@ class Diagnosis:
         }
 
     def lines(self) -> Iterator[str]:
-        """The same for a reader: one line where nothing is special."""
+        """The diagnosis for a reader: one line where nothing is special."""
         for permanent, where in WHERE.items():
             sets = [entry for entry in self.redundancy.sets if entry.permanent is permanent]
             if sets:
@@ -70,7 +72,7 @@ class Diagnosis:
 
     @property
     def verdict(self) -> str:
-        """How far the pose is from a singular one, in words."""
+        """How near the pose is to a singular one, in words."""
         passing = any(entry.permanent is False for entry in self.redundancy.sets)
         return "the pose is singular" if passing else self.conditioning.words
 
@@ -100,7 +102,7 @@ def diagnose(system: System, state: State) -> Diagnosis:
 
 
 def _sets(sets: list[DependentSet], where: str) -> Iterator[str]:
-    """The sets gathered by their joints, a line for each loop; --json has them one by one."""
+    """The sets, grouped by their joints: one line for each loop. --json has them one by one."""
     rows = "1 row follows from others" if len(sets) == 1 else f"{len(sets)} rows follow from others"
     odds = sum(entry.contradictory for entry in sets)
     yield f"  {rows} {where}, {'without contradiction' if not odds else f'{odds} in contradiction'}:"

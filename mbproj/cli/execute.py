@@ -1,4 +1,4 @@
-"""What `run` and `rerun` share: from a scene that was read to a results file and a summary."""
+"""What `run` and `rerun` share: they simulate a scene, write its results file and print a summary."""
 
 from __future__ import annotations
 
@@ -33,9 +33,8 @@ def execute(
     as_json: bool,
     quiet: bool,
 ) -> None:
-    """Simulates `scene`, which the summary calls `name`, writes `output`, and prints what is asked for. `certified`:
-    the limits of the error (m) for which to say how long the run can be trusted; `facts`: what else the results file
-    and --json are to say."""
+    """Simulates `scene`, writes `output` and prints the summary, which calls the scene `name`. `certified`: the errors
+    (m) for which to say how long the run can be trusted; `facts`: what else the results file and --json contain."""
     from mbproj.cli import expectations
     from mbproj.cli.progress import progress_bar
     from mbproj.cli.summary import print_summary
@@ -78,7 +77,7 @@ def execute(
 
 
 def _expected(scene: Scene, output: str) -> list[Outcome]:
-    """What the scene expects, held against the results; nothing is read where it expects nothing."""
+    """The outcomes of the scene's expectations; the results are read only where it has some."""
     if not scene.expectations:
         return []
     from mbproj.analysis import outcomes
@@ -96,7 +95,7 @@ def _certified(
     progress: Progress | None,
     limits: Sequence[float],
 ) -> tuple[Report, Trust]:
-    """The run and its certificate, whose progress is shown where that of the run is."""
+    """The run and its certificate. Progress is shown for both or for neither."""
     from mbproj.cli.progress import telling
     from mbproj.scene import settings_to_run
     from mbproj.studies.certified import simulate_certified
@@ -110,8 +109,8 @@ def _certified(
 
 @contextmanager
 def _what_is_kept(name: str, output: str, *, as_json: bool, quiet: bool) -> Iterator[None]:
-    """Says where the results of a run are that did not end well, and how far they can be trusted where it was to be
-    certified; a program gets its object all the same."""
+    """Where a run fails or is interrupted: says where its results are, and how far they can be trusted if it was to be
+    certified. --json prints its object in this case too."""
     from mbproj.cli.trust import as_numbers, lines_on
     from mbproj.results import open_results
 

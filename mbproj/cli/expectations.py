@@ -1,4 +1,4 @@
-"""What a scene expects, and what a run says to it, in words and for a program."""
+"""What a scene expects and what its run measured, in words and for a program."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ def wanted(expected: Expectation) -> str:
 
 
 def error_words(outcome: Outcome) -> str:
-    """How far off it is against what is allowed: "2.3e-07 of 1e-06 m"; of a bound, what was reached against it."""
+    """The error and the error allowed: "2.3e-07 of 1e-06 m"; for a bound, the value reached and the bound."""
     expected, unit = outcome.expectation, f" {outcome.expectation.unit}" if outcome.expectation.unit else ""
     if outcome.measured is None:
         return "no such sample"
@@ -60,7 +60,7 @@ def summary_lines(outcomes: Sequence[Outcome]) -> Iterator[str]:
 
 
 def record(outcome: Outcome) -> dict[str, Any]:
-    """The outcome for a program to read; what is not finite is None."""
+    """The outcome for a program; None for numbers that are not finite."""
     expected = outcome.expectation
     return {
         "name": expected.name,

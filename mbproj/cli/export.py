@@ -1,4 +1,4 @@
-"""`mbproj export`: results as CSV tables, for whatever reads no HDF5."""
+"""`mbproj export`: results as CSV tables, for programs that do not read HDF5."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ OTHER_DIRECTORY = "choose another directory with -o"
 
 @click.command("export")
 @click.argument("results", type=click.Path(path_type=Path))
-@click.option("-o", "--output", "folder", default=".", type=click.Path(path_type=Path), help="Directory (.).")
+@click.option("-o", "--output", "folder", default=".", type=click.Path(path_type=Path), help="Output directory [default: .].")
 @click.option("--table", "chosen", multiple=True, metavar="NAME", help="Only this table, e.g. body-crank; repeatable.")
 @click.option("--list", "only_list", is_flag=True, help="List the tables, write nothing.")
 @force_option

@@ -16,7 +16,7 @@ from mbproj.cli.verification import lines as verification_lines
 if TYPE_CHECKING:
     from mbproj.results import Results
 
-#: Attributes that the text shows in its own words; so it does those that are computed from the samples too.
+#: Attributes that the text shows in words, as it does what is computed from the samples.
 SHOWN_ELSEWHERE = ("format", "date", "host")
 
 
@@ -74,7 +74,7 @@ def _json(contents: Mapping[str, Any]) -> str:
 
 
 def _finite(value: Any) -> Any:
-    """`value` with None for what JSON cannot say: infinity and not a number."""
+    """`value` with None in place of infinity and NaN, which JSON does not have."""
     if isinstance(value, Mapping):
         return {key: _finite(part) for key, part in value.items()}
     if isinstance(value, list | tuple):

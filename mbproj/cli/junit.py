@@ -1,6 +1,9 @@
-"""JUnit's XML in the dialect that Jenkins, GitLab and GitHub's actions read: a testsuite a scene, a testcase an
-expectation. GitLab shows a testcase's `classname` as its suite, and Jenkins groups by it: that is the scene as well. A
-testsuite's property `formulation` is the one that ran."""
+"""JUnit XML as Jenkins, GitLab and GitHub's actions read it: one testsuite for each scene, one testcase for each
+expectation.
+
+GitLab shows a testcase's `classname` as its suite, and Jenkins groups by it, so it names the scene too. The property
+`formulation` of a testsuite is the one that ran.
+"""
 
 from __future__ import annotations
 
@@ -19,13 +22,13 @@ if TYPE_CHECKING:
     from mbproj.analysis import Outcome
     from mbproj.studies.batch import SceneResult
 
-#: What XML 1.0 cannot say, escaped or not.
+#: Characters that XML 1.0 does not allow, not even escaped.
 UNPRINTABLE = re.compile("[^\t\n\r\x20-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
 
 
 def junit(results: Sequence[SceneResult], not_run: Sequence[Path] = ()) -> str:
-    """The results as XML. The first testcase of each scene, "runs", is in error where the scene could not run, and
-    skipped for the scenes that an interruption left."""
+    """The results as XML. The first testcase of each scene, "runs", is an error where the scene could not run, and
+    skipped where the batch was interrupted before."""
     root = Xml.Element("testsuites", name="mbproj batch")
     for result in results:
         root.append(_suite(result))
@@ -78,7 +81,7 @@ def _case(suite: Xml.Element, scene: Path, name: str, seconds: float) -> Xml.Ele
 
 
 def _whole(outcome: Outcome) -> str:
-    """All there is to say about an expectation that falls short."""
+    """The full message of an expectation that is not met."""
     expected, measured = outcome.expectation, outcome.measured
     found = "nothing" if measured is None else ", ".join(f"{value:.17g}" for value in measured)
     lines = [
@@ -92,5 +95,5 @@ def _whole(outcome: Outcome) -> str:
 
 
 def _text(text: str) -> str:
-    """The text as XML can say it, and nothing in it that commands the terminal of who looks at the file."""
+    """The text without characters that XML does not allow or that control a terminal."""
     return UNPRINTABLE.sub("?", escaped_text(text))

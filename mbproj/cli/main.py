@@ -33,7 +33,7 @@ class CommandsOnDemand(click.Group):
         return command
 
 
-#: `color`: click drops what looks like a colour where none is shown, and file names with it; `Stream` shows it instead.
+#: `color`: click would drop colour codes, and parts of file names that look like them; `Stream` escapes them instead.
 SETTINGS = {"help_option_names": ["-h", "--help"], "max_content_width": 120, "color": True}
 
 
@@ -78,7 +78,7 @@ def _exit_code() -> int:
 
 
 def _show_notes() -> None:
-    """What mbproj warns of becomes a line, which --quiet hides; other warnings stay as they are."""
+    """Warnings of mbproj become a line on stderr, which --quiet hides; other warnings stay as they are."""
     others = warnings.showwarning
 
     def show(message: Warning | str, category: type[Warning], *place: Any, **more: Any) -> None:

@@ -32,7 +32,7 @@ def _options(command: Callable[..., Any]) -> Callable[..., Any]:
 
 
 def _defaults(name: str) -> str:
-    """What it is where it is not given, by template."""
+    """The default of an option, by template."""
     found = {kind: template.defaults[name] for kind, template in TEMPLATES.items() if name in template.defaults}
     if len(set(found.values())) == 1:
         return f"[default: {next(iter(found.values()))}; {', '.join(found)}]"

@@ -24,8 +24,8 @@ KINDS_HELP = "; ".join(f"{name}: {kind.summary}" for name, kind in KINDS.items()
 @click.command("plot")
 @click.argument("results", nargs=-1, required=True, type=click.Path(path_type=Path))
 @click.option("--kind", "kinds", multiple=True, metavar="KIND", help=f"Only this kind, repeatable. {KINDS_HELP}.")
-@click.option("-o", "--output", "directory", default=".", type=click.Path(path_type=Path), help="Directory (.).")
-@click.option("--format", "file_format", default="png", type=click.Choice(["png", "svg", "pdf"]), help="Format (png).")
+@click.option("-o", "--output", "directory", default=".", type=click.Path(path_type=Path), help="Output directory [default: .].")
+@click.option("--format", "file_format", default="png", type=click.Choice(["png", "svg", "pdf"]), help="Format [default: png].")
 @click.option("--label", "labels", multiple=True, metavar="TEXT", help="Name in the legend, once for each RESULTS.")
 @click.option("--from", "start", type=float, metavar="T", help="Begin at this time in s.")
 @click.option("--to", "stop", type=float, metavar="T", help="End at this time in s.")
@@ -97,7 +97,8 @@ def _select(
     markers: Sequence[str],
     joints: Sequence[str],
 ) -> list[Results]:
-    """The window and the names asked for; a name must be in one of the results, and a sample in each."""
+    """The time window and the names asked for. Each name must be in one of the results, and each result must have a
+    sample."""
     from math import inf
 
     from mbproj.results.faults import no_such_name
@@ -131,7 +132,8 @@ def _nothing(results: Results, low: float, high: float) -> InputError:
 
 
 def _applicable(kinds: Sequence[str], reasons: dict[str, str | None]) -> list[str]:
-    """The kinds to draw. One asked for that does not apply is an error; of all kinds, it is left out with a note."""
+    """The kinds to draw. A kind that does not apply is an error where it was asked for, and otherwise left out with a
+    note."""
     for kind in kinds:
         if reasons[kind]:
             raise InputError(Problem(f"--kind {kind}: {reasons[kind]}", hint=_hint(reasons)))
@@ -144,7 +146,7 @@ def _applicable(kinds: Sequence[str], reasons: dict[str, str | None]) -> list[st
 
 
 def _worth_it(applicable: Sequence[str], reasons: dict[str, str | None]) -> list[str]:
-    """Those that show anything; of the others a note says why not."""
+    """The kinds that show something; a note says why others do not."""
     for kind in applicable:
         if reasons[kind]:
             click.echo(f"note: no picture '{kind}': {reasons[kind]}", err=True)

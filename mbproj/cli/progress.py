@@ -1,4 +1,4 @@
-"""How far a command is, on stderr: on a terminal a line that is renewed, elsewhere a line now and then."""
+"""How far a command is, on stderr: on a terminal one line that is renewed, elsewhere a new line from time to time."""
 
 from __future__ import annotations
 
@@ -23,9 +23,8 @@ RENEWED, REPEATED = 1.0, 30.0
 
 
 class Line:
-    """What a command is at, the time that it has taken, and the time left where that is known. `clock` gives s.
-
-    Where no terminal is, the first line is due after `REPEATED`: short commands write none."""
+    """What a command is doing, the time it has taken, and the time left if known. `clock` gives s. Without a terminal
+    the first line appears after `REPEATED` s, so that short commands write none."""
 
     def __init__(self, stream: TextIO, clock: Callable[[], float] = monotonic) -> None:
         self.on_terminal = stream.isatty()
@@ -34,7 +33,7 @@ class Line:
         self._words, self._end = "", 0.0
 
     def say(self, words: str, left: float = 0.0) -> None:
-        """What goes on from now on, and how many s it takes; 0 where nobody knows."""
+        """The phase that begins now, and how many s it takes; 0 if unknown."""
         with self._lock:
             self._words, self._end = words, self._clock() + left
             if self.on_terminal or self._is_due():
@@ -70,7 +69,7 @@ class Line:
 
 @contextmanager
 def _line() -> Iterator[Line]:
-    """A line on stderr that goes on while what it tells of takes long."""
+    """A line on stderr, shown for as long as the work takes."""
     shown, over = Line(commanding(sys.stderr)), Event()
 
     def go_on() -> None:
@@ -93,7 +92,7 @@ class Telling:
         self._first: dict[str, tuple[float, int]] = {}
 
     def __call__(self, phase: str, done: int, whole: int) -> None:
-        """Says how much of a phase is done. What was done when it was first told of took none of the time since."""
+        """Says how much of a phase is done. What was done before the first call took none of the time since."""
         now = self._clock()
         begun, before = self._first.get(phase, (now, done))
         if done <= before:

@@ -51,7 +51,7 @@ def command(
 
 
 def _accurate(scene: Scene, accuracy: float, given: dict[str, str], hidden: bool) -> tuple[Scene, dict[str, Any]]:
-    """The scene with the cheapest settings for an error, and what is known of it; for --json and the results file."""
+    """The scene with the cheapest settings for an error, and facts about them for --json and the results file."""
     from dataclasses import replace
 
     from mbproj.cli.progress import telling

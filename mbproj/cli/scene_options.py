@@ -1,6 +1,6 @@
-"""The options that commands on a scene share: --set, and one for each key of the scene's `simulation` block.
+"""The options that commands on a scene share: --set, and one for each key of the `simulation` block.
 
-They are handed to the reader as text, which reads them by the same rules as the scene, units and did-you-mean included.
+The reader gets their text and reads it by the rules of the scene, with units and suggestions.
 """
 
 from __future__ import annotations
@@ -54,7 +54,7 @@ def scene_options(command: Command) -> Command:
 
 
 def overrides(options: Mapping[str, Any]) -> dict[str, str]:
-    """The simulation keys that were given on the command line, out of a command's parameters."""
+    """The simulation keys given on the command line, from a command's parameters."""
     keys = [option.removeprefix("--").replace("-", "_") for option, _, _ in _OPTIONS]
     return {key: options[key] for key in keys if options.get(key) is not None}
 

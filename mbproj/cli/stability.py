@@ -1,4 +1,4 @@
-"""`mbproj stability`: where each method holds, degrades and fails over one quantity that is varied."""
+"""`mbproj stability`: the values of one quantity at which each method holds, degrades and fails."""
 
 from __future__ import annotations
 
@@ -127,8 +127,8 @@ def _setting(found: StabilityMap) -> str:
 
 
 def _intervals(track: Track) -> list[list[str]]:
-    """A line for each stretch of one state: from, to, and the first thing that goes wrong at its end nearer to where
-    the method holds."""
+    """A line for each interval of one state: from, to, and the first fault at the end that is nearer to where the
+    method holds."""
     edges = [track.points[0].value, *(change.value for change in track.changes), track.points[-1].value]
     starts = [track.points[0], *(change.above for change in track.changes)]
     ends = [*(change.below for change in track.changes), track.points[-1]]

@@ -1,5 +1,5 @@
-"""stdout and stderr as commands find them. Nothing that they show commands the terminal, whatever a name holds;
-every encoding takes every text; and one that is closed, full or no longer read does not end in a traceback."""
+"""stdout and stderr for commands. Names from files cannot control the terminal, every encoding takes every text, and a
+stream that is closed, full or no longer read causes no traceback."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ class StreamError(MbprojError):
 
 
 class Stream(io.TextIOWrapper):
-    """A stream that escapes what would command a terminal. `descriptor`: where its bytes go."""
+    """A stream that escapes control characters for a terminal. `descriptor`: where its bytes go."""
 
     def __init__(self, binary: Any, encoding: str, name: str, descriptor: int) -> None:
         super().__init__(binary, encoding=encoding, errors=IN_OTHER_WORDS, line_buffering=binary.isatty())
@@ -53,8 +53,8 @@ class Stream(io.TextIOWrapper):
             self._fail(error)
 
     def _fail(self, error: OSError) -> int:
-        """From here on nothing is written. The work goes on where nobody reads any more (`| head`), and where it is
-        messages that cannot be written: there is nowhere to say so. Raises StreamError else."""
+        """Stop writing. The work goes on where nobody reads any more (`| head`), and where messages cannot be written.
+        Raises StreamError otherwise."""
         nowhere = os.open(os.devnull, os.O_WRONLY)
         os.dup2(nowhere, self._descriptor)
         os.close(nowhere)
@@ -64,7 +64,7 @@ class Stream(io.TextIOWrapper):
 
 
 def commanding(stream: TextIO) -> TextIO:
-    """The stream for what is to command the terminal: progress that is written over itself."""
+    """The stream for what may control the terminal: progress that overwrites itself."""
     return cast("TextIO", _Commands(stream))
 
 
@@ -86,8 +86,9 @@ def protect_streams() -> None:
 
 
 def _open_missing() -> None:
-    """Opens what of stdin, stdout and stderr is closed: the next file that is opened, a results file, would take its
-    number, and be written into by whoever prints. Nothing can be read from or written to it, but stderr is silent."""
+    """Opens those of stdin, stdout and stderr that are closed. Otherwise the next file opened, a results file, would
+    take its number, and messages would be written into it. Nothing can be read from or written to them; stderr stays
+    silent."""
     for descriptor, mode in enumerate((os.O_WRONLY, os.O_RDONLY, os.O_WRONLY)):
         try:
             os.fstat(descriptor)

@@ -41,8 +41,8 @@ def milliseconds(seconds: float) -> str:
 
 
 class StudyFiles:
-    """The table DIR/<stem>.csv and the figure DIR/<stem>.<ending> of a study, whose table begins with the columns
-    `first`. Raises InputError at once where they could not be written when the work is done."""
+    """The table DIR/<stem>.csv and the figure DIR/<stem>.<ending> of a study; `first` are the first columns of the
+    table. Raises InputError before the work begins if they cannot be written."""
 
     def __init__(self, folder: Path, stem: str, ending: str, first: tuple[str, str], force: bool) -> None:
         self.stem = make_folder(folder, OTHER_FOLDER) / stem

@@ -25,13 +25,13 @@ fresh = click.option("--fresh", is_flag=True, help="Start over: use nothing of a
 
 def projections(default: str) -> Callable[[Command], Command]:
     """Several methods by name; `default` says which are taken otherwise."""
-    text = f"Of {', '.join(PROJECTIONS)} ({default})."
+    text = f"Of {', '.join(PROJECTIONS)} [default: {default}]."
     return click.option("--projections", type=Names(), metavar="A,B,..", help=text)
 
 
 def integrators(default: str) -> Callable[[Command], Command]:
     """Several integrators by name; `default` says which are taken otherwise."""
-    text = f"Of {', '.join(known_integrators())} ({default})."
+    text = f"Of {', '.join(known_integrators())} [default: {default}]."
     return click.option("--integrators", type=Names(), metavar="A,B,..", help=text)
 
 
@@ -39,9 +39,9 @@ force = click.option("--force", is_flag=True, help="Replace files that mbproj di
 
 
 def files(command: Command) -> Command:
-    """Where tables and figures go, `output`, the figures' format, `ending`, and whether to replace what is not ours."""
+    """The options -o (`output`), --format (`ending`) and --force, which replaces files that mbproj did not write."""
     command = force(command)
     formats = click.Choice(["png", "svg", "pdf"])
-    command = click.option("--format", "ending", default="png", type=formats, help="Format (png).")(command)
+    command = click.option("--format", "ending", default="png", type=formats, help="Format [default: png].")(command)
     folder = click.Path(path_type=Path)
-    return click.option("-o", "--output", default=".", type=folder, metavar="DIR", help="Directory (.).")(command)
+    return click.option("-o", "--output", default=".", type=folder, metavar="DIR", help="Output directory [default: .].")(command)

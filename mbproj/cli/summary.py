@@ -19,11 +19,11 @@ from mbproj.scene.records import Settings
 if TYPE_CHECKING:
     from mbproj.analysis import Outcome
 
-#: Relative energy drift from which on a run is told that its step may be too large.
+#: Relative energy drift above which a note says that the motion may be wrong.
 SUSPICIOUS_DRIFT = 1e-4
-#: Violation from which on a run is told that its joints were open, as a part of the coordinates that enter the rows.
+#: Violation above which a note says that joints were open, relative to the coordinates that enter the rows.
 FAR_OPEN = 1e-4
-#: Every 64th step is timed: shares of the time are shown where ten are.
+#: Every 64th step is timed. Shares of the time need ten of them.
 ENOUGH_STEPS = 640
 
 
@@ -35,8 +35,8 @@ def print_summary(
     trust: Trust | None = None,
     outcomes: Sequence[Outcome] = (),
 ) -> None:
-    """The summary for a reader, with what a certificate says and the `outcomes` of the scene's expectations, on stdout;
-    what should worry him, on stderr."""
+    """Prints the summary for a reader on stdout, with the certificate and the `outcomes` of the scene's expectations,
+    and warnings on stderr."""
     counts, settings = report.counters, report.settings
     seconds = report.integration_seconds
     lines = [
@@ -109,7 +109,7 @@ def _redundant(report: Report) -> str:
 
 
 def _fallbacks(counts: dict[str, int]) -> str:
-    """How often another metric than the method's own was taken, where that was allowed."""
+    """How often a projection fell back on gopm's metric, where that was allowed."""
     return f", {counts['projection_fallbacks']} in gopm's metric" if counts["projection_fallbacks"] else ""
 
 
@@ -135,7 +135,7 @@ def _worst(violation: Worst) -> str:
 
 
 def _velocity_floor(report: Report) -> str:
-    """What round-off leaves of C', but where velocities are round-off themselves."""
+    """What round-off leaves of C'; nothing moves where the velocities are round-off themselves."""
     floor, duration = report.velocity_floor, report.settings.duration or 0.0
     if floor * duration <= AT_REST * EPSILON * report.position_floor:
         return "nothing moves"

@@ -1,4 +1,4 @@
-"""`mbproj threshold`: from which violation on a projection is worth while."""
+"""`mbproj threshold`: the violation above which a projection is worth its cost."""
 
 from __future__ import annotations
 

@@ -110,7 +110,7 @@ def _report(found: Tradeoff) -> Iterator[str]:
         yield from _own(found, found.own)
 
 
-#: Errors above this part of the mechanism's size are not worth a line.
+#: Errors above this part of the mechanism's size get no line.
 WORTHLESS = 0.1
 HEADINGS = ["is", "|C|", "CPU, ms", "spread", "evaluations", "projections", "setting"]
 

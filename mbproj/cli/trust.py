@@ -15,7 +15,7 @@ MAX_LIMITS, MAX_POINTS = 8, 8
 
 
 def as_numbers(trust: Trust) -> dict[str, Any]:
-    """One object for --json; None for a time that does not come, and for a growth that cannot be told."""
+    """One object for --json; None for a time that does not come, and for a growth that is unknown."""
     times = ("horizon", "horizon_low", "horizon_high")
     points = {
         name: {
@@ -32,7 +32,7 @@ def as_numbers(trust: Trust) -> dict[str, Any]:
 
 
 def lines_on(trust: Trust) -> Iterator[str]:
-    """The times at which errors exceed limits, a row a point; limits that nothing reaches are left out."""
+    """The times at which errors exceed limits, one row for each point; limits that no error reaches are left out."""
     yield f"  how far to trust it, by {trust.solution}"
     limits = enumerate(trust.limits.tolist())
     reached = [(column, limit) for column, limit in limits if trust.horizon_low[:, column].min() < inf][-MAX_LIMITS:]
