@@ -15,7 +15,9 @@ OTHER_DIRECTORY = "choose another directory with -o"
 
 @click.command("export")
 @click.argument("results", type=click.Path(path_type=Path))
-@click.option("-o", "--output", "folder", default=".", type=click.Path(path_type=Path), help="Output directory [default: .].")
+@click.option(
+    "-o", "--output", "folder", default=".", type=click.Path(path_type=Path), help="Output directory [default: .]."
+)
 @click.option("--table", "chosen", multiple=True, metavar="NAME", help="Only this table, e.g. body-crank; repeatable.")
 @click.option("--list", "only_list", is_flag=True, help="List the tables, write nothing.")
 @force_option

@@ -24,8 +24,12 @@ KINDS_HELP = "; ".join(f"{name}: {kind.summary}" for name, kind in KINDS.items()
 @click.command("plot")
 @click.argument("results", nargs=-1, required=True, type=click.Path(path_type=Path))
 @click.option("--kind", "kinds", multiple=True, metavar="KIND", help=f"Only this kind, repeatable. {KINDS_HELP}.")
-@click.option("-o", "--output", "directory", default=".", type=click.Path(path_type=Path), help="Output directory [default: .].")
-@click.option("--format", "file_format", default="png", type=click.Choice(["png", "svg", "pdf"]), help="Format [default: png].")
+@click.option(
+    "-o", "--output", "directory", default=".", type=click.Path(path_type=Path), help="Output directory [default: .]."
+)
+@click.option(
+    "--format", "file_format", default="png", type=click.Choice(["png", "svg", "pdf"]), help="Format [default: png]."
+)
 @click.option("--label", "labels", multiple=True, metavar="TEXT", help="Name in the legend, once for each RESULTS.")
 @click.option("--from", "start", type=float, metavar="T", help="Begin at this time in s.")
 @click.option("--to", "stop", type=float, metavar="T", help="End at this time in s.")

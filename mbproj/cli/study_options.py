@@ -44,4 +44,6 @@ def files(command: Command) -> Command:
     formats = click.Choice(["png", "svg", "pdf"])
     command = click.option("--format", "ending", default="png", type=formats, help="Format [default: png].")(command)
     folder = click.Path(path_type=Path)
-    return click.option("-o", "--output", default=".", type=folder, metavar="DIR", help="Output directory [default: .].")(command)
+    return click.option(
+        "-o", "--output", default=".", type=folder, metavar="DIR", help="Output directory [default: .]."
+    )(command)
