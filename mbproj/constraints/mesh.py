@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from abc import abstractmethod
 from dataclasses import dataclass
 from typing import final
 
@@ -15,9 +16,24 @@ from mbproj.constraints.primitive import Primitive
 _ALONG, _ANGLE = Along(), Angle()
 
 
+class Mesh(Primitive):
+    """A weighed sum of two joint coordinates, one on the first three slots and one on the others, less the nearest
+    multiple of a period: one tooth, or one thread. Who counts the turns of angles knows which multiple it is."""
+
+    @property
+    @abstractmethod
+    def weights(self) -> tuple[float, float]:
+        """What the two coordinates count in the row."""
+
+    @property
+    @abstractmethod
+    def period(self) -> float:
+        """One tooth or thread, in the unit of the row."""
+
+
 @final
 @dataclass(frozen=True)
-class Screw(Primitive):
+class Screw(Mesh):
     """C = s - pitch φ / 2π in metres, with the displacement s along z1 and the angle φ about it, to the nearest thread.
 
     `pitch` is the advance a turn in m, positive for a right-handed screw. Slots: z1, p1, p2 of s; x1, y1, x2 of φ.
@@ -35,6 +51,14 @@ class Screw(Primitive):
         """The advance a radian, m."""
         return self.pitch / (2.0 * np.pi)
 
+    @property
+    def weights(self) -> tuple[float, float]:
+        return 1.0, -self.lead
+
+    @property
+    def period(self) -> float:
+        return abs(self.pitch)
+
     def value(self, x: Numbers) -> Numbers:
         return self.lead * _nearest(_ALONG.value(x[..., :3, :]) / self.lead - _ANGLE.value(x[..., 3:, :]))
 
@@ -49,7 +73,7 @@ class Screw(Primitive):
 
 @final
 @dataclass(frozen=True)
-class Gear(Primitive):
+class Gear(Mesh):
     """C = (n1 φ1 + n2 φ2) / max(|n1|, |n2|) in radians, to the nearest tooth, for wheels of n1 and n2 `teeth`.
 
     φ1 and φ2 are the angles of two joints; opposite signs of n1 and n2 make an internal gear or a belt. Slots: x1, y1,
@@ -70,9 +94,12 @@ class Gear(Primitive):
 
     @property
     def weights(self) -> tuple[float, float]:
-        """What the two angles count in the row."""
         first, second = self.teeth
         return first / self.larger, second / self.larger
+
+    @property
+    def period(self) -> float:
+        return 2.0 * np.pi / self.larger
 
     def value(self, x: Numbers) -> Numbers:
         first, second = self.teeth

@@ -22,6 +22,7 @@ from mbproj.dynamics.kinematics import (
     twist_of,
 )
 from mbproj.dynamics.motions import Drive, drive_at
+from mbproj.dynamics.teeth import to_the_tooth
 from mbproj.model.primitive_set import PrimitiveSet
 from mbproj.model.system import System
 
@@ -29,11 +30,15 @@ from mbproj.model.system import System
 def constraint(system: System, pose: Pose, drive: Drive | None = None) -> Numbers:
     """C of Eqs. 2-4, (..., m): norm rows ΛᵀΛ - 1, then the joints' rows and the motions', in m or rad.
 
-    `drive` is what the motions prescribe, `drive_at(system, t)`: needed where the system has any, here and below.
+    `drive` is what the motions prescribe, `drive_at(system, t)`: needed where the system has any, here and below. It
+    may name the teeth in mesh; else gears and screws close to the nearest ones.
     """
     orientation = pose.orientation[..., :-1, :]
     norms = np.sum(orientation * orientation, axis=-1) - 1.0
-    rows = [norms, system.joints.value(attached(pose, *slots_of(system.joints)))]
+    joints = system.joints.value(attached(pose, *slots_of(system.joints)))
+    if drive is not None and drive.teeth is not None:
+        joints = to_the_tooth(system, pose, drive.teeth, joints)
+    rows = [norms, joints]
     if system.motions is not None:
         rows.append(_excess(system.motions.rows, pose, _known(drive)))
     return np.concatenate(rows, axis=-1)

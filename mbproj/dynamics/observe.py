@@ -32,6 +32,7 @@ from mbproj.dynamics.kinematics import (
 )
 from mbproj.dynamics.motions import Drive, drive_at
 from mbproj.dynamics.samples import Samples
+from mbproj.dynamics.teeth import Teeth, sums_at_start
 from mbproj.model.euler_parameters import product, rotation_matrix
 from mbproj.model.system import System
 
@@ -39,13 +40,14 @@ from mbproj.model.system import System
 Block = Mapping[str, npt.NDArray[Any]]
 
 
-def observe(system: System, samples: Samples, initial_energy: float) -> Block:
-    """Everything recorded at these samples; `initial_energy` in J is what the energy balance starts from."""
+def observe(system: System, samples: Samples, start: State) -> Block:
+    """Everything recorded at these samples of a run from `start`, from where the energy balance and teeth count."""
     pose = pose_of(samples.q)
     twist = twist_of(pose, samples.v)
     change = twist_of(pose, samples.acceleration)
-    drive = drive_at(system, samples.t)
-    joints = _joints(system, pose, twist, samples)
+    drive = drive_at(system, samples.t, _teeth(system, pose, samples, start))
+    C = constraint(system, pose, drive)
+    joints = _joints(system, pose, twist, samples, C[:, system.bodies :][:, : system.joints.size])
     laws = _law_state(system, pose, twist, samples.t, joints["joints/coordinate"])
     return {
         "time": samples.t,
@@ -53,9 +55,9 @@ def observe(system: System, samples: Samples, initial_energy: float) -> Block:
         **_points("markers", pose, twist, change, system.marker_body, system.marker_local),
         **joints,
         **_laws(samples, laws),
-        **_motions(samples, drive),
-        **_energies(system, pose, twist, laws, samples.work, initial_energy),
-        "diagnostics/position_violation": np.abs(constraint(system, pose, drive)).max(axis=-1),
+        **_motions(system, samples, drive),
+        **_energies(system, pose, twist, laws, samples.work, total_energy(system, start)),
+        "diagnostics/position_violation": np.abs(C).max(axis=-1),
         "diagnostics/velocity_violation": np.abs(constraint_velocity(system, pose, twist, drive)).max(axis=-1),
         "diagnostics/acceleration_violation": np.abs(
             constraint_acceleration(system, pose, twist, change, drive)
@@ -106,9 +108,23 @@ def _points(kind: str, pose: Pose, twist: Twist, change: Twist, body: Integers, 
     }
 
 
-def _joints(system: System, pose: Pose, twist: Twist, samples: Samples) -> Block:
-    bound = system.joints
-    open_by = np.abs(bound.value(attached(pose, *slots_of(bound))))
+def _teeth(system: System, pose: Pose, samples: Samples, start: State) -> Teeth | None:
+    """Those that the samples' turns say are in mesh; None without gears and screws."""
+    if not system.meshes.size:
+        return None
+    first = pose_of(start.q)
+    counted = coordinate_values(system, first) + 2.0 * np.pi * start.turns
+    return Teeth(sums_at_start(system, first, counted), _coordinates(system, pose, samples))
+
+
+def _coordinates(system: System, pose: Pose, samples: Samples) -> Numbers:
+    """The joints', turns counted, (T, nc)."""
+    return coordinate_values(system, pose) + 2.0 * np.pi * samples.turns * is_angle(system)
+
+
+def _joints(system: System, pose: Pose, twist: Twist, samples: Samples, rows: Numbers) -> Block:
+    """`rows` (T, m): those of C that are the joints'."""
+    bound, open_by = system.joints, np.abs(rows)
     length = _largest_by_joint(system, np.where(bound.is_length, open_by, 0.0))
     angle = _largest_by_joint(system, np.where(bound.is_length, 0.0, open_by))
     force, torque = reactions(system, pose, samples.multipliers)
@@ -118,7 +134,7 @@ def _joints(system: System, pose: Pose, twist: Twist, samples: Samples) -> Block
         "joints/violation_angle": angle,
         "joints/reaction_force": force,
         "joints/reaction_torque": torque,
-        "joints/coordinate": coordinate_values(system, pose) + 2.0 * np.pi * samples.turns * is_angle(system),
+        "joints/coordinate": _coordinates(system, pose, samples),
         "joints/speed": set_velocity(system.coordinates, pose, twist),
     }
 
@@ -167,13 +183,13 @@ def _laws(samples: Samples, laws: LawState | None) -> Block:
     }
 
 
-def _motions(samples: Samples, drive: Drive | None) -> Block:
+def _motions(system: System, samples: Samples, drive: Drive | None) -> Block:
     """The constraints act along a coordinate with -λ (Eq. 10); the motions' rows are the last."""
-    none = np.zeros((len(samples.t), 0))
+    none, undriven = np.zeros((len(samples.t), 0)), samples.multipliers.shape[1] - system.driven
     return {
         "motions/value": none if drive is None else drive.value,
         "motions/rate": none if drive is None else drive.rate,
-        "motions/force": none if drive is None else -samples.multipliers[:, -drive.value.shape[1] :],
+        "motions/force": -samples.multipliers[:, undriven:],
     }
 
 

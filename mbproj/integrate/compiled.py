@@ -17,7 +17,15 @@ from mbproj.dynamics.kinematics import pose_of, twist_of
 from mbproj.dynamics.motions import drive_at
 from mbproj.dynamics.samples import Samples
 from mbproj.errors import SimulationError
-from mbproj.integrate.failures import left_open, not_finite, other_branch, singular, step_vanished, unresolved
+from mbproj.integrate.failures import (
+    TurnsUntold,
+    left_open,
+    not_finite,
+    other_branch,
+    singular,
+    step_vanished,
+    unresolved,
+)
 from mbproj.integrate.tableau import Tableau, load_tableau
 from mbproj.integrate.tally import Peak, Tally
 from mbproj.model.system import System
@@ -81,6 +89,10 @@ class Compiled(ABC):
     @abstractmethod
     def row(self, number: int) -> int:
         """A row of the system's C (norm rows first) for one of the kernel's rows."""
+
+    @abstractmethod
+    def coordinate(self, number: int) -> int:
+        """The system's number of one of the kernel's coordinates."""
 
     def equations(self, projection: ProjectionSettings | None = None) -> Any:
         """The kernel's equations at single states."""
@@ -161,6 +173,10 @@ class Compiled(ABC):
             return other_branch(t, outcome.velocity_change)
         if outcome.status == status.unresolved:
             return unresolved(t, outcome.velocity_change)
+        if outcome.status == status.untold:
+            name = self.system.names.coordinates[self.coordinate(outcome.coordinate)]
+            teeth = self.system.meshes.size > 0
+            return TurnsUntold(t, name, outcome.turned, outcome.off, outcome.step, teeth=teeth)
         if outcome.status == status.broken:
             return self._broken(t, run.broken_state)
         where = self.system.row_owner(self.row(outcome.row))

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from math import floor, log10
+
 from mbproj.errors import SimulationError
 from mbproj.scene.records import ProjectionSettings
 
@@ -74,6 +76,28 @@ def locked(t: float, motion: str, at: str) -> SimulationError:
     cause = f"it drives the mechanism to where its joints cannot stay closed: beyond about {at} there is no pose for it"
     hint = "end the motion or turn back before, or change the lengths"
     return SimulationError(t, cause, where=f"motion '{motion}'", hint=hint)
+
+
+class TurnsUntold(SimulationError):
+    """A step that cannot tell the turns of a joint's angle `where` ("A.angle"), and with it the teeth of gears and
+    threads of screws, where there are any: it turns by `turned` rad, and the pose comes out `off` rad from that (0: it
+    does not close). `step` (s) would do."""
+
+    def __init__(self, t: float, where: str, turned: float, off: float, step: float, *, teeth: bool) -> None:
+        self.step = step
+        untold = "its turns, and so which teeth or threads are in mesh" if teeth else "its turns"
+        result = f"comes out {off:.2g} rad from there" if off else "does not close there"
+        cause = (
+            f"the step is too long to tell {untold}: the rates lead {turned:.3g} rad further, and the pose {result}"
+        )
+        hint = f"use steps of at most {_rounded_down(step):g} s, or an integrator with error control"
+        super().__init__(t, cause, where=where, hint=hint)
+
+
+def _rounded_down(value: float) -> float:
+    """To two digits."""
+    digit = 10.0 ** (floor(log10(value)) - 1)
+    return floor(value / digit) * digit
 
 
 def step_vanished(t: float) -> SimulationError:

@@ -1,7 +1,9 @@
 """The full formulation as an initial value problem: y = (q, q'), y' = (q', q'') from Eq. 14 or Eqs. 80-81.
 
-Where a scene has forces or motions, y ends with the work that they have done and the energy that dampers have lost, so
-that both are integrated with the order of the method; they have no influence on the rest.
+Where a scene has forces or motions, y goes on with the work that they have done and the energy that dampers have lost,
+so that both are integrated with the order of the method; they have no influence on the rest. Where forces act on
+angles, or gears and screws ask for turns, y ends with the joints' coordinates: integrated from step to step, they tell
+each stage how far the wheels have turned.
 """
 
 from __future__ import annotations
@@ -12,15 +14,16 @@ from typing import NamedTuple, final
 import numpy as np
 
 from mbproj.arrays import Array
-from mbproj.dynamics.assembly import State
+from mbproj.dynamics.assembly import State, coordinate_values, coordinates
 from mbproj.dynamics.constraint_equations import constraint, constraint_velocity, gamma, jacobian
 from mbproj.dynamics.equations import SOLVERS, generalised_force, mass_matrix
 from mbproj.dynamics.forces import applied, generalised
 from mbproj.dynamics.kinematics import pose_of, twist_of
-from mbproj.dynamics.motions import drive_at
+from mbproj.dynamics.motions import Drive, drive_at
 from mbproj.dynamics.rank import DEPENDENT, SINGULAR, row_distances, scaled_jacobian
 from mbproj.dynamics.row_span import NEAR, RowSpan
-from mbproj.dynamics.turning import Turning
+from mbproj.dynamics.teeth import Teeth, sums_at_start
+from mbproj.dynamics.turning import driven_to
 from mbproj.errors import InputError, SimulationError
 from mbproj.integrate.failures import branches_near, ill_conditioned, not_finite, other_branch, singular
 from mbproj.model.system import System
@@ -45,12 +48,14 @@ class Accelerations(NamedTuple):
 @final
 @dataclass(frozen=True, eq=False)
 class FullFormulation:
-    """Constants of a run: the system, the settings, the projection method that they name."""
+    """Constants of a run: the system, the settings, the projection method that they name, and what gears and screws
+    count from."""
 
     system: System
     settings: Settings
     method: Method
     span: RowSpan
+    sums: Array
 
     @classmethod
     def of(cls, system: System, state: State, settings: Settings, redundant: int = 0) -> FullFormulation:
@@ -60,27 +65,42 @@ class FullFormulation:
         reason = method.refusal(mass_matrix(system, pose_of(state.q))) if isinstance(method, Projection) else None
         if reason:
             raise InputError(reason)
-        return cls(system, settings, method, RowSpan(system, redundant))
+        pose = pose_of(state.q)
+        counted = coordinate_values(system, pose) + 2.0 * np.pi * state.turns
+        return cls(system, settings, method, RowSpan(system, redundant), sums_at_start(system, pose, counted))
 
     @property
     def quadratures(self) -> int:
         """How many integrals y ends with: work and dissipation, or none."""
         return 0 if self.system.forces is None and self.system.motions is None else 2
 
-    def parts(self, y: Array) -> tuple[Array, Array, Array]:
-        """q (7n,), q' (7n,) and the integrals of y."""
-        n = 7 * self.system.bodies
-        return y[:n], y[n : 2 * n], y[2 * n :]
+    @property
+    def followed(self) -> int:
+        """How many joint coordinates y ends with: all or none."""
+        laws = None if self.system.forces is None else self.system.forces.laws
+        asked = self.system.meshes.size or (laws is not None and bool(laws.is_angle.any()))
+        return self.system.coordinates.size if asked else 0
 
-    def derivative(self, t: float, y: Array, turning: Turning) -> Array:
-        """y' of y, (14n + integrals,); `turning` from the last state whose turns are counted."""
-        q, v, _ = self.parts(y)
-        found = self.accelerations(t, q, v, turning)
-        return np.concatenate([v, found.acceleration, found.power])
+    def parts(self, y: Array) -> tuple[Array, Array, Array, Array]:
+        """q (7n,), q' (7n,), the integrals of y and the joints' coordinates that are followed."""
+        n, end = 7 * self.system.bodies, len(y) - self.followed
+        return y[:n], y[n : 2 * n], y[2 * n : end], y[end:]
 
-    def accelerations(self, t: float, q: Array, v: Array, turning: Turning) -> Accelerations:
-        """Raises SimulationError where the equations have no unique solution, or an expression no value."""
-        system, pose, drive = self.system, pose_of(q), drive_at(self.system, t)
+    def drive(self, t: float, expected: Array) -> Drive | None:
+        """What motions prescribe, and the teeth in mesh where the joints' coordinates are `expected`, (nc,)."""
+        return drive_at(self.system, t, Teeth(self.sums, expected) if self.system.meshes.size else None)
+
+    def derivative(self, t: float, y: Array) -> Array:
+        """y' of y, (14n + integrals + followed,)."""
+        q, v, _, expected = self.parts(y)
+        found = self.accelerations(t, q, v, expected)
+        rates = coordinates(self.system, q, v)[1] if self.followed else expected
+        return np.concatenate([v, found.acceleration, found.power, rates])
+
+    def accelerations(self, t: float, q: Array, v: Array, expected: Array) -> Accelerations:
+        """`expected` (nc,): the joints' coordinates, each angle to less than half a turn; needed where they are
+        followed. Raises SimulationError where the equations have no unique solution, or an expression no value."""
+        system, pose, drive = self.system, pose_of(q), self.drive(t, expected)
         twist = twist_of(pose, v)
         rhs = gamma(system, pose, twist, drive)
         if self.method.stabilises:
@@ -89,7 +109,7 @@ class FullFormulation:
         solve = SOLVERS[self.settings.acceleration]
         force, power = generalised_force(system, pose, twist), np.zeros(self.quadratures)
         if system.forces is not None:
-            loads = applied(system, pose, twist, t, turning.expected(t))
+            loads = applied(system, pose, twist, t, expected)
             force = force + generalised(pose, loads.force, loads.torque)
             power += [loads.power, loads.dissipation]
         held = self.span.to_move(pose, drive, v)
@@ -99,17 +119,17 @@ class FullFormulation:
         except np.linalg.LinAlgError as error:
             raise self._singular(t, q) from error
         multipliers = held.multipliers(found) + lasting
-        if drive is not None:
+        if drive is not None and system.driven:
             power[0] -= multipliers[-system.driven :] @ drive.rate
         return Accelerations(acceleration, multipliers, power)
 
     def project(self, step: int, t: float, y: Array) -> Projected:
         """The state after step number `step`, projected as the settings say."""
-        q, v, _ = self.parts(y)
+        q, v, _, expected = self.parts(y)
         if not isinstance(self.method, Projection):
             return Projected(q, v)
         try:
-            drive = drive_at(self.system, t)
+            drive = self.drive(t, expected)
             return project_after(step, self.system, self.method, self.settings.projection, q, v, drive, self.span)
         except np.linalg.LinAlgError as error:
             raise self._singular(t, q) from error
@@ -119,13 +139,20 @@ class FullFormulation:
         if not isinstance(self.method, Projection):
             return y
         always = replace(self.settings.projection, every=1, threshold=None)
-        q, v, integrals = self.parts(y)
-        projected = project_after(1, self.system, self.method, always, q, v, drive_at(self.system, t), self.span)
-        return np.concatenate([projected.q, projected.v, integrals])
+        q, v, integrals, expected = self.parts(y)
+        projected = project_after(1, self.system, self.method, always, q, v, self.drive(t, expected), self.span)
+        return np.concatenate([projected.q, projected.v, integrals, expected])
 
-    def violations(self, t: float, q: Array, v: Array) -> tuple[Array, Array]:
+    def lead(self, t: float, y: Array) -> Array:
+        """y at a time, with those of its joint coordinates that are driven where their motions are."""
+        if not self.followed:
+            return y
+        *rest, expected = self.parts(y)
+        return np.concatenate([*rest, driven_to(self.system, expected, drive_at(self.system, t))])
+
+    def violations(self, t: float, q: Array, v: Array, expected: Array) -> tuple[Array, Array]:
         """|C| and |C'|, row by row, (m,)."""
-        system, pose, drive = self.system, pose_of(q), drive_at(self.system, t)
+        system, pose, drive = self.system, pose_of(q), self.drive(t, expected)
         twist = twist_of(pose, v)
         return np.abs(constraint(system, pose, drive)), np.abs(constraint_velocity(system, pose, twist, drive))
 

@@ -83,6 +83,9 @@ class InPlane(Compiled):
         beyond = number - len(self._rows)
         return self.system.bodies + (int(self._rows[number]) if beyond < 0 else self.system.joints.size + beyond)
 
+    def coordinate(self, number: int) -> int:
+        return int(self.plane.coordinates.source.source[number])
+
     def _spatial(self, acceleration: Array) -> Array:
         """Accelerations r'' and ω' in global axes, (T, n, 6), from those in the plane (T, n, 3)."""
         axes = self.plane.axes

@@ -5,17 +5,18 @@ from __future__ import annotations
 from bisect import bisect_left
 from collections.abc import Iterator
 from dataclasses import dataclass
-from functools import partial
 
 import numpy as np
 
-from mbproj.arrays import Array, Integers
-from mbproj.dynamics.assembly import State, coordinates, is_angle
+from mbproj.arrays import Array
+from mbproj.dynamics.assembly import State, coordinates
+from mbproj.dynamics.motions import drive_at
 from mbproj.dynamics.samples import Sample
-from mbproj.dynamics.turning import Turning
-from mbproj.integrate.failures import left_open, not_finite, step_vanished, unresolved
+from mbproj.dynamics.teeth import near
+from mbproj.dynamics.turning import Slip, Turning, turns_of
+from mbproj.integrate.failures import TurnsUntold, left_open, not_finite, step_vanished, unresolved
 from mbproj.integrate.full import BRANCH_CHANGE, Accelerations, FullFormulation
-from mbproj.integrate.runge_kutta import RightHandSide, Step, continuous_extension, error_estimates, rk_step
+from mbproj.integrate.runge_kutta import Step, continuous_extension, error_estimates, rk_step
 from mbproj.integrate.step_size import Controller, error_norm, first_step
 from mbproj.integrate.tableau import Tableau, load_tableau
 from mbproj.integrate.tally import Tally
@@ -31,33 +32,29 @@ CLOSE = 0.05
 @dataclass(frozen=True, eq=False)
 class Point:
     """An accepted state y = (q, v, integrals) at time t, with what holds there: q'', λ and powers, the joints'
-    coordinates without turns, their rates, and the turns."""
+    coordinates without turns, and `turning`: with them, and what the steps from here on know of them."""
 
     t: float
     y: Array
     found: Accelerations
     coordinate: Array
-    speed: Array
-    turns: Integers
+    turning: Turning
 
     @property
     def slope(self) -> Array:
         """y'."""
-        n = len(self.found.acceleration)
-        return np.concatenate([self.y[n : 2 * n], self.found.acceleration, self.found.power])
+        n, (_, _, power) = len(self.found.acceleration), self.found
+        followed = len(self.y) - 2 * n - len(power)
+        return np.concatenate([self.y[n : 2 * n], self.found.acceleration, power, self.turning.speed[:followed]])
 
-    @property
-    def turning(self) -> Turning:
-        """What the steps from here on know of the joints' turns."""
-        return Turning(self.t, self.coordinate + 2.0 * np.pi * self.turns, self.speed)
-
-    def sample(self, step_size: float, tally: Tally) -> Sample:
+    def sample(self, formulation: FullFormulation, step_size: float, tally: Tally) -> Sample:
         """This point as it is recorded."""
         acceleration, multipliers, power = self.found
         n = len(acceleration)
-        q, v, work = self.y[:n], self.y[n : 2 * n], self.y[2 * n :] if len(power) else np.zeros(2)
+        q, v, work = self.y[:n], self.y[n : 2 * n], self.y[2 * n :][:2] if len(power) else np.zeros(2)
         rows = multipliers[n // 7 :]
-        return Sample(self.t, q, v, acceleration, rows, self.turns, step_size, work, tally.counters())
+        turns = turns_of(formulation.system, self.turning.coordinate, self.coordinate)
+        return Sample(self.t, q, v, acceleration, rows, turns, step_size, work, tally.counters())
 
 
 def march(formulation: FullFormulation, state: State, tally: Tally) -> Iterator[Sample]:
@@ -74,25 +71,25 @@ def _fixed(formulation: FullFormulation, tableau: Tableau, point: Point, tally: 
     settings, start = formulation.settings, point.t
     h, end = _required(settings.step), start + _required(settings.duration)
     steps, every = whole_steps(settings), output_every(settings)
-    yield point.sample(h, tally)
+    yield point.sample(formulation, h, tally)
     for k in range(1, steps + 1):
         t = end if k == steps else start + k * h
-        step = rk_step(_derivative(formulation, point), tableau, point.t, point.y, t - point.t, point.slope)
+        step = rk_step(formulation.derivative, tableau, point.t, point.y, t - point.t, point.slope)
         tally.count_evaluations(tableau.stages - 1)
-        point = _accept(formulation, tableau, tally, point, t, step.y_new)
+        point = _accept(formulation, tableau, tally, point, t, step)
         if k % every == 0 or k == steps:
-            yield point.sample(step.h, tally)
+            yield point.sample(formulation, step.h, tally)
 
 
 def _by_error(formulation: FullFormulation, tableau: Tableau, point: Point, tally: Tally) -> Iterator[Sample]:
     """Steps as large as the error estimate allows; outputs in between by the continuous extension."""
-    settings, f = formulation.settings, _derivative(formulation, point)
+    settings, f = formulation.settings, formulation.derivative
     end, tolerance = point.t + _required(settings.duration), _required(settings.tolerance)
     scale, times = _absolute_scale(formulation), output_times(settings, point.t)
     h = first_step(f, tableau.order, point.t, point.y, point.slope, tolerance, scale, end - point.t)
     tally.count_evaluations(1)
     control = Controller(tableau.error_order)
-    yield point.sample(h, tally)
+    yield point.sample(formulation, h, tally)
     done = 1
     while done < len(times):
         h = _fitted(h, point.t, end)
@@ -105,14 +102,18 @@ def _by_error(formulation: FullFormulation, tableau: Tableau, point: Point, tall
             tally.rejected_steps += 1
             h, control = control.after_rejected(error, h)
             continue
-        before, point = point, _accept(formulation, tableau, tally, point, t, step.y_new)
-        f = _derivative(formulation, point)
+        try:
+            before, point = point, _accept(formulation, tableau, tally, point, t, step)
+        except TurnsUntold as untold:
+            tally.reject_accepted()
+            h = untold.step
+            continue
         between = times[done : bisect_left(times, t, done)]
         if between:
-            yield from _in_between(formulation, tableau, tally, before, step, last, between)
+            yield from _in_between(formulation, tableau, tally, before, point, step, last, between)
         done += len(between)
         if done < len(times) and times[done] == t:
-            yield point.sample(h, tally)
+            yield point.sample(formulation, h, tally)
             done += 1
         h, control = control.after_accepted(error, h)
 
@@ -122,22 +123,30 @@ def _in_between(
     tableau: Tableau,
     tally: Tally,
     before: Point,
+    after: Point,
     step: Step,
     last: Array,
     times: list[float],
 ) -> Iterator[Sample]:
     """Samples inside a step: the extension's value, of which a copy is projected; the integration does not see it."""
     tally.count_evaluations(len(tableau.extra_c) + len(times))
-    extension = continuous_extension(_derivative(formulation, before), tableau, step, last)
-    for time in times:
-        projected = formulation.project_copy(time, extension((time - step.t) / step.h))
-        yield _point(formulation, before, time, projected).sample(step.h, tally)
+    extension = continuous_extension(formulation.derivative, tableau, step, last)
+    system = formulation.system
+    for t in times:
+        y = formulation.project_copy(t, formulation.lead(t, extension((t - step.t) / step.h)))
+        coordinate, speed = coordinates(system, *formulation.parts(y)[:2])
+        expected = formulation.parts(y)[3]
+        if not formulation.followed:
+            expected = before.turning.between(system, after.turning, t, drive_at(system, t))
+        turning = Turning(t, near(system, coordinate, expected), speed, after.turning.prescribed)
+        yield _point(formulation, y, coordinate, turning).sample(formulation, step.h, tally)
 
 
 def _accept(
-    formulation: FullFormulation, tableau: Tableau, tally: Tally, before: Point, t: float, y: Array
+    formulation: FullFormulation, tableau: Tableau, tally: Tally, before: Point, t: float, step: Step
 ) -> Point:
     """The point after a step: projected, checked, counted."""
+    y = formulation.lead(t, step.y_new)
     if not np.all(np.isfinite(y)):
         raise not_finite(t)
     tally.steps += 1
@@ -145,17 +154,22 @@ def _accept(
     projected = formulation.project(tally.steps, t, y)
     tally.count_projection(projected)
     formulation.check_branch(t, t - before.t, y, projected)
-    position, velocity = formulation.violations(t, projected.q, projected.v)
+    *_, integrals, expected = formulation.parts(y)
+    position, velocity = formulation.violations(t, projected.q, projected.v, expected)
     limit = OPEN if projected.failures else LOST
     if not np.all(position <= limit * formulation.system.row_scale):
+        far = before.turning.far(formulation.system, t)
+        if far is not None:
+            raise _untold(formulation, before, t, far)
         system, row = formulation.system, int(np.argmax(position / formulation.system.row_scale))
         failed = formulation.settings.projection if projected.failures else None
         raise left_open(t, system.row_owner(row), position[row], projected.position_iterations, failed=failed)
+    coordinate, turning = _counted(formulation, tableau, before, t, step, projected.q, projected.v)
     tally.watch(position, velocity, _joint_rows(formulation.system), t)
-    y = np.concatenate([projected.q, projected.v, formulation.parts(y)[2]])
+    y = np.concatenate([projected.q, projected.v, integrals, turning.coordinate[: formulation.followed]])
     if formulation.arrive(projected.q) < CLOSE:
         _check_by_halves(formulation, tableau, before, t, y)
-    return _point(formulation, before, t, y)
+    return _point(formulation, y, coordinate, turning)
 
 
 def _check_by_halves(formulation: FullFormulation, tableau: Tableau, before: Point, t: float, y: Array) -> None:
@@ -163,8 +177,10 @@ def _check_by_halves(formulation: FullFormulation, tableau: Tableau, before: Poi
     it may have left its branch of the motion with velocities that belong to another one."""
     h, half = 0.5 * (t - before.t), before
     for time in (before.t + h, t):
-        step = rk_step(_derivative(formulation, half), tableau, half.t, half.y, time - half.t, half.slope)
-        half = _point(formulation, half, time, formulation.project_copy(time, step.y_new))
+        step = rk_step(formulation.derivative, tableau, half.t, half.y, time - half.t, half.slope)
+        closed = formulation.project_copy(time, formulation.lead(time, step.y_new))
+        counted = _counted(formulation, tableau, half, time, step, *formulation.parts(closed)[:2])
+        half = _point(formulation, closed, *counted)
     v = formulation.parts(y)[1]
     off = formulation.change(v, formulation.parts(half.y)[1])
     if not off <= BRANCH_CHANGE:
@@ -174,33 +190,58 @@ def _check_by_halves(formulation: FullFormulation, tableau: Tableau, before: Poi
 def _first(formulation: FullFormulation, state: State, tally: Tally) -> Point:
     """The start as a point: its turns are those of the state."""
     tally.count_evaluations(1)
-    tally.watch(*formulation.violations(state.t, state.q, state.v), _joint_rows(formulation.system), state.t)
-    coordinate, speed = coordinates(formulation.system, state.q, state.v)
+    system, drive = formulation.system, drive_at(formulation.system, state.t)
+    coordinate, speed = coordinates(system, state.q, state.v)
+    prescribed = np.zeros(0) if drive is None else drive.value
+    turning = Turning(state.t, coordinate + 2.0 * np.pi * state.turns, speed, prescribed)
+    violations = formulation.violations(state.t, state.q, state.v, turning.coordinate)
+    tally.watch(*violations, _joint_rows(system), state.t)
     formulation.check_regular(state.t, state.q)
-    turning = Turning(state.t, coordinate + 2.0 * np.pi * state.turns, speed)
     formulation.arrive(state.q)
-    found = formulation.accelerations(state.t, state.q, state.v, turning)
-    y = np.concatenate([state.q, state.v, np.zeros(formulation.quadratures)])
-    return Point(state.t, y, found, coordinate, speed, state.turns)
+    found = formulation.accelerations(state.t, state.q, state.v, turning.coordinate)
+    followed = turning.coordinate[: formulation.followed]
+    y = np.concatenate([state.q, state.v, np.zeros(formulation.quadratures), followed])
+    return Point(state.t, y, found, coordinate, turning)
 
 
-def _point(formulation: FullFormulation, before: Point, t: float, y: Array) -> Point:
-    """The point at y. Turns are counted from `before`; the rates at both ends predict the change of an angle, so that
-    more than half a turn in a step is counted right."""
-    q, v, _ = formulation.parts(y)
-    coordinate, speed = coordinates(formulation.system, q, v)
-    expected = before.coordinate + 0.5 * (t - before.t) * (before.speed + speed)
-    moved = np.round((expected - coordinate) / (2.0 * np.pi)).astype(np.intp) * is_angle(formulation.system)
-    turns = before.turns + moved
-    found = formulation.accelerations(t, q, v, Turning(t, coordinate + 2.0 * np.pi * turns, speed))
+def _point(formulation: FullFormulation, y: Array, coordinate: Array, turning: Turning) -> Point:
+    """The point at y at the time of `turning`."""
+    q, v, *_ = formulation.parts(y)
+    found = formulation.accelerations(turning.t, q, v, turning.coordinate)
     if formulation.span.nearest >= CLOSE:
         formulation.span.multipliers = found.multipliers
-    return Point(t, y, found, coordinate, speed, turns)
+    return Point(turning.t, y, found, coordinate, turning)
 
 
-def _derivative(formulation: FullFormulation, point: Point) -> RightHandSide:
-    """y' for the steps from a point on."""
-    return partial(formulation.derivative, turning=point.turning)
+def _counted(
+    formulation: FullFormulation, tableau: Tableau, before: Point, t: float, step: Step, q: Array, v: Array
+) -> tuple[Array, Turning]:
+    """The joints' coordinates at (q, v), where a step from `before` has led, and the same with turns. Raises
+    TurnsUntold where the step is too coarse to count them."""
+    system, drive = formulation.system, drive_at(formulation.system, t)
+    coordinate, speed = coordinates(system, q, v)
+    counted, slip = before.turning.count(system, coordinate, before.turning.by_rates(t, speed), drive)
+    if slip is not None:
+        counted, slip = before.turning.count(system, coordinate, _by_stages(formulation, tableau, before, step), drive)
+    if slip is not None:
+        raise _untold(formulation, before, t, slip)
+    return coordinate, Turning(t, counted, speed, np.zeros(0) if drive is None else drive.value)
+
+
+def _by_stages(formulation: FullFormulation, tableau: Tableau, before: Point, step: Step) -> Array:
+    """By how much the joints' coordinates change in a step by the rates of its stages, (nc,)."""
+    if formulation.followed:
+        return formulation.parts(step.y_new)[3] - before.turning.coordinate
+    change = np.zeros_like(before.coordinate)
+    for stage in np.flatnonzero(tableau.b):
+        y = step.y + step.h * (tableau.a[stage, :stage] @ step.k[:stage])
+        change += step.h * tableau.b[stage] * coordinates(formulation.system, *formulation.parts(y)[:2])[1]
+    return change
+
+
+def _untold(formulation: FullFormulation, before: Point, t: float, slip: Slip) -> TurnsUntold:
+    name, teeth = formulation.system.names.coordinates[slip.coordinate], formulation.system.meshes.size > 0
+    return TurnsUntold(t, name, slip.turned, slip.off, (t - before.t) * slip.shorter, teeth=teeth)
 
 
 def _joint_rows(system: System) -> slice:
@@ -212,7 +253,7 @@ def _absolute_scale(formulation: FullFormulation) -> Array:
     """What the absolute tolerance is relative to, (14n + integrals,): the system's length (per s) for r (r'), 1 (per s)
     for Λ; without bound for work and dissipation, which do not steer the step."""
     coordinates = np.tile([formulation.system.length] * 3 + [1.0] * 4, 2 * formulation.system.bodies)
-    return np.concatenate([coordinates, np.full(formulation.quadratures, np.inf)])
+    return np.concatenate([coordinates, np.full(formulation.quadratures + formulation.followed, np.inf)])
 
 
 def _fitted(h: float, t: float, end: float) -> float:

@@ -79,6 +79,9 @@ class Reduced(Compiled):
     def row(self, number: int) -> int:
         return self.system.bodies + number
 
+    def coordinate(self, number: int) -> int:
+        return number
+
 
 def space_state(q: Array, v: Array) -> Array:
     """(r, Λ, r', ω in body axes) of each body, (..., n, 13), from q and v = q' (..., 7n)."""

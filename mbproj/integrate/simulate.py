@@ -13,7 +13,7 @@ from mbproj.arrays import Array
 from mbproj.dynamics.assembly import State
 from mbproj.dynamics.kinematics import pose_of, twist_of
 from mbproj.dynamics.massless import swamped_motions
-from mbproj.dynamics.observe import Block, observe, total_energy
+from mbproj.dynamics.observe import Block, observe
 from mbproj.dynamics.round_off import position_grain, velocity_grain
 from mbproj.dynamics.samples import Samples, join, stack
 from mbproj.errors import SimulationError
@@ -80,14 +80,13 @@ def simulate(
     reach = system.length + float(np.abs(pose_of(state.q).position).max(initial=0.0))
     moves = choice.degrees_of_freedom > 0 or system.driven > 0
     tally, energy, floors = Tally(), EnergyWatch(weight * reach, moves=moves), np.zeros(2)
-    initial_energy = total_energy(system, state)
     started, recording = _Clocks.now(), _Clocks()
     reached = state.t, state.q
     with interruption() as asked, _naming(choice.name), naming_lock_up(system, lambda: reached):
         for samples in _blocks(_march(choice, system, state, settings, tally), asked):
             reached = float(samples.t[-1]), samples.q[-1]
             handed_over = _Clocks.now()
-            block = observe(system, samples, initial_energy)
+            block = observe(system, samples, state)
             potential = block["diagnostics/potential_energy"]
             energy.take(
                 float(np.abs(block["diagnostics/energy_balance"]).max()),

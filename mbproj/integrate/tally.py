@@ -53,6 +53,11 @@ class Tally:
         for name, value in zip(self.counters(), values, strict=True):
             setattr(self, name, value)
 
+    def reject_accepted(self) -> None:
+        """Counts a step as rejected that was counted as one made."""
+        self.steps -= 1
+        self.rejected_steps += 1
+
     def count_evaluations(self, number: int) -> None:
         """Adds evaluations of the accelerations, each with a factorisation of its own."""
         self.evaluations += number

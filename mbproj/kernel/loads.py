@@ -39,6 +39,11 @@ def motion_start(system: System) -> list[float]:
     return [] if system.motions is None else system.motions.start.tolist()
 
 
+def motion_coordinate(system: System) -> Integers:
+    """Which of the system's coordinates each motion drives."""
+    return np.zeros(0, dtype=np.intp) if system.motions is None else system.motions.joint_coordinate
+
+
 def space_loads(core: ModuleType, system: System) -> Any:
     """All forces but gravity in space; None without any."""
     forces = system.forces

@@ -9,7 +9,8 @@ import numpy as np
 
 from mbproj.arrays import Array, Integers, distinct_rows
 from mbproj.kernel.bound import Bound, bound_in_plane, bound_in_space, joined, primitives
-from mbproj.kernel.loads import motion_programs, motion_start, plane_loads, space_loads
+from mbproj.kernel.loads import motion_coordinate, motion_programs, motion_start, plane_loads, space_loads
+from mbproj.model.meshes import Meshes
 from mbproj.model.planar import Plane, coordinates_in_plane
 from mbproj.model.system import System
 
@@ -32,6 +33,8 @@ def space_model(core: ModuleType, system: System) -> Any:
         loads=space_loads(core, system),
         motions=motion_programs(core, system),
         motion_start=motion_start(system),
+        motion_coordinate=motion_coordinate(system).tolist(),
+        meshes=_meshes(system.meshes.row, system.meshes.coordinate, system.meshes),
     )
 
 
@@ -52,7 +55,23 @@ def plane_model(core: ModuleType, system: System, plane: Plane) -> Any:
         loads=plane_loads(core, system, plane, coordinates),
         motions=motion_programs(core, system),
         motion_start=motion_start(system),
+        motion_coordinate=coordinates_in_plane(plane, motion_coordinate(system)).tolist(),
+        meshes=_meshes_in_plane(system, plane),
     )
+
+
+def _meshes(row: Integers, coordinate: Integers, meshes: Meshes) -> list[tuple[Any, ...]]:
+    """Gears and screws as the kernel takes them: row, coordinates, weights, period."""
+    parts = zip(row.tolist(), coordinate.tolist(), meshes.weight.tolist(), meshes.period.tolist(), strict=True)
+    return [(at, *pair, *weights, period) for at, pair, weights, period in parts]
+
+
+def _meshes_in_plane(system: System, plane: Plane) -> list[tuple[Any, ...]]:
+    """The gears; a scene with a screw is not planar."""
+    meshes, rows = system.meshes, plane_rows(plane).tolist()
+    row = np.array([rows.index(at) for at in meshes.row.tolist()], dtype=np.intp)
+    coordinate = coordinates_in_plane(plane, meshes.coordinate.ravel()).reshape(-1, 2)
+    return _meshes(row, coordinate, meshes)
 
 
 def joint_and_motion_rows(system: System, plane: Plane, joints: Bound, coordinates: Bound) -> Bound:

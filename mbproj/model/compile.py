@@ -15,6 +15,7 @@ from mbproj.model.compile_forces import compile_forces
 from mbproj.model.compile_motions import compile_motions
 from mbproj.model.euler_parameters import rotation_matrix
 from mbproj.model.frames import Pose, local_frames, pose
+from mbproj.model.meshes import compile_meshes
 from mbproj.model.primitive_set import Binding, bind
 from mbproj.model.rigid_groups import RigidGroups, Seat, rigid_groups
 from mbproj.model.system import Names, System
@@ -68,6 +69,7 @@ def compile_system(scene: Scene) -> System:
         gravity=np.array(scene.gravity),
         joints=bind(rows),
         coordinates=bind(coordinates),
+        meshes=compile_meshes(rows, coordinates),
         alignment=bind(alignment),
         body_carrier=np.array([seat.carrier for seat in bodies], dtype=np.intp),
         body_offset=np.array([seat.offset for seat in bodies]),

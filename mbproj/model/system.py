@@ -9,6 +9,7 @@ import numpy as np
 from mbproj.arrays import Array, Integers
 from mbproj.errors import Place
 from mbproj.model.forces import Forces
+from mbproj.model.meshes import Meshes
 from mbproj.model.motions import Motions
 from mbproj.model.primitive_set import PrimitiveSet
 
@@ -50,13 +51,13 @@ class System:
     """A mechanism of n rigid carriers, most of which are one body of the scene each; index n is the ground.
 
     `mass` (n,) in kg, `inertia` (n, 3, 3) in kg m² about the centre of mass in body axes, `gravity` (3,) in m/s².
-    `joints`: the constraint rows of all joints; `coordinates`: their free coordinates; `alignment`: scalar products
-    of vectors that must not be flipped by assembly, positive in a right pose. `body_carrier` (N,), `body_offset` (N, 3)
-    and `body_turn` (N, 4): where each of the scene's N bodies sits on its carrier. `marker_body` (k,), `marker_local`
-    (k, 3). `reaction_body` (nj,), `reaction_local` (nj, 3): body 2 of each joint and its point in it.
-    `length` is the size of the mechanism in m: what an absolute tolerance is taken relative to. `body_places`,
-    `joint_places`: where each carrier and joint stands in the scene file, for messages. `forces` and `motions` are None
-    where the scene has none.
+    `joints`: the constraint rows of all joints; `coordinates`: their free coordinates; `meshes`: which rows are gears
+    and screws; `alignment`: scalar products of vectors that must not be flipped by assembly, positive in a right pose.
+    `body_carrier` (N,), `body_offset` (N, 3) and `body_turn` (N, 4): where each of the scene's N bodies sits on its
+    carrier. `marker_body` (k,), `marker_local` (k, 3). `reaction_body` (nj,), `reaction_local` (nj, 3): body 2 of each
+    joint and its point in it. `length` is the size of the mechanism in m: what an absolute tolerance is taken relative
+    to. `body_places`, `joint_places`: where each carrier and joint stands in the scene file, for messages. `forces` and
+    `motions` are None where the scene has none.
     """
 
     names: Names
@@ -65,6 +66,7 @@ class System:
     gravity: Array
     joints: PrimitiveSet
     coordinates: PrimitiveSet
+    meshes: Meshes
     alignment: PrimitiveSet
     body_carrier: Integers
     body_offset: Array

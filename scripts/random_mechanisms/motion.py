@@ -10,11 +10,9 @@ import numpy as np
 from mbproj import State, System
 from mbproj.arrays import Array, Integers
 from mbproj.dynamics.assembly import coordinate_values
-from mbproj.dynamics.constraint_equations import set_velocity
-from mbproj.dynamics.kinematics import pose_of, twist_of
-from mbproj.dynamics.observe import Block, observe, total_energy
+from mbproj.dynamics.kinematics import pose_of
+from mbproj.dynamics.observe import Block, observe
 from mbproj.dynamics.samples import Samples, join, stack
-from mbproj.dynamics.turning import Turning
 from mbproj.integrate.compiled import march as march_compiled
 from mbproj.integrate.formulation import Choice, choose
 from mbproj.integrate.full import Accelerations, FullFormulation
@@ -48,7 +46,7 @@ def _run(system: System, state: State, settings: Settings, finer: Motion | None)
         samples = join([part for part in march_compiled(choice.compiled, state, settings, tally) if part is not None])
     else:
         samples = stack(list(march(FullFormulation.of(system, state, settings, choice.redundant), state, tally)))
-    return Motion(choice, samples, observe(system, samples, total_energy(system, state)), tally, finer)
+    return Motion(choice, samples, observe(system, samples, state), tally, finer)
 
 
 def full_equations(
@@ -59,7 +57,6 @@ def full_equations(
     def solve(q: Array, v: Array) -> Accelerations:
         pose = pose_of(q)
         coordinate = coordinate_values(system, pose) + 2.0 * np.pi * turns
-        turning = Turning(t, coordinate, set_velocity(system.coordinates, pose, twist_of(pose, v)))
-        return full.accelerations(t, q, v, turning)
+        return full.accelerations(t, q, v, coordinate)
 
     return solve

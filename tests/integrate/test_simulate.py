@@ -142,7 +142,7 @@ def test_popm_is_refused_with_euler_parameters(chain):
 
 def test_a_step_far_too_large_stops_with_the_time():
     with pytest.raises(SimulationError) as caught:
-        run(random_chain(12, ["revolute"] * 3), duration=1000.0, step=20.0, projection={"method": "none"})
+        run(random_chain(12, ["spherical"] * 3), duration=1000.0, step=20.0, projection={"method": "none"})
     assert caught.value.time == 20.0
     assert "it has drifted open by" in str(caught.value)
     assert caught.value.hint == "use a projection method, gpopm for example, or a smaller step"

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <nanobind/stl/shared_ptr.h>
+#include <nanobind/stl/tuple.h>
 #include <nanobind/stl/vector.h>
 
 #include "border.hpp"
@@ -26,7 +27,8 @@ template <int D> void add_model(nb::module_& m, const char* primitives, const ch
         .def("__init__",
              [](Model<D>* self, Numbers1 mass, Numbers3 inertia, Numbers1 gravity, const PrimitiveSet<D>& constraints,
                 Integers1 joint_begin, Numbers1 row_scale, const PrimitiveSet<D>& coordinates, double length,
-                std::shared_ptr<Loads<D>> loads, std::shared_ptr<Programs> motions, std::vector<double> motion_start) {
+                std::shared_ptr<Loads<D>> loads, std::shared_ptr<Programs> motions, std::vector<double> motion_start,
+                const std::vector<int>& motion_coordinate, const std::vector<MeshNumbers>& meshes) {
                  require(gravity, {D}, "gravity");
                  require(row_scale, {static_cast<std::size_t>(constraints.rows)}, "row_scale");
                  Model<D> built;
@@ -46,12 +48,15 @@ template <int D> void add_model(nb::module_& m, const char* primitives, const ch
                  built.length = length;
                  built.loads = std::move(loads);
                  built.motions = std::move(motions);
-                 built.driven = driven_rows(constraints, motion_start, built.motions.get());
+                 built.driven = driven_rows(constraints, coordinates.instances.size(), motion_start, motion_coordinate, built.motions.get());
+                 built.meshes = mbproj::meshes(constraints.rows, coordinates.instances.size(), meshes);
+                 built.follows_angles = !built.meshes.empty() || has_angles(built.loads.get());
                  new (self) Model<D>(std::move(built));
              },
              nb::kw_only(), nb::arg("mass"), nb::arg("inertia"), nb::arg("gravity"), nb::arg("constraints"),
              nb::arg("joint_begin"), nb::arg("row_scale"), nb::arg("coordinates"), nb::arg("length"), nb::arg("loads").none() = nb::none(),
-             nb::arg("motions").none() = nb::none(), nb::arg("motion_start") = std::vector<double>())
+             nb::arg("motions").none() = nb::none(), nb::arg("motion_start") = std::vector<double>(),
+             nb::arg("motion_coordinate") = std::vector<int>(), nb::arg("meshes") = std::vector<MeshNumbers>())
         .def_prop_ro("bodies", &Model<D>::size)
         .def_rw("redundant", &Model<D>::redundant);
 }

@@ -1,14 +1,16 @@
 // What a run hands over: consecutive samples, counters and peaks, and how it stands.
 #pragma once
 
+#include <algorithm>
 #include <array>
+#include <cmath>
 #include <vector>
 
 #include "space.hpp"
 
 namespace mbproj {
 
-enum class Status : int { running, finished, not_finite, singular, open, vanished, broken, branch, unresolved };
+enum class Status : int { running, finished, not_finite, singular, open, vanished, broken, branch, unresolved, untold };
 
 // In the order of the fields of mbproj.integrate.tally.Tally.
 struct Counters {
@@ -60,12 +62,12 @@ struct Block {
     // The state y and its slope, both with what is integrated beside them.
     template <int D> void add(double time, const Eigen::VectorXd& state, const Eigen::VectorXd& slope, int bodies,
                               const std::vector<double>& lambda, double h, const std::vector<long>& turned,
-                              const Counters& counted) {
+                              const Counters& counted, int integrals) {
         using S = Size<D>;
         const double* end = state.data() + static_cast<std::ptrdiff_t>(S::state) * bodies;
         t.push_back(time);
         y.insert(y.end(), state.data(), end);
-        work.insert(work.end(), end, state.data() + state.size());
+        work.insert(work.end(), end, end + integrals);
         for (int b = 0; b < bodies; ++b) {
             const double* a = slope.data() + S::state * b + S::pose;
             acceleration.insert(acceleration.end(), a, a + S::freedoms);
@@ -78,6 +80,15 @@ struct Block {
     }
 };
 
+// A step that cannot tell the turns of a coordinate: how far it turns, how far from that the pose comes out (rad), and the
+// part of the step that would do.
+struct Slip {
+    int coordinate = -1;
+    double turned = 0.0, off = 0.0;
+    explicit operator bool() const { return coordinate >= 0; }
+    double shorter() const { return turned > 0.0 ? std::min(0.5, M_PI / turned) : 0.5; }
+};
+
 // Why and where a run stopped.
 struct Outcome {
     Status status = Status::running;
@@ -88,6 +99,30 @@ struct Outcome {
     int passes = 0;
     bool projection_failed = false;
     double velocity_change = 0.0;
+    Slip slip;
+    double step = 0.0;  // that would not slip, s
+
+    static Outcome left_open(double t, int row, double by, int passes, bool projection_failed) {
+        Outcome found{Status::open, t};
+        found.row = row;
+        found.open_by = by;
+        found.passes = passes;
+        found.projection_failed = projection_failed;
+        return found;
+    }
+    // Branches of the motion: another one, or two that cannot be told apart.
+    static Outcome at_branch(Status status, double t, double change) {
+        Outcome found{status, t};
+        found.velocity_change = change;
+        return found;
+    }
+    // By a step of size h.
+    static Outcome untold(const Slip& slip, double t, double h) {
+        Outcome found{Status::untold, t};
+        found.slip = slip;
+        found.step = slip.shorter() * h;
+        return found;
+    }
 };
 
 }  // namespace mbproj

@@ -107,18 +107,43 @@ template <int D> void check_loads(const Loads<D>* loads, int bodies, std::size_t
 
 // The last rows of the constraints, one for each function of time.
 template <int D>
-std::vector<DrivenRow> driven_rows(const PrimitiveSet<D>& set, const std::vector<double>& start, const Programs* programs) {
+std::vector<DrivenRow> driven_rows(const PrimitiveSet<D>& set, std::size_t coordinates, const std::vector<double>& start,
+                                   const std::vector<int>& coordinate, const Programs* programs) {
     std::vector<DrivenRow> rows;
     const std::size_t count = start.size(), instances = set.instances.size();
     if (count > instances || (count > 0) != (programs != nullptr) || (programs && programs->start.size() != count + 1))
         refuse("motion_start", "does not fit the motions");
+    if (coordinate.size() != count) refuse("motion_coordinate", "does not fit the motions");
     for (std::size_t k = 0; k < count; ++k) {
         const Instance& p = set.instances[instances - count + k];
         if (p.rows != 1) refuse("constraints", "has a driven row that is not one");
         if (!std::isfinite(start[k])) refuse("motion_start", "holds a number that is not finite");
-        rows.push_back({p.row, p.kind == Kind::angle, start[k]});
+        rows.push_back({p.row, p.kind == Kind::angle, start[k], index_below(coordinate[k], coordinates, "motion_coordinate")});
     }
     return rows;
+}
+
+// Whether a law acts on an angle.
+template <int D> bool has_angles(const Loads<D>* loads) {
+    if (!loads) return false;
+    const auto& instances = loads->coordinates.instances;
+    return std::any_of(instances.begin(), instances.end(), [](const Instance& p) { return p.kind == Kind::angle; });
+}
+
+// Of a gear or screw: its row, its two coordinates, their weights, and the period.
+using MeshNumbers = std::tuple<int, int, int, double, double, double>;
+
+inline std::vector<Mesh> meshes(std::size_t rows, std::size_t coordinates, const std::vector<MeshNumbers>& given) {
+    std::vector<Mesh> found;
+    for (const auto& [row, first, second, weight, other_weight, period] : given) {
+        if (!(std::isfinite(weight) && std::isfinite(other_weight))) refuse("meshes", "hold a number that is not finite");
+        require_positive(period, "meshes");
+        found.push_back({index_below(row, rows, "meshes"),
+                         {index_below(first, coordinates, "meshes"), index_below(second, coordinates, "meshes")},
+                         {weight, other_weight},
+                         period});
+    }
+    return found;
 }
 
 }  // namespace mbproj

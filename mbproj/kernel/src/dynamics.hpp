@@ -6,6 +6,7 @@
 #include "bordered.hpp"
 #include "loads.hpp"
 #include "settings.hpp"
+#include "teeth.hpp"
 
 namespace mbproj {
 
@@ -26,11 +27,14 @@ public:
     Dynamics(const Model<D>& model, const Projection& projection)
         : model_(model), projection_(projection), pose_(model), motion_(model), bordered_(model, penalty(projection)),
           gamma_(model.constraints.rows), C_(model.constraints.rows), C_dot_(model.constraints.rows),
-          lambda_(model.constraints.rows), drive_(model.driven.size()), applied_(model.loads ? model.size() : 0) {}
+          lambda_(model.constraints.rows), drive_(model.driven.size()), applied_(model.loads ? model.size() : 0),
+          teeth_(model), expected_(model.followed()) {}
 
     // Numbers of the bodies' state, and of all that is integrated.
     int size() const { return S::state * model_.size(); }
-    int total() const { return size() + model_.integrals(); }
+    int total() const { return size() + model_.integrals() + model_.followed(); }
+    // Where the angles that are followed begin.
+    int followed() const { return size() + model_.integrals(); }
 
     // y' at a state. False where the equations have no unique solution or a function has no value: see `broken`.
     bool derivative(double t, const double* y, double* slope) {
@@ -72,6 +76,7 @@ public:
             slope[size()] = power;
             slope[size() + 1] = applied_.dissipation;
         }
+        for (int i = 0; i < model_.followed(); ++i) slope[followed() + i] = model_.counts_turns[i] ? angle(i).speed : 0.0;
         if (lambda) std::copy(lambda_.begin(), lambda_.end(), lambda);
         return true;
     }
@@ -79,6 +84,7 @@ public:
     // A state at a time, in place of the last.
     void place(double t, const double* y) {
         pose_.update(y);
+        std::copy(y + followed(), y + followed() + model_.followed(), expected_.begin());
         factored_ = false;
         if (t == t_ && !broken_) return;
         t_ = t;
@@ -121,9 +127,10 @@ public:
     bool holds(Metric metric) const { return held_ && metric == metric_; }
     const double* constraint() {
         mbproj::constraint(model_, pose_, C_.data());
+        teeth_.count(pose_, expected_, C_.data());
         for (std::size_t k = 0; k < drive_.size(); ++k) {
             const DrivenRow& driven = model_.driven[k];
-            const double wanted = driven.start + drive_[k].x;
+            const double wanted = prescribed(k);
             C_[driven.row] = driven.is_angle ? nearest(C_[driven.row] - std::remainder(wanted, 2.0 * M_PI))
                                              : C_[driven.row] - wanted;
         }
@@ -141,8 +148,28 @@ public:
     const double* gamma() const { return gamma_.data(); }
     const double* C_dot() const { return C_dot_.data(); }
 
-    // Where the joints' coordinates were last known: what angles of forces count their turns from.
-    Turning& turning() { return turning_; }
+    // Gears and screws count on from the teeth in mesh now.
+    void start_teeth() { teeth_.start(pose_, expected_, constraint()); }
+    // A coordinate that is an angle: where its vector stands, and how fast it turns, in the state in place.
+    struct Angle {
+        double cosine = 1.0, sine = 0.0, speed = 0.0;
+        double value() const { return std::atan2(sine, cosine); }
+    };
+    Angle angle(int coordinate) const {
+        const Instance& p = model_.coordinates.instances[coordinate];
+        Point<D> x[3], x_dot[3];
+        for (int s = 0; s < 3; ++s) {
+            const Attachment<D>& a = model_.coordinates.attachments[p.slots[s]];
+            x[s].noalias() = pose_[a.body].rotation * a.local;
+            x_dot[s] = turned_by(motion_[a.body].omega, x[s]);
+        }
+        const double cosine = x[2].dot(x[0]), sine = x[2].dot(x[1]);
+        const double cosine_dot = x_dot[2].dot(x[0]) + x[2].dot(x_dot[0]);
+        const double sine_dot = x_dot[2].dot(x[1]) + x[2].dot(x_dot[1]);
+        return {cosine, sine, (cosine * sine_dot - sine * cosine_dot) / (cosine * cosine + sine * sine)};
+    }
+    // What motion k prescribes at the time in place.
+    double prescribed(std::size_t k) const { return model_.driven[k].start + drive_[k].x; }
     // The state, at `time`, at which a function of the scene had no finite value; empty where none failed.
     const std::vector<double>& broken_state() const { return broken_state_; }
     double time() const { return t_; }
@@ -197,7 +224,7 @@ private:
     }
 
     bool set_forces(const double* y) {
-        if (model_.loads && !applied_.update(*model_.loads, pose_, motion_, t_, turning_)) return false;
+        if (model_.loads && !applied_.update(*model_.loads, pose_, motion_, t_, expected_)) return false;
         for (int b = 0; b < model_.size(); ++b) {
             Point<D> force = model_.bodies[b].mass * model_.gravity;
             Turn<D> torque = Turn<D>::Zero();
@@ -241,7 +268,8 @@ private:
     std::vector<double> gamma_, C_, C_dot_, lambda_;
     std::vector<Series> drive_;  // what the motions prescribe at t_
     Applied<D> applied_;
-    Turning turning_;
+    Teeth<D> teeth_;
+    std::vector<double> expected_;  // the joints' coordinates as they are followed, to less than half a turn
     std::vector<double> broken_state_;
     double t_ = std::numeric_limits<double>::quiet_NaN();
     bool factored_ = false, held_ = false, broken_ = false;

@@ -24,22 +24,22 @@ public:
     Equations& operator=(const Equations&) = delete;
 
     Numbers constraint(double t, const double* y) {
-        dynamics_.place(t, y);
+        place(t, y);
         return rows(dynamics_.constraint());
     }
     Numbers constraint_velocity(double t, const double* y) {
-        dynamics_.place(t, y);
+        place(t, y);
         return rows(dynamics_.constraint_velocity(y));
     }
     Numbers gamma(double t, const double* y) {
-        dynamics_.place(t, y);
+        place(t, y);
         dynamics_.move(y, false);
         return rows(dynamics_.gamma());
     }
 
     // G in (δr, δθ global) of each body, rows × bodies × freedoms.
     Numbers jacobian(double t, const double* y) {
-        dynamics_.place(t, y);
+        place(t, y);
         const std::size_t width = static_cast<std::size_t>(S::freedoms) * model_.size();
         Numbers found(width * model_.constraints.rows);
         Matrix<6, S::freedoms> G;
@@ -57,9 +57,8 @@ public:
     // each to less than half a turn. `smallest`: the smallest λ where redundant rows leave it open.
     std::optional<std::pair<Numbers, Numbers>> accelerations(double t, const double* y, const Numbers& coordinates,
                                                              bool smallest) {
-        dynamics_.turning() = {t, coordinates, Numbers(coordinates.size())};
         Numbers slope(dynamics_.total()), lambda(model_.constraints.rows), found;
-        dynamics_.place(t, y);
+        place(t, y, coordinates);
         if (!dynamics_.factor(Metric::mass)) return std::nullopt;
         dynamics_.move(y, false);
         if (!dynamics_.slope_at(y, slope.data(), lambda.data())) return std::nullopt;
@@ -73,21 +72,23 @@ public:
 
     // The state after one exact Newton correction of its position.
     std::optional<Numbers> newton(double t, const double* y) {
-        Numbers state(y, y + dynamics_.size());
+        Numbers state = whole(y);
         if (!corrector_.newton(t, state.data())) return std::nullopt;
+        state.resize(dynamics_.size());
         return state;
     }
 
     // The state moved to the constraints, position and velocity.
     std::optional<Numbers> corrected(double t, const double* y) {
-        Numbers state(y, y + dynamics_.size());
+        Numbers state = whole(y);
         if (!corrector_.anywhere(t, state.data()).regular) return std::nullopt;
+        state.resize(dynamics_.size());
         return state;
     }
 
     // Rows that follow from the others at this state, up to a distance of √smallest.
     int dependent_rows(double t, const double* y, double smallest) {
-        dynamics_.place(t, y);
+        place(t, y);
         return dynamics_.bordered().dependent_rows(dynamics_.pose(), smallest);
     }
 
@@ -101,6 +102,17 @@ public:
     }
 
 private:
+    // The bodies' state y and what is integrated beside it; the angles that are followed, where there are any.
+    Numbers whole(const double* y, const Numbers& coordinates = {}) const {
+        Numbers state(y, y + dynamics_.size());
+        state.resize(dynamics_.total());
+        if (model_.follows_angles) std::copy(coordinates.begin(), coordinates.end(), state.begin() + dynamics_.followed());
+        return state;
+    }
+    void place(double t, const double* y, const Numbers& coordinates = {}) {
+        dynamics_.place(t, whole(y, coordinates).data());
+    }
+
     Numbers rows(const double* values) const { return {values, values + model_.constraints.rows}; }
 
     const Model<D> model_;

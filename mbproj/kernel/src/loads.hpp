@@ -32,13 +32,6 @@ template <int D> struct Loads {
     Programs programs;
 };
 
-// Where the joints' coordinates are near an instant: what tells one turn of an angle from the next.
-struct Turning {
-    double t = 0.0;
-    std::vector<double> value, speed;
-    double expected(int coordinate, double at) const { return value[coordinate] + (at - t) * speed[coordinate]; }
-};
-
 // What the loads do at a state: force and torque about the centre of mass of each body and the ground, global axes, the
 // power of what functions give, and what dampers lose.
 template <int D> struct Applied {
@@ -49,12 +42,13 @@ template <int D> struct Applied {
     explicit Applied(int bodies) : force(bodies + 1), torque(bodies + 1) {}
 
     // False where a function has no finite value.
-    bool update(const Loads<D>& loads, const Pose<D>& pose, const Motion<D>& motion, double t, const Turning& turning) {
+    bool update(const Loads<D>& loads, const Pose<D>& pose, const Motion<D>& motion, double t,
+                const std::vector<double>& expected) {
         for (auto& f : force) f.setZero();
         for (auto& f : torque) f.setZero();
         power = dissipation = 0.0;
         for (std::size_t l = 0; l < loads.laws.size(); ++l)
-            if (!apply(loads, static_cast<int>(l), pose, motion, t, turning)) return false;
+            if (!apply(loads, static_cast<int>(l), pose, motion, t, expected)) return false;
         for (const BodyForce<D>& given : loads.on_bodies)
             if (!apply(loads, given, pose, motion, t)) return false;
         return true;
@@ -62,7 +56,7 @@ template <int D> struct Applied {
 
 private:
     bool apply(const Loads<D>& loads, int l, const Pose<D>& pose, const Motion<D>& motion, double t,
-               const Turning& turning) {
+               const std::vector<double>& expected) {
         const Instance& p = loads.coordinates.instances[l];
         const Law& law = loads.laws[l];
         Point<D> x[most_slots], spoke[most_slots], g[most_slots];
@@ -80,7 +74,7 @@ private:
             rate += g[s].dot(a.is_point ? Point<D>(motion[a.body].velocity + turning_velocity) : turning_velocity);
         }
         double at = value<D>(p, x);
-        if (p.kind == Kind::angle) at += 2.0 * M_PI * std::nearbyint((turning.expected(law.coordinate, t) - at) / (2.0 * M_PI));
+        if (p.kind == Kind::angle) at = near(at, expected[law.coordinate]);
         const Series variables[3] = {{t, 1.0, 0.0}, {at, 0.0, 0.0}, {rate, 0.0, 0.0}};
         const double given = law.program < 0 ? 0.0 : loads.programs.run(law.program, variables).x;
         const double size = given - law.stiffness * (at - law.free) - law.damping * rate;

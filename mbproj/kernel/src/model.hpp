@@ -54,12 +54,26 @@ struct Joint {
     std::vector<int> bodies;  // those that move, each once
 };
 
-// Rows at the end of the constraints that functions of time drive: s(q) - start - f(t).
+// Rows at the end of the constraints that functions of time drive: s(q) - start - f(t), with s one of the coordinates.
 struct DrivenRow {
     int row;
     bool is_angle;
     double start;
+    int coordinate;
 };
+
+// The row of a gear or screw: a weighed sum of two coordinates, less a multiple of a period (one tooth, one thread).
+struct Mesh {
+    int row;
+    int coordinates[2];
+    double weights[2];
+    double period;
+};
+
+// An angle with the whole turns that bring it next to what is expected of it.
+inline double near(double angle, double expected) {
+    return angle + 2.0 * M_PI * std::nearbyint((expected - angle) / (2.0 * M_PI));
+}
 
 template <int D> struct Loads;
 
@@ -75,6 +89,7 @@ template <int D> struct Model {
     int redundant = 0;                   // rows that follow from the others wherever the mechanism goes
     std::shared_ptr<const Loads<D>> loads;      // none, or the forces but gravity
     std::vector<DrivenRow> driven;
+    std::vector<Mesh> meshes;
     std::shared_ptr<const Programs> motions;    // the functions of the driven rows
 
     int joint_of(int row) const {
@@ -95,6 +110,10 @@ template <int D> struct Model {
     int size() const { return static_cast<int>(bodies.size()); }
     // Integrals at the end of the state: work and dissipation where there is either.
     int integrals() const { return loads || !driven.empty() ? 2 : 0; }
+    // And after them all coordinates where forces on angles, or teeth, ask for their turns: angles are integrated from
+    // step to step, so that each stage knows how far the wheels have turned.
+    bool follows_angles = false;
+    int followed() const { return follows_angles ? static_cast<int>(coordinates.instances.size()) : 0; }
 };
 
 }  // namespace mbproj

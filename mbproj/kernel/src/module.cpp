@@ -78,7 +78,8 @@ void add_settings(nb::module_& m) {
         .value("vanished", Status::vanished)
         .value("broken", Status::broken)
         .value("branch", Status::branch)
-        .value("unresolved", Status::unresolved);
+        .value("unresolved", Status::unresolved)
+        .value("untold", Status::untold);
     nb::class_<Outcome>(m, "Outcome")
         .def_ro("status", &Outcome::status)
         .def_ro("time", &Outcome::time)
@@ -87,7 +88,11 @@ void add_settings(nb::module_& m) {
         .def_ro("open_by", &Outcome::open_by)
         .def_ro("passes", &Outcome::passes)
         .def_ro("projection_failed", &Outcome::projection_failed)
-        .def_ro("velocity_change", &Outcome::velocity_change);
+        .def_ro("velocity_change", &Outcome::velocity_change)
+        .def_prop_ro("coordinate", [](const Outcome& self) { return self.slip.coordinate; })
+        .def_prop_ro("turned", [](const Outcome& self) { return self.slip.turned; })
+        .def_prop_ro("off", [](const Outcome& self) { return self.slip.off; })
+        .def_ro("step", &Outcome::step);
     nb::class_<Peak>(m, "Peak").def_ro("value", &Peak::value).def_ro("row", &Peak::row).def_ro("time", &Peak::time);
 }
 

@@ -25,8 +25,8 @@ public:
     Run(Model<D> model, Tableau tableau, Projection projection, Steps steps, const std::vector<double>& y,
         std::vector<long> turns)
         : model_(std::move(model)), tableau_(std::move(tableau)), projection_(projection), steps_(std::move(steps)),
-          dynamics_(model_, projection_), corrector_(dynamics_, projection_, phases_), counter_(model_),
-          method_(tableau_, dynamics_, model_.length), passage_(tableau_, dynamics_, corrector_),
+          dynamics_(model_, projection_), corrector_(dynamics_, projection_, phases_), method_(tableau_, dynamics_, model_.length),
+          counter_(model_, dynamics_, method_), passage_(tableau_, dynamics_, corrector_),
           control_(tableau_.error_order), t_(steps_.start),
           y_(Vector::Zero(dynamics_.total())), y_new_(y_), slope_(y_), copy_(y_), copy_slope_(y_),
           lambda_(model_.constraints.rows), copy_lambda_(lambda_),
@@ -68,9 +68,8 @@ private:
         ++counters.evaluations;
         dynamics_.place(t_, y_.data());
         dynamics_.move(y_.data(), true);
-        watch(dynamics_.constraint(), dynamics_.C_dot());
-        counted_ = counter_.start(dynamics_.pose(), dynamics_.motion(), counted_.turns);
-        remember_turns(t_);
+        watch(dynamics_.constraint(), dynamics_.C_dot(), t_);
+        counted_ = counter_.start(counted_.turns, t_, y_);
         if (!evaluate(y_, true)) return stop_at(t_);
         method_.first() = slope_;
         h_ = steps_.step;
@@ -156,13 +155,13 @@ private:
         const double time = steps_.times[next_sample_++];
         method_.at(y_, reached_.h, (time - t_) / reached_.h, copy_);
         const Aside aside(dynamics_);
+        counter_.lead(time, copy_);
         corrector_.anywhere(time, copy_.data());
         if (!dynamics_.factor(Metric::mass)) return stop_at(time);
         dynamics_.move(copy_.data(), false);
         if (!dynamics_.slope_at(copy_.data(), copy_slope_.data(), copy_lambda_.data())) return stop_at(time);
-        Counted counted = counted_before_;
-        counter_.advance(counted, dynamics_.pose(), dynamics_.motion(), time - t_);
-        sample(time, copy_, copy_slope_, copy_lambda_, reached_.h, counted.turns);
+        const auto turns = counter_.inside(counted_before_, t_, counted_, reached_.t, time, copy_);
+        sample(time, copy_, copy_slope_, copy_lambda_, reached_.h, turns);
         if (next_sample_ == inside_) finish_step();
     }
 
@@ -200,6 +199,7 @@ private:
         ++counters.evaluations;
         passage_.accepted(dynamics_.pivots);
         dynamics_.pivots = {};
+        counter_.lead(t, y_new_);
         const Corrected done = corrector_.after_step(counters.steps, t, y_new_.data());
         counters.projections += done.projections;
         counters.projection_iterations += done.position_passes;
@@ -209,34 +209,25 @@ private:
         if (!done.regular) return stop_at(t), false;
         const bool jumps = done.velocity_change > branch_change && done.speed_change * (t - t_) > at_rest * model_.length;
         if (jumps && dynamics_.is_near_singular())
-            return stop_at_branch(Status::branch, t, done.velocity_change), false;
+            return stop(Outcome::at_branch(Status::branch, t, done.velocity_change)), false;
         const double off = halved_ ? passage_.off(passage_.end(), y_new_, t - t_) : 0.0;
         if (off > agreement && dynamics_.is_near_singular())
-            return stop_at_branch(Status::unresolved, t, off), false;
-        const double previous = t_;
-        t_ = t;
+            return stop(Outcome::at_branch(Status::unresolved, t, off)), false;
         const double* C = dynamics_.constraint();
         dynamics_.move(y_new_.data(), true);
-        watch(C, dynamics_.C_dot());
-        t_ = previous;
         const int worst = model_.open_by_more(C, done.failures ? open_limit : lost_limit);
+        if (const Slip slip = worst >= 0 ? counter_.far(counted_, t - t_) : counter_.advance(counted_, t_, y_, t, y_new_))
+            return untold(slip, t), false;
+        watch(C, dynamics_.C_dot(), t);
         if (worst >= 0 && done.near_singular) {
             stop_at(t);
             outcome.joint = model_.joint_of(worst);
             return false;
         }
         if (worst >= 0) {
-            Outcome open{Status::open, t};
-            open.row = worst;
-            open.open_by = std::abs(C[worst]);
-            open.passes = done.position_passes;
-            open.projection_failed = done.failures > 0;
-            return stop(open), false;
+            return stop(Outcome::left_open(t, worst, std::abs(C[worst]), done.position_passes, done.failures > 0)), false;
         }
-        counter_.advance(counted_, dynamics_.pose(), dynamics_.motion(), t - t_);
-        remember_turns(t);
-        if (!evaluate(y_new_, with_multipliers)) return stop_at(t), false;
-        return true;
+        return evaluate(y_new_, with_multipliers) || (stop_at(t), false);
     }
 
     bool evaluate(const Vector& y, bool with_multipliers) {
@@ -245,26 +236,25 @@ private:
         return dynamics_.slope_at(y.data(), slope_.data(), with_multipliers ? lambda_.data() : nullptr);
     }
 
-    void watch(const double* C, const double* C_dot) {
-        peaks.watch(C, C_dot, model_.constraints.rows, model_.driven.size(), t_);
+    void watch(const double* C, const double* C_dot, double t) {
+        peaks.watch(C, C_dot, model_.constraints.rows, model_.driven.size(), t);
+    }
+
+    // A step to t that cannot tell turns is made again, shorter; one of fixed size ends the run.
+    void untold(const Slip& slip, double t) {
+        if (steps_.fixed()) return stop(Outcome::untold(slip, t, t - t_));
+        --counters.steps;
+        counted_ = counted_before_;
+        reject(slip.shorter() * (t - t_));
     }
 
     void sample(double t, const Vector& y, const Vector& slope, const std::vector<double>& lambda, double h,
                 const std::vector<long>& turns) {
         counters.factorisations = dynamics_.bordered().factorisations();
-        block.add<D>(t, y, slope, model_.size(), lambda, h, turns, counters);
-    }
-
-    // For the forces on angles, where the joints' coordinates are now.
-    void remember_turns(double t) {
-        if (model_.loads) counted_.remember(t, dynamics_.turning());
+        block.add<D>(t, y, slope, model_.size(), lambda, h, turns, counters, model_.integrals());
     }
 
     void stop(const Outcome& reached) { outcome = reached; }
-    void stop_at_branch(Status status, double t, double change) {
-        outcome = {status, t};
-        outcome.velocity_change = change;
-    }
     void stop_at(double t) {
         if (!dynamics_.broken_state().empty()) return stop({Status::broken, dynamics_.time()});
         if (!dynamics_.finite()) return stop({Status::not_finite, t});
@@ -279,15 +269,15 @@ private:
     Phases phases_;
     Dynamics<D> dynamics_;
     Corrector<D> corrector_;
-    TurnCounter<D> counter_;
     RungeKutta<D> method_;
+    TurnCounter<D> counter_;
     Passage<D> passage_;
     Controller control_;
     double t_, h_ = 0.0;
     Vector y_, y_new_, slope_;  // slope_ at y_new_, until the step is taken over
     Vector copy_, copy_slope_;  // of a sample inside a step
     std::vector<double> lambda_, copy_lambda_;
-    Counted counted_, counted_before_;
+    typename TurnCounter<D>::Counted counted_, counted_before_;
     Reached reached_{};
     std::size_t next_sample_ = 0, inside_ = 0;  // samples up to `inside_` lie in the step that was just accepted
     bool started_ = false, halved_ = false;

@@ -38,6 +38,10 @@ public:
         return true;
     }
 
+    // The state at a stage of the last step, which was from y over h.
+    void stage(const Vector& y, double h, int s, Vector& state) const { combine(y, h, tableau_.a.row(s), s, state); }
+    const Tableau& tableau() const { return tableau_; }
+
     // f at the new point, before any projection, for the estimate and the extension.
     bool last(double t, const Vector& y_new) { return dynamics_.derivative(t, y_new.data(), k_[tableau_.stages()].data()); }
 
