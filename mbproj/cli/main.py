@@ -17,7 +17,7 @@ from mbproj.version import __version__
 
 #: Commands in the order of the help; each is the object `command` of the module of its name.
 COMMANDS = ("run", "check", "plot", "info", "export", "rerun", "compare", "tradeoff", "threshold", "recommend",
-            "verify", "stability", "batch", "compare-results", "new", "paper", "examples", "schema")
+            "verify", "stability", "batch", "compare-results", "help", "new", "paper", "examples", "schema")
 
 
 class CommandsOnDemand(click.Group):
