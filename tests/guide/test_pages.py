@@ -48,6 +48,13 @@ def test_a_page_fits_a_terminal(page):
     assert len(longest) <= WIDTH, longest
 
 
+@every_page
+def test_code_fits_a_terminal_without_being_broken(page):
+    for fence in fences(page):
+        for line in fence.text.splitlines():
+            assert len(line) <= WIDTH - 2, f"{page.topic}: {line}"
+
+
 def test_topics_are_unique_and_every_kind_has_pages():
     assert len(pages()) == sum(1 for kind in KINDS for _ in (ROOT / kind).glob("*.md"))
     assert {page.kind for page in pages().values()} == set(KINDS)
