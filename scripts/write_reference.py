@@ -12,8 +12,9 @@ import re
 import sys
 from pathlib import Path
 
-from mbproj.guide.pages import pages
 from reference import program_tables, scene_tables
+
+from mbproj.guide.pages import pages
 
 MARKED = re.compile(r"(<!-- table: (\w+) -->\n).*?(<!-- end -->)", re.DOTALL)
 

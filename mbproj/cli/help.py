@@ -15,7 +15,7 @@ from mbproj.guide.pages import KINDS, Page, pages, search
 MOST_HITS = 12
 
 
-@click.command(name="help", short_help="Shows the pages of the guide.")
+@click.command(name="help")
 @click.argument("words", metavar="[TOPIC | WORDS]...", nargs=-1)
 @click.option("--html", "site", type=click.Path(path_type=Path, file_okay=False), metavar="DIR",
               help="Write the whole guide as web pages into DIR.")  # fmt: skip
@@ -49,7 +49,8 @@ def contents() -> str:
     width = max((len(topic) for topic in pages()), default=0)
     lines = []
     for kind, title in KINDS.items():
-        lines += [title, *(f"  {page.topic:{width}}  {page.title}" for page in pages().values() if page.kind == kind), ""]
+        of_kind = (page for page in pages().values() if page.kind == kind)
+        lines += [title, *(f"  {page.topic:{width}}  {page.title}" for page in of_kind), ""]
     return "\n".join([*lines, "Show a page with `mbproj help TOPIC`; search all pages with `mbproj help WORDS`."])
 
 

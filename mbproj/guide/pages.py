@@ -66,7 +66,11 @@ def search(words: Sequence[str]) -> list[Hit]:
             if all(word in section.casefold() for word in wanted):
                 line = next((line for line in body.splitlines() if any(word in line.casefold() for word in wanted)), "")
                 hits.append(Hit(page, heading.lstrip("# "), line.strip()))
-    return sorted(hits, key=lambda hit: not any(word in f"{hit.page.topic} {hit.section}".casefold() for word in wanted))
+
+    def is_elsewhere(hit: Hit) -> bool:
+        return not any(word in f"{hit.page.topic} {hit.section}".casefold() for word in wanted)
+
+    return sorted(hits, key=is_elsewhere)
 
 
 def _without_fences(text: str) -> str:

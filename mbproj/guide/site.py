@@ -23,8 +23,8 @@ suppress_warnings = ["misc.highlighting_failure"]
 
 
 def write_site(folder: Path) -> Path:
-    """Writes the pages below a folder; the page to begin with. Raises InputError where the generator is not installed or
-    a page is at fault."""
+    """Writes the pages below a folder; the page to begin with. Raises InputError where the generator is not installed
+    or a page is at fault."""
     try:
         from sphinx.cmd.build import build_main
     except ImportError as error:
@@ -48,5 +48,6 @@ def _contents() -> str:
     parts = ["# mbproj", "Constrained spatial mechanisms, simulated with joints that stay closed."]
     for kind, title in KINDS.items():
         listed = "\n".join(f"{kind}/{page.topic}" for page in pages().values() if page.kind == kind)
-        parts.append(f"## {title}\n\n```{{toctree}}\n:maxdepth: 1\n:caption: {title.partition(':')[0]}\n\n{listed}\n```")
+        caption = title.partition(":")[0]
+        parts.append(f"## {title}\n\n```{{toctree}}\n:maxdepth: 1\n:caption: {caption}\n\n{listed}\n```")
     return "\n\n".join(parts) + "\n"

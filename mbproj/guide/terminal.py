@@ -18,7 +18,7 @@ def rendered(page: Page, width: int = WIDTH, *, colours: bool = False) -> str:
 
     file = StringIO()
     console = Console(
-        file=file, width=min(width, WIDTH), force_terminal=colours, no_color=not colours, highlight=False, legacy_windows=False
+        file=file, width=min(width, WIDTH), force_terminal=colours, no_color=not colours, legacy_windows=False
     )
     console.print(Markdown(_readable(page.text), code_theme="ansi_dark", hyperlinks=False))
     return "\n".join(line.rstrip() for line in file.getvalue().splitlines()) + "\n"

@@ -16,5 +16,6 @@ def codes(values: Iterable[object]) -> str:
 
 def table(head: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
     """A table; bars in cells are escaped where they are not yet."""
-    lines = [head, ["---"] * len(head), *([cell.replace("|", "\\|").replace("\\\\|", "\\|") for cell in row] for row in rows)]
+    cells = ([cell.replace("|", "\\|").replace("\\\\|", "\\|") for cell in row] for row in rows)
+    lines = [head, ["---"] * len(head), *cells]
     return "".join(f"| {' | '.join(line)} |\n" for line in lines)

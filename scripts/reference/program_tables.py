@@ -14,7 +14,8 @@ from mbproj.plot.kinds import KINDS
 from mbproj.results.layout import CONSTANTS, DATASETS, NAMES
 from mbproj.studies.stability.quantities import QUANTITIES
 from mbproj.studies.verify.checks import CHECKS
-from reference.markdown import code, table
+
+from .markdown import code, table
 
 #: What each exit code means to a caller.
 MEANINGS = {
@@ -55,9 +56,10 @@ def datasets() -> str:
     rows = []
     for each in DATASETS:
         shape = ", ".join(["T", *map(str, each.shape)])
-        rows.append([code(each.path), f"({shape})", each.unit, each.description + (f"; {each.frame}" if each.frame else "")])
-    for constant in CONSTANTS:
-        rows.append([code(constant.path), f"({', '.join(map(str, constant.shape))})", constant.unit, constant.description])
+        frame = f"; {each.frame}" if each.frame else ""
+        rows.append([code(each.path), f"({shape})", each.unit, each.description + frame])
+    for mark in CONSTANTS:
+        rows.append([code(mark.path), f"({', '.join(map(str, mark.shape))})", mark.unit, mark.description])
     rows += [[code(each.path), f"({each.symbol})", "", each.description] for each in NAMES.values()]
     return table(["dataset", "shape", "unit", "what it is"], rows)
 

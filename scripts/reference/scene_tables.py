@@ -14,7 +14,8 @@ from mbproj.scene.motions import KINDS
 from mbproj.scene.observables import COMPONENTS, MOMENTS, OBSERVABLES
 from mbproj.scene.simulation import PROJECTION, SIMULATION
 from mbproj.scene.units import SYMBOLS
-from reference.markdown import code, codes, table
+
+from .markdown import code, codes, table
 
 
 def scene_keys() -> str:

@@ -2,8 +2,8 @@
 
 - ```` ```yaml NAME.yaml ````: saved as NAME.yaml; it has to be read as a scene.
 - ```` ```yaml ````: a part of a scene; with the last scene saved before, or a pendulum, it has to be read.
-- ```` ```console ````: lines that begin with `$ ` are commands; what follows is what they print, `...` stands for what is
-  left out. Numbers may differ. `exit N` after the language: the exit code of the last command, 0 otherwise.
+- ```` ```console ````: lines that begin with `$ ` are commands; what follows is what they print, where `...` stands
+  for what is left out. Numbers may differ. `exit N` after the language: the exit code of the last command, 0 otherwise.
 - ```` ```python ````: a program.
 - `slow` after the language: run by scripts/run_guide.py alone. ```` ```text ````: not run.
 """
@@ -80,8 +80,8 @@ def run_page(page: Page, folder: Path, *, slow: bool = False) -> None:
 
 
 def _merged(scene: str, part: str) -> str:
-    """A scene with the blocks of a part of it: their entries beside the scene's own, or in their place; of `simulation` the
-    whole block, whose keys may exclude each other."""
+    """A scene with the blocks of a part of it: their entries beside the scene's own, or in their place; of `simulation`
+    the whole block, whose keys may exclude each other."""
     whole, given = yaml.safe_load(scene), yaml.safe_load(part)
     for key, value in given.items():
         if key != "simulation" and isinstance(value, dict) and isinstance(whole.get(key), dict):
