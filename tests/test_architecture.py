@@ -33,8 +33,8 @@ MAY_IMPORT = {
     "studies": {"functions", "joints", "scene", "model", "dynamics", "projection", "integrate", "kernel", "outputs",
                 "results", "analysis"},
     "plot": {"outputs", "results", "analysis", "scene"},
-    "cli": {"guide", "joints", "scene", "model", "dynamics", "integrate", "kernel", "outputs", "results", "analysis", "studies",
-            "plot", "templates"},
+    "cli": {"guide", "joints", "scene", "model", "dynamics", "integrate", "kernel", "outputs", "results", "analysis",
+            "studies", "plot", "templates"},
 }
 
 
