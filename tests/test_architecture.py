@@ -30,11 +30,12 @@ MAY_IMPORT = {
     "results": {"outputs", "scene"},
     "analysis": {"results", "scene"},
     "templates": {"scene"},
+    "guide": set(),
     "studies": {"functions", "joints", "scene", "model", "dynamics", "projection", "integrate", "kernel", "outputs",
                 "results", "analysis"},
     "plot": {"outputs", "results", "analysis", "scene"},
-    "cli": {"joints", "scene", "model", "dynamics", "integrate", "kernel", "outputs", "results", "analysis", "studies",
-            "plot", "templates"},
+    "cli": {"guide", "joints", "scene", "model", "dynamics", "integrate", "kernel", "outputs", "results", "analysis",
+            "studies", "plot", "templates"},
 }
 
 

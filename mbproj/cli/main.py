@@ -5,7 +5,9 @@ from __future__ import annotations
 import os
 import sys
 import warnings
+from collections.abc import Mapping
 from importlib import import_module
+from types import MappingProxyType
 from typing import Any
 
 import click
@@ -15,9 +17,43 @@ from mbproj.ending import ending
 from mbproj.errors import ExitCode, MbprojWarning
 from mbproj.version import __version__
 
-#: Commands in the order of the help; each is the object `command` of the module of its name.
-COMMANDS = ("run", "check", "plot", "info", "export", "rerun", "compare", "tradeoff", "threshold", "recommend",
-            "verify", "stability", "batch", "compare-results", "new", "paper", "examples", "schema")
+#: Commands by what they are for, each with one line on it; each is the object `command` of the module of its name.
+GROUPS: Mapping[str, Mapping[str, str]] = MappingProxyType(
+    {
+        "Simulate": {
+            "run": "Simulates a scene and writes its results.",
+            "rerun": "Repeats a run from its results file.",
+        },
+        "Look": {
+            "check": "Says whether a scene closes and can run.",
+            "plot": "Draws pictures of results.",
+            "info": "Says what a results file holds.",
+            "export": "Writes results as CSV tables.",
+        },
+        "Judge": {
+            "verify": "Checks the paper's mathematics on a scene.",
+            "stability": "Finds where each projection method fails.",
+            "compare-results": "Says whether two results are the same motion.",
+        },
+        "Choose a setting": {
+            "recommend": "Finds the cheapest setting that keeps an error.",
+            "compare": "Puts methods on one scene side by side.",
+            "tradeoff": "Measures accuracy against cost on a scene.",
+            "threshold": "Finds from which violation on to project.",
+        },
+        "Automate": {
+            "batch": "Runs many scenes and checks what they expect.",
+            "schema": "Prints the JSON Schema of scenes for editors.",
+        },
+        "Learn": {
+            "help": "Shows and searches the pages of the guide.",
+            "examples": "Lists or copies the example mechanisms.",
+            "new": "Writes a scene to begin with.",
+            "paper": "Draws the figures of Zhang, Liu & Liu (2015).",
+        },
+    }
+)
+COMMANDS = tuple(name for names in GROUPS.values() for name in names)
 
 
 class CommandsOnDemand(click.Group):
@@ -32,6 +68,12 @@ class CommandsOnDemand(click.Group):
         command: click.Command = import_module(f"mbproj.cli.{cmd_name.replace('-', '_')}").command
         return command
 
+    def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
+        """The groups; no command is imported for that."""
+        for title, commands in GROUPS.items():
+            with formatter.section(title):
+                formatter.write_dl([(f"{name:15}", summary) for name, summary in commands.items()])
+
 
 #: `color`: click would drop colour codes, and parts of file names that look like them; `Stream` escapes them instead.
 SETTINGS = {"help_option_names": ["-h", "--help"], "max_content_width": 120, "color": True}
@@ -45,8 +87,9 @@ def mbproj() -> None:
     A YAML scene describes bodies and joints; results go to HDF5; plots are drawn from there. First steps:
 
     \b
+      mbproj help getting_started
       mbproj examples --copy .
-      mbproj run five_bar.yaml --projection gpopm
+      mbproj run five_bar.yaml
       mbproj plot results.h5
     """
 

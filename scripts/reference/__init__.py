@@ -1,0 +1,1 @@
+"""Tables of the guide's reference, from the definitions that the code itself runs on."""

@@ -1,0 +1,107 @@
+"""Tables of the scene file: its blocks, joints, forces, motions, units, functions, expectations."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from mbproj import registry
+from mbproj.joints import JOINTS
+from mbproj.scene.containers import Record
+from mbproj.scene.evaluate import FUNCTIONS
+from mbproj.scene.forces import FORCE_RECORDS
+from mbproj.scene.grammar import JOINT, MARKER, SCENE
+from mbproj.scene.motions import KINDS
+from mbproj.scene.observables import COMPONENTS, MOMENTS, OBSERVABLES
+from mbproj.scene.simulation import PROJECTION, SIMULATION
+from mbproj.scene.units import SYMBOLS
+
+from .markdown import code, codes, table
+
+
+def scene_keys() -> str:
+    """The blocks of a scene."""
+    return keys_of(SCENE.keys, SCENE.required)
+
+
+def simulation_keys() -> str:
+    return keys_of(SIMULATION.keys, SIMULATION.required)
+
+
+def projection_keys() -> str:
+    (record,) = (each for each in PROJECTION.ways if isinstance(each, Record))  # type: ignore[attr-defined]
+    return keys_of(record.keys, record.required)
+
+
+def marker_keys() -> str:
+    return keys_of(MARKER.keys, MARKER.required)
+
+
+def joints() -> str:
+    """Every type: its rows, the keys that it needs, those that it may have, its coordinates."""
+    rows = []
+    for name, kind in JOINTS.items():
+        record = JOINT.variants[name]
+        needed = [key for key in record.required if key not in ("type", "bodies")]
+        optional = [key for key in record.keys if key not in (*record.required, *kind.coordinates)]
+        rows.append([code(name), str(rows_of(name)), codes(needed), codes(optional), codes(kind.coordinates)])
+    return table(["joint", "rows", "needs", "may have", "coordinates"], rows)
+
+
+def rows_of(joint: str) -> int:
+    """How many rows of C a type of joint has."""
+    return sum(3 if row[0] == "coincident" else 1 for row in JOINTS[joint].rows)
+
+
+def forces() -> str:
+    rows = [
+        [code(name), codes(key for key in record.required if key != "type"),
+         codes(key for key in record.keys if key not in (*record.required, "type"))]
+        for name, record in FORCE_RECORDS.items()
+    ]  # fmt: skip
+    return table(["force", "needs", "may have"], rows)
+
+
+def motions() -> str:
+    return ", ".join(code(kind) for kind in KINDS) + "\n"
+
+
+def units() -> str:
+    return " ".join(code(unit) for unit in SYMBOLS) + "\n"
+
+
+def functions() -> str:
+    return " ".join(code(name) for name in FUNCTIONS) + "\n"
+
+
+def projection_methods() -> str:
+    rows = [
+        [code(name), entry.equations, entry.summary, codes(entry.options), "yes" if entry.compiled else "no"]
+        for name, entry in registry.PROJECTIONS.items()
+    ]
+    return table(["method", "equations", "what it does", "options of its own", "compiled"], rows)
+
+
+def integrators() -> str:
+    rows = [
+        [code(name), str(entry.order), entry.summary, "yes" if entry.embedded else "no"]
+        for name, entry in registry.integrators().items()
+    ]
+    return table(["integrator", "order", "what it is", "error control"], rows)
+
+
+def observables() -> str:
+    rows = [[code(of), codes(names)] for of, names in OBSERVABLES.items()]
+    return table(["of", "quantity"], rows)
+
+
+def moments() -> str:
+    return f"`at`: a time, {codes(MOMENTS)}. `component`: {codes(COMPONENTS)}.\n"
+
+
+def keys_of(keys: Mapping[str, object], required: tuple[str, ...]) -> str:
+    """What belongs to each key, and whether it is required."""
+    rows = [
+        [code(name), field.expects, "yes" if name in required else ""]  # type: ignore[attr-defined]
+        for name, field in keys.items()
+    ]
+    return table(["key", "value", "required"], rows)

@@ -1,0 +1,88 @@
+"""The guide: what its pages show is what mbproj does, its links lead somewhere, and it names all that there is."""
+
+from __future__ import annotations
+
+import re
+
+import pytest
+from click.testing import CliRunner
+
+from mbproj.cli.main import COMMANDS, mbproj
+from mbproj.guide.pages import KINDS, ROOT, pages, search
+from mbproj.guide.terminal import WIDTH, rendered
+from tests.guide.fences import fences, run_page
+
+every_page = pytest.mark.parametrize("page", list(pages().values()), ids=list(pages()))
+
+
+@every_page
+def test_what_a_page_shows_is_what_happens(page, tmp_path):
+    run_page(page, tmp_path)
+
+
+@every_page
+def test_links_lead_to_pages_headings_and_figures(page):
+    for target in re.findall(r"\]\(([^)\s]+)\)", page.text):
+        if target.startswith("http"):
+            continue
+        name, _, anchor = target.partition("#")
+        path = page.path.parent / name if name else page.path
+        assert path.is_file(), f"{page.topic}: {target}"
+        if anchor:
+            headings = re.findall(r"^#+ (.*)$", path.read_text(encoding="utf-8"), re.MULTILINE)
+            anchors = {re.sub(r"[^\w\- ]", "", heading.lower()).replace(" ", "-") for heading in headings}
+            assert anchor in anchors, f"{page.topic}: {target}"
+
+
+@every_page
+def test_a_page_begins_with_its_title_and_has_no_sentence_of_more_than_thirty_words(page):
+    assert page.text.startswith("# ")
+    prose = re.sub(r"^```.*?^```$|^\|.*$|^#.*$|`[^`]*`|\$[^$]*\$", " x ", page.text, flags=re.MULTILINE | re.DOTALL)
+    for sentence in re.split(r"(?<=[.:!?;])\s+|\n\s*\n|\n\s*[-*] |\n\s*\d+\. ", prose):
+        assert len(sentence.split()) <= 30, f"{page.topic}: {' '.join(sentence.split())}"
+
+
+@every_page
+def test_a_page_fits_a_terminal(page):
+    longest = max(rendered(page).splitlines(), key=len)
+    assert len(longest) <= WIDTH, longest
+
+
+@every_page
+def test_code_fits_a_terminal_without_being_broken(page):
+    for fence in fences(page):
+        for line in fence.text.splitlines():
+            assert len(line) <= WIDTH - 2, f"{page.topic}: {line}"
+
+
+def test_topics_are_unique_and_every_kind_has_pages():
+    assert len(pages()) == sum(1 for kind in KINDS for _ in (ROOT / kind).glob("*.md"))
+    assert {page.kind for page in pages().values()} == set(KINDS)
+
+
+def test_no_block_is_without_a_known_language_and_a_page():
+    assert all(fence.line for page in pages().values() for fence in fences(page))
+
+
+@pytest.mark.parametrize("name", COMMANDS)
+def test_every_command_has_its_place_in_the_guide(name):
+    hits = search([f"mbproj {name}"])
+    assert hits, f"no page shows `mbproj {name}`"
+
+
+def test_help_lists_every_topic_and_shows_each():
+    contents = CliRunner().invoke(mbproj, ["help"])
+    assert contents.exit_code == 0
+    for page in pages().values():
+        assert f"  {page.topic} " in contents.output
+    topic = next(iter(pages()))
+    shown = CliRunner().invoke(mbproj, ["help", topic])
+    assert pages()[topic].title.split()[0] in shown.output
+
+
+def test_a_search_names_the_pages_and_one_without_a_hit_says_so():
+    found = CliRunner().invoke(mbproj, ["help", "singular", "position"])
+    assert found.exit_code == 0
+    assert "singular" in found.output.casefold()
+    nothing = CliRunner().invoke(mbproj, ["help", "zeppelin"])
+    assert "no page of the guide has 'zeppelin'" in str(nothing.exception)
