@@ -52,13 +52,13 @@ def test_a_step_far_too_large_cannot_count_the_turns_of_its_joints(step, method)
     assert "at J1.angle: the step is too long to tell its turns: the rates lead " in str(error)
 
 
-@pytest.mark.parametrize("method", ["none", "gpopm"])
-def test_a_step_far_too_large_leaves_the_joints_open(method):
+def test_a_step_far_too_large_leaves_the_joints_open():
     """Balls have no angle that could be counted."""
-    _, error = run(random_chain(12, ["spherical"] * 3), duration=1000.0, step=20.0, projection={"method": method})
+    balls = random_chain(12, ["spherical"] * 3)
+    _, error = run(balls, duration=1000.0, step=20.0, projection={"method": "none"})
     assert error.time <= 80.0
     assert "at joint 'J" in str(error)
-    assert ("it has drifted open by" if method == "none" else "the projection did not close it") in str(error)
+    assert "it has drifted open by" in str(error)
 
 
 @pytest.mark.filterwarnings("ignore:.*encountered in:RuntimeWarning")

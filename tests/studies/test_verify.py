@@ -9,7 +9,7 @@ import pytest
 import scipy.linalg
 
 from mbproj import read_scene, read_scene_text
-from mbproj.dynamics import equations
+from mbproj.dynamics import constraint_equations, equations
 from mbproj.dynamics.constraint_equations import tangent_jacobian
 from mbproj.integrate.tableau import load_tableau
 from mbproj.projection.gpopm import Gpopm
@@ -221,3 +221,36 @@ def test_a_function_with_a_kink_says_why_no_order_is_seen():
     text = PENDULUM + "forces:\n  stop: {type: torsion_spring_damper, joint: pin, torque: 'max(0, angle)'}\n"
     found = {check.name: check for check in verify(read_scene_text(text)).checks}
     assert found["order"].remark == "a function of the scene is not smooth (max): no method keeps its order there"
+
+
+GEARS = """\
+mbproj: 1
+gravity: [0, 0, 0]
+simulation: {duration: 0.5, step: 10 ms, integrator: rk4, formulation: full}
+bodies:
+  wheel: {mass: 1, inertia: [0.01, 0.01, 0.02], position: [0, 0, 0]}
+  pinion: {mass: 0.5, inertia: [0.001, 0.001, 0.001], position: [0.1, 0, 0]}
+joints:
+  A: {type: revolute, bodies: [ground, wheel], location: [0, 0, 0], axis: [0, 0, 1]}
+  B: {type: revolute, bodies: [ground, pinion], location: [0.1, 0, 0], axis: [1, 0, 0]}
+  G: {type: gear, joints: [A, B], teeth: [60, 20]}
+motions:
+  m: {joint: A, angle: {constant_speed: 1500 rpm}}
+"""
+
+
+def test_slipped_teeth_are_seen(monkeypatch):
+    """Rows of gears to the nearest tooth: joints are closed after every step, and the pinion lags behind."""
+    gears = Case(Mechanism.of(read_scene_text(GEARS)))
+    assert outcome("turns", gears).measured <= 1e-9
+    monkeypatch.setattr(constraint_equations, "to_the_tooth", lambda system, pose, teeth, rows: rows)
+    slipped = outcome("turns", gears)
+    assert slipped.measured >= 1.0
+    assert not slipped.passed
+
+
+def test_steps_that_cannot_tell_the_teeth_fail_the_check():
+    free = GEARS[: GEARS.index("motions:")].replace("axis: [0, 0, 1]}", "axis: [0, 0, 1], speed: 2000 rpm}")
+    found = {check.name: check for check in verify(read_scene_text(free)).checks}
+    assert found["turns"].verdict == "failed"
+    assert "the step is too long to tell its turns" in found["turns"].remark
