@@ -14,7 +14,7 @@ HINT = "a motion needs a continuous velocity: lead over with a smooth_step or a 
 
 
 def refuse_jumps(system: System, start: float, end: float) -> None:
-    """Raises InputError where a motion's value or velocity jumps from `start` on and before `end`. Jumps of the
+    """Raises InputError where a motion's value or velocity jumps from `start` to `end`. Jumps of the
     acceleration alone are right: the driving force jumps with it."""
     if system.motions is None:
         return

@@ -38,9 +38,9 @@ class Kink(NamedTuple):
 
 
 def kinks(programs: ProgramSet, index: int, start: float, end: float) -> tuple[Kink, ...]:
-    """The kinks of program `index`, a function of time alone, from `start` on and before `end`, in their order: the
-    first `MOST` of them. One at `start` counts where the value or a derivative there is not that right after it; rows
-    of tables count where one of these jumps."""
+    """The kinks of program `index`, a function of time alone, from `start` to `end`, in their order: the first
+    `MOST` within. One at `start` or `end` counts where the value or a derivative there is not that right beside it;
+    rows of tables count where one of these jumps."""
     branched, uneven = _suspects(programs, index)
     if not (branched or uneven) or not start < end:
         return ()
@@ -51,12 +51,13 @@ def kinks(programs: ProgramSet, index: int, start: float, end: float) -> tuple[K
     times = look.apart(np.concatenate([smooth, jumping, rows]))[:MOST]
     jumps = look.jump(times - look.aside, times + look.aside)
     counts = np.isin(times, smooth) | np.any(jumps != 0.0, axis=1)
-    first = look.jump(np.array([start]), np.array([start + look.aside]))
-    found = [Kink(start, tuple(first[0].tolist()))] if np.any(first != 0.0) else []
-    return (
-        *found,
-        *(Kink(t, tuple(jump)) for t, jump in zip(times[counts].tolist(), jumps[counts].tolist(), strict=True)),
+    ends = np.array([start, end - look.aside]), np.array([start + look.aside, end])
+    first, last = (
+        [Kink(t, tuple(jump))] if any(jump) else []
+        for t, jump in zip((start, end), look.jump(*ends).tolist(), strict=True)
     )
+    found = zip(times[counts].tolist(), jumps[counts].tolist(), strict=True)
+    return (*first, *(Kink(t, tuple(jump)) for t, jump in found), *last)
 
 
 def _suspects(programs: ProgramSet, index: int) -> tuple[frozenset[Op], frozenset[Op]]:
