@@ -15,8 +15,10 @@ import argparse
 import os
 import re
 import shutil
+import signal
 import sys
 from collections import Counter
+from contextlib import suppress
 from pathlib import Path
 from random import Random
 from tempfile import TemporaryDirectory
@@ -138,8 +140,10 @@ def main() -> None:
         campaign = Campaign(options.output.resolve(), Random(options.seed))
         model = model_folder(Path(place))
         until = monotonic() + 60.0 * options.minutes
-        while monotonic() < until:
-            campaign.step(Path(place), model)
+        signal.signal(signal.SIGTERM, signal.default_int_handler)
+        with suppress(KeyboardInterrupt):  # what was done until then counts
+            while monotonic() < until:
+                campaign.step(Path(place), model)
     print(campaign.report())
     sys.exit(1 if campaign.found else 0)
 

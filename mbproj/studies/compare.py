@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from mbproj.arrays import Array
-from mbproj.errors import InputError, Problem, SimulationError
+from mbproj.errors import InputError, Place, Problem, SimulationError
 from mbproj.registry import integrators
 from mbproj.scene.records import Scene
 from mbproj.studies.energy_split import EnergySplit, energy_split
@@ -168,6 +168,9 @@ def _settings(
         )
         if size["step"] is not None or _estimates(integrator)
     ]
+    if not found:
+        message = f"{', '.join(methods or [own.integrator])}: no error estimate, which a tolerance needs"
+        raise InputError(Problem(message, Place("--tolerances"), "add --integrators dop853, or give --steps"))
     for setting in found:
         setting.settings(1.0, setting.step or 1.0)  # raises InputError for a name that is not there
     return list(dict.fromkeys(found)), notes

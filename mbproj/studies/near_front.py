@@ -19,6 +19,8 @@ from mbproj.studies.trial import Trial
 NEAR_IN_EVALUATIONS, PROMISING = 1.5, 2
 #: Settings are timed whose first time is within this factor of the cheapest that is as good; so many at most.
 NEAR_IN_TIME, MOST_TIMED = 1.5, 40
+#: An error below this is none: a mechanism that does not move, or a study of no time, has none at all.
+NONE = 1e-300
 #: Joints count as closed whose rows are open by at most this part of the mechanism's size, or of 1 m.
 CLOSED = 1e-11
 
@@ -32,7 +34,8 @@ def promising(ladders: Sequence[Ladder], swept: Sequence[Sequence[Trial]]) -> li
     if not len(flat):
         return []
     wins = np.zeros(len(ladders))
-    for limit in 10.0 ** np.arange(np.ceil(np.log10(max(errors.min(), 1e-300))), np.log10(errors.max()) + 1.0):
+    lowest, highest = np.log10(np.array([errors.min(), errors.max()]).clip(NONE))
+    for limit in 10.0 ** np.arange(np.ceil(lowest), highest + 1.0):
         able = np.where(errors <= limit, evaluations, inf)
         best = np.array([able[owner == number].min(initial=inf) for number in range(len(ladders))])
         wins += best <= NEAR_IN_EVALUATIONS * best.min()
@@ -54,9 +57,9 @@ def projections_at_one_size(trials: Sequence[Trial], errors: Array, own: Setting
     for group in full:
         if own is not None and any(trials[index].setting == own for index in group):
             return group
-    best = np.array([errors[group].min() for group in full])
-    middle = np.sqrt(best.min() * best.max())
-    return full[int(np.argmin(np.abs(np.log(best / middle))))]
+    best = np.log(np.array([errors[group].min() for group in full]).clip(NONE))
+    middle = 0.5 * (best.min() + best.max())
+    return full[int(np.argmin(np.abs(best - middle)))]
 
 
 def to_time(trials: Sequence[Trial], errors: Array, closed: float, always: Sequence[int]) -> list[int]:

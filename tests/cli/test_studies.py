@@ -79,6 +79,7 @@ def test_threshold(tmp_path):
         (("compare", PENDULUM, "--projections", "gpom"), "unknown projection method 'gpom'; did you mean 'gpopm'"),
         (("compare", PENDULUM, "--steps", "0.01,x"), "--steps: error: "),
         (("compare", PENDULUM, "--steps", "0.3,0.7", "--until", "2"), "the steps do not meet before 2.1 s"),
+        (("compare", PENDULUM, "--tolerances", "1e-6"), "--tolerances: error: rk4: no error estimate, which"),
         (("tradeoff", PENDULUM, "--at", "ende"), "there is no 'ende' among the markers; did you mean 'end'"),
         (("tradeoff", PENDULUM, "--integrators", "rk5"), "unknown integrator 'rk5'"),
         (("threshold", PENDULUM, "--projection", "none"), "'none' makes no projections"),
