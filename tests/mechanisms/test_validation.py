@@ -76,7 +76,7 @@ def test_the_comparison_is_not_blind(name):
 
 
 def test_every_scene_and_table_is_a_case():
-    assert {path.stem for path in SCENES.glob("*")} == set(CASES) == {path.stem for path in TABLES.glob("*")}
+    assert {path.stem for path in SCENES.glob("*.yaml")} == set(CASES) == {path.stem for path in TABLES.glob("*")}
     for case in CASES.values():
         assert case.table.read_text(encoding="utf-8").startswith(f"# {case.origin}\n")
         assert read_scene(case.scene).title == case.title

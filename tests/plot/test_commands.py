@@ -132,7 +132,7 @@ def test_the_part_of_a_run_is_drawn_with_a_note(tmp_path, path):
     part = path.rename(tmp_path / "run.h5.part")
     _, out, err = run(plot.command, path, "--kind", "energy", "-o", tmp_path)
     assert out == f"{tmp_path}/run-energy.png\n"
-    assert err == f"note: reading '{part}', of a run that was killed or still goes on\n"
+    assert err == f"note: '{part}' is incomplete: its run was killed, or still goes on\n"
     assert "(partial: the run was killed or still goes on)" in run(info.command, path)[1]
 
 

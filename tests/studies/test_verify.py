@@ -178,7 +178,7 @@ def test_mechanisms_of_a_thousand_kilometres_and_of_a_micrometre():
     """Their numbers are held against their own round-off. In millimetres GOPM sums rows of 1e9 and of 1."""
     bars = read_scene(ROOT / "mechanisms" / "five_bar.yaml")
     large, small = verify(rescaled(bars, 1e6)), verify(rescaled(bars, 1e-6))
-    assert len(large.of("passed")) == len(small.of("passed")) == len(CHECKS)
+    assert len(large.of("passed")) == len(small.of("passed")) == len(CHECKS) - 1  # no gears turn
     (units,) = (check for check in large.checks if check.name == "units")
     assert units.remark == "gopm has no correction there: C_qC_qᵀ is singular to working precision"
 

@@ -109,9 +109,11 @@ def test_the_command_writes_a_file_and_replaces_none(tmp_path: Path) -> None:
     assert (done.returncode, done.stdout, done.stderr) == (0, "c.yaml\n", "")
     assert (tmp_path / "c.yaml").read_text(encoding="utf-8") == written("chain", {"links": "3"}, spatial=True)
     again = mbproj("new", "chain", "-o", "c.yaml", folder=tmp_path)
-    assert (again.returncode, again.stderr) == (
-        2, "error: 'c.yaml' exists and is not replaced; choose another file with -o\n"
-    )  # fmt: skip
+    assert again.returncode == 2
+    assert again.stderr == (
+        "error: 'c.yaml' exists and is not a scene to replace of mbproj, so it is not replaced; remove it, "
+        "give --force, or choose another with -o\n"
+    )
     printed = mbproj("new", "star", folder=tmp_path)
     assert printed.stdout == written("star", {})
     flat = mbproj("new", "star", "--spatial", folder=tmp_path)
