@@ -32,6 +32,20 @@ def added_force(reflected: ReflectedInertias, pose: Pose, twist: Twist) -> Array
     return -set_jacobian(reflected.rows, pose).T @ (reflected.inertia * set_bias(reflected.rows, pose, twist))
 
 
+def with_flywheels(
+    reflected: ReflectedInertias, pose: Pose, twist: Twist, M: Array, C_q: Array, Q: Array, gamma: Array
+) -> tuple[Array, Array, Array, Array]:
+    """The terms of Eq. 14 without reflected inertias, with each as a coordinate of its own that a row holds:
+    g v - s' = 0. The same motion; but what is added to M takes the digits of bodies that are light beside it."""
+    rows, count = reflected.rows, len(reflected.inertia)
+    n, m = len(M), len(C_q)
+    whole, held = np.zeros((n + count, n + count)), np.zeros((m + count, n + count))
+    whole[:n, :n], whole[n:, n:] = M, np.diag(reflected.inertia)
+    held[:m, :n], held[m:, :n], held[m:, n:] = C_q, set_jacobian(rows, pose), -np.eye(count)
+    bias = -set_bias(rows, pose, twist)
+    return whole, held, np.concatenate([Q, np.zeros(count)]), np.concatenate([gamma, bias])
+
+
 def added_energy(reflected: ReflectedInertias, pose: Pose, twist: Twist) -> Numbers:
     """½ Σ I s'² in J, shape (...)."""
     return 0.5 * np.sum(reflected.inertia * set_velocity(reflected.rows, pose, twist) ** 2, axis=-1)

@@ -16,6 +16,9 @@ from mbproj.arrays import Array, Integers
 from mbproj.model.primitive_set import Binding, PrimitiveSet, bind
 from mbproj.scene.records import Scene
 
+#: The smallest number with a reciprocal: less is nothing.
+LEAST = float(np.finfo(float).tiny)
+
 
 @dataclass(frozen=True, eq=False)
 class ReflectedInertias:
@@ -36,7 +39,7 @@ def compile_reflected(scene: Scene, coordinates: Mapping[str, Binding]) -> Refle
         f"{joint.name}.{coordinate}": inertia
         for joint in scene.joints
         for coordinate, inertia in joint.reflected_inertia.items()
-        if inertia > 0.0
+        if inertia >= LEAST
     }
     if not given:
         return None

@@ -135,7 +135,7 @@ public:
         const bool settled =
             topology_.core_bodies.empty() || core_.solve(force_, c, delta_, metric_ == Metric::penalised);
         delta_.back().setZero();
-        leaves_.solve_down(c, delta_, lambda);
+        leaves_.solve_down(delta_, lambda);
         if (lambda) core_.multipliers(lambda);
         return settled || fails(-1);
     }

@@ -72,15 +72,19 @@ public:
         for (const Turned& t : turned_) pushed[t.motion] = t.inertia * t.ratio * (c[t.row] - t.rate.dot(p));
     }
 
-    // The wrench on the child by which its flywheels hold it back, where it moves by `relative` beside its parent; their
-    // multipliers, and Σ I s'² where these are velocities.
-    Twist pull(const double* c, const Twist& relative, double* lambda, double& energy) const {
+    // Of the wrench on the child the part by which its flywheels hold it back, -μ for each: all of it that is along the
+    // free motions, as joints exert nothing there. Adds Σ I s'² = Σ μ² / I, where δ is a velocity.
+    Twist pull(const HingeFrame<D>& frame, const Twist& wrench, double* lambda, double& energy) const {
         Twist found = Twist::Zero();
+        const int shifts = hinge_.free_translations();
         for (const Turned& t : turned_) {
-            const double own = t.rate.dot(relative) - c[t.row];
-            energy += t.inertia * own * own;
-            found += t.inertia * own * t.rate;
-            if (lambda) lambda[t.row] = t.inertia * own;
+            const double along = t.motion < shifts
+                                     ? frame.N_t.col(t.motion).dot(wrench.template head<D>())
+                                     : frame.N_r.col(t.motion - shifts).dot(wrench.template tail<S::turns>());
+            const double mu = -along / t.ratio;
+            energy += mu * mu / t.inertia;
+            found -= mu * t.rate;
+            if (lambda) lambda[t.row] = mu;
         }
         return found;
     }

@@ -61,8 +61,8 @@ public:
         for (std::size_t l = 0; l < factors_.size(); ++l) up(leaves_[l].hinge, factors_[l], scratch_[l], c, force);
     }
     // And back, from the motions of the parents; multipliers on request.
-    void solve_down(const double* c, std::vector<Wrench>& delta, double* lambda) {
-        for (std::size_t l = factors_.size(); l-- > 0;) down(leaves_[l].hinge, factors_[l], scratch_[l], c, delta, lambda);
+    void solve_down(std::vector<Wrench>& delta, double* lambda) {
+        for (std::size_t l = factors_.size(); l-- > 0;) down(leaves_[l].hinge, factors_[l], scratch_[l], delta, lambda);
     }
 
     // Σ I s'² of the flywheels, of the last solution for velocities.
@@ -95,18 +95,17 @@ private:
         force[hinge.parent] += rest;
     }
 
-    void down(const Hinge<D>& hinge, const HingeFactor<D>& f, const Scratch& s, const double* c,
-              std::vector<Wrench>& delta, double* lambda) {
+    void down(const Hinge<D>& hinge, const HingeFactor<D>& f, const Scratch& s, std::vector<Wrench>& delta,
+              double* lambda) {
         Wrench u = delta[hinge.parent];
         u.template head<D>() += turned_by(Turn<D>(u.template tail<S::turns>()), f.link);
+        f.downward(hinge, s.h, u);
         if (const auto* flywheels = turning(s)) {
-            const Wrench before = u;
-            f.downward(hinge, s.h, u);
-            const Wrench pull = flywheels->pull(c, u + s.p - before, lambda, of_flywheels_);
-            if (lambda) hinge_multipliers<D>(model_, hinge, f.frame, f.M * u - s.g + pull, lambda);
-        } else {
-            f.downward(hinge, s.h, u);
-            if (lambda) hinge_multipliers<D>(model_, hinge, f.frame, f.M * u - s.g, lambda);
+            const Wrench wrench = f.M * u - s.g;
+            const Wrench pull = flywheels->pull(f.frame, wrench, lambda, of_flywheels_);
+            if (lambda) hinge_multipliers<D>(model_, hinge, f.frame, wrench - pull, lambda);
+        } else if (lambda) {
+            hinge_multipliers<D>(model_, hinge, f.frame, f.M * u - s.g, lambda);
         }
         delta[hinge.child] = u + s.p;
     }
