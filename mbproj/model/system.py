@@ -17,8 +17,8 @@ from mbproj.model.reflected import ReflectedInertias
 @dataclass(frozen=True, eq=False)
 class Names:
     """Names in the order of the arrays; coordinates as "joint.coordinate", with their units. `force_units` and
-    `motion_units` are those of what forces act along and motions drive, m or rad. `forces` end with the coordinates
-    that have a reflected inertia.
+    `motion_units` are those of what forces act along and motions drive, m or rad. `forces` end with the
+    reflected inertias, "joint.coordinate.inertia".
 
     `carriers` are what moves: the bodies, but for those that fixed joints have merged, which are called by their first.
     """

@@ -56,7 +56,7 @@ NAMES = {
     "coordinates": NameList("nc", "joints/coordinate_names", "names of the joint coordinates, joint.coordinate"),
     "coordinate_units": NameList("nc", "joints/coordinate_units", "unit of each joint coordinate, rad or m"),
     "forces": NameList("nf", "forces/names", "names of the forces that act along a length or a joint coordinate; then "
-                       "the coordinates that have a reflected inertia"),
+                       "reflected inertias, joint.coordinate.inertia"),
     "force_units": NameList("nf", "forces/units", "unit of what each force acts along, rad or m"),
     "motions": NameList("nm", "motions/names", "names of the motions"),
     "motion_units": NameList("nm", "motions/units", "unit of the joint coordinate that each motion drives, rad or m"),

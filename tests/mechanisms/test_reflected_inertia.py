@@ -7,12 +7,22 @@ import re
 import numpy as np
 import pytest
 
+from mbproj.dynamics import State
+from mbproj.dynamics.energy import kinetic_energy
+from mbproj.dynamics.equations import mass_matrix, tangent_mass_matrix
+from mbproj.dynamics.kinematics import body_rates, pose_of, twist_of
+from mbproj.dynamics.turning import Turning
 from mbproj.errors import InputError
+from mbproj.integrate.full import FullFormulation
+from mbproj.integrate.reduced import from_space
 from mbproj.scene import read_scene_text
+from mbproj.scene.records import Settings
+from mbproj.studies.verify import verify
 from tests.dynamics.linkages import assembled
-from tests.kernel.scenes import needs_kernel
+from tests.kernel.scenes import needs_kernel, opened, tree
 from tests.mechanisms.running import TIGHT, Run, assert_close, run_text
 from tests.mechanisms.test_redundant_supports import BRIEF, swinging
+from tests.support import with_flywheels
 
 #: Per formulation: the full one takes some milliseconds a step.
 FORMULATIONS = list(BRIEF)
@@ -42,9 +52,10 @@ def test_a_flywheel_pendulum_swings_as_one_with_so_much_more_inertia(formulation
     angle, speed = swinging(p["start"], np.sqrt(weight / whole), done["time"])
     assert_close(p["start"] + done.column("joints/coordinate", "pin.angle"), angle, 1e-10)
     assert_close(done.column("joints/speed", "pin.angle"), speed, 1e-10)
-    torque = done.column("forces/force", "pin.angle")
+    torque = done.column("forces/force", "pin.angle.inertia")
     assert_close(torque, p["inertia"] * weight / whole * np.sin(angle), 1e-9)
-    assert_close(done.column("forces/coordinate", "pin.angle"), done.column("joints/coordinate", "pin.angle"), 0.0)
+    shown = done.column("forces/coordinate", "pin.angle.inertia")
+    assert_close(shown, done.column("joints/coordinate", "pin.angle"), 0.0)
     kinetic = 0.5 * whole * speed**2
     assert_close(done["diagnostics/kinetic_energy"], kinetic, 1e-9)
     assert_close(done["diagnostics/energy_balance"], 0.0, 1e-10)
@@ -82,7 +93,7 @@ def test_a_geared_flywheel_is_its_inertia_times_the_square_of_the_ratio(formulat
     assert_close(one["diagnostics/work"], other["diagnostics/work"], 1e-9)
     assert_close(one["diagnostics/dissipation"], other["diagnostics/dissipation"], 1e-9)
     spin_up = other.column("bodies/angular_acceleration", "wheel")[:, 1]
-    assert_close(np.abs(one.column("forces/force", "pin.angle")), 5.0 * 0.028 * np.abs(spin_up), 1e-8)
+    assert_close(np.abs(one.column("forces/force", "pin.angle.inertia")), 5.0 * 0.028 * np.abs(spin_up), 1e-8)
     assert_close(one.column("joints/reaction_force", "pin"), other.column("joints/reaction_force", "pin"), 1e-8)
 
 
@@ -213,7 +224,8 @@ joints:
   rod: {type: cylindrical, bodies: [a, c], location: [0, 0.3, 0.1], axis: [0.2, 1, 0],
         reflected_inertia: {angle: 0.05, displacement: 3}, speed: {angle: 3, displacement: 0.4}}
   desk: {type: planar, bodies: [b, d], location: [0.8, 0.2, 0.2], axis: [1, 0, 1],
-         reflected_inertia: {displacement_x: 0.7, angle: 0.02}, speed: {displacement_y: 0.3, angle: 2}}
+         reflected_inertia: {displacement_x: 0.7, displacement_y: 0.7, angle: 0.02},
+        speed: {displacement_y: 0.3, angle: 2}}
 """
 
 
@@ -231,7 +243,7 @@ def test_energy_and_momentum_of_a_floating_tree_are_kept(formulation):
         turn = turn + np.einsum("tij,tj->ti", done.rotation(body.name), spin)
     assert_close(push, push[0], 1e-10)
     assert_close(turn, turn[0], 1e-9)
-    assert len(done.system.names.forces) == 6
+    assert len(done.system.names.forces) == 7
 
 
 #: A four-bar with flywheels on all its pins, of spatial revolutes or regular in space.
@@ -267,6 +279,45 @@ def test_a_loop_moves_alike_in_every_formulation_and_keeps_its_energy(text):
     assert_close(tight["diagnostics/energy_balance"], 0.0, 1e-9)
 
 
+def test_a_body_made_of_two_turns_its_flywheel():
+    """Bodies that a fixed joint has made one: the pendulum with its bob as a body of its own, J and m a² as before."""
+    bob = """
+  bob: {mass: 0.5 * mass, inertia: [0.05, 0.5 * own, 0.15], position: [arm * sin(start), 0, -arm * cos(start)],
+        orientation: {axis: [0, 1, 0], angle: -start}}
+joints:
+  weld: {type: fixed, bodies: [bar, bob], location: [0, 0, 0]}"""
+    own = ("{mass: mass, inertia: [0.1, own, 0.3]", "{mass: 0.5 * mass, inertia: [0.05, 0.5 * own, 0.15]")
+    halves = PENDULUM.replace(*own)
+    whole, welded = (run_text(text, **TIGHT) for text in (PENDULUM, halves.replace("joints:", bob.strip("\n"), 1)))
+    for path in ("joints/coordinate", "forces/force", "diagnostics/kinetic_energy"):
+        assert_close(welded[path], whole[path], 1e-12)
+
+
+@pytest.mark.parametrize("size", [1e-8, 1e6, 1e12])
+@needs_kernel
+def test_the_formulations_agree_on_inertias_far_from_the_bodies(size):
+    """On a tree, where leaves turn them, with open joints: accelerations and multipliers."""
+    case = opened(with_flywheels(tree(0), size))
+    still = np.zeros(case.system.coordinates.size)
+    state = State(0.0, case.q, case.v, still.astype(int))
+    equations = FullFormulation.of(case.system, state, Settings(duration=1.0, step=1.0, formulation="full"))
+    equations.span.watching = False
+    full = equations.accelerations(0.0, case.q, case.v, Turning(0.0, still, still))
+    acceleration, multipliers = case.reduced.equations().accelerations(case.y)
+    assert case.reduced.equations().topology["core_bodies"] == 0
+    found = from_space(case.y[None], acceleration[None])[2][0]
+    assert_close(found, full.acceleration, 1e-12 * np.abs(found).max())
+    assert_close(multipliers, full.multipliers[case.system.bodies :], 1e-11 * np.abs(multipliers).max())
+
+
+def test_everything_that_is_verified_holds_with_flywheels():
+    """Among it units, order of the parts, balance of power and momentum, and the paper's identities for M with them."""
+    for text in (FLOATING, ON_A_BALL):
+        found = verify(read_scene_text(text))
+        assert [(check.name, check.measured, check.allowed) for check in found.of("failed")] == []
+        assert len(found.of("passed")) >= 13
+
+
 def test_no_inertia_is_no_flywheel():
     """Bit for bit the scene without the key."""
     plain = PENDULUM.replace(",\n        reflected_inertia: inertia", "")
@@ -296,10 +347,6 @@ def test_a_joint_without_coordinates_takes_none():
 
 def test_the_mass_matrix_is_that_of_the_kinetic_energy():
     """½ vᵀM v = T, at a state with |Λ| = 1."""
-    from mbproj.dynamics.energy import kinetic_energy
-    from mbproj.dynamics.equations import mass_matrix, tangent_mass_matrix
-    from mbproj.dynamics.kinematics import body_rates, pose_of, twist_of
-
     system, state = assembled(read_scene_text(FLOATING))
     pose = pose_of(state.q)
     twist = twist_of(pose, state.v)
