@@ -31,6 +31,7 @@ from mbproj.dynamics.kinematics import (
     twist_of,
 )
 from mbproj.dynamics.motions import Drive, drive_at
+from mbproj.dynamics.reflected import inertial_reaction
 from mbproj.dynamics.samples import Samples
 from mbproj.model.euler_parameters import product, rotation_matrix
 from mbproj.model.system import System
@@ -52,7 +53,7 @@ def observe(system: System, samples: Samples, initial_energy: float) -> Block:
         **_bodies(system, pose, twist, change),
         **_points("markers", pose, twist, change, system.marker_body, system.marker_local),
         **joints,
-        **_laws(samples, laws),
+        **_laws(system, samples, laws, (pose, twist, change)),
         **_motions(samples, drive),
         **_energies(system, pose, twist, laws, samples.work, initial_energy),
         "diagnostics/position_violation": np.abs(constraint(system, pose, drive)).max(axis=-1),
@@ -118,7 +119,7 @@ def _joints(system: System, pose: Pose, twist: Twist, samples: Samples) -> Block
         "joints/violation_angle": angle,
         "joints/reaction_force": force,
         "joints/reaction_torque": torque,
-        "joints/coordinate": coordinate_values(system, pose) + 2.0 * np.pi * samples.turns * is_angle(system),
+        "joints/coordinate": _coordinates(system, pose, samples),
         "joints/speed": set_velocity(system.coordinates, pose, twist),
     }
 
@@ -158,13 +159,21 @@ def _largest_by_joint(system: System, rows: Numbers) -> Numbers:
     return np.maximum.reduceat(rows, np.searchsorted(system.joints.owner, np.arange(joints)), axis=-1)
 
 
-def _laws(samples: Samples, laws: LawState | None) -> Block:
+def _laws(system: System, samples: Samples, laws: LawState | None, moving: tuple[Pose, Twist, Twist]) -> Block:
+    """What acts along lengths and joint coordinates: the laws, then the reflected inertias."""
     none = np.zeros((len(samples.t), 0))
-    return {
-        "forces/coordinate": none if laws is None else laws.value,
-        "forces/rate": none if laws is None else laws.rate,
-        "forces/force": none if laws is None else laws.force,
-    }
+    found = [none] * 3 if laws is None else [laws.value, laws.rate, laws.force]
+    if system.reflected is not None:
+        reaction = inertial_reaction(system.reflected, *moving)
+        own = _coordinates(system, moving[0], samples)[:, system.reflected.joint_coordinate]
+        added = (own, reaction.rate, reaction.force)
+        found = [np.concatenate(pair, axis=-1) for pair in zip(found, added, strict=True)]
+    return dict(zip(("forces/coordinate", "forces/rate", "forces/force"), found, strict=True))
+
+
+def _coordinates(system: System, pose: Pose, samples: Samples) -> Numbers:
+    """The joints' coordinates, turns counted, (T, nc)."""
+    return coordinate_values(system, pose) + 2.0 * np.pi * samples.turns * is_angle(system)
 
 
 def _motions(samples: Samples, drive: Drive | None) -> Block:

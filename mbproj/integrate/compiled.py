@@ -76,7 +76,7 @@ class Compiled(ABC):
 
     @abstractmethod
     def joint(self, number: int) -> int:
-        """The system's number of one of the kernel's joints; motions follow the joints."""
+        """The system's number of one of the kernel's joints; motions follow the joints, and then reflected inertias."""
 
     @abstractmethod
     def row(self, number: int) -> int:
@@ -93,6 +93,8 @@ class Compiled(ABC):
         if number < 0:
             return None
         joint, joints = self.joint(number), self.system.names.joints
+        if joint >= len(joints) + self.system.driven:
+            return "a joint's reflected inertia"
         if joint >= len(joints):
             return f"motion '{self.system.names.motions[joint - len(joints)]}'"
         return f"joint '{joints[joint]}'"

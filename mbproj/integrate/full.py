@@ -19,6 +19,7 @@ from mbproj.dynamics.forces import applied, generalised
 from mbproj.dynamics.kinematics import pose_of, twist_of
 from mbproj.dynamics.motions import drive_at
 from mbproj.dynamics.rank import DEPENDENT, SINGULAR, row_distances, scaled_jacobian
+from mbproj.dynamics.reflected import with_flywheels
 from mbproj.dynamics.row_span import NEAR, RowSpan
 from mbproj.dynamics.turning import Turning
 from mbproj.errors import InputError, SimulationError
@@ -51,6 +52,7 @@ class FullFormulation:
     settings: Settings
     method: Method
     span: RowSpan
+    bodies: System  # without what its joints' coordinates turn
 
     @classmethod
     def of(cls, system: System, state: State, settings: Settings, redundant: int = 0) -> FullFormulation:
@@ -60,7 +62,7 @@ class FullFormulation:
         reason = method.refusal(mass_matrix(system, pose_of(state.q))) if isinstance(method, Projection) else None
         if reason:
             raise InputError(reason)
-        return cls(system, settings, method, RowSpan(system, redundant))
+        return cls(system, settings, method, RowSpan(system, redundant), replace(system, reflected=None))
 
     @property
     def quadratures(self) -> int:
@@ -87,7 +89,7 @@ class FullFormulation:
             C, C_dot = constraint(system, pose, drive), constraint_velocity(system, pose, twist, drive)
             rhs = self.method.stabilised(rhs, C, C_dot)
         solve = SOLVERS[self.settings.acceleration]
-        force, power = generalised_force(system, pose, twist), np.zeros(self.quadratures)
+        force, power = generalised_force(self.bodies, pose, twist), np.zeros(self.quadratures)
         if system.forces is not None:
             loads = applied(system, pose, twist, t, turning.expected(t))
             force = force + generalised(pose, loads.force, loads.torque)
@@ -95,7 +97,10 @@ class FullFormulation:
         held = self.span.to_move(pose, drive, v)
         lasting, exerted = held.lasting(self.span.multipliers)
         try:
-            acceleration, found = solve(mass_matrix(system, pose), held.C_q, force + exerted, held.combined(rhs))
+            terms = mass_matrix(self.bodies, pose), held.C_q, force + exerted, held.combined(rhs)
+            if system.reflected is not None:
+                terms = with_flywheels(system.reflected, pose, twist, *terms)
+            acceleration, found = (part[:size] for part, size in zip(solve(*terms), held.C_q.shape[::-1], strict=True))
         except np.linalg.LinAlgError as error:
             raise self._singular(t, q) from error
         multipliers = held.multipliers(found) + lasting

@@ -21,7 +21,7 @@ from mbproj.scene import read_scene
 from mbproj.scene.records import ProjectionSettings
 from tests.kernel.scenes import assembled, needs_kernel, parallelogram
 from tests.model.planar_scenes import CLOSED_ONLY, SCENES, Drawing, chain
-from tests.support import MECHANISMS
+from tests.support import MECHANISMS, with_flywheels
 
 pytestmark = needs_kernel
 ROUND_OFF = 1e-13
@@ -32,6 +32,7 @@ BUILD = {
     **{path.stem: (lambda path=path: read_scene(path)) for path in MECHANISMS if path.stem in FLAT},
     "long chain": lambda: chain(Drawing(3), ["revolute"] * 12),
     "parallelogram": parallelogram,
+    **{f"with flywheels, {name} 1": (lambda name=name: with_flywheels(SCENES[name](Drawing(1)))) for name in SCENES},
 }
 
 
@@ -68,7 +69,7 @@ def case(request):
     rng = np.random.default_rng(5)
     p = plane.reduce(state.q, state.v)[0]
     u = rng.normal(size=len(p)) * np.tile([system.length, system.length, 1.0], system.bodies)
-    closed = request.param.rsplit(" ", 1)[0] in CLOSED_ONLY
+    closed = request.param.rsplit(", ", 1)[-1].rsplit(" ", 1)[0] in CLOSED_ONLY
     if closed:
         C_p = planar_jacobian(plane, p)
         u = u - np.linalg.pinv(C_p) @ C_p @ u

@@ -26,7 +26,8 @@ template <int D> void add_model(nb::module_& m, const char* primitives, const ch
         .def("__init__",
              [](Model<D>* self, Numbers1 mass, Numbers3 inertia, Numbers1 gravity, const PrimitiveSet<D>& constraints,
                 Integers1 joint_begin, Numbers1 row_scale, const PrimitiveSet<D>& coordinates, double length,
-                std::shared_ptr<Loads<D>> loads, std::shared_ptr<Programs> motions, std::vector<double> motion_start) {
+                std::shared_ptr<Loads<D>> loads, std::shared_ptr<Programs> motions, std::vector<double> motion_start,
+                const PrimitiveSet<D>* flywheel_coordinates, std::vector<double> flywheels) {
                  require(gravity, {D}, "gravity");
                  require(row_scale, {static_cast<std::size_t>(constraints.rows)}, "row_scale");
                  Model<D> built;
@@ -47,11 +48,13 @@ template <int D> void add_model(nb::module_& m, const char* primitives, const ch
                  built.loads = std::move(loads);
                  built.motions = std::move(motions);
                  built.driven = driven_rows(constraints, motion_start, built.motions.get());
+                 if (flywheel_coordinates) add_flywheels(built, *flywheel_coordinates, flywheels);
                  new (self) Model<D>(std::move(built));
              },
              nb::kw_only(), nb::arg("mass"), nb::arg("inertia"), nb::arg("gravity"), nb::arg("constraints"),
              nb::arg("joint_begin"), nb::arg("row_scale"), nb::arg("coordinates"), nb::arg("length"), nb::arg("loads").none() = nb::none(),
-             nb::arg("motions").none() = nb::none(), nb::arg("motion_start") = std::vector<double>())
+             nb::arg("motions").none() = nb::none(), nb::arg("motion_start") = std::vector<double>(),
+             nb::arg("flywheel_coordinates").none() = nb::none(), nb::arg("flywheels") = std::vector<double>())
         .def_prop_ro("bodies", &Model<D>::size)
         .def_rw("redundant", &Model<D>::redundant);
 }

@@ -57,9 +57,9 @@ struct Block {
         counters.clear();
     }
 
-    // The state y and its slope, both with what is integrated beside them.
+    // The state y and its slope, both with what is integrated beside them, and λ of C's rows, the first of `lambda`.
     template <int D> void add(double time, const Eigen::VectorXd& state, const Eigen::VectorXd& slope, int bodies,
-                              const std::vector<double>& lambda, double h, const std::vector<long>& turned,
+                              const std::vector<double>& lambda, int rows, double h, const std::vector<long>& turned,
                               const Counters& counted) {
         using S = Size<D>;
         const double* end = state.data() + static_cast<std::ptrdiff_t>(S::state) * bodies;
@@ -70,7 +70,7 @@ struct Block {
             const double* a = slope.data() + S::state * b + S::pose;
             acceleration.insert(acceleration.end(), a, a + S::freedoms);
         }
-        multipliers.insert(multipliers.end(), lambda.begin(), lambda.end());
+        multipliers.insert(multipliers.end(), lambda.begin(), lambda.begin() + rows);
         step_size.push_back(h);
         turns.insert(turns.end(), turned.begin(), turned.end());
         const auto counts = counted.list();

@@ -25,8 +25,7 @@ public:
 
     Dynamics(const Model<D>& model, const Projection& projection)
         : model_(model), projection_(projection), pose_(model), motion_(model), bordered_(model, penalty(projection)),
-          gamma_(model.constraints.rows), C_(model.constraints.rows), C_dot_(model.constraints.rows),
-          lambda_(model.constraints.rows), drive_(model.driven.size()), applied_(model.loads ? model.size() : 0) {}
+          gamma_(model.all_rows()), C_(model.all_rows()), C_dot_(model.all_rows()), lambda_(model.all_rows()), drive_(model.driven.size()), applied_(model.loads ? model.size() : 0) {}
 
     // Numbers of the bodies' state, and of all that is integrated.
     int size() const { return S::state * model_.size(); }
@@ -47,6 +46,7 @@ public:
         const bool baumgarte = projection_.correction == Correction::baumgarte;
         with_C_dot = with_C_dot || baumgarte;
         moving_rows(model_, pose_, motion_, with_C_dot ? C_dot_.data() : nullptr, gamma_.data());
+        leave_flywheels(C_dot_);
         for (std::size_t k = 0; k < drive_.size(); ++k) {
             gamma_[model_.driven[k].row] += drive_[k].dd;
             if (with_C_dot) C_dot_[model_.driven[k].row] -= drive_[k].d;
@@ -121,6 +121,7 @@ public:
     bool holds(Metric metric) const { return held_ && metric == metric_; }
     const double* constraint() {
         mbproj::constraint(model_, pose_, C_.data());
+        leave_flywheels(C_);
         for (std::size_t k = 0; k < drive_.size(); ++k) {
             const DrivenRow& driven = model_.driven[k];
             const double wanted = driven.start + drive_[k].x;
@@ -132,6 +133,7 @@ public:
     const double* constraint_velocity(const double* y) {
         motion_.update(y, pose_);
         moving_rows(model_, pose_, motion_, C_dot_.data(), static_cast<double*>(nullptr));
+        leave_flywheels(C_dot_);
         for (std::size_t k = 0; k < drive_.size(); ++k) C_dot_[model_.driven[k].row] -= drive_[k].d;
         return C_dot_.data();
     }
@@ -173,6 +175,11 @@ private:
         if (!(held_ = factored_ = bordered_.factor(pose_, Metric::mass, first))) return false;
         const double off = bordered_.contradiction(C_.data()) + bordered_.contradiction(C_dot_.data()) * time_scale(y);
         return held_ = factored_ = bordered_.factor(pose_, Metric::mass, std::min(held_above(off), first));
+    }
+
+    // Flywheels go with their coordinates: nothing is violated in the rows that hold them.
+    void leave_flywheels(std::vector<double>& rows) const {
+        std::fill(rows.begin() + model_.constraints.rows, rows.end(), 0.0);
     }
 
     // s² from c.

@@ -69,13 +69,16 @@ template <int D> struct Model {
     PrimitiveSet<D> constraints;
     PrimitiveSet<D> coordinates;
     std::vector<Joint> joints;
-    std::vector<double> row_scale;       // what a row's violation is measured against
+    std::vector<double> row_scale;       // what a row's violation is measured against; 1 where it holds a flywheel
     std::vector<bool> counts_turns;      // per coordinate: an angle
     double length;                       // the size of the mechanism
     int redundant = 0;                   // rows that follow from the others wherever the mechanism goes
     std::shared_ptr<const Loads<D>> loads;      // none, or the forces but gravity
     std::vector<DrivenRow> driven;
     std::shared_ptr<const Programs> motions;    // the functions of the driven rows
+    // I of flywheels that coordinates turn, ½ I s'². Each is a joint after all others, with a row after those of C, which
+    // holds the flywheel's own rate: s'(bodies) - s'(flywheel) = 0.
+    std::vector<double> flywheels;
 
     int joint_of(int row) const {
         int found = 0;
@@ -93,6 +96,9 @@ template <int D> struct Model {
         return worst;
     }
     int size() const { return static_cast<int>(bodies.size()); }
+    // The rows of C, and those that hold flywheels.
+    int all_rows() const { return constraints.rows + static_cast<int>(flywheels.size()); }
+    bool holds_flywheel(int joint) const { return joint >= static_cast<int>(joints.size() - flywheels.size()); }
     // Integrals at the end of the state: work and dissipation where there is either.
     int integrals() const { return loads || !driven.empty() ? 2 : 0; }
 };

@@ -29,7 +29,7 @@ public:
           method_(tableau_, dynamics_, model_.length), passage_(tableau_, dynamics_, corrector_),
           control_(tableau_.error_order), t_(steps_.start),
           y_(Vector::Zero(dynamics_.total())), y_new_(y_), slope_(y_), copy_(y_), copy_slope_(y_),
-          lambda_(model_.constraints.rows), copy_lambda_(lambda_),
+          lambda_(model_.all_rows()), copy_lambda_(lambda_),
           counted_{{}, std::move(turns)} {
         std::copy(y.begin(), y.end(), y_.data());
     }
@@ -252,7 +252,7 @@ private:
     void sample(double t, const Vector& y, const Vector& slope, const std::vector<double>& lambda, double h,
                 const std::vector<long>& turns) {
         counters.factorisations = dynamics_.bordered().factorisations();
-        block.add<D>(t, y, slope, model_.size(), lambda, h, turns, counters);
+        block.add<D>(t, y, slope, model_.size(), lambda, model_.constraints.rows, h, turns, counters);
     }
 
     // For the forces on angles, where the joints' coordinates are now.
