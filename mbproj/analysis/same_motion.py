@@ -91,16 +91,17 @@ def _compared(
     columns: Columns, time: Array, least: Mapping[str, float], absolute: float | None, tolerance: float
 ) -> QuantityComparison:
     one, other = columns.values
-    distance = np.linalg.norm(one - other, axis=-1)
+    with np.errstate(over="ignore", invalid="ignore"):  # a difference that is not finite is one
+        distance = np.linalg.norm(one - other, axis=-1)
+        size = max(float(np.linalg.norm(values, axis=-1).max()) for values in columns.values)
     unit = columns.unit
     if columns.path == "bodies/orientation":
         distance, unit = 4.0 * np.arcsin(np.minimum(distance / 2.0, 1.0)), "rad"
         size = 1.0
     else:
-        size = max(float(np.linalg.norm(values, axis=-1).max()) for values in columns.values)
         size = max(size, least.get(unit, 0.0))
     allowed = tolerance * size if absolute is None else absolute
-    beyond = np.flatnonzero(~(distance <= allowed).all(axis=1))
+    beyond = np.flatnonzero(~(np.isfinite(distance) & (distance <= allowed)).all(axis=1))
     first = _parting(columns, distance, time, int(beyond[0])) if len(beyond) else None
     worst = int(np.argmax(distance.max(axis=1)))
     return QuantityComparison(columns.path, unit, _parting(columns, distance, time, worst), allowed, first)

@@ -61,6 +61,9 @@ def execute(
         placed_in(scene),
         progress_bar(settings.duration, hidden=quiet) as progress,
     ):
+        if recorder.set_aside is not None and not quiet:
+            was, now = recorder.part, recorder.set_aside
+            click.echo(f"note: '{was}', which a killed run had left, is kept as '{now}'", err=True)
         if certified is None:
             report, trust = simulate(system, state, settings, recorder, progress), None
         else:

@@ -12,9 +12,10 @@ from mbproj.cli.table import table
 from mbproj.cli.trust import as_numbers, lines_on
 from mbproj.cli.verification import as_json as verification_as_json
 from mbproj.cli.verification import lines as verification_lines
+from mbproj.errors import ExitCode
 
 if TYPE_CHECKING:
-    from mbproj.results import Results
+    from mbproj.results import Results, Soundness
 
 #: Attributes that the text shows in words, as it does what is computed from the samples.
 SHOWN_ELSEWHERE = ("format", "date", "host")
@@ -23,18 +24,48 @@ SHOWN_ELSEWHERE = ("format", "date", "host")
 @click.command("info")
 @click.argument("results", required=False, type=click.Path(path_type=Path))
 @click.option("--build", is_flag=True, help="Show versions, the compiled kernel and its instruction set instead.")
+@click.option("--check", is_flag=True, help="Read all of RESULTS and hold it against its checksums instead.")
 @click.option("--json", "as_json", is_flag=True, help="Print one JSON object instead of text.")
-def command(results: Path | None, build: bool, as_json: bool) -> None:
-    """Shows what RESULTS holds: settings, sizes, violations, energy drift, timings, datasets with shapes and units."""
+def command(results: Path | None, build: bool, check: bool, as_json: bool) -> int:
+    """Shows what RESULTS holds: settings, sizes, violations, energy drift, timings, datasets with shapes and units.
+
+    Exit code 4: --check has found something wrong.
+    """
+    if check and results is None:
+        raise click.UsageError("--check needs RESULTS, a results file")
     if build == (results is not None):
         raise click.UsageError("give either RESULTS, a results file, or --build, for how mbproj itself was built")
     if results is None:
         click.echo(_build(as_json))
-        return
-    from mbproj.results import open_results
+        return int(ExitCode.DONE)
+    from mbproj.results import check_results, open_results
 
     with open_results(results) as opened:
+        if check:
+            found = check_results(opened)
+            click.echo(_json(_soundness(opened, found)) if as_json else "\n".join(_sound_lines(opened, found)))
+            return int(ExitCode.CHECK_FAILED if found.faults else ExitCode.DONE)
         click.echo(_json(_contents(opened)) if as_json else "\n".join(_lines(opened)))
+    return int(ExitCode.DONE)
+
+
+def _soundness(results: Results, found: Soundness) -> dict[str, Any]:
+    from dataclasses import asdict
+
+    return {"file": str(results.path), "sound": not found.faults, **asdict(found)}
+
+
+def _sound_lines(results: Results, found: Soundness) -> Iterator[str]:
+    from mbproj.analysis.reactions import shortened
+
+    yield f"{results.path}: {found.datasets} datasets read, {found.bytes / 1e6:.3g} MB of samples"
+    yield from (f"  wrong: {fault}" for fault in found.faults)
+    if not found.faults:
+        yield "  nothing is wrong with it"
+    if len(found.unguarded) == found.datasets:
+        yield "  it has no checksums: an older mbproj wrote it, and changed numbers would not show"
+    elif found.unguarded:
+        yield f"  {len(found.unguarded)} datasets have no checksum: {shortened(found.unguarded, 8)}"
 
 
 def _build(as_json: bool) -> str:

@@ -6,6 +6,9 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
+from mbproj.errors import InputError
+from mbproj.rehearsal import rehearse
+
 #: What mbproj calls itself in the metadata of its pictures.
 MARK = "mbproj"
 #: A kind is told by this many bytes at either end of a file: no file is read whole to be replaced.
@@ -58,16 +61,23 @@ def csv(headings: Sequence[str]) -> Kind:
 def hdf5(file_format: str) -> Kind:
     """An HDF5 file whose attribute `format` is this text."""
 
-    def wrote(path: Path) -> bool:
+    def names_it(path: Path) -> bool:
         import h5py
 
-        if not _ends(path)[0].startswith(b"\x89HDF\r\n\x1a\n"):
-            return False
         try:
             with h5py.File(path, "r") as file:
                 return bool(file.attrs.get("format") == file_format)
         except (OSError, RuntimeError, ValueError, KeyError, TypeError):  # what h5py raises for bytes that are wrong
             return False
+
+    def wrote(path: Path) -> bool:
+        if not _ends(path)[0].startswith(b"\x89HDF\r\n\x1a\n"):
+            return False
+        try:
+            rehearse(lambda: names_it(path), path)
+        except InputError:
+            return False
+        return names_it(path)
 
     return Kind("an HDF5 file", wrote)
 

@@ -1,5 +1,6 @@
 """The results file (HDF5): `ResultsWriter` writes it in blocks during a run, `open_results` reads it."""
 
+from mbproj.results.check import Soundness, check_results
 from mbproj.results.faults import OutputError
 from mbproj.results.files import check_output, part_path
 from mbproj.results.layout import DATASETS, Dataset
@@ -17,9 +18,11 @@ __all__ = [
     "OutputError",
     "Results",
     "ResultsWriter",
+    "Soundness",
     "Trust",
     "Verification",
     "check_output",
+    "check_results",
     "open_results",
     "part_path",
 ]

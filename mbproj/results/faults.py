@@ -35,6 +35,18 @@ def not_replaced(path: Path) -> InputError:
     return InputError(Problem(message, hint=f"remove it, or {ELSEWHERE}"))
 
 
+def not_replaced_for_damage(path: Path) -> InputError:
+    """A damaged file where results are to be written: it may be somebody's only copy."""
+    message = f"'{path}' exists and cannot be read as results of mbproj, so it is not replaced"
+    return InputError(Problem(message, hint=f"remove it if you do not need it, or {ELSEWHERE}"))
+
+
+def being_written(part: Path, writer: str | None) -> InputError:
+    """OUT.part of a run that goes on."""
+    who = f" ({writer})" if writer else ""
+    return InputError(Problem(f"another run{who} is writing '{part}'", hint=f"wait for it, or {ELSEWHERE}"))
+
+
 def not_ours(path: Path) -> InputError:
     """A file to read that is something else."""
     hint = "results are what 'mbproj run SCENE' writes"

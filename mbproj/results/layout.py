@@ -62,6 +62,9 @@ NAMES = {
     "motion_units": NameList("nm", "motions/units", "unit of the joint coordinate that each motion drives, rad or m"),
 }
 
+#: What a joint coordinate may be in.
+UNITS = ("rad", "m")
+
 VIOLATION = "largest absolute value of the joint's rows of C"
 REACTION = "the joint exerts on body 2 at the joint's point in body 2"
 PER_COLUMN = "per column in joints/coordinate_units"

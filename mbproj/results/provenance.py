@@ -3,17 +3,18 @@
 from __future__ import annotations
 
 import json
+import os
 import platform
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import asdict
 from datetime import datetime
-from typing import Any
 
 import h5py
 import numpy as np
 
+from mbproj.results.file.checksums import crc32, stamp
 from mbproj.results.layout import FORMAT, SCHEMA_VERSION
-from mbproj.scene.records import ProjectionSettings, Scene, Settings
+from mbproj.scene.records import Scene
 from mbproj.version import __version__
 
 #: What an attribute of the file may be.
@@ -28,6 +29,7 @@ def root_attributes() -> dict[str, Attribute]:
         "status": "running",
         "date": datetime.now().astimezone().isoformat(timespec="seconds"),
         "host": platform.node(),
+        "pid": os.getpid(),
         "mbproj_version": __version__,
         "numpy_version": np.__version__,
         "h5py_version": h5py.__version__,
@@ -47,6 +49,7 @@ def create_text(group: h5py.Group, path: str, texts: str | Sequence[str], descri
     data = np.array(encoded, dtype=kind)
     dataset = group.create_dataset(path, data=data.reshape(() if isinstance(texts, str) else (-1,)), dtype=kind)
     dataset.attrs["description"] = description
+    stamp(dataset, crc32(data))
 
 
 def write_scene(file: h5py.File, scene: Scene) -> None:
@@ -61,13 +64,7 @@ def write_scene(file: h5py.File, scene: Scene) -> None:
     }
     for name, (text, description) in texts.items():
         create_text(group, name, text, description)
-    gravity = group.create_dataset("gravity", data=np.array(scene.gravity, dtype=float))
+    values = np.array(scene.gravity, dtype=float)
+    gravity = group.create_dataset("gravity", data=values)
+    stamp(gravity, crc32(values))
     gravity.attrs.update({"units": "m/s^2", "description": "acceleration of gravity", "frame": "global axes"})
-
-
-def settings_from(values: Mapping[str, Any]) -> Settings:
-    """The Settings that `dataclasses.asdict` turned into `values`."""
-    projection = dict(values["projection"])
-    if projection["gains"] is not None:
-        projection["gains"] = tuple(projection["gains"])
-    return Settings(**{**values, "projection": ProjectionSettings(**projection)})

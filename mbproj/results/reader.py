@@ -2,21 +2,21 @@
 
 from __future__ import annotations
 
+from contextlib import suppress
 from pathlib import Path
 from types import MappingProxyType
-from typing import Any
-
-import h5py
-import numpy as np
 
 from mbproj.errors import InputError, Problem
 from mbproj.results.faults import damaged, not_ours
-from mbproj.results.files import DAMAGE, open_file, part_path
-from mbproj.results.layout import DATASETS, FORMAT, NAMES, SCHEMA_VERSION, trailing
+from mbproj.results.file.contents import Contents
+from mbproj.results.file.opening import open_rehearsed
+from mbproj.results.files import part_path
+from mbproj.results.layout import CONSTANTS, DATASETS, FORMAT, NAMES, SCHEMA_VERSION, UNITS, trailing
 from mbproj.results.record import Results, View
 
-#: What is wrong with a file that HDF5 can read.
-UNFINISHED = "the run that wrote it was killed before its first samples, or the file was cut short"
+#: Properties of Results that are read from the file when they are asked for.
+BESIDE_SAMPLES = ("title", "scene_text", "scene_path", "overrides", "settings", "gravity", "certified", "trust",
+                  "verification")
 
 
 def open_results(path: Path | str) -> Results:
@@ -24,16 +24,25 @@ def open_results(path: Path | str) -> Results:
 
     Raises InputError where there is no file, it is not ours, of another schema version, cut short or damaged.
     """
-    actual = _existing(Path(path))
+    contents = open_rehearsed(_existing(Path(path)), lambda contents: _look_at_all(_checked(contents)))
     try:
-        file = open_file(actual)
-    except DAMAGE as error:
-        raise _unreadable(actual) from error
-    try:
-        return _checked(file, actual)
+        return _checked(contents)
     except BaseException:
-        file.close()
+        contents.close()
         raise
+
+
+def _look_at_all(results: Results) -> None:
+    """Reads whatever a reader may ask for; of the samples, every place where the file has some. What is damaged beside
+    the samples is said when it is asked for."""
+    for dataset in DATASETS:
+        results.contents.check_room(dataset.path, results.shape(dataset.path)[0])
+    for name in BESIDE_SAMPLES:
+        with suppress(InputError):
+            getattr(results, name)
+    for entry in CONSTANTS:
+        with suppress(InputError):
+            results.constant(entry.path)
 
 
 def _existing(path: Path) -> Path:
@@ -50,58 +59,37 @@ def _existing(path: Path) -> Path:
     return found
 
 
-def _unreadable(path: Path) -> InputError:
-    try:
-        with path.open("rb") as file:
-            signature = file.read(8)
-    except OSError as error:
-        return InputError(Problem(f"cannot read '{path}': {error.strerror}", hint="check who may read it"))
-    if signature == b"\x89HDF\r\n\x1a\n":
-        return damaged(path, UNFINISHED)
-    return not_ours(path)
-
-
-def _checked(file: h5py.File, path: Path) -> Results:
-    try:
-        attributes = {name: _plain(value) for name, value in file.attrs.items()}
-    except DAMAGE as error:
-        raise damaged(path, "its attributes cannot be read") from error
+def _checked(contents: Contents) -> Results:
+    attributes, path = contents.attributes(), contents.path
     if attributes.get("format") != FORMAT:
         raise not_ours(path)
     version = attributes.get("schema_version")
     if version != SCHEMA_VERSION:
         message = f"'{path}' has schema version {version}, and this mbproj reads version {SCHEMA_VERSION}"
         raise InputError(Problem(message, hint="repeat the run, or read it with the mbproj that wrote it"))
-    if "status" not in attributes:
+    if not isinstance(attributes.get("status"), str):
         raise damaged(path, "it has no status")
-    names = {kind: _names(file, path, kind) for kind in NAMES}
-    samples = _samples(file, path, {entry.symbol: len(names[kind]) for kind, entry in NAMES.items()})
-    return Results(file, path, MappingProxyType(attributes), names, View(slice(0, samples), {}))
+    names = {kind: _names(contents, kind) for kind in NAMES}
+    samples = _samples(contents, {entry.symbol: len(names[kind]) for kind, entry in NAMES.items()})
+    return Results(contents, MappingProxyType(attributes), names, View(slice(0, samples), {}))
 
 
-def _plain(value: Any) -> Any:
-    """A Python number or string for NumPy's."""
-    return value.item() if isinstance(value, np.generic) else value
+def _names(contents: Contents, kind: str) -> tuple[str, ...]:
+    """The names of a kind, which become file names and reach terminals."""
+    path = NAMES[kind].path
+    names = contents.texts(path)
+    for name in names:
+        if not (name in UNITS if kind.endswith("_units") else _can_be_a_name(name)):
+            raise contents.damaged(path, f"has {name!r}, which is not one")
+    return names
 
 
-def _names(file: h5py.File, path: Path, kind: str) -> tuple[str, ...]:
-    entry = NAMES[kind]
-    try:
-        return tuple(bytes(name).decode() for name in file[entry.path][:])
-    except DAMAGE as error:
-        raise damaged(path, f"'{entry.path}' cannot be read") from error
+def _can_be_a_name(name: str) -> bool:
+    return bool(name) and name.isprintable() and not set(name) & {"/", "\\"}
 
 
-def _samples(file: h5py.File, path: Path, sizes: dict[str, int]) -> int:
+def _samples(contents: Contents, sizes: dict[str, int]) -> int:
     """The number of samples that every dataset has: after a kill some may be longer than others."""
-    lengths = []
-    for dataset in DATASETS:
-        try:
-            found = file[dataset.path]
-            fits = found.shape[1:] == trailing(dataset, sizes) and found.dtype == dataset.dtype
-            lengths.append(int(found.shape[0]))
-        except DAMAGE as error:
-            raise damaged(path, f"it has no '{dataset.path}'") from error
-        if not fits:
-            raise damaged(path, f"'{dataset.path}' has the wrong shape or type")
-    return min(lengths)
+    samples = min(contents.rows(entry.path, trailing(entry, sizes), entry.dtype) for entry in DATASETS)
+    contents.grows_from = samples if contents.unfinished else None
+    return samples

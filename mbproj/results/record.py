@@ -3,30 +3,28 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from math import isfinite
 from pathlib import Path
 from types import MappingProxyType, TracebackType
-from typing import Any, TypeVar, final
+from typing import Any, final
 
-import h5py
 import numpy as np
 import numpy.typing as npt
 
 from mbproj.arrays import Array, Integers
 from mbproj.results import trust as trusting
 from mbproj.results import verification as verifying
-from mbproj.results.faults import damaged, no_such_name
-from mbproj.results.files import DAMAGE
+from mbproj.results.faults import no_such_name
+from mbproj.results.file.contents import Contents
 from mbproj.results.layout import CONSTANTS, DATASETS, NAMES, Dataset, trailing
 from mbproj.results.members import Body, Coordinate, Force, Joint, Marker, Motion
-from mbproj.results.provenance import settings_from
+from mbproj.results.stored_settings import UnfitSettings, settings_from
 from mbproj.results.trust import Trust
 from mbproj.results.verification import Verification
 from mbproj.scene.records import Settings, Vector
 from mbproj.scene.suggestions import choose_from
-
-T = TypeVar("T")
 
 NAMES_BY_PATH = MappingProxyType({entry.path: kind for kind, entry in NAMES.items()})
 BY_PATH: Mapping[str, Dataset] = MappingProxyType({dataset.path: dataset for dataset in DATASETS})
@@ -48,22 +46,21 @@ class Results:
     """A run's results: `results["bodies/position"]`, `results.time`, `results.marker("tip").position`, ...
 
     Arrays are read from the file on first use, kept, and read-only; the file stays open until `close` or the end of
-    a `with`. `path` is the file that is read; `partial` says that it is OUT.part, of a run that was killed or still
-    goes on. Damage that shows only when an array is read raises InputError, as in `open_results`.
+    a `with`. `contents` is the opened file, `path` its path; `partial` says that it is OUT.part, of a run that was
+    killed or still goes on. Damage that shows only when an array is read raises InputError, as in `open_results`.
     """
 
     def __init__(
         self,
-        file: h5py.File,
-        path: Path,
+        contents: Contents,
         attributes: Mapping[str, Any],
         names: Mapping[str, tuple[str, ...]],
         view: View,
     ) -> None:
-        self._file, self._view, self._all_names = file, view, names
+        self.contents, self._view, self._all_names = contents, view, names
         self._arrays: dict[str, npt.NDArray[Any]] = {}
-        self.path = path
-        self.partial = path.name.endswith(".part")
+        self.path = contents.path
+        self.partial = self.path.name.endswith(".part")
         self.attributes = attributes
 
     def __enter__(self) -> Results:
@@ -76,7 +73,7 @@ class Results:
 
     def close(self) -> None:
         """Close the file; arrays that were read before stay valid."""
-        self._file.close()
+        self.contents.close()
 
     def __getitem__(self, path: str) -> npt.NDArray[Any]:
         """The array of a dataset of the layout, first axis time; floats, or integers where it counts. The names of
@@ -90,15 +87,19 @@ class Results:
         return self._arrays[path]
 
     def _read(self, dataset: Dataset) -> npt.NDArray[Any]:
-        try:
-            values: npt.NDArray[Any] = self._file[dataset.path][self._view.samples]
-        except DAMAGE as error:
-            raise damaged(self.path, f"'{dataset.path}' cannot be read") from error
+        shape = (None, *trailing(dataset, self._all_sizes()))
+        values = self.contents.array(dataset.path, shape, dataset.dtype, self._view.samples)
+        if dataset.path == "time" and not (np.isfinite(values).all() and (np.diff(values) >= 0.0).all()):
+            raise self.contents.damaged("time", "does not ascend")
         columns = self._view.columns.get(dataset.symbol or "")
         if columns is not None:
             values = np.take(values, columns, axis=1)
         values.flags.writeable = False
         return values
+
+    def _all_sizes(self) -> dict[str, int]:
+        """By symbol of the layout, how many columns the file has."""
+        return {entry.symbol: len(self._all_names[kind]) for kind, entry in NAMES.items()}
 
     def constant(self, path: str) -> npt.NDArray[np.bool_] | None:
         """Marks of the layout that do not change with time, as "joints/reaction_force_unique" (nj, 3); None where the
@@ -106,22 +107,16 @@ class Results:
         constant = next((entry for entry in CONSTANTS if entry.path == path), None)
         if constant is None:
             raise KeyError(f"results have no marks '{path}'; {choose_from(path, [entry.path for entry in CONSTANTS])}")
-        sizes = {entry.symbol: len(self._all_names[kind]) for kind, entry in NAMES.items()}
-        try:
-            if path not in self._file:
-                return None
-            values = np.asarray(self._file[path][()])
-        except DAMAGE as error:
-            raise damaged(self.path, f"'{path}' cannot be read") from error
-        if values.shape != trailing(constant, sizes) or values.dtype != np.bool_:
-            raise damaged(self.path, f"'{path}' has the wrong shape or type")
+        if not self.contents.has(path):
+            return None
+        values = self.contents.array(path, trailing(constant, self._all_sizes()), np.bool_)
         columns = self._view.columns.get(str(constant.shape[0]))
         return values if columns is None else np.take(values, columns, axis=0)
 
     def shape(self, path: str) -> tuple[int, ...]:
         """The shape of a dataset's array, without reading it."""
         sizes = {NAMES[kind].symbol: len(self.names(kind)) for kind in NAMES}
-        return (len(self.time), *trailing(BY_PATH[path], sizes))
+        return (self._view.samples.stop - self._view.samples.start, *trailing(BY_PATH[path], sizes))
 
     @property
     def time(self) -> Array:
@@ -190,7 +185,7 @@ class Results:
         slack = SAME_TIME * float(np.max(np.abs(time), initial=0.0))
         low, high = np.searchsorted(time, start - slack, "left"), np.searchsorted(time, stop + slack, "right")
         view = View(slice(first + int(low), first + max(int(low), int(high))), columns)
-        return Results(self._file, self.path, self.attributes, self._all_names, view)
+        return Results(self.contents, self.attributes, self._all_names, view)
 
     def _positions(self, symbol: str, chosen: Sequence[int]) -> Integers:
         """Columns of the file for columns of this view."""
@@ -216,62 +211,57 @@ class Results:
     def scene_path(self) -> Path | None:
         """Where the scene file stood; None for text from elsewhere."""
         path = self._text("path")
+        if "\0" in path:
+            raise self.contents.damaged("scene/path", "is not a path")
         return Path(path) if path else None
 
     @property
     def overrides(self) -> dict[str, str]:
         """Parameters that --set changed."""
-        return dict(self._json("overrides"))
+        values = self._json("overrides")
+        if not (isinstance(values, dict) and all(isinstance(value, str) for value in values.values())):
+            raise self.contents.damaged("scene/overrides", "is not text by parameter")
+        return values
 
     @property
     def settings(self) -> Settings:
         """The settings of the run, defaults resolved."""
         try:
             return settings_from(self._json("settings"))
-        except DAMAGE as error:
-            raise damaged(self.path, "'scene/settings' cannot be read") from error
+        except UnfitSettings as error:
+            raise self.contents.damaged("scene/settings", f"is wrong: {error}") from error
 
     @property
     def gravity(self) -> Vector:
         """Acceleration of gravity in m/s², global."""
-        try:
-            x, y, z = (float(component) for component in self._file["scene/gravity"][()])
-        except DAMAGE as error:
-            raise damaged(self.path, "'scene/gravity' cannot be read") from error
+        x, y, z = self.contents.array("scene/gravity", (3,)).tolist()
+        if not isfinite(x + y + z):
+            raise self.contents.damaged("scene/gravity", "is not finite")
         return x, y, z
 
     @property
     def trust(self) -> Trust | None:
         """What a better solution says of the run: of all its markers and samples, whatever was selected; None for a
         run that was not certified."""
-        return self._group(trusting.GROUP, trusting.read)
+        return trusting.read(self.contents)
 
     @property
     def certified(self) -> tuple[float, ...] | None:
         """The limits (m) for which the run was to be certified, whether that came to its end or not; None: it was not
         asked for."""
-        return self._group(trusting.GROUP, trusting.asked_limits)
+        return trusting.asked_limits(self.contents)
 
     @property
     def verification(self) -> Verification | None:
         """What `verify --store` has found; None where it was not asked to."""
-        return self._group(verifying.GROUP, verifying.read)
-
-    def _group(self, name: str, read: Callable[[h5py.File], T]) -> T:
-        try:
-            return read(self._file)
-        except DAMAGE as error:
-            raise damaged(self.path, f"'{name}' cannot be read") from error
+        return verifying.read(self.contents)
 
     def _text(self, name: str) -> str:
-        try:
-            return bytes(self._file["scene"][name][()]).decode()
-        except DAMAGE as error:
-            raise damaged(self.path, f"'scene/{name}' cannot be read") from error
+        return self.contents.text(f"scene/{name}")
 
     def _json(self, name: str) -> Any:
-        text = self._text(name)
         try:
-            return json.loads(text)
-        except ValueError as error:
-            raise damaged(self.path, f"'scene/{name}' cannot be read") from error
+            return json.loads(self._text(name))
+        except (ValueError, RecursionError) as error:
+            raise self.contents.damaged(f"scene/{name}", "is not JSON") from error
+

@@ -11,6 +11,8 @@ import h5py
 import numpy as np
 
 from mbproj.arrays import Array
+from mbproj.results.file.checksums import NOT_YET, crc32, stamp, stamp_attributes
+from mbproj.results.file.contents import Contents
 from mbproj.results.provenance import create_text
 
 GROUP = "trust"
@@ -72,6 +74,8 @@ LAYOUT: Mapping[str, Entry] = MappingProxyType(
         "growth_power": Entry("k", "1", "p of t^p fitted to the largest error so far"),
     }
 )
+#: What the growth law may be; "": none.
+LAWS = {"", "exponential", "power"}
 LAW = h5py.string_dtype("utf-8", len("exponential"))
 
 
@@ -82,12 +86,17 @@ def create(file: h5py.File, names: Sequence[str], limits: Sequence[float]) -> No
     for name, entry in LAYOUT.items():
         shape = tuple(sizes[axis] for axis in entry.axes)
         longest = tuple(None if axis == "S" else sizes[axis] for axis in entry.axes)
+        chunked = "S" in entry.axes
         data = file.create_dataset(
-            f"{GROUP}/{name}", shape, "f8", maxshape=longest, chunks="S" in entry.axes or None, fillvalue=np.nan
-        )
+            f"{GROUP}/{name}", shape, "f8", maxshape=longest, chunks=chunked or None, fletcher32=chunked,
+            fillvalue=np.nan,
+        )  # fmt: skip
         data.attrs.update({"units": entry.unit, "description": entry.description})
+        stamp(data, NOT_YET)
     file[GROUP]["limits"][:] = limits
+    stamp(file[GROUP]["limits"], crc32(np.array(limits, dtype=float)))
     law = file.create_dataset(f"{GROUP}/growth_law", (len(names),), LAW)
+    stamp(law, NOT_YET)
     law.attrs["description"] = "the nearer of the two fits, 'exponential' or 'power'; empty where there is none"
     file[GROUP].attrs["status"] = NOT_COMPUTED
 
@@ -105,22 +114,44 @@ def write(file: h5py.File, trust: Trust) -> None:
         if "S" in entry.axes:
             group[name].resize(values.shape)
         group[name][...] = values
-    group["growth_law"][...] = np.array([law.encode() for law in trust.growth_law], dtype=LAW)
+        stamp(group[name], crc32(values))
+    laws = np.array([law.encode() for law in trust.growth_law], dtype=LAW)
+    group["growth_law"][...] = laws
+    stamp(group["growth_law"], crc32(laws))
     group.attrs.update({"solution": trust.solution, "remark": trust.remark, "status": "complete"})
+    stamp_attributes(group)
 
 
-def asked_limits(file: h5py.File) -> tuple[float, ...] | None:
+def asked_limits(contents: Contents) -> tuple[float, ...] | None:
     """The limits for which the run was, or was to be, certified; None where it was not."""
-    return tuple(map(float, file[GROUP]["limits"][:])) if GROUP in file else None
-
-
-def read(file: h5py.File) -> Trust | None:
-    """The group's content; None where there is none, or it was not computed."""
-    if GROUP not in file or file[GROUP].attrs["status"] != "complete":
+    if not contents.has(GROUP):
         return None
-    group = file[GROUP]
-    values: dict[str, Any] = {name: group[name][...] for name in LAYOUT}
-    values["time"] = file["time"][: len(values["error"])]
-    names, laws = (tuple(bytes(text).decode() for text in group[name][:]) for name in ("names", "growth_law"))
-    solution, remark = (str(group.attrs[name]) for name in ("solution", "remark"))
+    limits = contents.array(f"{GROUP}/limits", (None,))
+    if not (np.isfinite(limits).all() and (limits > 0.0).all()):
+        raise contents.damaged(f"{GROUP}/limits", "has a limit that is not positive")
+    return tuple(map(float, limits))
+
+
+def read(contents: Contents) -> Trust | None:
+    """The group's content; None where there is none, or it was not computed."""
+    if not contents.has(GROUP):
+        return None
+    attributes = contents.attributes(GROUP)
+    if attributes.get("status") == NOT_COMPUTED:
+        return None
+    names, laws = (contents.texts(f"{GROUP}/{name}") for name in ("names", "growth_law"))
+    sizes = {
+        "S": contents.rows(f"{GROUP}/error", (len(names),)),
+        "k": len(names),
+        "E": contents.rows(f"{GROUP}/limits", ()),
+    }
+    values: dict[str, Any] = {
+        name: contents.array(f"{GROUP}/{name}", tuple(sizes[axis] for axis in entry.axes))
+        for name, entry in LAYOUT.items()
+    }
+    values["time"] = contents.array("time", (None,), window=slice(0, sizes["S"]))
+    solution, remark = (attributes.get(name) for name in ("solution", "remark"))
+    fits = len(laws) == len(names) and len(values["time"]) == sizes["S"] > 0
+    if not (fits and set(laws) <= LAWS and isinstance(solution, str) and isinstance(remark, str)):
+        raise contents.damaged(GROUP, "does not fit together")
     return Trust(names=names, growth_law=laws, solution=solution, remark=remark, **values)

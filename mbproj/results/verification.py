@@ -14,8 +14,13 @@ import h5py
 
 from mbproj.errors import InputError, Problem
 from mbproj.outputs import hdf5, replacing
-from mbproj.results.faults import ELSEWHERE
-from mbproj.results.files import DAMAGE, is_ours, part_path
+from mbproj.rehearsal import rehearse
+from mbproj.results.faults import ELSEWHERE, cannot_write, damaged, not_ours
+from mbproj.results.file.checksums import stamp_attributes
+from mbproj.results.file.contents import Contents
+from mbproj.results.file.dataset import DAMAGE
+from mbproj.results.file.opening import open_rehearsed
+from mbproj.results.files import part_path
 from mbproj.results.layout import FORMAT
 from mbproj.results.provenance import create_text
 from mbproj.scene.records import Scene
@@ -46,9 +51,13 @@ class Check:
 
     @classmethod
     def from_numbers(cls, values: Mapping[str, Any]) -> Check:
-        """What `as_numbers` gave."""
-        numbers = {key: float("nan") if values[key] is None else values[key] for key in ("measured", "allowed")}
-        return cls(**{**values, **numbers})
+        """What `as_numbers` gave. Raises ValueError or the like for anything else."""
+        numbers = {key: float("nan") if values[key] is None else float(values[key]) for key in ("measured", "allowed")}
+        check = cls(**{**values, **numbers})
+        texts = (check.name, check.claim, check.remark)
+        if not all(isinstance(text, str) for text in texts) or check.verdict not in (PASSED, FAILED, DOES_NOT_APPLY):
+            raise ValueError("not a check")
+        return check
 
 
 @dataclass(frozen=True)
@@ -77,6 +86,13 @@ def store(path: Path, scene: Scene, verification: Verification) -> None:
     check_store(path, scene)
     with replacing(path, hdf5(FORMAT), force=True, hint=ELSEWHERE) as copy:
         shutil.copyfile(path, copy)
+        if not rehearse(lambda: _add(copy, path, verification), copy):
+            _add(copy, path, verification)
+
+
+def _add(copy: Path, path: Path, verification: Verification) -> None:
+    """Write the group into a copy of the file at `path`. A child does it: HDF5 may not come back."""
+    try:
         with h5py.File(copy, "r+") as file:
             if GROUP in file:
                 del file[GROUP]
@@ -84,15 +100,26 @@ def store(path: Path, scene: Scene, verification: Verification) -> None:
             records = [json.dumps(check.as_numbers()) for check in verification.checks]
             create_text(group, "checks", records, "a check a line (JSON): name, claim, measured, allowed, verdict")
             group.attrs.update({"formulation": verification.formulation, "mbproj_version": verification.version})
+            stamp_attributes(group)
+    except DAMAGE as error:
+        if isinstance(error, OSError) and error.errno:
+            raise cannot_write(path, error) from error
+        raise damaged(path, "nothing can be added to it") from error
 
 
-def read(file: h5py.File) -> Verification | None:
+def read(contents: Contents) -> Verification | None:
     """The group's content; None where there is none."""
-    if GROUP not in file:
+    if not contents.has(GROUP):
         return None
-    group = file[GROUP]
-    checks = tuple(Check.from_numbers(json.loads(bytes(record))) for record in group["checks"][:])
-    return Verification(checks, str(group.attrs["formulation"]), str(group.attrs["mbproj_version"]))
+    attributes = contents.attributes(GROUP)
+    formulation, version = (attributes.get(name) for name in ("formulation", "mbproj_version"))
+    try:
+        checks = tuple(Check.from_numbers(json.loads(record)) for record in contents.texts(f"{GROUP}/checks"))
+    except (ValueError, TypeError, LookupError, AttributeError, RecursionError) as error:
+        raise contents.damaged(f"{GROUP}/checks", "has a line that is no check") from error
+    if not (isinstance(formulation, str) and isinstance(version, str)):
+        raise contents.damaged(GROUP, "does not say of which formulation and version it is")
+    return Verification(checks, formulation, version)
 
 
 def check_store(path: Path, scene: Scene) -> None:
@@ -100,13 +127,18 @@ def check_store(path: Path, scene: Scene) -> None:
     if not path.exists():
         still = f"its run is not at its end: '{part_path(path)}'" if part_path(path).exists() else "there is none yet"
         raise InputError(Problem(f"cannot store in '{path}': {still}", hint=f"mbproj run SCENE -o {path}"))
-    if not is_ours(path):
-        raise InputError(Problem(f"'{path}' is not a results file of mbproj", hint="give what 'mbproj run' wrote"))
-    try:
-        with h5py.File(path, "r") as file:
-            text, changed = bytes(file["scene/text"][()]).decode(), json.loads(bytes(file["scene/overrides"][()]))
-    except DAMAGE as error:
-        raise InputError(Problem(f"'{path}' is damaged", hint="repeat the run")) from error
+    with open_rehearsed(path, _run_of) as contents:
+        text, changed = _run_of(contents)
     if (text, changed) != (scene.text, dict(scene.overrides)):
         message = f"'{path}' holds results of another scene, or of other parameters"
         raise InputError(Problem(message, hint="verify the scene and --set that it was run with, or run it again"))
+
+
+def _run_of(contents: Contents) -> tuple[str, Any]:
+    """The text of the scene that was run, and what --set changed."""
+    if contents.attributes().get("format") != FORMAT:
+        raise not_ours(contents.path)
+    try:
+        return contents.text("scene/text"), json.loads(contents.text("scene/overrides"))
+    except (ValueError, RecursionError) as error:
+        raise contents.damaged("scene/overrides", "is not JSON") from error

@@ -20,12 +20,13 @@ import numpy.typing as npt
 
 from mbproj.errors import InputError, MbprojError
 from mbproj.results import trust as trusting
+from mbproj.results.crash_safety.claim import claim
+from mbproj.results.crash_safety.reserve import MARGIN, reserve, room_for, write_whole
 from mbproj.results.faults import OutputError, cannot_write
+from mbproj.results.file.checksums import NOT_YET, crc32, stamp, stamp_attributes
 from mbproj.results.files import check_output, part_path
 from mbproj.results.layout import CONSTANTS, DATASETS, NAMES, Constant, Dataset, trailing
-from mbproj.results.lock import lock
 from mbproj.results.provenance import Attribute, as_text, create_text, root_attributes, write_scene
-from mbproj.results.reserve import MARGIN, reserve, room_for
 from mbproj.results.trust import Trust
 from mbproj.scene.records import Scene
 
@@ -37,6 +38,8 @@ Block: TypeAlias = Mapping[str, npt.NDArray[Any]]
 #: Marks by dataset path, without a time axis.
 Constants: TypeAlias = Mapping[str, npt.NDArray[np.bool_]]
 
+#: The format of HDF5 1.10: the first that SWMR can use, so that older readers can open the results.
+VERSIONS = ("v110", "v110")
 FLUSH_SECONDS = 1.0
 FLUSH_BYTES = 2**23
 CHUNK_BYTES = 2**18
@@ -71,6 +74,8 @@ class ResultsWriter:
         self._scene = scene
         self._names = {kind: list(names[kind]) for kind in NAMES}
         self._sizes = {entry.symbol: len(self._names[kind]) for kind, entry in NAMES.items()}
+        #: Where the part that a killed run had left is kept now.
+        self.set_aside: Path | None = None
         self._certified = certified
         self._trust: Trust | None = None
         self._constants = {path: self._constant(path, values) for path, values in (constants or {}).items()}
@@ -78,24 +83,27 @@ class ResultsWriter:
         self._pending: list[dict[str, npt.NDArray[Any]]] = []
         self._pending_bytes = 0
         self._samples = 0
+        self._checksums = dict.fromkeys((dataset.path for dataset in DATASETS), 0)
         self._last_time = 0.0
         self._broken = self._finished = False
 
     def __enter__(self) -> ResultsWriter:
         try:
             # A new file, not the old one emptied: whoever reads a part that a kill left keeps what they read.
-            self.part.unlink(missing_ok=True)
-            self._descriptor = os.open(self.part, os.O_RDWR | os.O_CREAT | os.O_EXCL, 0o666)
+            self._descriptor, self.set_aside = claim(self.part)
         except OSError as error:
             raise cannot_write(self.path, error) from error
         try:
+            image = self._image()
             reserve(self._descriptor, MARGIN)
-            self._file = self._create()
+            write_whole(self._descriptor, image)
+            reserve(self._descriptor, len(image) + MARGIN)
+            self._file = h5py.File(self.part, "r+", libver=VERSIONS)
+            self._file.swmr_mode = True
         except OSError as error:
             os.close(self._descriptor)
             self.part.unlink(missing_ok=True)
             raise cannot_write(self.path, error) from error
-        lock(self._descriptor)
         self._flushed = time.monotonic()
         return self
 
@@ -143,23 +151,24 @@ class ResultsWriter:
         finally:
             self._close()
 
-    def _create(self) -> h5py.File:
-        # The format of HDF5 1.10: the first that SWMR can use, so that older readers can open the results.
-        file = h5py.File(self.part, "w", libver=("v110", "v110"))
-        file.attrs.update(root_attributes())
-        write_scene(file, self._scene)
-        for kind, entry in NAMES.items():
-            create_text(file, entry.path, self._names[kind], entry.description)
-        for dataset in DATASETS:
-            _create_dataset(file, dataset, trailing(dataset, self._sizes))
-        if self._certified is not None:
-            trusting.create(file, self._names["markers"] or self._names["bodies"], self._certified)
-        for constant in CONSTANTS:
-            if constant.path in self._constants:
-                _create_constant(file, constant, self._constants[constant.path])
-        file.flush()
-        file.swmr_mode = True
-        return file
+    def _image(self) -> bytes:
+        """The bytes of a file without samples. It is made in memory and written at once, so that OUT.part is never a
+        file that is half created."""
+        with h5py.File("image", "w", driver="core", backing_store=False, libver=VERSIONS) as file:
+            file.attrs.update(root_attributes())
+            write_scene(file, self._scene)
+            for kind, entry in NAMES.items():
+                create_text(file, entry.path, self._names[kind], entry.description)
+            for dataset in DATASETS:
+                _create_dataset(file, dataset, trailing(dataset, self._sizes))
+            if self._certified is not None:
+                trusting.create(file, self._names["markers"] or self._names["bodies"], self._certified)
+            for constant in CONSTANTS:
+                if constant.path in self._constants:
+                    _create_constant(file, constant, self._constants[constant.path])
+            file.flush()
+            image: bytes = file.id.get_file_image()
+        return image
 
     def _constant(self, path: str, values: npt.NDArray[np.bool_]) -> npt.NDArray[np.bool_]:
         expected = {constant.path: trailing(constant, self._sizes) for constant in CONSTANTS}
@@ -189,14 +198,18 @@ class ResultsWriter:
         except OSError as error:
             what = f"no room for results after t = {self._last_time:.6g} s in '{self.path}': {error.strerror}"
             raise OutputError(f"{what}; make room and run again, what was written before is kept") from error
+        checksums: dict[str, int] = {}
         with self._breaking():
             for dataset in WRITING_ORDER:
                 if dataset is DATASETS[0]:
                     self._file.flush()
                 target = self._file[dataset.path]
                 target.resize(total, axis=0)
-                target[self._samples : total] = np.concatenate([columns[dataset.path] for columns in self._pending])
+                values = np.concatenate([columns[dataset.path] for columns in self._pending])
+                target[self._samples : total] = values
+                checksums[dataset.path] = crc32(values, self._checksums[dataset.path])
             self._file.flush()
+        self._checksums = checksums
         self._last_time = float(self._pending[-1]["time"][-1])
         self._samples, self._pending, self._pending_bytes = total, [], 0
 
@@ -207,6 +220,9 @@ class ResultsWriter:
                 trusting.write(self._file, self._trust)
             self._file.attrs.update({name: value for name, value in self._summary.items() if value is not None})
             self._file.attrs["status"] = status
+            stamp_attributes(self._file)
+            for path, checksum in self._checksums.items():
+                stamp(self._file[path], checksum)
             self._file.flush()
         self._finished = True
 
@@ -262,7 +278,9 @@ def _create_dataset(file: h5py.File, dataset: Dataset, shape: tuple[int, ...]) -
         maxshape=(None, *(size or None for size in shape)),
         chunks=(samples, *(max(1, size) for size in shape)),
         dtype=dataset.dtype,
+        fletcher32=True,
     )
+    stamp(created, NOT_YET)
     created.attrs.update({"units": dataset.unit, "description": dataset.description})
     if dataset.frame:
         created.attrs["frame"] = dataset.frame
@@ -270,4 +288,5 @@ def _create_dataset(file: h5py.File, dataset: Dataset, shape: tuple[int, ...]) -
 
 def _create_constant(file: h5py.File, constant: Constant, values: npt.NDArray[np.bool_]) -> None:
     created = file.create_dataset(constant.path, data=values)
+    stamp(created, crc32(values))
     created.attrs.update({"units": constant.unit, "description": constant.description, "frame": constant.frame})

@@ -104,6 +104,18 @@ def test_a_nan_is_not_the_same(tmp_path: Path) -> None:
     assert found.parting.quantity == "joints/speed"
 
 
+@pytest.mark.filterwarnings("error")
+def test_what_is_too_large_to_compare_is_not_the_same(tmp_path: Path) -> None:
+    """Its square overflows, and an infinite difference is not less than an infinite limit."""
+
+    def change(values: dict[str, Any]) -> None:
+        values["markers/acceleration"][7, 0, 1] = 1e200
+
+    found = compared(tmp_path, change)
+    assert found.parting is not None
+    assert (found.same, found.parting.quantity) == (False, "markers/acceleration")
+
+
 def test_reactions_that_joints_share_at_will_are_no_part_of_the_motion(tmp_path: Path) -> None:
     """Components that either of the results marks as not unique are left out, the others are compared."""
     everything = np.ones((len(NAMES["joints"]), 3), dtype=bool)

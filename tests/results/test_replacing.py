@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import os
 import subprocess
-import sys
-import textwrap
 
 import h5py
 import numpy as np
@@ -14,7 +12,7 @@ import pytest
 from mbproj.errors import ExitCode, InputError, SimulationError
 from mbproj.results import OutputError, ResultsWriter, check_output, open_results
 from tests.results.pendulum_blocks import NAMES, PATHS, block, part_of, record, scene, times
-from tests.support import ROOT
+from tests.results.processes import WRITE_FOR_EVER, child
 
 FAILURE = SimulationError(0.73, "the mass matrix is singular", hint="try gpopm")
 
@@ -53,28 +51,6 @@ def test_results_are_kept_however_the_run_ends(tmp_path, error, status):
         assert results.time.tobytes() == whole["time"].tobytes()
 
 
-def child(code: str, *arguments: str) -> subprocess.Popen:
-    """A Python process with the writer and the pendulum at hand."""
-    head = """
-        import sys, time
-        from mbproj.results import ResultsWriter, writer
-        from tests.results.pendulum_blocks import *
-        def go(): print("go", flush=True)
-    """
-    script = textwrap.dedent(head) + textwrap.dedent(code)
-    pipes = dict.fromkeys(("stdin", "stdout", "stderr"), subprocess.PIPE)
-    return subprocess.Popen([sys.executable, "-c", script, *arguments], cwd=ROOT, text=True, **pipes)
-
-
-WRITE_FOR_EVER = """
-    writer.FLUSH_SECONDS = 0.0
-    with ResultsWriter(sys.argv[1], scene(), NAMES) as recorder:
-        go()
-        for i in range(10**9):
-            recorder.write(block(times(7) + 0.07 * i))
-"""
-
-
 @pytest.mark.parametrize("seconds", [0.0, 0.02, 0.1, 0.3])
 def test_kill_leaves_out_untouched_and_part_readable(tmp_path, seconds):
     path = record(tmp_path / "out.h5", block(times(3)))
@@ -97,30 +73,6 @@ def test_kill_leaves_out_untouched_and_part_readable(tmp_path, seconds):
         parts = [block(times(7) + 0.07 * i) for i in range(samples // 7)] or [block(times(0))]
         for name in PATHS:
             assert np.array_equal(results[name], np.concatenate([part[name] for part in parts])), name
-
-
-def test_the_part_of_a_killed_run_is_replaced(tmp_path):
-    path = tmp_path / "out.h5"
-    process = child(WRITE_FOR_EVER, str(path))
-    process.stdout.readline()
-    process.kill()
-    process.wait()
-    record(path, block(times(5)))
-    assert [entry.name for entry in tmp_path.iterdir()] == ["out.h5"]
-
-
-def test_a_second_run_with_the_same_output_is_refused(tmp_path):
-    path = tmp_path / "out.h5"
-    process = child(WRITE_FOR_EVER, str(path))
-    process.stdout.readline()
-    try:
-        with pytest.raises(InputError) as caught:
-            check_output(path)
-    finally:
-        process.kill()
-        process.wait()
-    expected = f"error: another run is writing '{path}.part'; wait for it, or choose another file with -o"
-    assert str(caught.value) == expected
 
 
 def test_results_can_be_read_while_they_are_written(tmp_path):

@@ -6,7 +6,6 @@ POSIX record locks, because HDF5 locks with flock and would refuse its own reade
 from __future__ import annotations
 
 import os
-from contextlib import suppress
 from pathlib import Path
 
 try:
@@ -15,15 +14,22 @@ except ImportError:  # Windows, where a file that is open cannot be replaced any
     fcntl = None  # type: ignore[assignment]
 
 
-def lock(descriptor: int) -> None:
-    """Lock the open file for this process, where locks are to be had, until any of its descriptors is closed."""
-    if fcntl is not None:
-        with suppress(OSError):
-            fcntl.lockf(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
+def lock(descriptor: int) -> bool:
+    """Lock the open file for this process until any of its descriptors is closed. False where another process has
+    it; True too where locks are not to be had."""
+    if fcntl is None:
+        return True
+    try:
+        fcntl.lockf(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except (BlockingIOError, PermissionError):
+        return False
+    except OSError:
+        return True
+    return True
 
 
 def is_locked(path: Path) -> bool:
-    """Whether another process holds the lock on the file at `path`."""
+    """Whether another process holds the lock on the regular file at `path`."""
     if fcntl is None or not path.exists():
         return False
     try:
@@ -31,11 +37,6 @@ def is_locked(path: Path) -> bool:
     except OSError:
         return False
     try:
-        fcntl.lockf(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
-    except (BlockingIOError, PermissionError):
-        return True
-    except OSError:
-        return False
+        return not lock(descriptor)
     finally:
         os.close(descriptor)
-    return False

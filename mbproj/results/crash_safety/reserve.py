@@ -11,6 +11,8 @@ from mbproj.results.layout import DATASETS
 
 #: Room for HDF5's own bookkeeping of one flush, and for the attributes at the end.
 MARGIN = 2**20
+#: What Fletcher-32 adds to a chunk.
+CHECKSUM = 4
 FULL = (errno.ENOSPC, errno.EFBIG, errno.EDQUOT, errno.EIO)
 
 
@@ -23,7 +25,7 @@ def room_for(file: h5py.File, samples: int) -> int:
         row_bytes = stored.dtype.itemsize
         for size in stored.shape[1:]:
             row_bytes *= size
-        growth += max(0, new_chunks) * stored.chunks[0] * row_bytes
+        growth += max(0, new_chunks) * (stored.chunks[0] * row_bytes + CHECKSUM)
     return int(file.id.get_filesize()) + growth + MARGIN
 
 
@@ -36,3 +38,9 @@ def reserve(descriptor: int, size: int) -> None:
     except OSError as error:
         if error.errno in FULL:
             raise
+
+
+def write_whole(descriptor: int, data: bytes) -> None:
+    """Write `data` at the begin of the file. Raises OSError where not all of it has room."""
+    if os.pwrite(descriptor, data, 0) < len(data):
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))

@@ -1,0 +1,78 @@
+"""All of a results file read and held against its checksums (`info --check`)."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from math import prod
+
+from mbproj.errors import InputError
+from mbproj.results.file.contents import UNCHECKED
+from mbproj.results.layout import CONSTANTS, DATASETS, NAMES, Dataset
+from mbproj.results.reader import BESIDE_SAMPLES
+from mbproj.results.record import Results
+
+SCENE = ("scene/text", "scene/path", "scene/title", "scene/settings", "scene/overrides", "scene/gravity")
+
+
+@dataclass(frozen=True)
+class Soundness:
+    """What is wrong with a file, a sentence each; how many datasets and bytes were read; which of the datasets have no
+    checksum, because an older mbproj wrote them."""
+
+    faults: tuple[str, ...]
+    datasets: int
+    bytes: int
+    unguarded: tuple[str, ...]
+
+
+def check_results(results: Results) -> Soundness:
+    """Reads every dataset and attribute of the layout, one after another."""
+    constants = [entry.path for entry in CONSTANTS if results.contents.has(entry.path)]
+    paths = [*SCENE, *(entry.path for entry in NAMES.values()), *constants, *(entry.path for entry in DATASETS)]
+    faults = [*_beside_samples(results, constants), *_of_samples(results)]
+    unguarded = tuple(path for path in paths if not results.contents.is_guarded(path))
+    size = sum(8 * prod(results.shape(dataset.path)) for dataset in DATASETS)
+    return Soundness(tuple(dict.fromkeys(faults)), len(paths), size, unguarded)
+
+
+def _beside_samples(results: Results, constants: list[str]) -> Iterator[str]:
+    """Names were read when the file was opened, and its attributes."""
+    for name in BESIDE_SAMPLES:
+        try:
+            getattr(results, name)
+        except InputError as error:
+            yield from _messages(results, error)
+    for path in constants:
+        try:
+            results.constant(path)
+        except InputError as error:
+            yield from _messages(results, error)
+
+
+def _of_samples(results: Results) -> Iterator[str]:
+    for dataset in DATASETS:
+        try:
+            yield from _of_dataset(results, dataset)
+        except InputError as error:
+            found = results.contents.unreadable_rows(dataset.path, results.shape("time")[0])
+            places = "".join(f", samples {first} to {last}" for first, last in found)
+            yield from (message + places for message in _messages(results, error))
+
+
+def _of_dataset(results: Results, dataset: Dataset) -> Iterator[str]:
+    contents, (samples, *columns) = results.contents, results.shape(dataset.path)
+    if contents.unit(dataset.path) != dataset.unit:
+        yield f"'{dataset.path}' has another unit than '{dataset.unit}'"
+    rows = contents.rows(dataset.path, tuple(columns), dataset.dtype)
+    if rows != samples and not contents.unfinished:
+        yield f"'{dataset.path}' has {rows} samples where others have {samples}"
+    for first, last in contents.unreadable_rows(dataset.path, samples) if contents.unfinished else ():
+        yield f"samples {first} to {last} of '{dataset.path}' {UNCHECKED}"
+    contents.array(dataset.path, (None, *columns), dataset.dtype, slice(0, samples))
+    if dataset.path == "time":
+        _ = results.time  # which is to ascend
+
+
+def _messages(results: Results, error: InputError) -> Iterator[str]:
+    return (problem.message.removeprefix(f"'{results.path}' is damaged: ") for problem in error.problems)

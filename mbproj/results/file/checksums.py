@@ -1,0 +1,65 @@
+"""Checksums of what stands in a file: CRC-32 of each dataset's bytes and of each attribute that mbproj wrote.
+
+HDF5 guards its own bookkeeping, and Fletcher-32 each chunk of samples. What neither sees has these: data without
+chunks, text attributes (they stand in a heap without a checksum), and chunks that became zeros as a whole, which
+Fletcher-32 takes for right.
+"""
+
+from __future__ import annotations
+
+import json
+import zlib
+from collections.abc import Mapping
+from typing import Any
+
+import h5py
+import numpy as np
+import numpy.typing as npt
+
+#: The attribute of a dataset; NOT_YET while samples are added.
+OF_DATA, NOT_YET = "crc32", -1
+#: The attribute of a group: a JSON object, checksum by attribute.
+OF_ATTRIBUTES = "crc32_of_attributes"
+
+
+def crc32(values: npt.NDArray[Any], so_far: int = 0) -> int:
+    """The checksum of an array's bytes as the file has them; `so_far` is that of what stands before them."""
+    stored = np.ascontiguousarray(values, dtype=values.dtype.newbyteorder("<"))
+    return zlib.crc32(stored.reshape(-1).view(np.uint8).data, so_far) if stored.size else so_far
+
+
+def stamp(dataset: h5py.Dataset, checksum: int) -> None:
+    """Note the checksum at the dataset."""
+    dataset.attrs.modify(OF_DATA, np.int64(checksum))
+
+
+def stamp_attributes(group: h5py.Group) -> None:
+    """Note the checksums of the attributes that the group has by now."""
+    found = {name: of_value(plain(value)) for name, value in group.attrs.items() if name != OF_ATTRIBUTES}
+    group.attrs[OF_ATTRIBUTES] = json.dumps(found)
+
+
+def of_value(value: Any) -> int:
+    """The checksum of an attribute, which is a number, a flag or text."""
+    return zlib.crc32(json.dumps(value).encode())
+
+
+def plain(value: Any) -> Any:
+    """A Python number or text for NumPy's."""
+    found = value.item() if isinstance(value, np.generic) else value
+    return found.decode() if isinstance(found, bytes) else found
+
+
+def wrong_attributes(attributes: Mapping[str, Any]) -> list[str]:
+    """The attributes that are not what they were when the group was stamped; none where it never was."""
+    if OF_ATTRIBUTES not in attributes:
+        return []
+    try:
+        expected = dict(json.loads(attributes[OF_ATTRIBUTES]))
+    except (ValueError, TypeError, RecursionError):
+        return [OF_ATTRIBUTES]
+    return [name for name, checksum in expected.items() if _differs(attributes, name, checksum)]
+
+
+def _differs(attributes: Mapping[str, Any], name: str, checksum: object) -> bool:
+    return name not in attributes or of_value(attributes[name]) != checksum

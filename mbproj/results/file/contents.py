@@ -1,0 +1,203 @@
+"""`Contents`: every read from an opened results file. Kind, shape, size and checksum are checked before use.
+
+A file declares what it likes: sizes are held against the bytes that are there before any array is allocated.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from pathlib import Path
+from types import TracebackType
+from typing import Any, final
+
+import h5py
+import numpy.typing as npt
+from h5py import h5a, h5t
+
+from mbproj.errors import InputError, warn_once
+from mbproj.results.faults import damaged
+from mbproj.results.file.checksums import OF_ATTRIBUTES, plain, wrong_attributes
+from mbproj.results.file.dataset import COMPRESSING, DAMAGE, FILTERS, Shape, StoredDataset
+
+#: All that a file holds may be this many times its size when it is unpacked, or this many bytes.
+UNPACKED, UNPACKED_BYTES = 64, 2**26
+#: Attributes are numbers, flags and text in place; one may have this many bytes.
+ATTRIBUTE_TYPES = (h5t.INTEGER, h5t.FLOAT, h5t.ENUM, h5t.STRING)
+ATTRIBUTE_BYTES = 2**20
+
+UNCHECKED = "do not have their checksum: the run was killed while it wrote them, or they were changed"
+
+
+@final
+class Contents:
+    """What the opened `file`, read from `path`, holds, by the paths of the layout; closed by `close`.
+
+    `unfinished`: a run is writing it, or was killed; `grows_from` is then the number of samples that are whole, as far
+    as it is known. Whatever is wrong is an InputError that names file and part.
+    """
+
+    def __init__(self, file: h5py.File, path: Path, *, unfinished: bool) -> None:
+        self._file, self.path, self.unfinished = file, path, unfinished
+        self.grows_from: int | None = None
+        self._size = path.stat().st_size
+        self._datasets: dict[str, StoredDataset] = {}
+        self._unpacked: dict[str, int] = {}
+
+    def __enter__(self) -> Contents:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.close()
+
+    def close(self) -> None:
+        """Close the file."""
+        self._file.close()
+
+    def has(self, name: str) -> bool:
+        """Whether there is a dataset or group of this name."""
+        with self._reading(name):
+            return name in self._file
+
+    def damaged(self, name: str, what: str) -> InputError:
+        """The error that this part of the file is wrong."""
+        return damaged(self.path, f"'{name}' {what}")
+
+    def rows(self, name: str, trailing: tuple[int, ...], dtype: npt.DTypeLike = "f8") -> int:
+        """The length of the first axis of a dataset with this shape after it."""
+        return self._fitting(name, (None, *trailing), dtype).shape[0]
+
+    def check_room(self, name: str, rows: int | None = None) -> None:
+        """Raises InputError where the file is too small to hold so many rows of a dataset, or all of it."""
+        dataset = self._dataset(name)
+        with self._reading(name):
+            needed, stored, filters = dataset.size(rows), dataset.stored, dataset.filters
+        if not filters <= FILTERS:
+            raise self.damaged(name, "is packed by a filter that is not HDF5's own")
+        if filters & COMPRESSING:
+            self._unpacked[name] = max(needed, dataset.chunk) if needed else 0
+            if sum(self._unpacked.values()) > max(UNPACKED * self._present_size(), UNPACKED_BYTES):
+                raise self.damaged(name, f"would be {needed} bytes when unpacked, far more than the file has")
+        elif needed > stored:
+            raise self.damaged(name, f"declares {needed} bytes, and the file holds {stored} of them")
+        if needed and stored > self._present_size():
+            raise self.damaged(name, f"declares {stored} stored bytes, more than the file has")
+
+    def array(
+        self, name: str, shape: Shape, dtype: npt.DTypeLike = "f8", window: slice | None = None
+    ) -> npt.NDArray[Any]:
+        """The numbers of a dataset of this shape and type, or the rows in `window` of its first axis. The checksum of
+        the whole is checked where the whole is read."""
+        dataset = self._fitting(name, shape, dtype)
+        self.check_room(name, window.stop if window else None)
+        return self._read(dataset, name, window)
+
+    def texts(self, name: str) -> tuple[str, ...]:
+        """A list of texts."""
+        return self._texts(name, (None,))
+
+    def text(self, name: str) -> str:
+        """A single text."""
+        return self._texts(name, ())[0]
+
+    def attributes(self, group: str = "/") -> Mapping[str, Any]:
+        """The attributes that are numbers, flags or text; others are not ours. Those that mbproj wrote are checked
+        against their checksums once the file is finished."""
+        try:
+            found = dict(_attributes(self._file[group]))
+        except DAMAGE as error:
+            raise damaged(self.path, "its attributes cannot be read") from error
+        for name in () if self.unfinished else wrong_attributes(found):
+            raise damaged(self.path, f"its attribute '{name}' is not what was written")
+        return {name: value for name, value in found.items() if name != OF_ATTRIBUTES}
+
+    def unreadable_rows(self, name: str, rows: int) -> list[tuple[int, int]]:
+        """Where a dataset cannot be read: the first and the last row of each chunk."""
+        dataset, found = self._dataset(name), []
+        for first in range(0, rows, max(1, dataset.chunk_rows)):
+            last = min(first + dataset.chunk_rows, rows)
+            try:
+                dataset.read(slice(first, last))
+            except DAMAGE:
+                found.append((first, last - 1))
+        return found
+
+    def is_guarded(self, name: str) -> bool:
+        """Whether the file has a checksum of this dataset."""
+        with self._reading(name):
+            return self._dataset(name).is_guarded
+
+    def unit(self, name: str) -> object:
+        """The unit that the file gives a dataset."""
+        with self._reading(name):
+            return self._dataset(name).unit
+
+    @contextmanager
+    def _reading(self, name: str) -> Iterator[None]:
+        """What h5py raises is said of this part of the file."""
+        try:
+            yield
+        except DAMAGE as error:
+            raise self.damaged(name, "cannot be read") from error
+
+    def _dataset(self, name: str) -> StoredDataset:
+        if name not in self._datasets:
+            try:
+                found = self._file[name]
+            except DAMAGE as error:
+                raise damaged(self.path, f"it has no '{name}'") from error
+            with self._reading(name):
+                self._datasets[name] = StoredDataset(found)
+        return self._datasets[name]
+
+    def _fitting(self, name: str, shape: Shape, dtype: npt.DTypeLike | None) -> StoredDataset:
+        dataset = self._dataset(name)
+        if not dataset.fits(shape, dtype):
+            raise self.damaged(name, "has the wrong shape or type")
+        return dataset
+
+    def _present_size(self) -> int:
+        """The size of the file; what a run writes grows, and is renamed at its end."""
+        if self.unfinished and self.path.exists():
+            self._size = max(self._size, self.path.stat().st_size)
+        return self._size
+
+    def _read(self, dataset: StoredDataset, name: str, window: slice | None = None) -> npt.NDArray[Any]:
+        with self._reading(name):
+            values = self._values(dataset, name, window)
+            as_written = values.shape != dataset.shape or dataset.is_as_written(values)
+        if not as_written:
+            raise self.damaged(name, "is not what was written: its checksum differs")
+        return values
+
+    def _values(self, dataset: StoredDataset, name: str, window: slice | None) -> npt.NDArray[Any]:
+        try:
+            return dataset.read(window)
+        except DAMAGE:
+            if window is None or self.grows_from is None:
+                raise
+            if not dataset.ends_in_a_chunk_that_grows(window, self.grows_from):
+                raise
+        values = dataset.read_without_the_last_checksum(window)
+        warn_once(f"the last samples of '{name}' in '{self.path}' {UNCHECKED}")
+        return values
+
+    def _texts(self, name: str, shape: Shape) -> tuple[str, ...]:
+        dataset = self._fitting(name, shape, None)
+        self.check_room(name)
+        stored = self._read(dataset, name)
+        with self._reading(name):
+            return tuple(bytes(text).decode() for text in stored.reshape(-1))
+
+
+def _attributes(group: h5py.Group) -> Iterator[tuple[str, Any]]:
+    for name in group.attrs:
+        kept = h5a.open(group.id, name.encode("utf-8", "surrogateescape"))
+        of_a_kind = kept.shape == () and kept.get_type().get_class() in ATTRIBUTE_TYPES
+        if of_a_kind and kept.get_storage_size() <= ATTRIBUTE_BYTES and name.isprintable():
+            value = plain(group.attrs[name])
+            if isinstance(value, str):
+                value.encode()  # what is not UTF-8 was read with surrogates, which nothing can print
+            yield name, value

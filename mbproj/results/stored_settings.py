@@ -1,0 +1,37 @@
+"""The settings of a run as its file has them: read by the fields of a scene's own `simulation` block, so that what no
+scene could say is refused."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from mbproj.errors import Place
+from mbproj.scene.nodes import MappingNode, Node, from_value
+from mbproj.scene.reading import Reading
+from mbproj.scene.records import ProjectionSettings, Settings
+from mbproj.scene.simulation import SIMULATION
+
+PLACE = Place("settings")
+
+
+class UnfitSettings(ValueError):
+    """Settings that no scene can have; the message says which and why."""
+
+
+def settings_from(values: Any) -> Settings:
+    """The Settings that `dataclasses.asdict` turned into `values`, and JSON into text and back."""
+    reading = Reading()
+    node = _node(values)
+    read = SIMULATION.read(node, ("simulation",), reading) if isinstance(node, MappingNode) else None
+    if read is None or reading.problems:
+        raise UnfitSettings(reading.problems[0].message if reading.problems else "it is not a mapping of keys")
+    return Settings(**{**read, "projection": ProjectionSettings(**read.get("projection", {}))})
+
+
+def _node(value: Any) -> Node:
+    """What JSON gave as a node of a scene; None is left out, as it is there."""
+    if not isinstance(value, Mapping):
+        return from_value(value, PLACE)
+    given = {key: _node(part) for key, part in value.items() if part is not None}
+    return MappingNode(given, dict.fromkeys(given, PLACE), PLACE)

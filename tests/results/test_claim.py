@@ -1,0 +1,136 @@
+"""OUT.part without a living writer never blocks a run; one that is being written is never touched."""
+
+from __future__ import annotations
+
+import os
+import platform
+
+import h5py
+import numpy as np
+import pytest
+
+from mbproj.errors import InputError
+from mbproj.results import ResultsWriter, check_output, open_results
+from tests.results.pendulum_blocks import NAMES, block, record, scene, times
+from tests.results.processes import WRITE_FOR_EVER, child, killed
+
+#: The run stops where it is about to do this, which `killed` then makes its end.
+CREATING = """
+    def stop(*arguments, **options):
+        go()
+        time.sleep(60)
+    {}
+    with ResultsWriter(sys.argv[1], scene(), NAMES):
+        pass
+"""
+STAGES = {
+    "the part is empty": "writer.ResultsWriter._image = stop",
+    "room is reserved": "import os; os.pwrite = stop",
+    "the file is written": "writer.write_whole = lambda *a, of=writer.write_whole: (of(*a), stop())",
+    "it can be read": "writer.time.monotonic = stop",
+}
+WITH_SAMPLES = """
+    writer.FLUSH_SECONDS = 0.0
+    with ResultsWriter(sys.argv[1], scene(), NAMES) as recorder:
+        recorder.write(block(times(int(sys.argv[2]) if len(sys.argv) > 2 else 50)))
+        go()
+        sys.stdin.readline()
+"""
+
+
+@pytest.mark.parametrize("stage", STAGES)
+def test_a_kill_while_the_file_is_created_blocks_nobody(tmp_path, stage):
+    path = tmp_path / "out.h5"
+    killed(CREATING.format(STAGES[stage]), path)
+    assert (tmp_path / "out.h5.part").exists()
+    record(path, block(times(5)))
+    assert [entry.name for entry in tmp_path.iterdir()] == ["out.h5"]
+
+
+@pytest.mark.parametrize("stage", STAGES)
+def test_a_file_that_is_being_created_is_another_runs(tmp_path, stage):
+    process = child(CREATING.format(STAGES[stage]), str(tmp_path / "out.h5"))
+    process.stdout.readline()
+    try:
+        with pytest.raises(InputError) as caught:
+            check_output(tmp_path / "out.h5")
+    finally:
+        process.kill()
+        process.wait()
+    who = (
+        f" (process {process.pid} on '{platform.node()}')" if stage in ("the file is written", "it can be read") else ""
+    )
+    part = tmp_path / "out.h5.part"
+    expected = f"error: another run{who} is writing '{part}'; wait for it, or choose another file with -o"
+    assert str(caught.value) == expected
+
+
+def test_a_second_run_with_the_same_output_is_refused(tmp_path):
+    path = tmp_path / "out.h5"
+    process = child(WRITE_FOR_EVER, str(path))
+    process.stdout.readline()
+    try:
+        for begin in (check_output, lambda path: ResultsWriter(path, scene(), NAMES).__enter__()):
+            with pytest.raises(InputError, match=rf"another run \(process {process.pid} on '.*'\) is writing"):
+                begin(path)
+    finally:
+        process.kill()
+        process.wait()
+
+
+def test_samples_of_a_killed_run_are_kept(tmp_path):
+    path = tmp_path / "out.h5"
+    for expected in ("out.h5.part.1", "out.h5.part.2"):
+        killed(WITH_SAMPLES, path)
+        with ResultsWriter(path, scene(), NAMES) as recorder:
+            recorder.write(block(times(5)))
+            assert recorder.set_aside == tmp_path / expected
+    assert sorted(entry.name for entry in tmp_path.iterdir()) == ["out.h5", "out.h5.part.1", "out.h5.part.2"]
+    with open_results(tmp_path / "out.h5.part.1") as results:
+        assert np.array_equal(results["bodies/position"], block(times(50))["bodies/position"])
+
+
+def test_a_damaged_part_is_kept(tmp_path):
+    part = tmp_path / "out.h5.part"
+    part.write_bytes(b"\x89HDF\r\n\x1a\n" + b"garbage" * 100)
+    with ResultsWriter(tmp_path / "out.h5", scene(), NAMES) as recorder:
+        assert recorder.set_aside == tmp_path / "out.h5.part.1"
+    assert (tmp_path / "out.h5.part.1").read_bytes().endswith(b"garbage")
+
+
+def test_a_part_of_somebody_else_is_refused(tmp_path):
+    part = tmp_path / "out.h5.part"
+    with h5py.File(part, "w") as file:
+        file["data"] = 1.0
+    for make in (lambda: None, lambda: part.write_bytes(b"\0" * 2**21), lambda: part.write_text("notes")):
+        make()
+        before = part.read_bytes()
+        with pytest.raises(InputError, match="exists and is not a results file of mbproj, so it is not replaced"):
+            check_output(tmp_path / "out.h5")
+        assert part.read_bytes() == before
+    part.unlink()
+    part.symlink_to(tmp_path / "elsewhere")
+    with pytest.raises(InputError, match="is not replaced"):
+        check_output(tmp_path / "out.h5")
+
+
+@pytest.mark.parametrize("name", ["out.h5", "out.h5.part"])
+def test_pipes_and_devices_are_refused_at_once(tmp_path, name):
+    os.mkfifo(tmp_path / name)
+    with pytest.raises(InputError) as caught:
+        check_output(tmp_path / "out.h5")
+    assert str(caught.value) == (
+        f"error: '{tmp_path / name}' is a named pipe, not a results file; choose another file with -o"
+    )
+
+
+def test_a_damaged_file_is_not_replaced(tmp_path):
+    path = record(tmp_path / "out.h5", block(times(5)))
+    data = path.read_bytes()
+    path.write_bytes(data[:3000])
+    with pytest.raises(InputError) as caught:
+        check_output(path)
+    assert str(caught.value) == (
+        f"error: '{path}' exists and cannot be read as results of mbproj, so it is not replaced; "
+        "remove it if you do not need it, or choose another file with -o"
+    )

@@ -1,0 +1,72 @@
+"""What a reader is about to do is done in a child first; one that spins, crashes or takes all memory is an error."""
+
+from __future__ import annotations
+
+import os
+import signal
+
+import pytest
+
+from mbproj import rehearsal
+from mbproj.errors import InputError, Problem
+from mbproj.rehearsal import rehearse
+
+
+@pytest.fixture
+def path(tmp_path):
+    found = tmp_path / "out.h5"
+    found.write_bytes(b"any")
+    return found
+
+
+def spin() -> None:
+    while True:
+        pass
+
+
+def sleep() -> None:
+    signal.pause()
+
+
+def crash() -> None:
+    os.kill(os.getpid(), signal.SIGSEGV)
+
+
+def take_memory() -> None:
+    bytearray(2**33)
+
+
+@pytest.mark.parametrize(
+    ("act", "what"),
+    [
+        (spin, "reading it does not come to an end"),
+        (sleep, "reading it does not come to an end"),
+        (crash, "HDF5 crashes on it"),
+        (take_memory, "reading it takes too much memory"),
+    ],
+)
+def test_what_does_not_end_well_is_damage(path, monkeypatch, act, what):
+    monkeypatch.setattr(rehearsal, "SECONDS", 1)
+    monkeypatch.setattr(rehearsal, "PATIENCE", 1.0 if act is sleep else 60.0)
+    with pytest.raises(InputError) as caught:
+        rehearse(act, path)
+    assert str(caught.value) == f"error: '{path}' is damaged: {what}; repeat the run"
+    with pytest.raises(ChildProcessError):
+        os.waitpid(-1, os.WNOHANG)
+
+
+def test_an_input_error_comes_through_with_its_next_step(path):
+    def refuse() -> None:
+        raise InputError([Problem("wrong äöü", hint="mend it"), Problem("this too")])
+
+    with pytest.raises(InputError) as caught:
+        rehearse(refuse, path)
+    assert str(caught.value) == "error: wrong äöü; mend it\nerror: this too"
+
+
+def test_nothing_is_changed_here(path):
+    """What the child does stays in the child, and a fault of ours is left to the reader itself."""
+    seen: list[int] = []
+    rehearse(lambda: seen.append(1), path)
+    rehearse(lambda: 1 / 0, path)
+    assert seen == []
