@@ -42,9 +42,17 @@ def command(results: Path, folder: Path, chosen: tuple[str, ...], only_list: boo
             click.echo(name)
         return
     make_folder(folder, OTHER_DIRECTORY)
-    files = {folder / f"{first}-{name}.csv": found[name] for name in names}
+    files = {folder / _file_name(f"{first}-{name}.csv"): found[name] for name in names}
     for path, table in files.items():  # all or none
         check_replaceable(path, csv(table.headings), force=force, hint=OTHER_DIRECTORY)
     for path, table in files.items():
         rows = table.values.tolist()
         click.echo(write_csv(path, table.headings, rows, form=".17g", force=force, hint=OTHER_DIRECTORY))
+
+
+def _file_name(name: str) -> str:
+    """The name, which comes from a file that anybody may have written, where it is that of a file and no path."""
+    if set(name) & {"/", "\\", "\0"}:
+        problem = Problem(f"'{name}' cannot name a file", hint="the results were changed after mbproj wrote them")
+        raise InputError(problem)
+    return name

@@ -6,6 +6,8 @@ import os
 import shutil
 import stat
 
+import h5py
+import numpy as np
 import pytest
 
 from tests.cli.commands import FIVE_BAR, SLIDER_CRANK, mbproj
@@ -100,3 +102,17 @@ def test_a_scene_that_was_changed_meanwhile_is_not_written_over(tmp_path):
     with pytest.raises(InputError, match="has changed since it was read"):
         write_back(scene, scene.settings)
     assert path.read_text().endswith("# mine\n")
+
+
+def test_names_in_results_lead_out_of_no_folder(tmp_path, run):
+    shutil.copy(run, tmp_path / "a.h5")
+    with h5py.File(tmp_path / "a.h5", "r+") as file:
+        names = [b"x/../../../T", *file["joints/names"][1:]]
+        del file["joints/names"]
+        file["joints/names"] = np.array(names)
+    (tmp_path / "in").mkdir()
+    (tmp_path / "in" / "a-joint-x").mkdir()
+    before = sorted(tmp_path.rglob("*"))
+    done = mbproj("export", "a.h5", "-o", "in", folder=tmp_path)
+    assert done.returncode == 2, done.stdout
+    assert sorted(tmp_path.rglob("*")) == before
