@@ -8,37 +8,11 @@ import pytest
 from mbproj import assemble, compile_system, initial_guess
 from mbproj.dynamics.constraint_equations import set_jacobian
 from mbproj.dynamics.forces import applied, generalised, law_state, potential_of_springs
-from mbproj.dynamics.kinematics import attached, pose_of, slots_of, twist_of
+from mbproj.dynamics.kinematics import pose_of, twist_of
 from mbproj.errors import InputError, SimulationError
 from mbproj.scene import read_scene_text
+from tests.dynamics.force_scenes import FORCES, HEAD, ON_BODIES, reference
 
-HEAD = """\
-mbproj: 1
-gravity: [0.3, -0.2, -9.8]
-simulation: {duration: 0.1, step: 0.01}
-bodies:
-  a: {mass: 1, inertia: [1, 2, 2.5], position: [0.1, 0.2, 0.3], orientation: {quaternion: [3, 1, -2, 0.5]}}
-  b: {mass: 2, inertia: [1, 1.5, 1.2], position: [1, -0.5, 0.4], orientation: {quaternion: [1, 1, 0.3, -1]}}
-joints:
-  R: {type: revolute, bodies: [a, b], location: [0.4, 0, 0.1], axis: [1, 2, -1]}
-  C: {type: cylindrical, bodies: [ground, a], location: [0, 1, 0], axis: [0, 1, 1]}
-forces:
-"""
-FORCES = """\
-  ab: {type: spring_damper, points: {a: [0, 0, 1], b: [1, 1, 0]}, stiffness: 30, damping: 2, free_length: 0.7}
-  ga: {type: spring_damper, bodies: [ground, a], locations: {ground: [0, 0, -2], a: [1, 0, 1]}, force: sin(t)/l - l_dot}
-  tr: {type: torsion_spring_damper, joint: R, stiffness: 5, damping: 0.3, free_angle: 20 deg}
-  tc: {type: torsion_spring_damper, joint: C, torque: 4*sin(angle) - angle_dot*t}
-  lc: {type: linear_spring_damper, joint: C, stiffness: 11, free_displacement: -3 mm}
-  fc: {type: friction, joint: C, coefficient: {angle: 0.4, displacement: 7}}
-"""  # fmt: skip
-ON_BODIES = """\
-  fa: {type: force, body: a, location: [1, 2, 3], force: [1, -2*t, 3]}
-  fb: {type: force, body: b, location: {b: [0.1, 0.2, 0.3]}, force: [t, 0, 3], axes: body}
-  fo: {type: force, body: b, force: [5, 0, 3]}
-  ta: {type: torque, body: a, torque: [0.1, t**2, 3]}
-  tb: {type: torque, body: b, torque: [1, 0, 2], axes: body}
-"""
 TIME = 0.8
 
 
@@ -57,11 +31,6 @@ def state():
     q[:, 3:] /= np.linalg.norm(q[:, 3:], axis=1, keepdims=True)
     v[:, 3:] -= np.sum(v[:, 3:] * q[:, 3:], axis=1, keepdims=True) * q[:, 3:]
     return system, q.ravel(), v.ravel()
-
-
-def reference(system, q):
-    """Joint coordinates whose turns are those of the start."""
-    return system.coordinates.value(attached(pose_of(q), *slots_of(system.coordinates)))
 
 
 def test_generalised_forces_do_virtual_work(state):

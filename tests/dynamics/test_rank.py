@@ -13,7 +13,7 @@ from mbproj.dynamics.rank import DEPENDENT, refuse_unsolvable, row_distances
 from mbproj.errors import InputError
 from mbproj.joints import JOINTS
 from mbproj.model import compile_system, initial_guess
-from mbproj.scene.records import Body, Joint, Pair
+from tests.dynamics.four_bar import parallelogram
 from tests.support import random_body, random_chain, scene_of
 
 #: Of a chain of four.
@@ -32,28 +32,9 @@ FREEDOM = {
     "screw": 4,
     "gear": 1,
 }
-ROUND = ((0.01, 0.0, 0.0), (0.0, 0.01, 0.0), (0.0, 0.0, 0.01))
-
-
 def ranks(scene):
     system = compile_system(scene)
     return system, mobility(system, pose_of(initial_guess(scene, system).q))
-
-
-def parallelogram(kinds: str = "rrrr", scale: float = 1.0, mass: float = 1.0):
-    """A planar four-bar of 1 m by 0.5 m in the x-z plane; letters r, u, s choose its joints."""
-    names = {"r": "revolute", "s": "spherical", "u": "universal"}
-    corners = [(0.0, 0.0, 0.0), (0.0, 0.0, scale), (0.5 * scale, 0.0, scale), (0.5 * scale, 0.0, 0.0)]
-    middles = [(0.0, 0.0, 0.5 * scale), (0.25 * scale, 0.0, scale), (0.5 * scale, 0.0, 0.5 * scale)]
-    inertia = tuple(tuple(mass * scale**2 * x for x in row) for row in ROUND)
-    bodies = [Body(name, mass, inertia, middle) for name, middle in zip(("left", "top", "right"), middles, strict=True)]
-    ends = [("ground", "left"), ("left", "top"), ("top", "right"), ("right", "ground")]
-    axes = {"r": Pair((0.0, 1.0, 0.0), (0.0, 1.0, 0.0)), "u": Pair((0.0, 1.0, 0.0), (0.0, 0.0, 1.0)), "s": None}
-    joints = [
-        Joint(f"J{number}", names[kind], ends[number], Pair(corners[number], corners[number]), axes[kind])
-        for number, kind in enumerate(kinds)
-    ]
-    return scene_of(bodies, joints)
 
 
 @pytest.mark.parametrize("kind", sorted(JOINTS))

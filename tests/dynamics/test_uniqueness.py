@@ -12,8 +12,8 @@ from mbproj.dynamics.kinematics import pose_of
 from mbproj.dynamics.self_stress import self_stresses
 from mbproj.dynamics.uniqueness import indeterminate, unique_components
 from tests.dynamics import linkages
+from tests.dynamics.four_bar import parallelogram
 from tests.dynamics.linkages import assembled, scaled
-from tests.dynamics.test_rank import parallelogram
 
 
 def open_parts(scene):

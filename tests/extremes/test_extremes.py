@@ -7,10 +7,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from mbproj.kernel import build_info, core
 from mbproj.registry import PROJECTIONS
 from scripts.extremes.extremes import EXTREMES
 from scripts.extremes.trial import Extreme, attempt, combinations, run
+from tests.kernel.scenes import needs_kernel
 
 #: The full formulation takes milliseconds a step.
 STEPS = {"full": 8, "reduced": None, "planar": None}
@@ -36,14 +36,17 @@ MAY_SAY = (
 )
 
 
+def kernel_of(formulation: str) -> list[pytest.MarkDecorator]:
+    """The mark of what runs in the kernel."""
+    return [] if formulation == "full" else [needs_kernel]
+
+
 def cases():
     for extreme in EXTREMES.values():
         for value in extreme.brief:
             for method, formulation in combinations(extreme):
-                missing = formulation != "full" and core() is None
-                marks = [pytest.mark.skip(reason=f"needs the compiled kernel: {build_info()}")] if missing else []
                 name = f"{extreme.name} {value:g} {method} {formulation}"
-                yield pytest.param(extreme, value, method, formulation, marks=marks, id=name)
+                yield pytest.param(extreme, value, method, formulation, marks=kernel_of(formulation), id=name)
 
 
 @pytest.mark.parametrize(("extreme", "value", "method", "formulation"), list(cases()))
@@ -63,15 +66,21 @@ def test_the_motion_is_right_or_the_run_says_why_not(
     assert "nan" not in found.message
 
 
-@pytest.mark.parametrize("formulation", ["full", "reduced", "planar"])
-@pytest.mark.parametrize("method", [name for name, entry in PROJECTIONS.items() if entry.corrects and name != "popm"])
-def test_neither_the_length_of_euler_parameters_nor_the_clock_drifts(method: str, formulation: str) -> None:
+def stepping():
+    """Each formulation with the methods that correct in it, and the extreme that counts its steps."""
+    for formulation in ("full", "reduced", "planar"):
+        extreme = EXTREMES["steps of the full formulation" if formulation == "full" else "steps in the kernel"]
+        for method, entry in PROJECTIONS.items():
+            if entry.corrects and method != "popm" and (method, formulation) in combinations(extreme):
+                name = f"{method} {formulation}"
+                yield pytest.param(extreme, method, formulation, marks=kernel_of(formulation), id=name)
+
+
+@pytest.mark.parametrize(("extreme", "method", "formulation"), list(stepping()))
+def test_neither_the_length_of_euler_parameters_nor_the_clock_drifts(
+    extreme: Extreme, method: str, formulation: str
+) -> None:
     """After 1e4 steps in the kernel, or 100: to the last bits of Λ, and to the last bit of t = k h."""
-    extreme = EXTREMES["steps of the full formulation" if formulation == "full" else "steps in the kernel"]
-    if (method, formulation) not in combinations(extreme):
-        pytest.skip("in the full formulation only")
-    if formulation != "full" and core() is None:
-        pytest.skip(f"needs the compiled kernel: {build_info()}")
     value = extreme.brief[0]
     done = run(extreme, value, method, formulation)
     assert np.abs(np.linalg.norm(done["bodies/orientation"], axis=-1) - 1.0).max() <= 1e-13

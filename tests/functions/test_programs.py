@@ -19,17 +19,12 @@ from mbproj.scene.compiled import compiled
 from mbproj.scene.evaluate import Unavailable, Value, evaluate
 from mbproj.scene.expressions import parse
 from mbproj.scene.tokens import ExpressionError
-
-T = np.linspace(0.13, 1.7, 23)
+from tests.functions.texts import SMOOTH, T, expression
 
 
 def series(code, t=T):
     """Value and two derivatives of a code at times t."""
     return run(flatten([Program(code)]), 0, [time_series(t)])
-
-
-def expression(text):
-    return compiled(parse(text), {"a": Value(1.25, None)}, {"t": TIME})[0]
 
 
 def differences(code, t=T, h=1e-3):
@@ -38,15 +33,6 @@ def differences(code, t=T, h=1e-3):
     first = (45 * (f[1] - f[-1]) - 9 * (f[2] - f[-2]) + (f[3] - f[-3])) / (60 * h)
     second = (270 * (f[1] + f[-1]) - 27 * (f[2] + f[-2]) + 2 * (f[3] + f[-3]) - 490 * f[0]) / (180 * h * h)
     return first, second
-
-
-SMOOTH = [
-    "t", "3", "-t", "t + 2*t", "1 - t", "t*sin(t)", "sin(t)/(1 + t)", "t**3", "t**0", "t**1", "t**-2", "t**1.5",
-    "(1 + t)**t", "2**t", "a**t", "sqrt(1 + t)", "exp(-t)*cos(7*t)", "log(2 + t)", "log10(1 + t**2)", "tan(t/2)",
-    "asin(t/3)", "acos(t/3)", "atan(2*t)", "atan2(sin(t), 2 + cos(t))", "hypot(3, t)", "hypot(t, 4, 2*t)", "sinh(t)",
-    "cosh(t)", "tanh(3*t)", "min(t, 9)", "max(t, 9, t/2)", "abs(t - 5)", "sign(t)*t", "floor(t/4) + ceil(t/4)",
-    "hypot(-t)", "(2*t) deg", "t rad/s", "1/(1/t)",
-]  # fmt: skip
 
 
 @pytest.mark.parametrize("text", SMOOTH)

@@ -15,11 +15,10 @@ from mbproj.errors import InputError, SimulationError
 from mbproj.integrate import simulate
 from mbproj.model import compile_system, initial_guess
 from mbproj.registry import PROJECTIONS
-from mbproj.scene.records import Body, Joint, Marker, Pair, ProjectionSettings, Settings
+from mbproj.scene.records import Body, Joint, Pair, ProjectionSettings, Settings
 from mbproj.scene.sampling import output_times, whole_steps
+from tests.integrate.wheel import ROUND, spinner
 from tests.support import Recorder, random_chain, scene_of
-
-ROUND = ((0.01, 0.0, 0.0), (0.0, 0.01, 0.0), (0.0, 0.0, 0.01))
 
 
 def run(scene, **keys):
@@ -34,14 +33,6 @@ def run(scene, **keys):
 @pytest.fixture
 def chain():
     return random_chain(12, ["revolute", "universal", "spherical"])
-
-
-def spinner(speed: float):
-    """A wheel about z without gravity."""
-    wheel = Body("wheel", 1.0, ROUND, (0.0, 0.0, 0.0))
-    axis = Pair((0.0, 0.0, 1.0), (0.0, 0.0, 1.0))
-    joint = Joint("axle", "revolute", ("ground", "wheel"), Pair((0.0,) * 3, (0.0,) * 3), axis, speed={"angle": speed})
-    return scene_of([wheel], [joint], [Marker("rim", "wheel", (1.0, 0.0, 0.0))], gravity=(0.0, 0.0, 0.0))
 
 
 def test_fixed_steps_end_at_the_duration_with_one_shorter_step():

@@ -15,6 +15,7 @@ from mbproj.model.euler_parameters import matrix_E, matrix_L
 from mbproj.projection import make_method
 from mbproj.scene.records import ProjectionSettings
 from tests.kernel.scenes import SCENES, needs_kernel, opened
+from tests.kernel.tangent import tangent_jacobian
 
 pytestmark = needs_kernel
 
@@ -26,13 +27,6 @@ METHODS = ["gopm", "gpopm"]
 @pytest.fixture(scope="module", params=SCENES)
 def case(request):
     return opened(SCENES[request.param]())
-
-
-def tangent_jacobian(system: System, q: Array) -> Array:
-    """G of the joints' rows in (δr, δθ global), (m, n, 6): C_Λ = 2 G_θ E at unit Λ, but for the radial part."""
-    C_q = jacobian(system, pose_of(q))[system.bodies :].reshape(-1, system.bodies, 7)
-    turning = 0.5 * np.einsum("mnp,nip->mni", C_q[..., 3:], matrix_E(q.reshape(-1, 7)[:, 3:]))
-    return np.concatenate([C_q[..., :3], turning], axis=-1)
 
 
 def condition(system: System, q: Array, *, mass: bool = True) -> float:

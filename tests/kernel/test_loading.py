@@ -14,7 +14,10 @@ from types import ModuleType
 import pytest
 
 from mbproj import kernel
+from tests.kernel.scenes import needs_kernel
 from tests.support import ROOT
+
+ON_LINUX = platform.machine() == "x86_64" and Path("/proc/cpuinfo").exists()
 
 NAMES = ("mbproj.kernel._core", "mbproj.kernel._core_v3")
 
@@ -80,9 +83,9 @@ def test_a_broken_faster_build_leaves_the_baseline(fresh, tmp_path):
     assert kernel.core() is baseline
 
 
+@needs_kernel
+@pytest.mark.skipif(not ON_LINUX, reason="x86-64 and Linux only")
 def test_the_real_choice_agrees_with_the_system_about_the_processor():
-    if kernel.core() is None or platform.machine() != "x86_64" or not Path("/proc/cpuinfo").exists():
-        pytest.skip("needs the compiled kernel on x86-64 and Linux")
     flags = next(line for line in Path("/proc/cpuinfo").read_text().splitlines() if line.startswith("flags")).split()
     capable = {"avx2", "fma"} <= set(flags)
     assert ("AVX" in kernel.build_info()["instruction_set"]) == capable

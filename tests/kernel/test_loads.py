@@ -17,11 +17,12 @@ from mbproj.integrate.reduced import Reduced, from_space
 from mbproj.kernel import core
 from mbproj.kernel.loads import programs
 from mbproj.scene import read_scene_text, settings_to_run
-from tests.dynamics.test_forces import FORCES, HEAD, ON_BODIES, reference
-from tests.functions.test_programs import SMOOTH, T, expression
+from tests.dynamics.force_scenes import FORCES, HEAD, ON_BODIES, reference
+from tests.functions.texts import SMOOTH, T, expression
+from tests.kernel.scenes import needs_kernel
 from tests.mechanisms.running import run_scene
 
-pytestmark = pytest.mark.skipif(core() is None, reason="needs the compiled kernel")
+pytestmark = needs_kernel
 
 
 def test_every_function_has_the_values_and_derivatives_of_numpy():

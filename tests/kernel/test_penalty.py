@@ -11,7 +11,7 @@ from mbproj.dynamics.kinematics import pose_of
 from mbproj.model.euler_parameters import matrix_E, matrix_L
 from mbproj.scene.records import ProjectionSettings
 from tests.kernel.scenes import Case, loops, needs_kernel, opened, star, tree
-from tests.kernel.test_equality import tangent_jacobian
+from tests.kernel.tangent import tangent_jacobian
 
 pytestmark = needs_kernel
 BUILD = {"tree": lambda: tree(1), "loops": lambda: loops(2), "star": lambda: star(0, 4)}

@@ -2,35 +2,22 @@
 
 from __future__ import annotations
 
-import hashlib
 import subprocess
 import sys
-from collections.abc import Mapping
 
 import numpy as np
 import pytest
 
-from mbproj.integrate import Report, simulate
+from mbproj.integrate import simulate
 from mbproj.integrate.tableau import load_tableau
-from mbproj.scene import read_scene
 from mbproj.scene.records import ProjectionSettings, Scene, Settings
+from tests.kernel.mechanism_runs import bits, mechanism, print_bits, run
 from tests.kernel.scenes import SCENES, assembled, needs_kernel
-from tests.support import MECHANISMS, ROOT, Recorder, random_chain
+from tests.support import ROOT, Recorder, random_chain
 
 pytestmark = needs_kernel
-PATHS = {path.stem: path for path in MECHANISMS}
 TIGHT = {"tolerance": 1e-12, "integrator": "dop853"}
 KERNEL = [("five_bar", "reduced"), ("five_bar", "planar"), ("spatial_slider_crank", "reduced")]
-
-
-def run(scene: Scene, **keys) -> tuple[Recorder, Report]:
-    projection = ProjectionSettings(**keys.pop("projection", {}))
-    recorder = Recorder()
-    return recorder, simulate(*assembled(scene), Settings(projection=projection, **keys), recorder)
-
-
-def mechanism(name: str) -> Scene:
-    return read_scene(PATHS[name])
 
 
 @pytest.fixture
@@ -94,32 +81,13 @@ def test_baumgarte_closes_an_open_joint_as_its_gains_say():
     np.testing.assert_allclose(rows, rows[0] * (1.0 + 25.0 * t) * np.exp(-25.0 * t), rtol=0, atol=2e-9)
 
 
-def bits(blocks: list[Mapping[str, np.ndarray]]) -> str:
-    digest = hashlib.sha256()
-    for path in sorted(blocks[0]):
-        digest.update(np.concatenate([block[path] for block in blocks]).tobytes())
-    return digest.hexdigest()
-
-
-def print_bits() -> None:
-    """For a process of its own."""
-    print(*(bits(run(mechanism(name), duration=0.3, **keys)[0].blocks) for name, keys in REPEATED))
-
-
-REPEATED = [
-    ("five_bar", {"step": 0.01}),
-    ("five_bar", {"step": 0.01, "formulation": "reduced"}),
-    ("stewart_platform", {"tolerance": 1e-8, "integrator": "dopri5", "output_step": 0.01}),
-]
-
-
 def test_the_same_input_gives_the_same_bits(capsys):
     """Twice in one process, and in a fresh one."""
     runs = []
     for _ in range(2):
         print_bits()
         runs.append(capsys.readouterr().out)
-    code = "from tests.kernel.test_runs import print_bits; print_bits()"
+    code = "from tests.kernel.mechanism_runs import print_bits; print_bits()"
     runs.append(
         subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, cwd=ROOT, check=True).stdout
     )

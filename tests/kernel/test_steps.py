@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 from mbproj.integrate.tableau import load_tableau
-from tests.integrate.test_simulate import spinner
+from tests.integrate.wheel import spinner
+from tests.kernel.mechanism_runs import bits, mechanism, run
 from tests.kernel.scenes import needs_kernel
-from tests.kernel.test_runs import bits, mechanism, run
 from tests.support import random_chain
 
 pytestmark = needs_kernel

@@ -2,38 +2,18 @@
 
 from __future__ import annotations
 
-from functools import cache
-from types import SimpleNamespace
-
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from mbproj import Scene, read_scene
+from tests.mechanisms.exact.four_bars import planar_energy, planar_pose, spatial_energy, spatial_pose
+from tests.mechanisms.exact.free_body import racket_rates
+from tests.mechanisms.exact.hooke import energy as hooke_energy
+from tests.mechanisms.exact.pendulum import physical_angle
+from tests.mechanisms.expected import bare, expected, scene
 from tests.mechanisms.one_degree import reached_at
 from tests.mechanisms.running import assert_close
-from tests.mechanisms.test_four_bars import planar_energy, planar_pose, spatial_energy, spatial_pose
-from tests.mechanisms.test_free_body import racket_rates
-from tests.mechanisms.test_hooke import energy as hooke_energy
-from tests.mechanisms.test_pendulums import physical_angle
-from tests.support import DATA, MECHANISMS, ROOT
-
-
-@cache
-def scene(name: str) -> Scene:
-    return read_scene(ROOT / "mechanisms" / f"{name}.yaml")
-
-
-def expected(name: str, entry: str) -> np.ndarray:
-    """The value of an expectation (k,)."""
-    (found,) = (each for each in scene(name).expectations if each.name == entry)
-    assert found.value is not None
-    return np.array(found.value)
-
-
-def bare(name: str) -> SimpleNamespace:
-    """What the formulas of other tests take of a run: its scene and parameters."""
-    return SimpleNamespace(scene=scene(name), parameters=scene(name).parameters)
+from tests.support import DATA, MECHANISMS
 
 
 def table(name: str, time: float) -> np.void:

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 from scipy.integrate import solve_ivp
 
+from tests.mechanisms.expected import bare, expected
 from tests.mechanisms.running import assert_close
-from tests.mechanisms.test_expected import bare, expected
 
 KNOWN = bare("stewart_platform")
 SIX = range(1, 7)

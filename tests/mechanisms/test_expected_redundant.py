@@ -5,11 +5,11 @@ from __future__ import annotations
 import numpy as np
 from scipy.integrate import solve_ivp
 
+from tests.mechanisms.exact.rings import bennett_poses, bricard_poses
+from tests.mechanisms.exact.slider_crank import piston
+from tests.mechanisms.expected import bare, expected
 from tests.mechanisms.one_degree import Linkage, reached_at
 from tests.mechanisms.running import assert_close
-from tests.mechanisms.test_expected import bare, expected
-from tests.mechanisms.test_massless import piston
-from tests.mechanisms.test_overconstrained import bennett_poses, bricard_poses
 
 
 def test_bennetts_linkage_by_energy_and_its_relation():

@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from tests.mechanisms.one_degree import Of, time_to_reach
+from tests.mechanisms.exact.hooke import energy, ratio
+from tests.mechanisms.one_degree import time_to_reach
 from tests.mechanisms.running import TIGHT, Run, assert_close, global_angular_velocity, run
 
 
@@ -24,12 +25,6 @@ def driven_angle(done: Run) -> np.ndarray:
     """φ2 (T,) within (-π, π]: how far the driven shaft has turned about its own line."""
     turned = done.rotation("driven") @ done.rotation("driven")[0].T
     return np.arctan2(turned[:, 2, :] @ np.cross(axis(done), [0.0, 0.0, 1.0]), turned[:, 2, 2]) * -1.0
-
-
-def ratio(done: Run, φ1):
-    """ω2 / ω1."""
-    β = done.parameters["bend"]
-    return np.cos(β) / (1.0 - np.sin(β) ** 2 * np.cos(φ1) ** 2)
 
 
 def test_angles_obey_hookes_formula(shafts):
@@ -55,12 +50,6 @@ def test_cross_turns_in_the_driving_fork_as_spherical_trigonometry_says(shafts):
 
 def test_floating_bearing_stays(shafts):
     assert_close(shafts.column("joints/coordinate", "floating.displacement"), 0.0, 1e-13)
-
-
-def energy(done: Run) -> tuple[Of, Of]:
-    """Moment of inertia on the driving shaft, of its angle, and no potential energy."""
-    driving, driven, _ = done.scene.bodies
-    return lambda φ1: driving.inertia[0][0] + driven.inertia[0][0] * ratio(done, φ1) ** 2, lambda φ1: 0.0
 
 
 def test_shafts_turn_as_their_energy_demands(shafts):

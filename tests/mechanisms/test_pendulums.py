@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from scipy.special import ellipj, ellipk
+from scipy.special import ellipj
 
 from mbproj import assemble, compile_system, initial_guess, read_scene, settings_to_run, simulate
 from mbproj.registry import PROJECTIONS, integrators
+from tests.mechanisms.exact.pendulum import physical_angle
 from tests.support import ROOT, Recorder
 
 PHYSICAL = ROOT / "mechanisms" / "physical_pendulum.yaml"
@@ -20,13 +21,6 @@ def run(path, **simulation):
     recorder = Recorder()
     simulate(system, assemble(system, initial_guess(scene, system)), settings_to_run(scene), recorder)
     return recorder
-
-
-def physical_angle(t: np.ndarray) -> np.ndarray:
-    """sin(φ/2) = k sn(K + ω t | k²) for a bar of 1 m released at 120°: ω² = m g a / (J + m a²) = 3 g / 2."""
-    k = np.sin(np.radians(60.0))
-    sn, _, _, _ = ellipj(ellipk(k**2) + np.sqrt(1.5 * 9.81) * t, k**2)
-    return 2.0 * np.arcsin(k * sn)
 
 
 def spherical_height(t: np.ndarray) -> np.ndarray:

@@ -1,0 +1,82 @@
+"""What the kernel is handed at its border, good unless changed."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from mbproj.integrate.compiled import _tableau
+from mbproj.integrate.tableau import load_tableau
+from mbproj.kernel import core
+
+
+def primitives(**changes: Any) -> Any:
+    """Two bodies on a ball, and a vector of the first normal to one of the second: good unless changed."""
+    good: dict[str, Any] = {
+        "bodies": 2,
+        "body": np.array([0, 1, 1, 0]),
+        "is_point": np.array([1, 1, 0, 0]),
+        "local": np.array([[1.0, 0, 0], [-1, 0, 0], [0, 1, 0], [0, 0, 1]]),
+        "kind": np.array([0, 1]),
+        "slots": np.array([[0, 1, 0, 0, 0, 0], [3, 2, 0, 0, 0, 0]]),
+        "parameters": np.zeros((2, 2)),
+        "offset": np.zeros(2),
+    }
+    return core().SpacePrimitives(**good | changes)
+
+
+def no_primitives() -> Any:
+    nothing = {"kind": np.zeros(0, int), "slots": np.zeros((0, 6), int)}
+    return primitives(**nothing, parameters=np.zeros((0, 2)), offset=np.zeros(0))
+
+
+def model(**changes: Any) -> Any:
+    good: dict[str, Any] = {
+        "mass": np.ones(2),
+        "inertia": np.tile(np.eye(3), (2, 1, 1)),
+        "gravity": np.zeros(3),
+        "constraints": primitives(),
+        "joint_begin": np.array([0, 2]),
+        "row_scale": np.ones(4),
+        "coordinates": no_primitives(),
+        "length": 1.0,
+    }
+    return core().SpaceModel(**good | changes)
+
+
+def state() -> np.ndarray:
+    """The two bodies end to end along x, turning about z."""
+    y = np.zeros((2, 13))
+    y[:, 0], y[:, 3], y[:, 12] = [0.0, 2.0], 1.0, 1.0
+    y[1, 8] = 2.0
+    return y
+
+
+def projection(**changes: Any) -> Any:
+    made = core().Projection(core().Correction.mass)
+    for name, value in changes.items():
+        setattr(made, name, value)
+    return made
+
+
+def run(y: np.ndarray | None = None, turns: np.ndarray | None = None, **changes: Any) -> Any:
+    steps = changes.get("steps", core().Steps.fixed(0.0, 1.0, 0.1, 10, 1))
+    made = core().SpaceRun(
+        changes.get("model") or model(),
+        changes.get("tableau") or _tableau(core(), load_tableau("rk4")),
+        changes.get("projection") or projection(),
+        steps,
+        state() if y is None else y,
+        np.zeros(0, int) if turns is None else turns,
+    )
+    made.advance(100, 10.0)
+    return made.outcome
+
+
+def tableau(**changes: np.ndarray) -> Any:
+    """RK4, with some parts changed."""
+    whole = load_tableau("rk4")
+    names = ("a", "b", "c", "error", "extra_a", "extra_c", "dense")
+    parts = [np.ascontiguousarray(changes.get(name, getattr(whole, name))) for name in names]
+    return core().Tableau(4, 0, *parts)
