@@ -113,11 +113,8 @@ private:
         counters.evaluations += tableau_.stages();
         const double error = made ? method_.error(y_, y_new_, h, steps_.tolerance) : not_a_number;
         phases_.mark(Phase::evaluation);
-        if (!(error <= 1.0)) {
-            lost_ = std::isfinite(error) ? Outcome{} : made ? Outcome{Status::not_finite, t} : failed_at(t);
-            return reject(control_.after_rejected(error, h));
-        }
-        lost_ = {};
+        lost_ = std::isfinite(error) ? Outcome{} : made ? Outcome{Status::not_finite, t} : failed_at(t);
+        if (!(error <= 1.0)) return reject(control_.after_rejected(error, h));
         inside_ = next_sample_;
         while (inside_ < steps_.times.size() && steps_.times[inside_] < t) ++inside_;
         const bool due = inside_ < steps_.times.size() && steps_.times[inside_] == t;
@@ -177,12 +174,6 @@ private:
         inside_ = 0;
         if (next_sample_ == steps_.times.size()) stop({Status::finished, t_});
     }
-
-    // A step that was accepted, to t over h, and whether a sample is due there.
-    struct Reached {
-        double t, h;
-        bool due;
-    };
 
     void take_over(const Reached& reached) {
         y_.swap(y_new_);
