@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from mbproj.arrays import Array, Integers, Numbers
+from mbproj.arrays import Array, Integers, Numbers, may_overflow
 from mbproj.dynamics.assembly import State, coordinate_values, is_angle
 from mbproj.dynamics.constraint_equations import (
     constraint,
@@ -41,7 +41,13 @@ Block = Mapping[str, npt.NDArray[Any]]
 
 
 def observe(system: System, samples: Samples, initial_energy: float) -> Block:
-    """Everything recorded at these samples; `initial_energy` in J is what the energy balance starts from."""
+    """Everything recorded at these samples; `initial_energy` in J is what the energy balance starts from. What
+    overflows, in a run that is lost, is recorded so."""
+    with may_overflow():
+        return _observed(system, samples, initial_energy)
+
+
+def _observed(system: System, samples: Samples, initial_energy: float) -> Block:
     pose = pose_of(samples.q)
     twist = twist_of(pose, samples.v)
     change = twist_of(pose, samples.acceleration)

@@ -11,7 +11,7 @@ from typing import NamedTuple, final
 
 import numpy as np
 
-from mbproj.arrays import Array
+from mbproj.arrays import Array, may_overflow
 from mbproj.dynamics.assembly import State
 from mbproj.dynamics.constraint_equations import constraint, constraint_velocity, gamma, jacobian
 from mbproj.dynamics.equations import SOLVERS, generalised_force, mass_matrix
@@ -94,15 +94,15 @@ class FullFormulation:
             loads = applied(system, pose, twist, t, turning.expected(t))
             force = force + generalised(pose, loads.force, loads.torque)
             power += [loads.power, loads.dissipation]
-        held = self.span.to_move(pose, drive, v)
-        lasting, exerted = held.lasting(self.span.multipliers)
         try:
+            held = self.span.to_move(pose, drive, v)
+            lasting, exerted = held.lasting(self.span.multipliers)
             terms = mass_matrix(self.bodies, pose), held.C_q, force + exerted, held.combined(rhs)
             if system.reflected is not None:
                 terms = with_flywheels(system.reflected, pose, twist, *terms)
             acceleration, found = (part[:size] for part, size in zip(solve(*terms), held.C_q.shape[::-1], strict=True))
         except np.linalg.LinAlgError as error:
-            raise self._singular(t, q) from error
+            raise self._singular(t, q, v) from error
         multipliers = held.multipliers(found) + lasting
         if drive is not None:
             power[0] -= multipliers[-system.driven :] @ drive.rate
@@ -117,7 +117,7 @@ class FullFormulation:
             drive = drive_at(self.system, t)
             return project_after(step, self.system, self.method, self.settings.projection, q, v, drive, self.span)
         except np.linalg.LinAlgError as error:
-            raise self._singular(t, q) from error
+            raise self._singular(t, q, v) from error
 
     def project_copy(self, t: float, y: Array) -> Array:
         """A state between two steps moved to the constraints, both levels that the settings switch on."""
@@ -125,7 +125,11 @@ class FullFormulation:
             return y
         always = replace(self.settings.projection, every=1, threshold=None)
         q, v, integrals = self.parts(y)
-        projected = project_after(1, self.system, self.method, always, q, v, drive_at(self.system, t), self.span)
+        drive = drive_at(self.system, t)
+        try:
+            projected = project_after(1, self.system, self.method, always, q, v, drive, self.span)
+        except np.linalg.LinAlgError as error:
+            raise self._singular(t, q, v) from error
         return np.concatenate([projected.q, projected.v, integrals])
 
     def violations(self, t: float, q: Array, v: Array) -> tuple[Array, Array]:
@@ -161,10 +165,12 @@ class FullFormulation:
         if not self.span.redundant and distances.min(initial=1.0) < SINGULAR:
             raise self._singular(t, q)
 
-    def _singular(self, t: float, q: Array) -> SimulationError:
-        if not np.all(np.isfinite(q)):
+    def _singular(self, t: float, q: Array, v: Array | None = None) -> SimulationError:
+        with may_overflow():
+            rows = scaled_jacobian(self.system, pose_of(q))
+        if not np.all(np.isfinite(rows)) or not (v is None or np.all(np.isfinite(v))):
             return not_finite(t)
-        distances = row_distances(scaled_jacobian(self.system, pose_of(q)))
+        distances = row_distances(rows)
         if distances.min(initial=1.0) > DEPENDENT and not self.span.redundant:
             return ill_conditioned(t, penalty=self.settings.projection.alpha)
         return singular(t, self.system.row_owner(int(np.argmin(distances))))

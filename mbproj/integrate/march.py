@@ -6,13 +6,15 @@ from bisect import bisect_left
 from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import partial
+from typing import NamedTuple
 
 import numpy as np
 
-from mbproj.arrays import Array, Integers
+from mbproj.arrays import Array, Integers, may_overflow
 from mbproj.dynamics.assembly import State, coordinates, is_angle
 from mbproj.dynamics.samples import Sample
 from mbproj.dynamics.turning import Turning
+from mbproj.errors import SimulationError
 from mbproj.integrate.failures import left_open, not_finite, step_vanished, unresolved
 from mbproj.integrate.full import BRANCH_CHANGE, Accelerations, FullFormulation
 from mbproj.integrate.runge_kutta import RightHandSide, Step, continuous_extension, error_estimates, rk_step
@@ -26,6 +28,8 @@ from mbproj.scene.sampling import output_every, output_times, whole_steps
 OPEN, LOST = 1e-6, 1.0
 #: A step that comes so near to a singular pose, as a part of how far away from it the run has been, is checked.
 CLOSE = 0.05
+#: More turns in a step than whole numbers of a file hold.
+MOST_TURNS = 2.0**62
 
 
 @dataclass(frozen=True, eq=False)
@@ -91,20 +95,22 @@ def _by_error(formulation: FullFormulation, tableau: Tableau, point: Point, tall
     scale, times = _absolute_scale(formulation), output_times(settings, point.t)
     h = first_step(f, tableau.order, point.t, point.y, point.slope, tolerance, scale, end - point.t)
     tally.count_evaluations(1)
-    control = Controller(tableau.error_order)
+    control, lost = Controller(tableau.error_order), None
     yield point.sample(h, tally)
     done = 1
     while done < len(times):
+        if _vanishes(h, point.t, end):
+            raise lost or step_vanished(point.t)
         h = _fitted(h, point.t, end)
-        step = rk_step(f, tableau, point.t, point.y, h, point.slope)
         t = end if h == end - point.t else point.t + h
-        last = f(t, step.y_new)
+        tried = _attempt(f, tableau, point, h, t, tolerance, scale)
         tally.count_evaluations(tableau.stages)
-        error = error_norm(error_estimates(tableau, step, last), step.y, step.y_new, tolerance, scale)
-        if not error <= 1.0:
+        if isinstance(tried, SimulationError) or not tried.error <= 1.0:
             tally.rejected_steps += 1
-            h, control = control.after_rejected(error, h)
+            lost = tried if isinstance(tried, SimulationError) else None
+            h, control = control.after_rejected(np.nan if isinstance(tried, SimulationError) else tried.error, h)
             continue
+        step, last, error = tried
         before, point = point, _accept(formulation, tableau, tally, point, t, step.y_new)
         f = _derivative(formulation, point)
         between = times[done : bisect_left(times, t, done)]
@@ -115,6 +121,29 @@ def _by_error(formulation: FullFormulation, tableau: Tableau, point: Point, tall
             yield point.sample(h, tally)
             done += 1
         h, control = control.after_accepted(error, h)
+
+
+class _Attempt(NamedTuple):
+    """A step, f at its end, and the norm of its error."""
+
+    step: Step
+    last: Array
+    error: float
+
+
+def _attempt(
+    f: RightHandSide, tableau: Tableau, point: Point, h: float, t: float, tolerance: float, scale: Array
+) -> _Attempt | SimulationError:
+    """A step from a point over h to t, or why its equations have no solution: a step that is too large may lead to
+    where a function has no value, or beyond what numbers can hold."""
+    try:
+        with may_overflow():
+            step = rk_step(f, tableau, point.t, point.y, h, point.slope)
+            last = f(t, step.y_new)
+            error = error_norm(error_estimates(tableau, step, last), step.y, step.y_new, tolerance, scale)
+    except SimulationError as lost:
+        return lost
+    return _Attempt(step, last, error) if np.isfinite(error) else not_finite(t)
 
 
 def _in_between(
@@ -137,9 +166,20 @@ def _in_between(
 def _accept(
     formulation: FullFormulation, tableau: Tableau, tally: Tally, before: Point, t: float, y: Array
 ) -> Point:
-    """The point after a step: projected, checked, counted."""
+    """The point after a step: projected, checked, counted. Raises SimulationError where it overflows."""
     if not np.all(np.isfinite(y)):
         raise not_finite(t)
+    with may_overflow():
+        found = _accepted(formulation, tableau, tally, before, t, y)
+    if not np.all(np.isfinite(found.slope)):
+        raise not_finite(t)
+    return found
+
+
+def _accepted(
+    formulation: FullFormulation, tableau: Tableau, tally: Tally, before: Point, t: float, y: Array
+) -> Point:
+    """The same, which may overflow."""
     tally.steps += 1
     tally.count_evaluations(1)
     projected = formulation.project(tally.steps, t, y)
@@ -149,8 +189,11 @@ def _accept(
     limit = OPEN if projected.failures else LOST
     if not np.all(position <= limit * formulation.system.row_scale):
         system, row = formulation.system, int(np.argmax(position / formulation.system.row_scale))
-        failed = formulation.settings.projection if projected.failures else None
-        raise left_open(t, system.row_owner(row), position[row], projected.position_iterations, failed=failed)
+        if not np.isfinite(position[row]):
+            raise not_finite(t)
+        where, method = system.row_owner(row), formulation.settings.projection
+        passes, failed = projected.position_iterations, projected.failures > 0
+        raise left_open(t, where, position[row], passes, projection=method, failed=failed)
     tally.watch(position, velocity, _joint_rows(formulation.system), t)
     y = np.concatenate([projected.q, projected.v, formulation.parts(y)[2]])
     if formulation.arrive(projected.q) < CLOSE:
@@ -190,8 +233,10 @@ def _point(formulation: FullFormulation, before: Point, t: float, y: Array) -> P
     q, v, _ = formulation.parts(y)
     coordinate, speed = coordinates(formulation.system, q, v)
     expected = before.coordinate + 0.5 * (t - before.t) * (before.speed + speed)
-    moved = np.round((expected - coordinate) / (2.0 * np.pi)).astype(np.intp) * is_angle(formulation.system)
-    turns = before.turns + moved
+    moved = np.round((expected - coordinate) / (2.0 * np.pi)) * is_angle(formulation.system)
+    if not np.all(np.abs(moved) < MOST_TURNS):
+        raise not_finite(t)
+    turns = before.turns + moved.astype(np.intp)
     found = formulation.accelerations(t, q, v, Turning(t, coordinate + 2.0 * np.pi * turns, speed))
     if formulation.span.nearest >= CLOSE:
         formulation.span.multipliers = found.multipliers
@@ -215,11 +260,14 @@ def _absolute_scale(formulation: FullFormulation) -> Array:
     return np.concatenate([coordinates, np.full(formulation.quadratures, np.inf)])
 
 
+def _vanishes(h: float, t: float, end: float) -> bool:
+    """Whether time cannot resolve steps of this size."""
+    return not h >= 16.0 * np.finfo(float).eps * max(abs(t), abs(end))
+
+
 def _fitted(h: float, t: float, end: float) -> float:
-    """h, or what is left to the end, or half of that where one step more would be tiny. Raises where h has vanished."""
+    """h, or what is left to the end, or half of that where one step more would be tiny."""
     left = end - t
-    if h < 16.0 * np.finfo(float).eps * max(abs(t), abs(end)):
-        raise step_vanished(t)
     if h >= left:
         return left
     return 0.5 * left if 2.0 * h > left > 1.01 * h else h

@@ -162,6 +162,14 @@ template <int D> void add_equations(nb::module_& m, const char* name) {
                                   array_of(std::move(found->second), rows));
         }, nb::arg("y"), nb::arg("t") = 0.0, nb::arg("coordinates") = std::vector<double>(),
            nb::arg("smallest") = false)
+        .def("responses", [=](E& self, Numbers2 y, const std::vector<int>& laws, double t) -> nb::object {
+            const int count = self.model().loads ? static_cast<int>(self.model().loads->laws.size()) : 0;
+            for (const int law : laws)
+                if (law < 0 || law >= count) refuse("laws", "are out of range");
+            auto found = self.responses(t, checked(self, y), laws);
+            if (!found) return nb::none();
+            return array_of(std::move(*found), laws.size(), laws.size());
+        }, nb::arg("y"), nb::arg("laws"), nb::arg("t") = 0.0)
         .def("newton", [=](E& self, Numbers2 y, double t) -> nb::object {
             auto found = self.newton(t, checked(self, y));
             if (!found) return nb::none();

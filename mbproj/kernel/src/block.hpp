@@ -78,6 +78,12 @@ struct Block {
     }
 };
 
+// A step that was accepted, to t over h, and whether a sample is due there.
+struct Reached {
+    double t, h;
+    bool due;
+};
+
 // Why and where a run stopped.
 struct Outcome {
     Status status = Status::running;

@@ -76,6 +76,25 @@ public:
         return true;
     }
 
+    // At the pose in place, factored with the masses: the acceleration along the coordinates of these laws per unit force
+    // on each of them, row by row; symmetric. False where a body without mass is free to move.
+    bool responses(const std::vector<int>& laws, std::vector<double>& found) {
+        const std::vector<double> none(gamma_.size(), 0.0);
+        std::vector<Point<D>> shift(model_.size() + 1, Point<D>::Zero());
+        std::vector<Turn<D>> turn(model_.size() + 1, Turn<D>::Zero());
+        for (const int pulled : laws) {
+            applied_.pull(*model_.loads, pulled, pose_);
+            for (int b = 0; b < model_.size(); ++b) bordered_.set_force(b, applied_.force[b], applied_.torque[b]);
+            if (!bordered_.solve(none.data())) return false;
+            for (int b = 0; b < model_.size(); ++b) {
+                shift[b] = bordered_.shift(b);
+                turn[b] = bordered_.turn(b);
+            }
+            for (const int law : laws) found.push_back(applied_.rate(*model_.loads, law, pose_, shift, turn));
+        }
+        return true;
+    }
+
     // A state at a time, in place of the last.
     void place(double t, const double* y) {
         pose_.update(y);
@@ -147,6 +166,7 @@ public:
     Turning& turning() { return turning_; }
     // The state, at `time`, at which a function of the scene had no finite value; empty where none failed.
     const std::vector<double>& broken_state() const { return broken_state_; }
+    void forget_broken_state() { broken_state_.clear(); }
     double time() const { return t_; }
     // Whether the pose in place has overflowed.
     bool finite() const {

@@ -73,6 +73,15 @@ public:
         return std::make_pair(std::move(found), std::move(lambda));
     }
 
+    // The acceleration along the coordinates of these laws per unit force on each of them, row by row; nothing where that
+    // is not unique.
+    std::optional<Numbers> responses(double t, const double* y, const std::vector<int>& laws) {
+        Numbers found;
+        dynamics_.place(t, y);
+        if (!dynamics_.factor(Metric::mass) || !dynamics_.responses(laws, found)) return std::nullopt;
+        return found;
+    }
+
     // The state after one exact Newton correction of its position.
     std::optional<Numbers> newton(double t, const double* y) {
         Numbers state(y, y + dynamics_.size());
