@@ -27,3 +27,9 @@ def distinct_rows(rows: Numbers) -> tuple[Numbers, Integers]:
     place = np.empty(len(rows), dtype=np.intp)
     place[order] = np.cumsum(first) - 1
     return ordered[first], place
+
+
+def may_overflow() -> np.errstate:
+    """Within, NumPy says nothing of numbers that overflow, as those of a step do that is far too large, and of what is
+    derived from a state that is lost. Whoever computes them looks whether what came out is finite, or records it."""
+    return np.errstate(over="ignore", invalid="ignore")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -99,6 +100,18 @@ def random_chain(seed: int, kinds: list[str]) -> Scene:
             ends = (names[number], names[number + 1])
             gears.append(random_gear(f"G{number}", (f"J{number - 1}", f"J{number}"), ends))
     return scene_of(bodies, [*joints, *gears], [Marker("end", bodies[-1].name, vector(rng))])
+
+
+def with_flywheels(scene: Scene, size: float = 1.0) -> Scene:
+    """The scene with a reflected inertia of 0.1 to 2 times this size on each coordinate of its joints."""
+    rng = np.random.default_rng(len(scene.joints))
+    joints = [
+        replace(joint, reflected_inertia={
+            name: size * float(rng.uniform(0.1, 2.0)) for name in JOINTS[joint.type].coordinates
+        })
+        for joint in scene.joints
+    ]  # fmt: skip
+    return replace(scene, joints=tuple(joints))
 
 
 class Recorder:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from math import prod
 
 import numpy as np
 
@@ -82,7 +83,7 @@ def _table(
 ) -> Table:
     headings, columns = ["time (s)"], [results.time[:, None]]
     for quantity, unit, values in blocks:
-        flat = values.reshape(len(values), -1)
+        flat = values.reshape(len(values), prod(values.shape[1:]))
         columns_of = [f"{quantity}{component}" for component in COMPONENTS[flat.shape[1]]]
         headings += [f"{column} ({unit}{'; not unique' if column in not_unique else ''})" for column in columns_of]
         columns.append(flat)

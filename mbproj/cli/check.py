@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -9,7 +10,7 @@ import click
 
 from mbproj.cli.scene_options import overrides, parameters, scene_options
 from mbproj.errors import ExitCode, InputError, Problem
-from mbproj.joints import JOINTS
+from mbproj.joints import COORDINATE_UNITS, INERTIA_UNITS, JOINTS
 
 if TYPE_CHECKING:
     from mbproj.dynamics import Mobility, State
@@ -124,8 +125,16 @@ def _joint(joint: Joint, carried_out: bool) -> str:
     kind = JOINTS[joint.type]
     if carried_out:
         return f"{joint.type}: {joint.bodies[0]} and {joint.bodies[1]} move as one"
-    free = f", free: {', '.join(kind.coordinates)}" if kind.coordinates else ""
+    free = f", free: {', '.join(_free(joint))}" if kind.coordinates else ""
     return f"{joint.type} of {joint.bodies[0]} and {joint.bodies[1]}{free}"
+
+
+def _free(joint: Joint) -> Iterator[str]:
+    """The coordinates of a joint, with their reflected inertias."""
+    for name, row in JOINTS[joint.type].coordinates.items():
+        unit = INERTIA_UNITS[COORDINATE_UNITS[row[0]]]
+        inertia = joint.reflected_inertia.get(name, 0.0)
+        yield f"{name} (reflected inertia {inertia:.6g} {unit})" if inertia else name
 
 
 def _body(body: Body) -> str:

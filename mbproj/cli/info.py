@@ -66,6 +66,8 @@ def _sound_lines(results: Results, found: Soundness) -> Iterator[str]:
         yield "  it has no checksums: an older mbproj wrote it, and changed numbers would not show"
     elif found.unguarded:
         yield f"  {len(found.unguarded)} datasets have no checksum: {shortened(found.unguarded, 8)}"
+    if results.contents.unfinished:
+        yield "  its run has not ended: samples have Fletcher-32 alone, which takes 16 ones for 16 zeros"
 
 
 def _build(as_json: bool) -> str:

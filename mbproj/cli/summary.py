@@ -67,7 +67,7 @@ def print_summary(
 
 def warnings(report: Report) -> list[str]:
     """What a user should not overlook."""
-    found = []
+    found = [report.stiffness] if report.stiffness else []
     if report.energy_drift_relative > SUSPICIOUS_DRIFT:
         found.append(
             f"the energy drifted by {100 * report.energy_drift_relative:.2g} %: the motion may be wrong "

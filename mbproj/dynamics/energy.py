@@ -6,15 +6,17 @@ import numpy as np
 
 from mbproj.arrays import Numbers
 from mbproj.dynamics.kinematics import Pose, Twist, body_rates
+from mbproj.dynamics.reflected import added_energy
 from mbproj.model.system import System
 
 
 def kinetic_energy(system: System, pose: Pose, twist: Twist) -> Numbers:
-    """T = ½ Σ m r'² + ½ Σ ωᵀJω in J, shape (...)."""
+    """T = ½ Σ m r'² + ½ Σ ωᵀJω in J, and ½ Σ I s'² of reflected inertias, shape (...)."""
     velocity, omega = twist.velocity[..., :-1, :], body_rates(pose, twist)[..., :-1, :]
     translation = np.sum(system.mass * np.sum(velocity * velocity, axis=-1), axis=-1)
     rotation = np.sum(omega * (system.inertia @ omega[..., None])[..., 0], axis=(-1, -2))
-    return 0.5 * (translation + rotation)
+    found = 0.5 * (translation + rotation)
+    return found if system.reflected is None else found + added_energy(system.reflected, pose, twist)
 
 
 def potential_energy(system: System, pose: Pose) -> Numbers:

@@ -9,6 +9,7 @@ import numpy as np
 
 from mbproj.arrays import Array, Numbers
 from mbproj.dynamics.kinematics import Pose, Twist
+from mbproj.dynamics.reflected import added_force, added_mass, tangent_gradients
 from mbproj.model.system import System
 
 #: (M, C_q, Q, γ) -> (q'', λ)
@@ -19,24 +20,39 @@ TINY = float(np.finfo(float).tiny)
 
 
 def mass_matrix(system: System, pose: Pose) -> Array:
-    """M of Eqs. 11-12, (7n, 7n), singular: each body's block is diag(m I, 4 LᵀJL), of rank 6."""
+    """M of Eqs. 11-12, (7n, 7n), singular: each body's block is diag(m I, 4 LᵀJL), of rank 6; with what reflected
+    inertias add, which couple bodies."""
     n = system.bodies
     M = np.zeros((n, 7, n, 7), dtype=pose.L.dtype)
     index = np.arange(n)
     M[index[:, None], np.arange(3), index[:, None], np.arange(3)] = system.mass[:, None]
     L = pose.L[:-1]
     M[index, 3:, index, 3:] = 4.0 * np.swapaxes(L, -1, -2) @ system.inertia @ L
-    return M.reshape(7 * n, 7 * n)
+    blocks = M.reshape(7 * n, 7 * n)
+    return blocks if system.reflected is None else blocks + added_mass(system.reflected, pose)
+
+
+def tangent_mass_matrix(system: System, pose: Pose) -> Array:
+    """diag(m I, J) in (δr, δθ in body axes) of each body, with what reflected inertias add, (6n, 6n)."""
+    n = system.bodies
+    M, index = np.zeros((n, 6, n, 6)), np.arange(n)
+    M[index, :3, index, :3] = system.mass[:, None, None] * np.eye(3)
+    M[index, 3:, index, 3:] = system.inertia
+    if system.reflected is not None:
+        g = tangent_gradients(system.reflected, pose)[:, :-1]
+        M += np.einsum("k,kbi,kcj->bicj", system.reflected.inertia, g, g)
+    return M.reshape(6 * n, 6 * n)
 
 
 def generalised_force(system: System, pose: Pose, twist: Twist) -> Numbers:
-    """Q of Eq. 10, (..., 7n): gravity, and the gyroscopic term -8 L'ᵀ J L Λ' that Lagrange's equations give for
-    T = 2 Λ'ᵀLᵀJLΛ' (Nikravesh 1988, sect. 8.3)."""
+    """Q of Eq. 10, (..., 7n), or (7n,) with reflected inertias, and what these add: gravity, and the gyroscopic term
+    -8 L'ᵀ J L Λ' that Lagrange's equations give for T = 2 Λ'ᵀLᵀJLΛ' (Nikravesh 1988, sect. 8.3)."""
     force = system.mass[:, None] * system.gravity
     momentum = system.inertia @ pose.L[..., :-1, :, :] @ twist.rate[..., :-1, :, None]
     gyroscopic = -8.0 * (np.swapaxes(twist.L_dot[..., :-1, :, :], -1, -2) @ momentum)[..., 0]
     rows = np.concatenate([np.broadcast_to(force, (*gyroscopic.shape[:-1], 3)), gyroscopic], axis=-1)
-    return rows.reshape(*rows.shape[:-2], -1)
+    Q = rows.reshape(*rows.shape[:-2], -1)
+    return Q if system.reflected is None else Q + added_force(system.reflected, pose, twist)
 
 
 def solve_bordered(M: Array, C_q: Array, Q: Array, gamma: Array) -> tuple[Array, Array]:

@@ -80,7 +80,7 @@ def applied(system: System, pose: Pose, twist: Twist, t: float, reference: Array
     state = law_state(forces, pose, twist, t, reference)
     if not np.all(np.isfinite(state.force)):
         raise _law_fails(forces, state, t)
-    force, torque = _of_laws(forces, pose, state)
+    force, torque = _of_laws(forces, pose, state.force)
     given_force, given_torque = _on_bodies(forces, pose, t)
     omega = body_rates(pose, twist)
     power = np.sum(given_force * twist.velocity) + np.sum(given_torque * omega) + state.given @ state.rate
@@ -94,11 +94,19 @@ def generalised(pose: Pose, force: Array, torque: Array) -> Array:
     return np.concatenate([force, turning], axis=-1)[:-1].ravel()
 
 
-def _of_laws(forces: Forces, pose: Pose, state: LawState) -> tuple[Array, Array]:
-    """Every attachment of a law is pulled with F ∂s/∂x."""
+def unit_pull(forces: Forces, pose: Pose, law: int) -> tuple[Array, Array]:
+    """Forces and torques on every body and the ground, as in `Applied`, of a force of size 1 on the coordinate of one
+    law."""
+    size = np.zeros(forces.laws.size)
+    size[law] = 1.0
+    return _of_laws(forces, pose, size)
+
+
+def _of_laws(forces: Forces, pose: Pose, size: Numbers) -> tuple[Array, Array]:
+    """Every attachment of a law of size F (E,) is pulled with F ∂s/∂x."""
     bound = forces.laws.coordinates
     gradient = bound.gradient_entries(attached(pose, *slots_of(bound)))
-    pull = state.force[bound.entry_row, None] * gradient
+    pull = size[bound.entry_row, None] * gradient
     body, local = bound.body[bound.entry_slot], bound.local[bound.entry_slot]
     force, torque = np.zeros_like(pose.position), np.zeros_like(pose.position)
     np.add.at(force, body, bound.is_point[bound.entry_slot, None] * pull)

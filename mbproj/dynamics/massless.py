@@ -11,6 +11,7 @@ import numpy.typing as npt
 from mbproj.arrays import Array, Integers
 from mbproj.dynamics.blocks import Block, block_rows, loops_of, row_sets
 from mbproj.dynamics.kinematics import Pose
+from mbproj.dynamics.reflected import tangent_gradients
 from mbproj.dynamics.row_space import DEPENDENT, unit_rows
 from mbproj.dynamics.row_words import direction
 from mbproj.errors import Problem
@@ -52,11 +53,12 @@ def swamped_motions(system: System, pose: Pose) -> tuple[MasslessMotion, ...]:
     for loop in loops_of(system):
         in_loops[loop.bodies] = True
     weightless = _weightless(system, HARDLY_ANY) * in_loops[:, None, None]
-    return _motions(system, pose, weightless)
+    return _motions(system, pose, weightless, HARDLY_ANY)
 
 
-def _motions(system: System, pose: Pose, weightless: Array) -> tuple[MasslessMotion, ...]:
-    """Combinations of some directions (n, 6, 6) of each body that no row resists."""
+def _motions(system: System, pose: Pose, weightless: Array, below: float = 0.0) -> tuple[MasslessMotion, ...]:
+    """Combinations of some directions (n, 6, 6) of each body that no row resists, nor a reflected inertia above a part
+    of the largest that a body has."""
     light = np.flatnonzero(weightless.any(axis=(1, 2)))
     if not len(light):
         return ()
@@ -65,7 +67,8 @@ def _motions(system: System, pose: Pose, weightless: Array) -> tuple[MasslessMot
     by_body[body, :, np.arange(len(body))] = weightless[light][body, direction_of]
     columns = by_body.reshape(-1, len(body))
     block = Block(_rows_on(system, light), light)
-    held = unit_rows(block_rows(system, pose, [block])[0] @ columns)
+    rows = np.concatenate([block_rows(system, pose, [block])[0], _reflected(system, pose, light, below)])
+    held = unit_rows(rows @ columns)
     motions = _simple(_null_space(held), direction_of >= 3) @ columns.T
     return tuple(MasslessMotion(tuple(_words(system, pose, light, motion.reshape(-1, 6)))) for motion in motions)
 
@@ -94,6 +97,18 @@ def _weightless(system: System, below: float) -> Array:
         is_light = moments <= max(np.finfo(float).eps * max(moments[-1], np.finfo(float).tiny), below * widest)
         found[body, 3:, 3:] = axes.T * is_light[:, None]
     return found
+
+
+def _reflected(system: System, pose: Pose, bodies: Integers, below: float) -> Array:
+    """The gradients of the coordinates that have a reflected inertia, in (δr / length, δθ) of these bodies, in units of
+    the length or rad, (k, 6b): what changes one of them moves mass."""
+    if system.reflected is None:
+        return np.zeros((0, 6 * len(bodies)))
+    reflected, is_length = system.reflected, system.reflected.rows.is_length
+    largest = np.where(is_length, system.mass.max(initial=0.0), np.abs(system.inertia).max(initial=0.0))
+    rows = tangent_gradients(reflected, pose)[:, bodies] * ([system.length] * 3 + [1.0] * 3)
+    rows /= np.where(is_length, system.length, 1.0)[:, None, None]
+    return rows[reflected.inertia > below * largest].reshape(-1, 6 * len(bodies))
 
 
 def _rows_on(system: System, bodies: Integers) -> Integers:

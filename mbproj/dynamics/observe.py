@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from mbproj.arrays import Array, Integers, Numbers
+from mbproj.arrays import Array, Integers, Numbers, may_overflow
 from mbproj.dynamics.assembly import State, coordinate_values, is_angle
 from mbproj.dynamics.constraint_equations import (
     constraint,
@@ -31,6 +31,7 @@ from mbproj.dynamics.kinematics import (
     twist_of,
 )
 from mbproj.dynamics.motions import Drive, drive_at
+from mbproj.dynamics.reflected import inertial_reaction
 from mbproj.dynamics.samples import Samples
 from mbproj.dynamics.teeth import Teeth, sums_at_start
 from mbproj.model.euler_parameters import product, rotation_matrix
@@ -41,7 +42,13 @@ Block = Mapping[str, npt.NDArray[Any]]
 
 
 def observe(system: System, samples: Samples, start: State) -> Block:
-    """Everything recorded at these samples of a run from `start`, from where the energy balance and teeth count."""
+    """Everything recorded at these samples of a run from `start`, from where the energy balance and teeth count. What
+    overflows, in a run that is lost, is recorded so."""
+    with may_overflow():
+        return _observed(system, samples, start)
+
+
+def _observed(system: System, samples: Samples, start: State) -> Block:
     pose = pose_of(samples.q)
     twist = twist_of(pose, samples.v)
     change = twist_of(pose, samples.acceleration)
@@ -54,7 +61,7 @@ def observe(system: System, samples: Samples, start: State) -> Block:
         **_bodies(system, pose, twist, change),
         **_points("markers", pose, twist, change, system.marker_body, system.marker_local),
         **joints,
-        **_laws(samples, laws),
+        **_laws(system, samples, laws, (pose, twist, change)),
         **_motions(system, samples, drive),
         **_energies(system, pose, twist, laws, samples.work, total_energy(system, start)),
         "diagnostics/position_violation": np.abs(C).max(axis=-1),
@@ -118,7 +125,7 @@ def _teeth(system: System, pose: Pose, samples: Samples, start: State) -> Teeth 
 
 
 def _coordinates(system: System, pose: Pose, samples: Samples) -> Numbers:
-    """The joints', turns counted, (T, nc)."""
+    """The joints' coordinates, turns counted, (T, nc)."""
     return coordinate_values(system, pose) + 2.0 * np.pi * samples.turns * is_angle(system)
 
 
@@ -174,13 +181,16 @@ def _largest_by_joint(system: System, rows: Numbers) -> Numbers:
     return np.maximum.reduceat(rows, np.searchsorted(system.joints.owner, np.arange(joints)), axis=-1)
 
 
-def _laws(samples: Samples, laws: LawState | None) -> Block:
+def _laws(system: System, samples: Samples, laws: LawState | None, moving: tuple[Pose, Twist, Twist]) -> Block:
+    """What acts along lengths and joint coordinates: the laws, then the reflected inertias."""
     none = np.zeros((len(samples.t), 0))
-    return {
-        "forces/coordinate": none if laws is None else laws.value,
-        "forces/rate": none if laws is None else laws.rate,
-        "forces/force": none if laws is None else laws.force,
-    }
+    found = [none] * 3 if laws is None else [laws.value, laws.rate, laws.force]
+    if system.reflected is not None:
+        reaction = inertial_reaction(system.reflected, *moving)
+        own = _coordinates(system, moving[0], samples)[:, system.reflected.joint_coordinate]
+        added = (own, reaction.rate, reaction.force)
+        found = [np.concatenate(pair, axis=-1) for pair in zip(found, added, strict=True)]
+    return dict(zip(("forces/coordinate", "forces/rate", "forces/force"), found, strict=True))
 
 
 def _motions(system: System, samples: Samples, drive: Drive | None) -> Block:

@@ -47,6 +47,14 @@ def walk(
         _step(programs, at, stack, variables)
 
 
+def slope(programs: ProgramSet, index: int, at: Sequence[Numbers], variable: int) -> Numbers:
+    """The partial derivative of program `index` by variable number `variable` at values of the variables; what is not
+    defined comes out as NaN or infinite."""
+    series = [constant_series(x) for x in at]
+    series[variable] = time_series(at[variable])
+    return run(programs, index, series)[1]
+
+
 def failure(programs: ProgramSet, index: int, variables: Sequence[Series]) -> str:
     """What went wrong in a program that gave no finite numbers at one point: "sqrt(-0.25) is not finite"."""
     with np.errstate(all="ignore"):

@@ -10,7 +10,7 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from mbproj.arrays import Array, Integers
+from mbproj.arrays import Array, Integers, may_overflow
 from mbproj.dynamics.assembly import State, coordinate_values
 from mbproj.dynamics.forces import applied
 from mbproj.dynamics.kinematics import pose_of, twist_of
@@ -84,7 +84,7 @@ class Compiled(ABC):
 
     @abstractmethod
     def joint(self, number: int) -> int:
-        """The system's number of one of the kernel's joints; motions follow the joints."""
+        """The system's number of one of the kernel's joints; motions follow the joints, and then reflected inertias."""
 
     @abstractmethod
     def row(self, number: int) -> int:
@@ -105,6 +105,8 @@ class Compiled(ABC):
         if number < 0:
             return None
         joint, joints = self.joint(number), self.system.names.joints
+        if joint >= len(joints) + self.system.driven:
+            return "a joint's reflected inertia"
         if joint >= len(joints):
             return f"motion '{self.system.names.motions[joint - len(joints)]}'"
         return f"joint '{joints[joint]}'"
@@ -119,6 +121,12 @@ class Compiled(ABC):
             return True, -1
         self.require_functions(state.t, state.q, state.v)
         return False, int(equations.singular_joint)
+
+    def responses(self, state: State, laws: Integers) -> Array | None:
+        """W of `mbproj.dynamics.fast_modes` for these laws, (e, e); None where it is not unique."""
+        y = np.ascontiguousarray(self.state(state.q, state.v))
+        found: Array | None = self.equations().responses(y, laws.tolist(), state.t)
+        return found
 
     def require_functions(self, t: float, q: Array, v: Array) -> None:
         """Raises SimulationError that names the force or motion whose function has no value at a state."""
@@ -180,13 +188,14 @@ class Compiled(ABC):
         if outcome.status == status.broken:
             return self._broken(t, run.broken_state)
         where = self.system.row_owner(self.row(outcome.row))
-        failed = settings.projection if outcome.projection_failed else None
-        return left_open(t, where, outcome.open_by, outcome.passes, failed=failed)
+        failed = bool(outcome.projection_failed)
+        return left_open(t, where, outcome.open_by, outcome.passes, projection=settings.projection, failed=failed)
 
     def _broken(self, t: float, y: Array) -> SimulationError:
         """What the functions of the scene say at a state where one has no value."""
         try:
-            self.require_functions(t, *self.coordinates(y))
+            with may_overflow():
+                self.require_functions(t, *self.coordinates(y))
         except SimulationError as error:
             return error
         return not_finite(t)
@@ -206,10 +215,16 @@ def march(compiled: Compiled, state: State, settings: Settings, tally: Tally) ->
         tally.joint_peak = replace(joint_peak, row=max(joint_peak.row - compiled.system.bodies, 0))
         tally.velocity_peak = _peak(compiled, run.velocity_peak)
         counters = dict(zip(tally.counters(), block["counters"].T, strict=True))
-        yield compiled.samples(block, counters) if len(block["t"]) else None
+        yield _samples(compiled, block, counters) if len(block["t"]) else None
     failure = compiled.failure(run, settings)
     if failure is not None:
         raise failure
+
+
+def _samples(compiled: Compiled, block: Mapping[str, Any], counters: Mapping[str, Integers]) -> Samples:
+    """A block in the coordinates of all formulations; of a run that is lost it may overflow there."""
+    with may_overflow():
+        return compiled.samples(block, counters)
 
 
 def work_of(block: Mapping[str, Any]) -> Array:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from math import floor, log10
 
 from mbproj.errors import SimulationError
+from mbproj.registry import PROJECTIONS
 from mbproj.scene.records import ProjectionSettings
 
 SMALLER = "try a smaller step or tolerance"
@@ -60,15 +61,27 @@ def unresolved(t: float, off: float) -> SimulationError:
     return SimulationError(t, cause, hint=SMALLER)
 
 
-def left_open(t: float, where: str, by: float, passes: int, *, failed: ProjectionSettings | None) -> SimulationError:
-    """A joint is open by so much (m, rad) that it will not close again. `failed`: the projection, where that failed."""
-    if failed is not None:
+def left_open(
+    t: float, where: str, by: float, passes: int, *, projection: ProjectionSettings, failed: bool
+) -> SimulationError:
+    """A joint is open by so much (m, rad) that it will not close again; whether a projection has just failed."""
+    if failed:
         cause = f"the projection did not close it: {by:.3g} is left after {passes} passes"
         more = "; where masses differ widely, --projection-fallback gopm may help"
-        closes = failed.method == "gopm" or failed.fallback == "gopm"
+        closes = projection.method == "gopm" or projection.fallback == "gopm"
         return SimulationError(t, cause, where=where, hint=SMALLER if closes else SMALLER + more)
     cause = f"it has drifted open by {by:.3g} (m, rad), and what follows would mean nothing"
-    return SimulationError(t, cause, where=where, hint="use a projection method, gpopm for example, or a smaller step")
+    if not PROJECTIONS[projection.method].corrects:
+        hint = "use a projection method, gpopm for example, or a smaller step"
+    elif projection.position and projection.every == 1 and projection.threshold is None:
+        hint = SMALLER
+        cause = (
+            "its bodies have run away: so far out, round-off of their coordinates leaves it open by "
+            f"{by:.3g} (m, rad) after its projection"
+        )
+    else:
+        hint = "project positions after every step, or take a smaller step"
+    return SimulationError(t, cause, where=where, hint=hint)
 
 
 def locked(t: float, motion: str, at: str) -> SimulationError:

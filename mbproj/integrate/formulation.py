@@ -6,7 +6,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from mbproj.arrays import Array, Integers
 from mbproj.dynamics.assembly import LARGE, State
+from mbproj.dynamics.fast_modes import responses
 from mbproj.dynamics.kinematics import pose_of
 from mbproj.dynamics.motion_jumps import refuse_jumps
 from mbproj.dynamics.rank import mobility, refuse_unsolvable
@@ -43,6 +45,16 @@ class Choice:
         """How the kernel eliminates: bodies from the leaves, bodies and joints of the loops, numbers and fill of their
         factor; None for the full formulation."""
         return None if self.compiled is None else dict(self.compiled.equations().topology)
+
+    def responses(self, system: System, state: State, laws: Integers) -> Array | None:
+        """What unit forces of these laws make of the accelerations along their coordinates, (e, e), joints closed; None
+        where that is not unique."""
+        if self.compiled is not None:
+            return self.compiled.responses(state, laws)
+        try:
+            return responses(system, pose_of(state.q), laws)
+        except np.linalg.LinAlgError:
+            return None
 
 
 def choose(system: System, state: State, settings: Settings) -> Choice:

@@ -13,7 +13,7 @@ from typing import NamedTuple, final
 
 import numpy as np
 
-from mbproj.arrays import Array
+from mbproj.arrays import Array, may_overflow
 from mbproj.dynamics.assembly import State, coordinate_values, coordinates
 from mbproj.dynamics.constraint_equations import constraint, constraint_velocity, gamma, jacobian
 from mbproj.dynamics.equations import SOLVERS, generalised_force, mass_matrix
@@ -21,6 +21,7 @@ from mbproj.dynamics.forces import applied, generalised
 from mbproj.dynamics.kinematics import pose_of, twist_of
 from mbproj.dynamics.motions import Drive, drive_at
 from mbproj.dynamics.rank import DEPENDENT, SINGULAR, row_distances, scaled_jacobian
+from mbproj.dynamics.reflected import with_flywheels
 from mbproj.dynamics.row_span import NEAR, RowSpan
 from mbproj.dynamics.teeth import Teeth, sums_at_start
 from mbproj.dynamics.turning import driven_to
@@ -56,6 +57,7 @@ class FullFormulation:
     method: Method
     span: RowSpan
     sums: Array
+    bodies: System  # without what its joints' coordinates turn
 
     @classmethod
     def of(cls, system: System, state: State, settings: Settings, redundant: int = 0) -> FullFormulation:
@@ -67,7 +69,8 @@ class FullFormulation:
             raise InputError(reason)
         pose = pose_of(state.q)
         counted = coordinate_values(system, pose) + 2.0 * np.pi * state.turns
-        return cls(system, settings, method, RowSpan(system, redundant), sums_at_start(system, pose, counted))
+        sums = sums_at_start(system, pose, counted)
+        return cls(system, settings, method, RowSpan(system, redundant), sums, replace(system, reflected=None))
 
     @property
     def quadratures(self) -> int:
@@ -107,17 +110,20 @@ class FullFormulation:
             C, C_dot = constraint(system, pose, drive), constraint_velocity(system, pose, twist, drive)
             rhs = self.method.stabilised(rhs, C, C_dot)
         solve = SOLVERS[self.settings.acceleration]
-        force, power = generalised_force(system, pose, twist), np.zeros(self.quadratures)
+        force, power = generalised_force(self.bodies, pose, twist), np.zeros(self.quadratures)
         if system.forces is not None:
             loads = applied(system, pose, twist, t, expected)
             force = force + generalised(pose, loads.force, loads.torque)
             power += [loads.power, loads.dissipation]
-        held = self.span.to_move(pose, drive, v)
-        lasting, exerted = held.lasting(self.span.multipliers)
         try:
-            acceleration, found = solve(mass_matrix(system, pose), held.C_q, force + exerted, held.combined(rhs))
+            held = self.span.to_move(pose, drive, v)
+            lasting, exerted = held.lasting(self.span.multipliers)
+            terms = mass_matrix(self.bodies, pose), held.C_q, force + exerted, held.combined(rhs)
+            if system.reflected is not None:
+                terms = with_flywheels(system.reflected, pose, twist, *terms)
+            acceleration, found = (part[:size] for part, size in zip(solve(*terms), held.C_q.shape[::-1], strict=True))
         except np.linalg.LinAlgError as error:
-            raise self._singular(t, q) from error
+            raise self._singular(t, q, v) from error
         multipliers = held.multipliers(found) + lasting
         if drive is not None and system.driven:
             power[0] -= multipliers[-system.driven :] @ drive.rate
@@ -132,7 +138,7 @@ class FullFormulation:
             drive = self.drive(t, expected)
             return project_after(step, self.system, self.method, self.settings.projection, q, v, drive, self.span)
         except np.linalg.LinAlgError as error:
-            raise self._singular(t, q) from error
+            raise self._singular(t, q, v) from error
 
     def project_copy(self, t: float, y: Array) -> Array:
         """A state between two steps moved to the constraints, both levels that the settings switch on."""
@@ -140,7 +146,10 @@ class FullFormulation:
             return y
         always = replace(self.settings.projection, every=1, threshold=None)
         q, v, integrals, expected = self.parts(y)
-        projected = project_after(1, self.system, self.method, always, q, v, self.drive(t, expected), self.span)
+        try:
+            projected = project_after(1, self.system, self.method, always, q, v, self.drive(t, expected), self.span)
+        except np.linalg.LinAlgError as error:
+            raise self._singular(t, q, v) from error
         return np.concatenate([projected.q, projected.v, integrals, expected])
 
     def lead(self, t: float, y: Array) -> Array:
@@ -183,10 +192,12 @@ class FullFormulation:
         if not self.span.redundant and distances.min(initial=1.0) < SINGULAR:
             raise self._singular(t, q)
 
-    def _singular(self, t: float, q: Array) -> SimulationError:
-        if not np.all(np.isfinite(q)):
+    def _singular(self, t: float, q: Array, v: Array | None = None) -> SimulationError:
+        with may_overflow():
+            rows = scaled_jacobian(self.system, pose_of(q))
+        if not np.all(np.isfinite(rows)) or not (v is None or np.all(np.isfinite(v))):
             return not_finite(t)
-        distances = row_distances(scaled_jacobian(self.system, pose_of(q)))
+        distances = row_distances(rows)
         if distances.min(initial=1.0) > DEPENDENT and not self.span.redundant:
             return ill_conditioned(t, penalty=self.settings.projection.alpha)
         return singular(t, self.system.row_owner(int(np.argmin(distances))))

@@ -13,6 +13,7 @@ from mbproj.dynamics.assembly import State, coordinate_values
 from mbproj.dynamics.constraint_equations import cross, tangent_jacobian
 from mbproj.dynamics.forces import applied
 from mbproj.dynamics.kinematics import body_rates, pose_of, twist_of
+from mbproj.dynamics.reflected import inertial_reaction, pull_on_bodies
 from mbproj.dynamics.samples import Samples
 from mbproj.integrate.compiled import Compiled, work_of
 from mbproj.integrate.reduced import Reduced, space_state
@@ -65,7 +66,7 @@ class InPlane(Compiled):
             q=q,
             v=v,
             acceleration=a,
-            multipliers=self._multipliers(block["t"], q, v, turns, self._spatial(acceleration)),
+            multipliers=self._multipliers(block["t"], q, v, turns, a),
             turns=turns,
             step_size=block["step_size"],
             work=work_of(block),
@@ -85,11 +86,6 @@ class InPlane(Compiled):
 
     def coordinate(self, number: int) -> int:
         return int(self.plane.coordinates.source.source[number])
-
-    def _spatial(self, acceleration: Array) -> Array:
-        """Accelerations r'' and ω' in global axes, (T, n, 6), from those in the plane (T, n, 3)."""
-        axes = self.plane.axes
-        return np.concatenate([acceleration[..., :2] @ axes[:, :2].T, acceleration[..., 2:] * axes[:, 2]], axis=-1)
 
     def _multipliers(self, times: Array, q: Array, v: Array, turns: Integers, accelerations: Array) -> Array:
         """λ of all rows, (T, m), from one spatial solve a sample. Where rows out of the plane are redundant, the
@@ -113,20 +109,22 @@ class InPlane(Compiled):
         return space.equations()
 
     def _smallest(self, t: float, q: Array, v: Array, reference: Array, a: Array) -> Array:
-        """The smallest λ with Gᵀλ the applied forces less what the motion, r'' and ω' in `a` (n, 6), global, takes."""
+        """The smallest λ with Gᵀλ the applied forces less what the motion q'' in `a` (7n,) takes."""
         system, pose = self.system, pose_of(q)
         sets = [system.joints] if system.motions is None else [system.joints, system.motions.rows]
         G = np.concatenate([tangent_jacobian(bound, pose)[:, :-1, :6] for bound in sets])
-        twist = twist_of(pose, v)
-        A, omega = pose.rotation[:-1], body_rates(pose, twist)[:-1]
-        spin_up = (np.swapaxes(A, -1, -2) @ a[:, 3:, None])[..., 0]
+        twist, change = twist_of(pose, v), twist_of(pose, a)
+        omega, spin_up = body_rates(pose, twist)[:-1], body_rates(pose, change)[:-1]
         momentum = (system.inertia @ omega[..., None])[..., 0]
-        force = system.mass[:, None] * (system.gravity - a[:, :3])
+        force = system.mass[:, None] * (system.gravity - change.velocity[:-1])
         torque = -(system.inertia @ spin_up[..., None])[..., 0] - cross(omega, momentum)
         if system.forces is not None:
             loads = applied(system, pose, twist, t, reference)
             force, torque = force + loads.force[:-1], torque + loads.torque[:-1]
-        missing = np.concatenate([force, torque], axis=-1).ravel()
+        missing = np.concatenate([force, torque], axis=-1)
+        if system.reflected is not None:
+            reaction = inertial_reaction(system.reflected, pose, twist, change)
+            missing += pull_on_bodies(system.reflected, pose, reaction)
         weighed = G.reshape(len(G), -1) / system.row_scale[system.bodies :, None]
-        multipliers = np.linalg.lstsq(weighed.T, missing, rcond=1e-11)[0] / system.row_scale[system.bodies :]
+        multipliers = np.linalg.lstsq(weighed.T, missing.ravel(), rcond=1e-11)[0] / system.row_scale[system.bodies :]
         return np.asarray(multipliers, dtype=float)

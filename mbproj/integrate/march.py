@@ -5,18 +5,20 @@ from __future__ import annotations
 from bisect import bisect_left
 from collections.abc import Iterator
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
-from mbproj.arrays import Array
+from mbproj.arrays import Array, may_overflow
 from mbproj.dynamics.assembly import State, coordinates
 from mbproj.dynamics.motions import drive_at
 from mbproj.dynamics.samples import Sample
 from mbproj.dynamics.teeth import near
 from mbproj.dynamics.turning import Slip, Turning, turns_of
+from mbproj.errors import SimulationError
 from mbproj.integrate.failures import TurnsUntold, left_open, not_finite, step_vanished, unresolved
 from mbproj.integrate.full import BRANCH_CHANGE, Accelerations, FullFormulation
-from mbproj.integrate.runge_kutta import Step, continuous_extension, error_estimates, rk_step
+from mbproj.integrate.runge_kutta import RightHandSide, Step, continuous_extension, error_estimates, rk_step
 from mbproj.integrate.step_size import Controller, error_norm, first_step
 from mbproj.integrate.tableau import Tableau, load_tableau
 from mbproj.integrate.tally import Tally
@@ -88,20 +90,22 @@ def _by_error(formulation: FullFormulation, tableau: Tableau, point: Point, tall
     scale, times = _absolute_scale(formulation), output_times(settings, point.t)
     h = first_step(f, tableau.order, point.t, point.y, point.slope, tolerance, scale, end - point.t)
     tally.count_evaluations(1)
-    control = Controller(tableau.error_order)
+    control, lost = Controller(tableau.error_order), None
     yield point.sample(formulation, h, tally)
     done = 1
     while done < len(times):
+        if _vanishes(h, point.t, end):
+            raise lost or step_vanished(point.t)
         h = _fitted(h, point.t, end)
-        step = rk_step(f, tableau, point.t, point.y, h, point.slope)
         t = end if h == end - point.t else point.t + h
-        last = f(t, step.y_new)
+        tried = _attempt(f, tableau, point, h, t, tolerance, scale)
         tally.count_evaluations(tableau.stages)
-        error = error_norm(error_estimates(tableau, step, last), step.y, step.y_new, tolerance, scale)
-        if not error <= 1.0:
+        if isinstance(tried, SimulationError) or not tried.error <= 1.0:
             tally.rejected_steps += 1
-            h, control = control.after_rejected(error, h)
+            lost = tried if isinstance(tried, SimulationError) else None
+            h, control = control.after_rejected(np.nan if isinstance(tried, SimulationError) else tried.error, h)
             continue
+        step, last, error = tried
         try:
             before, point = point, _accept(formulation, tableau, tally, point, t, step)
         except TurnsUntold as untold:
@@ -116,6 +120,29 @@ def _by_error(formulation: FullFormulation, tableau: Tableau, point: Point, tall
             yield point.sample(formulation, h, tally)
             done += 1
         h, control = control.after_accepted(error, h)
+
+
+class _Attempt(NamedTuple):
+    """A step, f at its end, and the norm of its error."""
+
+    step: Step
+    last: Array
+    error: float
+
+
+def _attempt(
+    f: RightHandSide, tableau: Tableau, point: Point, h: float, t: float, tolerance: float, scale: Array
+) -> _Attempt | SimulationError:
+    """A step from a point over h to t, or why its equations have no solution: a step that is too large may lead to
+    where a function has no value, or beyond what numbers can hold."""
+    try:
+        with may_overflow():
+            step = rk_step(f, tableau, point.t, point.y, h, point.slope)
+            last = f(t, step.y_new)
+            error = error_norm(error_estimates(tableau, step, last), step.y, step.y_new, tolerance, scale)
+    except SimulationError as lost:
+        return lost
+    return _Attempt(step, last, error) if np.isfinite(error) else not_finite(t)
 
 
 def _in_between(
@@ -145,10 +172,21 @@ def _in_between(
 def _accept(
     formulation: FullFormulation, tableau: Tableau, tally: Tally, before: Point, t: float, step: Step
 ) -> Point:
-    """The point after a step: projected, checked, counted."""
+    """The point after a step: projected, checked, counted. Raises SimulationError where it overflows."""
     y = formulation.lead(t, step.y_new)
     if not np.all(np.isfinite(y)):
         raise not_finite(t)
+    with may_overflow():
+        found = _accepted(formulation, tableau, tally, before, t, step, y)
+    if not np.all(np.isfinite(found.slope)):
+        raise not_finite(t)
+    return found
+
+
+def _accepted(
+    formulation: FullFormulation, tableau: Tableau, tally: Tally, before: Point, t: float, step: Step, y: Array
+) -> Point:
+    """The same, which may overflow."""
     tally.steps += 1
     tally.count_evaluations(1)
     projected = formulation.project(tally.steps, t, y)
@@ -162,8 +200,11 @@ def _accept(
         if far is not None:
             raise _untold(formulation, before, t, far)
         system, row = formulation.system, int(np.argmax(position / formulation.system.row_scale))
-        failed = formulation.settings.projection if projected.failures else None
-        raise left_open(t, system.row_owner(row), position[row], projected.position_iterations, failed=failed)
+        if not np.isfinite(position[row]):
+            raise not_finite(t)
+        where, method = system.row_owner(row), formulation.settings.projection
+        passes, failed = projected.position_iterations, projected.failures > 0
+        raise left_open(t, where, position[row], passes, projection=method, failed=failed)
     coordinate, turning = _counted(formulation, tableau, before, t, step, projected.q, projected.v)
     tally.watch(position, velocity, _joint_rows(formulation.system), t)
     y = np.concatenate([projected.q, projected.v, integrals, turning.coordinate[: formulation.followed]])
@@ -256,11 +297,14 @@ def _absolute_scale(formulation: FullFormulation) -> Array:
     return np.concatenate([coordinates, np.full(formulation.quadratures + formulation.followed, np.inf)])
 
 
+def _vanishes(h: float, t: float, end: float) -> bool:
+    """Whether time cannot resolve steps of this size."""
+    return not h >= 16.0 * np.finfo(float).eps * max(abs(t), abs(end))
+
+
 def _fitted(h: float, t: float, end: float) -> float:
-    """h, or what is left to the end, or half of that where one step more would be tiny. Raises where h has vanished."""
+    """h, or what is left to the end, or half of that where one step more would be tiny."""
     left = end - t
-    if h < 16.0 * np.finfo(float).eps * max(abs(t), abs(end)):
-        raise step_vanished(t)
     if h >= left:
         return left
     return 0.5 * left if 2.0 * h > left > 1.01 * h else h

@@ -31,7 +31,8 @@ class Report:
     `worst_joint` names the joint that was open most, None without joints. `energy_drift` in J, and relative to the
     largest kinetic energy + |ΔV|. `integration_seconds` went into the steps (`integration_cpu_seconds` of them
     with the processor, by the thread's own clock), `recording_seconds` into observing and writing the samples.
-    `phases`: seconds by phase in a sample of the steps; empty where they were not measured.
+    `phases`: seconds by phase in a sample of the steps; empty where they were not measured. `stiffness`: which force
+    was too stiff for the step, and what to do; "" where none was.
     """
 
     formulation: str
@@ -52,6 +53,7 @@ class Report:
     integration_cpu_seconds: float
     recording_seconds: float
     phases: dict[str, float]
+    stiffness: str
 
 
 def worst(system: System, peak: Peak) -> Worst:
@@ -86,6 +88,7 @@ def summary(scene: str, output: str, report: Report, total_seconds: float) -> di
         "worst_joint": report.worst_joint,
         "energy_drift": report.energy_drift,
         "energy_drift_relative": report.energy_drift_relative,
+        "stiffness": report.stiffness,
         "status": "complete",
     }
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from mbproj.arrays import Array
+from mbproj.arrays import Array, may_overflow
 from mbproj.integrate.tableau import Tableau
 
 RightHandSide = Callable[[float, Array], Array]
@@ -28,9 +28,10 @@ def rk_step(f: RightHandSide, tableau: Tableau, t: float, y: Array, h: float, fi
     """One step of size h; `first` is f(t, y)."""
     k = np.empty((tableau.stages, len(y)))
     k[0] = first
-    for stage in range(1, tableau.stages):
-        k[stage] = f(t + tableau.c[stage] * h, y + h * (tableau.a[stage, :stage] @ k[:stage]))
-    return Step(t, h, y, y + h * (tableau.b @ k), k)
+    with may_overflow():
+        for stage in range(1, tableau.stages):
+            k[stage] = f(t + tableau.c[stage] * h, y + h * (tableau.a[stage, :stage] @ k[:stage]))
+        return Step(t, h, y, y + h * (tableau.b @ k), k)
 
 
 def error_estimates(tableau: Tableau, step: Step, last: Array) -> Array:

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from functools import partial
 from time import perf_counter, thread_time
 from typing import NamedTuple, Protocol
 
 import numpy as np
 
-from mbproj.arrays import Array
+from mbproj.arrays import Array, may_overflow
 from mbproj.dynamics.assembly import State
 from mbproj.dynamics.kinematics import pose_of, twist_of
 from mbproj.dynamics.massless import swamped_motions
@@ -24,6 +25,7 @@ from mbproj.integrate.interruption import Interruption, interruption
 from mbproj.integrate.lock_up import naming_lock_up
 from mbproj.integrate.march import march
 from mbproj.integrate.report import EnergyWatch, Report, worst, worst_joint
+from mbproj.integrate.stiffness import StiffnessWatch
 from mbproj.integrate.tally import Tally
 from mbproj.model.system import System
 from mbproj.scene.records import Settings
@@ -80,10 +82,11 @@ def simulate(
     reach = system.length + float(np.abs(pose_of(state.q).position).max(initial=0.0))
     moves = choice.degrees_of_freedom > 0 or system.driven > 0
     tally, energy, floors = Tally(), EnergyWatch(weight * reach, moves=moves), np.zeros(2)
+    stiffness = StiffnessWatch(choice, system, settings, partial(_march, choice, system, tally=Tally()))
     started, recording = _Clocks.now(), _Clocks()
     reached = state.t, state.q
-    with interruption() as asked, _naming(choice.name), naming_lock_up(system, lambda: reached):
-        for samples in _blocks(_march(choice, system, state, settings, tally), asked):
+    with interruption() as asked, _naming(choice.name), naming_lock_up(system, lambda: reached), stiffness.naming():
+        for samples in _blocks(_march(choice, system, state, settings, tally=tally), asked):
             reached = float(samples.t[-1]), samples.q[-1]
             handed_over = _Clocks.now()
             block = observe(system, samples, state)
@@ -95,6 +98,7 @@ def simulate(
                 float(potential.max()),
             )
             floors = np.maximum(floors, _floors(system, samples))
+            stiffness.take(samples)
             if recorder is not None:
                 recorder.write(block)
             if progress is not None:
@@ -120,6 +124,7 @@ def simulate(
         integration_cpu_seconds=integration.busy,
         recording_seconds=recording.elapsed,
         phases=tally.phases,
+        stiffness=stiffness.verdict(state.t + (settings.duration or 0.0)),
     )
 
 
@@ -135,13 +140,14 @@ def _naming(formulation: str) -> Iterator[None]:
 
 def _floors(system: System, samples: Samples) -> Array:
     """What round-off leaves of C and of C' at the last of some samples, (2,)."""
-    pose = pose_of(samples.q[-1])
-    grains = position_grain(system, pose), velocity_grain(system, pose, twist_of(pose, samples.v[-1]))
+    with may_overflow():
+        pose = pose_of(samples.q[-1])
+        grains = position_grain(system, pose), velocity_grain(system, pose, twist_of(pose, samples.v[-1]))
     return np.array([grain.max(initial=0.0) for grain in grains])
 
 
 def _march(
-    choice: Choice, system: System, state: State, settings: Settings, tally: Tally
+    choice: Choice, system: System, state: State, settings: Settings, *, tally: Tally
 ) -> Iterator[Samples | None]:
     """Samples in the order of time, in portions as they come; None where there is none, but time has passed."""
     if choice.compiled is not None:

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 
-from mbproj.arrays import Array
+from mbproj.arrays import Array, may_overflow
+from mbproj.errors import SimulationError
 from mbproj.integrate.runge_kutta import RightHandSide
 
 SAFETY = 0.9
@@ -53,10 +55,28 @@ class Controller:
         return h * max(factor, SMALLEST_CHANGE), Controller(self.error_order, self.previous_error, rejected=True)
 
 
+def _bend(
+    f: RightHandSide, t: float, y: Array, slope: Array, h: float, norm: Callable[[Array], float]
+) -> tuple[float, float]:
+    """The norm of f' along f, by a difference over h or less, and what h that took."""
+    while True:
+        try:
+            with may_overflow():
+                bend = norm(f(t + h, y + h * slope) - slope) / h
+        except SimulationError:
+            if h < np.finfo(float).tiny:
+                raise
+            bend = np.inf
+        if np.isfinite(bend) or h < np.finfo(float).tiny:
+            return h, bend
+        h *= 0.1
+
+
 def first_step(
     f: RightHandSide, order: int, t: float, y: Array, slope: Array, tolerance: float, scale: Array, longest: float
 ) -> float:
-    """A first step size from f and an estimate of f', at most `longest` (Hairer's hinit)."""
+    """A first step size from f and an estimate of f', at most `longest` (Hairer's hinit). The trial step for f' is
+    shortened while f overflows, or has no value, at its end. Raises SimulationError where that does not help."""
     weight = tolerance * (scale + np.abs(y))
 
     def norm(vector: Array) -> float:
@@ -64,8 +84,7 @@ def first_step(
 
     size, speed = norm(y), norm(slope)
     h = 1e-6 if min(size, speed) <= 1e-5 else 0.01 * size / speed
-    h = min(h, longest)
-    bend = norm(f(t + h, y + h * slope) - slope) / h
+    h, bend = _bend(f, t, y, slope, min(h, longest), norm)
     steepest = max(speed, bend)
     trial = max(1e-6, h * 1e-3) if steepest <= 1e-15 else (0.01 / steepest) ** (1.0 / (order + 1))
     return float(min(100.0 * h, trial, longest))

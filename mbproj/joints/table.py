@@ -29,6 +29,8 @@ Row = tuple[str, ...]
 
 #: Unit of a coordinate by the primitive that measures it.
 COORDINATE_UNITS = MappingProxyType({"angle": "rad", "along": "m"})
+#: Unit of the inertia of a coordinate by that of the coordinate.
+INERTIA_UNITS = MappingProxyType({"rad": "kg*m^2", "m": "kg"})
 
 
 @dataclass(frozen=True)

@@ -35,7 +35,31 @@ def space_model(core: ModuleType, system: System) -> Any:
         motion_start=motion_start(system),
         motion_coordinate=motion_coordinate(system).tolist(),
         meshes=_meshes(system.meshes.row, system.meshes.coordinate, system.meshes),
+        **_space_flywheels(core, system),
     )
+
+
+def _space_flywheels(core: ModuleType, system: System) -> dict[str, Any]:
+    """The reflected inertias: flywheels that coordinates turn; none where the scene has none."""
+    if system.reflected is None:
+        return {}
+    coordinates = bound_in_space(system.reflected.rows)
+    return {
+        "flywheel_coordinates": primitives(core.SpacePrimitives, system.bodies, coordinates),
+        "flywheels": system.reflected.inertia.tolist(),
+    }
+
+
+def _plane_flywheels(core: ModuleType, system: System, plane: Plane, coordinates: Bound) -> dict[str, Any]:
+    """The same of the coordinates that change in the plane: the others' rates are 0."""
+    if system.reflected is None:
+        return {}
+    own = coordinates_in_plane(plane, system.reflected.joint_coordinate)
+    turned = np.flatnonzero(own >= 0)
+    return {
+        "flywheel_coordinates": primitives(core.PlanePrimitives, system.bodies, coordinates.only(own[turned])),
+        "flywheels": system.reflected.inertia[turned].tolist(),
+    }
 
 
 def plane_model(core: ModuleType, system: System, plane: Plane) -> Any:
@@ -57,6 +81,7 @@ def plane_model(core: ModuleType, system: System, plane: Plane) -> Any:
         motion_start=motion_start(system),
         motion_coordinate=coordinates_in_plane(plane, motion_coordinate(system)).tolist(),
         meshes=_meshes_in_plane(system, plane),
+        **_plane_flywheels(core, system, plane, coordinates),
     )
 
 

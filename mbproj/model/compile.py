@@ -17,6 +17,7 @@ from mbproj.model.euler_parameters import rotation_matrix
 from mbproj.model.frames import Pose, local_frames, pose
 from mbproj.model.meshes import compile_meshes
 from mbproj.model.primitive_set import Binding, bind
+from mbproj.model.reflected import compile_reflected
 from mbproj.model.rigid_groups import RigidGroups, Seat, rigid_groups
 from mbproj.model.system import Names, System
 from mbproj.scene.records import GROUND, Joint, Marker, Scene
@@ -50,6 +51,8 @@ def compile_system(scene: Scene) -> System:
     named = dict(zip(coordinate_names, coordinates, strict=True))
     forces, force_names = compile_forces(scene, groups.seats, poses, named)
     motions, motion_names = compile_motions(scene, named)
+    reflected = compile_reflected(scene, named)
+    turning = [] if reflected is None else reflected.joint_coordinate.tolist()
     bodies = [groups.seats[body.name] for body in scene.bodies]
     return System(
         names=Names(
@@ -59,8 +62,8 @@ def compile_system(scene: Scene) -> System:
             markers=tuple(marker.name for marker in scene.markers),
             coordinates=tuple(coordinate_names),
             coordinate_units=tuple(units),
-            forces=force_names,
-            force_units=() if forces is None else forces.laws.coordinates.units,
+            forces=(*force_names, *(f"{coordinate_names[at]}.inertia" for at in turning)),
+            force_units=(*(() if forces is None else forces.laws.coordinates.units), *(units[at] for at in turning)),
             motions=motion_names,
             motion_units=() if motions is None else motions.rows.units,
         ),
@@ -83,6 +86,7 @@ def compile_system(scene: Scene) -> System:
         joint_places=tuple(scene.place("joints", joint.name) for joint in groups.joints),
         forces=forces,
         motions=motions,
+        reflected=reflected,
     )
 
 

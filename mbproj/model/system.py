@@ -12,12 +12,14 @@ from mbproj.model.forces import Forces
 from mbproj.model.meshes import Meshes
 from mbproj.model.motions import Motions
 from mbproj.model.primitive_set import PrimitiveSet
+from mbproj.model.reflected import ReflectedInertias
 
 
 @dataclass(frozen=True, eq=False)
 class Names:
     """Names in the order of the arrays; coordinates as "joint.coordinate", with their units. `force_units` and
-    `motion_units` are those of what forces act along and motions drive, m or rad.
+    `motion_units` are those of what forces act along and motions drive, m or rad. `forces` end with the
+    reflected inertias, "joint.coordinate.inertia".
 
     `carriers` are what moves: the bodies, but for those that fixed joints have merged, which are called by their first.
     """
@@ -56,8 +58,8 @@ class System:
     `body_carrier` (N,), `body_offset` (N, 3) and `body_turn` (N, 4): where each of the scene's N bodies sits on its
     carrier. `marker_body` (k,), `marker_local` (k, 3). `reaction_body` (nj,), `reaction_local` (nj, 3): body 2 of each
     joint and its point in it. `length` is the size of the mechanism in m: what an absolute tolerance is taken relative
-    to. `body_places`, `joint_places`: where each carrier and joint stands in the scene file, for messages. `forces` and
-    `motions` are None where the scene has none.
+    to. `body_places`, `joint_places`: where each carrier and joint stands in the scene file, for messages. `forces`,
+    `motions` and `reflected` (inertias on coordinates) are None where the scene has none.
     """
 
     names: Names
@@ -80,6 +82,7 @@ class System:
     joint_places: tuple[Place | None, ...]
     forces: Forces | None = None
     motions: Motions | None = None
+    reflected: ReflectedInertias | None = None
 
     @property
     def bodies(self) -> int:

@@ -55,7 +55,8 @@ NAMES = {
     "joints": NameList("nj", "joints/names", "names of the joints"),
     "coordinates": NameList("nc", "joints/coordinate_names", "names of the joint coordinates, joint.coordinate"),
     "coordinate_units": NameList("nc", "joints/coordinate_units", "unit of each joint coordinate, rad or m"),
-    "forces": NameList("nf", "forces/names", "names of the forces that act along a length or a joint coordinate"),
+    "forces": NameList("nf", "forces/names", "names of the forces that act along a length or a joint coordinate; then "
+                       "reflected inertias, joint.coordinate.inertia"),
     "force_units": NameList("nf", "forces/units", "unit of what each force acts along, rad or m"),
     "motions": NameList("nm", "motions/names", "names of the motions"),
     "motion_units": NameList("nm", "motions/units", "unit of the joint coordinate that each motion drives, rad or m"),

@@ -70,7 +70,7 @@ def _checked(contents: Contents) -> Results:
     if not isinstance(attributes.get("status"), str):
         raise damaged(path, "it has no status")
     names = {kind: _names(contents, kind) for kind in NAMES}
-    samples = _samples(contents, {entry.symbol: len(names[kind]) for kind, entry in NAMES.items()})
+    samples = _samples(contents, _sizes(contents, names))
     return Results(contents, MappingProxyType(attributes), names, View(slice(0, samples), {}))
 
 
@@ -82,6 +82,16 @@ def _names(contents: Contents, kind: str) -> tuple[str, ...]:
         if not (name in UNITS if kind.endswith("_units") else _can_be_a_name(name)):
             raise contents.damaged(path, f"has {name!r}, which is not one")
     return names
+
+
+def _sizes(contents: Contents, names: dict[str, tuple[str, ...]]) -> dict[str, int]:
+    """How many columns there are by symbol of the layout. Names of columns and their units are as many."""
+    sizes: dict[str, int] = {}
+    for kind, entry in NAMES.items():
+        found = len(names[kind])
+        if sizes.setdefault(entry.symbol, found) != found:
+            raise contents.damaged(entry.path, f"has {found} entries for {sizes[entry.symbol]} columns")
+    return sizes
 
 
 def _can_be_a_name(name: str) -> bool:

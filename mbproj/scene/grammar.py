@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any
 
-from mbproj.joints import COORDINATE_UNITS, JOINTS, JointType
+from mbproj.joints import COORDINATE_UNITS, INERTIA_UNITS, JOINTS, JointType
 from mbproj.scene.alternatives import Variants
 from mbproj.scene.body import BODY
 from mbproj.scene.checks import (
@@ -52,7 +52,7 @@ TWO_JOINTS: Field[Any] = Converted(List(Reference("joint", "joints"), 2, "names 
 def _joint_variant(type_name: str, kind: JointType) -> Record[Joint]:
     """What a joint of this type is written as."""
     units = {name: COORDINATE_UNITS[row[0]] for name, row in kind.coordinates.items()}
-    rates: dict[str, Field[Any]] = {name: Number(f"{unit}/s") for name, unit in units.items()}
+    rates = {name: Number(f"{unit}/s") for name, unit in units.items()}
     if kind.frame == "joints":
         coupling = {"type": JOINT_TYPE, "joints": TWO_JOINTS, **{name: PARAMETERS[name] for name in kind.parameters}}
         return Record(f"a {type_name} joint", coupling, _coupling, tuple(coupling), named=True)
@@ -62,11 +62,10 @@ def _joint_variant(type_name: str, kind: JointType) -> Record[Joint]:
     keys |= {name: PARAMETERS[name] for name in kind.parameters}
     if kind.merges:
         keys["reaction"] = Flag()
-    if len(rates) == 1:
-        (rate,) = rates.values()
-        keys["speed"] = Converted(rate, lambda speed: dict.fromkeys(rates, speed))
-    elif rates:
-        keys["speed"] = Record("a speed", rates, dict)
+    if rates:
+        keys["speed"] = _each("a speed", rates)
+        inertias = {name: Number(INERTIA_UNITS[unit], minimum=0.0) for name, unit in units.items()}
+        keys["reflected_inertia"] = _each("a reflected inertia", inertias)
     keys |= {name: position_in(unit) for name, unit in units.items()}
     (point,) = place
     checks = [Check(("bodies", point), of_these_bodies(point))]
@@ -74,6 +73,14 @@ def _joint_variant(type_name: str, kind: JointType) -> Record[Joint]:
     checks += [Check((point, key), same_kind(point, key)) for key in frame]
     needed = ("type", "bodies", point, *frame, *kind.required_parameters)
     return Record(f"a {type_name} joint", keys, _joint, needed, tuple(checks), named=True)
+
+
+def _each(what: str, numbers: Mapping[str, Field[float]]) -> Field[dict[str, float]]:
+    """A number for each coordinate of a joint that is wanted, by name; a number alone where the joint has but one."""
+    if len(numbers) > 1:
+        return Record(what, numbers, dict)
+    (number,) = numbers.values()
+    return Converted(number, lambda value: dict.fromkeys(numbers, value))
 
 
 def _joint(
@@ -96,6 +103,7 @@ def _joint(
         speed=speed or {},
         parameters={key: given[key] for key in kind.parameters if key in given},
         reaction=given.get("reaction", False),
+        reflected_inertia=given.get("reflected_inertia", {}),
     )
 
 

@@ -56,7 +56,7 @@ class Joint:
     `axes` is None where the type has none. `start` are hard conditions on its coordinates at t = 0 (rad, m), `speed` on
     their rates (rad/s, m/s), by coordinate name. `parameters`: a pitch, a length (m), numbers of teeth. `reaction`:
     whether the reaction of a joint that merges its bodies is wanted, so that they stay two. `couples`: the two joints
-    that a gear couples; its `bodies` are then their second bodies.
+    that a gear couples; its `bodies` are then their second bodies. `reflected_inertia` by coordinate name (kg m², kg).
     """
 
     name: str
@@ -69,6 +69,7 @@ class Joint:
     parameters: Mapping[str, Any] = field(default_factory=dict)
     reaction: bool = False
     couples: tuple[str, str] | None = None
+    reflected_inertia: Mapping[str, float] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)

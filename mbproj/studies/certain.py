@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from mbproj.errors import InputError, Problem
+from mbproj.studies.cause import why_not
 from mbproj.studies.mechanism import Mechanism
 from mbproj.studies.progress import Tell, silent
 from mbproj.studies.reference import Reference, reference
@@ -25,10 +26,9 @@ def certain_reference(
     found = reference(mechanism, common_times(until, steps), names)
     limit, notes = CERTAIN * mechanism.system.length, list[str]()
     while (certain := found.certain_until(limit)) < found.times[-1]:
-        why = found.limit or "two fine solutions do not agree"
+        why = why_not(mechanism, found, limit, certain, tell)
         if certain < 2 * found.times[1]:
-            hint = "is a force or a motion not smooth? try a shorter time"
-            raise InputError(Problem(f"there is no reference for this mechanism: {why}", hint=hint))
+            raise InputError(Problem(f"there is no reference for this mechanism: {why}", hint="try a shorter time"))
         notes = [f"the study ends at {certain:.4g} s: the reference is certain to {limit:.1g} m up to there ({why})"]
         found = reference(mechanism, common_times(certain, steps), names)
     return found, [found.words, *notes]

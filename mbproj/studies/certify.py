@@ -8,7 +8,7 @@ far any solution in double precision may be from the truth, and horizons become 
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
 
@@ -18,18 +18,17 @@ from mbproj.arrays import Array
 from mbproj.results.trust import Trust
 from mbproj.scene.records import Settings
 from mbproj.studies.mechanism import Mechanism
-from mbproj.studies.perturbed import perturbed
-from mbproj.studies.progress import PERTURBED_STARTS, Tell, silent
+from mbproj.studies.nearby import TIGHTEST, round_off, spread
+from mbproj.studies.progress import Tell, silent
 from mbproj.studies.setting import Setting
 from mbproj.studies.solve import Solution, solve
+from mbproj.studies.uneven import not_smooth, uneven
 
 #: Limits of the error in m that horizons are given for.
 LIMITS = tuple(10.0**power for power in range(-9, 1))
 #: Tolerances of the better solution: from the first on, by this factor, down to the last, which round-off dominates.
-LOOSEST, FACTOR, TIGHTEST = 1e-8, 1e-2, 1e-14
-#: Runs from perturbed starts, and the factor by which the truth may be farther off than the farthest of them.
-PERTURBED, SAFETY = 4, 3.0
-#: Part of the distance between the two tightest tolerances that the tightest may still be off.
+LOOSEST, FACTOR = 1e-8, 1e-2
+#: Part of the distance between the two tightest tolerances that the tightest may still be off, where all is smooth.
 LEFT = 0.1
 
 
@@ -52,15 +51,18 @@ def certify(
         tell("certifying", number, len(rungs))
         before, better = better, solve(mechanism, _better(tolerance), times)
         if before is not None:
-            uncertainty = _spread([before], better)
+            uncertainty = spread([before], better)
             found = _trust(mechanism, times, position, better.position, uncertainty, tested, better.setting.label, "")
             if settled(found.horizon_low, found.horizon_high, times).all():
                 return found
     assert better is not None  # the ladder has at least one rung
-    uncertainty = _round_off(mechanism, better, tell)
+    blame: Mapping[str, tuple[str, ...]] = {}
+    uncertainty, rough = round_off(mechanism, better, tell), uneven(mechanism.system)
     if before is not None:
-        uncertainty = np.maximum(uncertainty, LEFT * _spread([before], better))
-    label, remark = better.setting.label, _remark(better)
+        left = (1.0 if rough else LEFT) * spread([before], better)
+        blame = rough if left[-1].max() > uncertainty[-1].max() else {}
+        uncertainty = np.maximum(uncertainty, left)
+    label, remark = better.setting.label, _remark(better, blame)
     return _trust(mechanism, times, position, better.position, uncertainty, tested, label, remark)
 
 
@@ -75,22 +77,6 @@ def ladder(settings: Settings) -> Iterator[float]:
 
 def _better(tolerance: float) -> Setting:
     return Setting(integrator="dop853", tolerance=tolerance)
-
-
-def _round_off(mechanism: Mechanism, better: Solution, tell: Tell) -> Array:
-    """What starts that differ by round-off make of the motion, (T, k), m."""
-    others = []
-    for seed in range(1, PERTURBED + 1):
-        tell(PERTURBED_STARTS, seed - 1, PERTURBED)
-        others.append(solve(perturbed(mechanism, seed), _better((1.0 + 0.25 * seed) * TIGHTEST), better.times))
-    return SAFETY * _spread(others, better)
-
-
-def _spread(others: Sequence[Solution], of: Solution) -> Array:
-    """The largest distance so far of solutions to one of them, (T, k), m; infinite where one of them has ended."""
-    apart = np.max([np.linalg.norm(other.position - of.position, axis=-1) for other in others], axis=0)
-    spread: Array = np.maximum.accumulate(np.nan_to_num(apart, nan=np.inf))
-    return spread
 
 
 def _trust(
@@ -130,8 +116,10 @@ def _growth(times: Array, error: Array, uncertainty: Array, extent: float) -> Gr
     return found if found.law else growth(times, uncertainty, np.zeros_like(uncertainty), extent)
 
 
-def _remark(better: Solution) -> str:
-    """Why horizons are ranges."""
+def _remark(better: Solution, rough: Mapping[str, tuple[str, ...]]) -> str:
+    """Why horizons are ranges: the better solution has ended, `rough` forces, or round-off."""
     if better.failure is not None:
         return f"the better solution {better.failure}; what comes after it is not known"
+    if rough:
+        return f"times are ranges where they are not known better, because {not_smooth(rough)}"
     return "the run is nearly as good as round-off allows: times are given as ranges where that matters"

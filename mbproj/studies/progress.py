@@ -7,7 +7,7 @@ from collections.abc import Callable
 #: Called with a phase in words, how much of it is done, and how much there is.
 Tell = Callable[[str, int, int], None]
 
-TIMING, PERTURBED_STARTS = "timing", "certifying near round-off"
+TIMING, PERTURBED_STARTS = "timing", "starts that differ by round-off"
 #: Phases whose parts take equally long, so that the first ones say how long the others will take. Elsewhere a part may
 #: take a hundred times as long as the one before: nobody knows the time left.
 ALIKE = frozenset({TIMING, PERTURBED_STARTS})

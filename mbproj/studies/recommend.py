@@ -14,6 +14,7 @@ import numpy as np
 from mbproj.errors import ExitCode, MbprojError
 from mbproj.scene.records import Scene, Settings
 from mbproj.studies.bench import Bench, Outcome
+from mbproj.studies.cause import why_not
 from mbproj.studies.families import Family, closing, families
 from mbproj.studies.mechanism import Mechanism
 from mbproj.studies.progress import Tell, silent
@@ -113,7 +114,7 @@ def recommend(
         uncertain=float(bench.uncertainty[-1]),
         method=truth.method,
         check=truth.check,
-        why=truth.limit or "errors grow from round-off" if bench.until < times[-1] else "",
+        why=why_not(mechanism, truth, error, bench.until, tell) if bench.until < times[-1] else "",
         settings=settings,
     )
 
@@ -121,7 +122,7 @@ def recommend(
 def _first(bench: Bench, base: Setting, tell: Tell) -> tuple[Outcome, Bench]:
     """The cheapest of the first family, which reaches the smallest errors; with a shorter time where that is needed,
     because the motion is chaotic or the error near round-off."""
-    wanted, (family, *others) = bench.until, families(base, _interval(bench))
+    wanted, whole, (family, *others) = bench.until, bench.reference, families(base, _interval(bench))
     tell("integrators", 0, 1 + len(others))
     certain = bench.uncertainty <= bench.goal
     while True:
@@ -135,7 +136,7 @@ def _first(bench: Bench, base: Setting, tell: Tell) -> tuple[Outcome, Bench]:
             assert family.finest is not None
             reach = min(bench.measure(family.setting(family.finest)).kept_until, bench.until - SHORTER * wanted)
         if reach <= bench.reference.times[1]:
-            why = bench.reference.limit or "round-off alone is larger"
+            why = why_not(bench.mechanism, whole, bench.goal, reach, tell)
             raise Unreachable(f"no setting keeps an error of {bench.goal:g} m: {why}")
         bench = bench.shortened(reach)
 

@@ -4,11 +4,15 @@ Each is computed with fixed steps, halved until the solution no longer moves by 
 is round-off), or the time for it is up: one by Dormand-Prince 5, one by Dormand-Prince 8, and where the mechanism has
 two formulations in the kernel each in its own. How far they are apart, and how far the check moved at its last halving,
 is what the reference is uncertain by.
+
+Where a force or a motion is not smooth, fixed steps hit its kinks anywhere and converge by luck. Two solutions with
+error control, whose steps shrink there, take their place if they agree better; where they are farther from those with
+fixed steps than these are uncertain, one of the two has missed something, and that distance is the uncertainty.
 """
 
 from __future__ import annotations
 
-from collections.abc import Collection, Sequence
+from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass, replace
 from time import process_time
 
@@ -20,6 +24,7 @@ from mbproj.studies.mechanism import Mechanism
 from mbproj.studies.setting import Setting
 from mbproj.studies.solve import Solution, solve
 from mbproj.studies.store import cached
+from mbproj.studies.uneven import uneven
 
 #: The integrators of the two solutions; the first is the reference unless it is among those compared and the other not.
 INTEGRATORS = ("dopri5", "dop853")
@@ -32,6 +37,8 @@ ROUND_OFF = 1e-16
 FEWEST_STEPS = 200
 #: Seconds of processor time that each of the two solutions may take.
 SECONDS = 10.0
+#: Tolerances with error control.
+TOLERANCES = (1e-12, 1e-13, 1e-14)
 #: A solution is fine enough when it moves by less than this part of the mechanism's size.
 GOAL = 1e-13
 #: Halving goes on while a solution moves by less than this part of what it moved by before.
@@ -87,16 +94,30 @@ def reference(
     It is kept on disk (`mbproj.studies.store`). Raises InputError where the mechanism cannot be run at all.
     """
     first, second = INTEGRATORS if INTEGRATORS[0] not in compared or INTEGRATORS[1] in compared else INTEGRATORS[::-1]
-    what = ("reference", mechanism.identity, times.tolist(), first, seconds, FALLING, PART)
+    what = ("reference", mechanism.identity, times.tolist(), first, seconds, FALLING, PART, TOLERANCES)
     return cached(what, lambda: _computed(mechanism, times, first, second, seconds), (Reference,))
 
 
 def _computed(mechanism: Mechanism, times: Array, first: str, second: str, seconds: float) -> Reference:
-    fine = _fine(mechanism, Setting(integrator=first, projection_tolerance=ROUND_OFF), times, seconds)
+    found = _checked(_fine, mechanism, times, first, second, seconds)
+    if not uneven(mechanism.system):
+        return found
+    sharper = _checked(_tight, mechanism, times, first, second, seconds)
+    distance = running_largest(np.linalg.norm(sharper.position - found.position, axis=2))
+    missed = np.where(distance <= found.uncertainty, 0.0, distance)
+    sharper = replace(sharper, uncertainty=running_largest(np.maximum(sharper.uncertainty, missed)))
+    return sharper if sharper.uncertainty[-1].max() < found.uncertainty[-1].max() else found
+
+
+def _checked(
+    solved: Callable[..., _Fine], mechanism: Mechanism, times: Array, first: str, second: str, seconds: float
+) -> Reference:
+    """The reference of two solutions of a kind."""
+    fine = solved(mechanism, Setting(integrator=first, projection_tolerance=ROUND_OFF), times, seconds)
     taken = fine.solution.report.formulation if fine.solution.report else ""
     other = "reduced" if taken == "planar" else "auto"
     setting = Setting(integrator=second, projection_tolerance=ROUND_OFF, formulation=other)
-    check = _fine(mechanism, setting, times, seconds, instead="auto")
+    check = solved(mechanism, setting, times, seconds, instead="auto")
     apart = SAFETY * np.linalg.norm(fine.solution.position - check.solution.position, axis=2) + check.moved
     return Reference(
         points=mechanism.points,
@@ -145,6 +166,23 @@ def _fine(mechanism: Mechanism, setting: Setting, times: Array, seconds: float, 
             return replace(best, out_of_time=True)
 
 
+def _tight(mechanism: Mechanism, setting: Setting, times: Array, seconds: float, instead: str = "") -> _Fine:
+    """With error control, at tolerances that fall to what round-off dominates. Where the formulation is refused,
+    `instead` takes its place."""
+    started, first = process_time(), solve(mechanism, replace(setting, tolerance=TOLERANCES[0]), times)
+    best = _Fine(first, np.full((len(times), 1), np.inf))
+    if best.solution.failure and best.solution.failure.status == "refused":
+        return _tight(mechanism, replace(setting, formulation=instead), times, seconds)
+    for tolerance in TOLERANCES[1:]:
+        begun = process_time()
+        tighter = solve(mechanism, replace(setting, tolerance=tolerance), times)
+        moved = running_largest(np.linalg.norm(tighter.position - best.solution.position, axis=2))
+        best, taken = _Fine(tighter, moved), process_time()
+        if taken - started + 2.0 * (taken - begun) > seconds:
+            return replace(best, out_of_time=tolerance != TOLERANCES[-1])
+    return best
+
+
 def _limit(solutions: Sequence[_Fine], seconds: float) -> str:
     failures = [str(fine.solution.failure) for fine in solutions if fine.solution.failure]
     late = any(fine.out_of_time for fine in solutions)
@@ -166,4 +204,6 @@ def running_largest(values: Array) -> Array:
 
 def _words(solution: Solution) -> str:
     formulation = solution.report.formulation if solution.report else solution.setting.formulation
-    return f"{solution.setting.integrator}, fixed steps of {solution.setting.step:.3g} s, {formulation}"
+    tolerance, step = solution.setting.tolerance, solution.setting.step
+    how = f"tolerance {tolerance:g}" if step is None else f"fixed steps of {step:.3g} s"
+    return f"{solution.setting.integrator}, {how}, {formulation}"

@@ -29,6 +29,8 @@ class Drawing:
 
     def __init__(self, seed: int, flat: bool) -> None:
         self.rng, self.flat = np.random.default_rng(seed), flat
+        #: For what was added to the mechanisms of a seed: the rest of them stays as it was.
+        self.added = np.random.default_rng([seed, 1])
         self.turn = np.eye(3)
         if flat and self.rng.uniform() < 0.5:
             quaternion = self.rng.normal(size=4)

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from typing import Any
 
-from mbproj.joints import JOINTS
+from mbproj.joints import COORDINATE_UNITS, JOINTS
 from mbproj.scene.records import GROUND
 
 from .drawing import Drawing, flow, short
-from .loads import load
+from .loads import GYRATION, load
 from .plan import Link, Plan
 from .solvable import is_solvable
 
@@ -21,6 +21,8 @@ simulation: {{duration: {duration}, step: {step}, output_step: {step}, integrato
 STEP, STEPS = 1e-3, 4
 #: Joints with one angle, which gears can couple.
 WHEELS = ("revolute", "cylindrical", "screw")
+#: The part of the coordinates that turn flywheels.
+TURNED = 0.2
 Entries = dict[str, dict[str, Any]]
 
 
@@ -38,6 +40,8 @@ def scene_text(plan: Plan) -> str:
         extended = joints | {f"L{number}": closing} if closing else joints
         if closing and is_solvable(_text(plan, bodies, extended, {})):
             joints = extended
+    for joint in joints.values():
+        _turn_flywheels(draw, joint, bodies)
     loads = [load(draw, force, bodies, joints, plan.floating) for force in plan.forces]
     return _text(plan, bodies, joints, {f"F{number}": entry for number, entry in enumerate(loads) if entry})
 
@@ -62,6 +66,19 @@ def _joint(draw: Drawing, kind: str, ends: list[str]) -> dict[str, Any]:
     if joint.merges and draw.rng.uniform() < 0.7:
         found["reaction"] = "true"
     return found
+
+
+def _turn_flywheels(draw: Drawing, joint: dict[str, Any], bodies: Entries) -> None:
+    """Gives some coordinates of a joint a reflected inertia, a tenth to ten times that of its lighter body."""
+    lightest = min((bodies[name]["mass"] for name in joint.get("bodies", ()) if name in bodies), default=0.0)
+    rows = JOINTS[joint["type"]].coordinates
+    sizes = {name: lightest * (1.0 if COORDINATE_UNITS[row[0]] == "m" else GYRATION) for name, row in rows.items()}
+    found = {
+        name: short(size * 10.0 ** draw.added.uniform(-1, 1)) for name, size in sizes.items()
+        if draw.added.uniform() < TURNED
+    }  # fmt: skip
+    if found:
+        joint["reflected_inertia"] = found if len(rows) > 1 else next(iter(found.values()))
 
 
 def _loop(draw: Drawing, loop: Link, names: list[str], joints: Entries) -> dict[str, Any] | None:

@@ -104,3 +104,24 @@ def test_check_counts_the_motions(tmp_path):
     twice = SCENE.replace("motions:\n", "motions:\n  n: {joint: A, angle: 1}\n")
     again = mbproj("check", write(tmp_path, text=twice), "--json", folder=tmp_path)
     assert (again.returncode, "motion 'n' drives the angle of joint 'A' already" in again.stderr) == (2, True)
+
+
+def test_a_reflected_inertia_is_checked_recorded_and_repeated(tmp_path):
+    text = SCENE.replace("axis: [0, -1, 0]}", "axis: [0, -1, 0], reflected_inertia: {displacement: 3 kg}}")
+    scene = write(tmp_path, text=text)
+    checked = mbproj("check", scene, folder=tmp_path)
+    assert "A  cylindrical of ground and bar, free: angle, displacement (reflected inertia 3 kg)" in checked.stdout
+    done = mbproj("run", scene, "--json", folder=tmp_path)
+    assert (done.returncode, done.stderr) == (0, "")
+    with open_results(tmp_path / "results.h5") as results:
+        assert results.names("forces") == ("k", "f.angle", "f.displacement", "A.displacement.inertia")
+        assert results.names("force_units") == ("m", "rad", "m", "m")
+        found = results.force("A.displacement.inertia")
+        np.testing.assert_allclose(found.force, -3 * results.body("bar").acceleration @ [0, -1, 0], atol=1e-12)
+        before = results["bodies/position"].tobytes()
+    exported = mbproj("export", "results.h5", "--table", "force-A.displacement.inertia", folder=tmp_path)
+    assert exported.stdout.split() == ["results-force-A.displacement.inertia.csv"]
+    again = mbproj("rerun", "results.h5", "-o", "again.h5", "--quiet", folder=tmp_path)
+    assert again.returncode == 0, again.stderr
+    with open_results(tmp_path / "again.h5") as results:
+        assert results["bodies/position"].tobytes() == before

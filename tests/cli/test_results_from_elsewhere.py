@@ -70,6 +70,9 @@ def test_a_run_says_where_the_samples_of_a_killed_one_are(tmp_path):
             sys.stdin.readline()
     """
     killed(code, tmp_path / "R")
+    done = mbproj("info", "R", "--check", folder=tmp_path)
+    assert done.returncode == ExitCode.DONE
+    assert done.stdout.endswith("run has not ended: samples have Fletcher-32 alone, which takes 16 ones for 16 zeros\n")
     done = mbproj("run", FIVE_BAR, "--duration", "0.01", "-o", "R", folder=tmp_path)
     assert done.returncode == ExitCode.DONE
     assert "note: 'R.part', which a killed run had left, is kept as 'R.part.1'\n" in done.stderr
@@ -84,3 +87,18 @@ def test_a_file_that_is_being_written_is_not_touched(tmp_path):
     assert done.returncode == ExitCode.BAD_INPUT
     assert f"another run (process {os.getpid()} on " in done.stderr
     assert "remove" not in done.stderr
+
+
+@pytest.mark.parametrize(
+    ("command", "code"),
+    [(("info", "R"), 0), (("info", "R", "--check"), 0), (("export", "R"), 0), (("plot", "R"), 2),
+     (("compare-results", "R", "R"), 2)],
+)  # fmt: skip
+def test_a_run_without_samples(tmp_path, command, code):
+    """As a kill leaves it that comes before the first second is over."""
+    record(tmp_path / "R", block(times(0)))
+    done = mbproj(*command, folder=tmp_path)
+    assert (done.returncode, "Traceback" in done.stderr) == (code, False)
+    if command[0] == "export":
+        table = (tmp_path / "R-body-bob.csv").read_text(encoding="utf-8").splitlines()
+        assert [len(table), table[0][:8]] == [1, "time (s)"]

@@ -24,6 +24,7 @@ from tests.support import (
     random_gear,
     random_joint,
     scene_of,
+    with_flywheels,
 )
 
 needs_kernel = pytest.mark.skipif(core() is None, reason=f"needs the compiled kernel: {build_info()}")
@@ -116,6 +117,12 @@ SCENES: dict[str, Callable[[], Scene]] = {
     **{f"star {seed}": lambda seed=seed: star(seed) for seed in range(3)},
     "ladder": lambda: ladder(1, 4),
     "gears in a star": lambda: _geared_star(),
+    **{f"three of {kind}, with flywheels": lambda kind=kind: with_flywheels(random_chain(3, [kind] * 3))
+       for kind, joint in JOINTS.items() if joint.coordinates},
+    **{f"tree {seed}, with flywheels": lambda seed=seed: with_flywheels(tree(seed)) for seed in range(4)},
+    **{f"loops {seed}, with flywheels": lambda seed=seed: with_flywheels(loops(seed)) for seed in range(3)},
+    "star, with flywheels": lambda: with_flywheels(star(0)),
+    "gears in a star, with flywheels": lambda: with_flywheels(_geared_star()),
 }
 
 

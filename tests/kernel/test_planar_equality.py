@@ -21,7 +21,7 @@ from mbproj.scene import read_scene
 from mbproj.scene.records import ProjectionSettings
 from tests.kernel.scenes import assembled, needs_kernel, parallelogram
 from tests.model.planar_scenes import CLOSED_ONLY, SCENES, Drawing, chain
-from tests.support import MECHANISMS
+from tests.support import MECHANISMS, with_flywheels
 
 pytestmark = needs_kernel
 ROUND_OFF = 1e-13
@@ -32,12 +32,13 @@ BUILD = {
     **{path.stem: (lambda path=path: read_scene(path)) for path in MECHANISMS if path.stem in FLAT},
     "long chain": lambda: chain(Drawing(3), ["revolute"] * 12),
     "parallelogram": parallelogram,
+    **{f"with flywheels, {name} 1": (lambda name=name: with_flywheels(SCENES[name](Drawing(1)))) for name in SCENES},
 }
 
 
 def kind(name: str) -> str:
-    """What is drawn, without the number of the drawing."""
-    return name.rsplit(" ", 1)[0]
+    """What is drawn, without the number of the drawing, and with flywheels or without."""
+    return name.rsplit(", ", 1)[-1].rsplit(" ", 1)[0]
 
 
 #: Those that are planar where their joints are open, too, and of these the ones without a row that is redundant outside

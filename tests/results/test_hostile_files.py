@@ -179,6 +179,8 @@ def text(name: str, value: object):
         (text("joints/names", ["A", "../../T"]), "title", "'joints/names' has '../../T', which is not one"),
         (text("bodies/names", ["a\x1b[31m"]), "title", "'bodies/names' has 'a\\x1b[31m', which is not one"),
         (text("joints/coordinate_units", ["mm"]), "title", "'joints/coordinate_units' has 'mm', which is not one"),
+        (text("joints/coordinate_units", []), "title", "'joints/coordinate_units' has 0 entries for 1 columns"),
+        (text("motions/names", ["a", "b"]), "title", "'motions/units' has 1 entries for 2 columns"),
         (replaced("joints/names", data=["A", "B"]), "title", "'joints/names' has the wrong shape or type"),
         (replaced("bodies/names", data=np.array([b"\xff"], "S1")), "title", "'bodies/names' cannot be read"),
         (replaced("scene/gravity", data=[0.0, np.nan, 1.0]), "gravity", "'scene/gravity' is not finite"),

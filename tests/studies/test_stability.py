@@ -8,12 +8,13 @@ import numpy as np
 import pytest
 
 from mbproj import InputError, read_scene, read_scene_text
+from mbproj.integrate.stability_region import real_axis_limit
 from mbproj.integrate.tableau import load_tableau
 from mbproj.registry import integrators
 from mbproj.studies.setting import Setting
 from mbproj.studies.stability import stability
 from mbproj.studies.stability.bisection import Change, values
-from mbproj.studies.stability.gains import growth, real_axis_limit
+from mbproj.studies.stability.gains import growth
 from mbproj.studies.stability.quantities import QUANTITIES, Span
 from mbproj.studies.stability.subject import Limits, Subject
 from mbproj.studies.variants.livelier import with_speed

@@ -62,34 +62,44 @@ template <int D> struct HingeFactor {
     Inertia<D> M;   // of the child and what hangs on it, at the joint's point
     FreeMotion<D> motions[F];
 
-    // From M to what the parent feels of it. False where a free motion moves no mass.
-    bool eliminate(const Hinge<D>& hinge, Inertia<D>& left) {
+    // From M to what the parent feels of it. False where a free motion moves no mass. `added`: the inertia of flywheels
+    // that each motion turns, where there are any.
+    template <bool turns> bool eliminate(const Hinge<D>& hinge, Inertia<D>& left, const double* added = nullptr) {
         left = M;
         FreeMotion<D>* motion = motions;
         for (int k = 0; k < hinge.free_translations(); ++k, ++motion) {
             const auto n = frame.N_t.col(k);
             motion->U.template head<D>().noalias() = left.A * n;
             motion->U.template tail<S::turns>().noalias() = left.B.transpose() * n;
-            if (!remove(*motion, n.dot(motion->U.template head<D>()), left)) return false;
+            double pivot = n.dot(motion->U.template head<D>());
+            if constexpr (turns) pivot += *added++;
+            if (!remove(*motion, pivot, left)) return false;
         }
         for (int k = 0; k < hinge.free_rotations(); ++k, ++motion) {
             const auto n = frame.N_r.col(k);
             motion->U.template head<D>().noalias() = left.B * n;
             motion->U.template tail<S::turns>().noalias() = left.C * n;
-            if (!remove(*motion, n.dot(motion->U.template tail<S::turns>()), left)) return false;
+            double pivot = n.dot(motion->U.template tail<S::turns>());
+            if constexpr (turns) pivot += *added++;
+            if (!remove(*motion, pivot, left)) return false;
         }
         return true;
     }
 
-    // h = nᵀ g of each free motion, and g less what the motion takes of it.
-    void upward(const Hinge<D>& hinge, double* h, Column<F>& g) const {
+    // h = nᵀ g of each free motion, and g less what the motion takes of it. `pushed`: what flywheels add to nᵀ g.
+    template <bool turns>
+    void upward(const Hinge<D>& hinge, double* h, Column<F>& g, const double* pushed = nullptr) const {
         const FreeMotion<D>* motion = motions;
         for (int k = 0; k < hinge.free_translations(); ++k, ++motion, ++h) {
-            *h = frame.N_t.col(k).dot(g.template head<D>()) * motion->reciprocal;
+            double along = frame.N_t.col(k).dot(g.template head<D>());
+            if constexpr (turns) along += *pushed++;
+            *h = along * motion->reciprocal;
             g -= *h * motion->U;
         }
         for (int k = 0; k < hinge.free_rotations(); ++k, ++motion, ++h) {
-            *h = frame.N_r.col(k).dot(g.template tail<S::turns>()) * motion->reciprocal;
+            double about = frame.N_r.col(k).dot(g.template tail<S::turns>());
+            if constexpr (turns) about += *pushed++;
+            *h = about * motion->reciprocal;
             g -= *h * motion->U;
         }
     }

@@ -28,7 +28,8 @@ template <int D> void add_model(nb::module_& m, const char* primitives, const ch
              [](Model<D>* self, Numbers1 mass, Numbers3 inertia, Numbers1 gravity, const PrimitiveSet<D>& constraints,
                 Integers1 joint_begin, Numbers1 row_scale, const PrimitiveSet<D>& coordinates, double length,
                 std::shared_ptr<Loads<D>> loads, std::shared_ptr<Programs> motions, std::vector<double> motion_start,
-                const std::vector<int>& motion_coordinate, const std::vector<MeshNumbers>& meshes) {
+                const std::vector<int>& motion_coordinate, const std::vector<MeshNumbers>& meshes,
+                const PrimitiveSet<D>* flywheel_coordinates, std::vector<double> flywheels) {
                  require(gravity, {D}, "gravity");
                  require(row_scale, {static_cast<std::size_t>(constraints.rows)}, "row_scale");
                  Model<D> built;
@@ -51,12 +52,14 @@ template <int D> void add_model(nb::module_& m, const char* primitives, const ch
                  built.driven = driven_rows(constraints, coordinates.instances.size(), motion_start, motion_coordinate, built.motions.get());
                  built.meshes = mbproj::meshes(constraints.rows, coordinates.instances.size(), meshes);
                  built.follows_angles = !built.meshes.empty() || has_angles(built.loads.get());
+                 if (flywheel_coordinates) add_flywheels(built, *flywheel_coordinates, flywheels);
                  new (self) Model<D>(std::move(built));
              },
              nb::kw_only(), nb::arg("mass"), nb::arg("inertia"), nb::arg("gravity"), nb::arg("constraints"),
              nb::arg("joint_begin"), nb::arg("row_scale"), nb::arg("coordinates"), nb::arg("length"), nb::arg("loads").none() = nb::none(),
              nb::arg("motions").none() = nb::none(), nb::arg("motion_start") = std::vector<double>(),
-             nb::arg("motion_coordinate") = std::vector<int>(), nb::arg("meshes") = std::vector<MeshNumbers>())
+             nb::arg("motion_coordinate") = std::vector<int>(), nb::arg("meshes") = std::vector<MeshNumbers>(),
+             nb::arg("flywheel_coordinates").none() = nb::none(), nb::arg("flywheels") = std::vector<double>())
         .def_prop_ro("bodies", &Model<D>::size)
         .def_rw("redundant", &Model<D>::redundant);
 }
@@ -164,6 +167,14 @@ template <int D> void add_equations(nb::module_& m, const char* name) {
                                   array_of(std::move(found->second), rows));
         }, nb::arg("y"), nb::arg("t") = 0.0, nb::arg("coordinates") = std::vector<double>(),
            nb::arg("smallest") = false)
+        .def("responses", [=](E& self, Numbers2 y, const std::vector<int>& laws, double t) -> nb::object {
+            const int count = self.model().loads ? static_cast<int>(self.model().loads->laws.size()) : 0;
+            for (const int law : laws)
+                if (law < 0 || law >= count) refuse("laws", "are out of range");
+            auto found = self.responses(t, checked(self, y), laws);
+            if (!found) return nb::none();
+            return array_of(std::move(*found), laws.size(), laws.size());
+        }, nb::arg("y"), nb::arg("laws"), nb::arg("t") = 0.0)
         .def("newton", [=](E& self, Numbers2 y, double t) -> nb::object {
             auto found = self.newton(t, checked(self, y));
             if (!found) return nb::none();

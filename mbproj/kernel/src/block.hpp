@@ -59,9 +59,9 @@ struct Block {
         counters.clear();
     }
 
-    // The state y and its slope, both with what is integrated beside them.
+    // The state y and its slope, both with what is integrated beside them, and λ of C's rows, the first of `lambda`.
     template <int D> void add(double time, const Eigen::VectorXd& state, const Eigen::VectorXd& slope, int bodies,
-                              const std::vector<double>& lambda, double h, const std::vector<long>& turned,
+                              const std::vector<double>& lambda, int rows, double h, const std::vector<long>& turned,
                               const Counters& counted, int integrals) {
         using S = Size<D>;
         const double* end = state.data() + static_cast<std::ptrdiff_t>(S::state) * bodies;
@@ -72,7 +72,7 @@ struct Block {
             const double* a = slope.data() + S::state * b + S::pose;
             acceleration.insert(acceleration.end(), a, a + S::freedoms);
         }
-        multipliers.insert(multipliers.end(), lambda.begin(), lambda.end());
+        multipliers.insert(multipliers.end(), lambda.begin(), lambda.begin() + rows);
         step_size.push_back(h);
         turns.insert(turns.end(), turned.begin(), turned.end());
         const auto counts = counted.list();
@@ -89,6 +89,12 @@ struct Slip {
     double shorter() const { return turned > 0.0 ? std::min(0.5, M_PI / turned) : 0.5; }
 };
 
+// A step that was accepted, to t over h, and whether a sample is due there.
+struct Reached {
+    double t, h;
+    bool due;
+};
+
 // Why and where a run stopped.
 struct Outcome {
     Status status = Status::running;
@@ -99,7 +105,7 @@ struct Outcome {
     int passes = 0;
     bool projection_failed = false;
     double velocity_change = 0.0;
-    Slip slip;
+    Slip slip{};
     double step = 0.0;  // that would not slip, s
 
     static Outcome left_open(double t, int row, double by, int passes, bool projection_failed) {

@@ -52,11 +52,6 @@ public:
     // x of the rows that are left out, less what the others before them say of it: the largest in magnitude. Uses x up.
     double contradiction(double* x) const;
 
-    // Adds to the diagonal, before `factor`.
-    void shift(double by) {
-        for (const ColumnOf& column : columns_)
-            for (int i = 0, size = sizes_[column.block]; i < size; ++i) values_[column.diagonal + i * (size + 1)] += by;
-    }
     std::vector<std::vector<int>> independent_rows(double smallest);
 
     // Rows that `factor` leaves out from now on: their λ is 0, whatever is asked of them.

@@ -130,6 +130,24 @@ PrimitiveSet<D> primitive_set(std::size_t bodies, const Integers1& body, const I
     return set;
 }
 
+// A joint that is a run of instances.
+template <int D> Joint joint_of(const PrimitiveSet<D>& set, int bodies, int begin, int end) {
+    Joint joint{begin, end, set.instances[begin].row, 0, {}};
+    for (int i = begin; i < end; ++i) {
+        const Instance& p = set.instances[i];
+        joint.rows += p.rows;
+        for (int s = 0; s < p.slot_count; ++s) {
+            const int body = set.attachments[p.slots[s]].body;
+            if (body > bodies) refuse("constraints", "hold a body of more bodies than the model has");
+            const bool known = std::find(joint.bodies.begin(), joint.bodies.end(), body) != joint.bodies.end();
+            if (body < bodies && !known) joint.bodies.push_back(body);
+        }
+    }
+    if (joint.rows > 6) refuse("joint_begin", "makes a joint of more than six rows");
+    if (joint.bodies.empty()) refuse("joint_begin", "makes a joint between the ground and itself");
+    return joint;
+}
+
 // The joints as runs of instances: joint j has those from begin[j] to begin[j + 1].
 template <int D> std::vector<Joint> joints(const PrimitiveSet<D>& set, int bodies, const Integers1& begin) {
     std::vector<Joint> found;
@@ -139,21 +157,7 @@ template <int D> std::vector<Joint> joints(const PrimitiveSet<D>& set, int bodie
     for (std::size_t j = 0; j + 1 < begin.size(); ++j) {
         if (begin.data()[j] >= begin.data()[j + 1] || begin.data()[j + 1] > count)
             refuse("joint_begin", "does not increase");
-        Joint joint{static_cast<int>(begin.data()[j]), static_cast<int>(begin.data()[j + 1]), 0, 0, {}};
-        joint.row = set.instances[joint.begin].row;
-        for (int i = joint.begin; i < joint.end; ++i) {
-            const Instance& p = set.instances[i];
-            joint.rows += p.rows;
-            for (int s = 0; s < p.slot_count; ++s) {
-                const int body = set.attachments[p.slots[s]].body;
-                if (body > bodies) refuse("constraints", "hold a body of more bodies than the model has");
-                const bool known = std::find(joint.bodies.begin(), joint.bodies.end(), body) != joint.bodies.end();
-                if (body < bodies && !known) joint.bodies.push_back(body);
-            }
-        }
-        if (joint.rows > 6) refuse("joint_begin", "makes a joint of more than six rows");
-        if (joint.bodies.empty()) refuse("joint_begin", "makes a joint between the ground and itself");
-        found.push_back(joint);
+        found.push_back(joint_of(set, bodies, static_cast<int>(begin.data()[j]), static_cast<int>(begin.data()[j + 1])));
     }
     return found;
 }

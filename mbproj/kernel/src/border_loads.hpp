@@ -105,6 +105,26 @@ template <int D> void check_loads(const Loads<D>* loads, int bodies, std::size_t
         if (law.coordinate >= static_cast<int>(coordinates)) refuse("loads", "have a coordinate that the model does not");
 }
 
+// Flywheels that coordinates turn: their rows follow those of C, and each is a joint of its own.
+template <int D>
+void add_flywheels(Model<D>& model, const PrimitiveSet<D>& coordinates, const std::vector<double>& inertia) {
+    PrimitiveSet<D>& set = model.constraints;
+    const int slots = static_cast<int>(set.attachments.size()), rows = set.rows;
+    if (coordinates.instances.size() != inertia.size() || coordinates.rows != static_cast<int>(inertia.size()))
+        refuse("flywheels", "does not fit its coordinates");
+    set.attachments.insert(set.attachments.end(), coordinates.attachments.begin(), coordinates.attachments.end());
+    for (Instance p : coordinates.instances) {
+        for (int s = 0; s < p.slot_count; ++s) p.slots[s] += slots;
+        p.row += rows;
+        set.instances.push_back(p);
+        const int last = static_cast<int>(set.instances.size());
+        model.joints.push_back(joint_of(set, model.size(), last - 1, last));
+    }
+    for (const double I : inertia) require_positive(I, "flywheels");
+    model.flywheels = inertia;
+    model.row_scale.resize(model.all_rows(), 1.0);
+}
+
 // The last rows of the constraints, one for each function of time.
 template <int D>
 std::vector<DrivenRow> driven_rows(const PrimitiveSet<D>& set, std::size_t coordinates, const std::vector<double>& start,

@@ -5,7 +5,7 @@
 #include <optional>
 
 #include "core.hpp"
-#include "hinge_rows.hpp"
+#include "leaves.hpp"
 #include "metric.hpp"
 
 namespace mbproj {
@@ -32,10 +32,10 @@ public:
 
     // With a penalty factor, all joints stay in the core: (M + α GᵀG)⁻¹ α Gᵀ = M⁻¹Gᵀ (S + 1/α)⁻¹.
     Bordered(const Model<D>& model, std::optional<double> penalty)
-        : model_(model), topology_(model, !penalty), core_(model, topology_), shift_(penalty ? 1.0 / *penalty : 0.0),
-          lent_(lent_mass(model)), factors_(topology_.leaves.size()), inertias_(model.size()),
+        : model_(model), topology_(model, !penalty), leaves_(model, topology_.leaves), core_(model, topology_),
+          shift_(penalty ? 1.0 / *penalty : 0.0), lent_(lent_mass(model)), inertias_(model.size()),
           reference_(model.size() + 1, Point<D>::Zero()), articulated_(model.size(), false), force_(model.size() + 1),
-          delta_(model.size() + 1), scratch_(topology_.leaves.size()) {
+          delta_(model.size() + 1) {
         for (const Leaf<D>& leaf : topology_.leaves)
             if (leaf.hinge.parent < model.size()) articulated_[leaf.hinge.parent] = true;
     }
@@ -62,14 +62,10 @@ public:
     bool factor_held(const Pose<D>& pose, Metric metric, double near) {
         ++factorisations_;
         metric_ = metric;
-        for (std::size_t l = 0; l < factors_.size(); ++l) {
-            const Hinge<D>& hinge = topology_.leaves[l].hinge;
-            if (!factors_[l].frame.update(model_, hinge, pose)) return fails(topology_.leaves[l].joint);
-            reference_[hinge.child] = factors_[l].frame.child_arm;
-        }
+        if (const int joint = leaves_.place(pose, reference_); joint >= 0) return fails(joint);
         for (int b = 0; b < model_.size(); ++b) set_inertia(b, pose[b].rotation, metric);
-        for (std::size_t l = 0; l < factors_.size(); ++l)
-            if (!factor_leaf(topology_.leaves[l], factors_[l])) return false;
+        if (const int joint = leaves_.factor(inertias_, reference_, metric != Metric::coordinates); joint >= 0)
+            return fails(joint);
         if (!set_halves(pose, metric)) return fails(-1);
         if (topology_.core_joints.empty()) return true;
         core_.leave_none_out();
@@ -135,15 +131,17 @@ public:
     // Solves with the forces given (which are used up) and G δ = c; multipliers on request, one for each row. False where
     // a body without mass is free to move.
     bool solve(const double* c, double* lambda = nullptr) {
-        for (std::size_t l = 0; l < factors_.size(); ++l) solve_up(topology_.leaves[l], factors_[l], scratch_[l], c);
+        leaves_.solve_up(c, force_);
         const bool settled =
             topology_.core_bodies.empty() || core_.solve(force_, c, delta_, metric_ == Metric::penalised);
         delta_.back().setZero();
-        for (std::size_t l = factors_.size(); l-- > 0;) solve_down(topology_.leaves[l], factors_[l], scratch_[l], lambda);
+        leaves_.solve_down(delta_, lambda);
         if (lambda) core_.multipliers(lambda);
         return settled || fails(-1);
     }
 
+    // Σ I s'² of the flywheels, of the last `solve` for velocities.
+    double of_flywheels() const { return core_.of_flywheels() + leaves_.of_flywheels(); }
     // How far rows that were left out of the last factor are from what the others say of a violation.
     double contradiction(const double* violation) const { return core_.contradiction(violation); }
     // λ of the last `solve`, spread over redundant rows so that it is smallest.
@@ -165,11 +163,6 @@ public:
     double nearness() const { return near_singular() ? 0.0 : cholesky().smallest_pivot() / usual(); }
 
 private:
-    struct LeafScratch {
-        Wrench g, p;  // force less inertia times p; the particular motion
-        double h[F];
-    };
-
     bool fails(int joint) { return singular_joint_ = joint, false; }
 
     void forget_rows() {
@@ -215,6 +208,7 @@ private:
     bool set_halves(const Pose<D>& pose, Metric metric) {
         const bool by_coordinates = metric == Metric::coordinates;
         core_.lend(by_coordinates ? Wrench(Wrench::Zero()) : lent_);
+        core_.turn_flywheels(!by_coordinates);
         for (std::size_t b = 0; b < topology_.core_bodies.size(); ++b) {
             const int body = topology_.core_bodies[b];
             const bool lends = model_.bodies[body].is_light && !by_coordinates;
@@ -239,46 +233,16 @@ private:
         if (!stiff_.empty()) inertias_[b].C.diagonal().array() += stiff_[b];
     }
 
-    bool factor_leaf(const Leaf<D>& leaf, HingeFactor<D>& f) {
-        f.M = inertias_[leaf.hinge.child];
-        f.link = f.frame.parent_arm - reference_[leaf.hinge.parent];
-        Inertia<D> left;
-        if (!f.eliminate(leaf.hinge, left)) return fails(leaf.joint);
-        if (leaf.hinge.parent < model_.size()) {
-            left.move(f.link);
-            inertias_[leaf.hinge.parent].add(left);
-        }
-        return true;
-    }
-
-    void solve_up(const Leaf<D>& leaf, const HingeFactor<D>& f, LeafScratch& s, const double* c) {
-        s.p = particular(model_, leaf.hinge, f.frame, c);
-        s.g = force_[leaf.hinge.child] - f.M * s.p;
-        Wrench rest = s.g;
-        f.upward(leaf.hinge, s.h, rest);
-        rest.template tail<S::turns>() += moment(f.link, Point<D>(rest.template head<D>()));
-        force_[leaf.hinge.parent] += rest;
-    }
-
-    void solve_down(const Leaf<D>& leaf, const HingeFactor<D>& f, const LeafScratch& s, double* lambda) {
-        Column<F> u = delta_[leaf.hinge.parent];
-        u.template head<D>() += turned_by(Turn<D>(u.template tail<S::turns>()), f.link);
-        f.downward(leaf.hinge, s.h, u);
-        if (lambda) hinge_multipliers<D>(model_, leaf.hinge, f.frame, f.M * u - s.g, lambda);
-        delta_[leaf.hinge.child] = u + s.p;
-    }
-
     const Model<D>& model_;
     Topology<D> topology_;
+    Leaves<D> leaves_;
     Core<D> core_;
     const double shift_;  // of S, where the violation is penalised
     const Wrench lent_;   // to light bodies
-    std::vector<HingeFactor<D>> factors_;
     std::vector<Inertia<D>> inertias_;
     std::vector<Point<D>> reference_;  // from each body's centre of mass
     std::vector<bool> articulated_;
     std::vector<Wrench> force_, delta_;  // at the reference points; the ground's last
-    std::vector<LeafScratch> scratch_;
     std::vector<double> stiff_;  // moments of inertia that are added
     int singular_joint_ = -1;
     int left_out_ = 0;              // rows, as redundant

@@ -30,15 +30,15 @@ public:
     }
 
     HalfInverse<D>& half(int b) { return rows_.halves[b]; }
-    // What light bodies are lent: nothing where their inertia is not theirs (GOPM's metric).
+    // What light bodies are lent: nothing where their inertia is not theirs (GOPM's metric), nor that of flywheels.
     void lend(const Column<F>& lent) {
         for (Light<D>& light : light_) light.lent = lent;
     }
+    void turn_flywheels(bool turn) { rows_.flywheels_turn = turn; }
 
     // S + shift and its factor at a pose; returns the joint whose rows depend on the others, or -1.
     int factor(const Pose<D>& pose, double smallest, double shift = 0.0) {
-        rows_.fill(pose);
-        if (shift > 0.0) rows_.cholesky.shift(shift);
+        rows_.fill(pose, shift);
         by_qr_ = false;
         const int failed = rows_.cholesky.factor(smallest);
         return failed < 0 ? -1 : rows_.held()[failed].joint;
@@ -48,8 +48,10 @@ public:
     bool factor_by_qr(const Pose<D>& pose) {
         if (rows_.count() > most_dense_rows) return false;
         rows_.fill(pose);
-        Eigen::MatrixXd Y = Eigen::MatrixXd::Zero(F * work_.size(), rows_.count());
+        const std::size_t bodies = F * work_.size();
+        Eigen::MatrixXd Y = Eigen::MatrixXd::Zero(bodies + rows_.flywheels().size(), rows_.count());
         each_column([&](int body, int row, const auto& y) { Y.template block<F, 1>(F * body, row) = y; });
+        each_flywheel([&](std::size_t f, int row, double y) { Y(bodies + f, row) = y; });
         qr_.factor(Y);
         return by_qr_ = true;
     }
@@ -91,6 +93,7 @@ public:
             work_[b] = f[topology_.core_bodies[b]];
             half(b).forward(work_[b]);
         }
+        spin_.assign(rows_.flywheels().size(), 0.0);
         rhs_.resize(rows_.count());
         each_row([&](int own, int of_model) { rhs_[own] = -c[of_model]; });
         const double driven = light_.empty() ? 0.0 : energy();
@@ -106,6 +109,8 @@ public:
         return settled;
     }
 
+    // Σ I s'² of the flywheels in the last solve, where δ is a velocity.
+    double of_flywheels() const { return std::inner_product(spin_.begin(), spin_.end(), spin_.begin(), 0.0); }
     // λ of the core's joints, of the last solve, at their rows; 0 in rows that are left out.
     void multipliers(double* lambda) const {
         for (const int j : topology_.core_joints) {
@@ -159,6 +164,11 @@ private:
                 visit(at.body, row + r, at.Y.col(r));
     }
 
+    // Calls visit(flywheel, row of S, its entry of Y).
+    template <class Visit> void each_flywheel(Visit&& visit) const {
+        for (std::size_t f = 0; f < rows_.flywheels().size(); ++f) visit(f, rows_.flywheels()[f].row, rows_.y(rows_.flywheels()[f]));
+    }
+
     // S squares the condition of Y. Where a pivot shows that to matter, further solutions on what is left, which is computed
     // from Y itself, give the digits back (Björck 1996, sect. 6.6.5: corrected seminormal equations).
     void refine() {
@@ -180,16 +190,21 @@ private:
         if (by_qr_) return improve_by_qr();
         step_ = rhs_;
         each_column([this](int body, int row, const auto& y) { step_[row] += y.dot(work_[body]); });
+        each_flywheel([this](std::size_t f, int row, double y) { step_[row] += y * spin_[f]; });
         cholesky().solve(step_.data());
         each_column([this](int body, int row, const auto& y) { work_[body] -= step_[row] * y; });
+        each_flywheel([this](std::size_t f, int row, double y) { spin_[f] -= step_[row] * y; });
         for (std::size_t r = 0; r < lambda_.size(); ++r) lambda_[r] += step_[r];
     }
 
     void improve_by_qr() {
-        Eigen::VectorXd w(F * work_.size()), lambda;
+        const std::size_t bodies = F * work_.size();
+        Eigen::VectorXd w(bodies + spin_.size()), lambda;
         for (std::size_t b = 0; b < work_.size(); ++b) w.template segment<F>(F * b) = work_[b];
+        for (std::size_t f = 0; f < spin_.size(); ++f) w[bodies + f] = spin_[f];
         qr_.solve(w, -Eigen::Map<const Eigen::VectorXd>(rhs_.data(), rhs_.size()), lambda);
         for (std::size_t b = 0; b < work_.size(); ++b) work_[b] = w.template segment<F>(F * b);
+        for (std::size_t f = 0; f < spin_.size(); ++f) spin_[f] = w[bodies + f];
         for (std::size_t r = 0; r < lambda_.size(); ++r) lambda_[r] += step_[r] = lambda[r];
     }
 
@@ -214,6 +229,7 @@ private:
             // What is shifted keeps a residual, which must not be taken for an error: it begins anew, without forces.
             if (shifted) {
                 for (Column<F>& w : work_) w.setZero();
+                spin_.assign(spin_.size(), 0.0);
                 lambda_.assign(lambda_.size(), 0.0);
             }
             for (const Light<D>& light : light_) {
@@ -229,7 +245,7 @@ private:
     double energy() const {
         double sum = 0.0;
         for (const Column<F>& w : work_) sum += w.squaredNorm();
-        return sum;
+        return sum + of_flywheels();
     }
 
     const Model<D>& model_;
@@ -239,6 +255,7 @@ private:
     std::vector<Light<D>> light_;
     std::vector<Column<F>> work_;
     std::vector<double> rhs_, step_, lambda_;
+    std::vector<double> spin_;  // √I s' of the flywheels, as work_ of the bodies
     DenseQr qr_;
     bool by_qr_ = false;
 };

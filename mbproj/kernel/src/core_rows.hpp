@@ -3,6 +3,7 @@
 #pragma once
 
 #include <numeric>
+#include <utility>
 
 #include "block_cholesky.hpp"
 #include "half_inverse.hpp"
@@ -42,14 +43,25 @@ public:
 
     std::vector<HalfInverse<D>> halves;  // of the core's bodies
     BlockCholesky cholesky;
+    // Whether flywheels have their inertia, as in the metric of the masses. Otherwise nothing turns them, and they nothing.
+    bool flywheels_turn = true;
+
+    // A flywheel I that is held by a row: one more coordinate, with the half-inverse 1/√I, and -1 in that row.
+    struct Flywheel {
+        int row;             // of S
+        std::size_t offset;  // of its diagonal entry
+        double y;            // its entry of Y
+    };
+    const std::vector<Flywheel>& flywheels() const { return flywheels_; }
+    double y(const Flywheel& flywheel) const { return flywheels_turn ? flywheel.y : 0.0; }
 
     const std::vector<Held>& held() const { return held_; }
     const std::vector<Incidence>& incidences() const { return incidences_; }
     int count() const { return count_; }
     const std::vector<Held>& spare() const { return spare_; }
 
-    // Y and S at a pose.
-    void fill(const Pose<D>& pose) {
+    // Y and S at a pose, with a shift of the diagonal entries of C's rows.
+    void fill(const Pose<D>& pose, double shift = 0.0) {
         for (Incidence& at : incidences_) fill_incidence(pose, held_[at.held], at);
         cholesky.clear();
         for (const Product& product : products_) {
@@ -61,6 +73,8 @@ public:
                 for (int c = 0; c < (diagonal ? r + 1 : columns); ++c)
                     target[r * columns + c] += a.Y.col(r).dot(b.Y.col(c));
         }
+        if (shift > 0.0) penalise(shift);
+        for (const Flywheel& f : flywheels_) *cholesky.at(f.offset) += flywheels_turn ? f.y * f.y : 1.0;
     }
 
     // The same with bodies that all weigh the same, lengths in the mechanism's own.
@@ -68,7 +82,9 @@ public:
         for (std::size_t b = 0; b < halves.size(); ++b)
             halves[b].bare(1.0 / (model_.length * model_.length), pose[topology_.core_bodies[b]].rotation,
                            Matrix<S::turns, S::turns>::Identity());
+        const bool turn = std::exchange(flywheels_turn, false);
         fill(pose);
+        flywheels_turn = turn;
     }
 
     // Columns of Y of the rows that are left out for good, at the pose of the last `fill`.
@@ -149,6 +165,20 @@ private:
         for (const auto& joints : touching)
             for (std::size_t a = 0; a < joints.size(); ++a)
                 for (std::size_t b = 0; b <= a; ++b) add_product(joints[a], joints[b]);
+        flywheels_.clear();
+        for (int h = 0; h < static_cast<int>(held_.size()); ++h)
+            if (const int joint = held_[h].joint; model_.holds_flywheel(joint)) {
+                const double inertia = model_.flywheels[model_.joints[joint].row - model_.constraints.rows];
+                flywheels_.push_back({cholesky.row(h), cholesky.target(h, h).offset, -1.0 / std::sqrt(inertia)});
+            }
+    }
+
+    void penalise(double shift) {
+        for (int h = 0; h < static_cast<int>(held_.size()); ++h) {
+            double* block = cholesky.at(cholesky.target(h, h).offset);
+            if (!model_.holds_flywheel(held_[h].joint))
+                for (int r = 0; r < held_[h].count; ++r) block[r * (held_[h].count + 1)] += shift;
+        }
     }
 
     void add_product(int a, int b) {
@@ -158,6 +188,7 @@ private:
 
     void fill_incidence(const Pose<D>& pose, const Held& held, Incidence& at) const {
         Matrix<F, F> G;
+        if (!flywheels_turn && model_.holds_flywheel(held.joint)) return at.Y.setZero(), void();
         jacobian<D>(model_, pose, model_.joints[held.joint], topology_.core_bodies[at.body], G);
         for (int r = 0; r < held.count; ++r) {
             Column<F> y = G.row(held.rows[r]).transpose();
@@ -171,6 +202,7 @@ private:
     std::vector<Held> held_, spare_;
     std::vector<Incidence> incidences_;
     std::vector<Product> products_;
+    std::vector<Flywheel> flywheels_;
     std::vector<int> place_;  // of a body in the core
     int count_ = 0;           // rows that are held
 };

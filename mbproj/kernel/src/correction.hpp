@@ -188,7 +188,7 @@ private:
 
     // δᵀMδ of the correction at hand.
     double energy() const {
-        double sum = 0.0;
+        double sum = dynamics_.bordered().of_flywheels();
         for (int b = 0; b < model_.size(); ++b) {
             const Turn<D> local = to_body(dynamics_.pose()[b].rotation, dynamics_.bordered().turn(b));
             const Body<D>& body = model_.bodies[b];

@@ -14,7 +14,7 @@ namespace mbproj {
 template <int D> class Descent {
 public:
     explicit Descent(Dynamics<D>& dynamics)
-        : dynamics_(dynamics), model_(dynamics.model()), rhs_(model_.constraints.rows), before_(dynamics.size()),
+        : dynamics_(dynamics), model_(dynamics.model()), rhs_(model_.all_rows()), before_(dynamics.size()),
           added_(model_.size()) {
         double sum = 0.0;
         for (const Body<D>& body : model_.bodies) {

@@ -26,9 +26,8 @@ public:
 
     Dynamics(const Model<D>& model, const Projection& projection)
         : model_(model), projection_(projection), pose_(model), motion_(model), bordered_(model, penalty(projection)),
-          gamma_(model.constraints.rows), C_(model.constraints.rows), C_dot_(model.constraints.rows),
-          lambda_(model.constraints.rows), drive_(model.driven.size()), applied_(model.loads ? model.size() : 0),
-          teeth_(model), expected_(model.followed()) {}
+          gamma_(model.all_rows()), C_(model.all_rows()), C_dot_(model.all_rows()), lambda_(model.all_rows()),
+          drive_(model.driven.size()), applied_(model.loads ? model.size() : 0), teeth_(model), expected_(model.followed()) {}
 
     // Numbers of the bodies' state, and of all that is integrated.
     int size() const { return S::state * model_.size(); }
@@ -51,6 +50,7 @@ public:
         const bool baumgarte = projection_.correction == Correction::baumgarte;
         with_C_dot = with_C_dot || baumgarte;
         moving_rows(model_, pose_, motion_, with_C_dot ? C_dot_.data() : nullptr, gamma_.data());
+        leave_flywheels(C_dot_);
         for (std::size_t k = 0; k < drive_.size(); ++k) {
             gamma_[model_.driven[k].row] += drive_[k].dd;
             if (with_C_dot) C_dot_[model_.driven[k].row] -= drive_[k].d;
@@ -78,6 +78,25 @@ public:
         }
         for (int i = 0; i < model_.followed(); ++i) slope[followed() + i] = model_.counts_turns[i] ? angle(i).speed : 0.0;
         if (lambda) std::copy(lambda_.begin(), lambda_.end(), lambda);
+        return true;
+    }
+
+    // At the pose in place, factored with the masses: the acceleration along the coordinates of these laws per unit force
+    // on each of them, row by row; symmetric. False where a body without mass is free to move.
+    bool responses(const std::vector<int>& laws, std::vector<double>& found) {
+        const std::vector<double> none(gamma_.size(), 0.0);
+        std::vector<Point<D>> shift(model_.size() + 1, Point<D>::Zero());
+        std::vector<Turn<D>> turn(model_.size() + 1, Turn<D>::Zero());
+        for (const int pulled : laws) {
+            applied_.pull(*model_.loads, pulled, pose_);
+            for (int b = 0; b < model_.size(); ++b) bordered_.set_force(b, applied_.force[b], applied_.torque[b]);
+            if (!bordered_.solve(none.data())) return false;
+            for (int b = 0; b < model_.size(); ++b) {
+                shift[b] = bordered_.shift(b);
+                turn[b] = bordered_.turn(b);
+            }
+            for (const int law : laws) found.push_back(applied_.rate(*model_.loads, law, pose_, shift, turn));
+        }
         return true;
     }
 
@@ -127,6 +146,7 @@ public:
     bool holds(Metric metric) const { return held_ && metric == metric_; }
     const double* constraint() {
         mbproj::constraint(model_, pose_, C_.data());
+        leave_flywheels(C_);
         teeth_.count(pose_, expected_, C_.data());
         for (std::size_t k = 0; k < drive_.size(); ++k) {
             const DrivenRow& driven = model_.driven[k];
@@ -139,6 +159,7 @@ public:
     const double* constraint_velocity(const double* y) {
         motion_.update(y, pose_);
         moving_rows(model_, pose_, motion_, C_dot_.data(), static_cast<double*>(nullptr));
+        leave_flywheels(C_dot_);
         for (std::size_t k = 0; k < drive_.size(); ++k) C_dot_[model_.driven[k].row] -= drive_[k].d;
         return C_dot_.data();
     }
@@ -172,6 +193,7 @@ public:
     double prescribed(std::size_t k) const { return model_.driven[k].start + drive_[k].x; }
     // The state, at `time`, at which a function of the scene had no finite value; empty where none failed.
     const std::vector<double>& broken_state() const { return broken_state_; }
+    void forget_broken_state() { broken_state_.clear(); }
     double time() const { return t_; }
     // Whether the pose in place has overflowed.
     bool finite() const {
@@ -200,6 +222,11 @@ private:
         if (!(held_ = factored_ = bordered_.factor(pose_, Metric::mass, first))) return false;
         const double off = bordered_.contradiction(C_.data()) + bordered_.contradiction(C_dot_.data()) * time_scale(y);
         return held_ = factored_ = bordered_.factor(pose_, Metric::mass, std::min(held_above(off), first));
+    }
+
+    // Flywheels go with their coordinates: nothing is violated in the rows that hold them.
+    void leave_flywheels(std::vector<double>& rows) const {
+        std::fill(rows.begin() + model_.constraints.rows, rows.end(), 0.0);
     }
 
     // s² from c.

@@ -41,7 +41,7 @@ public:
     Numbers jacobian(double t, const double* y) {
         place(t, y);
         const std::size_t width = static_cast<std::size_t>(S::freedoms) * model_.size();
-        Numbers found(width * model_.constraints.rows);
+        Numbers found(width * model_.all_rows());
         Matrix<6, S::freedoms> G;
         for (const Joint& joint : model_.joints)
             for (const int body : joint.bodies) {
@@ -50,6 +50,7 @@ public:
                     for (int c = 0; c < S::freedoms; ++c)
                         found[width * (joint.row + r) + S::freedoms * body + c] = G(r, c);
             }
+        found.resize(width * model_.constraints.rows);
         return found;
     }
 
@@ -57,7 +58,7 @@ public:
     // each to less than half a turn. `smallest`: the smallest λ where redundant rows leave it open.
     std::optional<std::pair<Numbers, Numbers>> accelerations(double t, const double* y, const Numbers& coordinates,
                                                              bool smallest) {
-        Numbers slope(dynamics_.total()), lambda(model_.constraints.rows), found;
+        Numbers slope(dynamics_.total()), lambda(model_.all_rows()), found;
         place(t, y, coordinates);
         if (!dynamics_.factor(Metric::mass)) return std::nullopt;
         dynamics_.move(y, false);
@@ -67,7 +68,17 @@ public:
             const double* a = slope.data() + S::state * b + S::pose;
             found.insert(found.end(), a, a + S::freedoms);
         }
+        lambda.resize(model_.constraints.rows);
         return std::make_pair(std::move(found), std::move(lambda));
+    }
+
+    // The acceleration along the coordinates of these laws per unit force on each of them, row by row; nothing where that
+    // is not unique.
+    std::optional<Numbers> responses(double t, const double* y, const std::vector<int>& laws) {
+        Numbers found;
+        dynamics_.place(t, y);
+        if (!dynamics_.factor(Metric::mass) || !dynamics_.responses(laws, found)) return std::nullopt;
+        return found;
     }
 
     // The state after one exact Newton correction of its position.

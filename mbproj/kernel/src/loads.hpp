@@ -54,38 +54,70 @@ template <int D> struct Applied {
         return true;
     }
 
+    // A force of size 1 on the coordinate of one law, in place of what was applied.
+    void pull(const Loads<D>& loads, int l, const Pose<D>& pose) {
+        for (auto& f : force) f.setZero();
+        for (auto& f : torque) f.setZero();
+        Along along(loads.coordinates, l, pose);
+        pull(along, 1.0);
+    }
+
+    // What velocities and angular velocities (n + 1, global axes) make of the coordinate of one law: its rate.
+    double rate(const Loads<D>& loads, int l, const Pose<D>& pose, const std::vector<Point<D>>& velocity,
+                const std::vector<Turn<D>>& omega) const {
+        return Along(loads.coordinates, l, pose).rate([&](int b) { return velocity[b]; }, [&](int b) { return omega[b]; });
+    }
+
 private:
+    // The coordinate of a law at a pose: its gradient at each attachment.
+    struct Along {
+        const PrimitiveSet<D>& set;
+        const Instance& p;
+        Point<D> x[most_slots], spoke[most_slots], g[most_slots];
+
+        Along(const PrimitiveSet<D>& coordinates, int l, const Pose<D>& pose) : set(coordinates), p(set.instances[l]) {
+            for (Point<D>& each : x) each.setZero();
+            for (int s = 0; s < p.slot_count; ++s) {
+                const Attachment<D>& a = attachment(s);
+                spoke[s].noalias() = pose[a.body].rotation * a.local;
+                x[s] = a.is_point ? Point<D>(pose[a.body].position + spoke[s]) : spoke[s];
+            }
+            gradient<D>(p, x, g);
+        }
+        const Attachment<D>& attachment(int s) const { return set.attachments[p.slots[s]]; }
+        template <class Velocity, class Omega> double rate(const Velocity& velocity, const Omega& omega) const {
+            double sum = 0.0;
+            for (int s = 0; s < p.slot_count; ++s) {
+                const Attachment<D>& a = attachment(s);
+                const Point<D> turning_velocity = turned_by(omega(a.body), spoke[s]);
+                sum += g[s].dot(a.is_point ? Point<D>(velocity(a.body) + turning_velocity) : turning_velocity);
+            }
+            return sum;
+        }
+    };
+
+    void pull(const Along& along, double size) {
+        for (int s = 0; s < along.p.slot_count; ++s) {
+            const Attachment<D>& a = along.attachment(s);
+            if (a.is_point) force[a.body] += size * along.g[s];
+            torque[a.body] += moment(along.spoke[s], Point<D>(size * along.g[s]));
+        }
+    }
+
     bool apply(const Loads<D>& loads, int l, const Pose<D>& pose, const Motion<D>& motion, double t,
                const std::vector<double>& expected) {
-        const Instance& p = loads.coordinates.instances[l];
         const Law& law = loads.laws[l];
-        Point<D> x[most_slots], spoke[most_slots], g[most_slots];
-        for (Point<D>& each : x) each.setZero();
-        double rate = 0.0;
-        for (int s = 0; s < p.slot_count; ++s) {
-            const Attachment<D>& a = loads.coordinates.attachments[p.slots[s]];
-            spoke[s].noalias() = pose[a.body].rotation * a.local;
-            x[s] = a.is_point ? Point<D>(pose[a.body].position + spoke[s]) : spoke[s];
-        }
-        gradient<D>(p, x, g);
-        for (int s = 0; s < p.slot_count; ++s) {
-            const Attachment<D>& a = loads.coordinates.attachments[p.slots[s]];
-            const Point<D> turning_velocity = turned_by(motion[a.body].omega, spoke[s]);
-            rate += g[s].dot(a.is_point ? Point<D>(motion[a.body].velocity + turning_velocity) : turning_velocity);
-        }
-        double at = value<D>(p, x);
-        if (p.kind == Kind::angle) at = near(at, expected[law.coordinate]);
+        const Along along(loads.coordinates, l, pose);
+        const double rate = along.rate([&](int b) { return motion[b].velocity; }, [&](int b) { return motion[b].omega; });
+        double at = value<D>(along.p, along.x);
+        if (along.p.kind == Kind::angle) at = near(at, expected[law.coordinate]);
         const Series variables[3] = {{t, 1.0, 0.0}, {at, 0.0, 0.0}, {rate, 0.0, 0.0}};
         const double given = law.program < 0 ? 0.0 : loads.programs.run(law.program, variables).x;
         const double size = given - law.stiffness * (at - law.free) - law.damping * rate;
         power += given * rate;
         dissipation += law.damping * rate * rate;
         if (!std::isfinite(size)) return false;
-        for (int s = 0; s < p.slot_count; ++s) {
-            const Attachment<D>& a = loads.coordinates.attachments[p.slots[s]];
-            if (a.is_point) force[a.body] += size * g[s];
-            torque[a.body] += moment(spoke[s], Point<D>(size * g[s]));
-        }
+        pull(along, size);
         return true;
     }
 

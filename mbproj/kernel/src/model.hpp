@@ -83,7 +83,7 @@ template <int D> struct Model {
     PrimitiveSet<D> constraints;
     PrimitiveSet<D> coordinates;
     std::vector<Joint> joints;
-    std::vector<double> row_scale;       // what a row's violation is measured against
+    std::vector<double> row_scale;       // what a row's violation is measured against; 1 where it holds a flywheel
     std::vector<bool> counts_turns;      // per coordinate: an angle
     double length;                       // the size of the mechanism
     int redundant = 0;                   // rows that follow from the others wherever the mechanism goes
@@ -91,6 +91,9 @@ template <int D> struct Model {
     std::vector<DrivenRow> driven;
     std::vector<Mesh> meshes;
     std::shared_ptr<const Programs> motions;    // the functions of the driven rows
+    // I of flywheels that coordinates turn, ½ I s'². Each is a joint after all others, with a row after those of C, which
+    // holds the flywheel's own rate: s'(bodies) - s'(flywheel) = 0.
+    std::vector<double> flywheels;
 
     int joint_of(int row) const {
         int found = 0;
@@ -108,6 +111,9 @@ template <int D> struct Model {
         return worst;
     }
     int size() const { return static_cast<int>(bodies.size()); }
+    // The rows of C, and those that hold flywheels.
+    int all_rows() const { return constraints.rows + static_cast<int>(flywheels.size()); }
+    bool holds_flywheel(int joint) const { return joint >= static_cast<int>(joints.size() - flywheels.size()); }
     // Integrals at the end of the state: work and dissipation where there is either.
     int integrals() const { return loads || !driven.empty() ? 2 : 0; }
     // And after them all coordinates where forces on angles, or teeth, ask for their turns: angles are integrated from

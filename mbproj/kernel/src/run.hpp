@@ -29,7 +29,7 @@ public:
           counter_(model_, dynamics_, method_), passage_(tableau_, dynamics_, corrector_),
           control_(tableau_.error_order), t_(steps_.start),
           y_(Vector::Zero(dynamics_.total())), y_new_(y_), slope_(y_), copy_(y_), copy_slope_(y_),
-          lambda_(model_.constraints.rows), copy_lambda_(lambda_),
+          lambda_(model_.all_rows()), copy_lambda_(lambda_),
           counted_{{}, std::move(turns)} {
         std::copy(y.begin(), y.end(), y_.data());
     }
@@ -103,14 +103,17 @@ private:
     void controlled_step() {
         const double end = steps_.start + steps_.duration;
         if (h_ < 16.0 * std::numeric_limits<double>::epsilon() * std::max(std::abs(t_), std::abs(end)))
-            return stop({Status::vanished, t_});
+            return stop(lost_.status == Status::running ? Outcome{Status::vanished, t_} : lost_);
         const double h = fitted(h_, end - t_);
         const double t = h == end - t_ ? end : t_ + h;
         phases_.begin(counters.steps + 1);
-        if (!method_.step(t_, y_, h, y_new_) || !method_.last(t, y_new_)) return stop_at(t);
+        dynamics_.forget_broken_state();
+        const bool made = method_.step(t_, y_, h, y_new_) && method_.last(t, y_new_);
         counters.evaluations += tableau_.stages();
-        const double error = method_.error(y_, y_new_, h, steps_.tolerance);
+        const double error = made ? method_.error(y_, y_new_, h, steps_.tolerance) : not_a_number;
         phases_.mark(Phase::evaluation);
+        lost_ = {};
+        if (!std::isfinite(error)) lost_ = made ? Outcome{Status::not_finite, t} : failed_at(t);
         if (!(error <= 1.0)) return reject(control_.after_rejected(error, h));
         inside_ = next_sample_;
         while (inside_ < steps_.times.size() && steps_.times[inside_] < t) ++inside_;
@@ -172,12 +175,6 @@ private:
         if (next_sample_ == steps_.times.size()) stop({Status::finished, t_});
     }
 
-    // A step that was accepted, to t over h, and whether a sample is due there.
-    struct Reached {
-        double t, h;
-        bool due;
-    };
-
     void take_over(const Reached& reached) {
         y_.swap(y_new_);
         method_.first().swap(slope_);
@@ -227,7 +224,9 @@ private:
         if (worst >= 0) {
             return stop(Outcome::left_open(t, worst, std::abs(C[worst]), done.position_passes, done.failures > 0)), false;
         }
-        return evaluate(y_new_, with_multipliers) || (stop_at(t), false);
+        if (!evaluate(y_new_, with_multipliers)) return stop_at(t), false;
+        if (!slope_.allFinite()) return stop({Status::not_finite, t}), false;
+        return true;
     }
 
     bool evaluate(const Vector& y, bool with_multipliers) {
@@ -251,15 +250,19 @@ private:
     void sample(double t, const Vector& y, const Vector& slope, const std::vector<double>& lambda, double h,
                 const std::vector<long>& turns) {
         counters.factorisations = dynamics_.bordered().factorisations();
-        block.add<D>(t, y, slope, model_.size(), lambda, h, turns, counters, model_.integrals());
+        block.add<D>(t, y, slope, model_.size(), lambda, model_.constraints.rows, h, turns, counters, model_.integrals());
     }
 
     void stop(const Outcome& reached) { outcome = reached; }
-    void stop_at(double t) {
-        if (!dynamics_.broken_state().empty()) return stop({Status::broken, dynamics_.time()});
-        if (!dynamics_.finite()) return stop({Status::not_finite, t});
-        outcome = {Status::singular, t};
-        outcome.joint = dynamics_.bordered().singular_joint();
+    void stop_at(double t) { stop(failed_at(t)); }
+
+    // Why the equations have just had no solution.
+    Outcome failed_at(double t) {
+        if (!dynamics_.broken_state().empty()) return {Status::broken, dynamics_.time()};
+        if (!dynamics_.finite()) return {Status::not_finite, t};
+        Outcome found{Status::singular, t};
+        found.joint = dynamics_.bordered().singular_joint();
+        return found;
     }
 
     const Model<D> model_;
@@ -279,6 +282,7 @@ private:
     std::vector<double> lambda_, copy_lambda_;
     typename TurnCounter<D>::Counted counted_, counted_before_;
     Reached reached_{};
+    Outcome lost_{};  // why the last step that was tried overflowed or had no solution; running where it did not
     std::size_t next_sample_ = 0, inside_ = 0;  // samples up to `inside_` lie in the step that was just accepted
     bool started_ = false, halved_ = false;
     int shortened_ = 0;  // times the step at hand, near a singular pose

@@ -8,6 +8,8 @@
 namespace mbproj {
 
 constexpr int most_stages = 32;  // with those of a continuous extension
+constexpr int most_first = 300;  // times that the trial step for a first step size is shortened, tenfold each
+constexpr double not_a_number = std::numeric_limits<double>::quiet_NaN();
 
 template <int D> class RungeKutta {
 public:
@@ -62,7 +64,8 @@ public:
         return norms[0] * norms[0] / std::hypot(norms[0], 0.1 * norms[1]);
     }
 
-    // A first step size from f and an estimate of f' (Hairer's hinit), at most `longest`; negative where f fails.
+    // A first step size from f and an estimate of f' (Hairer's hinit), at most `longest`; negative where f fails or
+    // overflows however near to the start.
     double first_step(double t, const Vector& y, double tolerance, double longest) {
         const auto norm = [&](const Vector& v) {
             double sum = 0.0;
@@ -73,11 +76,15 @@ public:
             return std::sqrt(sum / dynamics_.size());
         };
         const double size = norm(y), speed = norm(k_[0]);
-        const double h = std::min(std::min(size, speed) <= 1e-5 ? 1e-6 : 0.01 * size / speed, longest);
-        stage_ = y + h * k_[0];
+        double h = std::min(std::min(size, speed) <= 1e-5 ? 1e-6 : 0.01 * size / speed, longest), bend = not_a_number;
         Vector slope(y.size());
-        if (!dynamics_.derivative(t + h, stage_.data(), slope.data())) return -1.0;
-        const double steepest = std::max(speed, norm(slope - k_[0]) / h);
+        for (int tried = 0; tried < most_first && !std::isfinite(bend); ++tried, h *= 0.1) {
+            stage_ = y + h * k_[0];
+            if (dynamics_.derivative(t + h, stage_.data(), slope.data())) bend = norm(slope - k_[0]) / h;
+        }
+        if (!std::isfinite(bend)) return -1.0;
+        h *= 10.0;
+        const double steepest = std::max(speed, bend);
         const double trial =
             steepest <= 1e-15 ? std::max(1e-6, h * 1e-3) : std::pow(0.01 / steepest, 1.0 / (tableau_.order + 1));
         return std::min({100.0 * h, trial, longest});

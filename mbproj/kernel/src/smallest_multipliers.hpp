@@ -19,9 +19,13 @@ template <int D> Eigen::MatrixXd combinations(const CoreRows<D>& rows, const Pos
     for (const auto& at : rows.spare_incidences(pose))
         for (int r = 0; r < rows.spare()[at.held].count; ++r) open[begin[at.held] + r][at.body] = at.Y.col(r);
     Eigen::VectorXd share(rows.count());
-    for (int left = 0; left < left_out; ++left)
+    std::vector<double> turned(rows.flywheels().size());
+    for (int left = 0; left < left_out; ++left) {
+        std::fill(turned.begin(), turned.end(), 0.0);
         for (int pass = 0; pass < 2; ++pass) {
             share.setZero();
+            for (std::size_t f = 0; f < turned.size(); ++f)
+                share[rows.flywheels()[f].row] = rows.y(rows.flywheels()[f]) * turned[f];
             for (const auto& at : rows.incidences())
                 for (int r = 0, row = rows.cholesky.row(at.held); r < rows.held()[at.held].count; ++r)
                     share[row + r] += at.Y.col(r).dot(open[left][at.body]);
@@ -30,7 +34,10 @@ template <int D> Eigen::MatrixXd combinations(const CoreRows<D>& rows, const Pos
             for (const auto& at : rows.incidences())
                 for (int r = 0, row = rows.cholesky.row(at.held); r < rows.held()[at.held].count; ++r)
                     open[left][at.body] -= share[row + r] * at.Y.col(r);
+            for (std::size_t f = 0; f < turned.size(); ++f)
+                turned[f] -= share[rows.flywheels()[f].row] * rows.y(rows.flywheels()[f]);
         }
+    }
     return T;
 }
 

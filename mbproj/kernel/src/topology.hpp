@@ -5,12 +5,14 @@
 #include <queue>
 
 #include "heft.hpp"
+#include "hinge_flywheels.hpp"
 
 namespace mbproj {
 
 template <int D> struct Leaf {
     int joint;
     Hinge<D> hinge;
+    std::vector<int> flywheels;  // the joints that hold those which its free motions turn
 };
 
 template <int D> struct Topology {
@@ -23,8 +25,10 @@ template <int D> struct Topology {
     Topology(const Model<D>& model, bool eliminate) {
         const int n = model.size();
         std::vector<std::vector<int>> joints_of(n);
+        std::vector<std::vector<int>> flywheels_of(n);
         for (int j = 0; j < static_cast<int>(model.joints.size()); ++j)
-            for (const int body : model.joints[j].bodies) joints_of[body].push_back(j);
+            for (const int body : model.joints[j].bodies)
+                (model.holds_flywheel(j) ? flywheels_of : joints_of)[body].push_back(j);
         std::vector<bool> joint_left(model.joints.size(), true), body_left(n, true);
         std::vector<int> degree(n);
         std::queue<int> candidates;
@@ -42,8 +46,13 @@ template <int D> struct Topology {
                 if (joint_left[j]) joint = j;
             const auto hinge = as_hinge(model, model.joints[joint], body);
             if (!hinge || heft.drowns_parent(*hinge)) continue;
+            std::vector<int> turned;
+            for (const int j : flywheels_of[body])
+                if (joint_left[j]) turned.push_back(j);
+            if (!HingeFlywheels<D>::fit(model, *hinge, turned)) continue;
             heft.take_over(*hinge);
-            leaves.push_back({joint, *hinge});
+            for (const int j : turned) joint_left[j] = false;
+            leaves.push_back({joint, *hinge, std::move(turned)});
             joint_left[joint] = body_left[body] = false;
             for (const int other : model.joints[joint].bodies)
                 if (--degree[other] == 1 && other != body) candidates.push(other);

@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from mbproj.errors import InputError, Problem
+from mbproj.integrate.stability_region import real_axis_limit
 from mbproj.integrate.tableau import load_tableau
 from mbproj.registry import PROJECTIONS
 from mbproj.scene.records import Scene
@@ -22,7 +23,6 @@ from mbproj.studies.resumable import resumable
 from mbproj.studies.setting import Setting
 from mbproj.studies.solve import sample_times, solve
 from mbproj.studies.spans import span as until_of
-from mbproj.studies.stability.gains import real_axis_limit
 from mbproj.studies.stability.quantities import QUANTITIES, Span, quantity_named
 from mbproj.studies.stability.subject import Limits, Point, Subject
 from mbproj.studies.store import Kept

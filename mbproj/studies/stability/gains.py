@@ -9,7 +9,6 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
-from scipy.optimize import brentq
 
 from mbproj.arrays import Array
 from mbproj.dynamics.constraint_equations import constraint_at
@@ -18,7 +17,6 @@ from mbproj.errors import MbprojError, SimulationError
 from mbproj.integrate import simulate
 from mbproj.integrate.formulation import choose
 from mbproj.integrate.in_plane import InPlane
-from mbproj.integrate.tableau import Tableau
 from mbproj.model import System
 from mbproj.model.euler_parameters import product, rotation_matrix
 from mbproj.studies.mechanism import Mechanism
@@ -26,21 +24,6 @@ from mbproj.studies.stability.subject import FAILS, HOLDS, Point, Subject, cause
 
 #: Steps over which |C| is watched, and the offset that it starts from, in the mechanism's length.
 STEPS, OFFSET = 300, 1e-8
-#: How far, in α h, a limit is looked for, and in which steps.
-FARTHEST, SCAN = 50.0, 1e-3
-
-
-def real_axis_limit(tableau: Tableau) -> float:
-    """The smallest x > 0 beyond which |R(-x)| > 1."""
-
-    def beyond(x: float) -> float:
-        ones, z = np.ones(tableau.stages), -x
-        return abs(1.0 + z * float(tableau.b @ np.linalg.solve(np.eye(tableau.stages) - z * tableau.a, ones))) - 1.0
-
-    x = SCAN
-    while beyond(x) <= 0.0 and x < FARTHEST:
-        x += SCAN
-    return float(brentq(beyond, x - SCAN, x))
 
 
 def growth(subject: Subject, value: float) -> Point:

@@ -75,6 +75,10 @@ class _Larger:
             start={name: self._unit(joint.name, name) * value for name, value in joint.start.items()},
             speed={name: self._unit(joint.name, name) * value for name, value in joint.speed.items()},
             parameters=own,
+            reflected_inertia={
+                name: value if self._unit(joint.name, name) == self.k else self.k**2 * value
+                for name, value in joint.reflected_inertia.items()
+            },
         )
 
     def marker(self, marker: Marker) -> Marker:

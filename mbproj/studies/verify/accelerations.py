@@ -7,7 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from mbproj.arrays import Array
-from mbproj.dynamics.equations import solve_bordered, solve_eliminated
+from mbproj.dynamics.equations import solve_bordered, solve_eliminated, tangent_mass_matrix
+from mbproj.dynamics.kinematics import pose_of
 from mbproj.model.euler_parameters import matrix_L, rotation_matrix
 from mbproj.studies.verify.case import Case
 from mbproj.studies.verify.finding import Found, difference, worse
@@ -104,11 +105,7 @@ def _through_joints(case: Case) -> TangentSolution:
         return TangentSolution(Rounded.exact(_to_tangent(case)) @ solution[: 7 * n], solution[8 * n :])
     T = _to_tangent(case)
     back = np.asarray(np.linalg.pinv(T), dtype=float)  # δΛ = ½ Lᵀ δθ
-    W = np.zeros((n, 6, n, 6))
-    index = np.arange(n)
-    W[index, :3, index, :3] = system.mass[:, None, None] * np.eye(3)
-    W[index, 3:, index, 3:] = system.inertia
-    mass = Rounded.exact(W.reshape(6 * n, 6 * n))
+    mass = Rounded.exact(tangent_mass_matrix(system, pose_of(case.state.q)))
     kept = np.zeros((n, 7))  # Λ'' without ω': what keeps |Λ|
     at, rate = case.state.q.reshape(-1, 7)[:, 3:], case.state.v.reshape(-1, 7)[:, 3:]
     kept[:, 3:] = -np.sum(rate**2, axis=1, keepdims=True) * at

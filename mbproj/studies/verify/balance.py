@@ -6,11 +6,12 @@ import numpy as np
 
 from mbproj.arrays import Array
 from mbproj.dynamics.assembly import coordinate_values
-from mbproj.dynamics.constraint_equations import cross, tangent_jacobian, time_derivative
+from mbproj.dynamics.constraint_equations import cross, set_jacobian, tangent_jacobian, time_derivative
 from mbproj.dynamics.energy import kinetic_energy
 from mbproj.dynamics.forces import applied
 from mbproj.dynamics.kinematics import body_rates, pose_of, twist_of
 from mbproj.dynamics.motions import drive_at
+from mbproj.dynamics.reflected import inertial_reaction
 from mbproj.model.primitive_set import PrimitiveSet
 from mbproj.studies.verify.accelerations import tangent
 from mbproj.studies.verify.case import Case
@@ -40,12 +41,14 @@ def power(case: Case) -> Found:
         if rows is None:
             return "redundant rows: what each motion takes is not unique"
         given = -float(rows[0] @ drive.rate)
-    terms = np.concatenate([(inertial * speed).ravel(), (acting * speed).ravel(), [given]])
+    turning, turning_off, rate = _reflected(case)  # ½ Σ I s'² grows by Σ I s'' s'
+    terms = np.concatenate([(inertial * speed).ravel(), (acting * speed).ravel(), turning * rate, [given]])
     off = np.concatenate([system.mass[:, None] * bound[:, :3], _spun(np.abs(system.inertia), bound[:, 3:])], axis=1)
-    allowed = np.sum(np.abs(speed) * off) + len(terms) * EPS * np.abs(terms).sum() + _leak(case)
+    allowed = np.sum(np.abs(speed) * off) + turning_off @ np.abs(rate)
+    allowed += len(terms) * EPS * np.abs(terms).sum() + _leak(case)
     if drive is not None and rows is not None:
         allowed += float(rows[1] @ np.abs(drive.rate))
-    total = float(np.sum(inertial * speed) - np.sum(acting * speed) - given)
+    total = float(np.sum(inertial * speed) - np.sum(acting * speed) + turning @ rate - given)
     size = max(float(np.abs(terms).max()), case.rate * float(kinetic_energy(system, pose, twist)))
     return difference(np.array([total]), np.zeros(1), np.array([allowed]), 1.0, size)
 
@@ -71,13 +74,14 @@ def momentum(case: Case) -> Found:
     turn = np.einsum("nij,nj->ni", A, _spun(system.inertia, motion[:, 3:]) - torque)
     push_off = system.mass[:, None] * bound[:, :3] + EPS * np.abs(push)
     turn_off = np.einsum("nij,nj->ni", np.abs(A), _spun(np.abs(system.inertia), bound[:, 3:])) + EPS * np.abs(turn)
-    rows = case.equations.rows[n:] - n
-    multipliers = solution.multipliers
+    turning, turning_off, _ = _reflected(case)
+    pull = Rounded(np.append(solution.multipliers.value, turning), np.append(solution.multipliers.error, turning_off))
+    rows = np.append(case.equations.rows[n:] - n, np.arange(len(turning)) + system.constraints - n)
     ground, ground_off = np.zeros(6), np.zeros(6)
     if len(rows):
         wrench = _wrenches(case)[rows, -1]  # on the ground, about the origin
-        ground = multipliers.value @ wrench
-        ground_off = multipliers.error @ np.abs(wrench) + len(rows) * EPS * np.abs(multipliers.value) @ np.abs(wrench)
+        ground = pull.value @ wrench
+        ground_off = pull.error @ np.abs(wrench) + len(rows) * EPS * np.abs(pull.value) @ np.abs(wrench)
     total = np.concatenate([push.sum(axis=0), (turn + cross(position, push)).sum(axis=0)])
     arms = np.abs(position)
     lever = arms[:, [1, 2, 0]] * push_off[:, [2, 0, 1]] + arms[:, [2, 0, 1]] * push_off[:, [1, 2, 0]]
@@ -92,10 +96,9 @@ def momentum(case: Case) -> Found:
 
 
 def action_is_reaction(case: Case) -> Found:
-    """The forces of each row of C, on all its bodies and the ground, are in balance: no row changes where the whole
-    mechanism is shifted or turned."""
-    rows = case.system.constraints - case.system.bodies
-    if not rows:
+    """The forces of each row of C and of each reflected inertia, on all their bodies and the ground, are in balance:
+    nothing changes where the whole mechanism is shifted or turned."""
+    if case.system.constraints == case.system.bodies:
         return "no joints"
     wrench = _wrenches(case)
     bound = OPERATIONS * (case.system.bodies + 1) * EPS * np.abs(_wrenches(case, sizes=True)).sum(axis=1)
@@ -136,13 +139,30 @@ def _motion_multipliers(case: Case) -> tuple[Array, Array] | None:
     return solution.value[-driven:], solution.error[-driven:]
 
 
+def _reflected(case: Case) -> tuple[Array, Array, Array]:
+    """I s'' of each reflected inertia, a bound on its error, and s', (k,)."""
+    reflected, n = case.system.reflected, case.system.bodies
+    if reflected is None:
+        return np.zeros(0), np.zeros(0), np.zeros(0)
+    pose = pose_of(case.state.q)
+    twist = twist_of(pose, case.state.v)
+    change = case.equations.accelerations()[: 7 * n]
+    found = inertial_reaction(reflected, pose, twist, twist_of(pose, change.value))
+    terms = np.abs(set_jacobian(reflected.rows, pose))
+    off = reflected.inertia * (terms @ (change.error + OPERATIONS * EPS * np.abs(change.value)))
+    return -found.force, off, np.asarray(found.rate)
+
+
 def _wrenches(case: Case, *, sizes: bool = False) -> Array:
-    """The gradients of the rows but the norm rows on each body and the ground, as a force and a torque about the origin
-    in global axes, (m, n+1, 6); `sizes`: what they are sums of, without signs."""
+    """The gradients of the rows but the norm rows, and then of the coordinates that have a reflected inertia, on each
+    body and the ground, as a force and a torque about the origin in global axes, (m, n+1, 6); `sizes`: what they are
+    sums of, without signs."""
     pose = pose_of(case.state.q)
     sets: list[PrimitiveSet] = [case.system.joints]
     if case.system.motions is not None:
         sets.append(case.system.motions.rows)
+    if case.system.reflected is not None:
+        sets.append(case.system.reflected.rows)
     G = np.concatenate([tangent_jacobian(bound, pose) for bound in sets])
     force, torque = G[..., :3], np.einsum("nij,mnj->mni", pose.rotation, G[..., 3:6])
     if sizes:

@@ -9,7 +9,7 @@ import numpy as np
 
 from mbproj.arrays import Array
 from mbproj.dynamics.constraint_equations import constraint, jacobian
-from mbproj.dynamics.equations import mass_matrix
+from mbproj.dynamics.equations import mass_matrix, tangent_mass_matrix
 from mbproj.dynamics.kinematics import pose_of
 from mbproj.dynamics.motions import drive_at
 from mbproj.model.euler_parameters import matrix_L
@@ -159,17 +159,14 @@ def _opened(case: Case) -> tuple[Rounded, Rounded, Rounded]:
 
 
 def _tangent(case: Case) -> tuple[Rounded, Rounded, Array]:
-    """diag(m I, J), the rows in (δr, δθ in body axes), (m, 6n), and a violation."""
+    """M and the rows in (δr, δθ in body axes), (m, 6n), and a violation."""
     system, n = case.system, case.system.bodies
     C_q = case.equations.C_q.value[case.equations.rows >= n].reshape(-1, n, 7)
     L = matrix_L(case.state.q.reshape(-1, 7)[:, 3:])
     G = np.concatenate([C_q[..., :3], 0.5 * np.einsum("mnp,nip->mni", C_q[..., 3:], L)], axis=-1).reshape(-1, 6 * n)
-    M = np.zeros((n, 6, n, 6))
-    index = np.arange(n)
-    M[index, :3, index, :3] = system.mass[:, None, None] * np.eye(3)
-    M[index, 3:, index, 3:] = system.inertia
+    M = tangent_mass_matrix(system, pose_of(case.state.q))
     shift = np.random.default_rng(1).normal(size=6 * n) * np.tile([system.length] * 3 + [1.0] * 3, n)
-    return Rounded.exact(M.reshape(6 * n, 6 * n)), Rounded.exact(G), G @ shift
+    return Rounded.exact(M), Rounded.exact(G), G @ shift
 
 
 def _scale(case: Case) -> Array:

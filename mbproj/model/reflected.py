@@ -1,0 +1,48 @@
+"""Reflected inertias: what turns with a joint's coordinate behind a gear, and is no body of the scene.
+
+A flywheel of moment J that a train of ratio n drives from a joint's angle θ moves with n θ': its kinetic energy is
+½ J n² θ'² = ½ I θ'², and I = J n² is the inertia that the joint feels (the armature of robotics). Where on the bodies
+the flywheel sits, and which way its axis points, does not count: of its momentum nothing but I θ' is taken along.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from mbproj.arrays import Array, Integers
+from mbproj.model.primitive_set import Binding, PrimitiveSet, bind
+from mbproj.scene.records import Scene
+
+#: The smallest number with a reciprocal: less is nothing.
+LEAST = float(np.finfo(float).tiny)
+
+
+@dataclass(frozen=True, eq=False)
+class ReflectedInertias:
+    """k kinetic energies ½ I s'², each of one joint coordinate s.
+
+    `rows`: the coordinates as primitives, k rows; `joint_coordinate` (k,): which of the system's coordinates each is;
+    `inertia` (k,): I in kg m² of an angle, in kg of a displacement.
+    """
+
+    rows: PrimitiveSet
+    joint_coordinate: Integers
+    inertia: Array
+
+
+def compile_reflected(scene: Scene, coordinates: Mapping[str, Binding]) -> ReflectedInertias | None:
+    """The reflected inertias of a scene, None where there are none; `coordinates` are the joints' by whole name."""
+    given = {
+        f"{joint.name}.{coordinate}": inertia
+        for joint in scene.joints
+        for coordinate, inertia in joint.reflected_inertia.items()
+        if inertia >= LEAST
+    }
+    if not given:
+        return None
+    rows = [Binding(coordinates[name].primitive, owner, coordinates[name].slots) for owner, name in enumerate(given)]
+    index = np.array([list(coordinates).index(name) for name in given], dtype=np.intp)
+    return ReflectedInertias(bind(rows), index, np.array(list(given.values())))

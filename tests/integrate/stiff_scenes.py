@@ -1,0 +1,38 @@
+"""Mechanisms with forces that are stiff for their steps."""
+
+from __future__ import annotations
+
+from mbproj.scene import read_scene_text
+from mbproj.scene.records import Scene
+
+#: A bar that swings on a pin, and a bob of 1 kg that a force holds on it: 1/m + 1/m with the arm, that is turned aside.
+PENDULUM = """
+mbproj: 1
+gravity: [0, 0, -9.81]
+bodies:
+  arm: {mass: 1, inertia: [0.1, 0.1, 0.1], position: [0, 0, 0]}
+  bob: {mass: 1, inertia: [0.01, 0.01, 0.01], position: [1, 0, 0]}
+joints:
+  pin: {type: revolute, bodies: [ground, arm], location: [0, 0, 0], axis: [0, 1, 0]}
+  slide: {type: prismatic, bodies: [arm, bob], location: [1, 0, 0], axis: [1, 0, 0]}
+"""
+#: A wheel of 0.5 kg m² on its pin.
+WHEEL = """
+mbproj: 1
+gravity: [0, 0, 0]
+bodies:
+  wheel: {mass: 2, inertia: [1, 0.5, 1], position: [0, 0, 0]}
+joints:
+  pin: {type: revolute, bodies: [ground, wheel], location: [0, 0, 0], axis: [0, 1, 0], speed: 2, angle: 0.1}
+"""
+
+
+def held_by(force: str, base: str = PENDULUM) -> Scene:
+    """The mechanism with this force, called 'rod'."""
+    return read_scene_text(f"{base}forces:\n  rod: {force}\n")
+
+
+def rod(stiffness: float = 0.0, damping: float = 0.0) -> Scene:
+    """The pendulum with a spring and a damper along its arm."""
+    law = f"stiffness: {stiffness!r}, damping: {damping!r}"
+    return held_by(f"{{type: linear_spring_damper, joint: slide, {law}}}")
