@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from bisect import bisect_left
 from collections.abc import Iterator
-from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
@@ -14,10 +13,11 @@ from mbproj.dynamics.assembly import State, coordinates
 from mbproj.dynamics.motions import drive_at
 from mbproj.dynamics.samples import Sample
 from mbproj.dynamics.teeth import near
-from mbproj.dynamics.turning import Slip, Turning, turns_of
+from mbproj.dynamics.turning import Turning
 from mbproj.errors import SimulationError
 from mbproj.integrate.failures import TurnsUntold, left_open, not_finite, step_vanished, unresolved
-from mbproj.integrate.full import BRANCH_CHANGE, Accelerations, FullFormulation
+from mbproj.integrate.full import BRANCH_CHANGE, FullFormulation
+from mbproj.integrate.point import Point, counted, untold
 from mbproj.integrate.runge_kutta import RightHandSide, Step, continuous_extension, error_estimates, rk_step
 from mbproj.integrate.step_size import Controller, error_norm, first_step
 from mbproj.integrate.tableau import Tableau, load_tableau
@@ -29,34 +29,6 @@ from mbproj.scene.sampling import output_every, output_times, whole_steps
 OPEN, LOST = 1e-6, 1.0
 #: A step that comes so near to a singular pose, as a part of how far away from it the run has been, is checked.
 CLOSE = 0.05
-
-
-@dataclass(frozen=True, eq=False)
-class Point:
-    """An accepted state y = (q, v, integrals) at time t, with what holds there: q'', λ and powers, the joints'
-    coordinates without turns, and `turning`: with them, and what the steps from here on know of them."""
-
-    t: float
-    y: Array
-    found: Accelerations
-    coordinate: Array
-    turning: Turning
-
-    @property
-    def slope(self) -> Array:
-        """y'."""
-        n, (_, _, power) = len(self.found.acceleration), self.found
-        followed = len(self.y) - 2 * n - len(power)
-        return np.concatenate([self.y[n : 2 * n], self.found.acceleration, power, self.turning.speed[:followed]])
-
-    def sample(self, formulation: FullFormulation, step_size: float, tally: Tally) -> Sample:
-        """This point as it is recorded."""
-        acceleration, multipliers, power = self.found
-        n = len(acceleration)
-        q, v, work = self.y[:n], self.y[n : 2 * n], self.y[2 * n :][:2] if len(power) else np.zeros(2)
-        rows = multipliers[n // 7 :]
-        turns = turns_of(formulation.system, self.turning.coordinate, self.coordinate)
-        return Sample(self.t, q, v, acceleration, rows, turns, step_size, work, tally.counters())
 
 
 def march(formulation: FullFormulation, state: State, tally: Tally) -> Iterator[Sample]:
@@ -198,14 +170,14 @@ def _accepted(
     if not np.all(position <= limit * formulation.system.row_scale):
         far = before.turning.far(formulation.system, t)
         if far is not None:
-            raise _untold(formulation, before, t, far)
+            raise untold(formulation, before, t, far)
         system, row = formulation.system, int(np.argmax(position / formulation.system.row_scale))
         if not np.isfinite(position[row]):
             raise not_finite(t)
         where, method = system.row_owner(row), formulation.settings.projection
         passes, failed = projected.position_iterations, projected.failures > 0
         raise left_open(t, where, position[row], passes, projection=method, failed=failed)
-    coordinate, turning = _counted(formulation, tableau, before, t, step, projected.q, projected.v)
+    coordinate, turning = counted(formulation, tableau, before, t, step, projected.q, projected.v)
     tally.watch(position, velocity, _joint_rows(formulation.system), t)
     y = np.concatenate([projected.q, projected.v, integrals, turning.coordinate[: formulation.followed]])
     if formulation.arrive(projected.q) < CLOSE:
@@ -220,8 +192,8 @@ def _check_by_halves(formulation: FullFormulation, tableau: Tableau, before: Poi
     for time in (before.t + h, t):
         step = rk_step(formulation.derivative, tableau, half.t, half.y, time - half.t, half.slope)
         closed = formulation.project_copy(time, formulation.lead(time, step.y_new))
-        counted = _counted(formulation, tableau, half, time, step, *formulation.parts(closed)[:2])
-        half = _point(formulation, closed, *counted)
+        turned = counted(formulation, tableau, half, time, step, *formulation.parts(closed)[:2])
+        half = _point(formulation, closed, *turned)
     v = formulation.parts(y)[1]
     off = formulation.change(v, formulation.parts(half.y)[1])
     if not off <= BRANCH_CHANGE:
@@ -252,37 +224,6 @@ def _point(formulation: FullFormulation, y: Array, coordinate: Array, turning: T
     if formulation.span.nearest >= CLOSE:
         formulation.span.multipliers = found.multipliers
     return Point(turning.t, y, found, coordinate, turning)
-
-
-def _counted(
-    formulation: FullFormulation, tableau: Tableau, before: Point, t: float, step: Step, q: Array, v: Array
-) -> tuple[Array, Turning]:
-    """The joints' coordinates at (q, v), where a step from `before` has led, and the same with turns. Raises
-    TurnsUntold where the step is too coarse to count them."""
-    system, drive = formulation.system, drive_at(formulation.system, t)
-    coordinate, speed = coordinates(system, q, v)
-    counted, slip = before.turning.count(system, coordinate, before.turning.by_rates(t, speed), drive)
-    if slip is not None:
-        counted, slip = before.turning.count(system, coordinate, _by_stages(formulation, tableau, before, step), drive)
-    if slip is not None:
-        raise _untold(formulation, before, t, slip)
-    return coordinate, Turning(t, counted, speed, np.zeros(0) if drive is None else drive.value)
-
-
-def _by_stages(formulation: FullFormulation, tableau: Tableau, before: Point, step: Step) -> Array:
-    """By how much the joints' coordinates change in a step by the rates of its stages, (nc,)."""
-    if formulation.followed:
-        return formulation.parts(step.y_new)[3] - before.turning.coordinate
-    change = np.zeros_like(before.coordinate)
-    for stage in np.flatnonzero(tableau.b):
-        y = step.y + step.h * (tableau.a[stage, :stage] @ step.k[:stage])
-        change += step.h * tableau.b[stage] * coordinates(formulation.system, *formulation.parts(y)[:2])[1]
-    return change
-
-
-def _untold(formulation: FullFormulation, before: Point, t: float, slip: Slip) -> TurnsUntold:
-    name, teeth = formulation.system.names.coordinates[slip.coordinate], formulation.system.meshes.size > 0
-    return TurnsUntold(t, name, slip.turned, slip.off, (t - before.t) * slip.shorter, teeth=teeth)
 
 
 def _joint_rows(system: System) -> slice:

@@ -17,6 +17,12 @@ from tests.support import ROOT, Recorder
 
 #: Tolerance at which what an integrator leaves is far below what the tests ask for.
 TIGHT = {"integrator": "dop853", "tolerance": "1e-12"}
+#: Short runs per formulation: the full one takes milliseconds a step.
+BRIEF = {
+    "reduced": TIGHT,
+    "planar": TIGHT,
+    "full": {"integrator": "dop853", "step": "20 ms", "output_step": "40 ms", "duration": "0.4"},
+}
 
 
 @dataclass(frozen=True)

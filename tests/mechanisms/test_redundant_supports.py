@@ -7,28 +7,15 @@ from itertools import product
 
 import numpy as np
 import pytest
-from scipy.special import ellipj, ellipk, ellipkinc
+from scipy.special import ellipj, ellipkinc
 
 from mbproj.errors import InputError
 from mbproj.registry import PROJECTIONS, integrators
-from tests.mechanisms.running import TIGHT, Run, assert_close, run, run_text
+from tests.mechanisms.exact.swing import swinging
+from tests.mechanisms.running import BRIEF, TIGHT, Run, assert_close, run, run_text
 from tests.support import ROOT
 
-#: The full formulation takes milliseconds a step.
-BRIEF = {
-    "reduced": TIGHT,
-    "planar": TIGHT,
-    "full": {"integrator": "dop853", "step": "20 ms", "output_step": "40 ms", "duration": "0.4"},
-}
 COMPILED = [name for name, entry in PROJECTIONS.items() if entry.compiled]
-
-
-def swinging(amplitude: float, frequency: float, t: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """φ and φ' of a pendulum that starts from rest at this amplitude; `frequency` is that of small swings."""
-    k = np.sin(amplitude / 2)
-    quarter = ellipk(k * k)
-    sn, cn, dn, _ = ellipj(quarter + frequency * t, k * k)
-    return 2 * np.arcsin(k * sn), 2 * k * frequency * cn * dn / np.sqrt(1 - (k * sn) ** 2)
 
 
 #: A door that leans by 20°: its hinge line is x = z tan 20°, y = 0.

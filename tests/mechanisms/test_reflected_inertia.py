@@ -19,8 +19,8 @@ from mbproj.scene.records import Settings
 from mbproj.studies.verify import verify
 from tests.dynamics.linkages import assembled
 from tests.kernel.scenes import needs_kernel, opened, tree
-from tests.mechanisms.running import TIGHT, Run, assert_close, run_text
-from tests.mechanisms.test_redundant_supports import BRIEF, swinging
+from tests.mechanisms.exact.swing import swinging
+from tests.mechanisms.running import BRIEF, TIGHT, Run, assert_close, run_text
 from tests.support import with_flywheels
 
 #: Per formulation: the full one takes some milliseconds a step.

@@ -217,10 +217,10 @@ private:
         if (bordered_.nearness() >= near_branch) return true;
         constraint();
         constraint_velocity(y);
-        const double first = held_above(largest(C_) + largest(C_dot_) * time_scale(y));
+        const double first = held_above(largest(C_) + largest(C_dot_) * time_scale(model_, y));
         if (bordered_.nearness() > first || bordered_.is_clear(pose_, first)) return true;
         if (!(held_ = factored_ = bordered_.factor(pose_, Metric::mass, first))) return false;
-        const double off = bordered_.contradiction(C_.data()) + bordered_.contradiction(C_dot_.data()) * time_scale(y);
+        const double off = bordered_.contradiction(C_.data()) + bordered_.contradiction(C_dot_.data()) * time_scale(model_, y);
         return held_ = factored_ = bordered_.factor(pose_, Metric::mass, std::min(held_above(off), first));
     }
 
@@ -237,17 +237,6 @@ private:
         double most = 0.0;
         for (std::size_t r = 0; r < rows.size(); ++r) most = std::max(most, std::abs(rows[r]) / model_.row_scale[r]);
         return most;
-    }
-    // Over which a violation of the velocities counts as one of the positions: the time in which the mechanism moves by its
-    // own length or 1 rad. At rest, less than any.
-    double time_scale(const double* y) const {
-        constexpr double rest = 1e-6;  // 1 / s
-        double speed = 0.0;
-        for (int b = 0; b < model_.size(); ++b) {
-            const Part<D> part(y, b);
-            speed = std::max({speed, part.velocity().norm() / model_.length, part.omega().norm()});
-        }
-        return speed / (speed * speed + rest * rest);
     }
 
     bool set_forces(const double* y) {

@@ -1,0 +1,77 @@
+"""A state of a run between two steps, and the turns of the joints' angles that a step makes."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from mbproj.arrays import Array
+from mbproj.dynamics.assembly import coordinates
+from mbproj.dynamics.motions import drive_at
+from mbproj.dynamics.samples import Sample
+from mbproj.dynamics.turning import Slip, Turning, turns_of
+from mbproj.integrate.failures import TurnsUntold
+from mbproj.integrate.full import Accelerations, FullFormulation
+from mbproj.integrate.runge_kutta import Step
+from mbproj.integrate.tableau import Tableau
+from mbproj.integrate.tally import Tally
+
+
+@dataclass(frozen=True, eq=False)
+class Point:
+    """An accepted state y = (q, v, integrals) at time t, with what holds there: q'', λ and powers, the joints'
+    coordinates without turns, and `turning`: with them, and what the steps from here on know of them."""
+
+    t: float
+    y: Array
+    found: Accelerations
+    coordinate: Array
+    turning: Turning
+
+    @property
+    def slope(self) -> Array:
+        """y'."""
+        n, (_, _, power) = len(self.found.acceleration), self.found
+        followed = len(self.y) - 2 * n - len(power)
+        return np.concatenate([self.y[n : 2 * n], self.found.acceleration, power, self.turning.speed[:followed]])
+
+    def sample(self, formulation: FullFormulation, step_size: float, tally: Tally) -> Sample:
+        """This point as it is recorded."""
+        acceleration, multipliers, power = self.found
+        n = len(acceleration)
+        q, v, work = self.y[:n], self.y[n : 2 * n], self.y[2 * n :][:2] if len(power) else np.zeros(2)
+        rows = multipliers[n // 7 :]
+        turns = turns_of(formulation.system, self.turning.coordinate, self.coordinate)
+        return Sample(self.t, q, v, acceleration, rows, turns, step_size, work, tally.counters())
+
+
+def counted(
+    formulation: FullFormulation, tableau: Tableau, before: Point, t: float, step: Step, q: Array, v: Array
+) -> tuple[Array, Turning]:
+    """The joints' coordinates at (q, v), where a step from `before` has led, and the same with turns. Raises
+    TurnsUntold where the step is too coarse to count them."""
+    system, drive = formulation.system, drive_at(formulation.system, t)
+    coordinate, speed = coordinates(system, q, v)
+    counted, slip = before.turning.count(system, coordinate, before.turning.by_rates(t, speed), drive)
+    if slip is not None:
+        counted, slip = before.turning.count(system, coordinate, _by_stages(formulation, tableau, before, step), drive)
+    if slip is not None:
+        raise untold(formulation, before, t, slip)
+    return coordinate, Turning(t, counted, speed, np.zeros(0) if drive is None else drive.value)
+
+
+def _by_stages(formulation: FullFormulation, tableau: Tableau, before: Point, step: Step) -> Array:
+    """By how much the joints' coordinates change in a step by the rates of its stages, (nc,)."""
+    if formulation.followed:
+        return formulation.parts(step.y_new)[3] - before.turning.coordinate
+    change = np.zeros_like(before.coordinate)
+    for stage in np.flatnonzero(tableau.b):
+        y = step.y + step.h * (tableau.a[stage, :stage] @ step.k[:stage])
+        change += step.h * tableau.b[stage] * coordinates(formulation.system, *formulation.parts(y)[:2])[1]
+    return change
+
+
+def untold(formulation: FullFormulation, before: Point, t: float, slip: Slip) -> TurnsUntold:
+    name, teeth = formulation.system.names.coordinates[slip.coordinate], formulation.system.meshes.size > 0
+    return TurnsUntold(t, name, slip.turned, slip.off, (t - before.t) * slip.shorter, teeth=teeth)
