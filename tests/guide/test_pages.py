@@ -46,6 +46,7 @@ def test_a_page_begins_with_its_title_and_has_no_sentence_of_more_than_thirty_wo
 def test_a_page_fits_a_terminal(page):
     longest = max(rendered(page).splitlines(), key=len)
     assert len(longest) <= WIDTH, longest
+    assert "…" not in rendered(page), "a word without a space is cut in a narrow column"
 
 
 @every_page
