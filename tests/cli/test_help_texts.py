@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import shutil
+from importlib.util import find_spec
 
 import click
 import pytest
@@ -102,7 +103,13 @@ def folder(tmp_path_factory):
     return path
 
 
-@pytest.mark.parametrize(("name", "arguments"), examples(long=False), ids=str)
+def short_examples():
+    for name, arguments in examples(long=False):
+        needs_docs = pytest.mark.skipif(find_spec("furo") is None, reason="the extra `docs` is not installed")
+        yield pytest.param(name, arguments, id=" ".join(arguments), marks=needs_docs if "--html" in arguments else ())
+
+
+@pytest.mark.parametrize(("name", "arguments"), short_examples())
 def test_an_example_does_what_it_says(name, arguments, folder, tmp_path):
     shutil.copytree(folder, tmp_path, dirs_exist_ok=True)
     done = mbproj(*arguments, folder=tmp_path)
