@@ -109,14 +109,14 @@ def short_examples():
         yield pytest.param(name, arguments, id=" ".join(arguments), marks=needs_docs if "--html" in arguments else ())
 
 
-@pytest.mark.parametrize(("name", "arguments"), short_examples())
+@pytest.mark.parametrize(("name", "arguments"), list(short_examples()))
 def test_an_example_does_what_it_says(name, arguments, folder, tmp_path):
     shutil.copytree(folder, tmp_path, dirs_exist_ok=True)
     done = mbproj(*arguments, folder=tmp_path)
     assert done.returncode == 0, done.stderr
 
 
-@pytest.mark.parametrize(("name", "arguments"), examples(long=True), ids=str)
+@pytest.mark.parametrize(("name", "arguments"), list(examples(long=True)), ids=str)
 def test_a_long_example_is_read_without_complaint(name, arguments, folder, monkeypatch):
     monkeypatch.chdir(folder)
     command, context = named(name)
