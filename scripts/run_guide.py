@@ -1,6 +1,8 @@
-"""Runs all blocks of the guide's pages, those marked `slow` too, and says which page does not hold. Exit code 4 then.
+"""Runs all blocks of the guide's pages, those marked `slow` too, and the long examples of the commands' help; says
+what does not hold. Exit code 4 then.
 
-    python scripts/run_guide.py [TOPIC ...]
+    python scripts/run_guide.py              # everything
+    python scripts/run_guide.py TOPIC ...    # these pages alone
 """
 
 from __future__ import annotations
@@ -12,6 +14,8 @@ from pathlib import Path
 sys.path.insert(0, str(Path(__file__).parents[1]))
 
 from mbproj.guide.pages import pages
+from tests.cli.commands import mbproj
+from tests.cli.examples import examples, fill
 from tests.guide.fences import run_page
 
 
@@ -26,7 +30,22 @@ def main() -> int:
                 print(f"{topic}: {error}")
             else:
                 print(f"{topic}: holds")
+    if not sys.argv[1:]:
+        failed += failed_examples()
     return 4 if failed else 0
+
+
+def failed_examples() -> int:
+    """Runs the long examples of the commands' help; how many fail."""
+    failed = 0
+    for _, arguments in examples(long=True):
+        with tempfile.TemporaryDirectory() as folder:
+            fill(Path(folder))
+            done = mbproj(*arguments, folder=Path(folder))
+        failed += done.returncode != 0
+        line = f"mbproj {' '.join(arguments)}"
+        print(f"{line}: holds" if done.returncode == 0 else f"{line}: {done.stdout}{done.stderr}")
+    return failed
 
 
 if __name__ == "__main__":

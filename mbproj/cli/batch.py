@@ -9,6 +9,8 @@ from typing import TYPE_CHECKING
 
 import click
 
+from mbproj.cli.completion import Folder, scene_file
+from mbproj.cli.explained import Part, explained, option
 from mbproj.cli.study_options import force as force_option
 
 if TYPE_CHECKING:
@@ -17,27 +19,36 @@ if TYPE_CHECKING:
 #: The longest time (s) that a scene may be given: 30 years, which every clock can count.
 LONGEST = 1e9
 OTHER_REPORT = "choose another file with --junit"
+EXAMPLES = (
+    ("Run a scene and all scenes of a folder, and check what they expect.", "mbproj batch five_bar.yaml validation"),
+    ("Run all scenes below this folder in a pipeline.", 'mbproj batch "**/*.yaml" --junit report.xml --keep results'),
+)
 
 
-@click.command("batch")
-@click.argument("paths", nargs=-1, required=True, type=click.Path(path_type=Path))
-@click.option(
+@explained("batch", EXAMPLES)
+@click.argument("paths", nargs=-1, required=True, type=scene_file(path_type=Path))
+@option(
+    Part.EFFORT,
     "-j",
     "--jobs",
     type=click.IntRange(min=1),
     metavar="N",
     help="Scenes run at the same time [default: one per processor].",
 )
-@click.option("--timeout", default="5 min", show_default=True, metavar="TIME", help="Stop a scene that runs longer.")
-@click.option("--junit", "xml", type=click.Path(path_type=Path), metavar="FILE", help="Write JUnit XML.")
-@click.option("--keep", type=click.Path(path_type=Path), metavar="DIR", help="Keep the results files in DIR.")
+@option(
+    Part.EFFORT, "--timeout", default="5 min", show_default=True, metavar="TIME", help="Stop a scene that runs longer."
+)
+@option(Part.OUTPUT, "--junit", "xml", type=click.Path(path_type=Path), metavar="FILE", help="Write JUnit XML.")
+@option(Part.OUTPUT, "--keep", type=Folder(path_type=Path), metavar="DIR", help="Keep the results files in DIR.")
 @force_option
-@click.option("--json", "as_json", is_flag=True, help="Print one JSON object instead of the table.")
+@option(Part.OUTPUT, "--json", "as_json", is_flag=True, help="Print one JSON object instead of the table.")
 def command(
     paths: tuple[Path, ...], jobs: int | None, timeout: str, xml: Path | None, keep: Path | None, force: bool,
     as_json: bool,
 ) -> int:  # fmt: skip
-    """Runs many scenes and checks their `expect` blocks. PATHS are scene files, directories, or patterns ('**/*.yaml').
+    """Runs many scenes and checks their `expect` blocks.
+
+    PATHS are scene files, directories, or patterns ('**/*.yaml').
 
     Prints a table: scene, result, how many expectations hold, seconds, and the expectation nearest to its limit with
     its error and the error allowed. A scene that fails does not stop the others.

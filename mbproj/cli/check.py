@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from mbproj.cli.explained import Part, explained, option
 from mbproj.cli.scene_options import overrides, parameters, scene_options
 from mbproj.errors import ExitCode, InputError, Problem
 from mbproj.joints import COORDINATE_UNITS, INERTIA_UNITS, JOINTS
@@ -21,11 +22,15 @@ if TYPE_CHECKING:
 
 #: Rows of bodies, joints or coordinates that are listed.
 MOST_ROWS = 40
+EXAMPLES = (
+    ("Say whether the joints close, and how many degrees of freedom there are.", "mbproj check five_bar.yaml"),
+    ("Check the scene with another value of a parameter.", "mbproj check five_bar.yaml --set length=1.2"),
+)
 
 
-@click.command("check")
+@explained("check", EXAMPLES)
 @scene_options
-@click.option("--json", "as_json", is_flag=True, help="Print one JSON object.")
+@option(Part.OUTPUT, "--json", "as_json", is_flag=True, help="Print one JSON object.")
 def command(scene: str, settings: tuple[str, ...], as_json: bool, **options: Any) -> int:
     """Reads and assembles SCENE without running it.
 

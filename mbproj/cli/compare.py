@@ -10,28 +10,55 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from mbproj.cli import study_options
+from mbproj.cli.completion import scene_file, some_of
+from mbproj.cli.explained import Part, explained, option
 from mbproj.cli.quantity import Names, PositiveList
+from mbproj.registry import FORMULATIONS
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from mbproj.studies.compare import Comparison
 
+EXAMPLES = (
+    (
+        "Compare two projection methods at the settings of the scene.",
+        "mbproj compare five_bar.yaml --projections gopm,gpopm --until 2",
+    ),
+    (
+        "Compare integrators, each at two steps.",
+        'mbproj compare five_bar.yaml --integrators rk4,dopri5 --steps 1e-3,2e-3',
+    ),
+)
 
-@click.command("compare")
-@click.argument("scene", type=click.Path())
+
+@explained("compare", EXAMPLES)
+@click.argument("scene", type=scene_file())
 @study_options.projections("none,baumgarte,gopm,gpopm")
 @study_options.integrators("the scene's")
-@click.option("--steps", type=PositiveList("s"), metavar="TIME,..", help="Fixed steps [default: the scene's].")
-@click.option("--tolerances", type=PositiveList(""), metavar="NUMBER,..",
-              help="Error tolerances, for integrators with an error estimate.")
-@click.option("--formulations", type=Names(), metavar="A,B",
-              help="Formulations to compare; with several, cost is counted in factorisations, not in time.")
+@option(
+    Part.INTEGRATION, "--steps", type=PositiveList("s"), metavar="TIME,..", help="Fixed steps [default: the scene's]."
+)
+@option(
+    Part.INTEGRATION,
+    "--tolerances",
+    type=PositiveList(""),
+    metavar="NUMBER,..",
+    help="Error tolerances, for integrators with an error estimate.",
+)
+@option(
+    Part.INTEGRATION,
+    "--formulations",
+    type=Names(),
+    metavar="A,B",
+    shell_complete=some_of(lambda: FORMULATIONS),
+    help="Formulations to compare; with several, cost is counted in factorisations, not in time.",
+)
 @study_options.until
 @study_options.changes
 @study_options.repeat
 @study_options.files
-@click.option("--json", "as_json", is_flag=True, help="Print the table as JSON.")
+@option(Part.OUTPUT, "--json", "as_json", is_flag=True, help="Print the table as JSON.")
 def command(
     scene: str, changes: tuple[str, ...], output: Path, ending: str, force: bool, as_json: bool, **options: Any
 ) -> None:  # fmt: skip

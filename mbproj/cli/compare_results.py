@@ -8,22 +8,32 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from mbproj.cli.completion import results_file
+from mbproj.cli.explained import Part, explained, option
+
 if TYPE_CHECKING:
     from mbproj.analysis.same_motion import MotionComparison, Parting, QuantityComparison
 
+EXAMPLES = (
+    ("Say whether two runs are the same motion, to a millionth.", "mbproj compare-results results.h5 again.h5"),
+    ("Say whether two runs agree to a thousandth.", "mbproj compare-results results.h5 gopm.h5 --tolerance 1e-3"),
+)
 
-@click.command("compare-results")
-@click.argument("first", type=click.Path(path_type=Path))
-@click.argument("second", type=click.Path(path_type=Path))
-@click.option(
+
+@explained("compare-results", EXAMPLES)
+@click.argument("first", type=results_file(path_type=Path))
+@click.argument("second", type=results_file(path_type=Path))
+@option(
+    Part.ACCURACY,
     "--tolerance", default="1e-6", show_default=True, metavar="NUMBER",
     help="Difference allowed, relative to the largest magnitude of a quantity.",
 )  # fmt: skip
-@click.option(
+@option(
+    Part.ACCURACY,
     "--absolute", multiple=True, metavar="QUANTITY=VALUE",
     help='Absolute difference allowed for one quantity instead, e.g. --absolute "bodies/position=1 mm"; repeatable.',
 )  # fmt: skip
-@click.option("--json", "as_json", is_flag=True, help="Print one JSON object instead of the table.")
+@option(Part.OUTPUT, "--json", "as_json", is_flag=True, help="Print one JSON object instead of the table.")
 def command(first: Path, second: Path, tolerance: str, absolute: tuple[str, ...], as_json: bool) -> int:
     """Says whether the results FIRST and SECOND are the same motion.
 
@@ -134,9 +144,11 @@ def _record(found: MotionComparison) -> dict[str, Any]:
 
 
 def _parting(parting: Parting | None) -> dict[str, Any]:
-    return {} if parting is None else {
-        "difference": _finite(parting.difference), "of": parting.name or None, "time": parting.time
-    }
+    return (
+        {}
+        if parting is None
+        else {"difference": _finite(parting.difference), "of": parting.name or None, "time": parting.time}
+    )
 
 
 def _finite(number: float) -> float | None:

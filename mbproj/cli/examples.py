@@ -6,16 +6,23 @@ from pathlib import Path
 
 import click
 
+from mbproj.cli.completion import Folder
+from mbproj.cli.explained import Part, explained, option
 from mbproj.errors import InputError, Problem
 
 ELSEWHERE = "choose a folder you can write to"
+EXAMPLES = (
+    ("List the mechanisms, each with its title.", "mbproj examples"),
+    ("Copy all of them to a folder.", "mbproj examples --copy mechanisms"),
+)
 
 
-@click.command("examples")
-@click.option(
+@explained("examples", EXAMPLES)
+@option(
+    Part.OUTPUT,
     "--copy",
     "folder",
-    type=click.Path(),
+    type=Folder(),
     metavar="DIR",
     help="Copy them to DIR, and those of the validation to DIR/validation; nothing is overwritten.",
 )

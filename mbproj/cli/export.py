@@ -6,25 +6,43 @@ from pathlib import Path
 
 import click
 
+from mbproj.cli.completion import Folder, results_file
+from mbproj.cli.explained import Part, explained, option
 from mbproj.cli.study_options import force as force_option
 from mbproj.errors import InputError, Problem
 from mbproj.scene.suggestions import choose_from
 
 OTHER_DIRECTORY = "choose another directory with -o"
-
-
-@click.command("export")
-@click.argument("results", type=click.Path(path_type=Path))
-@click.option(
-    "-o", "--output", "folder", default=".", type=click.Path(path_type=Path), help="Output directory [default: .]."
+EXAMPLES = (
+    ("Write every table.", "mbproj export results.h5 -o tables"),
+    (
+        "Write the motion of one marker, and the diagnostics.",
+        "mbproj export results.h5 --table marker-tip --table diagnostics",
+    ),
 )
-@click.option("--table", "chosen", multiple=True, metavar="NAME", help="Only this table, e.g. body-crank; repeatable.")
-@click.option("--list", "only_list", is_flag=True, help="List the tables, write nothing.")
+
+
+@explained("export", EXAMPLES)
+@click.argument("results", type=results_file(path_type=Path))
+@option(
+    Part.OUTPUT,
+    "-o",
+    "--output",
+    "folder",
+    default=".",
+    type=Folder(path_type=Path),
+    help="Output directory [default: .].",
+)
+@option(
+    Part.WHAT, "--table", "chosen", multiple=True, metavar="NAME", help="Only this table, e.g. body-crank; repeatable."
+)
+@option(Part.OUTPUT, "--list", "only_list", is_flag=True, help="List the tables, write nothing.")
 @force_option
 def command(results: Path, folder: Path, chosen: tuple[str, ...], only_list: bool, force: bool) -> None:
-    """Writes RESULTS as CSV: a table for each body, marker, joint, force and motion, and one of diagnostics.
+    """Writes RESULTS as CSV tables.
 
-    Files are DIR/<file>-<table>.csv. The first line names the columns and their units; numbers keep all their digits.
+    There is a table for each body, marker, joint, force and motion, and one of diagnostics. Files are
+    DIR/<file>-<table>.csv. The first line names the columns and their units; numbers keep all their digits.
     """
     from mbproj.analysis.tables import tables
     from mbproj.outputs import check_replaceable, csv, make_folder, write_csv

@@ -8,28 +8,27 @@ from pathlib import Path
 
 import click
 
+from mbproj.cli.completion import Folder, one_of
+from mbproj.cli.explained import Part, explained, option
 from mbproj.errors import InputError
 from mbproj.guide.pages import KINDS, Page, pages, search
 
 #: Sections that a search shows at most.
 MOST_HITS = 12
+EXAMPLES = (
+    ("Show a page: ten minutes from nothing to a mechanism.", "mbproj help getting_started"),
+    ("Find the pages in which both words stand.", "mbproj help redundant reactions"),
+    ("Write the whole guide as web pages.", "mbproj help --html guide"),
+)
 
 
-@click.command(name="help")
-@click.argument("words", metavar="[TOPIC | WORDS]...", nargs=-1)
-@click.option("--html", "site", type=click.Path(path_type=Path, file_okay=False), metavar="DIR",
+@explained("help", EXAMPLES)
+@click.argument("words", metavar="[TOPIC | WORDS]...", nargs=-1, shell_complete=one_of(pages))
+@option(Part.OUTPUT, "--html", "site", type=Folder(path_type=Path, file_okay=False), metavar="DIR",
               help="Write the whole guide as web pages into DIR.")  # fmt: skip
 @click.pass_context
 def command(context: click.Context, words: tuple[str, ...], site: Path | None) -> None:
-    """Shows the guide: the list of topics, the page of one TOPIC, or where WORDS stand in the pages.
-
-    \b
-    Examples:
-      mbproj help
-      mbproj help getting_started
-      mbproj help redundant reactions
-      mbproj help --html guide
-    """
+    """Shows the guide: its topics, one TOPIC, or where WORDS stand."""
     if site is not None:
         from mbproj.guide.site import write_site
 

@@ -8,6 +8,8 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from mbproj.cli.completion import results_file
+from mbproj.cli.explained import Part, explained, option
 from mbproj.cli.table import table
 from mbproj.cli.trust import as_numbers, lines_on
 from mbproj.cli.verification import as_json as verification_as_json
@@ -19,15 +21,19 @@ if TYPE_CHECKING:
 
 #: Attributes that the text shows in words, as it does what is computed from the samples.
 SHOWN_ELSEWHERE = ("format", "date", "host")
+EXAMPLES = (
+    ("Say what a results file holds.", "mbproj info results.h5"),
+    ("Say whether the compiled kernel is there.", "mbproj info --build"),
+)
 
 
-@click.command("info")
-@click.argument("results", required=False, type=click.Path(path_type=Path))
-@click.option("--build", is_flag=True, help="Show versions, the compiled kernel and its instruction set instead.")
-@click.option("--check", is_flag=True, help="Read all of RESULTS and hold it against its checksums instead.")
-@click.option("--json", "as_json", is_flag=True, help="Print one JSON object instead of text.")
+@explained("info", EXAMPLES)
+@click.argument("results", required=False, type=results_file(path_type=Path))
+@option(Part.WHAT, "--build", is_flag=True, help="Show versions, the compiled kernel and its instruction set instead.")
+@option(Part.WHAT, "--check", is_flag=True, help="Read all of RESULTS and hold it against its checksums instead.")
+@option(Part.OUTPUT, "--json", "as_json", is_flag=True, help="Print one JSON object instead of text.")
 def command(results: Path | None, build: bool, check: bool, as_json: bool) -> int:
-    """Shows what RESULTS holds: settings, sizes, violations, energy drift, timings, datasets with shapes and units.
+    """Shows what RESULTS holds: settings, violations, timings, datasets.
 
     Exit code 4: --check has found something wrong.
     """

@@ -106,7 +106,7 @@ def main() -> None:
 
 def _exit_code() -> int:
     try:
-        code = mbproj.main(standalone_mode=False) or ExitCode.DONE
+        code = mbproj.main(prog_name="mbproj", standalone_mode=False) or ExitCode.DONE
         sys.stdout.flush()
     except click.ClickException as error:
         error.show()

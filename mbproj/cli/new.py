@@ -8,15 +8,21 @@ from typing import Any
 
 import click
 
+from mbproj.cli.explained import Part, explained, option
 from mbproj.cli.study_options import force as force_option
 from mbproj.outputs import SCENE, write_text
 from mbproj.templates import OPTIONS, TEMPLATES, written
 
 KINDS = tuple(TEMPLATES)
-HELP = f"""Writes a commented scene file, ready to run, with the results that it expects.
+EXAMPLES = (
+    ("Write a four-bar linkage with a crank of 80 mm.", 'mbproj new four-bar --crank "80 mm" -o four_bar.yaml'),
+    ("Print a spatial chain of 20 bars.", "mbproj new chain --links 20 --spatial"),
+)
+HELP = f"""Writes a commented scene file, ready to run.
 
-Numbers take units as in a scene ("300 mm") and become parameters of the scene. An existing file is not replaced.
-KIND is one of:
+It holds the results that it expects. Numbers take units as in a scene ("300 mm") and become parameters of the scene.
+An
+existing file is not replaced. KIND is one of:
 
 \b
 {chr(10).join(f"  {name:12}  {template.summary}" for name, template in TEMPLATES.items())}
@@ -25,9 +31,9 @@ KIND is one of:
 
 def _options(command: Callable[..., Any]) -> Callable[..., Any]:
     """An option for each number of the templates."""
-    for name, option in reversed(list(OPTIONS.items())):
-        command = click.option(f"--{name}", metavar="N" if name in ("links", "loops") else "NUMBER",
-                               help=f"{option.help} {_defaults(name)}")(command)
+    for name, number in reversed(list(OPTIONS.items())):
+        metavar = "N" if name in ("links", "loops") else "NUMBER"
+        command = option(Part.WHAT, f"--{name}", metavar=metavar, help=f"{number.help} {_defaults(name)}")(command)
     return command
 
 
@@ -39,13 +45,18 @@ def _defaults(name: str) -> str:
     return f"[default: {', '.join(f'{kind} {default}' for kind, default in found.items())}]"
 
 
-@click.command("new", help=HELP)
+@explained("new", EXAMPLES, help=HELP)
 @click.argument("kind", type=click.Choice(KINDS), metavar="KIND")
-@click.option(
-    "-o", "--output", type=click.Path(path_type=Path), metavar="FILE", help="Write to FILE instead of stdout."
+@option(
+    Part.OUTPUT,
+    "-o",
+    "--output",
+    type=click.Path(path_type=Path),
+    metavar="FILE",
+    help="Write to FILE instead of stdout.",
 )
 @_options
-@click.option("--spatial", is_flag=True, help="Give every second joint another axis. [chain, tree]")
+@option(Part.WHAT, "--spatial", is_flag=True, help="Give every second joint another axis. [chain, tree]")
 @force_option
 def command(kind: str, output: Path | None, spatial: bool, force: bool, **numbers: str | None) -> None:
     """`mbproj new`."""

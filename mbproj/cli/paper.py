@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING
 
 import click
 
+from mbproj.cli.completion import Folder
+from mbproj.cli.explained import Part, explained, option
 from mbproj.cli.quantity import Positive
 from mbproj.cli.study_options import force as force_option
 from mbproj.outputs import check_replaceable, make_folder, picture
@@ -18,18 +20,38 @@ if TYPE_CHECKING:
 
 #: By mechanism: the components of the marker that the paper plots, and the numbers of its four figures.
 FIGURES = {"five_bar": ("xz", (2, 3, 4, 5)), "spatial_slider_crank": ("x", (7, 8, 9, 10))}
+EXAMPLES = (
+    ("Draw all eight figures.", "mbproj paper -o figures"),
+    ("Draw their first two seconds as PDF.", "mbproj paper -o figures --duration 2 --format pdf"),
+)
 
 
-@click.command("paper", short_help="Draws the figures of Zhang, Liu & Liu (2015).")
-@click.option("--output", "-o", required=True, type=click.Path(), metavar="DIR", help="Where the figures go.")
-@click.option("--duration", default="10 s", show_default=True, type=Positive("s"), metavar="TIME",
-              help="How long to simulate.")
-@click.option("--format", "ending", default="png", show_default=True, type=click.Choice(["png", "svg", "pdf"]))
+@explained("paper", EXAMPLES, short_help="Draws the figures of Zhang, Liu & Liu (2015).")
+@option(Part.OUTPUT, "--output", "-o", required=True, type=Folder(), metavar="DIR", help="Where the figures go.")
+@option(
+    Part.WHAT,
+    "--duration",
+    default="10 s",
+    show_default=True,
+    type=Positive("s"),
+    metavar="TIME",
+    help="How long to simulate.",
+)
+@option(
+    Part.OUTPUT,
+    "--format",
+    "ending",
+    default="png",
+    show_default=True,
+    type=click.Choice(["png", "svg", "pdf"]),
+    help="Format of the pictures.",
+)
 @force_option
 def command(output: str, duration: float, ending: str, force: bool) -> None:
-    """Draws Figs. 2-5 and 7-10 of the paper, with its settings (RK4, step 0.01 s, tolerance 1e-12; full formulation).
+    """Draws eight figures of the paper, with the paper's settings.
 
-    Takes about a minute. Says for each mechanism from which time on the paper's step has not converged.
+    The figures are Figs. 2-5 and 7-10. The settings are RK4 with a step of 0.01 s, a tolerance of 1e-12, and the full
+    formulation. Takes about a minute. Says for each mechanism from which time on the paper's step has not converged.
     """
     folder = make_folder(Path(output))
     numbers = [number for _, figures in FIGURES.values() for number in figures]

@@ -8,6 +8,8 @@ from typing import TYPE_CHECKING
 
 import click
 
+from mbproj.cli.completion import Folder, one_of, results_file
+from mbproj.cli.explained import Part, explained, option
 from mbproj.cli.quantity import Positive
 from mbproj.cli.study_options import force as force_option
 from mbproj.errors import InputError, Problem
@@ -19,23 +21,58 @@ if TYPE_CHECKING:
 
 OTHER_DIRECTORY = "choose another directory with -o"
 KINDS_HELP = "; ".join(f"{name}: {kind.summary}" for name, kind in KINDS.items())
+EXAMPLES = (
+    ("Draw every picture that applies.", "mbproj plot results.h5 -o pictures"),
+    (
+        "Hold the violations of two runs side by side.",
+        "mbproj plot gopm.h5 results.h5 --kind violation --label GOPM --label GPOPM",
+    ),
+)
 
 
-@click.command("plot")
-@click.argument("results", nargs=-1, required=True, type=click.Path(path_type=Path))
-@click.option("--kind", "kinds", multiple=True, metavar="KIND", help=f"Only this kind, repeatable. {KINDS_HELP}.")
-@click.option(
-    "-o", "--output", "directory", default=".", type=click.Path(path_type=Path), help="Output directory [default: .]."
+@explained("plot", EXAMPLES)
+@click.argument("results", nargs=-1, required=True, type=results_file(path_type=Path))
+@option(
+    Part.WHAT,
+    "--kind",
+    "kinds",
+    multiple=True,
+    metavar="KIND",
+    shell_complete=one_of(lambda: KINDS),
+    help=f"Only this kind, repeatable. {KINDS_HELP}.",
 )
-@click.option(
-    "--format", "file_format", default="png", type=click.Choice(["png", "svg", "pdf"]), help="Format [default: png]."
+@option(
+    Part.OUTPUT,
+    "-o",
+    "--output",
+    "directory",
+    default=".",
+    type=Folder(path_type=Path),
+    help="Output directory [default: .].",
 )
-@click.option("--label", "labels", multiple=True, metavar="TEXT", help="Name in the legend, once for each RESULTS.")
-@click.option("--from", "start", type=float, metavar="T", help="Begin at this time in s.")
-@click.option("--to", "stop", type=float, metavar="T", help="End at this time in s.")
-@click.option("--marker", "markers", multiple=True, metavar="NAME", help="Only this marker, repeatable.")
-@click.option("--joint", "joints", multiple=True, metavar="NAME", help="Only this joint, repeatable.")
-@click.option("--error", "limit", type=Positive("m"), metavar="E", help="Mark where a certified run may be off by E.")
+@option(
+    Part.OUTPUT,
+    "--format",
+    "file_format",
+    default="png",
+    type=click.Choice(["png", "svg", "pdf"]),
+    help="Format [default: png].",
+)
+@option(
+    Part.OUTPUT, "--label", "labels", multiple=True, metavar="TEXT", help="Name in the legend, once for each RESULTS."
+)
+@option(Part.WHAT, "--from", "start", type=float, metavar="T", help="Begin at this time in s.")
+@option(Part.WHAT, "--to", "stop", type=float, metavar="T", help="End at this time in s.")
+@option(Part.WHAT, "--marker", "markers", multiple=True, metavar="NAME", help="Only this marker, repeatable.")
+@option(Part.WHAT, "--joint", "joints", multiple=True, metavar="NAME", help="Only this joint, repeatable.")
+@option(
+    Part.ACCURACY,
+    "--error",
+    "limit",
+    type=Positive("m"),
+    metavar="E",
+    help="Mark where a certified run may be off by E.",
+)
 @force_option
 def command(
     results: tuple[Path, ...],
@@ -50,9 +87,10 @@ def command(
     limit: float | None,
     force: bool,
 ) -> None:
-    """Draws RESULTS, several of them overlaid, and prints the paths of the pictures: DIR/<first file>-<kind>.<format>.
+    """Draws pictures of RESULTS; several files go into the same pictures.
 
-    All kinds that apply are drawn unless --kind names some.
+    Writes DIR/<first file>-<kind>.<format> and prints the paths. All kinds that apply are drawn unless --kind names
+    some.
     """
     from mbproj.outputs import check_replaceable, make_folder, picture
     from mbproj.plot.kinds import draw, nothing_to_see, why_not

@@ -9,6 +9,8 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from mbproj.cli import study_options
+from mbproj.cli.completion import scene_file
+from mbproj.cli.explained import Part, explained, option
 from mbproj.cli.quantity import Positive
 from mbproj.errors import ExitCode, InputError, Place, Problem
 
@@ -17,25 +19,40 @@ if TYPE_CHECKING:
     from mbproj.studies.bench import Outcome
     from mbproj.studies.recommend import Recommendation
 
+EXAMPLES = (
+    (
+        "Find the cheapest setting that is right to a millimetre for 2 s.",
+        'mbproj recommend five_bar.yaml --error "1 mm" --until 2',
+    ),
+    (
+        "Keep the error of one marker, and write the setting into the scene.",
+        "mbproj recommend five_bar.yaml --error 1e-6 --at tip --write",
+    ),
+)
 
-@click.command("recommend")
-@click.argument("scene", type=click.Path())
-@click.option("--error", "goal", required=True, type=Positive("m"), metavar="E", help="The largest error allowed.")
+
+@explained("recommend", EXAMPLES)
+@click.argument("scene", type=scene_file())
+@option(
+    Part.ACCURACY, "--error", "goal", required=True, type=Positive("m"), metavar="E", help="The largest error allowed."
+)
 @study_options.at
 @study_options.until
-@click.option(
+@option(
+    Part.ACCURACY,
     "--output-step",
     metavar="TIME",
     help="Time between the samples at which the error is measured [default: the scene's].",
 )
 @study_options.changes
-@click.option(
+@option(
+    Part.OUTPUT,
     "--write",
     is_flag=True,
     help="Write the setting into the scene's simulation block; the rest of the file stays as it is.",
 )
-@click.option("--json", "as_json", is_flag=True, help="Print one JSON object.")
-@click.option("-q", "--quiet", is_flag=True, help="Print only the command line.")
+@option(Part.OUTPUT, "--json", "as_json", is_flag=True, help="Print one JSON object.")
+@option(Part.OUTPUT, "-q", "--quiet", is_flag=True, help="Print only the command line.")
 def command(
     scene: str,
     goal: float,
@@ -47,10 +64,11 @@ def command(
     as_json: bool,
     quiet: bool,
 ) -> int:
-    """Finds the cheapest integrator and step (or tolerance) for SCENE whose error is at most E at every sample.
+    """Finds the cheapest integrator and step that keep the error below E.
 
-    The error is measured against a reference that two other methods agree on, and once more in a final run. Prints the
-    command line first. Exit code 4: no setting keeps the error to the end; the one printed does up to the time it says.
+    Of integrators with error control it finds the tolerance. The error is measured against a reference that two
+    other methods agree on, and once more in a final run. Prints the command line first. Exit code 4: no setting
+    keeps the error to the end; the one printed does up to the time it says.
     """
     from mbproj.cli.progress import telling
     from mbproj.cli.scene_options import parameters

@@ -8,14 +8,21 @@ from pathlib import Path
 
 import click
 
+from mbproj.cli.completion import results_file
+from mbproj.cli.explained import Part, explained, option
 
-@click.command("rerun")
-@click.argument("results", type=click.Path(path_type=Path))
-@click.option("-o", "--output", default="rerun.h5", show_default=True, type=click.Path(), help="New results file.")
-@click.option("--json", "as_json", is_flag=True, help="Print one JSON object instead of the summary.")
-@click.option("-q", "--quiet", is_flag=True, help="Print nothing but errors.")
+EXAMPLES = (("Repeat a run whose scene is no longer at hand.", "mbproj rerun results.h5 -o again.h5"),)
+
+
+@explained("rerun", EXAMPLES)
+@click.argument("results", type=results_file(path_type=Path))
+@option(
+    Part.OUTPUT, "-o", "--output", default="rerun.h5", show_default=True, type=results_file(), help="New results file."
+)
+@option(Part.OUTPUT, "--json", "as_json", is_flag=True, help="Print one JSON object instead of the summary.")
+@option(Part.OUTPUT, "-q", "--quiet", is_flag=True, help="Print nothing but errors.")
 def command(results: Path, output: str, as_json: bool, quiet: bool) -> None:
-    """Repeats the run that wrote RESULTS: the same scene text, parameters and settings.
+    """Repeats the run that wrote RESULTS, with the same scene and settings.
 
     On the same build and machine the numbers are the same to the last bit.
     """

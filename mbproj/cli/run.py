@@ -6,25 +6,53 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from mbproj.cli.completion import results_file
+from mbproj.cli.explained import Part, explained, option
 from mbproj.cli.quantity import Positive
 from mbproj.cli.scene_options import overrides, parameters, scene_options
 
 if TYPE_CHECKING:
     from mbproj.scene import Scene
 
-
-@click.command("run")
-@scene_options
-@click.option("-o", "--output", default="results.h5", show_default=True, type=click.Path(), help="Results file.")
-@click.option("--accuracy", type=Positive("m"), metavar="E",
-              help="Choose the cheapest integrator and step that keep the error of every marker below E.")
-@click.option(
-    "--certify", is_flag=True, help="Compute a better solution too, and say how long each marker can be trusted."
+EXAMPLES = (
+    ("Simulate with the settings of the scene, and write results.h5.", "mbproj run five_bar.yaml"),
+    (
+        "Take another step and another projection method.",
+        'mbproj run five_bar.yaml --step "1 ms" --projection gopm -o gopm.h5',
+    ),
+    ("Say for how long the motion of each marker can be trusted.", "mbproj run five_bar.yaml --duration 2 --certify"),
 )
-@click.option("--limit", "limits", multiple=True, type=Positive("m"), metavar="E",
-              help="With --certify: say when the error exceeds E; repeatable [default: 1e-9, 1e-8, .. 1 m].")
-@click.option("--json", "as_json", is_flag=True, help="Print one JSON object instead of the summary.")
-@click.option("-q", "--quiet", is_flag=True, help="Print nothing but errors.")
+
+
+@explained("run", EXAMPLES)
+@scene_options
+@option(
+    Part.OUTPUT, "-o", "--output", default="results.h5", show_default=True, type=results_file(), help="Results file."
+)
+@option(
+    Part.ACCURACY,
+    "--accuracy",
+    type=Positive("m"),
+    metavar="E",
+    help="Choose the cheapest integrator and step that keep the error of every marker below E.",
+)
+@option(
+    Part.ACCURACY,
+    "--certify",
+    is_flag=True,
+    help="Compute a better solution too, and say how long each marker can be trusted.",
+)
+@option(
+    Part.ACCURACY,
+    "--limit",
+    "limits",
+    multiple=True,
+    type=Positive("m"),
+    metavar="E",
+    help="With --certify: say when the error exceeds E; repeatable [default: 1e-9, 1e-8, .. 1 m].",
+)
+@option(Part.OUTPUT, "--json", "as_json", is_flag=True, help="Print one JSON object instead of the summary.")
+@option(Part.OUTPUT, "-q", "--quiet", is_flag=True, help="Print nothing but errors.")
 def command(
     scene: str,
     settings: tuple[str, ...],

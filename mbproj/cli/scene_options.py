@@ -5,57 +5,86 @@ The reader gets their text and reads it by the rules of the scene, with units an
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Collection, Mapping
 from typing import Any, TypeVar
 
 import click
 
+from mbproj.cli.completion import one_of, scene_file
+from mbproj.cli.explained import Part, option
 from mbproj.errors import InputError, Place, Problem
-from mbproj.registry import ACCELERATIONS, FORMULATIONS, PROJECTIONS, STOP_TESTS, integrators
+from mbproj.registry import ACCELERATIONS, FALLBACKS, FORMULATIONS, PROJECTIONS, STOP_TESTS, integrators
 
 Command = TypeVar("Command", bound=Callable[..., Any])
 
-#: Option, what it takes, help. The parameter's name is the key that the reader knows.
-_OPTIONS: tuple[tuple[str, str, str], ...] = (
-    ("--duration", "TIME", "How long to simulate."),
-    ("--step", "TIME", "Fixed step of the integrator; or give --tolerance."),
-    ("--tolerance", "NUMBER", "Error tolerance, for integrators with an error estimate; or give --step."),
-    ("--integrator", "|".join(integrators()), "Explicit Runge-Kutta method."),
-    ("--formulation", "|".join(FORMULATIONS), "Coordinates to compute in; auto takes the fewest that fit."),
-    ("--acceleration", "|".join(ACCELERATIONS), "Solve Eq. 14, or Eqs. 80-81 without multipliers."),
-    ("--output-step", "TIME", "Time between recorded samples, a multiple of the step."),
-    ("--projection", "|".join(PROJECTIONS), "How the constraints are enforced."),
-    ("--projection-tolerance", "NUMBER", "Largest violation at which a position counts as closed."),
+
+def _any(words: Collection[str]) -> str:
+    return "|".join(words)
+
+
+#: What an option decides, its name, what it takes, its help. The parameter's name is the key that the reader knows.
+_OPTIONS: tuple[tuple[Part, str, str, str], ...] = (
+    (Part.WHAT, "--duration", "TIME", "How long to simulate."),
+    (Part.INTEGRATION, "--integrator", _any(integrators()), "Explicit Runge-Kutta method."),
+    (Part.INTEGRATION, "--step", "TIME", "Fixed step of the integrator; or give --tolerance."),
     (
+        Part.INTEGRATION,
+        "--tolerance",
+        "NUMBER",
+        "Error tolerance, for integrators with an error estimate; or give --step.",
+    ),
+    (
+        Part.INTEGRATION,
+        "--formulation",
+        _any(FORMULATIONS),
+        "Coordinates to compute in; auto takes the fewest that fit.",
+    ),
+    (Part.INTEGRATION, "--acceleration", _any(ACCELERATIONS), "Solve Eq. 14, or Eqs. 80-81 without multipliers."),
+    (Part.PROJECTION, "--projection", _any(PROJECTIONS), "How the constraints are enforced."),
+    (Part.PROJECTION, "--projection-tolerance", "NUMBER", "Largest violation at which a position counts as closed."),
+    (
+        Part.PROJECTION,
         "--projection-test",
-        "|".join(STOP_TESTS),
+        _any(STOP_TESTS),
         "What the projection tolerance limits: the violation, or the paper's norm.",
     ),
-    ("--every", "K", "Project after every K-th step only."),
-    ("--threshold", "NUMBER", "Project only when the violation exceeds this."),
-    ("--project-position", "BOOL", "Whether positions are projected."),
-    ("--project-velocity", "BOOL", "Whether velocities are projected."),
-    ("--projection-fallback", "none|gopm", "Method to try when a position projection does not converge."),
-    ("--max-iterations", "N", "Largest number of iterations of one projection."),
-    ("--alpha", "NUMBER", "Penalty factor of mass-orthogonal and mmopm."),
-    ("--gains", "A[,B]", "Baumgarte's gains α and β in 1/s."),
+    (Part.PROJECTION, "--every", "K", "Project after every K-th step only."),
+    (Part.PROJECTION, "--threshold", "NUMBER", "Project only when the violation exceeds this."),
+    (Part.PROJECTION, "--project-position", "BOOL", "Whether positions are projected."),
+    (Part.PROJECTION, "--project-velocity", "BOOL", "Whether velocities are projected."),
+    (
+        Part.PROJECTION,
+        "--projection-fallback",
+        _any(FALLBACKS),
+        "Method to try when a position projection does not converge.",
+    ),
+    (Part.PROJECTION, "--max-iterations", "N", "Largest number of iterations of one projection."),
+    (Part.PROJECTION, "--alpha", "NUMBER", "Penalty factor of mass-orthogonal and mmopm."),
+    (Part.PROJECTION, "--gains", "A[,B]", "Baumgarte's gains α and β in 1/s."),
+    (Part.OUTPUT, "--output-step", "TIME", "Time between recorded samples, a multiple of the step."),
 )
+#: The names of these options.
+SCENE_OPTIONS = ("--set", *(name for _, name, _, _ in _OPTIONS))
 
 
 def scene_options(command: Command) -> Command:
     """Adds the argument SCENE and all of these options to a command; `overrides` collects them."""
-    for option, metavar, text in reversed(_OPTIONS):
-        command = click.option(option, metavar=metavar, help=text)(command)
-    change = click.option(
-        "--set", "settings", multiple=True, metavar="NAME=VALUE", help="Change a parameter of the scene."
-    )
-    command = change(command)
-    return click.argument("scene", type=click.Path())(command)
+    for part, name, metavar, text in reversed(_OPTIONS):
+        command = option(part, name, metavar=metavar, help=text, shell_complete=one_of(_words(metavar)))(command)
+    command = option(
+        Part.WHAT, "--set", "settings", multiple=True, metavar="NAME=VALUE", help="Change a parameter of the scene."
+    )(command)
+    return click.argument("scene", type=scene_file())(command)
+
+
+def _words(metavar: str) -> Callable[[], Collection[str]]:
+    """The words that an option may take, for a shell to offer; none where it takes a number."""
+    return lambda: ("true", "false") if metavar == "BOOL" else metavar.split("|") if "|" in metavar else ()
 
 
 def overrides(options: Mapping[str, Any]) -> dict[str, str]:
     """The simulation keys given on the command line, from a command's parameters."""
-    keys = [option.removeprefix("--").replace("-", "_") for option, _, _ in _OPTIONS]
+    keys = [name.removeprefix("--").replace("-", "_") for _, name, _, _ in _OPTIONS]
     return {key: options[key] for key in keys if options.get(key) is not None}
 
 

@@ -6,18 +6,26 @@ from pathlib import Path
 
 import click
 
+from mbproj.cli.explained import Part, explained, option
 from mbproj.cli.study_options import force as force_option
 
+EXAMPLES = (("Write the schema to a file that an editor can read.", "mbproj schema -o scene.schema.json"),)
 
-@click.command("schema")
-@click.option(
-    "-o", "--output", type=click.Path(path_type=Path), metavar="FILE", help="Write to FILE instead of stdout."
+
+@explained("schema", EXAMPLES)
+@option(
+    Part.OUTPUT,
+    "-o",
+    "--output",
+    type=click.Path(path_type=Path),
+    metavar="FILE",
+    help="Write to FILE instead of stdout.",
 )
 @force_option
 def command(output: Path | None, force: bool) -> None:
-    """Prints the JSON Schema (draft 2020-12) of scene files, for completion and checks in an editor.
+    """Prints the JSON Schema of scene files, for checks in an editor.
 
-    For the YAML language server, begin a scene with:
+    The schema is of draft 2020-12. For the YAML language server, begin a scene with:
 
     \b
       # yaml-language-server: $schema=FILE

@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Collection
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
 
 from mbproj.cli import study_options
+from mbproj.cli.completion import one_of
+from mbproj.cli.explained import Part, explained, option
 from mbproj.cli.quantity import Positive
 from mbproj.cli.scene_options import overrides, parameters, scene_options
 from mbproj.errors import Place, placed_at
@@ -20,31 +23,62 @@ if TYPE_CHECKING:
     from mbproj.studies.stability.bisection import Track
 
 
-@click.command("stability")
+def _quantities() -> Collection[str]:
+    from mbproj.studies.stability.quantities import QUANTITIES
+
+    return QUANTITIES
+
+
+EXAMPLES = (
+    ("Find the step at which each method fails.", "mbproj stability five_bar.yaml --vary step --duration 2"),
+    (
+        "Compare two methods as the masses become unequal.",
+        "mbproj stability five_bar.yaml --vary mass-ratio --projections gopm,gpopm",
+    ),
+)
+
+
+@explained("stability", EXAMPLES)
 @scene_options
-@click.option("--vary", required=True, metavar="QUANTITY", help="step, mass-ratio, inertia-ratio, speed, length-scale, "
-              "stiffness, baumgarte-gain, penalty or duration.")
+@option(
+    Part.WHAT,
+    "--vary",
+    required=True,
+    metavar="QUANTITY",
+    shell_complete=one_of(_quantities),
+    help="step, mass-ratio, inertia-ratio, speed, length-scale, stiffness, baumgarte-gain, penalty or duration.",
+)
 @study_options.projections("none,baumgarte,gopm,gpopm")
-@click.option("--from", "low", type=Positive(""), metavar="NUMBER", help="Lowest value [default: see the README].")
-@click.option("--to", "high", type=Positive(""), metavar="NUMBER", help="Highest value.")
-@click.option("--points", default=25, show_default=True, type=click.IntRange(2), help="Number of values.")
-@click.option("--closed", type=Positive(""), metavar="NUMBER",
-              help="Largest violation of a run that holds [default: 1e-6 of the mechanism's length, or rad].")
-@click.option(
+@option(
+    Part.WHAT, "--from", "low", type=Positive(""), metavar="NUMBER", help="Lowest value [default: by the quantity]."
+)
+@option(
+    Part.WHAT, "--to", "high", type=Positive(""), metavar="NUMBER", help="Highest value [default: by the quantity]."
+)
+@option(Part.WHAT, "--points", default=25, show_default=True, type=click.IntRange(2), help="Number of values.")
+@option(
+    Part.ACCURACY,
+    "--closed",
+    type=Positive(""),
+    metavar="NUMBER",
+    help="Largest violation of a run that holds [default: 1e-6 of the mechanism's length, or rad].",
+)
+@option(
+    Part.ACCURACY,
     "--energy",
     type=Positive(""),
     metavar="NUMBER",
     help="Largest relative energy error of a run that holds [default: 0.01].",
 )
 @study_options.files
-@click.option("--json", "as_json", is_flag=True, help="Print one JSON object instead of the table.")
+@option(Part.OUTPUT, "--json", "as_json", is_flag=True, help="Print one JSON object instead of the table.")
 @study_options.fresh
 def command(
     scene: str, settings: tuple[str, ...], vary: str, projections: tuple[str, ...] | None, low: float | None,
     high: float | None, points: int, closed: float | None, energy: float | None, output: Path, ending: str,
     force: bool, as_json: bool, fresh: bool, **options: Any,
 ) -> None:  # fmt: skip
-    """Varies one quantity of SCENE and finds where each projection method holds, degrades and fails.
+    """Varies one quantity of SCENE and finds where each method fails.
 
     Finds each limit by bisection, and names the first bad time and joint beyond it. Writes a figure and all points as
     CSV. Other options change the setting that is studied, as for `mbproj run`. An interrupted study resumes where it
@@ -64,8 +98,15 @@ def command(
     given = {name: value for name, value in (("closed", closed), ("energy", energy)) if value is not None}
     with telling(hidden=False) as tell, placed_at(Place("--vary")):
         found = stability(
-            what, vary, projections=projections, low=low, high=high, points=points, limits=Limits(**given),
-            fresh=fresh, tell=tell,
+            what,
+            vary,
+            projections=projections,
+            low=low,
+            high=high,
+            points=points,
+            limits=Limits(**given),
+            fresh=fresh,
+            tell=tell,
         )
     written = [files.table(_rows(found)), files.figure(_page(found))]
     if as_json:

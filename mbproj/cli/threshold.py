@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from mbproj.cli import study_options
+from mbproj.cli.explained import Part, explained, option
 from mbproj.cli.quantity import PositiveList
 from mbproj.cli.scene_options import overrides, parameters, scene_options
 
@@ -17,11 +18,21 @@ if TYPE_CHECKING:
 
     from mbproj.studies.threshold import ThresholdStudy
 
+EXAMPLES = (
+    ("Find the largest threshold that costs no accuracy.", "mbproj threshold five_bar.yaml --duration 2"),
+    ("Try three thresholds only.", "mbproj threshold five_bar.yaml --duration 2 --thresholds 1e-8,1e-6,1e-4"),
+)
 
-@click.command("threshold")
+
+@explained("threshold", EXAMPLES)
 @scene_options
-@click.option("--thresholds", type=PositiveList(""), metavar="NUMBER,..",
-              help="Thresholds to try [default: decades up to a tenth of the mechanism's size].")
+@option(
+    Part.PROJECTION,
+    "--thresholds",
+    type=PositiveList(""),
+    metavar="NUMBER,..",
+    help="Thresholds to try [default: decades up to a tenth of the mechanism's size].",
+)
 @study_options.at
 @study_options.repeat
 @study_options.files
@@ -30,10 +41,11 @@ def command(
     scene: str, settings: tuple[str, ...], thresholds: tuple[float, ...] | None, at: tuple[str, ...] | None,
     repeat: int, output: Path, ending: str, force: bool, fresh: bool, **options: Any,
 ) -> None:  # fmt: skip
-    """Varies the projection threshold on SCENE: error, violation, projections saved, CPU time.
+    """Varies the projection threshold on SCENE and recommends one.
 
-    Recommends the largest threshold that leaves the error of projecting after every step within 10 %. Other options
-    change the setting that is studied, as for `mbproj run`. An interrupted study resumes where it stopped.
+    Measures error, violation, projections saved and CPU time. Recommends the largest threshold that leaves the
+    error of projecting after every step within 10 %. Other options change the setting that is studied, as for
+    `mbproj run`. An interrupted study resumes where it stopped.
     """
     from mbproj.cli.progress import telling
     from mbproj.cli.study import StudyFiles
@@ -46,9 +58,7 @@ def command(
     files = StudyFiles(output, f"{Path(scene).stem}-threshold", ending, ("threshold", "projection"), force)
     points = at or ()
     with telling(hidden=False) as tell:
-        found = threshold_study(
-            what, thresholds=thresholds, at=points, repetitions=repeat, fresh=fresh, tell=tell
-        )
+        found = threshold_study(what, thresholds=thresholds, at=points, repetitions=repeat, fresh=fresh, tell=tell)
     click.echo(_report(found, points))
     for note in found.notes:
         click.echo(f"note: {note}", err=True)
@@ -117,8 +127,7 @@ def _page(found: ThresholdStudy, points: tuple[str, ...]) -> Figure:
         return np.where(np.isfinite(values), values, np.nan)
 
     ends = [
-        (row["error"], row["position_violation"], row["projections"], row["cpu_seconds"])
-        for row in (rows[0], rows[-1])
+        (row["error"], row["position_violation"], row["projections"], row["cpu_seconds"]) for row in (rows[0], rows[-1])
     ]
     shown = Thresholds(
         threshold=column("threshold"), error=column("error"), position_violation=column("position_violation"),

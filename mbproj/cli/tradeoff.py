@@ -9,6 +9,8 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from mbproj.cli import study_options
+from mbproj.cli.completion import scene_file
+from mbproj.cli.explained import Part, explained, option
 from mbproj.cli.quantity import Positive
 from mbproj.registry import FORMULATIONS
 
@@ -17,29 +19,48 @@ if TYPE_CHECKING:
 
     from mbproj.studies.tradeoff import Tradeoff
 
+EXAMPLES = (
+    ("Draw error against cost for every method.", "mbproj tradeoff five_bar.yaml --until 2 -o tradeoff"),
+    (
+        "Look at one method and one integrator only.",
+        "mbproj tradeoff five_bar.yaml --until 2 --projections gopm --integrators rk4",
+    ),
+)
 
-@click.command("tradeoff")
-@click.argument("scene", type=click.Path())
+
+@explained("tradeoff", EXAMPLES)
+@click.argument("scene", type=scene_file())
 @study_options.projections("gpopm,gopm,none,baumgarte")
 @study_options.integrators("all")
-@click.option(
-    "--formulation", type=click.Choice(FORMULATIONS), help="Formulation of all settings [default: the scene's]."
+@option(
+    Part.INTEGRATION,
+    "--formulation",
+    type=click.Choice(FORMULATIONS),
+    help="Formulation of all settings [default: the scene's].",
 )
 @study_options.at
 @study_options.until
 @study_options.changes
-@click.option("--longest", default="0.5 s", show_default=True, type=Positive("s"), metavar="TIME",
-              help="End a sweep with the first run that takes longer.")
+@option(
+    Part.EFFORT,
+    "--longest",
+    default="0.5 s",
+    show_default=True,
+    type=Positive("s"),
+    metavar="TIME",
+    help="End a sweep with the first run that takes longer.",
+)
 @study_options.repeat
 @study_options.files
 @study_options.fresh
 def command(
     scene: str, changes: tuple[str, ...], output: Path, ending: str, force: bool, fresh: bool, **options: Any
 ) -> None:  # fmt: skip
-    """Measures accuracy against cost on SCENE over projections, integrators, steps, tolerances and schedules.
+    """Measures accuracy against cost on SCENE over a grid of settings.
 
-    Prints the cheapest setting for each error; writes all settings as CSV and HDF5, and work-precision diagrams. An
-    interrupted study resumes where it stopped.
+    The grid has projections, integrators, steps, tolerances and schedules. Prints the cheapest setting for each
+    error; writes all settings as CSV and HDF5, and work-precision diagrams. An interrupted study resumes where it
+    stopped.
     """
     from mbproj.cli.progress import telling
     from mbproj.cli.scene_options import parameters

@@ -8,23 +8,32 @@ from typing import Any
 
 import click
 
+from mbproj.cli.completion import results_file
+from mbproj.cli.explained import Part, explained, option
 from mbproj.cli.scene_options import overrides, parameters, scene_options
 from mbproj.errors import ExitCode, Place, placed_at
 
+EXAMPLES = (
+    ("Check every claim that applies to the mechanism.", "mbproj verify five_bar.yaml"),
+    ("Keep what was found in the results file of the scene.", "mbproj verify five_bar.yaml --store results.h5"),
+)
 
-@click.command("verify")
+
+@explained("verify", EXAMPLES)
 @scene_options
-@click.option(
+@option(
+    Part.OUTPUT,
     "--store",
-    type=click.Path(path_type=Path),
+    type=results_file(path_type=Path),
     metavar="RESULTS",
     help="Store the findings in a results file of this scene.",
 )
-@click.option("--json", "as_json", is_flag=True, help="Print one JSON object.")
+@option(Part.OUTPUT, "--json", "as_json", is_flag=True, help="Print one JSON object.")
 def command(scene: str, settings: tuple[str, ...], store: Path | None, as_json: bool, **options: Any) -> int:
-    """Checks on SCENE what must hold: Eqs. 75, 78 and 80-81, projectors, balances, invariance, the integrator's order.
+    """Checks the paper's mathematics on SCENE, against its round-off.
 
-    Each difference is compared with a bound on the round-off of the same computation on this mechanism. Exit code 4: a
+    The checks are Eqs. 75, 78 and 80-81, projectors, balances, invariance, and the integrator's order. Each
+    difference is compared with a bound on the round-off of the same computation on this mechanism. Exit code 4: a
     check fails.
     """
     from mbproj.cli.progress import telling

@@ -19,6 +19,7 @@ myst_heading_anchors = 3
 html_theme, html_title = "furo", "mbproj {__version__}"
 html_show_sourcelink = html_show_copyright = html_copy_source = False
 suppress_warnings = ["misc.highlighting_failure"]
+smartquotes = False  # "--step" stays as it is typed
 """
 
 
@@ -44,10 +45,11 @@ def write_site(folder: Path) -> Path:
 
 
 def _contents() -> str:
-    """The first page: every page below the heading of its kind."""
+    """The first page: a list of every page below the heading of its kind, and the same for the side bar."""
     parts = ["# mbproj", "Constrained spatial mechanisms, simulated with joints that stay closed."]
     for kind, title in KINDS.items():
-        listed = "\n".join(f"{kind}/{page.topic}" for page in pages().values() if page.kind == kind)
-        caption = title.partition(":")[0]
-        parts.append(f"## {title}\n\n```{{toctree}}\n:maxdepth: 1\n:caption: {caption}\n\n{listed}\n```")
+        listed = [page for page in pages().values() if page.kind == kind]
+        parts += [f"## {title}", "\n".join(f"- [{page.title}]({kind}/{page.topic}.md)" for page in listed)]
+        side_bar = "\n".join(f"{kind}/{page.topic}" for page in listed)
+        parts.append(f"```{{toctree}}\n:hidden:\n:caption: {title.partition(':')[0]}\n\n{side_bar}\n```")
     return "\n\n".join(parts) + "\n"

@@ -1,9 +1,16 @@
-"""A page in a terminal: headings, lists and tables as text of at most 80 columns, in colours where there are some."""
+"""A page in a terminal: headings, lists and tables as text of at most 80 columns, in colours where there are some.
+
+Importing this imports Rich.
+"""
 
 from __future__ import annotations
 
 import re
 from io import StringIO
+
+from rich.console import Console, ConsoleOptions, RenderResult
+from rich.markdown import Markdown, TableElement
+from rich.table import Table
 
 from mbproj.guide.pages import Page
 
@@ -11,16 +18,31 @@ from mbproj.guide.pages import Page
 WIDTH = 80
 
 
+class WholeTable(TableElement):
+    """A table whose first column, the names, stays whole; a word too long for another column is broken, not cut."""
+
+    def __rich_console__(self, console: Console, options: ConsoleOptions) -> RenderResult:
+        for made in super().__rich_console__(console, options):
+            if isinstance(made, Table):
+                made.columns[0].no_wrap = True
+                for column in made.columns:
+                    column.overflow = "fold"
+            yield made
+
+
+class TerminalPage(Markdown):
+    """Markdown with such tables."""
+
+    elements = Markdown.elements | {"table_open": WholeTable}
+
+
 def rendered(page: Page, width: int = WIDTH, *, colours: bool = False) -> str:
     """The page as text; with escape sequences for `colours`."""
-    from rich.console import Console
-    from rich.markdown import Markdown
-
     file = StringIO()
     console = Console(
         file=file, width=min(width, WIDTH), force_terminal=colours, no_color=not colours, legacy_windows=False
     )
-    console.print(Markdown(_readable(page.text), code_theme="ansi_dark", hyperlinks=False))
+    console.print(TerminalPage(_readable(page.text), code_theme="ansi_dark", hyperlinks=False))
     return "\n".join(line.rstrip() for line in file.getvalue().splitlines()) + "\n"
 
 

@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import inspect
+from collections.abc import Collection
 
 import click
 
 import mbproj
+from mbproj.cli.explained import Command, Part
 from mbproj.cli.main import COMMANDS
 from mbproj.cli.main import mbproj as group
+from mbproj.cli.scene_options import SCENE_OPTIONS
 from mbproj.errors import ExitCode
 from mbproj.plot.kinds import KINDS
 from mbproj.results.layout import CONSTANTS, DATASETS, NAMES
@@ -29,22 +32,47 @@ MEANINGS = {
 
 
 def commands() -> str:
-    """Every command with its purpose and a table of its options."""
-    context = click.Context(group, info_name="mbproj")
+    """Every command with its purpose, its options by what they decide, and its examples."""
     parts = []
     for name in COMMANDS:
-        command = group.get_command(context, name)
-        assert command is not None
-        own = click.Context(command, info_name=name, parent=context)
-        usage = " ".join(command.collect_usage_pieces(own))
+        command, context = _command(name)
+        usage = " ".join(command.collect_usage_pieces(context))
         summary = inspect.cleandoc(command.help or "").partition("\n\n")[0].replace("\n", " ")
-        rows = [
-            [code(record[0]), record[1]]
-            for parameter in command.get_params(own)
-            if (record := parameter.get_help_record(own)) is not None
-        ]
-        parts.append(f"## {name}\n\n`mbproj {name} {usage}`\n\n{summary}\n\n{table(['option', 'what it does'], rows)}")
-    return "\n".join(parts)
+        names = {each for option in command.params for each in option.opts}
+        setting = names.issuperset(SCENE_OPTIONS)
+        link = "\n\nIt takes the [options of a setting](#options-of-a-setting) too." if setting else ""
+        listed = _options(name, without=SCENE_OPTIONS if setting else ())
+        lines = "".join(f"# {said}\n{line}\n" for said, line in command.examples)
+        parts.append(f"## {name}\n\n`mbproj {name} {usage}`\n\n{summary}{link}\n\n{listed}\n```text\n{lines}```")
+    return "\n\n".join(parts) + "\n"
+
+
+def setting_options() -> str:
+    """The options that the commands on a scene and its setting have in common."""
+    names = {each for option in _command("run")[0].params for each in option.opts}
+    return _options("run", without=names.difference(SCENE_OPTIONS))
+
+
+def _command(name: str) -> tuple[Command, click.Context]:
+    """A command and the context of its help."""
+    context = click.Context(group, info_name="mbproj")
+    command = group.get_command(context, name)
+    assert isinstance(command, Command)
+    return command, click.Context(command, info_name=name, parent=context)
+
+
+def _options(name: str, without: Collection[str]) -> str:
+    """A table of a command's options; what a row decides is said in the first row that does."""
+    command, context = _command(name)
+    rows = []
+    for part, options in command.parts(context).items():
+        heading = part.value
+        for option in options:
+            record = option.get_help_record(context)
+            if record is not None and part is not Part.HELP and not set(option.opts) & set(without):
+                rows.append([heading, code(record[0].replace("|", " | ")), record[1]])  # long words do not wrap
+                heading = ""
+    return table(["decides", "option", "what it does"], rows) if rows else ""
 
 
 def exit_codes() -> str:

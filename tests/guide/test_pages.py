@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from fnmatch import fnmatch
 
 import pytest
 from click.testing import CliRunner
@@ -10,7 +11,9 @@ from click.testing import CliRunner
 from mbproj.cli.main import COMMANDS, mbproj
 from mbproj.guide.pages import KINDS, ROOT, pages, search
 from mbproj.guide.terminal import WIDTH, rendered
+from scripts.draw_guide import FIGURES
 from tests.guide.fences import fences, run_page
+from tests.support import ROOT as CHECKOUT
 
 every_page = pytest.mark.parametrize("page", list(pages().values()), ids=list(pages()))
 
@@ -46,6 +49,7 @@ def test_a_page_begins_with_its_title_and_has_no_sentence_of_more_than_thirty_wo
 def test_a_page_fits_a_terminal(page):
     longest = max(rendered(page).splitlines(), key=len)
     assert len(longest) <= WIDTH, longest
+    assert "…" not in rendered(page), "a word without a space is cut in a narrow column"
 
 
 @every_page
@@ -53,6 +57,25 @@ def test_code_fits_a_terminal_without_being_broken(page):
     for fence in fences(page):
         for line in fence.text.splitlines():
             assert len(line) <= WIDTH - 2, f"{page.topic}: {line}"
+
+
+def test_every_figure_is_drawn_by_the_script_named_by_a_page_and_small():
+    drawn = {path.name for path in (ROOT / "figures").glob("*.*")}
+    named = {name for page in pages().values() for name in re.findall(r"\(\.\./figures/(\S+)\)", page.text)}
+    assert named == drawn == {f"{name}.png" for name in FIGURES}
+    assert max((ROOT / "figures" / name).stat().st_size for name in drawn) < 100_000
+
+
+def test_figures_are_installed():
+    """The build takes every file of the package that neither git ignores nor `wheel.exclude` names."""
+    project = (CHECKOUT / "pyproject.toml").read_text(encoding="utf-8")
+    excluded = re.findall(r'"([^"]+)"', re.findall(r"^wheel.exclude = (.*)$", project, re.MULTILINE)[0])
+    ignored = (CHECKOUT / ".gitignore").read_text(encoding="utf-8").split()
+    for figure in FIGURES:
+        path = f"mbproj/guide/figures/{figure}.png"
+        assert not any(path.startswith(pattern) or fnmatch(path, pattern) for pattern in excluded)
+        rules = [rule for rule in ignored if fnmatch(path, rule.removeprefix("!"))]
+        assert rules[-1] == "!mbproj/guide/figures/*.png"
 
 
 def test_topics_are_unique_and_every_kind_has_pages():

@@ -1,0 +1,90 @@
+"""What a shell offers for an argument: scenes, results, folders, one of several words, a list of words."""
+
+from __future__ import annotations
+
+import os
+import re
+from collections.abc import Callable, Collection, Iterator
+from pathlib import Path
+from typing import Any
+
+import click
+from click.shell_completion import CompletionItem
+
+#: Names that every shell takes as one word without quotes. Others are left to the shell, which knows how to quote.
+PLAIN = re.compile(r"[\w%+,./-]*")
+
+
+class File(click.Path):
+    """A path of a file with one of these endings."""
+
+    def __init__(self, *endings: str, **attributes: Any) -> None:
+        super().__init__(**attributes)
+        self._endings = endings
+
+    def shell_complete(self, ctx: click.Context, param: click.Parameter, incomplete: str) -> list[CompletionItem]:
+        """The files that fit, and the folders to look in; where there are none, whatever the shell finds."""
+        found = list(_matching(incomplete, self._endings))
+        while len(found) == 1 and found[0].endswith("/"):  # a shell ends a word that it completes alone
+            inside = list(_matching(found[0], self._endings))
+            if not inside:
+                break
+            found = inside
+        if not found or not all(PLAIN.fullmatch(each) for each in (incomplete, *found)):
+            return [CompletionItem(incomplete, type="file")]
+        return [CompletionItem(each) for each in found]
+
+
+class Folder(click.Path):
+    """A path of a folder, which a command may make."""
+
+    def shell_complete(self, ctx: click.Context, param: click.Parameter, incomplete: str) -> list[CompletionItem]:
+        """The shell knows the folders."""
+        return [CompletionItem(incomplete, type="dir")]
+
+
+def scene_file(**attributes: Any) -> File:
+    """The type of an argument SCENE."""
+    return File(".yaml", ".yml", **attributes)
+
+
+def results_file(**attributes: Any) -> File:
+    """The type of an argument RESULTS."""
+    return File(".h5", **attributes)
+
+
+def one_of(words: Callable[[], Collection[str]]) -> Callable[..., list[str]]:
+    """The `shell_complete` of an option that takes one of these words."""
+
+    def complete(ctx: click.Context, param: click.Parameter, incomplete: str) -> list[str]:
+        return [word for word in words() if word.startswith(incomplete)]
+
+    return complete
+
+
+def some_of(words: Callable[[], Collection[str]]) -> Callable[..., list[str]]:
+    """The `shell_complete` of an option that takes several of these words: A,B,.."""
+
+    def complete(ctx: click.Context, param: click.Parameter, incomplete: str) -> list[str]:
+        given, comma, last = incomplete.rpartition(",")
+        left = [word for word in words() if word not in given.split(",")]
+        return [f"{given}{comma}{word}" for word in left if word.startswith(last)]
+
+    return complete
+
+
+def _matching(incomplete: str, endings: tuple[str, ...]) -> Iterator[str]:
+    """The paths that begin with what is typed: files with these endings, and folders with a slash."""
+    start = incomplete.rpartition("/")[2]
+    folder = incomplete[: len(incomplete) - len(start)]
+    try:
+        entries = sorted(os.scandir(Path(folder or ".")), key=lambda entry: entry.name)
+    except OSError:
+        return
+    for entry in entries:
+        if not entry.name.startswith(start) or (entry.name.startswith(".") and not start):
+            continue
+        if entry.is_dir():
+            yield f"{folder}{entry.name}/"
+        elif entry.name.endswith(endings):
+            yield f"{folder}{entry.name}"

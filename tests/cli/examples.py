@@ -1,0 +1,46 @@
+"""The examples that end the help of each command, and a folder with the files that they speak of."""
+
+from __future__ import annotations
+
+import shlex
+import shutil
+from collections.abc import Iterator
+from pathlib import Path
+
+import click
+
+from mbproj.cli.explained import Command
+from mbproj.cli.main import COMMANDS
+from mbproj.cli.main import mbproj as group
+from mbproj.mechanisms_folder import mechanism, validation_scenes
+from tests.cli.commands import mbproj
+
+#: These run many simulations: scripts/run_guide.py runs their examples, the tests only read them.
+LONG = ("stability", "recommend", "compare", "tradeoff", "threshold", "batch", "paper")
+
+
+def named(name: str) -> tuple[Command, click.Context]:
+    """A command, and the context that `mbproj NAME` runs it in."""
+    context = click.Context(group, info_name="mbproj")
+    command = group.get_command(context, name)
+    assert isinstance(command, Command)
+    return command, click.Context(command, info_name=name, parent=context)
+
+
+def examples(*, long: bool) -> Iterator[tuple[str, list[str]]]:
+    """The name of each command with the arguments of each of its examples."""
+    for name in COMMANDS:
+        if (name in LONG) is long:
+            for _, line in named(name)[0].examples:
+                yield name, shlex.split(line)[1:]
+
+
+def fill(folder: Path) -> None:
+    """Writes the files: a copy of the five-bar and of two scenes of the validation, and results of runs."""
+    shutil.copy(mechanism("five_bar"), folder)
+    (folder / "validation").mkdir()
+    for scene in validation_scenes()[:2]:
+        shutil.copy(scene, folder / "validation")
+    for output, options in {"results.h5": [], "again.h5": [], "gopm.h5": ["--projection", "gopm"]}.items():
+        done = mbproj("run", "five_bar.yaml", "--duration", "1", "-o", output, *options, folder=folder)
+        assert done.returncode == 0, done.stderr
