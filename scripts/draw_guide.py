@@ -24,6 +24,7 @@ from tests.cli.commands import mbproj
 from tests.guide.fences import fences
 from tests.support import ROOT
 
+QUICK_RETURN = "run quick_return.yaml -o quick_return.h5"
 SWING = ("run swing.yaml -o swing.h5 --certify",)
 METHODS = ("none", "baumgarte", "gpopm")
 #: Each figure: the commands, the last of which draws it, and the file that it writes.
@@ -58,6 +59,10 @@ FIGURES: Mapping[str, tuple[tuple[str, ...], str]] = MappingProxyType(
             ("stability mechanisms/physical_pendulum.yaml --vary step",),
             "physical_pendulum-stability-step.png",
         ),
+        "quick_return_markers": (
+            (QUICK_RETURN, "plot quick_return.h5 --kind markers"),
+            "quick_return-markers.png",
+        ),
         "bennett_reactions": (
             ('run mechanisms/bennett.yaml --duration "0.2 s" -o bennett.h5', "plot bennett.h5 --kind reactions"),
             "bennett-reactions.png",
@@ -71,8 +76,10 @@ def main() -> None:
     with tempfile.TemporaryDirectory() as temporary:
         folder = Path(temporary)
         (folder / "mechanisms").symlink_to(ROOT / "mechanisms")
-        (scene,) = (each.text for each in fences(pages()["getting_started"]) if "swing.yaml" in each.words)
-        (folder / "swing.yaml").write_text(scene, encoding="utf-8")
+        for topic in ("getting_started", "model_my_own_mechanism"):
+            for fence in fences(pages()[topic]):
+                if fence.language == "yaml" and fence.words:
+                    (folder / fence.words[0]).write_text(fence.text, encoding="utf-8")
         done: set[str] = set()
         for name in sys.argv[1:] or FIGURES:
             commands, picture = FIGURES[name]

@@ -67,8 +67,10 @@ def found(words: tuple[str, ...]) -> str:
     """Where the words stand. Raises InputError where they stand nowhere."""
     hits = search(words)
     if not hits:
-        raise InputError(f"no page of the guide has {' and '.join(map(repr, words))}; `mbproj help` lists the topics")
-    lines = [f"{hit.page.topic}: {hit.section}\n    {hit.line}" for hit in hits[:MOST_HITS]]
+        raise InputError(f"no page of the guide has {' or '.join(map(repr, words))}; `mbproj help` lists the topics")
+    few = hits[0].words < len({word.casefold() for word in words})
+    lines = ["No section has all of these words; these have most of them:"] if few else []
+    lines += [f"{hit.page.topic}: {hit.section}\n    {hit.line}" for hit in hits[:MOST_HITS]]
     more = len(hits) - MOST_HITS
     return "\n".join([*lines, *([f"and {more} more"] if more > 0 else []), "Show a page with `mbproj help TOPIC`."])
 

@@ -42,11 +42,12 @@ class Page:
 
 @dataclass(frozen=True)
 class Hit:
-    """A section of a page in which all words stand that were looked for, and its first line with one of them."""
+    """A section of a page with words that were looked for: how many of them, and its first line with one."""
 
     page: Page
     section: str
     line: str
+    words: int
 
 
 @cache
@@ -57,20 +58,30 @@ def pages() -> Mapping[str, Page]:
 
 
 def search(words: Sequence[str]) -> list[Hit]:
-    """The sections that hold all words, as they are written or as parts of words; those whose heading has one first."""
-    wanted = [word.casefold() for word in words]
-    hits = []
+    """The sections that hold all words, as they are written or as parts of words, or else those that hold most of them.
+    First come those with the words in their heading or topic, then those where the words stand most often."""
+    wanted = {word.casefold() for word in words}
+    found: list[tuple[tuple[int, int], Hit]] = []
     for page in pages().values():
         for section in re.split(r"^(?=#+ )", _without_fences(page.text), flags=re.MULTILINE):
+            text = section.casefold()
+            present = {word for word in wanted if word in text or word in page.topic}
+            if not present:
+                continue
             heading, _, body = section.partition("\n")
-            if all(word in section.casefold() for word in wanted):
-                line = next((line for line in body.splitlines() if any(word in line.casefold() for word in wanted)), "")
-                hits.append(Hit(page, heading.lstrip("# "), line.strip()))
+            lines = (line for line in body.splitlines() if any(word in line.casefold() for word in present))
+            hit = Hit(page, heading.lstrip("# "), _plain(next(lines, "")), len(present))
+            named = sum(word in f"{page.topic} {hit.section}".casefold() for word in present)
+            found.append(((named, sum(map(text.count, present))), hit))
+    most = max((hit.words for _, hit in found), default=0)
+    best = sorted((each for each in found if each[1].words == most), key=lambda each: each[0], reverse=True)
+    return [hit for _, hit in best]
 
-    def is_elsewhere(hit: Hit) -> bool:
-        return not any(word in f"{hit.page.topic} {hit.section}".casefold() for word in wanted)
 
-    return sorted(hits, key=is_elsewhere)
+def _plain(line: str) -> str:
+    """A line of Markdown as text: the cells of a table apart, no marks of code and emphasis, no targets of links."""
+    text = re.sub(r"!?\[([^\]]*)\]\([^)]*\)?", r"\1", line.replace("\\|", "/"))
+    return re.sub(r" *\| *", "  ", re.sub(r"[`*]", "", text)).strip()
 
 
 def _without_fences(text: str) -> str:
