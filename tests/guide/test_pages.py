@@ -11,6 +11,7 @@ from click.testing import CliRunner
 from mbproj.cli.main import COMMANDS, mbproj
 from mbproj.guide.pages import KINDS, ROOT, pages, search
 from mbproj.guide.terminal import WIDTH, rendered
+from mbproj.scene.shapes import SHAPES
 from scripts.draw_guide import FIGURES
 from tests.guide.fences import fences, run_page
 from tests.support import ROOT as CHECKOUT
@@ -76,6 +77,18 @@ def test_figures_are_installed():
         assert not any(path.startswith(pattern) or fnmatch(path, pattern) for pattern in excluded)
         rules = [rule for rule in ignored if fnmatch(path, rule.removeprefix("!"))]
         assert rules[-1] == "!mbproj/guide/figures/*.png"
+
+
+@every_page
+def test_a_page_says_where_its_scenes_are(page):
+    """Who installed mbproj has no checkout, and no folder `mechanisms`."""
+    if any("mechanisms/" in fence.text for fence in fences(page)):
+        assert "`mbproj examples --copy mechanisms`" in page.text
+
+
+def test_every_shape_has_its_line():
+    for shape in SHAPES:
+        assert f"\n| `{shape}` | `{{{shape}: " in pages()["scene"].text
 
 
 def test_topics_are_unique_and_every_kind_has_pages():
