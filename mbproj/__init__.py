@@ -24,16 +24,16 @@ if TYPE_CHECKING:
     from mbproj.model import System, compile_system, initial_guess
     from mbproj.results import Results, ResultsWriter, Trust, Verification, open_results
     from mbproj.scene import Scene, read_scene, read_scene_text, settings_to_run
-    from mbproj.studies.certified import simulate_certified
-    from mbproj.studies.compare import Comparison, compare
-    from mbproj.studies.mechanism import Mechanism
-    from mbproj.studies.recommend import Recommendation, recommend
-    from mbproj.studies.reference import Reference, reference
-    from mbproj.studies.setting import Setting
-    from mbproj.studies.solve import Solution, sample_times, solve
+    from mbproj.studies.certify.certified import simulate_certified
+    from mbproj.studies.compare.comparison import Comparison, compare
+    from mbproj.studies.measure.mechanism import Mechanism
+    from mbproj.studies.measure.reference import Reference, reference
+    from mbproj.studies.measure.setting import Setting
+    from mbproj.studies.measure.solve import Solution, sample_times, solve
+    from mbproj.studies.recommend.recommendation import Recommendation, recommend
     from mbproj.studies.stability import StabilityMap, stability
-    from mbproj.studies.threshold import ThresholdStudy, threshold_study
-    from mbproj.studies.tradeoff import Tradeoff, tradeoff
+    from mbproj.studies.threshold.violation import ThresholdStudy, threshold_study
+    from mbproj.studies.tradeoff.front import Tradeoff, tradeoff
     from mbproj.studies.verify import verify
 
 _HOMES = {
@@ -43,16 +43,16 @@ _HOMES = {
     "mbproj.model": ("System", "compile_system", "initial_guess"),
     "mbproj.results": ("Results", "ResultsWriter", "Trust", "Verification", "open_results"),
     "mbproj.scene": ("Scene", "read_scene", "read_scene_text", "settings_to_run"),
-    "mbproj.studies.certified": ("simulate_certified",),
-    "mbproj.studies.compare": ("Comparison", "compare"),
-    "mbproj.studies.mechanism": ("Mechanism",),
-    "mbproj.studies.recommend": ("Recommendation", "recommend"),
-    "mbproj.studies.reference": ("Reference", "reference"),
-    "mbproj.studies.setting": ("Setting",),
-    "mbproj.studies.solve": ("Solution", "sample_times", "solve"),
-    "mbproj.studies.threshold": ("ThresholdStudy", "threshold_study"),
+    "mbproj.studies.certify.certified": ("simulate_certified",),
+    "mbproj.studies.compare.comparison": ("Comparison", "compare"),
+    "mbproj.studies.measure.mechanism": ("Mechanism",),
+    "mbproj.studies.recommend.recommendation": ("Recommendation", "recommend"),
+    "mbproj.studies.measure.reference": ("Reference", "reference"),
+    "mbproj.studies.measure.setting": ("Setting",),
+    "mbproj.studies.measure.solve": ("Solution", "sample_times", "solve"),
+    "mbproj.studies.threshold.violation": ("ThresholdStudy", "threshold_study"),
     "mbproj.studies.stability": ("StabilityMap", "stability"),
-    "mbproj.studies.tradeoff": ("Tradeoff", "tradeoff"),
+    "mbproj.studies.tradeoff.front": ("Tradeoff", "tradeoff"),
     "mbproj.studies.verify": ("verify",),
 }
 _HOME_OF = {name: home for home, names in _HOMES.items() for name in names}

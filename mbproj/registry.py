@@ -1,7 +1,8 @@
 """What a user may choose, by name: projection methods, integrators, formulations. Names only, so importing it is cheap.
 
-A new projection method is one file under `mbproj/projection` and one entry here; a new integrator is one tableau under
-`mbproj/integrate/tableaus`. The reader, the command line, did-you-mean, the tests and the README's tables ask here.
+A new projection method is one file under `mbproj/projection/methods` and one entry here; a new integrator is one
+tableau under `mbproj/integrate/steppers/tableaus`. The reader, the command line, did-you-mean, the tests and the
+README's tables ask here.
 """
 
 from __future__ import annotations
@@ -16,8 +17,8 @@ from types import MappingProxyType
 
 @dataclass(frozen=True)
 class ProjectionEntry:
-    """A projection method: its module in `mbproj.projection`, the equations, one line on it, its own options; whether
-    it corrects the state after a step, and whether the compiled kernel has it too."""
+    """A projection method: its module in `mbproj.projection.methods`, the equations, one line on it, its own options;
+    whether it corrects the state after a step, and whether the compiled kernel has it too."""
 
     module: str
     equations: str
@@ -76,7 +77,7 @@ class IntegratorEntry:
 def integrators() -> Mapping[str, IntegratorEntry]:
     """Every integrator by name, from the tableaus on disk, by order."""
     found = {}
-    for path in (Path(__file__).parent / "integrate" / "tableaus").glob("*.json"):
+    for path in (Path(__file__).parent / "integrate" / "steppers" / "tableaus").glob("*.json"):
         data = json.loads(path.read_text(encoding="utf-8"))
         found[path.stem] = IntegratorEntry(data["order"], "error" in data, data["summary"], path)
     return MappingProxyType(dict(sorted(found.items(), key=lambda item: item[1].order)))

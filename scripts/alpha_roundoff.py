@@ -17,12 +17,12 @@ import numpy as np
 
 from mbproj import SimulationError, assemble, compile_system, initial_guess, read_scene, settings_to_run, simulate
 from mbproj.arrays import Array
-from mbproj.dynamics.constraint_equations import jacobian
-from mbproj.dynamics.equations import mass_matrix
-from mbproj.dynamics.kinematics import pose_of
-from mbproj.dynamics.observe import Block
+from mbproj.dynamics.equations.constraint_equations import jacobian
+from mbproj.dynamics.equations.equations_of_motion import mass_matrix
+from mbproj.dynamics.equations.kinematics import pose_of
+from mbproj.dynamics.observe.recorded import Block
 from mbproj.model import System
-from mbproj.projection.method import weighted_correction
+from mbproj.projection.methods.method import weighted_correction
 
 ALPHAS = [10.0**power for power in range(15)]
 

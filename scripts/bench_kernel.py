@@ -20,7 +20,7 @@ from kernel_bench.case import FAMILIES, Case, family_case, paper_case
 from kernel_bench.goals import verdicts
 from kernel_bench.measure import measure, memory
 
-from mbproj.integrate.compiled import PHASES
+from mbproj.integrate.formulations.compiled import PHASES
 from mbproj.kernel import build_info, core
 
 #: The paper's mechanisms and the formulations that fit them.
@@ -62,18 +62,35 @@ def print_rows(title: str, what: str, rows: list[ROW]) -> None:
     """The table as Markdown."""
     print(f"\n{title}\n")
     heads = [
-        what, "formulation", "rad/s", "step, ms", "steps", "µs a step: fastest", "median", "µs a step and body",
-        "passes", "closed to", *(f"{phase}, %" for phase in PHASES),
-    ]  # fmt: skip
+        what,
+        "formulation",
+        "rad/s",
+        "step, ms",
+        "steps",
+        "µs a step: fastest",
+        "median",
+        "µs a step and body",
+        "passes",
+        "closed to",
+        *(f"{phase}, %" for phase in PHASES),
+    ]
     print(f"| {' | '.join(heads)} |\n|{'---|' * len(heads)}")
     for row in rows:
         frequency = "-" if row["frequency"] is None else f"{row['frequency']:.3g}"
         shares = [f"{100 * row['phases'][phase]:.0f}" if row["phases"] else "-" for phase in PHASES]
         cells = [
-            str(row["size"]), row["formulation"], frequency, f"{1e3 * row['step']:.3g}", str(row["steps"]),
-            f"{row['fastest']:.4g}", f"{row['median']:.4g}", f"{row['fastest'] / row['bodies']:.3g}",
-            f"{row['passes_per_step']:.2f}", f"{row['position_peak']:.0e}", *shares,
-        ]  # fmt: skip
+            str(row["size"]),
+            row["formulation"],
+            frequency,
+            f"{1e3 * row['step']:.3g}",
+            str(row["steps"]),
+            f"{row['fastest']:.4g}",
+            f"{row['median']:.4g}",
+            f"{row['fastest'] / row['bodies']:.3g}",
+            f"{row['passes_per_step']:.2f}",
+            f"{row['position_peak']:.0e}",
+            *shares,
+        ]
         print(f"| {' | '.join(cells)} |", flush=True)
 
 

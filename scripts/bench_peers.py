@@ -24,9 +24,14 @@ from peers.sweep import Trial, candidates, cheapest, interleave, sweep, warm
 
 #: The files of scripts/peers, and what each needs that mbproj does not.
 PROGRAMS = {
-    "mbproj_run": "", "mujoco_rk4": "mujoco", "pinocchio_python": "pin", "pinocchio_compiled": "pin, cmeel-eigen, c++",
-    "exudyn_solvers": "exudyn", "simbody_tree": "opensim", "hand_derived": "c++",
-}  # fmt: skip
+    "mbproj_run": "",
+    "mujoco_rk4": "mujoco",
+    "pinocchio_python": "pin",
+    "pinocchio_compiled": "pin, cmeel-eigen, c++",
+    "exudyn_solvers": "exudyn",
+    "simbody_tree": "opensim",
+    "hand_derived": "c++",
+}
 #: What --quick asks for.
 QUICK_ERRORS, QUICK_LINKS = (1e-3, 1e-5), (5, 20)
 ROWS = list[dict[str, Any]]
@@ -66,9 +71,12 @@ def _cell(trial: Trial | None, mechanism: Mechanism) -> dict[str, Any] | None:
     if trial is None:
         return None
     return {
-        "ms_per_second": 1e3 * trial.time / mechanism.duration, "setting": trial.setting.label, "error": trial.error,
-        "opening": trial.opening, "all_ms_per_second": [1e3 * each / mechanism.duration for each in trial.seconds],
-    }  # fmt: skip
+        "ms_per_second": 1e3 * trial.time / mechanism.duration,
+        "setting": trial.setting.label,
+        "error": trial.error,
+        "opening": trial.opening,
+        "all_ms_per_second": [1e3 * each / mechanism.duration for each in trial.seconds],
+    }
 
 
 def print_mechanism(mechanism: Mechanism, errors: tuple[float, ...], rows: ROWS) -> None:
@@ -106,9 +114,11 @@ def compare_chains(peers: list[Peer], links: tuple[int, ...], repeat: int) -> RO
         interleave(trials, repeat)
         for trial in trials:
             rows[trial.peer.name]["cells"][str(count)] = {
-                "us_per_step": 1e6 * trial.time / chain.steps, "error": trial.error, "opening": trial.opening,
+                "us_per_step": 1e6 * trial.time / chain.steps,
+                "error": trial.error,
+                "opening": trial.opening,
                 "setting": trial.setting.label,
-            }  # fmt: skip
+            }
     return list(rows.values())
 
 

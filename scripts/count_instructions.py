@@ -60,8 +60,10 @@ def counted(name: str, runs: int) -> int:
     command = [sys.executable, __file__, "--only", name, "--runs", str(runs)]
     done = subprocess.run(
         ["valgrind", "--tool=callgrind", "--callgrind-out-file=/dev/null", *command],
-        capture_output=True, text=True, check=True,
-    )  # fmt: skip
+        capture_output=True,
+        text=True,
+        check=True,
+    )
     found = re.search(r"Collected : (\d+)", done.stderr)
     if found is None:
         raise RuntimeError(f"callgrind counted nothing: {done.stderr[-500:]}")

@@ -22,7 +22,7 @@ from matplotlib.figure import Figure
 
 from mbproj import assemble, compile_system, initial_guess, read_scene, settings_to_run, simulate
 from mbproj.arrays import Array
-from mbproj.dynamics.observe import Block
+from mbproj.dynamics.observe.recorded import Block
 from mbproj.model.euler_parameters import rotation_matrix
 from mbproj.scene import Scene
 from mbproj.scene.records import GROUND
@@ -120,8 +120,16 @@ def draw_bodies(axes: Axes, camera: Camera, shapes: Mapping[str, tuple[Shape, ..
                 continue
             fill = EARTH if body == GROUND else STEEL
             for width, colour in ((shape.width + 1.6, INK), (shape.width, fill)):
-                axes.plot(x, y, color=colour, linewidth=width, solid_capstyle="round", solid_joinstyle="round",
-                          alpha=ink, zorder=order)
+                axes.plot(
+                    x,
+                    y,
+                    color=colour,
+                    linewidth=width,
+                    solid_capstyle="round",
+                    solid_joinstyle="round",
+                    alpha=ink,
+                    zorder=order,
+                )
 
 
 SYMBOLS = {"spherical": ("o", INK, 6.0), "universal": ("P", PAPER, 8.0)}
@@ -136,8 +144,9 @@ def draw_joints(axes: Axes, camera: Camera, scene: Scene, start: Poses, support:
         if GROUND in joint.bodies and support:
             draw_ground(axes, x, y, support)
         marker, face, diameter = SYMBOLS.get(joint.type, ("o", PAPER, 6.5))
-        axes.plot(x, y, marker, markersize=diameter, markerfacecolor=face, markeredgecolor=INK, markeredgewidth=1.2,
-                  zorder=40)
+        axes.plot(
+            x, y, marker, markersize=diameter, markerfacecolor=face, markeredgecolor=INK, markeredgewidth=1.2, zorder=40
+        )
 
 
 def draw_ground(axes: Axes, x: float, y: float, support: float) -> None:
@@ -146,8 +155,13 @@ def draw_ground(axes: Axes, x: float, y: float, support: float) -> None:
     axes.fill([x, x - half, x + half], [y, y - deep, y - deep], facecolor=PAPER, edgecolor=INK, linewidth=1.0, zorder=9)
     axes.plot([x - 1.6 * half, x + 1.6 * half], [y - deep, y - deep], color=INK, linewidth=1.2, zorder=9)
     for step in np.linspace(-1.5, 1.3, 6):
-        axes.plot([x + step * half, x + (step - 0.45) * half], [y - deep, y - deep - 0.45 * half], color=EARTH,
-                  linewidth=0.9, zorder=8)
+        axes.plot(
+            [x + step * half, x + (step - 0.45) * half],
+            [y - deep, y - deep - 0.45 * half],
+            color=EARTH,
+            linewidth=0.9,
+            zorder=8,
+        )
 
 
 def draw_scale(axes: Axes, camera: Camera, size: float) -> None:

@@ -103,6 +103,7 @@ class Campaign:
 
     def report(self) -> str:
         """The counts."""
+
         def table(counts: Counter[str]) -> str:
             return ", ".join(f"{count} {name}" for name, count in sorted(counts.items()))
 

@@ -15,7 +15,7 @@ import numpy as np
 
 from mbproj import SimulationError, assemble, compile_system, initial_guess, read_scene, settings_to_run, simulate
 from mbproj.arrays import Array
-from mbproj.dynamics.observe import Block
+from mbproj.dynamics.observe.recorded import Block
 from mbproj.registry import PROJECTIONS
 
 ROOT = Path(__file__).parents[1]

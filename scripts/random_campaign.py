@@ -80,8 +80,13 @@ def main() -> None:
     asked = parser.parse_args()
     campaign, end = Campaign(asked.output), monotonic() + 60.0 * asked.minutes
 
-    @settings(max_examples=BATCH, deadline=None, database=None, phases=[Phase.generate],
-              suppress_health_check=list(HealthCheck))  # fmt: skip
+    @settings(
+        max_examples=BATCH,
+        deadline=None,
+        database=None,
+        phases=[Phase.generate],
+        suppress_health_check=list(HealthCheck),
+    )
     @given(plans())
     def examine_some(plan: Plan) -> None:
         if monotonic() < end and campaign.number < asked.count:

@@ -20,35 +20,54 @@ import numpy as np
 from mbproj.mechanisms_folder import mechanism
 from mbproj.registry import integrators
 from mbproj.scene import read_scene
-from mbproj.studies.bench import Bench, Outcome
-from mbproj.studies.families import closing, families
-from mbproj.studies.mechanism import Mechanism
-from mbproj.studies.recommend import Recommendation, recommend
-from mbproj.studies.reference import Reference
-from mbproj.studies.setting import Setting
-from mbproj.studies.solve import solve
-from mbproj.studies.spans import sampled
-from mbproj.studies.timing import time_settings
+from mbproj.studies.measure.mechanism import Mechanism
+from mbproj.studies.measure.reference import Reference
+from mbproj.studies.measure.setting import Setting
+from mbproj.studies.measure.solve import solve
+from mbproj.studies.measure.spans import sampled
+from mbproj.studies.measure.timing import time_settings
+from mbproj.studies.recommend.bench import Bench, Outcome
+from mbproj.studies.recommend.families import closing, families
+from mbproj.studies.recommend.recommendation import Recommendation, recommend
 
 #: Mechanisms, and until when (s): their duration, or less where the motion is chaotic.
 CASES = {
-    "delta_robot": None, "double_pendulum": None, "five_bar": 5.0, "free_body": None, "heavy_top": None,
-    "hooke_shaft": None, "physical_pendulum": None, "planar_four_bar": None, "spatial_four_bar": None,
+    "delta_robot": None,
+    "double_pendulum": None,
+    "five_bar": 5.0,
+    "free_body": None,
+    "heavy_top": None,
+    "hooke_shaft": None,
+    "physical_pendulum": None,
+    "planar_four_bar": None,
+    "spatial_four_bar": None,
     "spatial_slider_crank": None,
-}  # fmt: skip
+}
 ERRORS = (1e-3, 1e-6, 1e-9)
 WAYS = (
-    Setting("gpopm"), Setting("gpopm", every=5), Setting("gopm"), Setting("none"),
+    Setting("gpopm"),
+    Setting("gpopm", every=5),
+    Setting("gopm"),
+    Setting("none"),
     Setting("baumgarte", gains=(25.0, 25.0)),
-)  # fmt: skip
+)
 #: How dense the grid is, in cost and in tolerance, and how many of what it finds are timed, how often.
 PACE, A_DECADE, TIMED, REPETITIONS = 1.07, 11, 4, 7
 
 
 def main(names: list[str]) -> None:
     """Prints the table; the exit code is 1 where a promise is broken."""
-    heading = ("mechanism", "E, m", "recommended", "true error", "± m", "evaluations", "over the fewest",
-               "time over the shortest", "over the fewest, drifting joints too")
+    heading = (
+        "mechanism",
+        "E, m",
+        "recommended",
+        "true error",
+        "± m",
+        "evaluations",
+        "over the fewest",
+        "time over the shortest",
+        "over the fewest, drifting joints too",
+    )
     print(" | ".join(heading), flush=True)
     broken = 0
     for name in names or CASES:
@@ -66,10 +85,13 @@ def main(names: list[str]) -> None:
             clock = clock_ratio(bench, found, closed)
             holds = fresh.error <= goal + found.uncertain and found.reached
             broken += not holds or fresh.evaluations > 1.5 * drifting or clock > 1.5
-            print(f"{name} | {goal:.0e} | {found.setting.label} | {fresh.error:.2e} | {bench.uncertainty[-1]:.0e} | "
-                  f"{fresh.evaluations:.0f} | {fresh.evaluations / fewest:.2f} | {clock:.2f} | "
-                  f"{fresh.evaluations / drifting:.2f}"
-                  f"{'' if holds else ' | DOES NOT HOLD'}", flush=True)  # fmt: skip
+            print(
+                f"{name} | {goal:.0e} | {found.setting.label} | {fresh.error:.2e} | {bench.uncertainty[-1]:.0e} | "
+                f"{fresh.evaluations:.0f} | {fresh.evaluations / fewest:.2f} | {clock:.2f} | "
+                f"{fresh.evaluations / drifting:.2f}"
+                f"{'' if holds else ' | DOES NOT HOLD'}",
+                flush=True,
+            )
     sys.exit(1 if broken else 0)
 
 

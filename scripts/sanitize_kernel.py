@@ -1,7 +1,7 @@
 """Runs the kernel's tests under the address and undefined-behaviour sanitizers, or those of tests named after `--`.
 
     python scripts/sanitize_kernel.py
-    python scripts/sanitize_kernel.py -- tests/mechanisms/test_singular_passages.py
+    python scripts/sanitize_kernel.py -- tests/mechanisms/rank/test_singular_passages.py
 
 Compiles the baseline extension with both sanitizers (GCC or Clang; minutes), in a copy of the package in a temporary
 folder, so that the checkout keeps its own. Needs what `pip install '.[test]'` installs, and cmake, nanobind and
@@ -54,9 +54,17 @@ def compile_sanitized(copy: Path) -> None:
     """Puts the extension into the copy's `mbproj/kernel`."""
     build, site = copy / "build", sysconfig.get_paths()["purelib"]
     configure = [
-        "cmake", "-S", str(copy / "mbproj/kernel"), "-B", str(build), f"-DCMAKE_PREFIX_PATH={site}",
-        f"-DPython_EXECUTABLE={sys.executable}", f"-DCMAKE_CXX_FLAGS={FLAGS}", "-DCMAKE_BUILD_TYPE=None", "-DHAS_V3=0",
-    ]  # fmt: skip
+        "cmake",
+        "-S",
+        str(copy / "mbproj/kernel"),
+        "-B",
+        str(build),
+        f"-DCMAKE_PREFIX_PATH={site}",
+        f"-DPython_EXECUTABLE={sys.executable}",
+        f"-DCMAKE_CXX_FLAGS={FLAGS}",
+        "-DCMAKE_BUILD_TYPE=None",
+        "-DHAS_V3=0",
+    ]
     compile_it = ["cmake", "--build", str(build), "-j2"]
     install = ["cmake", "--install", str(build), "--prefix", str(copy)]
     for command in (configure, compile_it, install):

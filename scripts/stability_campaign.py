@@ -28,16 +28,20 @@ HEAD = ("extreme", "value", "formulation", "what became of the methods", "closur
 def line(outcomes: list[Outcome]) -> str:
     """A line of the table for the methods of one value and formulation."""
     first, ran = outcomes[0], [each for each in outcomes if each.verdict in ("right", "open", "warned", "WRONG")]
-    verdicts = {verdict: [each.method for each in outcomes if each.verdict == verdict]
-                for verdict in dict.fromkeys(each.verdict for each in outcomes)}
+    verdicts = {
+        verdict: [each.method for each in outcomes if each.verdict == verdict]
+        for verdict in dict.fromkeys(each.verdict for each in outcomes)
+    }
     became = "; ".join(
         verdict if len(verdicts) == 1 else f"{verdict}: {', '.join(methods)}" for verdict, methods in verdicts.items()
     )
     closed = [each.closure / each.floor for each in ran if PROJECTIONS[each.method].corrects and each.floor > 0.0]
     numbers = (
         f"{max(closed):.2g}" if closed else "",
-        *(f"{max(errors):.0e}" if errors else "" for errors in (
-            [each.error for each in ran], [each.energy for each in ran])),
+        *(
+            f"{max(errors):.0e}" if errors else ""
+            for errors in ([each.error for each in ran], [each.energy for each in ran])
+        ),
     )
     return "| " + " | ".join((first.extreme, f"{first.value:g}", first.formulation, became, *numbers)) + " |"
 
@@ -69,8 +73,11 @@ def main() -> None:
             for formulation in extreme.formulations:
                 if given.formulation not in (None, formulation):
                     continue
-                found = [attempt(extreme, value, method, own) for method, own in combinations(extreme)
-                         if own == formulation and given.method in (None, method)]
+                found = [
+                    attempt(extreme, value, method, own)
+                    for method, own in combinations(extreme)
+                    if own == formulation and given.method in (None, method)
+                ]
                 outcomes += found
                 if found:
                     print(line(found), flush=True)

@@ -106,11 +106,12 @@ def with_flywheels(scene: Scene, size: float = 1.0) -> Scene:
     """The scene with a reflected inertia of 0.1 to 2 times this size on each coordinate of its joints."""
     rng = np.random.default_rng(len(scene.joints))
     joints = [
-        replace(joint, reflected_inertia={
-            name: size * float(rng.uniform(0.1, 2.0)) for name in JOINTS[joint.type].coordinates
-        })
+        replace(
+            joint,
+            reflected_inertia={name: size * float(rng.uniform(0.1, 2.0)) for name in JOINTS[joint.type].coordinates},
+        )
         for joint in scene.joints
-    ]  # fmt: skip
+    ]
     return replace(scene, joints=tuple(joints))
 
 

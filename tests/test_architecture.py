@@ -1,4 +1,4 @@
-"""The order of the house: which package may import which, what imports cost, and how long a file may be."""
+"""The order of the house: what may import and include what, what imports cost, how large a folder and a file may be."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ import ast
 import re
 import subprocess
 import sys
+from graphlib import TopologicalSorter
 from pathlib import Path
 
 import pytest
@@ -13,6 +14,7 @@ import pytest
 from tests.support import ROOT
 
 PACKAGE = ROOT / "mbproj"
+KERNEL = PACKAGE / "kernel" / "src"
 #: Imported by everybody; they import nothing of ours but each other.
 LEAVES = {"arrays", "ending", "errors", "registry", "rehearsal", "mechanisms_folder", "version"}
 #: What each package may import beside itself and the leaves.
@@ -31,41 +33,200 @@ MAY_IMPORT = {
     "analysis": {"results", "scene"},
     "templates": {"scene"},
     "guide": set(),
-    "studies": {"functions", "joints", "scene", "model", "dynamics", "projection", "integrate", "kernel", "outputs",
-                "results", "analysis"},
+    "studies": {
+        "functions",
+        "joints",
+        "scene",
+        "model",
+        "dynamics",
+        "projection",
+        "integrate",
+        "kernel",
+        "outputs",
+        "results",
+        "analysis",
+    },
     "plot": {"outputs", "results", "analysis", "scene"},
-    "cli": {"guide", "joints", "scene", "model", "dynamics", "integrate", "kernel", "outputs", "results", "analysis",
-            "studies", "plot", "templates"},
+    "cli": {
+        "guide",
+        "joints",
+        "scene",
+        "model",
+        "dynamics",
+        "integrate",
+        "kernel",
+        "outputs",
+        "results",
+        "analysis",
+        "studies",
+        "plot",
+        "templates",
+    },
 }
+#: The folders of the packages that have some: each imports only those that stand before it.
+FOLDERS = {
+    "scene": ("text", "expressions", "fields", "blocks"),
+    "model": ("compile", "planar"),
+    "dynamics": ("equations", "assembly", "observe", "rank"),
+    "projection": ("methods", "solve"),
+    "integrate": ("steppers", "outcome", "formulations", "loop"),
+    "results": ("file", "crash_safety"),
+    "studies": (
+        "store",
+        "parallel",
+        "measure",
+        "variants",
+        "batch",
+        "certify",
+        "compare",
+        "paper",
+        "recommend",
+        "stability",
+        "threshold",
+        "tradeoff",
+        "verify",
+    ),
+    "plot": ("pages", "kinds"),
+    "cli": ("report", "commands", "studies"),
+}
+#: The kernel's folders: a header includes only headers of its own folder and of those that stand before it.
+KERNEL_FOLDERS = ("model", "kinematics", "elimination", "loops", "dynamics", "projection", "stepping", "bindings")
+
+MOST_FILES = 15
+#: Folders that may have more files, and why.
+LARGE_FOLDERS = {
+    "mbproj/guide/how_to": "one page for each question",
+    "scripts": "programs that people start by their names",
+    "scripts/peers": "one file for each other program and language",
+    "tests/data/validation": "reference tables, one for each mechanism",
+}
+FEWEST_LINES = 25
+#: Files of the package that may be shorter, and why.
+SHORT_FILES = {
+    "cli/report/notes.py": "the notes of all commands on a scene",
+    "cli/report/table.py": "the one table that every report prints",
+    "dynamics/equations/energy.py": "one equation of the paper, Eq. 16",
+    "outputs/escapes.py": "a rule of safety, imported alone",
+    "projection/methods/gopm.py": "a method is a file",
+    "projection/methods/gpopm.py": "a method is a file",
+    "projection/methods/mmopm.py": "a method is a file",
+    "projection/methods/none.py": "a method is a file",
+    "scene/fields/given.py": "what the command line needs of the fields",
+    "scene/fields/vectors.py": "a kind of field is a file",
+    "scene/schema.py": "imported alone, by `mbproj schema`",
+    "studies/measure/measures.py": "the measures that all studies share",
+    "studies/parallel/progress.py": "the words for progress, without what runs",
+    "version.py": "read by the build",
+}
+MOST_LINES = 300
 
 
 def modules() -> list[Path]:
     return sorted(PACKAGE.rglob("*.py"))
 
 
+def headers() -> list[Path]:
+    return sorted(KERNEL.rglob("*.?pp"))
+
+
 def imports(path: Path) -> set[str]:
-    """The packages of ours that a module imports at run time, at any depth of its code."""
+    """The modules of ours, and names in them, that a module imports at run time, at any depth of its code."""
     found = set()
     for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
-        names = []
         if isinstance(node, ast.Import):
-            names = [alias.name for alias in node.names]
+            found |= {alias.name for alias in node.names}
         elif isinstance(node, ast.ImportFrom) and node.module:
-            names = [node.module]
-        found |= {name.split(".")[1] for name in names if name.startswith("mbproj.")}
-    return found
+            found |= {f"{node.module}.{alias.name}" for alias in node.names}
+    return {name for name in found if name.startswith("mbproj.")}
+
+
+def includes(path: Path) -> set[str]:
+    """The headers of ours that a file of the kernel includes."""
+    return set(re.findall(r'^#include "(.*)"$', path.read_text(encoding="utf-8"), re.M))
 
 
 @pytest.mark.parametrize("package", sorted(MAY_IMPORT))
 def test_dependencies_point_one_way(package):
     for path in (PACKAGE / package).rglob("*.py"):
-        foreign = imports(path) - {package} - LEAVES
+        foreign = {name.split(".")[1] for name in imports(path)} - {package} - LEAVES
         assert foreign <= MAY_IMPORT[package], f"{path.relative_to(ROOT)} imports {foreign - MAY_IMPORT[package]}"
 
 
 def test_every_package_has_its_place_in_the_order():
     packages = {path.parent.relative_to(PACKAGE).parts[0] for path in PACKAGE.glob("*/*.py")}
     assert packages == set(MAY_IMPORT)
+    TopologicalSorter(MAY_IMPORT).prepare()
+
+
+def test_every_folder_has_its_place_in_the_order_of_its_package():
+    found = {(path.parent.parent.name, path.parent.name) for path in PACKAGE.glob("*/*/__init__.py")}
+    assert found == {(package, folder) for package, folders in FOLDERS.items() for folder in folders}
+
+
+@pytest.mark.parametrize("package", sorted(FOLDERS))
+def test_folders_import_only_what_stands_before_them(package):
+    order = FOLDERS[package]
+    for path in sorted((PACKAGE / package).glob("*/**/*.py")):
+        place = order.index(path.relative_to(PACKAGE / package).parts[0])
+        for name in imports(path):
+            _, top, inner, *_ = [*name.split("."), ""]
+            if top == package and inner in order:
+                assert order.index(inner) <= place, f"{path.relative_to(ROOT)} imports {name}"
+
+
+@pytest.mark.parametrize("package", sorted(MAY_IMPORT))
+def test_no_circle_of_imports_inside_a_package(package):
+    """Its folders, and the modules beside them, are the nodes; its `__init__` may import them all."""
+    graph: dict[str, set[str]] = {}
+    for path in (PACKAGE / package).rglob("*.py"):
+        node = path.relative_to(PACKAGE / package).with_suffix("").parts[0]
+        of_ours = {name.split(".")[2] for name in imports(path) if name.startswith(f"mbproj.{package}.")}
+        if node != "__init__":
+            graph.setdefault(node, set()).update(of_ours - {node})
+    TopologicalSorter(graph).prepare()  # raises CycleError, with the circle
+
+
+def test_headers_include_nothing_from_above():
+    for path in headers():
+        folder = path.relative_to(KERNEL).parts[0]
+        for header in includes(path):
+            assert (KERNEL / header).is_file(), f"{path.relative_to(ROOT)} includes {header}"
+            below = KERNEL_FOLDERS.index(header.split("/")[0]) <= KERNEL_FOLDERS.index(folder)
+            assert below, f"{path.relative_to(ROOT)} includes {header}"
+
+
+def test_no_circle_of_includes():
+    TopologicalSorter({path.relative_to(KERNEL).as_posix(): includes(path) for path in headers()}).prepare()
+
+
+def test_every_folder_of_the_kernel_is_described():
+    readme = (PACKAGE / "kernel" / "README.md").read_text(encoding="utf-8")
+    assert {path.relative_to(KERNEL).parts[0] for path in headers()} == set(KERNEL_FOLDERS)
+    assert {folder for folder in KERNEL_FOLDERS if f"`{folder}`" not in readme} == set()
+
+
+def test_folders_are_small():
+    counts: dict[str, int] = {}
+    for top in (PACKAGE, ROOT / "tests", ROOT / "scripts"):
+        for path in top.rglob("*"):
+            if path.suffix in {".py", ".hpp", ".cpp", ".md", ".txt", ".json", ".yaml", ".csv"}:
+                folder = path.parent.relative_to(ROOT).as_posix()
+                counts[folder] = counts.get(folder, 0) + 1
+    assert {folder for folder, count in counts.items() if count > MOST_FILES} == set(LARGE_FOLDERS)
+
+
+def test_every_folder_opens_with_a_sentence_on_what_is_inside():
+    for folder in {path.parent for path in modules()}:
+        sentence = ast.get_docstring(ast.parse((folder / "__init__.py").read_text(encoding="utf-8"))) or ""
+        assert re.match(r"\w.{19,}?[.:;]", sentence, re.S), folder
+
+
+def test_files_are_short():
+    lines = {path: len(path.read_text(encoding="utf-8").splitlines()) for path in [*modules(), *headers()]}
+    assert {path for path, count in lines.items() if count > MOST_LINES} == set()
+    short = {path for path, count in lines.items() if count < FEWEST_LINES and path.suffix == ".py"}
+    named = {path.relative_to(PACKAGE).as_posix() for path in short if path.name != "__init__.py"}
+    assert named == set(SHORT_FILES)
 
 
 def test_only_plot_imports_matplotlib():
@@ -108,11 +269,6 @@ def test_tests_import_no_tests_and_skip_nothing_that_they_find_out():
         for node in ast.walk(ast.parse(text)):
             if isinstance(node, ast.Call) and isinstance(node.func, ast.Attribute) and node.func.attr == "skip":
                 assert not isinstance(node.func.value, ast.Name), f"{path}:{node.lineno}"
-
-
-def test_files_are_short():
-    long = {str(path.relative_to(ROOT)): len(path.read_text(encoding="utf-8").splitlines()) for path in modules()}
-    assert {name: lines for name, lines in long.items() if lines > 300} == {}
 
 
 def test_public_names_exist():

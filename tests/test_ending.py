@@ -19,15 +19,18 @@ def test_a_path_that_the_system_refuses_is_the_users(path):
         os.open(path, os.O_WRONLY)
     message, code = ending(caught.value)
     assert (message, code) == (
-        f"error: '{path}': {os.strerror(caught.value.errno)}; give another path", ExitCode.BAD_INPUT
-    )  # fmt: skip
+        f"error: '{path}': {os.strerror(caught.value.errno)}; give another path",
+        ExitCode.BAD_INPUT,
+    )
 
 
 def test_a_machine_that_has_run_out_of_something_is_nobodys_fault():
     assert ending(MemoryError())[1] == ExitCode.FAILED
     full = OSError(errno.ENOSPC, os.strerror(errno.ENOSPC), "out.csv")
-    assert ending(full) == ("error: 'out.csv': No space left on device; make room, or use another place",
-                            ExitCode.FAILED)  # fmt: skip
+    assert ending(full) == (
+        "error: 'out.csv': No space left on device; make room, or use another place",
+        ExitCode.FAILED,
+    )
 
 
 def test_errors_of_ours_say_themselves_what_they_are():

@@ -1,7 +1,9 @@
-"""The code is clean under the linter and the type checker that pyproject.toml configures."""
+"""The code is clean under the linter, the type checker and the formatters that pyproject.toml and `.clang-format`
+configure."""
 
 from __future__ import annotations
 
+import shutil
 import subprocess
 import sys
 
@@ -9,8 +11,31 @@ import pytest
 
 from tests.support import ROOT
 
+CLANG_FORMAT = shutil.which("clang-format")
+#: Places that the formatter leaves alone: tables that it would spread over a page.
+MOST_EXCEPTIONS = 30
 
-@pytest.mark.parametrize("tool", [["ruff", "check"], ["mypy"]], ids=["ruff", "mypy"])
+
+@pytest.mark.parametrize(
+    "tool", [["ruff", "check"], ["ruff", "format", "--check"], ["mypy"]], ids=["ruff", "format", "mypy"]
+)
 def test_clean(tool):
     done = subprocess.run([sys.executable, "-m", *tool], capture_output=True, text=True, cwd=ROOT, check=False)
     assert done.returncode == 0, done.stdout + done.stderr
+
+
+@pytest.mark.skipif(CLANG_FORMAT is None, reason="needs clang-format")
+def test_headers_are_formatted():
+    """Versions differ in a line here and there, so that as many lines may be off."""
+    off = 0
+    for path in sorted((ROOT / "mbproj" / "kernel" / "src").rglob("*.?pp")):
+        done = subprocess.run([str(CLANG_FORMAT), str(path)], capture_output=True, text=True, check=True)
+        off += len(set(done.stdout.splitlines()) - set(path.read_text(encoding="utf-8").splitlines()))
+    assert off <= MOST_EXCEPTIONS
+
+
+def test_few_places_are_kept_from_the_formatter():
+    mark = "# fmt" + ":"
+    folders = (ROOT / "mbproj", ROOT / "scripts", ROOT / "tests")
+    texts = [path.read_text(encoding="utf-8") for folder in folders for path in folder.rglob("*.py")]
+    assert sum(text.count(mark) for text in texts) <= MOST_EXCEPTIONS

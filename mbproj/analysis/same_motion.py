@@ -80,11 +80,14 @@ def compare_motions(
     ends = float(first.time[-1]), float(second.time[-1])
     interval = max(float(np.median(np.diff(time))) if len(time) > 1 else 0.0 for time in (first.time, second.time))
     return MotionComparison(
-        tuple(found), len(rows[0]), (len(first.time), len(second.time)), ends,
+        tuple(found),
+        len(rows[0]),
+        (len(first.time), len(second.time)),
+        ends,
         abs(ends[0] - ends[1]) < 0.999 * interval or ends[0] == ends[1],
         {kind: names for kind in KINDS.values() if (names := one_sided(first, second, kind))},
         reactions_left_out(first, second),
-    )  # fmt: skip
+    )
 
 
 def _compared(

@@ -22,7 +22,8 @@ ENERGIES = ("kinetic_energy", "potential_energy", "total_energy", "work", "dissi
 LEFT_OUT = ("joints/violation", "joints/violation_length", "joints/violation_angle")
 #: What is compared, by its path in the results.
 COMPARED = tuple(
-    dataset for dataset in DATASETS
+    dataset
+    for dataset in DATASETS
     if (dataset.symbol and dataset.path not in LEFT_OUT) or dataset.path.removeprefix("diagnostics/") in ENERGIES
 )
 
@@ -98,10 +99,16 @@ def floors(first: Results, second: Results) -> dict[str, float]:
         for results in (first, second)
     )
     return {
-        "m": length, "m/s": length / duration, "m/s^2": length / duration**2,
-        "rad": 1.0, "rad/s": 1.0 / duration, "rad/s^2": 1.0 / duration**2,
-        "N": energy / length, "N m": energy, "J": energy,
-    }  # fmt: skip
+        "m": length,
+        "m/s": length / duration,
+        "m/s^2": length / duration**2,
+        "rad": 1.0,
+        "rad/s": 1.0 / duration,
+        "rad/s^2": 1.0 / duration**2,
+        "N": energy / length,
+        "N m": energy,
+        "J": energy,
+    }
 
 
 def one_sided(first: Results, second: Results, kind: str) -> tuple[str, ...]:

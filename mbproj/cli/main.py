@@ -54,6 +54,8 @@ GROUPS: Mapping[str, Mapping[str, str]] = MappingProxyType(
     }
 )
 COMMANDS = tuple(name for names in GROUPS.values() for name in names)
+#: Commands that run many simulations, in `mbproj.cli.studies`; the others are in `mbproj.cli.commands`.
+STUDIES = frozenset({"batch", "compare", "paper", "recommend", "stability", "threshold", "tradeoff", "verify"})
 
 
 class CommandsOnDemand(click.Group):
@@ -65,7 +67,9 @@ class CommandsOnDemand(click.Group):
     def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
         if cmd_name not in COMMANDS:
             return None
-        command: click.Command = import_module(f"mbproj.cli.{cmd_name.replace('-', '_')}").command
+        folder = "studies" if cmd_name in STUDIES else "commands"
+        module = import_module(f"mbproj.cli.{folder}.{cmd_name.replace('-', '_')}")
+        command: click.Command = module.command
         return command
 
     def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:

@@ -15,8 +15,8 @@ class Positive(click.ParamType):  # type: ignore[type-arg]  # generic in the new
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> float:
         """The number in SI. Raises InputError at the option."""
-        from mbproj.scene.given import given_number
-        from mbproj.scene.quantities import Number
+        from mbproj.scene.fields.given import given_number
+        from mbproj.scene.fields.quantities import Number
 
         return given_number(value, param.opts[0] if param is not None else "", Number(self.unit, above=0.0))
 

@@ -12,12 +12,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from mbproj.arrays import Array, Integers, distinct_rows
-from mbproj.dynamics.assembly import State, coordinate_values
-from mbproj.dynamics.constraint_equations import cross
-from mbproj.dynamics.equations import mass_matrix
-from mbproj.dynamics.forces import generalised, law_state, unit_pull
-from mbproj.dynamics.kinematics import Pose, attached, pose_of, slots_of, twist_of
-from mbproj.dynamics.row_space import DEPENDENT, scaled_jacobian
+from mbproj.dynamics.assembly.assemble import State, coordinate_values
+from mbproj.dynamics.equations.constraint_equations import cross
+from mbproj.dynamics.equations.equations_of_motion import mass_matrix
+from mbproj.dynamics.equations.forces import generalised, law_state, unit_pull
+from mbproj.dynamics.equations.kinematics import Pose, attached, pose_of, slots_of, twist_of
+from mbproj.dynamics.rank.row_space import DEPENDENT, scaled_jacobian
 from mbproj.functions.program import COORDINATE, RATE
 from mbproj.functions.series import slope
 from mbproj.model.system import System

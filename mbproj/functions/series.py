@@ -37,9 +37,7 @@ def run(programs: ProgramSet, index: int, variables: Sequence[Series]) -> Series
         return stack.pop()
 
 
-def walk(
-    programs: ProgramSet, index: int, variables: Sequence[Series]
-) -> Iterator[tuple[int, list[Series]]]:
+def walk(programs: ProgramSet, index: int, variables: Sequence[Series]) -> Iterator[tuple[int, list[Series]]]:
     """The instructions of program `index` one by one, each with the stack that it finds."""
     stack: list[Series] = []
     for at in range(programs.start[index], programs.start[index + 1]):

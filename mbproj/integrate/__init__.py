@@ -1,6 +1,6 @@
 """Explicit Runge-Kutta integration with projection after the steps: `simulate`."""
 
-from mbproj.integrate.report import Report, Worst
+from mbproj.integrate.outcome.report import Report, Worst
 from mbproj.integrate.simulate import Recorder, simulate
 
 __all__ = ["Recorder", "Report", "Worst", "simulate"]

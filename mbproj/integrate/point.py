@@ -7,15 +7,15 @@ from dataclasses import dataclass
 import numpy as np
 
 from mbproj.arrays import Array
-from mbproj.dynamics.assembly import coordinates
-from mbproj.dynamics.motions import drive_at
-from mbproj.dynamics.samples import Sample
-from mbproj.dynamics.turning import Slip, Turning, turns_of
-from mbproj.integrate.failures import TurnsUntold
-from mbproj.integrate.full import Accelerations, FullFormulation
-from mbproj.integrate.runge_kutta import Step
-from mbproj.integrate.tableau import Tableau
-from mbproj.integrate.tally import Tally
+from mbproj.dynamics.assembly.assemble import coordinates
+from mbproj.dynamics.equations.motions import drive_at
+from mbproj.dynamics.equations.turning import Slip, Turning, turns_of
+from mbproj.dynamics.observe.samples import Sample
+from mbproj.integrate.formulations.full import Accelerations, FullFormulation
+from mbproj.integrate.outcome.failures import TurnsUntold
+from mbproj.integrate.outcome.tally import Tally
+from mbproj.integrate.steppers.runge_kutta import Step
+from mbproj.integrate.steppers.tableau import Tableau
 
 
 @dataclass(frozen=True, eq=False)

@@ -11,22 +11,22 @@ from typing import NamedTuple, Protocol
 import numpy as np
 
 from mbproj.arrays import Array, may_overflow
-from mbproj.dynamics.assembly import State
-from mbproj.dynamics.kinematics import pose_of, twist_of
-from mbproj.dynamics.massless import swamped_motions
-from mbproj.dynamics.observe import Block, observe
-from mbproj.dynamics.round_off import position_grain, velocity_grain
-from mbproj.dynamics.samples import Samples, join, stack
+from mbproj.dynamics.assembly.assemble import State
+from mbproj.dynamics.equations.kinematics import pose_of, twist_of
+from mbproj.dynamics.equations.round_off import position_grain, velocity_grain
+from mbproj.dynamics.observe.recorded import Block, observe
+from mbproj.dynamics.observe.samples import Samples, join, stack
+from mbproj.dynamics.rank.massless import swamped_motions
 from mbproj.errors import SimulationError
-from mbproj.integrate.compiled import march as march_compiled
-from mbproj.integrate.formulation import Choice, choose
-from mbproj.integrate.full import FullFormulation
-from mbproj.integrate.interruption import Interruption, interruption
-from mbproj.integrate.lock_up import naming_lock_up
-from mbproj.integrate.march import march
-from mbproj.integrate.report import EnergyWatch, Report, worst, worst_joint
-from mbproj.integrate.stiffness import StiffnessWatch
-from mbproj.integrate.tally import Tally
+from mbproj.integrate.formulations.choice import Choice, choose
+from mbproj.integrate.formulations.compiled import march as march_compiled
+from mbproj.integrate.formulations.full import FullFormulation
+from mbproj.integrate.loop.interruption import Interruption, interruption
+from mbproj.integrate.loop.march import march
+from mbproj.integrate.loop.stiffness import StiffnessWatch
+from mbproj.integrate.outcome.lock_up import naming_lock_up
+from mbproj.integrate.outcome.report import EnergyWatch, Report, worst, worst_joint
+from mbproj.integrate.outcome.tally import Tally
 from mbproj.model.system import System
 from mbproj.scene.records import Settings
 

@@ -32,8 +32,19 @@ OPEN: dict[str, Any] = {"color": "#A0A0A0", "linewidth": 0.8}
 
 FONT = "DejaVu Sans"
 #: Fonts for letters that it does not have, where they are installed.
-OTHERS = ("Noto Sans CJK JP", "Noto Sans CJK SC", "WenQuanYi Zen Hei", "Hiragino Sans", "PingFang SC", "Yu Gothic",
-          "Microsoft YaHei", "Malgun Gothic", "Noto Sans Devanagari", "Noto Sans Thai", "Arial Unicode MS")
+OTHERS = (
+    "Noto Sans CJK JP",
+    "Noto Sans CJK SC",
+    "WenQuanYi Zen Hei",
+    "Hiragino Sans",
+    "PingFang SC",
+    "Yu Gothic",
+    "Microsoft YaHei",
+    "Malgun Gothic",
+    "Noto Sans Devanagari",
+    "Noto Sans Thai",
+    "Arial Unicode MS",
+)
 
 #: Sizes in points: of axes' names, of the legend, of what stands below the panels.
 LABEL_SIZE, LEGEND_SIZE, PRINT_SIZE = 8.5, 8.0, 7.0

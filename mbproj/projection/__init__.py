@@ -1,11 +1,11 @@
-"""The projection methods of the paper, one file each; `make_method` finds them by the names of `mbproj.registry`."""
+"""The projection methods, one file each in `methods`; `make_method` finds them by the names of `mbproj.registry`."""
 
 from __future__ import annotations
 
 from importlib import import_module
 
-from mbproj.projection.method import Method, Projection
-from mbproj.projection.schedule import Projected, project_after
+from mbproj.projection.methods.method import Method, Projection
+from mbproj.projection.solve.schedule import Projected, project_after
 from mbproj.registry import PROJECTIONS
 from mbproj.scene.records import ProjectionSettings
 
@@ -15,5 +15,5 @@ __all__ = ["Method", "Projected", "Projection", "make_method", "project_after"]
 def make_method(settings: ProjectionSettings) -> Method:
     """The method that the settings name, with its own options from them (`ProjectionEntry.options`)."""
     entry = PROJECTIONS[settings.method]
-    module = import_module(f"mbproj.projection.{entry.module}")
+    module = import_module(f"mbproj.projection.methods.{entry.module}")
     return module.METHOD(**{option: getattr(settings, option) for option in entry.options})

@@ -6,11 +6,17 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from mbproj.errors import ExitCode, InputError, MbprojError, Problem
-from mbproj.scene.suggestions import choose_from, did_you_mean
+from mbproj.scene.text.suggestions import choose_from, did_you_mean
 
 ELSEWHERE = "choose another file with -o"
-KINDS = {"bodies": "body", "markers": "marker", "joints": "joint", "coordinates": "joint coordinate", "forces": "force",
-         "motions": "motion"}
+KINDS = {
+    "bodies": "body",
+    "markers": "marker",
+    "joints": "joint",
+    "coordinates": "joint coordinate",
+    "forces": "force",
+    "motions": "motion",
+}
 
 
 class OutputError(MbprojError):

@@ -55,8 +55,12 @@ NAMES = {
     "joints": NameList("nj", "joints/names", "names of the joints"),
     "coordinates": NameList("nc", "joints/coordinate_names", "names of the joint coordinates, joint.coordinate"),
     "coordinate_units": NameList("nc", "joints/coordinate_units", "unit of each joint coordinate, rad or m"),
-    "forces": NameList("nf", "forces/names", "names of the forces that act along a length or a joint coordinate; then "
-                       "reflected inertias, joint.coordinate.inertia"),
+    "forces": NameList(
+        "nf",
+        "forces/names",
+        "names of the forces that act along a length or a joint coordinate; then "
+        "reflected inertias, joint.coordinate.inertia",
+    ),
     "force_units": NameList("nf", "forces/units", "unit of what each force acts along, rad or m"),
     "motions": NameList("nm", "motions/names", "names of the motions"),
     "motion_units": NameList("nm", "motions/units", "unit of the joint coordinate that each motion drives, rad or m"),
@@ -97,7 +101,9 @@ DATASETS: tuple[Dataset, ...] = (
     Dataset("diagnostics/position_violation", (), "m or rad", "largest absolute value of C, norm rows included"),
     Dataset("diagnostics/velocity_violation", (), "m/s or rad/s", "largest absolute value of the time derivative of C"),
     Dataset(
-        "diagnostics/acceleration_violation", (), "m/s^2 or rad/s^2",
+        "diagnostics/acceleration_violation",
+        (),
+        "m/s^2 or rad/s^2",
         "largest absolute value of the second time derivative of C",
     ),
     Dataset("diagnostics/kinetic_energy", (), "J", "kinetic energy"),

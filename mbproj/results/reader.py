@@ -15,8 +15,17 @@ from mbproj.results.layout import CONSTANTS, DATASETS, FORMAT, NAMES, SCHEMA_VER
 from mbproj.results.record import Results, View
 
 #: Properties of Results that are read from the file when they are asked for.
-BESIDE_SAMPLES = ("title", "scene_text", "scene_path", "overrides", "settings", "gravity", "certified", "trust",
-                  "verification")
+BESIDE_SAMPLES = (
+    "title",
+    "scene_text",
+    "scene_path",
+    "overrides",
+    "settings",
+    "gravity",
+    "certified",
+    "trust",
+    "verification",
+)
 
 
 def open_results(path: Path | str) -> Results:

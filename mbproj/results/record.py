@@ -24,7 +24,7 @@ from mbproj.results.stored_settings import UnfitSettings, settings_from
 from mbproj.results.trust import Trust
 from mbproj.results.verification import Verification
 from mbproj.scene.records import Settings, Vector
-from mbproj.scene.suggestions import choose_from
+from mbproj.scene.text.suggestions import choose_from
 
 NAMES_BY_PATH = MappingProxyType({entry.path: kind for kind, entry in NAMES.items()})
 BY_PATH: Mapping[str, Dataset] = MappingProxyType({dataset.path: dataset for dataset in DATASETS})
@@ -264,4 +264,3 @@ class Results:
             return json.loads(self._text(name))
         except (ValueError, RecursionError) as error:
             raise self.contents.damaged(f"scene/{name}", "is not JSON") from error
-

@@ -7,10 +7,10 @@ from collections.abc import Mapping
 from typing import Any
 
 from mbproj.errors import Place
-from mbproj.scene.nodes import MappingNode, Node, from_value
-from mbproj.scene.reading import Reading
+from mbproj.scene.blocks.simulation import SIMULATION
+from mbproj.scene.fields.reading import Reading
 from mbproj.scene.records import ProjectionSettings, Settings
-from mbproj.scene.simulation import SIMULATION
+from mbproj.scene.text.nodes import MappingNode, Node, from_value
 
 PLACE = Place("settings")
 

@@ -88,9 +88,14 @@ def create(file: h5py.File, names: Sequence[str], limits: Sequence[float]) -> No
         longest = tuple(None if axis == "S" else sizes[axis] for axis in entry.axes)
         chunked = "S" in entry.axes
         data = file.create_dataset(
-            f"{GROUP}/{name}", shape, "f8", maxshape=longest, chunks=chunked or None, fletcher32=chunked,
+            f"{GROUP}/{name}",
+            shape,
+            "f8",
+            maxshape=longest,
+            chunks=chunked or None,
+            fletcher32=chunked,
             fillvalue=np.nan,
-        )  # fmt: skip
+        )
         data.attrs.update({"units": entry.unit, "description": entry.description})
         stamp(data, NOT_YET)
     file[GROUP]["limits"][:] = limits

@@ -7,9 +7,16 @@ from dataclasses import replace
 from typing import Any
 
 from mbproj.joints import COORDINATE_UNITS, INERTIA_UNITS, JOINTS, JointType
-from mbproj.scene.alternatives import Variants
-from mbproj.scene.body import BODY
-from mbproj.scene.checks import (
+from mbproj.scene.blocks.body import BODY
+from mbproj.scene.blocks.coordinates import act_on_coordinates, drive_coordinates, on_bodies
+from mbproj.scene.blocks.expectation_checks import CHECKS
+from mbproj.scene.blocks.expectations import EXPECTATION
+from mbproj.scene.blocks.forces import FORCE
+from mbproj.scene.blocks.motions import MOTION
+from mbproj.scene.blocks.parameters import Parameters
+from mbproj.scene.blocks.simulation import SIMULATION
+from mbproj.scene.fields.alternatives import Variants
+from mbproj.scene.fields.checks import (
     Placed,
     couples_angles,
     different,
@@ -19,24 +26,20 @@ from mbproj.scene.checks import (
     same_kind,
     tooth_count,
 )
-from mbproj.scene.choices import Choice, Reference
-from mbproj.scene.containers import Check, Named, Record
-from mbproj.scene.coordinates import act_on_coordinates, drive_coordinates, on_bodies
-from mbproj.scene.expectation_checks import CHECKS
-from mbproj.scene.expectations import EXPECTATION
-from mbproj.scene.fields import Converted, Field, Flag, List, Text
-from mbproj.scene.forces import FORCE
-from mbproj.scene.motions import MOTION
-from mbproj.scene.parameters import Parameters
-from mbproj.scene.placing import AXES, AXIS, BODY_POINT, JOINT_POINT, TWO_BODIES, TWO_POINTS
-from mbproj.scene.quantities import Number, position_in
+from mbproj.scene.fields.choices import Choice, Reference
+from mbproj.scene.fields.containers import Check, Named, Record
+from mbproj.scene.fields.fields import Converted, Field, Flag, List, Text
+from mbproj.scene.fields.placing import AXES, AXIS, BODY_POINT, JOINT_POINT, TWO_BODIES, TWO_POINTS
+from mbproj.scene.fields.quantities import Number, position_in
+from mbproj.scene.fields.vectors import vector
 from mbproj.scene.records import GROUND, Joint, Marker, Pair
-from mbproj.scene.simulation import SIMULATION
-from mbproj.scene.vectors import vector
 
 #: The key that gives the axes, by the frame of the joint type.
 FRAME_KEYS: Mapping[str, Mapping[str, Field[Placed]]] = {
-    "point": {}, "axis": {"axis": AXIS}, "normal": {"axis": AXIS}, "axes": {"axes": AXES}
+    "point": {},
+    "axis": {"axis": AXIS},
+    "normal": {"axis": AXIS},
+    "axes": {"axes": AXES},
 }
 #: What else a joint may take, by the names in the joint table.
 PARAMETERS: Mapping[str, Field[Any]] = {
@@ -125,8 +128,9 @@ JOINT: Variants[Joint] = Variants("type", JOINT_TYPE, _joint_variants())
 MARKER: Record[Marker] = Record(
     "a marker",
     {"body": Reference("body", "bodies"), "location": BODY_POINT},
-    lambda name, body, location: Marker(name, body, location) if isinstance(location, tuple)
-    else Marker(name, body, location[body], local=True),
+    lambda name, body, location: (
+        Marker(name, body, location) if isinstance(location, tuple) else Marker(name, body, location[body], local=True)
+    ),
     required=("body", "location"),
     checks=(Check(("body", "location"), of_these_bodies("location")),),
     named=True,

@@ -8,17 +8,17 @@ from pathlib import Path
 from typing import Any
 
 from mbproj.errors import InputError, Place, Problem
-from mbproj.scene.coordinates import coordinates_in
-from mbproj.scene.document import compose
-from mbproj.scene.expectation_checks import expectations_of, unsampled
+from mbproj.scene.blocks.coordinates import coordinates_in
+from mbproj.scene.blocks.expectation_checks import expectations_of, unsampled
+from mbproj.scene.blocks.parameters import override
+from mbproj.scene.blocks.simulation import SIMULATION
+from mbproj.scene.fields.reading import Reading, in_text_order
 from mbproj.scene.grammar import SCENE
-from mbproj.scene.nodes import MappingNode, ScalarNode, as_mapping, describe
-from mbproj.scene.parameters import override
-from mbproj.scene.reading import Reading, in_text_order
 from mbproj.scene.records import Force, Joint, JointForce, KeyPath, Scene, Settings
 from mbproj.scene.settings import Merged, check_settings, flatten, merge, read_options, settings_of
-from mbproj.scene.simulation import SIMULATION
-from mbproj.scene.text import MAX_BYTES, read_text
+from mbproj.scene.text.document import compose
+from mbproj.scene.text.nodes import MappingNode, ScalarNode, as_mapping, describe
+from mbproj.scene.text.source import MAX_BYTES, read_text
 
 #: The blocks whose items other items name.
 _REFERRED = ("bodies", "joints", "forces", "motions", "markers")
@@ -37,7 +37,9 @@ def read_scene(
 
 
 def read_scene_text(
-    text: str, name: str = "<text>", parameters: Mapping[str, object] = _NOTHING,
+    text: str,
+    name: str = "<text>",
+    parameters: Mapping[str, object] = _NOTHING,
     simulation: Mapping[str, object] = _NOTHING,
 ) -> Scene:
     """The scene in `text`, which messages call `name`; otherwise as `read_scene`."""

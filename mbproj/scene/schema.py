@@ -7,7 +7,7 @@ text. Only a name that YAML takes for true, false or null has to be quoted where
 
 from __future__ import annotations
 
-from mbproj.scene.fields import Schema
+from mbproj.scene.fields.fields import Schema
 from mbproj.scene.grammar import SCENE
 
 DIALECT = "https://json-schema.org/draft/2020-12/schema"

@@ -8,20 +8,19 @@ from typing import Any
 
 from mbproj.errors import InputError, Place, Problem
 from mbproj.registry import PROJECTIONS, integrators
-from mbproj.scene.nodes import MappingNode, Node, from_value
-from mbproj.scene.reading import Reading
+from mbproj.scene.blocks.simulation import LIST_OPTIONS, OPTIONS, SIMULATION
+from mbproj.scene.fields.reading import Reading
 from mbproj.scene.records import KeyPath, ProjectionSettings, Scene, Settings
 from mbproj.scene.sampling import too_many
-from mbproj.scene.simulation import LIST_OPTIONS, OPTIONS, SIMULATION
-from mbproj.scene.suggestions import choose_from
+from mbproj.scene.text.nodes import MappingNode, Node, from_value
+from mbproj.scene.text.suggestions import choose_from
 
 #: Values by their way through the `simulation` block.
 Values = Mapping[KeyPath, Any]
 
 METHOD: KeyPath = ("projection", "method")
 #: What a method that corrects takes, whichever it is.
-CORRECTION_OPTIONS = ("tolerance", "test", "every", "threshold", "position", "velocity", "max_iterations",
-                      "fallback")
+CORRECTION_OPTIONS = ("tolerance", "test", "every", "threshold", "position", "velocity", "max_iterations", "fallback")
 #: A method's own options that need a value, where none is given.
 DEFAULTS: Mapping[str, Any] = {"alpha": 1e7, "gains": (25.0, 25.0)}
 #: How far output_step / step may be from a whole number, relatively.
@@ -116,8 +115,11 @@ def _output_is_a_multiple(merged: Merged) -> Iterator[Problem]:
     ratio = output_step / step
     if not (0.5 < ratio < 1e15 and abs(ratio - round(ratio)) <= MULTIPLE * ratio):
         place = merged.place(("output_step",), ("step",))
-        yield Problem(f"'output_step' ({output_step:.10g} s) is not a whole multiple of 'step' ({step:.10g} s)", place,
-                      f"set 'output_step' to {max(round(min(ratio, 1e15)), 1) * step:.10g} s")
+        yield Problem(
+            f"'output_step' ({output_step:.10g} s) is not a whole multiple of 'step' ({step:.10g} s)",
+            place,
+            f"set 'output_step' to {max(round(min(ratio, 1e15)), 1) * step:.10g} s",
+        )
 
 
 def _method_takes_its_options(merged: Merged) -> Iterator[Problem]:
@@ -125,8 +127,9 @@ def _method_takes_its_options(merged: Merged) -> Iterator[Problem]:
     for path in merged.values:
         if path[0] == "projection" and not takes(method, str(path[1])):
             able = ", ".join(other for other in PROJECTIONS if takes(other, str(path[1])))
-            yield Problem(f"projection method '{method}' has no '{path[1]}'", merged.place(path, METHOD),
-                          f"these have: {able}")
+            yield Problem(
+                f"projection method '{method}' has no '{path[1]}'", merged.place(path, METHOD), f"these have: {able}"
+            )
 
 
 def _steps_can_be_counted(merged: Merged) -> Iterator[Problem]:
@@ -138,7 +141,10 @@ def _steps_can_be_counted(merged: Merged) -> Iterator[Problem]:
 
 
 _CHECKS: tuple[Callable[[Merged], Iterable[Problem]], ...] = (
-    _tolerance_needs_an_estimate, _output_is_a_multiple, _steps_can_be_counted, _method_takes_its_options,
+    _tolerance_needs_an_estimate,
+    _output_is_a_multiple,
+    _steps_can_be_counted,
+    _method_takes_its_options,
 )
 
 
@@ -161,8 +167,13 @@ def settings_to_run(scene: Scene) -> Settings:
     if settings.duration is None:
         problems.append(Problem("the scene has no duration", place, "add 'duration' to 'simulation', or --duration"))
     if settings.step is None and settings.tolerance is None:
-        problems.append(Problem("the scene has neither step nor tolerance", place,
-                                "add one of them to 'simulation', or --step or --tolerance"))
+        problems.append(
+            Problem(
+                "the scene has neither step nor tolerance",
+                place,
+                "add one of them to 'simulation', or --step or --tolerance",
+            )
+        )
     if problems:
         raise InputError(problems)
     return settings

@@ -56,7 +56,8 @@ def _grown(family: Iterable[tuple[int, int]]) -> list[_Bar]:
     for parent, side in family:
         above = bars[parent] if parent >= 0 else None
         bars.append(
-            _Bar(parent, side, 0, 0, 0) if above is None
+            _Bar(parent, side, 0, 0, 0)
+            if above is None
             else _Bar(parent, side, above.depth + 1, above.across + above.side, above.down + 1)
         )
     return bars

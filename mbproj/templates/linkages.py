@@ -10,7 +10,12 @@ from mbproj.templates.values import Values, refused
 
 SLIDER_CRANK = {"crank": "100 mm", "rod": "300 mm", "mass": "1 kg", "speed": "60 rpm"}
 FOUR_BAR = {
-    "crank": "100 mm", "coupler": "300 mm", "rocker": "250 mm", "frame": "300 mm", "mass": "1 kg", "speed": "60 rpm"
+    "crank": "100 mm",
+    "coupler": "300 mm",
+    "rocker": "250 mm",
+    "frame": "300 mm",
+    "mass": "1 kg",
+    "speed": "60 rpm",
 }
 #: Two turns of the crank, in a thousand steps each.
 SIMULATION = (

@@ -6,9 +6,9 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 from mbproj.errors import InputError, Place, Problem
-from mbproj.scene.fields import Field
-from mbproj.scene.given import given_number
-from mbproj.scene.quantities import Integer, Number
+from mbproj.scene.fields.fields import Field
+from mbproj.scene.fields.given import given_number
+from mbproj.scene.fields.quantities import Integer, Number
 
 #: The most bodies or loops of a scene: the reader takes more, but nobody would read it.
 MOST = 5000

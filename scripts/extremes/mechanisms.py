@@ -33,9 +33,12 @@ joints:
 """
 
 #: The same on a second pin in line with the first, or beside it by `offset`, or askew by the angle `tilt`.
-TWO_PINS = WHEEL + """\
+TWO_PINS = (
+    WHEEL
+    + """\
   second: {type: revolute, bodies: [ground, bar], location: [offset, length/5, 0], axis: [0, cos(tilt), sin(tilt)]}
 """
+)
 
 #: Two bars of one length hang on the ground, and a coupler between their ends, which never turns: a loop.
 PARALLELOGRAM = """
@@ -105,8 +108,9 @@ def chain(links: int, heavy: float) -> str:
 def pendulum(scene: Mapping[str, float]) -> tuple[float, float]:
     """I (kg m²) and K (N m) of the wheel's bar or of the parallelogram, from its parameters."""
     L = scene["length"]
-    bars, carried = (scene["bar"], scene["wheel"]) if "bar" in scene else (
-        scene["left"] + scene["right"], scene["coupler"])
+    bars, carried = (
+        (scene["bar"], scene["wheel"]) if "bar" in scene else (scene["left"] + scene["right"], scene["coupler"])
+    )
     return (bars / 3 + carried) * L**2, (bars / 2 + carried) * L * scene["g"]
 
 

@@ -13,11 +13,11 @@ import numpy as np
 
 from mbproj import InputError, SimulationError, assemble, compile_system, initial_guess, settings_to_run, simulate
 from mbproj.arrays import Array
-from mbproj.cli.summary import warnings
+from mbproj.cli.report.summary import warnings
 from mbproj.dynamics import State
 from mbproj.integrate import Report
 from mbproj.model import System
-from mbproj.projection.tolerance import FLOOR
+from mbproj.projection.solve.tolerance import FLOOR
 from mbproj.registry import PROJECTIONS
 from mbproj.scene import Scene, read_scene_text
 from mbproj.scene.records import ProjectionSettings, Settings
@@ -55,8 +55,14 @@ class Done:
 
 
 RECORDED = (
-    "time", "bodies/position", "bodies/orientation", "bodies/angular_acceleration", "joints/coordinate", "joints/speed",
-    "joints/reaction_force", "diagnostics/position_violation",
+    "time",
+    "bodies/position",
+    "bodies/orientation",
+    "bodies/angular_acceleration",
+    "joints/coordinate",
+    "joints/speed",
+    "joints/reaction_force",
+    "diagnostics/position_violation",
 )
 
 
@@ -146,8 +152,16 @@ def attempt(extreme: Extreme, value: float, method: str, formulation: str, steps
     if not error <= extreme.right:
         verdict = "warned" if said else "WRONG"
     return Outcome(
-        *key, verdict, error, closed, floor, report.velocity_violation.value,
-        report.velocity_floor, report.energy_drift_relative, perf_counter() - started, "; ".join(said),
+        *key,
+        verdict,
+        error,
+        closed,
+        floor,
+        report.velocity_violation.value,
+        report.velocity_floor,
+        report.energy_drift_relative,
+        perf_counter() - started,
+        "; ".join(said),
     )
 
 
@@ -162,10 +176,17 @@ def run(extreme: Extreme, value: float, method: str, formulation: str, steps: in
     options = PROJECTIONS[method].options
     gains = (min(GAIN, GAIN_TIMES_STEP / h),) * 2 if "gains" in options else None
     alpha = ALPHA if "alpha" in options else None
-    scene = replace(scene, settings=Settings(
-        duration=count * h, step=h, output_step=max(count // SAMPLES, 1) * h, integrator="dop853",
-        formulation=formulation, projection=ProjectionSettings(method, alpha=alpha, gains=gains),
-    ))
+    scene = replace(
+        scene,
+        settings=Settings(
+            duration=count * h,
+            step=h,
+            output_step=max(count // SAMPLES, 1) * h,
+            integrator="dop853",
+            formulation=formulation,
+            projection=ProjectionSettings(method, alpha=alpha, gains=gains),
+        ),
+    )
     done = Done(scene, system)
     done.report = simulate(system, state, settings_to_run(scene), done)
     return done

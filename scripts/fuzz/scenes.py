@@ -77,6 +77,18 @@ def _in_place_of(pattern: re.Pattern[str], text: str, new: str, random: Random) 
 
 
 CHANGES = (
-    _number, _number, _scaled, _scaled, _scaled, _scaled, _scaled, _scaled, _all_scaled, _expression, _word, _quoted,
-    _line, _characters,
-)  # fmt: skip
+    _number,
+    _number,
+    _scaled,
+    _scaled,
+    _scaled,
+    _scaled,
+    _scaled,
+    _scaled,
+    _all_scaled,
+    _expression,
+    _word,
+    _quoted,
+    _line,
+    _characters,
+)

@@ -11,9 +11,9 @@ from peers.problem import MECHANISMS
 from kernel_bench import scenes
 from kernel_bench.frequency import highest_frequency
 from mbproj import State, System, assemble, compile_system, initial_guess, read_scene
-from mbproj.integrate.compiled import Compiled
-from mbproj.integrate.in_plane import InPlane
-from mbproj.integrate.reduced import Reduced
+from mbproj.integrate.formulations.compiled import Compiled
+from mbproj.integrate.formulations.planar import InPlane
+from mbproj.integrate.formulations.reduced import Reduced
 from mbproj.kernel import core
 from mbproj.model.planar import NotPlanar, planar_reduction
 from mbproj.scene.records import Scene, Settings
@@ -39,7 +39,7 @@ FAMILIES = {
     "star": Family("Stars: bars on one hub", "spokes", scenes.star, (10, 100, 1000), (10, 100)),
     "ladder": Family("Ladders of four-bars, 3 bodies a loop", "loops", scenes.ladder, (10, 100, 1000), (10,)),
     "wheel": Family("Wheels: four-bars on one shaft", "loops", scenes.wheel, (3, 10, 30), (3,)),
-}  # fmt: skip
+}
 
 
 @dataclass(frozen=True)

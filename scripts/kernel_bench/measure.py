@@ -13,7 +13,7 @@ from time import thread_time
 from typing import Any
 
 from kernel_bench.case import Case
-from mbproj.integrate.compiled import PHASES
+from mbproj.integrate.formulations.compiled import PHASES
 
 #: Longer than any run, s.
 FOREVER = 1e6
@@ -37,13 +37,19 @@ def measure(case: Case, repeat: int) -> dict[str, Any]:
     counters = run.counters.tolist()
     measured = sum(phases.values())
     return {
-        "bodies": case.bodies, "formulation": case.compiled.name, "frequency": case.frequency,
-        "step": case.settings.step, "steps": case.steps, "us_per_step": seconds,
-        "fastest": min(seconds), "median": median(seconds),
-        "passes_per_step": counters[4] / counters[0], "factorisations_per_step": counters[7] / counters[0],
+        "bodies": case.bodies,
+        "formulation": case.compiled.name,
+        "frequency": case.frequency,
+        "step": case.settings.step,
+        "steps": case.steps,
+        "us_per_step": seconds,
+        "fastest": min(seconds),
+        "median": median(seconds),
+        "passes_per_step": counters[4] / counters[0],
+        "factorisations_per_step": counters[7] / counters[0],
         "position_peak": run.position_peak.value,
         "phases": {phase: part / measured for phase, part in phases.items()} if measured else None,
-    }  # fmt: skip
+    }
 
 
 def memory(case: Case) -> dict[str, Any]:
@@ -94,9 +100,18 @@ class _Mallinfo(ctypes.Structure):
     _fields_ = tuple(
         (name, ctypes.c_size_t)
         for name in (
-            "arena", "ordblks", "smblks", "hblks", "hblkhd", "usmblks", "fsmblks", "uordblks", "fordblks", "keepcost",
+            "arena",
+            "ordblks",
+            "smblks",
+            "hblks",
+            "hblkhd",
+            "usmblks",
+            "fsmblks",
+            "uordblks",
+            "fordblks",
+            "keepcost",
         )
-    )  # fmt: skip
+    )
 
 
 def _allocated() -> int | None:

@@ -125,10 +125,13 @@ def _bar(
     tensor: Matrix = ((x, 0.0, 0.0), (0.0, y, 0.0), (0.0, 0.0, z))
     still = np.zeros(3)
     return Body(
-        name, MASS, tensor, _vector(position),
+        name,
+        MASS,
+        tensor,
+        _vector(position),
         velocity=_vector(still if velocity is None else velocity),
         angular_velocity=_vector(still if omega is None else omega),
-    )  # fmt: skip
+    )
 
 
 def _joint(
@@ -148,6 +151,15 @@ def _vector(array: Array) -> Vector:
 
 def _scene(bodies: list[Body], joints: list[Joint]) -> Scene:
     return Scene(
-        title="", gravity=(0.0, 0.0, -GRAVITY), bodies=tuple(bodies), joints=tuple(joints), markers=(), parameters={},
-        settings=Settings(), text="", path=None, overrides={}, places={},
-    )  # fmt: skip
+        title="",
+        gravity=(0.0, 0.0, -GRAVITY),
+        bodies=tuple(bodies),
+        joints=tuple(joints),
+        markers=(),
+        parameters={},
+        settings=Settings(),
+        text="",
+        path=None,
+        overrides={},
+        places={},
+    )

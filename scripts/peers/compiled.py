@@ -14,7 +14,7 @@ from pathlib import Path
 
 import numpy as np
 
-from mbproj.integrate.tableau import load_tableau
+from mbproj.integrate.steppers.tableau import load_tableau
 from peers.peer import (
     NotConverged,
     Observation,
@@ -37,9 +37,13 @@ class NoCompiler(ImportError):
 
 class _Tableau(ctypes.Structure):
     _fields_ = (
-        ("stages", ctypes.c_int), ("estimates", ctypes.c_int), ("error_order", ctypes.c_int),
-        ("a", ctypes.c_void_p), ("b", ctypes.c_void_p), ("error", ctypes.c_void_p),
-    )  # fmt: skip
+        ("stages", ctypes.c_int),
+        ("estimates", ctypes.c_int),
+        ("error_order", ctypes.c_int),
+        ("a", ctypes.c_void_p),
+        ("b", ctypes.c_void_p),
+        ("error", ctypes.c_void_p),
+    )
 
 
 @cache
@@ -78,9 +82,13 @@ def advance(function: Callable[..., int], *arguments: object) -> Integrate:
     def run(method: str, y: Array, duration: float, steps: int, tolerance: float) -> None:
         coefficients, _ = tableau(method)
         done = function(
-            ctypes.byref(coefficients), *arguments, ctypes.c_void_p(y.ctypes.data), ctypes.c_double(duration),
-            ctypes.c_long(steps), ctypes.c_double(tolerance),
-        )  # fmt: skip
+            ctypes.byref(coefficients),
+            *arguments,
+            ctypes.c_void_p(y.ctypes.data),
+            ctypes.c_double(duration),
+            ctypes.c_long(steps),
+            ctypes.c_double(tolerance),
+        )
         if done < 0 or not np.isfinite(y).all():
             raise NotConverged("the step became too small")
 

@@ -27,7 +27,7 @@ class Model:
 def _system() -> Any:
     container = exu.SystemContainer()
     system = container.AddSystem()
-    system.variables["container"] = container        # it must live as long as the system
+    system.variables["container"] = container  # it must live as long as the system
     return system
 
 

@@ -40,7 +40,7 @@ def _settings(duration: float, steps: int, interval: float) -> Any:
     settings.timeIntegration.endTime = duration
     settings.timeIntegration.numberOfSteps = steps
     settings.timeIntegration.verboseMode = 0
-    settings.timeIntegration.adaptiveStep = False                # where Newton fails the setting has failed
+    settings.timeIntegration.adaptiveStep = False  # where Newton fails the setting has failed
     settings.solutionSettings.writeSolutionToFile = False
     settings.solutionSettings.sensorsWritePeriod = interval
     settings.parallel.numberOfThreads = 1

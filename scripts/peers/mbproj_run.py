@@ -20,7 +20,7 @@ from mbproj import (
     settings_to_run,
     simulate,
 )
-from mbproj.dynamics.observe import Block
+from mbproj.dynamics.observe.recorded import Block
 from mbproj.integrate.simulate import Recorder
 from mbproj.scene.records import Scene
 from peers.peer import (
@@ -98,10 +98,7 @@ def _of(mechanism: Mechanism, label: str, simulation: dict[str, object]) -> Sett
 def chain_text(links: int) -> str:
     """The scene of a chain in the x-z plane, level along x."""
     inertia = f"mass: {MASS}, inertia: [{ALONG!r}, {ACROSS!r}, {ACROSS!r}]"
-    bodies = "\n".join(
-        f"  b{k}: {{{inertia}, position: [{(k + 0.5) * LENGTH}, 0, 0]}}"
-        for k in range(links)
-    )
+    bodies = "\n".join(f"  b{k}: {{{inertia}, position: [{(k + 0.5) * LENGTH}, 0, 0]}}" for k in range(links))
     joints = "\n".join(
         f"  j{k}: {{type: revolute, bodies: [{f'b{k - 1}' if k else 'ground'}, b{k}],"
         f" location: [{k * LENGTH}, 0, 0], axis: [0, 1, 0]}}"
@@ -113,9 +110,13 @@ def chain_text(links: int) -> str:
 
 def _chain_scene(chain: Chain, formulation: str, simulation_output: float) -> Scene:
     simulation = {
-        "duration": chain.steps * chain.step, "step": chain.step, "integrator": "rk4", "projection": "gpopm",
-        "formulation": formulation, "output_step": simulation_output,
-    }  # fmt: skip
+        "duration": chain.steps * chain.step,
+        "step": chain.step,
+        "integrator": "rk4",
+        "projection": "gpopm",
+        "formulation": formulation,
+        "output_step": simulation_output,
+    }
     return read_scene_text(chain_text(chain.links), simulation=simulation)
 
 

@@ -18,7 +18,7 @@ from peers.problem import ACROSS, ALONG, FIVE_BAR, GRAVITY, LENGTH, MASS, Array,
 
 #: Time constants in steps and impedances of the loop's constraint that are tried with each step.
 TIME_CONSTANTS, IMPEDANCES = (2.0, 3.0), (0.999, 0.9999)
-mujoco.set_mju_user_warning(lambda message: None)            # diverged runs are counted below, not logged to a file
+mujoco.set_mju_user_warning(lambda message: None)  # diverged runs are counted below, not logged to a file
 #: A state that is not finite or too large warns and resets; then the setting counts as diverged.
 FAULTS = (mujoco.mjtWarning.mjWARN_BADQPOS, mujoco.mjtWarning.mjWARN_BADQVEL, mujoco.mjtWarning.mjWARN_BADQACC)
 
@@ -35,7 +35,7 @@ def _document(bodies: str, rest: str = "") -> str:
     return (
         f'<mujoco><compiler angle="radian" autolimits="false"/><option integrator="RK4" gravity="0 0 {-GRAVITY}"'
         f' tolerance="1e-15" iterations="50"><flag contact="disable"/></option>'
-        f'<worldbody>{bodies}</worldbody>{rest}</mujoco>'
+        f"<worldbody>{bodies}</worldbody>{rest}</mujoco>"
     )
 
 
@@ -45,9 +45,12 @@ def chain_model(links: int) -> mujoco.MjModel:
     body = spec.worldbody
     for index in range(links):
         body = body.add_body(
-            pos=[LENGTH if index else 0.0, 0.0, 0.0], explicitinertial=True,
-            mass=MASS, ipos=[LENGTH / 2, 0.0, 0.0], inertia=[ALONG, ACROSS, ACROSS],
-        )  # fmt: skip
+            pos=[LENGTH if index else 0.0, 0.0, 0.0],
+            explicitinertial=True,
+            mass=MASS,
+            ipos=[LENGTH / 2, 0.0, 0.0],
+            inertia=[ALONG, ACROSS, ACROSS],
+        )
         body.add_joint(type=mujoco.mjtJoint.mjJNT_HINGE, axis=[0.0, 1.0, 0.0])
     body.add_site(name="marker", pos=[LENGTH, 0.0, 0.0])
     return spec.compile()
@@ -60,7 +63,7 @@ def slider_crank_model() -> mujoco.MjModel:
     mujoco.mju_mat2Quat(quaternion, S.ROD_AXES.ravel())
     tree = (
         f'<body pos="{_numbers(S.PIVOT)}"><joint type="hinge" axis="1 0 0"/>'
-        f'{_inertial(S.CRANK_MASS, S.CRANK_INERTIA, (0, 0, 0))}'
+        f"{_inertial(S.CRANK_MASS, S.CRANK_INERTIA, (0, 0, 0))}"
         f'<site name="crank_ball" pos="0 0 {S.CRANK_LENGTH}"/></body>'
         f'<body pos="{_numbers(S.SLIDER)}"><joint type="slide" axis="1 0 0"/>'
         f'{_inertial(S.SLIDER_MASS, S.SLIDER_INERTIA, (0, 0, 0))}<site name="marker"/>'

@@ -26,13 +26,21 @@ if not (PREFIX / "include" / "eigen3").is_dir():
     raise NoCompiler("no headers of Eigen beside Pinocchio's; pip install cmeel-eigen")
 #: As Pinocchio's CMake files ask for.
 DEFINITIONS = (
-    "-DBOOST_MPL_LIMIT_LIST_SIZE=30", "-DBOOST_MPL_CFG_NO_PREPROCESSED_HEADERS",
+    "-DBOOST_MPL_LIMIT_LIST_SIZE=30",
+    "-DBOOST_MPL_CFG_NO_PREPROCESSED_HEADERS",
     "-DPINOCCHIO_ENABLE_TEMPLATE_INSTANTIATION",
-)  # fmt: skip
-LIBRARY = library("pinocchio_compiled.cpp", (
-    *DEFINITIONS, f"-I{PREFIX}/include", f"-I{PREFIX}/include/eigen3", f"-L{PREFIX}/lib", "-lpinocchio_default",
-    f"-Wl,-rpath,{PREFIX}/lib",
-))  # fmt: skip
+)
+LIBRARY = library(
+    "pinocchio_compiled.cpp",
+    (
+        *DEFINITIONS,
+        f"-I{PREFIX}/include",
+        f"-I{PREFIX}/include/eigen3",
+        f"-L{PREFIX}/lib",
+        "-lpinocchio_default",
+        f"-Wl,-rpath,{PREFIX}/lib",
+    ),
+)
 LIBRARY.chain.restype = LIBRARY.slider_crank.restype = ctypes.c_long
 LIBRARY.chain_model.restype = LIBRARY.slider_crank_model.restype = ctypes.c_void_p
 

@@ -62,7 +62,7 @@ class SliderCrank:
         self.balls = pin.StdVec_RigidConstraintModel([ball])
         self.ball_data = pin.StdVec_RigidConstraintData([ball.createData()])
         pin.initConstraintDynamics(self.model, self.data, self.balls, self.ball_data)
-        self.accuracy = pin.ProximalSettings(1e-14, 0.0, 1)       # the ball's rows are independent: one exact solve
+        self.accuracy = pin.ProximalSettings(1e-14, 0.0, 1)  # the ball's rows are independent: one exact solve
         self.start = np.concatenate((np.zeros(4), velocities))
 
     def derivative(self, t: float, y: Array) -> Array:
@@ -76,10 +76,13 @@ class SliderCrank:
         openings = []
         for state in states:
             pin.forwardKinematics(self.model, self.data, state[:4])
-            ends = [self.data.oMi[side].act(place.translation) for side, place in (
-                (self.balls[0].joint1_id, self.balls[0].joint1_placement),
-                (self.balls[0].joint2_id, self.balls[0].joint2_placement),
-            )]
+            ends = [
+                self.data.oMi[side].act(place.translation)
+                for side, place in (
+                    (self.balls[0].joint1_id, self.balls[0].joint1_placement),
+                    (self.balls[0].joint2_id, self.balls[0].joint2_placement),
+                )
+            ]
             openings.append(float(np.linalg.norm(ends[0] - ends[1])))
         return Observation(problem.SliderCrank.SLIDER[0] + states[:, 1], max(openings))
 
@@ -102,9 +105,14 @@ def _dop853(mechanism: Mechanism) -> Iterator[Setting]:
     system = _system(mechanism)
     for tolerance in tolerances(2, 13):
         solve = partial(
-            solve_ivp, system.derivative, (0.0, mechanism.duration), system.start, "DOP853",
-            rtol=tolerance, atol=tolerance,
-        )  # fmt: skip
+            solve_ivp,
+            system.derivative,
+            (0.0, mechanism.duration),
+            system.start,
+            "DOP853",
+            rtol=tolerance,
+            atol=tolerance,
+        )
 
         def observe(solve: Callable[..., object] = solve) -> Observation:
             solution: object = solve(t_eval=mechanism.times)

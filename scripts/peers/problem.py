@@ -55,13 +55,22 @@ class Mechanism:
 
 
 FIVE_BAR = Mechanism(
-    "five_bar", "Five-bar pendulum, largest tip error up to 5 s", ROOT / "mechanisms" / "five_bar.yaml", 5.0,
-    (1e-3, 1e-5, 1e-7, 1e-9), "five_bar.csv", ("tip_x", "tip_z"),
+    "five_bar",
+    "Five-bar pendulum, largest tip error up to 5 s",
+    ROOT / "mechanisms" / "five_bar.yaml",
+    5.0,
+    (1e-3, 1e-5, 1e-7, 1e-9),
+    "five_bar.csv",
+    ("tip_x", "tip_z"),
 )
 SLIDER_CRANK = Mechanism(
-    "spatial_slider_crank", "Spatial slider-crank, largest slider error up to 10 s",
-    ROOT / "mechanisms" / "spatial_slider_crank.yaml", 10.0,
-    (1e-3, 1e-4, 1e-5, 1e-7, 1e-9), "slider_crank_comA.csv", ("slider_x",),
+    "spatial_slider_crank",
+    "Spatial slider-crank, largest slider error up to 10 s",
+    ROOT / "mechanisms" / "spatial_slider_crank.yaml",
+    10.0,
+    (1e-3, 1e-4, 1e-5, 1e-7, 1e-9),
+    "slider_crank_comA.csv",
+    ("slider_x",),
 )
 MECHANISMS = {mechanism.name: mechanism for mechanism in (FIVE_BAR, SLIDER_CRANK)}
 
@@ -100,11 +109,13 @@ class SliderCrank:
     SLIDER = np.array([0.2, 0.0, 0.0])
     ROD_CENTRE = (BALL + SLIDER) / 2
     #: Columns: along the rod from the ball to the slider; the pin of the universal joint; their normal.
-    ROD_AXES = np.array([
-        [2 / 3, 0.0, -np.sqrt(5) / 3],
-        [-1 / 3, -2 / np.sqrt(5), -2 / (3 * np.sqrt(5))],
-        [-2 / 3, 1 / np.sqrt(5), -4 / (3 * np.sqrt(5))],
-    ])
+    ROD_AXES = np.array(
+        [
+            [2 / 3, 0.0, -np.sqrt(5) / 3],
+            [-1 / 3, -2 / np.sqrt(5), -2 / (3 * np.sqrt(5))],
+            [-2 / 3, 1 / np.sqrt(5), -4 / (3 * np.sqrt(5))],
+        ]
+    )
     CRANK_LENGTH, ROD_LENGTH, SPEED = 0.08, 0.3, 6.0
     CRANK_MASS, ROD_MASS, SLIDER_MASS = 0.12, 0.5, 2.0
     CRANK_INERTIA = (1e-4, 1e-4, 1e-5)

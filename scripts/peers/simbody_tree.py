@@ -50,9 +50,7 @@ def _chain_model(links: int) -> osim.Model:
 
 def _angles(axes: Array) -> Array:
     """OpenSim's orientation of a frame: turns about its x, y, z in this order, body-fixed."""
-    return np.array([
-        np.arctan2(-axes[1, 2], axes[2, 2]), np.arcsin(axes[0, 2]), np.arctan2(-axes[0, 1], axes[0, 0])
-    ])  # fmt: skip
+    return np.array([np.arctan2(-axes[1, 2], axes[2, 2]), np.arcsin(axes[0, 2]), np.arctan2(-axes[0, 1], axes[0, 0])])
 
 
 def _slider_crank_model() -> osim.Model:

@@ -9,9 +9,9 @@ import numpy as np
 
 from mbproj import InputError, Scene, SimulationError, State, System, mobility, read_scene_text, settings_to_run
 from mbproj.arrays import Array
-from mbproj.dynamics.constraint_equations import jacobian
-from mbproj.dynamics.kinematics import pose_of
-from mbproj.integrate.full import FullFormulation
+from mbproj.dynamics.equations.constraint_equations import jacobian
+from mbproj.dynamics.equations.kinematics import pose_of
+from mbproj.integrate.formulations.full import FullFormulation
 from mbproj.scene.records import GROUND, BodyForce, PointForce
 
 from .elimination import in_the_kernel
@@ -115,8 +115,9 @@ def _same_motion(system: System, done: Motion, full: Motion, limits: list[RoundO
     moved, pushed = (np.max([getattr(limit, name) for limit in limits], axis=0) for name in ("moved", "acceleration"))
     speed = np.abs(done.samples.v).max() / system.length + 1.0
     q = ADDS_UP * (CLOSED * moved + ROUND_OFF * np.abs(done.samples.q).max(axis=0) + pushed * span**2)
-    v = ADDS_UP * (speed * (CLOSED * moved + moved * q.max()) + ROUND_OFF * np.abs(done.samples.v).max(axis=0)
-                   + pushed * span)  # fmt: skip
+    v = ADDS_UP * (
+        speed * (CLOSED * moved + moved * q.max()) + ROUND_OFF * np.abs(done.samples.v).max(axis=0) + pushed * span
+    )
     for what, name, grain in (("poses", "q", q), ("velocities", "v", v)):
         steps = sum(np.abs(_of(run, name) - _of(run.finer, name)).max(axis=0) for run in (done, full))
         yield off(what, _of(done, name) - _of(full, name), MARGIN * steps.max() + grain)

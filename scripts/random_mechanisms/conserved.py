@@ -6,8 +6,8 @@ import numpy as np
 
 from mbproj import System
 from mbproj.arrays import Numbers
-from mbproj.dynamics.kinematics import body_rates, pose_of, twist_of
-from mbproj.dynamics.samples import Samples
+from mbproj.dynamics.equations.kinematics import body_rates, pose_of, twist_of
+from mbproj.dynamics.observe.samples import Samples
 
 
 def momentum(system: System, samples: Samples) -> tuple[Numbers, float]:

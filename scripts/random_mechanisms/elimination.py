@@ -8,10 +8,10 @@ import numpy as np
 
 from mbproj import System
 from mbproj.arrays import Array
-from mbproj.dynamics.constraint_equations import jacobian
-from mbproj.dynamics.equations import mass_matrix
-from mbproj.dynamics.kinematics import pose_of
-from mbproj.integrate.full import Accelerations
+from mbproj.dynamics.equations.constraint_equations import jacobian
+from mbproj.dynamics.equations.equations_of_motion import mass_matrix
+from mbproj.dynamics.equations.kinematics import pose_of
+from mbproj.integrate.formulations.full import Accelerations
 
 from .round_off import RoundOff
 
@@ -27,7 +27,8 @@ def in_the_kernel(system: System, q: Array, found: Accelerations, limit: RoundOf
       error acts on each body over the body's own inertia. The full formulation, which is held against it, knows
       accelerations to ε of the largest, and λ of heavy bodies from them: to ε × the ratio of the masses.
     - What hangs on a body is added to its inertia (articulated bodies), so that a light one knows its own to ε of the
-      heavy one's only: its acceleration to ε × their ratio. Beyond 1e8 neither is eliminated (heft.hpp).
+      heavy one's only: its acceleration to ε × their ratio. Beyond 1e8 neither is eliminated
+      (inertia_cancellation.hpp).
     """
     n, pose = system.bodies, pose_of(q)
     M, C_q = mass_matrix(system, pose), np.abs(jacobian(system, pose)[system.bodies :])
@@ -37,8 +38,12 @@ def in_the_kernel(system: System, q: Array, found: Accelerations, limit: RoundOf
     pull = lost * np.abs(found.multipliers[n:] * scale).max(initial=0.0) / scale
     load = (C_q.T @ pull).reshape(-1, 7)
     lightest = np.linalg.eigvalsh(np.array([M[at + 3 : at + 7, at + 3 : at + 7] for at in range(0, 7 * n, 7)]))[:, 1]
-    moved = np.column_stack([np.repeat(load[:, :3].max(axis=1) / system.mass, 3).reshape(-1, 3),
-                             np.repeat(load[:, 3:].max(axis=1) / lightest, 4).reshape(-1, 4)])  # fmt: skip
+    moved = np.column_stack(
+        [
+            np.repeat(load[:, :3].max(axis=1) / system.mass, 3).reshape(-1, 3),
+            np.repeat(load[:, 3:].max(axis=1) / lightest, 4).reshape(-1, 4),
+        ]
+    )
     largest = np.abs(found.acceleration).reshape(-1, 7).max(axis=1, keepdims=True)
     moved += EPSILON * spread * largest
     return replace(

@@ -8,9 +8,9 @@ import numpy as np
 
 from mbproj import System
 from mbproj.arrays import Numbers
-from mbproj.dynamics.constraint_equations import jacobian
-from mbproj.dynamics.kinematics import pose_of, twist_of
-from mbproj.dynamics.round_off import position_grain, velocity_grain
+from mbproj.dynamics.equations.constraint_equations import jacobian
+from mbproj.dynamics.equations.kinematics import pose_of, twist_of
+from mbproj.dynamics.equations.round_off import position_grain, velocity_grain
 
 from .conserved import angular_momentum, momentum
 from .finding import Finding, off
@@ -39,8 +39,9 @@ def invariants(system: System, done: Motion, limits: list[RoundOff], free: bool)
         size += pull * float(done.samples.t[-1])
         yield off("momentum", straight - straight[0], ADDS_UP * ROUND_OFF * size)
         size += angular_momentum(system, done.samples)[1]
-        yield _kept("angular momentum", done, lambda run: angular_momentum(system, run.samples)[0],
-                    ADDS_UP * ROUND_OFF * size)  # fmt: skip
+        yield _kept(
+            "angular momentum", done, lambda run: angular_momentum(system, run.samples)[0], ADDS_UP * ROUND_OFF * size
+        )
 
 
 def _closure(system: System, done: Motion, limits: list[RoundOff]) -> Iterator[Finding]:

@@ -52,16 +52,16 @@ def _spring(draw: Drawing, ends: list[str], bodies: dict[str, Any]) -> dict[str,
     return spring | {"stiffness": stiffness, "damping": damping, "free_length": length}
 
 
-def _on_coordinate(
-    draw: Drawing, force: Link, bodies: dict[str, Any], joints: dict[str, Any]
-) -> dict[str, Any] | None:
+def _on_coordinate(draw: Drawing, force: Link, bodies: dict[str, Any], joints: dict[str, Any]) -> dict[str, Any] | None:
     """On a joint's coordinate of the unit that the type acts on; None where no joint has one."""
     unit = {"torsion_spring_damper": "rad", "linear_spring_damper": "m"}.get(force.kind)
     choices = [
-        (name, [key for key, row in JOINTS[joint["type"]].coordinates.items()
-                if unit in (None, COORDINATE_UNITS[row[0]])])
+        (
+            name,
+            [key for key, row in JOINTS[joint["type"]].coordinates.items() if unit in (None, COORDINATE_UNITS[row[0]])],
+        )
         for name, joint in joints.items()
-    ]  # fmt: skip
+    ]
     choices = [(name, keys) for name, keys in choices if keys]
     if not choices:
         return None
@@ -76,5 +76,7 @@ def _on_coordinate(
         found["coordinate"] = keys[force.second % len(keys)]
     free = "free_angle" if unit == "rad" else "free_displacement"
     return found | {
-        "stiffness": short(inertia * pulse**2), "damping": short(inertia * pulse), free: draw.number(-0.5, 0.5)
-    }  # fmt: skip
+        "stiffness": short(inertia * pulse**2),
+        "damping": short(inertia * pulse),
+        free: draw.number(-0.5, 0.5),
+    }

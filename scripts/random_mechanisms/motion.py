@@ -9,15 +9,15 @@ import numpy as np
 
 from mbproj import State, System
 from mbproj.arrays import Array, Integers
-from mbproj.dynamics.assembly import coordinate_values
-from mbproj.dynamics.kinematics import pose_of
-from mbproj.dynamics.observe import Block, observe
-from mbproj.dynamics.samples import Samples, join, stack
-from mbproj.integrate.compiled import march as march_compiled
-from mbproj.integrate.formulation import Choice, choose
-from mbproj.integrate.full import Accelerations, FullFormulation
-from mbproj.integrate.march import march
-from mbproj.integrate.tally import Tally
+from mbproj.dynamics.assembly.assemble import coordinate_values
+from mbproj.dynamics.equations.kinematics import pose_of
+from mbproj.dynamics.observe.recorded import Block, observe
+from mbproj.dynamics.observe.samples import Samples, join, stack
+from mbproj.integrate.formulations.choice import Choice, choose
+from mbproj.integrate.formulations.compiled import march as march_compiled
+from mbproj.integrate.formulations.full import Accelerations, FullFormulation
+from mbproj.integrate.loop.march import march
+from mbproj.integrate.outcome.tally import Tally
 from mbproj.scene.records import Settings
 
 

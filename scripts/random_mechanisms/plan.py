@@ -12,8 +12,18 @@ from mbproj.joints import JOINTS
 TREE = tuple(name for name in JOINTS if name != "gear")
 LOOP = tuple(name for name in JOINTS if name != "fixed")
 FLAT_TREE = ("revolute", "prismatic", "planar", "fixed")
-FLAT_LOOP = ("revolute", "prismatic", "spherical", "universal", "cylindrical", "distance", "revolute_spherical",
-             "point_in_plane", "point_on_line", "gear")  # fmt: skip
+FLAT_LOOP = (
+    "revolute",
+    "prismatic",
+    "spherical",
+    "universal",
+    "cylindrical",
+    "distance",
+    "revolute_spherical",
+    "point_in_plane",
+    "point_on_line",
+    "gear",
+)
 BETWEEN = ("spring_damper", "torsion_spring_damper", "linear_spring_damper", "friction")
 FORCES = (*BETWEEN, "force", "torque")
 MOST_BODIES, MOST_LOOPS, MOST_FORCES = 6, 3, 3

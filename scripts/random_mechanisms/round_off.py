@@ -9,10 +9,10 @@ import numpy as np
 
 from mbproj import System
 from mbproj.arrays import Array, Integers
-from mbproj.dynamics.constraint_equations import gamma, jacobian
-from mbproj.dynamics.equations import generalised_force, mass_matrix
-from mbproj.dynamics.kinematics import pose_of, twist_of
-from mbproj.integrate.full import Accelerations
+from mbproj.dynamics.equations.constraint_equations import gamma, jacobian
+from mbproj.dynamics.equations.equations_of_motion import generalised_force, mass_matrix
+from mbproj.dynamics.equations.kinematics import pose_of, twist_of
+from mbproj.integrate.formulations.full import Accelerations
 
 #: Roundings that add up in an entry of the equations and of their solution, as a relative error: some 450 ε.
 ROUND_OFF = 1e-13
@@ -34,9 +34,7 @@ class RoundOff:
     condition: float
 
 
-def round_off(
-    system: System, q: Array, v: Array, solve: Callable[[Array, Array], Accelerations]
-) -> RoundOff:
+def round_off(system: System, q: Array, v: Array, solve: Callable[[Array, Array], Accelerations]) -> RoundOff:
     """`solve(q, v)` are the full equations' solutions near the state.
 
     The solution x of K x = b, Eq. 14, is uncertain by ε |K⁻¹| (|K||x| + |b|), component by component (Skeel 1979), and
@@ -113,9 +111,7 @@ def _scale(system: System, M: Array, C_q: Array) -> Array:
     return np.concatenate([across, 1.0 / np.linalg.norm(C_q * across, axis=1)])
 
 
-def _by_state(
-    system: System, q: Array, v: Array, x: Array, solve: Callable[[Array, Array], Accelerations]
-) -> Array:
+def _by_state(system: System, q: Array, v: Array, x: Array, solve: Callable[[Array, Array], Accelerations]) -> Array:
     """The largest change of x for random changes of the state, over the relative size of these."""
     rng, largest = np.random.default_rng(3), np.zeros(len(x))
     place, rate = q.reshape(-1, 7), v.reshape(-1, 7)

@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 
 from mbproj import InputError, State, System, assemble, compile_system, initial_guess, mobility, read_scene_text
-from mbproj.dynamics.kinematics import pose_of
-from mbproj.dynamics.rank import DEPENDENT, row_distances, scaled_jacobian
-from mbproj.dynamics.redundancy import redundancy
+from mbproj.dynamics.equations.kinematics import pose_of
+from mbproj.dynamics.rank.mobility import DEPENDENT, row_distances, scaled_jacobian
+from mbproj.dynamics.rank.redundancy import redundancy
 
 #: Rows nearer than this to dependence are those of a pose next to a singular one, which other tests are for.
 NEAR_SINGULAR = 1e-4

@@ -74,9 +74,10 @@ def _turn_flywheels(draw: Drawing, joint: dict[str, Any], bodies: Entries) -> No
     rows = JOINTS[joint["type"]].coordinates
     sizes = {name: lightest * (1.0 if COORDINATE_UNITS[row[0]] == "m" else GYRATION) for name, row in rows.items()}
     found = {
-        name: short(size * 10.0 ** draw.added.uniform(-1, 1)) for name, size in sizes.items()
+        name: short(size * 10.0 ** draw.added.uniform(-1, 1))
+        for name, size in sizes.items()
         if draw.added.uniform() < TURNED
-    }  # fmt: skip
+    }
     if found:
         joint["reflected_inertia"] = found if len(rows) > 1 else next(iter(found.values()))
 

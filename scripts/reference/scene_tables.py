@@ -6,14 +6,14 @@ from collections.abc import Mapping
 
 from mbproj import registry
 from mbproj.joints import JOINTS
-from mbproj.scene.containers import Record
-from mbproj.scene.evaluate import FUNCTIONS
-from mbproj.scene.forces import FORCE_RECORDS
+from mbproj.scene.blocks.forces import FORCE_RECORDS
+from mbproj.scene.blocks.motions import KINDS
+from mbproj.scene.blocks.observables import COMPONENTS, MOMENTS, OBSERVABLES
+from mbproj.scene.blocks.simulation import PROJECTION, SIMULATION
+from mbproj.scene.expressions.evaluate import FUNCTIONS
+from mbproj.scene.expressions.units import SYMBOLS
+from mbproj.scene.fields.containers import Record
 from mbproj.scene.grammar import JOINT, MARKER, SCENE
-from mbproj.scene.motions import KINDS
-from mbproj.scene.observables import COMPONENTS, MOMENTS, OBSERVABLES
-from mbproj.scene.simulation import PROJECTION, SIMULATION
-from mbproj.scene.units import SYMBOLS
 
 from .markdown import code, codes, table
 
@@ -54,10 +54,13 @@ def rows_of(joint: str) -> int:
 
 def forces() -> str:
     rows = [
-        [code(name), codes(key for key in record.required if key != "type"),
-         codes(key for key in record.keys if key not in (*record.required, "type"))]
+        [
+            code(name),
+            codes(key for key in record.required if key != "type"),
+            codes(key for key in record.keys if key not in (*record.required, "type")),
+        ]
         for name, record in FORCE_RECORDS.items()
-    ]  # fmt: skip
+    ]
     return table(["force", "needs", "may have"], rows)
 
 

@@ -89,8 +89,9 @@ def _all(results: Results) -> list[object]:
 
 def _mbproj(folder: Path, *arguments: str) -> None:
     environment = {**os.environ, "PYTHONPATH": str(ROOT), "MBPROJ_CACHE": str(folder / "cache")}
-    subprocess.run([sys.executable, "-c", PROGRAM, *arguments], cwd=folder, env=environment, check=True,
-                   stdout=subprocess.DEVNULL)  # fmt: skip
+    subprocess.run(
+        [sys.executable, "-c", PROGRAM, *arguments], cwd=folder, env=environment, check=True, stdout=subprocess.DEVNULL
+    )
 
 
 def _killed(folder: Path) -> None:

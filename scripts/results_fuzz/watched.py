@@ -22,8 +22,14 @@ PROGRAM = "from mbproj.cli import main; main()"
 #: Exit codes that a file from elsewhere may lead to; 1 is a fault of ours.
 ALLOWED = (0, 2, 3, 4)
 #: What commands import when they are used.
-IMPORTED = ("mbproj.studies.verify", "mbproj.plot.save", "mbproj.plot.panels", "mbproj.analysis.same_motion",
-            "mbproj.integrate", "matplotlib.backends.backend_agg")  # fmt: skip
+IMPORTED = (
+    "mbproj.studies.verify",
+    "mbproj.plot.save",
+    "mbproj.plot.panels",
+    "mbproj.analysis.same_motion",
+    "mbproj.integrate",
+    "matplotlib.backends.backend_agg",
+)
 
 
 @dataclass(frozen=True)

@@ -17,9 +17,15 @@ COLUMNS: Mapping[str, str] = {
     **{f"T{axis}": f"A.torque_on_first.{axis}" for axis in "xyz"},
 }
 RELATIVE = {
-    "position": 1e-3, "velocity": 1e-3, "orientation": 1e-3, "global_angular_velocity": 1e-3, "acceleration": 1e-2,
-    "global_angular_acceleration": 1e-2, "force_on_first": 1e-2, "torque_on_first": 1e-2,
-}  # fmt: skip
+    "position": 1e-3,
+    "velocity": 1e-3,
+    "orientation": 1e-3,
+    "global_angular_velocity": 1e-3,
+    "acceleration": 1e-2,
+    "global_angular_acceleration": 1e-2,
+    "force_on_first": 1e-2,
+    "torque_on_first": 1e-2,
+}
 NOTES = (
     "Compared over 5 s: place, velocity and acceleration of the centre of mass, Euler parameters, angular velocity and "
     "acceleration, and the reaction on the ground."
@@ -32,14 +38,16 @@ JOINTS: Mapping[str, tuple[str, str, Mapping[str, float]]] = {
     "adams_cylindrical": ("Cylindrical_Case03", "A pendulum sliding on a cylindrical joint at 45 degrees", {}),
     "adams_distance": ("Distance_Case01", "A body on a massless rod (distance joint)", {"position": 2e-5}),
     "adams_universal": (
-        "Universal_Case01", "A pendulum on a universal joint",
+        "Universal_Case01",
+        "A pendulum on a universal joint",
         {"position": 8.5e-4, "velocity": 3e-3, "force_on_first": 1.4e-2, "torque_on_first": 1e-2},
     ),
     "adams_universal_tilted": (
-        "Universal_Case03", "A pendulum on a universal joint, released in a general position",
+        "Universal_Case03",
+        "A pendulum on a universal joint, released in a general position",
         {"position": 8.5e-4, "velocity": 3e-3, "force_on_first": 1.4e-2, "torque_on_first": 1e-2},
     ),
-}  # fmt: skip
+}
 SIMULATION = {"duration": "5 s", "tolerance": "1.0e-9", "integrator": "dop853", "output_step": "50 ms"}
 
 ADAMS = tuple(

@@ -9,7 +9,7 @@ import numpy as np
 
 from mbproj import assemble, compile_system, initial_guess, settings_to_run, simulate
 from mbproj.arrays import Array, Integers, Numbers
-from mbproj.dynamics.observe import Block
+from mbproj.dynamics.observe.recorded import Block
 from mbproj.scene import read_scene_text
 
 from .case import Case

@@ -65,8 +65,10 @@ DYMOLA = (
             f"CheckConstaintTorqueUniversalJoint of the {MODELS}). Compared over 1 s: the joint's angles and speeds."
         ),
         columns={
-            "universal.phi_a": "A.angle_1", "universal.phi_b": "A.angle_2",
-            "universal.w_a": "A.speed_1", "universal.w_b": "A.speed_2",
+            "universal.phi_a": "A.angle_1",
+            "universal.phi_b": "A.angle_2",
+            "universal.w_a": "A.speed_1",
+            "universal.w_b": "A.speed_2",
         },
         simulation={"duration": "1 s", "tolerance": "1.0e-9", "integrator": "dop853", "output_step": "10 ms"},
         tolerances={"angle_1": 2e-5, "angle_2": 2e-5},

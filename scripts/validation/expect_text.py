@@ -33,8 +33,14 @@ def expect_lines(case: Case) -> Iterator[str]:
     for row in rows:
         for column in _expected(table):
             values = [float(table[name][row]) for name in column.columns]
-            yield from _entry(case, column, "at_the_end" if row == rows[-1] else "halfway", _time(case, times[row]),
-                              values, _tolerance(case, table, column))
+            yield from _entry(
+                case,
+                column,
+                "at_the_end" if row == rows[-1] else "halfway",
+                _time(case, times[row]),
+                values,
+                _tolerance(case, table, column),
+            )
     yield f"  closed: {{diagnostic: position_violation, at: maximum, below: {CLOSED:g}, source: joints are closed}}"
     yield f"  energy: {{diagnostic: energy_drift_relative, at: maximum, below: {DRIFT:g}, source: balance of energy}}"
 

@@ -8,8 +8,14 @@ from .readable import LETTERS
 IFTOMM = "IFToMM library of computational benchmark problems"
 #: The squeezer's angles are those of joints in a tree of its bodies; the source's are sums, see `reference_table`.
 TREE = {
-    "K1.ground": "A", "K2.K1": "B", "K3.ground": "D", "K4.K3": "E", "K5.ground": "G", "K6.K3": "H", "K7.ground": "J",
-}  # fmt: skip
+    "K1.ground": "A",
+    "K2.K1": "B",
+    "K3.ground": "D",
+    "K4.K3": "E",
+    "K5.ground": "G",
+    "K6.K3": "H",
+    "K7.ground": "J",
+}
 SQUEEZER = {
     **{bodies: f"{joint}.angle" for bodies, joint in TREE.items()},
     **{f"K{k}.speed": f"K{k}.angular_velocity.z" for k in range(1, 8)},

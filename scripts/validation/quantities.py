@@ -24,11 +24,23 @@ from mbproj.scene import Scene
 #: Where a component stands; a scalar has none.
 COMPONENTS = {"": 0, **dict(zip("xyz", range(3), strict=True)), **{f"e{k}": k for k in range(4)}}
 UNITS = {
-    "position": "m", "velocity": "m/s", "acceleration": "m/s^2", "orientation": "1", "angular_velocity": "rad/s",
-    "angular_acceleration": "rad/s^2", "global_angular_velocity": "rad/s", "global_angular_acceleration": "rad/s^2",
-    "force_on_first": "N", "torque_on_first": "N m", "angle": "rad", "angle_1": "rad", "angle_2": "rad",
-    "speed": "rad/s", "speed_1": "rad/s", "speed_2": "rad/s",
-}  # fmt: skip
+    "position": "m",
+    "velocity": "m/s",
+    "acceleration": "m/s^2",
+    "orientation": "1",
+    "angular_velocity": "rad/s",
+    "angular_acceleration": "rad/s^2",
+    "global_angular_velocity": "rad/s",
+    "global_angular_acceleration": "rad/s^2",
+    "force_on_first": "N",
+    "torque_on_first": "N m",
+    "angle": "rad",
+    "angle_1": "rad",
+    "angle_2": "rad",
+    "speed": "rad/s",
+    "speed_1": "rad/s",
+    "speed_2": "rad/s",
+}
 
 #: Those that are a joint's coordinates and their rates.
 COORDINATES = {"angle", "angle_1", "angle_2", "speed", "speed_1", "speed_2"}

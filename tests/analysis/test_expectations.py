@@ -11,7 +11,7 @@ import pytest
 from mbproj.analysis.expectations import Outcome, outcome
 from mbproj.analysis.observed import series
 from mbproj.results import DATASETS, Results, open_results
-from mbproj.scene.observables import OBSERVABLES
+from mbproj.scene.blocks.observables import OBSERVABLES
 from mbproj.scene.records import Expectation
 from tests.results.pendulum_blocks import AMPLITUDE, LENGTH, RATE, record
 
@@ -81,13 +81,21 @@ def test_energy_drift_is_that_of_the_summary(results: Results) -> None:
 @pytest.mark.parametrize(
     ("bounds", "found", "holds"),
     [
-        ({"below": 1.0}, 1.0, True), ({"below": 1.0}, 1.0 + 2**-52, False), ({"below": -1.0}, -1.0, True),
-        ({"below": -1.0}, -0.5, False), ({"below": 0.0}, 1e-300, False), ({"above": 2.0}, 2.0, True),
-        ({"above": 2.0}, 1.9, False), ({"above": -2.0}, -2.1, False), ({"above": -2.0}, 7.0, True),
-        ({"below": 1.0}, math.nan, False), ({"above": 1.0}, math.nan, False), ({"below": 1e3}, math.inf, False),
+        ({"below": 1.0}, 1.0, True),
+        ({"below": 1.0}, 1.0 + 2**-52, False),
+        ({"below": -1.0}, -1.0, True),
+        ({"below": -1.0}, -0.5, False),
+        ({"below": 0.0}, 1e-300, False),
+        ({"above": 2.0}, 2.0, True),
+        ({"above": 2.0}, 1.9, False),
+        ({"above": -2.0}, -2.1, False),
+        ({"above": -2.0}, 7.0, True),
+        ({"below": 1.0}, math.nan, False),
+        ({"above": 1.0}, math.nan, False),
+        ({"below": 1e3}, math.inf, False),
         ({"below": 0.1 + 0.2}, 0.30000000000000004, True),
     ],
-)  # fmt: skip
+)
 def test_bounds(bounds: dict[str, float], found: float, holds: bool) -> None:
     result = Outcome(expected("joint", "A", "angle", "end", **bounds), (found,), 0.0)
     assert result.holds is holds

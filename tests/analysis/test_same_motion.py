@@ -70,9 +70,15 @@ def test_an_absolute_limit_goes_over_the_relative_one(tmp_path: Path) -> None:
 def test_both_signs_are_one_orientation_and_its_difference_is_an_angle(tmp_path: Path) -> None:
     def change(values: dict[str, Any]) -> None:
         turn, small = values["bodies/orientation"], 1e-3
-        turned = np.stack([turn[..., 0] * np.cos(small / 2) - turn[..., 1] * np.sin(small / 2),
-                           turn[..., 0] * np.sin(small / 2) + turn[..., 1] * np.cos(small / 2),
-                           turn[..., 2], turn[..., 3]], axis=-1)
+        turned = np.stack(
+            [
+                turn[..., 0] * np.cos(small / 2) - turn[..., 1] * np.sin(small / 2),
+                turn[..., 0] * np.sin(small / 2) + turn[..., 1] * np.cos(small / 2),
+                turn[..., 2],
+                turn[..., 3],
+            ],
+            axis=-1,
+        )
         values["bodies/orientation"] = -turned
 
     found = next(each for each in compared(tmp_path, change).quantities if each.quantity == "bodies/orientation")
@@ -138,8 +144,10 @@ def test_reactions_that_joints_share_at_will_are_no_part_of_the_motion(tmp_path:
 
 
 def test_only_shared_times_are_compared_and_a_shorter_run_is_not_the_same(tmp_path: Path) -> None:
-    paths = [write(tmp_path / f"{name}.h5", time) for name, time in (
-        ("fine", times()), ("coarse", times(51, 0.04)), ("short", times(101)))]
+    paths = [
+        write(tmp_path / f"{name}.h5", time)
+        for name, time in (("fine", times()), ("coarse", times(51, 0.04)), ("short", times(101)))
+    ]
     with open_results(paths[0]) as fine, open_results(paths[1]) as coarse, open_results(paths[2]) as short:
         other = compare_motions(fine, coarse, 1e-9)
         assert (other.same, other.samples, other.counts) == (True, 51, (201, 51))

@@ -23,8 +23,10 @@ def test_other_samples_of_one_run_are_the_same_motion(runs: Path) -> None:
     done = mbproj("compare-results", "a.h5", "b.h5", "--tolerance", "1e-15", folder=runs)
     lines = done.stdout.splitlines()
     assert lines[:3] == [
-        "a.h5: 201 samples to t = 2 s", "b.h5: 101 samples to t = 2 s", "compared at the 101 times that both have",
-    ]  # fmt: skip
+        "a.h5: 201 samples to t = 2 s",
+        "b.h5: 101 samples to t = 2 s",
+        "compared at the 101 times that both have",
+    ]
     assert lines[4].split() == ["bodies/position", "0.00e+00", "m", "bar1", "0", "s", *lines[4].split()[6:8], "same"]
     assert (lines[-1], done.returncode) == ("the same motion", 0)
 
@@ -51,8 +53,11 @@ def test_json(runs: Path) -> None:
 def test_mistakes(runs: Path) -> None:
     for options, message in (
         (["--tolerance", "0"], "--tolerance: error: '--tolerance' must be greater than 0, found 0\n"),
-        (["--absolute", "marker/position=1"], "--absolute: error: 'marker/position=1' does not begin with a quantity "
-         "and '='; did you mean 'markers/position'?\n"),
+        (
+            ["--absolute", "marker/position=1"],
+            "--absolute: error: 'marker/position=1' does not begin with a quantity "
+            "and '='; did you mean 'markers/position'?\n",
+        ),
         (["--absolute", "bodies/position=1 kg"], "--absolute: error: '--absolute' is in m, this is a mass\n"),
     ):
         done = mbproj("compare-results", "a.h5", "b.h5", *options, folder=runs)

@@ -56,8 +56,12 @@ class Shell:
         environment = {"PATH": f"{self.commands}{os.pathsep}{os.environ['PATH']}", "HOME": str(self.commands)}
         done = subprocess.run(
             [self.program, *start[self.name], *arguments],
-            capture_output=True, text=True, cwd=folder, check=False, env=environment,
-        )  # fmt: skip
+            capture_output=True,
+            text=True,
+            cwd=folder,
+            check=False,
+            env=environment,
+        )
         assert done.stderr == ""
         lines = [line for line in done.stdout.splitlines() if line]
         return [line.partition("\t")[0] for line in lines] if self.name == "fish" else lines

@@ -23,9 +23,14 @@ joints:
 """
 
 STRETCHED = FOUR_BAR
-for bar, before, after in (("left", "[0, 0, 0.5]", "[0.5, 0, 0]"), ("top", "[0.5, 0, 1]", "[1.5, 0, 0]"),
-                           ("right", "[1, 0, 0.5]", "[2.5, 0, 0]"), ("B", "[0, 0, 1]", "[1, 0, 0]"),
-                           ("C", "[1, 0, 1]", "[2, 0, 0]"), ("D", "location: [1, 0, 0]", "location: [3, 0, 0]")):
+for bar, before, after in (
+    ("left", "[0, 0, 0.5]", "[0.5, 0, 0]"),
+    ("top", "[0.5, 0, 1]", "[1.5, 0, 0]"),
+    ("right", "[1, 0, 0.5]", "[2.5, 0, 0]"),
+    ("B", "[0, 0, 1]", "[1, 0, 0]"),
+    ("C", "[1, 0, 1]", "[2, 0, 0]"),
+    ("D", "location: [1, 0, 0]", "location: [3, 0, 0]"),
+):
     STRETCHED = "\n".join(
         line.replace(before, after) if line.startswith(f"  {bar}:") else line for line in STRETCHED.split("\n")
     )

@@ -15,9 +15,15 @@ from tests.results.pendulum_blocks import NAMES, block, record, scene, times
 from tests.results.processes import killed
 
 READERS = (
-    ("info", "R"), ("info", "R", "--check"), ("export", "R"), ("plot", "R"), ("rerun", "R", "-o", "again.h5"),
-    ("compare-results", "R", "R"), ("verify", FIVE_BAR, "--store", "R"), ("run", FIVE_BAR, "-o", "R"),
-)  # fmt: skip
+    ("info", "R"),
+    ("info", "R", "--check"),
+    ("export", "R"),
+    ("plot", "R"),
+    ("rerun", "R", "-o", "again.h5"),
+    ("compare-results", "R", "R"),
+    ("verify", FIVE_BAR, "--store", "R"),
+    ("run", FIVE_BAR, "-o", "R"),
+)
 
 
 @pytest.mark.parametrize("command", READERS, ids=lambda command: command[0])
@@ -91,9 +97,14 @@ def test_a_file_that_is_being_written_is_not_touched(tmp_path):
 
 @pytest.mark.parametrize(
     ("command", "code"),
-    [(("info", "R"), 0), (("info", "R", "--check"), 0), (("export", "R"), 0), (("plot", "R"), 2),
-     (("compare-results", "R", "R"), 2)],
-)  # fmt: skip
+    [
+        (("info", "R"), 0),
+        (("info", "R", "--check"), 0),
+        (("export", "R"), 0),
+        (("plot", "R"), 2),
+        (("compare-results", "R", "R"), 2),
+    ],
+)
 def test_a_run_without_samples(tmp_path, command, code):
     """As a kill leaves it that comes before the first second is over."""
     record(tmp_path / "R", block(times(0)))

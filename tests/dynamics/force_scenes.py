@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from mbproj.dynamics.kinematics import attached, pose_of, slots_of
+from mbproj.dynamics.equations.kinematics import attached, pose_of, slots_of
 
 HEAD = """\
 mbproj: 1
@@ -25,7 +25,7 @@ FORCES = """\
   tc: {type: torsion_spring_damper, joint: C, torque: 4*sin(angle) - angle_dot*t}
   lc: {type: linear_spring_damper, joint: C, stiffness: 11, free_displacement: -3 mm}
   fc: {type: friction, joint: C, coefficient: {angle: 0.4, displacement: 7}}
-"""  # fmt: skip
+"""
 
 
 ON_BODIES = """\

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from mbproj.dynamics.assembly import State, assemble
+from mbproj.dynamics.assembly.assemble import State, assemble
 from mbproj.model import compile_system, initial_guess
 from mbproj.model.system import System
 from mbproj.scene.records import Body, Joint, Pair, Scene

@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 from mbproj.dynamics import assemble
-from mbproj.dynamics.assembly import coordinate_values
-from mbproj.dynamics.constraint_equations import constraint_at, constraint_velocity_at, set_velocity
-from mbproj.dynamics.kinematics import pose_of, twist_of
+from mbproj.dynamics.assembly.assemble import coordinate_values
+from mbproj.dynamics.equations.constraint_equations import constraint_at, constraint_velocity_at, set_velocity
+from mbproj.dynamics.equations.kinematics import pose_of, twist_of
 from mbproj.errors import InputError
 from mbproj.joints import JOINTS
 from mbproj.model import compile_system, initial_guess
@@ -130,7 +130,5 @@ def test_a_turned_over_axis_is_refused():
 def test_nearness_is_geometric_not_energetic():
     """A body's mass has no say in where the mechanism closes."""
     light = triangle(2.0, guess=0.15)
-    heavy = dataclasses.replace(
-        light, bodies=(dataclasses.replace(light.bodies[0], mass=1e6), light.bodies[1])
-    )
+    heavy = dataclasses.replace(light, bodies=(dataclasses.replace(light.bodies[0], mass=1e6), light.bodies[1]))
     np.testing.assert_array_equal(assembled(light)[1].q, assembled(heavy)[1].q)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from mbproj.dynamics.constraint_equations import (
+from mbproj.dynamics.equations.constraint_equations import (
     constraint_acceleration,
     constraint_at,
     constraint_velocity_at,
@@ -14,7 +14,7 @@ from mbproj.dynamics.constraint_equations import (
     set_jacobian,
     set_velocity,
 )
-from mbproj.dynamics.kinematics import attached, pose_of, slots_of, twist_of
+from mbproj.dynamics.equations.kinematics import attached, pose_of, slots_of, twist_of
 from mbproj.joints import JOINTS
 from mbproj.model import compile_system, initial_guess
 from tests.support import random_chain

@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from mbproj.dynamics.constraint_equations import constraint_velocity_at, gamma, jacobian
-from mbproj.dynamics.energy import kinetic_energy, potential_energy
-from mbproj.dynamics.equations import SOLVERS, generalised_force, mass_matrix
-from mbproj.dynamics.kinematics import pose_of, twist_of
+from mbproj.dynamics.equations.constraint_equations import constraint_velocity_at, gamma, jacobian
+from mbproj.dynamics.equations.energy import kinetic_energy, potential_energy
+from mbproj.dynamics.equations.equations_of_motion import SOLVERS, generalised_force, mass_matrix
+from mbproj.dynamics.equations.kinematics import pose_of, twist_of
 from mbproj.model import compile_system
 from tests.support import random_chain
 

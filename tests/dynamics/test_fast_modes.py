@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from mbproj.dynamics.equations.kinematics import pose_of
 from mbproj.dynamics.fast_modes import fastest_mode, responses, slopes, speeds_of_free_bodies
-from mbproj.dynamics.kinematics import pose_of
-from mbproj.integrate.formulation import choose
-from mbproj.integrate.reduced import Reduced
+from mbproj.integrate.formulations.choice import choose
+from mbproj.integrate.formulations.reduced import Reduced
 from mbproj.kernel import core
 from mbproj.scene import read_scene, read_scene_text
 from mbproj.scene.records import Settings

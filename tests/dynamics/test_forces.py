@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from mbproj import assemble, compile_system, initial_guess
-from mbproj.dynamics.constraint_equations import set_jacobian
-from mbproj.dynamics.forces import applied, generalised, law_state, potential_of_springs
-from mbproj.dynamics.kinematics import pose_of, twist_of
+from mbproj.dynamics.equations.constraint_equations import set_jacobian
+from mbproj.dynamics.equations.forces import applied, generalised, law_state, potential_of_springs
+from mbproj.dynamics.equations.kinematics import pose_of, twist_of
 from mbproj.errors import InputError, SimulationError
 from mbproj.scene import read_scene_text
 from tests.dynamics.force_scenes import FORCES, HEAD, ON_BODIES, reference
@@ -100,15 +100,23 @@ def test_forces_and_torques_on_bodies():
 
 
 SAME = [
-    ("points: {a: [0, 0, 1], b: [1, 1, 0]}, stiffness: 30, damping: 2, free_length: 0.7",
-     "points: {a: [0, 0, 1], b: [1, 1, 0]}, force: -30*(l - 0.7) - 2*l_dot"),
-    ("points: {a: [0, 0, 1], b: [1, 1, 0]}, stiffness: 30",
-     "bodies: [b, a], locations: [[1, 1, 0], [0, 0, 1]], stiffness: 30 N/m, free_length: sqrt(3)"),
-    ("points: {a: [0, 0, 1], b: [1, 1, 0]}, stiffness: 30, damping: 2, free_length: 1",
-     "points: {a: [0, 0, 1], b: [1, 1, 0]}, table: [[0, 30], [2, -30]], damping: 2"),
-    ("points: {a: [0, 0, 1], b: [1, 1, 0]}, stiffness: 30, free_length: 1",
-     "points: {a: [0, 0, 1], b: [1, 1, 0]}, table: {rows: [[0, 30], [1, 0], [5, -120]], between: linear}"),
-]  # fmt: skip
+    (
+        "points: {a: [0, 0, 1], b: [1, 1, 0]}, stiffness: 30, damping: 2, free_length: 0.7",
+        "points: {a: [0, 0, 1], b: [1, 1, 0]}, force: -30*(l - 0.7) - 2*l_dot",
+    ),
+    (
+        "points: {a: [0, 0, 1], b: [1, 1, 0]}, stiffness: 30",
+        "bodies: [b, a], locations: [[1, 1, 0], [0, 0, 1]], stiffness: 30 N/m, free_length: sqrt(3)",
+    ),
+    (
+        "points: {a: [0, 0, 1], b: [1, 1, 0]}, stiffness: 30, damping: 2, free_length: 1",
+        "points: {a: [0, 0, 1], b: [1, 1, 0]}, table: [[0, 30], [2, -30]], damping: 2",
+    ),
+    (
+        "points: {a: [0, 0, 1], b: [1, 1, 0]}, stiffness: 30, free_length: 1",
+        "points: {a: [0, 0, 1], b: [1, 1, 0]}, table: {rows: [[0, 30], [1, 0], [5, -120]], between: linear}",
+    ),
+]
 
 
 @pytest.mark.parametrize(("one", "other"), SAME)
@@ -157,9 +165,9 @@ def test_fixed_joints_carry_the_points_along():
 
 
 WRONG = {
-    "k: {type: spring_damper, points: {a: [0, 0, 1], b: [0, 0, 1]}, stiffness: 1}":
-        "11:3: error: force 'k' has no direction: its two points are one at the scene's pose; move one of its points",
-}  # fmt: skip
+    "k: {type: spring_damper, points: {a: [0, 0, 1], b: [0, 0, 1]}, stiffness: 1}": "11:3: error: force 'k' has no "
+    "direction: its two points are one at the scene's pose; move one of its points",
+}
 
 
 @pytest.mark.parametrize("line", WRONG)
@@ -179,14 +187,18 @@ def test_points_of_one_rigid_body():
 @pytest.mark.parametrize(
     ("line", "said"),
     [
-        ("k: {type: torsion_spring_damper, joint: R, torque: sqrt(0.1 - t)}",
-         "stopped at t = 0.8 s at force 'k': 'sqrt(0.1 - t)' fails: sqrt(-0.7) is not finite; correct the "
-         "expression, or end the run before that time"),
-        ("k: {type: force, body: a, force: [0, 1/(t - 0.8), 0]}",
-         "stopped at t = 0.8 s at force 'k': '1/(t - 0.8)' fails: divide(1, 0) is not finite; correct the "
-         "expression, or end the run before that time"),
+        (
+            "k: {type: torsion_spring_damper, joint: R, torque: sqrt(0.1 - t)}",
+            "stopped at t = 0.8 s at force 'k': 'sqrt(0.1 - t)' fails: sqrt(-0.7) is not finite; correct the "
+            "expression, or end the run before that time",
+        ),
+        (
+            "k: {type: force, body: a, force: [0, 1/(t - 0.8), 0]}",
+            "stopped at t = 0.8 s at force 'k': '1/(t - 0.8)' fails: divide(1, 0) is not finite; correct the "
+            "expression, or end the run before that time",
+        ),
     ],
-)  # fmt: skip
+)
 def test_expressions_that_fail_at_run_time(line, said):
     system, guess = system_of(f"  {line}\n")
     pose = pose_of(guess.q)

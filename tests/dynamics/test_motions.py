@@ -6,16 +6,16 @@ import numpy as np
 import pytest
 
 from mbproj import assemble, compile_system, initial_guess
-from mbproj.dynamics.constraint_equations import (
+from mbproj.dynamics.equations.constraint_equations import (
     constraint_at,
     constraint_velocity_at,
     gamma,
     jacobian,
     time_derivative,
 )
-from mbproj.dynamics.kinematics import pose_of, twist_of
-from mbproj.dynamics.motions import drive_at
-from mbproj.dynamics.rank import mobility, refuse_unsolvable
+from mbproj.dynamics.equations.kinematics import pose_of, twist_of
+from mbproj.dynamics.equations.motions import drive_at
+from mbproj.dynamics.rank.mobility import mobility, refuse_unsolvable
 from mbproj.errors import InputError, SimulationError
 from mbproj.scene import read_scene_text
 
@@ -139,16 +139,16 @@ joints:
 motions:
 """
 LOCKED = {
-    "  m: {joint: A, angle: t}\n  n: {joint: D, angle: 3*t}\n":
-        "f.yaml:15:24: error: the mechanism cannot move as motion 'n' asks at the start; its joints, or other motions "
-        "and speeds, hold it: drive no more than there are degrees of freedom",
-    "  m: {joint: A, angle: 0.01*t}\n  n: {joint: D, angle: 1 + t}\n":
-        "f.yaml:15:24: error: the mechanism cannot reach where motion 'n' begins; begin at the pose that 'bodies' "
-        "gives, or take out other motions and conditions",
-    "  m: {joint: A, angle: t**2}\n  n: {joint: D, angle: 3*t**2}\n":
-        "f.yaml:15:24: error: motion 'n' locks the mechanism: what it drives already follows from the joints and the "
-        "motions before it; drive no more coordinates than there are degrees of freedom, and none at a dead centre",
-}  # fmt: skip
+    "  m: {joint: A, angle: t}\n  n: {joint: D, angle: 3*t}\n": "f.yaml:15:24: error: the mechanism cannot move as "
+    "motion 'n' asks at the start; its joints, or other motions "
+    "and speeds, hold it: drive no more than there are degrees of freedom",
+    "  m: {joint: A, angle: 0.01*t}\n  n: {joint: D, angle: 1 + t}\n": "f.yaml:15:24: error: the mechanism cannot "
+    "reach where motion 'n' begins; begin at the pose that 'bodies' "
+    "gives, or take out other motions and conditions",
+    "  m: {joint: A, angle: t**2}\n  n: {joint: D, angle: 3*t**2}\n": "f.yaml:15:24: error: motion 'n' locks the "
+    "mechanism: what it drives already follows from the joints and the "
+    "motions before it; drive no more coordinates than there are degrees of freedom, and none at a dead centre",
+}
 
 
 @pytest.mark.parametrize("motions", LOCKED)

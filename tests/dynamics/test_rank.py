@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from mbproj.dynamics import mobility
-from mbproj.dynamics.kinematics import pose_of
-from mbproj.dynamics.rank import DEPENDENT, refuse_unsolvable, row_distances
+from mbproj.dynamics.equations.kinematics import pose_of
+from mbproj.dynamics.rank.mobility import DEPENDENT, refuse_unsolvable, row_distances
 from mbproj.errors import InputError
 from mbproj.joints import JOINTS
 from mbproj.model import compile_system, initial_guess
@@ -32,6 +32,8 @@ FREEDOM = {
     "screw": 4,
     "gear": 1,
 }
+
+
 def ranks(scene):
     system = compile_system(scene)
     return system, mobility(system, pose_of(initial_guess(scene, system).q))

@@ -7,13 +7,13 @@ import dataclasses
 import numpy as np
 import pytest
 
-from mbproj.dynamics.conditioning import conditioning
-from mbproj.dynamics.constraint_equations import jacobian
-from mbproj.dynamics.kinematics import pose_of
-from mbproj.dynamics.rank import mobility
-from mbproj.dynamics.redundancy import redundancy
-from mbproj.dynamics.row_space import scaled_jacobian
-from mbproj.dynamics.row_words import listed
+from mbproj.dynamics.equations.constraint_equations import jacobian
+from mbproj.dynamics.equations.kinematics import pose_of
+from mbproj.dynamics.rank.conditioning import conditioning
+from mbproj.dynamics.rank.mobility import mobility
+from mbproj.dynamics.rank.redundancy import redundancy
+from mbproj.dynamics.rank.row_space import scaled_jacobian
+from mbproj.dynamics.rank.row_words import listed
 from mbproj.mechanisms_folder import mechanism
 from mbproj.scene import read_scene
 from tests.dynamics import linkages

@@ -25,14 +25,25 @@ SAID = (
     ("angle between axes", 1e-3, ("planar",), ALL, "refused", "joint 'second' is tilted"),
     ("heavy end of a chain of 20", 1e12, ("full",), ("gpopm-pinv",), "stopped", "too far apart for this method"),
     ("heavy end of a chain of 1000", 1e12, ("reduced",), ("mass-orthogonal",), "stopped", "at joint 'J"),
-    *((f"start open in {where}", 0.1, ("full", "reduced", "planar"), ("none", "baumgarte"), "warned", "was open by 0.")
-      for where in ("the plane", "space")),
+    *(
+        (
+            f"start open in {where}",
+            0.1,
+            ("full", "reduced", "planar"),
+            ("none", "baumgarte"),
+            "warned",
+            "was open by 0.",
+        )
+        for where in ("the plane", "space")
+    ),
 )
 #: What runs on one machine and not on another, near the limit, and what is said where it does not.
 MAY_SAY = (
     ("mass of the coupler in a loop", 1e12, ("reduced",), ("mass-orthogonal",), "open", "missed their tolerance"),
-    *((name, value, ("full",), PENALTIES, "stopped", "the penalty α = 1e+07 is too far from the masses")
-      for name, value in (("all masses", 1e-12), ("lengths", 1e-6))),
+    *(
+        (name, value, ("full",), PENALTIES, "stopped", "the penalty α = 1e+07 is too far from the masses")
+        for name, value in (("all masses", 1e-12), ("lengths", 1e-6))
+    ),
 )
 
 

@@ -13,8 +13,8 @@ from mbproj.functions.program import TIME, Code, Op, Program, apply, number, var
 from mbproj.functions.program_set import flatten
 from mbproj.functions.standard import harmonic, smooth_step, tabulated
 from mbproj.functions.table import polygon, spline
-from mbproj.scene.compiled import compiled
-from mbproj.scene.expressions import parse
+from mbproj.scene.expressions.compiled import compiled
+from mbproj.scene.expressions.syntax_tree import parse
 
 
 def of(text, end=2.0, start=0.0):

@@ -15,10 +15,10 @@ from mbproj.functions.program_set import flatten
 from mbproj.functions.series import constant_series, failure, run, time_series
 from mbproj.functions.standard import harmonic, polynomial, smooth_step, tabulated, uniform
 from mbproj.functions.table import polygon, spline
-from mbproj.scene.compiled import compiled
-from mbproj.scene.evaluate import Unavailable, Value, evaluate
-from mbproj.scene.expressions import parse
-from mbproj.scene.tokens import ExpressionError
+from mbproj.scene.expressions.compiled import compiled
+from mbproj.scene.expressions.evaluate import Unavailable, Value, evaluate
+from mbproj.scene.expressions.syntax_tree import parse
+from mbproj.scene.expressions.tokens import ExpressionError
 from tests.functions.texts import SMOOTH, T, expression
 
 

@@ -73,9 +73,13 @@ def run_page(page: Page, folder: Path, *, slow: bool = False) -> None:
             _run_console(fence, folder, where)
         elif fence.language == "python":
             done = subprocess.run(
-                [sys.executable, "-c", fence.text], capture_output=True, text=True, cwd=folder, check=False,
+                [sys.executable, "-c", fence.text],
+                capture_output=True,
+                text=True,
+                cwd=folder,
+                check=False,
                 env={"PYTHONPATH": str(ROOT), "MBPROJ_CACHE": str(folder / "cache")},
-            )  # fmt: skip
+            )
             assert done.returncode == 0, f"{where}: {done.stderr}"
 
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from mbproj.integrate.runge_kutta import continuous_extension, error_estimates, rk_step
-from mbproj.integrate.tableau import load_tableau
+from mbproj.integrate.steppers.runge_kutta import continuous_extension, error_estimates, rk_step
+from mbproj.integrate.steppers.tableau import load_tableau
 from mbproj.registry import integrators
 
 NAMES = list(integrators())

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from mbproj import SimulationError
-from mbproj.integrate.compiled import require_finite
+from mbproj.integrate.formulations.compiled import require_finite
 
 
 def test_a_sample_that_no_correction_closes_ends_the_run_at_its_time():

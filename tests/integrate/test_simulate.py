@@ -90,9 +90,7 @@ def test_every_method_runs_and_says_what_it_did(chain, name):
     assert report.counters["projections"] == (20 if corrects else 0)
     assert report.counters["projection_failures"] == 0
     assert report.counters["evaluations"] == 4 * 20 + 1
-    assert report.position_violation.value == pytest.approx(
-        recorder["diagnostics/position_violation"].max(), abs=4e-15
-    )
+    assert report.position_violation.value == pytest.approx(recorder["diagnostics/position_violation"].max(), abs=4e-15)
     assert (report.position_violation.value <= 1e-13) == corrects
 
 
@@ -101,9 +99,7 @@ def test_bordered_and_eliminated_accelerations_give_the_same_motion(chain):
     eliminated, _ = run(chain, duration=0.2, step=0.01, acceleration="eliminated")
     np.testing.assert_allclose(eliminated["bodies/position"], bordered["bodies/position"], atol=1e-10)
     size = np.abs(bordered["joints/reaction_force"]).max()
-    np.testing.assert_allclose(
-        eliminated["joints/reaction_force"], bordered["joints/reaction_force"], atol=1e-8 * size
-    )
+    np.testing.assert_allclose(eliminated["joints/reaction_force"], bordered["joints/reaction_force"], atol=1e-8 * size)
 
 
 def test_schedules_save_projections(chain):

@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from mbproj.integrate.runge_kutta import rk_step
-from mbproj.integrate.stability_region import amplification, reach, real_axis_limit
-from mbproj.integrate.tableau import load_tableau
+from mbproj.integrate.steppers.runge_kutta import rk_step
+from mbproj.integrate.steppers.stability_region import amplification, reach, real_axis_limit
+from mbproj.integrate.steppers.tableau import load_tableau
 
 NAMES = ("heun2", "bs32", "rk4", "dopri5", "dop853")
 

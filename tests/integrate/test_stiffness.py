@@ -9,8 +9,8 @@ import pytest
 
 from mbproj.errors import SimulationError
 from mbproj.integrate import simulate
-from mbproj.integrate.stability_region import reach
-from mbproj.integrate.tableau import load_tableau
+from mbproj.integrate.steppers.stability_region import reach
+from mbproj.integrate.steppers.tableau import load_tableau
 from mbproj.model import compile_system
 from mbproj.scene import read_scene, settings_to_run
 from mbproj.scene.records import ProjectionSettings, Settings

@@ -6,8 +6,8 @@ from typing import Any
 
 import numpy as np
 
-from mbproj.integrate.compiled import _tableau
-from mbproj.integrate.tableau import load_tableau
+from mbproj.integrate.formulations.compiled import _tableau
+from mbproj.integrate.steppers.tableau import load_tableau
 from mbproj.kernel import core
 
 

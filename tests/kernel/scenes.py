@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from mbproj.dynamics import State, assemble
-from mbproj.integrate.reduced import Reduced
+from mbproj.integrate.formulations.reduced import Reduced
 from mbproj.joints import JOINTS
 from mbproj.kernel import build_info, core
 from mbproj.model import System, compile_system, initial_guess
@@ -65,9 +65,7 @@ def loops(seed: int, count: int = 5) -> Scene:
 def star(seed: int, arms: int = 8) -> Scene:
     """Arms on one hub, every second of them held to the ground too, so that the hub has many joints in loops."""
     rng = np.random.default_rng(seed)
-    held = [
-        random_joint(rng, f"H{arm}", "distance", ("ground", f"b{arm}")) for arm in range(1, arms + 1, 2)
-    ]
+    held = [random_joint(rng, f"H{arm}", "distance", ("ground", f"b{arm}")) for arm in range(1, arms + 1, 2)]
     return grown(seed, arms + 1, lambda number, _: 0 if number else -1, held)
 
 
@@ -77,8 +75,10 @@ def ladder(seed: int, rungs: int) -> Scene:
     bodies, joints, below = [], [], ["ground", "ground"]
     for rung in range(rungs):
         pair = [random_body(rng, f"{side}{rung}") for side in ("left", "right")]
-        joints += [random_joint(rng, f"J{body.name}", "spherical", (under, body.name))
-                   for under, body in zip(below, pair, strict=True)]
+        joints += [
+            random_joint(rng, f"J{body.name}", "spherical", (under, body.name))
+            for under, body in zip(below, pair, strict=True)
+        ]
         below = [body.name for body in pair]
         joints.append(random_joint(rng, f"R{rung}", "distance", (below[0], below[1])))
         bodies += pair
@@ -109,16 +109,22 @@ def parallelogram(angle: float = 0.5, *, regular: bool = False) -> Scene:
 #: Every mechanism to hold the formulations against each other on, by name.
 SCENES: dict[str, Callable[[], Scene]] = {
     # What motions drive is in test_loads.py; what the full formulation refuses in tests/mechanisms.
-    **{path.stem: lambda path=path: read_scene(path) for path in MECHANISMS
-       if path.stem not in ("inline_four", *REDUNDANT, *MASSLESS)},
+    **{
+        path.stem: lambda path=path: read_scene(path)
+        for path in MECHANISMS
+        if path.stem not in ("inline_four", *REDUNDANT, *MASSLESS)
+    },
     **{f"three of {kind}": lambda kind=kind: random_chain(3, [kind] * 3) for kind in JOINTS},
     **{f"tree {seed}": lambda seed=seed: tree(seed) for seed in range(4)},
     **{f"loops {seed}": lambda seed=seed: loops(seed) for seed in range(6)},
     **{f"star {seed}": lambda seed=seed: star(seed) for seed in range(3)},
     "ladder": lambda: ladder(1, 4),
     "gears in a star": lambda: _geared_star(),
-    **{f"three of {kind}, with flywheels": lambda kind=kind: with_flywheels(random_chain(3, [kind] * 3))
-       for kind, joint in JOINTS.items() if joint.coordinates},
+    **{
+        f"three of {kind}, with flywheels": lambda kind=kind: with_flywheels(random_chain(3, [kind] * 3))
+        for kind, joint in JOINTS.items()
+        if joint.coordinates
+    },
     **{f"tree {seed}, with flywheels": lambda seed=seed: with_flywheels(tree(seed)) for seed in range(4)},
     **{f"loops {seed}, with flywheels": lambda seed=seed: with_flywheels(loops(seed)) for seed in range(3)},
     "star, with flywheels": lambda: with_flywheels(star(0)),

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from mbproj.arrays import Array
-from mbproj.dynamics.constraint_equations import jacobian
-from mbproj.dynamics.kinematics import pose_of
+from mbproj.dynamics.equations.constraint_equations import jacobian
+from mbproj.dynamics.equations.kinematics import pose_of
 from mbproj.model import System
 from mbproj.model.euler_parameters import matrix_E
 

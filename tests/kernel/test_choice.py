@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 from mbproj.errors import InputError, MbprojWarning, warn_once
-from mbproj.integrate import formulation as module
 from mbproj.integrate import simulate
-from mbproj.integrate.formulation import Choice, choose
+from mbproj.integrate.formulations import choice as module
+from mbproj.integrate.formulations.choice import Choice, choose
 from mbproj.registry import PROJECTIONS
 from mbproj.scene import read_scene
 from mbproj.scene.records import ProjectionSettings, Scene, Settings

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 from mbproj.arrays import Array
-from mbproj.dynamics.constraint_equations import constraint, constraint_velocity, gamma, jacobian
-from mbproj.dynamics.equations import SOLVERS, generalised_force, mass_matrix
-from mbproj.dynamics.kinematics import pose_of, twist_of
-from mbproj.integrate.reduced import from_space
+from mbproj.dynamics.equations.constraint_equations import constraint, constraint_velocity, gamma, jacobian
+from mbproj.dynamics.equations.equations_of_motion import SOLVERS, generalised_force, mass_matrix
+from mbproj.dynamics.equations.kinematics import pose_of, twist_of
+from mbproj.integrate.formulations.reduced import from_space
 from mbproj.model import System
 from mbproj.model.euler_parameters import matrix_E, matrix_L
 from mbproj.projection import make_method
@@ -70,7 +70,9 @@ def test_accelerations_and_multipliers_are_those_of_the_full_equations(case):
     pose = pose_of(q)
     twist = twist_of(pose, v)
     expected, multipliers = SOLVERS["bordered"](
-        mass_matrix(system, pose), jacobian(system, pose), generalised_force(system, pose, twist),
+        mass_matrix(system, pose),
+        jacobian(system, pose),
+        generalised_force(system, pose, twist),
         gamma(system, pose, twist),
     )
     acceleration, own = case.reduced.equations().accelerations(case.y)

@@ -6,14 +6,14 @@ import numpy as np
 import pytest
 
 from mbproj import assemble, compile_system, initial_guess
-from mbproj.dynamics.assembly import State
+from mbproj.dynamics.assembly.assemble import State
 from mbproj.errors import SimulationError
 from mbproj.functions.program import Program
 from mbproj.functions.program_set import flatten
 from mbproj.functions.series import constant_series, run, time_series
-from mbproj.integrate.formulation import choose
-from mbproj.integrate.full import FullFormulation
-from mbproj.integrate.reduced import Reduced, from_space
+from mbproj.integrate.formulations.choice import choose
+from mbproj.integrate.formulations.full import FullFormulation
+from mbproj.integrate.formulations.reduced import Reduced, from_space
 from mbproj.kernel import core
 from mbproj.kernel.loads import programs
 from mbproj.scene import read_scene_text, settings_to_run

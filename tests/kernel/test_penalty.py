@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from mbproj.arrays import Array
-from mbproj.dynamics.constraint_equations import constraint
-from mbproj.dynamics.kinematics import pose_of
+from mbproj.dynamics.equations.constraint_equations import constraint
+from mbproj.dynamics.equations.kinematics import pose_of
 from mbproj.model.euler_parameters import matrix_E, matrix_L
 from mbproj.scene.records import ProjectionSettings
 from tests.kernel.scenes import Case, loops, needs_kernel, opened, star, tree

@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 from mbproj.arrays import Array
-from mbproj.dynamics.constraint_equations import constraint, gamma, jacobian
-from mbproj.dynamics.equations import generalised_force, mass_matrix
-from mbproj.dynamics.kinematics import pose_of, twist_of
-from mbproj.integrate.in_plane import InPlane
+from mbproj.dynamics.equations.constraint_equations import constraint, gamma, jacobian
+from mbproj.dynamics.equations.equations_of_motion import generalised_force, mass_matrix
+from mbproj.dynamics.equations.kinematics import pose_of, twist_of
+from mbproj.integrate.formulations.planar import InPlane
 from mbproj.kernel import core
 from mbproj.model import System
 from mbproj.model.euler_parameters import matrix_E
@@ -186,7 +186,10 @@ def test_all_multipliers_of_a_sample_balance_the_forces(case):
     y = flat.equations().corrected(case.y)
     acceleration, _ = flat.equations().accelerations(y)
     block = {
-        "t": np.zeros(1), "y": y[None], "acceleration": acceleration[None], "step_size": np.zeros(1),
+        "t": np.zeros(1),
+        "y": y[None],
+        "acceleration": acceleration[None],
+        "step_size": np.zeros(1),
         "work": np.zeros((1, 0)),
         "turns": np.zeros((1, plane.coordinates.size), dtype=int),
     }

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from mbproj.integrate import simulate
-from mbproj.integrate.tableau import load_tableau
+from mbproj.integrate.steppers.tableau import load_tableau
 from mbproj.scene.records import ProjectionSettings, Scene, Settings
 from tests.kernel.mechanism_runs import bits, mechanism, print_bits, run
 from tests.kernel.scenes import SCENES, assembled, needs_kernel
@@ -71,9 +71,7 @@ def test_baumgarte_closes_an_open_joint_as_its_gains_say():
     system, state = assembled(scene)
     q = state.q.copy()
     q[:3] += 1e-6
-    settings = Settings(
-        duration=0.5, step=1e-3, projection=ProjectionSettings(method="baumgarte", gains=(25.0, 25.0))
-    )
+    settings = Settings(duration=0.5, step=1e-3, projection=ProjectionSettings(method="baumgarte", gains=(25.0, 25.0)))
     recorder = Recorder()
     simulate(system, type(state)(0.0, q, state.v, state.turns), settings, recorder)
     rows = recorder["joints/violation"][:, 0]

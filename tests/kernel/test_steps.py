@@ -7,7 +7,7 @@ from time import perf_counter
 import numpy as np
 import pytest
 
-from mbproj.integrate.tableau import load_tableau
+from mbproj.integrate.steppers.tableau import load_tableau
 from tests.integrate.wheel import spinner
 from tests.kernel.mechanism_runs import bits, mechanism, run
 from tests.kernel.scenes import needs_kernel
@@ -110,8 +110,10 @@ def test_recording_does_not_change_the_motion(formulation, way):
         for step in (0.01, 0.2)
     )
     assert [len(fine["time"]), len(coarse["time"])] == [41, 3]
-    at = [{path: block[path][every] for path in block if not path.startswith("diagnostics")}
-          for block, every in ((joined(fine), slice(None, None, 20)), (joined(coarse), slice(None)))]
+    at = [
+        {path: block[path][every] for path in block if not path.startswith("diagnostics")}
+        for block, every in ((joined(fine), slice(None, None, 20)), (joined(coarse), slice(None)))
+    ]
     assert bits([at[0]]) == bits([at[1]])
 
 
@@ -134,7 +136,11 @@ def joined(recorder):
 def test_turns_are_counted(formulation, speed, step):
     """By less and by more than half a turn a step (4 and 5 rad here), over many turns and either way."""
     recorder, _ = run(
-        spinner(speed), duration=300 * step, step=step, integrator="dop853", formulation=formulation,
+        spinner(speed),
+        duration=300 * step,
+        step=step,
+        integrator="dop853",
+        formulation=formulation,
         output_step=3 * step,
     )
     angle = recorder["joints/coordinate"][:, 0]

@@ -90,8 +90,9 @@ class Linkage:
 
     def assert_accelerations(self, u: np.ndarray, speed: np.ndarray, tolerance: float) -> None:
         """Those of the equation of motion in u, from the recorded u and u'."""
-        exact = np.array([self.bends(at) * v**2 + self.rates(at) * self.acceleration(at, v)
-                          for at, v in zip(u, speed, strict=True)])
+        exact = np.array(
+            [self.bends(at) * v**2 + self.rates(at) * self.acceleration(at, v) for at, v in zip(u, speed, strict=True)]
+        )
         assert_close(self.done["bodies/acceleration"], exact[..., :3], tolerance)
         for k, body in enumerate(self.bodies):
             assert_close(self.turned("bodies/angular_acceleration", body.name), exact[:, k, 3:], tolerance)

@@ -73,8 +73,13 @@ def observed_order(simulate: Callable[[float], Run], quantity: Quantity, step: f
 
 
 #: The larger step (s), and whether the order is clean there; where it is not, the drift falls faster.
-CHAIN_STEPS = {"heun2": (0.002, True), "bs32": (0.01, True), "rk4": (0.01, True), "dopri5": (0.02, False),
-               "dop853": (0.1, False)}
+CHAIN_STEPS = {
+    "heun2": (0.002, True),
+    "bs32": (0.01, True),
+    "rk4": (0.01, True),
+    "dopri5": (0.02, False),
+    "dop853": (0.1, False),
+}
 
 
 @pytest.mark.parametrize("quantity", [angular_momentum, energy], ids=["momentum", "energy"])

@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 from mbproj import read_scene
+from mbproj.scene.fields.rotations import from_matrix, multiply
 from mbproj.scene.records import Body, Joint, Marker, Pair, ProjectionSettings, Quaternion, Scene, Settings, Vector
-from mbproj.scene.rotations import from_matrix, multiply
 from tests.mechanisms.running import Run, assert_close, run_scene
 from tests.support import ROOT, random_chain
 
@@ -25,8 +25,15 @@ TOLERANCE = 1e-11
 
 def mechanisms() -> Mapping[str, Scene]:
     """Loops, trees, a free body and a random chain, each to be run for 20 steps."""
-    names = ("spatial_slider_crank", "planar_four_bar", "spatial_four_bar", "hooke_shaft", "delta_robot", "free_body",
-             "five_bar")
+    names = (
+        "spatial_slider_crank",
+        "planar_four_bar",
+        "spatial_four_bar",
+        "hooke_shaft",
+        "delta_robot",
+        "free_body",
+        "five_bar",
+    )
     scenes = {name: read_scene(ROOT / "mechanisms" / f"{name}.yaml") for name in names}
     scenes["chain"] = random_chain(5, ["universal", "prismatic", "spherical", "revolute", "universal"])
     return {name: replace(scene, settings=SETTINGS) for name, scene in scenes.items()}

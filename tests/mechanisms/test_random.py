@@ -11,13 +11,20 @@ from tests.kernel.scenes import needs_kernel
 
 
 @needs_kernel
-@settings(max_examples=24, derandomize=True, deadline=None, phases=[Phase.explicit, Phase.generate],
-          suppress_health_check=[HealthCheck.too_slow, HealthCheck.data_too_large])
+@settings(
+    max_examples=24,
+    derandomize=True,
+    deadline=None,
+    phases=[Phase.explicit, Phase.generate],
+    suppress_health_check=[HealthCheck.too_slow, HealthCheck.data_too_large],
+)
 @given(plans())
 def test_formulations_agree_and_keep_what_mechanics_keeps(plan: Plan) -> None:
     """Accelerations, reactions, poses, velocities, closure, energy, momentum: to round-off × the equations' condition,
     and to the error of the steps, which halving them shows."""
     text = scene_text(plan)
-    off = [f"{finding.what}: {finding.excess:.2g} times what is allowed {finding.why}"
-           for finding in examine(text).disagreements]
+    off = [
+        f"{finding.what}: {finding.excess:.2g} times what is allowed {finding.why}"
+        for finding in examine(text).disagreements
+    ]
     assert not off, "\n".join([*off, text])

@@ -11,8 +11,8 @@ from mbproj.joints import JOINTS
 from mbproj.model import System, compile_system, initial_guess
 from mbproj.model.euler_parameters import product
 from mbproj.model.planar import NotPlanar, Plane, planar_reduction
+from mbproj.scene.fields.rotations import from_matrix
 from mbproj.scene.records import Body, Joint, Pair, Scene
-from mbproj.scene.rotations import from_matrix
 from tests.support import PARAMETERS, random_body, random_gear, scene_of
 
 Point = tuple[float, float]

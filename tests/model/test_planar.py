@@ -7,10 +7,10 @@ import dataclasses
 import numpy as np
 import pytest
 
-from mbproj.dynamics.assembly import coordinate_values
-from mbproj.dynamics.constraint_equations import constraint, gamma, jacobian
-from mbproj.dynamics.equations import generalised_force, mass_matrix
-from mbproj.dynamics.kinematics import pose_of, twist_of
+from mbproj.dynamics.assembly.assemble import coordinate_values
+from mbproj.dynamics.equations.constraint_equations import constraint, gamma, jacobian
+from mbproj.dynamics.equations.equations_of_motion import generalised_force, mass_matrix
+from mbproj.dynamics.equations.kinematics import pose_of, twist_of
 from mbproj.model.euler_parameters import matrix_E
 from mbproj.model.planar import Plane
 from mbproj.model.planar.equations import planar_constraint, planar_gamma, planar_jacobian, planar_value

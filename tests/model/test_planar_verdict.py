@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 from mbproj.dynamics import assemble
-from mbproj.dynamics.kinematics import pose_of
-from mbproj.dynamics.rank import scaled_jacobian
+from mbproj.dynamics.equations.kinematics import pose_of
+from mbproj.dynamics.rank.mobility import scaled_jacobian
 from mbproj.model import compile_system, initial_guess
 from mbproj.model.planar import NotPlanar, Plane, planar_reduction
 from mbproj.model.planar.equations import planar_jacobian

@@ -10,8 +10,11 @@ def test_text_is_no_formula_and_commands_no_terminal(tmp_path):
     rows = [['=HYPERLINK("x")', -1.5, None], ["a,b", 0.1, "\x1b[31mred\r\n"]]
     write_csv(tmp_path / "a.csv", ["label", "value", "failure"], rows)
     assert (tmp_path / "a.csv").read_bytes().decode().split("\n") == [
-        "label,value,failure", '"\'=HYPERLINK(""x"")",-1.5,', '"a,b",0.1,\\u001b[31mred\\u000d\\u000a', "",
-    ]  # fmt: skip
+        "label,value,failure",
+        '"\'=HYPERLINK(""x"")",-1.5,',
+        '"a,b",0.1,\\u001b[31mred\\u000d\\u000a',
+        "",
+    ]
 
 
 def test_commands_of_terminals_can_be_read_and_other_text_is_itself():

@@ -36,8 +36,11 @@ def texts(figure: Figure) -> list[tuple[str, Bbox]]:
 def outside(figure: Figure) -> list[str]:
     """The texts that are not wholly on the page."""
     page = figure.bbox.padded(1.0)
-    return [text for text, box in texts(figure) if not (page.x0 <= box.x0 and box.x1 <= page.x1
-            and page.y0 <= box.y0 and box.y1 <= page.y1)]  # fmt: skip
+    return [
+        text
+        for text, box in texts(figure)
+        if not (page.x0 <= box.x0 and box.x1 <= page.x1 and page.y0 <= box.y0 and box.y1 <= page.y1)
+    ]
 
 
 def overlapping(figure: Figure) -> list[tuple[str, str]]:

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from click.testing import CliRunner
 
-from mbproj.cli import info, plot
+from mbproj.cli.commands import info, plot
 from mbproj.errors import InputError, SimulationError
 from mbproj.plot.kinds import KINDS
 from mbproj.results import DATASETS, ResultsWriter
@@ -56,9 +56,24 @@ def drawn(monkeypatch, *arguments) -> tuple:
 def test_plot_hands_over_window_names_and_labels(tmp_path, path, monkeypatch):
     other = record(tmp_path / "other.h5", block(times(301)))
     _, results, labels = drawn(
-        monkeypatch, path, other, "-o", tmp_path, "--from", 0.3, "--to", 0.7, "--marker", "tip", "--joint", "A",
-        "--label", "one", "--label", "two",
-    )  # fmt: skip
+        monkeypatch,
+        path,
+        other,
+        "-o",
+        tmp_path,
+        "--from",
+        0.3,
+        "--to",
+        0.7,
+        "--marker",
+        "tip",
+        "--joint",
+        "A",
+        "--label",
+        "one",
+        "--label",
+        "two",
+    )
     assert labels == ["one", "two"]
     for shown in results:
         assert np.array_equal(shown.time, times()[30:71])
@@ -97,12 +112,14 @@ def test_plot_leaves_out_what_does_not_apply(tmp_path):
         (["--label", "a", "--label", "b"], "--label: 2 for 1 results; give one for each file, in their order, or none"),
         (["--from", "3"], "'RUN' has no sample from 3 s; its samples go from 0 s to 2 s"),
         (["--to", "-1"], "'RUN' has no sample to -1 s; its samples go from 0 s to 2 s"),
-        (["--from", "1.001", "--to", "1.002"], "'RUN' has no sample from 1.001 s to 1.002 s; "
-         "its samples go from 0 s to 2 s"),
+        (
+            ["--from", "1.001", "--to", "1.002"],
+            "'RUN' has no sample from 1.001 s to 1.002 s; its samples go from 0 s to 2 s",
+        ),
         (["--from", "2", "--to", "1"], "--from 2 is not before --to 1; exchange them"),
         (["-o", "RUN"], "cannot make the directory 'RUN': File exists; choose another directory with -o"),
     ],
-)  # fmt: skip
+)
 def test_plot_refuses(path, arguments, message):
     with pytest.raises(InputError) as caught:
         run(plot.command, path, *(str(path) if argument == "RUN" else argument for argument in arguments))

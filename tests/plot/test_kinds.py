@@ -99,8 +99,11 @@ def test_joints(results):
 def test_a_row_for_each_joint_where_lines_are_results(two):
     figure = draw("joints", two, ["one", "two"])
     assert ylabels(figure) == [
-        "A: violation (m)", "A: violation (rad)", "Gelenk ä: violation (m)", "Gelenk ä: violation (rad)",
-    ]  # fmt: skip
+        "A: violation (m)",
+        "A: violation (rad)",
+        "Gelenk ä: violation (m)",
+        "Gelenk ä: violation (rad)",
+    ]
     assert legend(figure) == ["one", "two"]
     assert figure.axes[0].get_ylim() == figure.axes[2].get_ylim()
     assert np.array_equal(lines(figure.axes[3])["two"], two[1].joint("Gelenk ä").violation_angle)
@@ -114,8 +117,11 @@ def test_energy(two):
     assert np.array_equal(figure.axes[1].lines[0].get_ydata(), 1e-6 * times())
     figure = draw("energy", two, ["one", "two"])
     assert ylabels(figure)[:4] == [
-        "kinetic energy (J)", "potential energy (J)", "total energy (J)", "energy balance (J)",
-    ]  # fmt: skip
+        "kinetic energy (J)",
+        "potential energy (J)",
+        "total energy (J)",
+        "energy balance (J)",
+    ]
     assert np.array_equal(lines(figure.axes[3])["two"], -3e-6 * times())
     assert np.array_equal(lines(figure.axes[1])["one"], two[0]["diagnostics/potential_energy"])
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from click.testing import CliRunner
 
-from mbproj.cli import plot
+from mbproj.cli.commands import plot
 from mbproj.plot.kinds import KINDS, draw, nothing_to_see
 from mbproj.plot.kinds.markers import legible
 from mbproj.results import open_results
@@ -58,8 +58,11 @@ def test_torques_of_round_off_are_said_and_not_drawn(tmp_path):
         assert ylabels(figure) == ["|reaction force| (N)"]
         assert "reaction torques are zero (at most 2e-13 N m)" in figure.get_supxlabel()
         assert ylabels(draw("reactions", [results, results], ["a", "b"])) == [
-            "A: |force| (N)", "|Δ| (N)", "Gelenk ä: |force| (N)", "|Δ| (N)",
-        ]  # fmt: skip
+            "A: |force| (N)",
+            "|Δ| (N)",
+            "Gelenk ä: |force| (N)",
+            "|Δ| (N)",
+        ]
 
 
 def test_torques_that_loads_make_are_drawn(tmp_path):
@@ -101,9 +104,17 @@ def test_what_three_forces_act_along_is_drawn_once(tmp_path):
         np.testing.assert_array_equal(lines(figure.axes[1])["motor"], results["forces/force"][:, 3])
         both = draw("forces", [results, results], ["a", "b"])
     assert ylabels(both) == [
-        "A.angle (°)", "torque of spring (N m)", "torque of damper (N m)", "torque of motor (N m)",
-        "|Δ| (°)", "|Δ| (N m)", "push (°)", "torque (N m)", "|Δ| (°)", "|Δ| (N m)",
-    ]  # fmt: skip
+        "A.angle (°)",
+        "torque of spring (N m)",
+        "torque of damper (N m)",
+        "torque of motor (N m)",
+        "|Δ| (°)",
+        "|Δ| (N m)",
+        "push (°)",
+        "torque (N m)",
+        "|Δ| (°)",
+        "|Δ| (N m)",
+    ]
 
 
 @pytest.mark.parametrize(
@@ -142,8 +153,10 @@ def test_a_path_in_space_is_seen_from_three_sides_of_one_scale(tmp_path):
         figure = draw("paths", [results], ["run"])
         path = results.marker("tip").position
     assert [(axis.get_xlabel(), axis.get_ylabel()) for axis in figure.axes] == [
-        ("x (m)", "y (m)"), ("x (m)", "z (m)"), ("y (m)", "z (m)"),
-    ]  # fmt: skip
+        ("x (m)", "y (m)"),
+        ("x (m)", "z (m)"),
+        ("y (m)", "z (m)"),
+    ]
     spans = {round(float(np.ptp(limits)), 12) for axis in figure.axes for limits in (axis.get_xlim(), axis.get_ylim())}
     assert len(spans) == 1
     np.testing.assert_array_equal(figure.axes[2].lines[0].get_xdata(), path[:, 1])

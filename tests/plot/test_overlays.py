@@ -22,8 +22,9 @@ def apart(tmp_path):
     other["diagnostics/kinetic_energy"] += 1e-6
     half = block(times(101, 0.02))
     half["markers/position"][:, 0, 1] -= 1e-5
-    written = [record(tmp_path / f"{name}.h5", values) for name, values in
-               (("first", None), ("other", other), ("half", half))]  # fmt: skip
+    written = [
+        record(tmp_path / f"{name}.h5", values) for name, values in (("first", None), ("other", other), ("half", half))
+    ]
     opened = [open_results(path) for path in written]
     yield opened
     for results in opened:

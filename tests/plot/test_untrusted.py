@@ -11,8 +11,8 @@ from mbproj.plot.kinds import draw, why_not
 from mbproj.plot.untrusted import usual_limit
 from mbproj.results import ResultsWriter, open_results
 from mbproj.scene import settings_to_run
-from mbproj.studies.certified import simulate_certified
-from mbproj.studies.mechanism import Mechanism
+from mbproj.studies.certify.certified import simulate_certified
+from mbproj.studies.measure.mechanism import Mechanism
 from tests.support import ROOT
 
 

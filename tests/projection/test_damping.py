@@ -5,16 +5,16 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from mbproj.dynamics.constraint_equations import constraint_at, jacobian
-from mbproj.dynamics.equations import mass_matrix
-from mbproj.dynamics.kinematics import pose_of
-from mbproj.dynamics.row_span import RowSpan
-from mbproj.integrate.in_plane import InPlane
-from mbproj.integrate.reduced import Reduced
+from mbproj.dynamics.equations.constraint_equations import constraint_at, jacobian
+from mbproj.dynamics.equations.equations_of_motion import mass_matrix
+from mbproj.dynamics.equations.kinematics import pose_of
+from mbproj.dynamics.rank.row_span import RowSpan
+from mbproj.integrate.formulations.planar import InPlane
+from mbproj.integrate.formulations.reduced import Reduced
 from mbproj.kernel import core
 from mbproj.projection import make_method
-from mbproj.projection.damping import WIDEST_TURN, damped
-from mbproj.projection.position import correct_position
+from mbproj.projection.solve.damping import WIDEST_TURN, damped
+from mbproj.projection.solve.position import correct_position
 from mbproj.registry import PROJECTIONS
 from tests.kernel.scenes import needs_kernel
 from tests.projection.uneven_chains import suited, uneven_chain

@@ -7,9 +7,9 @@ import dataclasses
 import numpy as np
 import pytest
 
-from mbproj.dynamics.constraint_equations import jacobian
-from mbproj.dynamics.equations import mass_matrix
-from mbproj.dynamics.kinematics import pose_of
+from mbproj.dynamics.equations.constraint_equations import jacobian
+from mbproj.dynamics.equations.equations_of_motion import mass_matrix
+from mbproj.dynamics.equations.kinematics import pose_of
 from mbproj.model import compile_system
 from mbproj.projection import Projection, make_method
 from mbproj.registry import PROJECTIONS

@@ -7,8 +7,8 @@ from itertools import pairwise
 
 import pytest
 
-from mbproj.scene.forces import COORDINATES
-from mbproj.scene.observables import OBSERVABLES
+from mbproj.scene.blocks.forces import COORDINATES
+from mbproj.scene.blocks.observables import OBSERVABLES
 from mbproj.scene.records import Expectation, Settings
 from mbproj.scene.sampling import nearest_samples, output_times
 from tests.scene.good_scene import GOOD, changed, errors, read
@@ -36,8 +36,12 @@ def test_a_relative_tolerance_is_that_of_the_largest_component() -> None:
 def test_a_bound_of_a_diagnostic() -> None:
     found = expectation("{diagnostic: kinetic_energy, at: maximum, below: 3 J, source: me}")
     assert (found.of, found.quantity, found.unit, found.below, found.value) == (
-        "diagnostic", "kinetic_energy", "J", 3.0, None,
-    )  # fmt: skip
+        "diagnostic",
+        "kinetic_energy",
+        "J",
+        3.0,
+        None,
+    )
 
 
 SPRING = "forces:\n  k: {type: spring_damper, points: {ground: [0, 0, 0], rod: [0, 0, 1]}, stiffness: 1}\n"
@@ -48,10 +52,14 @@ MOTION = "motions:\n  k: {joint: D, displacement: t}\n"
 
 @pytest.mark.parametrize(
     ("blocks", "of", "units"),
-    [(SPRING, "force", ("m", "N")), (TORSION, "force", ("rad", "N*m")), (FRICTION, "force", ("m", "N")),
-     (MOTION, "motion", ("m", "N"))],
+    [
+        (SPRING, "force", ("m", "N")),
+        (TORSION, "force", ("rad", "N*m")),
+        (FRICTION, "force", ("m", "N")),
+        (MOTION, "motion", ("m", "N")),
+    ],
     ids=["spring", "torsion", "friction", "motion"],
-)  # fmt: skip
+)
 def test_units_follow_what_a_force_acts_along(blocks: str, of: str, units: tuple[str, str]) -> None:
     coordinate = "coordinate" if of == "force" else "value"
     for quantity, unit in zip((coordinate, "force"), units, strict=True):

@@ -89,8 +89,10 @@ def test_all_problems_are_reported_at_once_in_text_order() -> None:
 
 
 def test_a_problem_in_what_an_alias_repeats_is_reported_once() -> None:
-    text = changed("rod: {mass: 0.5, inertia: [4e-3, 4e-4, 4e-3], position: [0.1, 0.05, 0.1]}",
-                   "rod: &rod {mass: -1, inertia: [4e-3, 4e-4, 4e-3], position: [0.1, 0.05, 0.1]}\n  twin: *rod")
+    text = changed(
+        "rod: {mass: 0.5, inertia: [4e-3, 4e-4, 4e-3], position: [0.1, 0.05, 0.1]}",
+        "rod: &rod {mass: -1, inertia: [4e-3, 4e-4, 4e-3], position: [0.1, 0.05, 0.1]}\n  twin: *rod",
+    )
     assert errors(text) == ["f.yaml:21:20: error: 'mass' must be at least 0, found -1"]
 
 

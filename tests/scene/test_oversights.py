@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from mbproj.cli.notes import notes_on
+from mbproj.cli.report.notes import notes_on
 from mbproj.scene import read_scene, read_scene_text
 from tests.cli.commands import mbproj
 from tests.scene.good_scene import changed, read
@@ -111,9 +111,11 @@ NEAR = {
     "a bob on a long string": (BALL, "spherical", "[0, 0, 10]"),
     "along its axis a slider may be anywhere": (ROD, "prismatic", "[0, 0, 10]"),
     "without inertia a body has no length": (
-        "{mass: 1, shape: {point: {}}, position: [0, 0, 0]}", "spherical", "[0, 0, 10]",
+        "{mass: 1, shape: {point: {}}, position: [0, 0, 0]}",
+        "spherical",
+        "[0, 0, 10]",
     ),
-}  # fmt: skip
+}
 
 
 @pytest.mark.parametrize("case", NEAR)
@@ -130,5 +132,10 @@ def test_run_and_check_show_them(tmp_path: Path) -> None:
     checked = mbproj("check", "s.yaml", folder=tmp_path)
     assert (checked.returncode, checked.stderr) == (0, said)
     (note,) = json.loads(mbproj("check", "s.yaml", "--json", folder=tmp_path).stdout)["notes"]
-    assert note == {"message": "no joint holds body 'b': it moves freely", "hint": None, "file": "s.yaml", "line": 5,
-                    "column": 3}  # fmt: skip
+    assert note == {
+        "message": "no joint holds body 'b': it moves freely",
+        "hint": None,
+        "file": "s.yaml",
+        "line": 5,
+        "column": 3,
+    }

@@ -33,7 +33,12 @@ def test_the_scene_of_the_design() -> None:
     assert slider == Body("slider", 2.0, diagonal(1e-4, 1e-4, 1e-4), NOWHERE)
     assert scene.markers == (Marker("tip", "slider", NOWHERE),)
     assert scene.settings == Settings(
-        duration=10.0, step=0.01, output_step=0.01, integrator="rk4", formulation="auto", acceleration="bordered",
+        duration=10.0,
+        step=0.01,
+        output_step=0.01,
+        integrator="rk4",
+        formulation="auto",
+        acceleration="bordered",
         projection=ProjectionSettings(method="gpopm"),
     )
     assert (scene.text, scene.path, scene.overrides) == (GOOD, None, {})
@@ -42,8 +47,9 @@ def test_the_scene_of_the_design() -> None:
 def test_the_joints_of_the_design() -> None:
     a, b, c, d = read(GOOD).joints
     first = (0.0, -2 / math.sqrt(5), 1 / math.sqrt(5))
-    assert a == Joint("A", "revolute", ("ground", "crank"), Pair((0.0, 0.1, 0.12), (0.0, 0.1, 0.12)), Pair(X, X), {},
-                      {"angle": 6.0})
+    assert a == Joint(
+        "A", "revolute", ("ground", "crank"), Pair((0.0, 0.1, 0.12), (0.0, 0.1, 0.12)), Pair(X, X), {}, {"angle": 6.0}
+    )
     assert b == Joint("B", "spherical", ("crank", "rod"), Pair((0.0, 0.1, 0.2), (0.0, 0.1, 0.2)))
     assert (c.bodies, c.points, c.axes and c.axes.second) == (("rod", "slider"), Pair(NOWHERE, NOWHERE), X)
     assert c.axes is not None
@@ -84,8 +90,10 @@ def test_inertias(written: str) -> None:
 
 
 def test_a_location_by_body_stands_in_the_order_of_the_bodies() -> None:
-    joint = read_with("location: [0.2, 0, 0], axis: [1, 0, 0]", "location: {slider: [1, 2, 3], ground: [4, 5, 6]}, "
-                      "axis: {slider: [0, 0, 2], ground: [0, 3, 0]}").joints[3]
+    joint = read_with(
+        "location: [0.2, 0, 0], axis: [1, 0, 0]",
+        "location: {slider: [1, 2, 3], ground: [4, 5, 6]}, axis: {slider: [0, 0, 2], ground: [0, 3, 0]}",
+    ).joints[3]
     assert joint.points == Pair((4.0, 5.0, 6.0), (1.0, 2.0, 3.0), local=True)
     assert joint.axes == Pair((0.0, 1.0, 0.0), (0.0, 0.0, 1.0), local=True)
 
@@ -112,8 +120,11 @@ def test_a_marker_in_its_bodys_axes() -> None:
 
 
 def test_a_whole_projection_block() -> None:
-    scene = read_with("projection: gpopm", "projection: {method: mmopm, tolerance: 1e-9, test: paper, every: 2, "
-                      "threshold: 1e-6, position: true, velocity: false, max_iterations: 7, alpha: 1e8}")
+    scene = read_with(
+        "projection: gpopm",
+        "projection: {method: mmopm, tolerance: 1e-9, test: paper, every: 2, "
+        "threshold: 1e-6, position: true, velocity: false, max_iterations: 7, alpha: 1e8}",
+    )
     assert scene.settings.projection == ProjectionSettings("mmopm", 1e-9, "paper", 2, 1e-6, True, False, 7, 1e8, None)
 
 
@@ -141,7 +152,9 @@ def test_places_of_values_and_of_blocks() -> None:
 
 
 def test_importing_the_reader_imports_no_arrays() -> None:
-    code = ("import sys, mbproj.scene.read as r; r.read_scene_text; "
-            "print([m for m in ('numpy', 'h5py', 'scipy', 'matplotlib') if m in sys.modules])")
+    code = (
+        "import sys, mbproj.scene.read as r; r.read_scene_text; "
+        "print([m for m in ('numpy', 'h5py', 'scipy', 'matplotlib') if m in sys.modules])"
+    )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout == "[]\n"

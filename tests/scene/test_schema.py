@@ -17,9 +17,9 @@ from mbproj.errors import InputError
 from mbproj.joints import JOINTS
 from mbproj.registry import PROJECTIONS
 from mbproj.scene import read_scene_text
-from mbproj.scene.containers import OneOf
+from mbproj.scene.blocks.shapes import SHAPES
+from mbproj.scene.fields.containers import OneOf
 from mbproj.scene.schema import scene_schema
-from mbproj.scene.shapes import SHAPES
 from tests.cli.commands import mbproj
 from tests.scene.good_scene import GOOD, changed, read
 from tests.scene.wrong_scenes import BLIND, IDS, ROWS
@@ -88,30 +88,42 @@ ROD = "mass: 0.5, inertia: [4e-3, 4e-4, 4e-3], position: [0.1, 0.05, 0.1]"
 B = '{type: spherical, bodies: [crank, rod], location: [0, 0.1, "0.12 + crank_length"]}'
 #: What is legal, though it may not look so.
 ODD = [
-    ("title: Sp", "title: 2015 #"), ("title: Sp", "title: true #"), ("title: Sp", "title: #"),
-    ("mbproj: 1 ", "mbproj: '1' "), ("mbproj: 1 ", 'mbproj: "1" '), ("gravity: [0, 0, -9.8]", "gravity: ['0', 0, .5]"),
-    ("gravity: [0, 0, -9.8]", "gravity: [1e-6, 1E+3, -5.]"), ("gravity: [0, 0, -9.8]", "gravity: [010, +5, -(5)]"),
+    ("title: Sp", "title: 2015 #"),
+    ("title: Sp", "title: true #"),
+    ("title: Sp", "title: #"),
+    ("mbproj: 1 ", "mbproj: '1' "),
+    ("mbproj: 1 ", 'mbproj: "1" '),
+    ("gravity: [0, 0, -9.8]", "gravity: ['0', 0, .5]"),
+    ("gravity: [0, 0, -9.8]", "gravity: [1e-6, 1E+3, -5.]"),
+    ("gravity: [0, 0, -9.8]", "gravity: [010, +5, -(5)]"),
     ("gravity: [0, 0, -9.8]", "gravity: [2015-01-01, 2, 0]"),
     ("{crank_length: 0.08, rod_length: 0.3}", "{crank_length: rod_length / 2, rod_length: 0.3 m, on: 1, null: 3}"),
-    ("duration: 10", "duration: 10 s"), ("duration: 10", ""),
-    ("projection: gpopm", "projection: {method: none}"), ("projection: gpopm", "projection: none"),
+    ("duration: 10", "duration: 10 s"),
+    ("duration: 10", ""),
+    ("projection: gpopm", "projection: {method: none}"),
+    ("projection: gpopm", "projection: none"),
     ("projection: gpopm", "projection: {position: false, velocity: 'true', every: 2.0, max_iterations: 3 * 5}"),
     ("projection: gpopm", "projection: {method: baumgarte, gains: 5}"),
     ("projection: gpopm", "projection: {method: baumgarte, gains: [5 / (1 s), 1e1]}"),
     ("projection: gpopm", "projection: {method: baumgarte, gains: [25 1/s, 25 s^-1]}"),
-    ("mass: 0.12", "mass: 0"), ("mass: 0.12", "mass: |\n      1 +\n      2"), ("mass: 0.12", "mass: '0.12 kg'"),
+    ("mass: 0.12", "mass: 0"),
+    ("mass: 0.12", "mass: |\n      1 +\n      2"),
+    ("mass: 0.12", "mass: '0.12 kg'"),
     ("inertia: [1.0e-4, 1.0e-5, 1.0e-4]", "inertia: [2, 2, 2, 0.1, 0.2, 0.3 kg*m^2]"),
     ("inertia: [1.0e-4, 1.0e-5, 1.0e-4]", "inertia: [[2, 0, 0], [0, 2, 0], [0, 0, 2]]"),
     ("{axis: [1, 0, 0], angle: 90 deg}", "{quaternion: [2, 2, 0, 0]}"),
     ("{axis: [1, 0, 0], angle: 90 deg}", "{matrix: [[1, 0, 0], [0, 0, -1], [0, 1, 0]]}"),
     ("{axis: [1, 0, 0], angle: 90 deg}", "{euler: [90 deg, 0, 0], sequence: xyz}"),
-    ("  tip: {", "  'true': {"), ("  tip: {", "  null: {"), ("  tip: {", "  _a-1: {"),
+    ("  tip: {", "  'true': {"),
+    ("  tip: {", "  null: {"),
+    ("  tip: {", "  _a-1: {"),
     ("markers:\n  tip: {body: slider, location: [0.2, 0, 0]}\n", "markers:\n"),
     ("{body: slider, location: [0.2, 0, 0]}", "{body: slider, location: {slider: [1, 2, 3]}}"),
     (ROD, "density: 7.85 g/cm^3, shape: {box: [1, 2, 3 mm]}, position: [0, 0, 0]"),
     (ROD, "mass: 1, shape: {cylinder: {radius: 1, length: 2, axis: y}}, position: [0, 0, 0]"),
     (ROD, "mass: 1, shape: {tube: {outer_radius: 2, inner_radius: 1, length: 2}}, position: [0, 0, 0]"),
-    (ROD, "mass: 1, shape: {point}, position: [0, 0, 0]"), (ROD, "mass: 0, shape: {point: {}}, position: [0, 0, 0]"),
+    (ROD, "mass: 1, shape: {point}, position: [0, 0, 0]"),
+    (ROD, "mass: 0, shape: {point: {}}, position: [0, 0, 0]"),
     (ROD, "shapes: [{sphere: 1, mass: 1}, {rod: {length: 1}, mass: 2, position: [0, 0, 1]}], origin: [0, 0, 0]"),
     (B, "{type: fixed, bodies: [crank, rod], location: [0, 0, 0], reaction: true}"),
     (B, "{type: distance, bodies: [crank, rod], locations: [[0, 0, 0], [0, 0, 1]], length: 1}"),
@@ -119,30 +131,51 @@ ODD = [
     (B, "{type: cylindrical, bodies: [crank, ground], location: [0, 0, 0], axis: [0, 0, 1], speed: {angle: 2}}"),
     (B, "{type: cylindrical, bodies: [crank, ground], location: [0, 0, 0], axis: [0, 0, 1], displacement: 1}"),
     (B, "{type: cylindrical, bodies: [crank, ground], location: [0, 0, 0], axis: [0, 0, 1], speed: }"),
-    *((M, f"forces:\n  k: {force}\n{M}") for force in (
-        f"{{type: spring_damper, {P}, stiffness: 1 N/mm}}", f"{{type: spring_damper, {P}, force: -3*l + t}}",
-        f"{{type: spring_damper, {P}, damping: 2, table: [[0, 1], [1 mm, 2 N]]}}",
-        f"{{type: spring_damper, {P}, table: {{rows: [[0, 1], [1, '2']], between: linear}}}}",
-        "{type: spring_damper, bodies: [rod, ground], locations: {rod: [0, 0, 0], ground: [1, 0, 0]}, damping: 1}",
-        "{type: torsion_spring_damper, joint: C, coordinate: angle_2, torque: 3}",
-        "{type: linear_spring_damper, joint: D, stiffness: 0, free_displacement: -1}",
-        "{type: friction, joint: C, coefficient: {angle_1: 1, angle_2: 2 N*m*s/rad}}",
-        "{type: force, body: rod, force: [0, t, 1 kN], location: {rod: [0, 0, 0]}, axes: body}",
-        "{type: torque, body: rod, torque: [0, t, 1 N*m]}",
-    )),
-    *((M, f"motions:\n  m: {{joint: A, angle: {function}}}\n{M}") for function in (
-        "6*t", "'3'", "2", "{constant_speed: 3 rpm}", "{harmonic: {amplitude: 1, frequency: 2 Hz}}",
-        "{polynomial: [1, 2, 3]}", "{smooth_step: {to: 1, duration: 2 s}}", "{table: [[0, 1], [1, 2]]}",
-        "{table: {rows: [[0, 1], [1, 2]], between: clamped}}", "{expression: sin(t)}", "|\n      t +\n      1",
-    ) if not function.startswith("|")),
-    (M, f"forces:\n{M}"), (M, f"motions: {{}}\n{M}"),
-    *((M, f"expect:\n  e: {expectation}\n{M}") for expectation in (
-        "{marker: tip, quantity: position, at: 3 s, value: [1 mm, '2', 3], absolute: 1e-6, source: x}",
-        "{marker: tip, quantity: position, component: norm, at: end, value: 1, relative: 1e-6, source: 2015}",
-        "{diagnostic: kinetic_energy, at: maximum, below: 3 J, source: x}",
-        "{joint: C, quantity: angle_2_speed, at: 0, above: -3 rpm, source: x}",
-    )),
-    (M, f"expect:\n{M}"), (M, f"expect: {{}}\n{M}"),
+    *(
+        (M, f"forces:\n  k: {force}\n{M}")
+        for force in (
+            f"{{type: spring_damper, {P}, stiffness: 1 N/mm}}",
+            f"{{type: spring_damper, {P}, force: -3*l + t}}",
+            f"{{type: spring_damper, {P}, damping: 2, table: [[0, 1], [1 mm, 2 N]]}}",
+            f"{{type: spring_damper, {P}, table: {{rows: [[0, 1], [1, '2']], between: linear}}}}",
+            "{type: spring_damper, bodies: [rod, ground], locations: {rod: [0, 0, 0], ground: [1, 0, 0]}, damping: 1}",
+            "{type: torsion_spring_damper, joint: C, coordinate: angle_2, torque: 3}",
+            "{type: linear_spring_damper, joint: D, stiffness: 0, free_displacement: -1}",
+            "{type: friction, joint: C, coefficient: {angle_1: 1, angle_2: 2 N*m*s/rad}}",
+            "{type: force, body: rod, force: [0, t, 1 kN], location: {rod: [0, 0, 0]}, axes: body}",
+            "{type: torque, body: rod, torque: [0, t, 1 N*m]}",
+        )
+    ),
+    *(
+        (M, f"motions:\n  m: {{joint: A, angle: {function}}}\n{M}")
+        for function in (
+            "6*t",
+            "'3'",
+            "2",
+            "{constant_speed: 3 rpm}",
+            "{harmonic: {amplitude: 1, frequency: 2 Hz}}",
+            "{polynomial: [1, 2, 3]}",
+            "{smooth_step: {to: 1, duration: 2 s}}",
+            "{table: [[0, 1], [1, 2]]}",
+            "{table: {rows: [[0, 1], [1, 2]], between: clamped}}",
+            "{expression: sin(t)}",
+            "|\n      t +\n      1",
+        )
+        if not function.startswith("|")
+    ),
+    (M, f"forces:\n{M}"),
+    (M, f"motions: {{}}\n{M}"),
+    *(
+        (M, f"expect:\n  e: {expectation}\n{M}")
+        for expectation in (
+            "{marker: tip, quantity: position, at: 3 s, value: [1 mm, '2', 3], absolute: 1e-6, source: x}",
+            "{marker: tip, quantity: position, component: norm, at: end, value: 1, relative: 1e-6, source: 2015}",
+            "{diagnostic: kinetic_energy, at: maximum, below: 3 J, source: x}",
+            "{joint: C, quantity: angle_2_speed, at: 0, above: -3 rpm, source: x}",
+        )
+    ),
+    (M, f"expect:\n{M}"),
+    (M, f"expect: {{}}\n{M}"),
     (B, "{type: screw, bodies: [crank, rod], location: [0, 0, 0], axis: [0, 0, 1], pitch: -1 mm}"),
 ]
 
@@ -170,7 +203,10 @@ def test_what_the_reader_accepts_is_valid(at: int, length: int, piece: str) -> N
 def test_descriptions_and_choices_are_those_of_the_reader() -> None:
     body = SCHEMA["properties"]["bodies"]["patternProperties"]["^(?:[A-Za-z_][A-Za-z0-9_-]*)$"]
     assert body["properties"]["mass"] == {
-        "description": "a number in kg", "type": ["number", "string"], "pattern": r"\S", "minimum": 0.0
+        "description": "a number in kg",
+        "type": ["number", "string"],
+        "pattern": r"\S",
+        "minimum": 0.0,
     }
     assert body["properties"]["shape"]["properties"].keys() == SHAPES.keys()
     joint = next(iter(SCHEMA["properties"]["joints"]["patternProperties"].values()))

@@ -9,8 +9,8 @@ import pytest
 from mbproj.errors import InputError, Place
 from mbproj.registry import PROJECTIONS
 from mbproj.scene import settings_to_run
+from mbproj.scene.blocks.simulation import OPTIONS
 from mbproj.scene.records import ProjectionSettings
-from mbproj.scene.simulation import OPTIONS
 from tests.scene.good_scene import GOOD, changed, errors, read, read_with
 
 BARE_SCENE = "mbproj: 1\ngravity: [0, 0, 0]\nbodies: {b: {mass: 1, inertia: [1, 1, 1], position: [0, 0, 0]}}\n"
@@ -18,11 +18,22 @@ BARE_SCENE = "mbproj: 1\ngravity: [0, 0, 0]\nbodies: {b: {mass: 1, inertia: [1, 
 
 def test_every_option_reaches_its_setting() -> None:
     given = {
-        "duration": "2 min", "step": "5 ms", "integrator": "heun2", "output_step": 0.01,
-        "formulation": "full", "acceleration": "eliminated", "projection": "mmopm", "projection_tolerance": "1e-9",
-        "projection_test": "paper", "every": 3, "threshold": "1e-6", "project_position": True,
-        "project_velocity": False, "max_iterations": "9", "alpha": 1e6,
-            "projection_fallback": "gopm",
+        "duration": "2 min",
+        "step": "5 ms",
+        "integrator": "heun2",
+        "output_step": 0.01,
+        "formulation": "full",
+        "acceleration": "eliminated",
+        "projection": "mmopm",
+        "projection_tolerance": "1e-9",
+        "projection_test": "paper",
+        "every": 3,
+        "threshold": "1e-6",
+        "project_position": True,
+        "project_velocity": False,
+        "max_iterations": "9",
+        "alpha": 1e6,
+        "projection_fallback": "gopm",
     }
     settings = read(GOOD, simulation=given).settings
     assert (settings.duration, settings.step, settings.integrator) == (120.0, 0.005, "heun2")
@@ -76,35 +87,69 @@ def test_another_method_leaves_behind_what_it_does_not_take() -> None:
 
 WRONG_OPTIONS: tuple[tuple[dict[str, Any], list[str]], ...] = (
     ({"projection_tolerance": "-1"}, ["--projection-tolerance: error: 'tolerance' must be greater than 0, found -1"]),
-    ({"step": 0.1, "tolerance": 1e-3},
-     ["--tolerance: error: 'step' and 'tolerance' cannot both be given; keep one of them"]),
-    ({"tolerance": 1e-6},
-     ["--tolerance: error: 'rk4' has no error estimate, which 'tolerance' needs; these have one: bs32, dopri5, "
-      "dop853"]),
-    ({"step": 0.003}, ["--step: error: 'output_step' (0.01 s) is not a whole multiple of 'step' (0.003 s); "
-     "set 'output_step' to 0.009 s"]),
-    ({"step": 1e-30, "output_step": 1e30},
-     ["--output-step: error: 'output_step' (1e+30 s) is not a whole multiple of 'step' (1e-30 s); "
-      "set 'output_step' to 1e-15 s",
-      "--step: error: 'step' of 1e-30 s: 16 digits cannot tell so many steps apart in the duration of 10 s; "
-      "make it 1e-14 s or longer, or the duration shorter"]),
-    ({"integrator": "dop853", "tolerance": 1e-6, "output_step": 1e-30},
-     ["--output-step: error: 'output_step' of 1e-30 s: more than 1e+07 samples in the duration of 10 s; "
-      "make it 1e-06 s or longer, or the duration shorter"]),
-    ({"duration": 1e49}, ["--duration: error: 'step' of 0.01 s: 16 digits cannot tell so many steps apart in the "
-                          "duration of 1e+49 s; make it 1e+34 s or longer, or the duration shorter"]),
+    (
+        {"step": 0.1, "tolerance": 1e-3},
+        ["--tolerance: error: 'step' and 'tolerance' cannot both be given; keep one of them"],
+    ),
+    (
+        {"tolerance": 1e-6},
+        [
+            "--tolerance: error: 'rk4' has no error estimate, which 'tolerance' needs; these have one: bs32, dopri5, "
+            "dop853"
+        ],
+    ),
+    (
+        {"step": 0.003},
+        [
+            "--step: error: 'output_step' (0.01 s) is not a whole multiple of 'step' (0.003 s); "
+            "set 'output_step' to 0.009 s"
+        ],
+    ),
+    (
+        {"step": 1e-30, "output_step": 1e30},
+        [
+            "--output-step: error: 'output_step' (1e+30 s) is not a whole multiple of 'step' (1e-30 s); "
+            "set 'output_step' to 1e-15 s",
+            "--step: error: 'step' of 1e-30 s: 16 digits cannot tell so many steps apart in the duration of 10 s; "
+            "make it 1e-14 s or longer, or the duration shorter",
+        ],
+    ),
+    (
+        {"integrator": "dop853", "tolerance": 1e-6, "output_step": 1e-30},
+        [
+            "--output-step: error: 'output_step' of 1e-30 s: more than 1e+07 samples in the duration of 10 s; "
+            "make it 1e-06 s or longer, or the duration shorter"
+        ],
+    ),
+    (
+        {"duration": 1e49},
+        [
+            "--duration: error: 'step' of 0.01 s: 16 digits cannot tell so many steps apart in the "
+            "duration of 1e+49 s; make it 1e+34 s or longer, or the duration shorter"
+        ],
+    ),
     ({"step": float("nan")}, ["--step: error: numbers must be finite"]),
     ({"duration": "10 m"}, ["--duration: error: 'duration' is in s, this is a length"]),
     ({"duration": "1 +"}, ["--duration: error: the expression ends too early"]),
     ({"integrator": "rk"}, ["--integrator: error: unknown integrator 'rk'; did you mean 'rk4'?"]),
     ({"project_position": "maybe"}, ["--project-position: error: 'position' needs true or false, found 'maybe'"]),
-    ({"projection": "none", "every": 3},
-     ["--every: error: projection method 'none' has no 'every'; these have: gopm, popm, mass-orthogonal, mmopm, gpopm, "
-      "gpopm-pinv"]),
+    (
+        {"projection": "none", "every": 3},
+        [
+            "--every: error: projection method 'none' has no 'every'; these have: gopm, popm, mass-orthogonal, mmopm, "
+            "gpopm, "
+            "gpopm-pinv"
+        ],
+    ),
     ({"alpha": 3}, ["--alpha: error: projection method 'gpopm' has no 'alpha'; these have: mass-orthogonal, mmopm"]),
     ({"stepp": 3}, ["--stepp: error: unknown option 'stepp'; did you mean 'step'?"]),
-    ({"every": 0, "step": "x"}, ["--step: error: unknown name 'x'; parameters are defined under 'parameters'",
-                                 "--every: error: 'every' must be at least 1, found 0"]),
+    (
+        {"every": 0, "step": "x"},
+        [
+            "--step: error: unknown name 'x'; parameters are defined under 'parameters'",
+            "--every: error: 'every' must be at least 1, found 0",
+        ],
+    ),
 )
 
 

@@ -8,15 +8,27 @@ import pytest
 import yaml
 
 from mbproj.errors import InputError
-from mbproj.scene.document import compose
-from mbproj.scene.nodes import MappingNode, Node, ScalarNode, SequenceNode
+from mbproj.scene.text.document import compose
+from mbproj.scene.text.nodes import MappingNode, Node, ScalarNode, SequenceNode
 from tests.scene.good_scene import GOOD, changed, errors, read, read_with
 from tests.scene.wrong_scenes import WRONG
 
 NUMBERS = {
-    "1e-6": 1e-6, "1E6": 1e6, "1.e2": 100.0, ".5": 0.5, "+5": 5.0, "010": 10.0, "0o10/10": None, "1_000": None,
-    "'0.12'": 0.12, '"1e-6"': 1e-6, "1e+3": 1000.0, "2 kg": 2.0, "2kg": 2.0,
-    "|\n      5\n": 5.0, ">\n      1 +\n      2\n": 3.0,
+    "1e-6": 1e-6,
+    "1E6": 1e6,
+    "1.e2": 100.0,
+    ".5": 0.5,
+    "+5": 5.0,
+    "010": 10.0,
+    "0o10/10": None,
+    "1_000": None,
+    "'0.12'": 0.12,
+    '"1e-6"': 1e-6,
+    "1e+3": 1000.0,
+    "2 kg": 2.0,
+    "2kg": 2.0,
+    "|\n      5\n": 5.0,
+    ">\n      1 +\n      2\n": 3.0,
 }
 
 
@@ -72,7 +84,11 @@ def test_a_bomb_of_long_expressions_is_refused_as_well() -> None:
 
 LOADERS = [loader for loader in (getattr(yaml, "CBaseLoader", None), yaml.BaseLoader) if loader is not None]
 TEXTS = [
-    GOOD, "a: &x [1, 'b', \"c\"]\nd: *x\n", "é: [ü, 'ö']\n", "a:\nb: |\n  x\n  y\nc:\n- 1\n- {d: 2}\n", '"a\\tb": 5\n',
+    GOOD,
+    "a: &x [1, 'b', \"c\"]\nd: *x\n",
+    "é: [ü, 'ö']\n",
+    "a:\nb: |\n  x\n  y\nc:\n- 1\n- {d: 2}\n",
+    '"a\\tb": 5\n',
 ]
 BROKEN = [changed(old, new) for old, new, message in WRONG["dialect"] if "character" not in message]
 

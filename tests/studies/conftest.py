@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from mbproj.scene import read_scene
-from mbproj.studies.mechanism import Mechanism
+from mbproj.studies.measure.mechanism import Mechanism
 from tests.support import ROOT
 
 

@@ -31,8 +31,13 @@ def write(folder: Path, name: str, expect: str = "", old: str = "", new: str = "
 
 def hanging(folder: Path, name: str = "hanging") -> Path:
     """A scene that would run for days."""
-    return write(folder, name, HOLDS.replace("0.1", "0"), "duration: 0.2, step: 0.01",
-                 "duration: 1e7, step: 1e-5, output_step: 1e6")
+    return write(
+        folder,
+        name,
+        HOLDS.replace("0.1", "0"),
+        "duration: 0.2, step: 0.01",
+        "duration: 1e7, step: 1e-5, output_step: 1e6",
+    )
 
 
 def failing(folder: Path, name: str = "failing") -> Path:

@@ -11,9 +11,9 @@ import pytest
 from mbproj.errors import ExitCode, InputError
 from mbproj.mechanisms_folder import mechanisms, validation_scenes
 from mbproj.results import open_results
-from mbproj.studies import workers
 from mbproj.studies.batch import SceneResult, Task, exit_code, run_batch, scene_paths, tasks
 from mbproj.studies.batch.run import run_task
+from mbproj.studies.parallel import workers
 from tests.kernel.scenes import needs_kernel
 from tests.studies.scenes import HOLDS, SHORT, failing, hanging, write, wrong
 
@@ -31,8 +31,10 @@ def test_every_shipped_scene_holds_what_it_expects(tmp_path: Path) -> None:
     found = batch(scenes, tmp_path)
     short = {
         (str(result.scene), outcome.expectation.name): outcome.share
-        for result in found for outcome in result.outcomes if not outcome.holds
-    }  # fmt: skip
+        for result in found
+        for outcome in result.outcomes
+        if not outcome.holds
+    }
     assert short == {}
     assert [(result.scene, result.code, result.message) for result in found] == [
         (scene, ExitCode.DONE, "") for scene in scenes
@@ -41,13 +43,24 @@ def test_every_shipped_scene_holds_what_it_expects(tmp_path: Path) -> None:
 
 
 def test_each_ends_in_its_own_way_and_the_others_go_on(tmp_path: Path) -> None:
-    paths = [wrong(tmp_path), hanging(tmp_path), write(tmp_path, "short", HOLDS + SHORT), failing(tmp_path),
-             write(tmp_path, "holds", HOLDS), write(tmp_path, "plain")]
+    paths = [
+        wrong(tmp_path),
+        hanging(tmp_path),
+        write(tmp_path, "short", HOLDS + SHORT),
+        failing(tmp_path),
+        write(tmp_path, "holds", HOLDS),
+        write(tmp_path, "plain"),
+    ]
     found = batch(paths, tmp_path / "results", timeout=3.0)
     assert [result.scene for result in found] == paths
     assert [result.word for result in found] == [
-        "wrong input", "failed", "falls short", "failed", "holds", "ran",
-    ]  # fmt: skip
+        "wrong input",
+        "failed",
+        "falls short",
+        "failed",
+        "holds",
+        "ran",
+    ]
     assert "unknown key 'mas'; did you mean 'mass'?" in found[0].message
     assert found[1].message == "stopped: it took longer than 3 s"
     assert 3.0 <= found[1].seconds < 30.0
@@ -104,8 +117,9 @@ def test_paths_are_files_and_directories_each_scene_once_in_order(tmp_path: Path
     with pytest.raises(InputError) as raised:
         scene_paths([tmp_path / "nowhere.yaml", a, tmp_path / "empty"])
     assert [problem.message for problem in raised.value.problems] == [
-        f"there is no '{tmp_path / 'nowhere.yaml'}'", f"'{tmp_path / 'empty'}' has no *.yaml in it",
-    ]  # fmt: skip
+        f"there is no '{tmp_path / 'nowhere.yaml'}'",
+        f"'{tmp_path / 'empty'}' has no *.yaml in it",
+    ]
     assert scene_paths([tmp_path / "d" / "[ac].y*", tmp_path / "d" / "**" / "?.yaml"]) == [a, b, deep]
 
 

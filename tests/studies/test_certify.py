@@ -7,12 +7,12 @@ import pytest
 
 from mbproj import SimulationError, read_scene, read_scene_text, settings_to_run
 from mbproj.mechanisms_folder import mechanism
-from mbproj.studies.certified import simulate_certified
-from mbproj.studies.certify import certify, ladder
-from mbproj.studies.mechanism import Mechanism
-from mbproj.studies.perturbed import perturbed
-from mbproj.studies.setting import Setting
-from mbproj.studies.solve import sample_times, solve
+from mbproj.studies.certify.certified import simulate_certified
+from mbproj.studies.certify.horizon import certify, ladder
+from mbproj.studies.measure.mechanism import Mechanism
+from mbproj.studies.measure.perturbed import perturbed
+from mbproj.studies.measure.setting import Setting
+from mbproj.studies.measure.solve import sample_times, solve
 from tests.support import ROOT, Recorder
 
 EXACT = np.genfromtxt(ROOT / "tests" / "data" / "five_bar.csv", delimiter=",", skip_header=1)

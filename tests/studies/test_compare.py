@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from mbproj.errors import InputError
-from mbproj.studies.compare import compare
+from mbproj.studies.compare.comparison import compare
 
 
 def test_compare(slider_crank):
@@ -38,9 +38,7 @@ def test_several_formulations_are_not_compared_in_time(pendulum):
 
 
 def test_one_formulation_for_all_and_failures_are_entries(pendulum):
-    found = compare(
-        pendulum.scene, projections=("gpopm", "gpopm-pinv", "popm"), until=0.1, repetitions=1, processes=1
-    )
+    found = compare(pendulum.scene, projections=("gpopm", "gpopm-pinv", "popm"), until=0.1, repetitions=1, processes=1)
     first, second, refused = found.entries
     assert first.solution.report.formulation == second.solution.report.formulation == "full"
     assert "all in the full formulation: 'gpopm-pinv' exists there only" in found.notes
@@ -59,7 +57,7 @@ def test_names_that_are_not_there(pendulum):
 def test_runs_of_a_comparison_are_not_run_again(pendulum, monkeypatch):
     options = {"projections": ("gpopm",), "until": 0.1, "repetitions": 1, "processes": 1}
     first = compare(pendulum.scene, **options)
-    monkeypatch.setattr("mbproj.studies.compare.solve", None)
+    monkeypatch.setattr("mbproj.studies.compare.comparison.solve", None)
     again = compare(pendulum.scene, **options)
     np.testing.assert_array_equal(again.entries[0].error, first.entries[0].error)
     with pytest.raises(TypeError):

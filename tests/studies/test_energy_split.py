@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from mbproj.studies.energy_split import energy_split
-from mbproj.studies.setting import Setting
-from mbproj.studies.solve import sample_times, solve
+from mbproj.studies.compare.energy_split import energy_split
+from mbproj.studies.measure.setting import Setting
+from mbproj.studies.measure.solve import sample_times, solve
 
 TIMES = sample_times(1.0, 20)
 SETTINGS = [

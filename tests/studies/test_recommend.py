@@ -12,15 +12,15 @@ import pytest
 
 from mbproj import InputError, read_scene
 from mbproj.mechanisms_folder import mechanism
-from mbproj.studies.bench import Bench, Outcome
-from mbproj.studies.families import Family, closing, families
-from mbproj.studies.mechanism import Mechanism
-from mbproj.studies.recommend import Unreachable, recommend
-from mbproj.studies.reference import Reference
-from mbproj.studies.search import cheapest
-from mbproj.studies.setting import Setting
-from mbproj.studies.solve import solve
-from mbproj.studies.spans import sampled
+from mbproj.studies.measure.mechanism import Mechanism
+from mbproj.studies.measure.reference import Reference
+from mbproj.studies.measure.setting import Setting
+from mbproj.studies.measure.solve import solve
+from mbproj.studies.measure.spans import sampled
+from mbproj.studies.recommend.bench import Bench, Outcome
+from mbproj.studies.recommend.families import Family, closing, families
+from mbproj.studies.recommend.recommendation import Unreachable, recommend
+from mbproj.studies.recommend.search import cheapest
 
 
 @pytest.fixture(autouse=True)

@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 from mbproj import InputError, read_scene, read_scene_text
-from mbproj.integrate.stability_region import real_axis_limit
-from mbproj.integrate.tableau import load_tableau
+from mbproj.integrate.steppers.stability_region import real_axis_limit
+from mbproj.integrate.steppers.tableau import load_tableau
 from mbproj.registry import integrators
-from mbproj.studies.setting import Setting
+from mbproj.studies.measure.setting import Setting
 from mbproj.studies.stability import stability
 from mbproj.studies.stability.bisection import Change, values
 from mbproj.studies.stability.gains import growth
@@ -66,9 +66,7 @@ def test_the_limit_is_the_same_in_the_full_formulation():
         assert growth(subject, gain).state == state
 
 
-@pytest.mark.parametrize(
-    ("name", "expected"), [("heun2", 2.0), ("bs32", 2.5127), ("rk4", 2.7853), ("dopri5", 3.3066)]
-)
+@pytest.mark.parametrize(("name", "expected"), [("heun2", 2.0), ("bs32", 2.5127), ("rk4", 2.7853), ("dopri5", 3.3066)])
 def test_real_stability_limits(name, expected):
     """Those of the Taylor polynomials of order 2, 3 and 4 (Hairer & Wanner 1996, sect. IV.2), and of DOPRI5's R(z)."""
     assert real_axis_limit(load_tableau(name)) == pytest.approx(expected, abs=1e-4)
@@ -77,8 +75,9 @@ def test_real_stability_limits(name, expected):
 def test_the_energy_of_an_oscillator_is_lost_as_rk4_damps_it():
     """Over N = 2000 steps of h ω = θ, RK4 leaves (1 - θ⁶/72 + θ⁸/576)ᴺ of the energy E; the kinetic energy and |ΔV| are
     2 E together, so that 1 % and 10 % are off where 98 % and 80 % are left."""
-    found = stability(read_scene_text(OSCILLATOR), "stiffness", projections=["none"], low=1, high=100, points=3,
-                      processes=1)  # fmt: skip
+    found = stability(
+        read_scene_text(OSCILLATOR), "stiffness", projections=["none"], low=1, high=100, points=3, processes=1
+    )
     (track,) = found.tracks
     assert [change.above.state for change in track.changes] == ["degrades", "fails"]
     for change, left in zip(track.changes, (0.98, 0.8), strict=True):

@@ -7,7 +7,7 @@ import pytest
 
 from mbproj.errors import InputError
 from mbproj.scene import read_scene_text
-from mbproj.studies.threshold import threshold_study
+from mbproj.studies.threshold.violation import threshold_study
 
 
 def test_threshold_study(slider_crank):

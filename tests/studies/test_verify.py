@@ -9,15 +9,16 @@ import pytest
 import scipy.linalg
 
 from mbproj import read_scene, read_scene_text
-from mbproj.dynamics import constraint_equations, equations
-from mbproj.dynamics.constraint_equations import tangent_jacobian
+from mbproj.dynamics.equations import constraint_equations
+from mbproj.dynamics.equations import equations_of_motion as equations
+from mbproj.dynamics.equations.constraint_equations import tangent_jacobian
 from mbproj.errors import SimulationError
-from mbproj.integrate.tableau import load_tableau
-from mbproj.projection.gpopm import Gpopm
-from mbproj.projection.mmopm import Mmopm
-from mbproj.projection.popm import Popm
+from mbproj.integrate.steppers.tableau import load_tableau
+from mbproj.projection.methods.gpopm import Gpopm
+from mbproj.projection.methods.mmopm import Mmopm
+from mbproj.projection.methods.popm import Popm
 from mbproj.scene.records import BodyForce
-from mbproj.studies.mechanism import Mechanism
+from mbproj.studies.measure.mechanism import Mechanism
 from mbproj.studies.variants.moved import RigidMotion
 from mbproj.studies.variants.renumbered import renumbered
 from mbproj.studies.variants.rescaled import rescaled
@@ -96,8 +97,12 @@ def heavier(scene):
         ("idempotent", Gpopm, "correction", off(Gpopm, -1e-4)),
         ("orthogonal", Gpopm, "correction", tilted(Gpopm)),
         ("kernel-correction", Gpopm, "correction", off(Gpopm)),
-        ("eliminated", accelerations, "solve_eliminated",
-         lambda *terms: [(1.0 + 1e-9) * part for part in equations.solve_eliminated(*terms)]),
+        (
+            "eliminated",
+            accelerations,
+            "solve_eliminated",
+            lambda *terms: [(1.0 + 1e-9) * part for part in equations.solve_eliminated(*terms)],
+        ),
         ("power", balance, "_spun", lambda J, omega: 1.001 * np.einsum("nij,nj->ni", J, omega)),
         ("momentum", balance, "cross", lambda a, b: 1.001 * np.cross(a, b)),
         ("rotation", RigidMotion, "_direction", lambda self, given: given),
@@ -106,7 +111,7 @@ def heavier(scene):
         ("reaction", balance, "tangent_jacobian", less_on_the_ground),
         ("renumbering", invariance, "renumbered", lambda scene: heavier(renumbered(scene))),
     ],
-)  # fmt: skip
+)
 def test_each_check_notices_what_is_wrong(monkeypatch, name, target, attribute, wrong):
     assert outcome(name).passed
     monkeypatch.setattr(target, attribute, wrong)
@@ -135,7 +140,7 @@ def test_a_unit_that_is_not_changed_everywhere_is_noticed(monkeypatch):
 @pytest.mark.parametrize("name", ["order", "energy"])
 def test_a_wrong_coefficient_of_the_tableau_is_noticed(monkeypatch, name):
     """One sixth more in a single coefficient leaves the classical method of order 1."""
-    from mbproj.integrate import compiled
+    from mbproj.integrate.formulations import compiled
 
     right = load_tableau("rk4")
     wrong = replace(right, b=right.b + np.array([1.0, -1.0, 0.0, 0.0]) / 36.0)
@@ -191,7 +196,7 @@ def test_chains_of_every_joint_verify():
 
 
 def test_without_the_kernel_what_needs_it_does_not_apply(monkeypatch):
-    from mbproj.integrate import formulation
+    from mbproj.integrate.formulations import choice as formulation
     from mbproj.studies.verify import case as cases
 
     for module in (formulation, cases):
@@ -212,7 +217,8 @@ def test_a_structure_that_cannot_move_is_no_failure():
     assert [name for name, check in found.items() if check.verdict == "failed"] == []
     assert found["energy"].remark == "nothing moves, and no energy changes"
     assert found["planar"].remark in (
-        "what is compared is nothing but round-off", "nothing moves: all that is compared is zero"
+        "what is compared is nothing but round-off",
+        "nothing moves: all that is compared is zero",
     )
 
 

@@ -17,14 +17,19 @@ from tests.kernel.scenes import needs_kernel
 SIZES = [
     *((name, {}, False) for name in TEMPLATES),
     ("pendulum", {"length": "3 cm", "mass": "20 g", "angle": "-170 deg"}, False),
-    ("chain", {"links": "1"}, False), ("chain", {"links": "4", "length": "200 mm"}, True),
-    ("tree", {"links": "6", "angle": "-10 deg"}, True), ("star", {"links": "1", "speed": "1 rad/s"}, False),
-    ("pendulum", {"angle": "179.9 deg"}, False), ("pendulum", {"angle": "1e-3 deg"}, False),
-    ("chain", {"angle": "1e-4 deg"}, False), ("chain", {"links": "1"}, True), ("star", {"speed": "1e-6 rad/s"}, False),
+    ("chain", {"links": "1"}, False),
+    ("chain", {"links": "4", "length": "200 mm"}, True),
+    ("tree", {"links": "6", "angle": "-10 deg"}, True),
+    ("star", {"links": "1", "speed": "1 rad/s"}, False),
+    ("pendulum", {"angle": "179.9 deg"}, False),
+    ("pendulum", {"angle": "1e-3 deg"}, False),
+    ("chain", {"angle": "1e-4 deg"}, False),
+    ("chain", {"links": "1"}, True),
+    ("star", {"speed": "1e-6 rad/s"}, False),
     ("ladder", {"loops": "1", "length": "5 cm"}, False),
     ("slider-crank", {"crank": "10 m", "rod": "10.5 m", "speed": "1"}, False),
     ("four-bar", {"crank": "8 cm", "coupler": "1 m", "rocker": "90 cm", "frame": "40 cm", "mass": "5"}, False),
-]  # fmt: skip
+]
 
 
 @needs_kernel
@@ -51,9 +56,13 @@ def test_it_is_readable(name: str) -> None:
 
 @pytest.mark.parametrize(
     ("name", "given", "bodies", "joints"),
-    [("chain", {"links": "40"}, 40, 40), ("tree", {"links": "31"}, 31, 31), ("star", {"links": "8"}, 9, 9),
-     ("ladder", {"loops": "10"}, 30, 40)],
-)  # fmt: skip
+    [
+        ("chain", {"links": "40"}, 40, 40),
+        ("tree", {"links": "31"}, 31, 31),
+        ("star", {"links": "8"}, 9, 9),
+        ("ladder", {"loops": "10"}, 30, 40),
+    ],
+)
 def test_sizes(name: str, given: dict[str, str], bodies: int, joints: int) -> None:
     scene = read_scene_text(written(name, given))
     assert (len(scene.bodies), len(scene.joints)) == (bodies, joints)
@@ -84,17 +93,27 @@ def test_numbers_keep_their_units_and_set_changes_them() -> None:
 
 WRONG = [
     ("pendulum", {"links": "3"}, "--links: error: a pendulum has no --links; it takes --length, --mass, --angle"),
-    ("pendulum", {"angle": "180 deg"}, "--angle: error: 'angle' must be between 0 and 180 deg; it is counted from "
-     "hanging straight down"),
+    (
+        "pendulum",
+        {"angle": "180 deg"},
+        "--angle: error: 'angle' must be between 0 and 180 deg; it is counted from hanging straight down",
+    ),
     ("pendulum", {"length": "0"}, "--length: error: '--length' must be greater than 0, found 0"),
     ("pendulum", {"mass": "1 m"}, "--mass: error: '--mass' is in kg, this is a length"),
     ("chain", {"links": "2.5"}, "--links: error: '--links' needs a whole number, found '2.5'"),
     ("ladder", {"loops": "5001"}, "--loops: error: 'loops' is at most 5000, found 5001; give fewer"),
-    ("slider-crank", {"rod": "5 cm"}, "--rod: error: 'rod' is not longer than the crank, which cannot go round; give a "
-     "longer rod"),
-    ("four-bar", {"crank": "26 cm"}, "--crank: error: 'crank' cannot go round: it has to be the shortest, and with the "
-     "longest less than the other two (Grashof); give a shorter crank"),
-]  # fmt: skip
+    (
+        "slider-crank",
+        {"rod": "5 cm"},
+        "--rod: error: 'rod' is not longer than the crank, which cannot go round; give a longer rod",
+    ),
+    (
+        "four-bar",
+        {"crank": "26 cm"},
+        "--crank: error: 'crank' cannot go round: it has to be the shortest, and with the "
+        "longest less than the other two (Grashof); give a shorter crank",
+    ),
+]
 
 
 @pytest.mark.parametrize(("name", "given", "message"), WRONG, ids=range(len(WRONG)))
@@ -117,6 +136,4 @@ def test_the_command_writes_a_file_and_replaces_none(tmp_path: Path) -> None:
     printed = mbproj("new", "star", folder=tmp_path)
     assert printed.stdout == written("star", {})
     flat = mbproj("new", "star", "--spatial", folder=tmp_path)
-    assert (flat.returncode, flat.stderr) == (
-        2, "--spatial: error: a star has no --spatial; these have: chain, tree\n"
-    )  # fmt: skip
+    assert (flat.returncode, flat.stderr) == (2, "--spatial: error: a star has no --spatial; these have: chain, tree\n")

@@ -51,8 +51,10 @@ def planar_reduction(system: System, q: Array) -> Plane | NotPlanar:
         if isinstance(found, Plane):
             return found
         refusals.append(found)
-    return refusals[0] if refusals else NotPlanar(
-        "nothing but symmetry can keep the bodies in a plane: no joint has an axis"
+    return (
+        refusals[0]
+        if refusals
+        else NotPlanar("nothing but symmetry can keep the bodies in a plane: no joint has an axis")
     )
 
 

@@ -27,8 +27,11 @@ def draw(results: Sequence[Results], labels: Sequence[str]) -> Figure:
     same = coinciding(results, names)
     groups = rows.fitting([_group(results, name) for name in same], results)
     remarks = [shown.cut("coordinates", len(groups), len(same), "choose others with --joint")]
-    remarks += [f"{name} and {shortened(others, NAMED)} coincide"
-                for name, others in list(same.items())[: len(groups)] if others]  # fmt: skip
+    remarks += [
+        f"{name} and {shortened(others, NAMED)} coincide"
+        for name, others in list(same.items())[: len(groups)]
+        if others
+    ]
     return rows.draw(results, labels, groups, "; ".join(filter(None, remarks)))
 
 

@@ -130,5 +130,3 @@ def _floor(axis: Axes, floor: float) -> None:
     axis.set_ylim(bottom=low)
     place: dict[str, Any] = {"transform": axis.transAxes, "fontsize": 7, "color": "#555555"}
     axis.text(0.02, 0.04, "uncertainty of the reference", **place)
-
-

@@ -11,9 +11,9 @@ from itertools import count
 from pathlib import Path
 
 from mbproj.errors import InputError
-from mbproj.results.crash_safety.lock import is_locked, lock
 from mbproj.results.crash_safety.reserve import MARGIN
 from mbproj.results.faults import being_written, not_replaced
+from mbproj.results.file.lock import is_locked, lock
 from mbproj.results.file.opening import Identity, identify, open_rehearsed
 
 

@@ -10,10 +10,10 @@ import h5py
 
 from mbproj.errors import InputError, Problem
 from mbproj.rehearsal import rehearse
-from mbproj.results.crash_safety.lock import is_locked
 from mbproj.results.faults import damaged, not_ours
 from mbproj.results.file.contents import Contents
 from mbproj.results.file.dataset import DAMAGE
+from mbproj.results.file.lock import is_locked
 from mbproj.results.file.regular import check_regular
 from mbproj.results.file.structure import check_structure
 from mbproj.results.file.superblock import SIGNATURE, ClosedView, is_open_for_writing

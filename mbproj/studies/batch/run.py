@@ -9,7 +9,7 @@ from mbproj.dynamics import assemble, unique_components
 from mbproj.ending import ending
 from mbproj.errors import ExitCode, MbprojError, SimulationError
 from mbproj.integrate import simulate
-from mbproj.integrate.report import summary
+from mbproj.integrate.outcome.report import summary
 from mbproj.model import compile_system, initial_guess
 from mbproj.results import ResultsWriter, open_results
 from mbproj.scene import read_scene, settings_to_run

@@ -12,17 +12,17 @@ from typing import Any
 import numpy as np
 
 from mbproj.errors import InputError, Problem
-from mbproj.integrate.stability_region import real_axis_limit
-from mbproj.integrate.tableau import load_tableau
+from mbproj.integrate.steppers.stability_region import real_axis_limit
+from mbproj.integrate.steppers.tableau import load_tableau
 from mbproj.registry import PROJECTIONS
 from mbproj.scene.records import Scene
-from mbproj.scene.suggestions import choose_from
-from mbproj.studies.mechanism import Mechanism
-from mbproj.studies.progress import Tell, silent
-from mbproj.studies.resumable import resumable
-from mbproj.studies.setting import Setting
-from mbproj.studies.solve import sample_times, solve
-from mbproj.studies.spans import span as until_of
+from mbproj.scene.text.suggestions import choose_from
+from mbproj.studies.measure.mechanism import Mechanism
+from mbproj.studies.measure.setting import Setting
+from mbproj.studies.measure.solve import sample_times, solve
+from mbproj.studies.measure.spans import span as until_of
+from mbproj.studies.parallel.progress import Tell, silent
+from mbproj.studies.parallel.resumable import resumable
 from mbproj.studies.stability.quantities import QUANTITIES, Span, quantity_named
 from mbproj.studies.stability.subject import Limits, Point, Subject
 from mbproj.studies.store import Kept
@@ -100,9 +100,17 @@ def stability(
     if not 0.0 < whole.low < whole.high:
         message = f"there is nothing between {whole.low:g} and {whole.high:g}"
         raise InputError(Problem(message, hint="let --from be below --to"))
-    what = {"study": "stability", "scene": scene.text, "parameters": dict(scene.overrides), "vary": vary,
-            "setting": subject.setting.command_line(), "until": subject.until, "limits": vars(subject.limits),
-            "span": vars(whole), "points": points}  # fmt: skip
+    what = {
+        "study": "stability",
+        "scene": scene.text,
+        "parameters": dict(scene.overrides),
+        "vary": vary,
+        "setting": subject.setting.command_line(),
+        "until": subject.until,
+        "limits": vars(subject.limits),
+        "span": vars(whole),
+        "points": points,
+    }
     kept = Kept(what, fresh)
     grid = values(whole, points)
     subjects = {name: _with_method(subject, name) for name in names}

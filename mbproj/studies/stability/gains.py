@@ -11,15 +11,15 @@ from dataclasses import replace
 import numpy as np
 
 from mbproj.arrays import Array
-from mbproj.dynamics.constraint_equations import constraint_at
-from mbproj.dynamics.observe import Block
+from mbproj.dynamics.equations.constraint_equations import constraint_at
+from mbproj.dynamics.observe.recorded import Block
 from mbproj.errors import MbprojError, SimulationError
 from mbproj.integrate import simulate
-from mbproj.integrate.formulation import choose
-from mbproj.integrate.in_plane import InPlane
+from mbproj.integrate.formulations.choice import choose
+from mbproj.integrate.formulations.planar import InPlane
 from mbproj.model import System
 from mbproj.model.euler_parameters import product, rotation_matrix
-from mbproj.studies.mechanism import Mechanism
+from mbproj.studies.measure.mechanism import Mechanism
 from mbproj.studies.stability.subject import FAILS, HOLDS, Point, Subject, cause_of
 
 #: Steps over which |C| is watched, and the offset that it starts from, in the mechanism's length.

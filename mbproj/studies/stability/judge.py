@@ -8,12 +8,12 @@ from math import ceil
 import numpy as np
 
 from mbproj.arrays import Array
-from mbproj.dynamics.observe import Block
+from mbproj.dynamics.observe.recorded import Block
 from mbproj.errors import MbprojError, SimulationError
 from mbproj.integrate import simulate
 from mbproj.model import System
 from mbproj.scene.records import Settings
-from mbproj.studies.mechanism import Mechanism
+from mbproj.studies.measure.mechanism import Mechanism
 from mbproj.studies.stability.subject import DEGRADES, FAILS, HOLDS, Limits, Point, Subject, cause_of
 
 #: Samples of a run at most; between them nothing is looked at but the end.

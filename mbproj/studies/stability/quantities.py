@@ -8,7 +8,7 @@ from types import MappingProxyType
 
 from mbproj.errors import InputError, Problem
 from mbproj.scene.records import Scene
-from mbproj.scene.suggestions import choose_from
+from mbproj.scene.text.suggestions import choose_from
 from mbproj.studies.stability.gains import growth
 from mbproj.studies.stability.judge import judged
 from mbproj.studies.stability.subject import Point, Subject
@@ -101,33 +101,47 @@ QUANTITIES: Mapping[str, Quantity] = MappingProxyType(
     {
         "step": Quantity("s", "the integrator's fixed step", _steps, _step_of),
         "mass-ratio": Quantity(
-            "", "every second body, counted from the ground along the joints, √r times as heavy, the others 1/√r times",
-            _ratio(1e-12, 1e12, with_mass_ratio), _of_scene(with_mass_ratio),
+            "",
+            "every second body, counted from the ground along the joints, √r times as heavy, the others 1/√r times",
+            _ratio(1e-12, 1e12, with_mass_ratio),
+            _of_scene(with_mass_ratio),
         ),
         "inertia-ratio": Quantity(
-            "", "the same of the moments of inertia alone",
-            _ratio(1e-12, 1e12, with_inertia_ratio), _of_scene(with_inertia_ratio),
+            "",
+            "the same of the moments of inertia alone",
+            _ratio(1e-12, 1e12, with_inertia_ratio),
+            _of_scene(with_inertia_ratio),
         ),
         "speed": Quantity(
-            "", "the start's velocities so many times, and the motions so many times as fast",
-            _ratio(1e-3, 1e3, with_speed), _of_scene(with_speed),
+            "",
+            "the start's velocities so many times, and the motions so many times as fast",
+            _ratio(1e-3, 1e3, with_speed),
+            _of_scene(with_speed),
         ),
         "length-scale": Quantity(
-            "", "lengths, velocities and gravity so many times: the same motion in another unit of length",
-            _ratio(1e-6, 1e6), _of_scene(rescaled),
+            "",
+            "lengths, velocities and gravity so many times: the same motion in another unit of length",
+            _ratio(1e-6, 1e6),
+            _of_scene(rescaled),
         ),
         "stiffness": Quantity(
-            "", "the stiffness of all springs so many times",
-            _ratio(1e-6, 1e6, with_stiffness), _of_scene(with_stiffness),
+            "",
+            "the stiffness of all springs so many times",
+            _ratio(1e-6, 1e6, with_stiffness),
+            _of_scene(with_stiffness),
         ),
         "baumgarte-gain": Quantity(
-            "1/s", "Baumgarte's gains α = β: whether |C| grows over 300 steps from an offset of 1e-8",
-            _gains, _gain_of, "gains", growth,
+            "1/s",
+            "Baumgarte's gains α = β: whether |C| grows over 300 steps from an offset of 1e-8",
+            _gains,
+            _gain_of,
+            "gains",
+            growth,
         ),
         "penalty": Quantity("", "the penalty α of mass-orthogonal and mmopm", _penalties, _penalty_of, "alpha"),
         "duration": Quantity("s", "how long the run is", _durations, _duration_of),
     }
-)  # fmt: skip
+)
 
 
 def quantity_named(name: str) -> Quantity:

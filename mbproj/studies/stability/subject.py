@@ -8,7 +8,7 @@ from typing import Any
 
 from mbproj.errors import InputError, MbprojError, SimulationError
 from mbproj.scene.records import Scene
-from mbproj.studies.setting import Setting
+from mbproj.studies.measure.setting import Setting
 
 #: The three states of a point, from best to worst.
 HOLDS, DEGRADES, FAILS = "holds", "degrades", "fails"

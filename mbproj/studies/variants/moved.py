@@ -7,8 +7,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from mbproj.arrays import Array
+from mbproj.scene.fields.rotations import from_matrix, multiply
 from mbproj.scene.records import Body, BodyForce, Force, Joint, Marker, Pair, PointForce, Scene, Vector
-from mbproj.scene.rotations import from_matrix, multiply
 from mbproj.studies.variants.programs import combined
 
 

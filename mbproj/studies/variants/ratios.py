@@ -13,16 +13,19 @@ from mbproj.studies.variants.rescaled import scaled_matrix
 
 def with_mass_ratio(scene: Scene, r: float) -> Scene:
     """Bodies at an odd number of joints from the ground have √r times their mass and inertia, the others 1/√r times."""
-    return _alternating(scene, r, "mass", lambda body, factor: replace(
-        body, mass=factor * body.mass, inertia=scaled_matrix(factor, body.inertia)
-    ))
+    return _alternating(
+        scene,
+        r,
+        "mass",
+        lambda body, factor: replace(body, mass=factor * body.mass, inertia=scaled_matrix(factor, body.inertia)),
+    )
 
 
 def with_inertia_ratio(scene: Scene, r: float) -> Scene:
     """The same of the moments of inertia alone; masses stay."""
-    return _alternating(scene, r, "inertia", lambda body, factor: replace(
-        body, inertia=scaled_matrix(factor, body.inertia)
-    ))
+    return _alternating(
+        scene, r, "inertia", lambda body, factor: replace(body, inertia=scaled_matrix(factor, body.inertia))
+    )
 
 
 def _alternating(scene: Scene, r: float, what: str, changed: Callable[[Body, float], Body]) -> Scene:

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from mbproj.arrays import Array
-from mbproj.dynamics.equations import solve_bordered, solve_eliminated, tangent_mass_matrix
-from mbproj.dynamics.kinematics import pose_of
+from mbproj.dynamics.equations.equations_of_motion import solve_bordered, solve_eliminated, tangent_mass_matrix
+from mbproj.dynamics.equations.kinematics import pose_of
 from mbproj.model.euler_parameters import matrix_L, rotation_matrix
 from mbproj.studies.verify.case import Case
 from mbproj.studies.verify.finding import Found, difference, worse

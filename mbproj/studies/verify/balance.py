@@ -5,13 +5,13 @@ from __future__ import annotations
 import numpy as np
 
 from mbproj.arrays import Array
-from mbproj.dynamics.assembly import coordinate_values
-from mbproj.dynamics.constraint_equations import cross, set_jacobian, tangent_jacobian, time_derivative
-from mbproj.dynamics.energy import kinetic_energy
-from mbproj.dynamics.forces import applied
-from mbproj.dynamics.kinematics import body_rates, pose_of, twist_of
-from mbproj.dynamics.motions import drive_at
-from mbproj.dynamics.reflected import inertial_reaction
+from mbproj.dynamics.assembly.assemble import coordinate_values
+from mbproj.dynamics.equations.constraint_equations import cross, set_jacobian, tangent_jacobian, time_derivative
+from mbproj.dynamics.equations.energy import kinetic_energy
+from mbproj.dynamics.equations.forces import applied
+from mbproj.dynamics.equations.kinematics import body_rates, pose_of, twist_of
+from mbproj.dynamics.equations.motions import drive_at
+from mbproj.dynamics.equations.reflected import inertial_reaction
 from mbproj.model.primitive_set import PrimitiveSet
 from mbproj.studies.verify.accelerations import tangent
 from mbproj.studies.verify.case import Case
@@ -103,10 +103,12 @@ def action_is_reaction(case: Case) -> Found:
     wrench = _wrenches(case)
     bound = OPERATIONS * (case.system.bodies + 1) * EPS * np.abs(_wrenches(case, sizes=True)).sum(axis=1)
     scale = np.array([1.0] * 3 + [case.system.length] * 3)
-    return worse([
-        difference(row.sum(axis=0), np.zeros(6), allowed, scale, float(np.abs(row / scale).max()))
-        for row, allowed in zip(wrench, bound, strict=True)
-    ])
+    return worse(
+        [
+            difference(row.sum(axis=0), np.zeros(6), allowed, scale, float(np.abs(row / scale).max()))
+            for row, allowed in zip(wrench, bound, strict=True)
+        ]
+    )
 
 
 def _loads(case: Case) -> tuple[Array, Array]:

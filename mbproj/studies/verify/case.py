@@ -9,18 +9,18 @@ import numpy as np
 
 from mbproj.arrays import Array
 from mbproj.dynamics import State
-from mbproj.dynamics.assembly import coordinate_values
-from mbproj.dynamics.kinematics import pose_of
-from mbproj.dynamics.row_space import scaled_jacobian
+from mbproj.dynamics.assembly.assemble import coordinate_values
+from mbproj.dynamics.equations.kinematics import pose_of
+from mbproj.dynamics.rank.row_space import scaled_jacobian
 from mbproj.errors import InputError
-from mbproj.integrate.compiled import Compiled
-from mbproj.integrate.formulation import Choice, choose
-from mbproj.integrate.reduced import Reduced
-from mbproj.integrate.redundant_rows import count_redundant
+from mbproj.integrate.formulations.choice import Choice, choose
+from mbproj.integrate.formulations.compiled import Compiled
+from mbproj.integrate.formulations.reduced import Reduced
+from mbproj.integrate.formulations.redundant_rows import count_redundant
 from mbproj.kernel import core
 from mbproj.model import System
 from mbproj.scene.records import Scene
-from mbproj.studies.mechanism import Mechanism
+from mbproj.studies.measure.mechanism import Mechanism
 from mbproj.studies.verify.equations import Equations, equations_at, independent_rows
 from mbproj.studies.verify.runs import Halved, halved
 

@@ -11,8 +11,8 @@ import numpy as np
 from mbproj.errors import SimulationError
 from mbproj.results.verification import Check, Verification
 from mbproj.scene.records import Scene
-from mbproj.studies.mechanism import Mechanism
-from mbproj.studies.progress import Tell, silent
+from mbproj.studies.measure.mechanism import Mechanism
+from mbproj.studies.parallel.progress import Tell, silent
 from mbproj.studies.verify import accelerations, balance, corrections, invariance, order, turns
 from mbproj.studies.verify.case import Case
 from mbproj.studies.verify.finding import Found

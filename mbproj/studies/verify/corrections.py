@@ -8,10 +8,10 @@ from types import MappingProxyType
 import numpy as np
 
 from mbproj.arrays import Array
-from mbproj.dynamics.constraint_equations import constraint, jacobian
-from mbproj.dynamics.equations import mass_matrix, tangent_mass_matrix
-from mbproj.dynamics.kinematics import pose_of
-from mbproj.dynamics.motions import drive_at
+from mbproj.dynamics.equations.constraint_equations import constraint, jacobian
+from mbproj.dynamics.equations.equations_of_motion import mass_matrix, tangent_mass_matrix
+from mbproj.dynamics.equations.kinematics import pose_of
+from mbproj.dynamics.equations.motions import drive_at
 from mbproj.model.euler_parameters import matrix_L
 from mbproj.projection import Projection, make_method
 from mbproj.scene.records import ProjectionSettings
@@ -116,8 +116,10 @@ def kernel_correction(case: Case) -> Found:
     q[:, 3:] /= np.linalg.norm(q[:, 3:], axis=1, keepdims=True)
     q = q.ravel()
     pose, drive = pose_of(q), drive_at(system, case.state.t)
-    M, C_q = (Rounded(value, 8.0 * np.finfo(float).eps * np.abs(value)) for value in
-              (mass_matrix(system, pose), jacobian(system, pose)))
+    M, C_q = (
+        Rounded(value, 8.0 * np.finfo(float).eps * np.abs(value))
+        for value in (mass_matrix(system, pose), jacobian(system, pose))
+    )
     C = constraint(system, pose, drive)
     if not len(C) > system.bodies:
         return "no joints: nothing to correct"

@@ -9,13 +9,13 @@ import numpy as np
 
 from mbproj.arrays import Array, Integers
 from mbproj.dynamics import State
-from mbproj.dynamics.assembly import coordinate_values
-from mbproj.dynamics.constraint_equations import constraint_at, constraint_velocity_at, gamma, jacobian
-from mbproj.dynamics.equations import generalised_force, mass_matrix
-from mbproj.dynamics.forces import applied, generalised
-from mbproj.dynamics.kinematics import pose_of, twist_of
-from mbproj.dynamics.motions import drive_at
-from mbproj.dynamics.row_space import scaled_jacobian, split
+from mbproj.dynamics.assembly.assemble import coordinate_values
+from mbproj.dynamics.equations.constraint_equations import constraint_at, constraint_velocity_at, gamma, jacobian
+from mbproj.dynamics.equations.equations_of_motion import generalised_force, mass_matrix
+from mbproj.dynamics.equations.forces import applied, generalised
+from mbproj.dynamics.equations.kinematics import pose_of, twist_of
+from mbproj.dynamics.equations.motions import drive_at
+from mbproj.dynamics.rank.row_space import scaled_jacobian, split
 from mbproj.model import System
 from mbproj.studies.verify.rounded import EPS, Rounded, bordered, concatenated, product, solve
 

@@ -34,9 +34,7 @@ class Finding:
 Found = Finding | str
 
 
-def difference(
-    one: Array, other: Array, bound: Array, scale: Array | float = 1.0, whole: float | None = None
-) -> Found:
+def difference(one: Array, other: Array, bound: Array, scale: Array | float = 1.0, whole: float | None = None) -> Found:
     """Two results that are to be equal to within `bound`, componentwise, each in units of its `scale`, as parts of
     `whole`: of the largest of `other` where that is not given. The component nearest to its bound, or farthest beyond
     it, is told."""

@@ -8,11 +8,11 @@ import numpy as np
 
 from mbproj.arrays import Array, Integers
 from mbproj.dynamics import State
-from mbproj.dynamics.constraint_equations import constraint_at
+from mbproj.dynamics.equations.constraint_equations import constraint_at
 from mbproj.model import System, compile_system
 from mbproj.model.euler_parameters import product
-from mbproj.projection.gopm import Gopm
-from mbproj.projection.gpopm import Gpopm
+from mbproj.projection.methods.gopm import Gopm
+from mbproj.projection.methods.gpopm import Gpopm
 from mbproj.scene.records import Scene
 from mbproj.studies.variants.moved import RigidMotion
 from mbproj.studies.variants.renumbered import renumbered

@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 
 from mbproj.functions.program import Op, Program
-from mbproj.projection.tolerance import FLOOR
+from mbproj.projection.solve.tolerance import FLOOR
 from mbproj.registry import PROJECTIONS, integrators
 from mbproj.scene.records import BodyForce, JointForce, PointForce, Scene
-from mbproj.studies.solve import Solution
+from mbproj.studies.measure.solve import Solution
 from mbproj.studies.verify.case import Case
 from mbproj.studies.verify.finding import Finding, Found
 from mbproj.studies.verify.rounded import EPS

@@ -79,6 +79,4 @@ def concatenated(*parts: Rounded) -> Rounded:
 def bordered(A: Rounded, C: Rounded) -> Rounded:
     """[[A, Cᵀ], [C, 0]]."""
     none = np.zeros((len(C.value), len(C.value)))
-    return Rounded(
-        np.block([[A.value, C.value.T], [C.value, none]]), np.block([[A.error, C.error.T], [C.error, none]])
-    )
+    return Rounded(np.block([[A.value, C.value.T], [C.value, none]]), np.block([[A.error, C.error.T], [C.error, none]]))

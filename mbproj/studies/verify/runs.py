@@ -7,12 +7,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from mbproj.arrays import Array
-from mbproj.projection.tolerance import FLOOR, PAPER_TOLERANCE
+from mbproj.projection.solve.tolerance import FLOOR, PAPER_TOLERANCE
 from mbproj.registry import PROJECTIONS
 from mbproj.scene.records import ProjectionSettings
-from mbproj.studies.mechanism import Mechanism
-from mbproj.studies.setting import Setting
-from mbproj.studies.solve import Failure, Solution, sample_times, solve
+from mbproj.studies.measure.mechanism import Mechanism
+from mbproj.studies.measure.setting import Setting
+from mbproj.studies.measure.solve import Failure, Solution, sample_times, solve
 from mbproj.studies.verify.rounded import EPS
 
 #: The run takes so many times as long as the fastest part of the mechanism needs for 1 rad; the second where the first
@@ -55,10 +55,12 @@ class Halved:
 
     def _end(self, solution: Solution) -> Array:
         places, rates = ("body_position", "marker_position"), ("body_velocity", "marker_velocity")
-        return np.concatenate([
-            *(getattr(solution, name)[-1].ravel() / self.length for name in places),
-            *(getattr(solution, name)[-1].ravel() * self.span / self.length for name in rates),
-        ])
+        return np.concatenate(
+            [
+                *(getattr(solution, name)[-1].ravel() / self.length for name in places),
+                *(getattr(solution, name)[-1].ravel() * self.span / self.length for name in rates),
+            ]
+        )
 
     def order(self, values: Array) -> Order | None:
         """The power of the step with which values, one for each of the first runs, fall: a line through the last of

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from mbproj.arrays import Array, Integers
-from mbproj.dynamics.observe import Block
+from mbproj.dynamics.observe.recorded import Block
 from mbproj.integrate import simulate
 from mbproj.model.system import System
 from mbproj.scene import settings_to_run

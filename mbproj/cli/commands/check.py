@@ -1,0 +1,245 @@
+"""`mbproj check`: what a scene is, whether it closes, and whether it can run."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from mbproj.cli.explained import Part, explained, option
+from mbproj.cli.scene_options import overrides, parameters, scene_options
+from mbproj.errors import ExitCode, InputError, Problem
+from mbproj.joints import COORDINATE_UNITS, INERTIA_UNITS, JOINTS
+
+if TYPE_CHECKING:
+    from mbproj.dynamics import Mobility, State
+    from mbproj.integrate.formulations.choice import Choice
+    from mbproj.model import System
+    from mbproj.scene import Scene
+    from mbproj.scene.records import Body, Joint
+
+#: Rows of bodies, joints or coordinates that are listed.
+MOST_ROWS = 40
+EXAMPLES = (
+    ("Say whether the joints close, and how many degrees of freedom there are.", "mbproj check five_bar.yaml"),
+    ("Check the scene with another value of a parameter.", "mbproj check five_bar.yaml --set length=1.2"),
+)
+
+
+@explained("check", EXAMPLES)
+@scene_options
+@option(Part.OUTPUT, "--json", "as_json", is_flag=True, help="Print one JSON object.")
+def command(scene: str, settings: tuple[str, ...], as_json: bool, **options: Any) -> int:
+    """Reads and assembles SCENE without running it.
+
+    Exit code 0: it can run; 2: the input is wrong or does not close; 4: its equations have no unique solution.
+    """
+    import json
+
+    from mbproj.cli.report.diagnosis import diagnose
+    from mbproj.cli.report.notes import notes_on, show_notes
+    from mbproj.dynamics import assemble, mobility
+    from mbproj.dynamics.assembly.assemble import moved_by
+    from mbproj.dynamics.equations.constraint_equations import constraint_at, constraint_velocity_at
+    from mbproj.dynamics.equations.kinematics import pose_of
+    from mbproj.integrate.formulations.choice import choose
+    from mbproj.integrate.formulations.full import FullFormulation
+    from mbproj.model import compile_system, initial_guess
+    from mbproj.scene import read_scene
+    from mbproj.scene.problem_places import placed
+
+    what = read_scene(scene, parameters(settings), overrides(options))
+    system = compile_system(what)
+    guess = initial_guess(what, system)
+    state = assemble(system, guess)
+    choice, problems = None, []
+    try:
+        choice = choose(system, state, what.settings)
+        if choice.name == "full":
+            FullFormulation.of(system, state, what.settings)
+    except InputError as error:
+        problems = [placed(problem, what) for problem in error.problems]
+    diagnosis = diagnose(system, state)
+    problems = diagnosis.problems(system, runs=choice is not None) or problems
+    # A dense decomposition of a loop of hundreds of bodies would take minutes.
+    ranks = None if diagnosis.redundancy.left_out else mobility(system, pose_of(state.q))
+    facts = {
+        "scene": scene,
+        "title": what.title,
+        "coordinates": 7 * system.bodies,
+        "constraints": system.constraints,
+        "rank": None if ranks is None else ranks.rank,
+        "degrees_of_freedom": _degrees_of_freedom(ranks, choice),
+        "formulation": None if choice is None else choice.name,
+        "formulation_why": None if choice is None else choice.why,
+        "elimination": None if choice is None else choice.elimination,
+        "position_violation": float(abs(constraint_at(system, state.q)).max()),
+        "velocity_violation": float(abs(constraint_velocity_at(system, state.q, state.v)).max()),
+        "moved_by": moved_by(guess.q, state.q),
+        "coordinates_at_start": _coordinates(system, state),
+        **diagnosis.facts(),
+        "expectations": [each.name for each in what.expectations],
+        "can_run": not problems,
+        "problems": [_problem(problem) for problem in problems],
+        "notes": [_problem(note) for note in notes_on(what)],
+    }
+    if as_json:
+        click.echo(json.dumps(facts))
+    else:
+        lines = [*_sizes(what, system, facts), *diagnosis.lines(), *_start(what, facts)]
+        click.echo("\n".join([what.title or Path(scene).stem, *lines]))
+        show_notes(what)
+        for problem in problems:
+            click.echo(str(problem), err=True)
+    return int(ExitCode.CHECK_FAILED if problems else ExitCode.DONE)
+
+
+def _degrees_of_freedom(ranks: Mobility | None, choice: Choice | None) -> int | None:
+    """The degrees of freedom from the rank, or from the kernel where the rank is not computed; None where neither is
+    known."""
+    if ranks is not None:
+        return ranks.degrees_of_freedom
+    return None if choice is None else choice.degrees_of_freedom
+
+
+def _problem(problem: Problem) -> dict[str, Any]:
+    """A problem for a program to read."""
+    place = problem.place
+    where = {} if place is None else {"file": place.file, "line": place.line, "column": place.column}
+    return {"message": problem.message, "hint": problem.hint, **where}
+
+
+def _coordinates(system: System, state: State) -> dict[str, dict[str, Any]]:
+    """The joints' coordinates and their speeds at the start, by name."""
+    from math import pi
+
+    from mbproj.dynamics.assembly.assemble import coordinates
+
+    values, speeds = coordinates(system, state.q, state.v)
+    values = values + 2.0 * pi * state.turns
+    units, names = system.names.coordinate_units, system.names.coordinates
+    return {
+        name: {"value": float(value), "speed": float(speed), "unit": unit}
+        for name, unit, value, speed in zip(names, units, values, speeds, strict=True)
+    }
+
+
+def _joint(joint: Joint, carried_out: bool) -> str:
+    kind = JOINTS[joint.type]
+    if carried_out:
+        return f"{joint.type}: {joint.bodies[0]} and {joint.bodies[1]} move as one"
+    free = f", free: {', '.join(_free(joint))}" if kind.coordinates else ""
+    return f"{joint.type} of {joint.bodies[0]} and {joint.bodies[1]}{free}"
+
+
+def _free(joint: Joint) -> Iterator[str]:
+    """The coordinates of a joint, with their reflected inertias."""
+    for name, row in JOINTS[joint.type].coordinates.items():
+        unit = INERTIA_UNITS[COORDINATE_UNITS[row[0]]]
+        inertia = joint.reflected_inertia.get(name, 0.0)
+        yield f"{name} (reflected inertia {inertia:.6g} {unit})" if inertia else name
+
+
+def _body(body: Body) -> str:
+    x, y, z = (_number(coordinate) for coordinate in body.position)
+    return f"{body.name}: {body.mass:.6g} kg, centre of mass at [{x}, {y}, {z}] m"
+
+
+def _shortened(lines: list[str]) -> list[str]:
+    """At most `MOST_ROWS` lines, and how many more there are."""
+    left = len(lines) - MOST_ROWS
+    return lines if left <= 0 else [*lines[:MOST_ROWS], f"    ... and {left} more"]
+
+
+def _sizes(scene: Scene, system: System, facts: dict[str, Any]) -> list[str]:
+    width = max((len(joint.name) for joint in scene.joints), default=0)
+    kept = system.names.joints
+    joints = [f"    {joint.name:{width}}  {_joint(joint, joint.name not in kept)}" for joint in scene.joints]
+    return [
+        f"  {len(scene.bodies)} bodies, {len(scene.joints)} joints, {len(scene.markers)} markers{_driven(scene)}",
+        *_shortened([f"    {_body(body)}" for body in scene.bodies]),
+        *_shortened(joints),
+        f"  {facts['coordinates']} coordinates, {facts['constraints']} constraints{_rank(facts)} degrees of freedom",
+    ]
+
+
+def _rank(facts: dict[str, Any]) -> str:
+    rank, freedom = facts["rank"], facts["degrees_of_freedom"]
+    return f"{'' if rank is None else f' of rank {rank}'}: {'unknown' if freedom is None else freedom}"
+
+
+def _driven(scene: Scene) -> str:
+    """How many forces and motions there are, where there are any."""
+    counts = {"forces": len(scene.forces), "motions": len(scene.motions)}
+    return "".join(f", {count} {what}" for what, count in counts.items() if count)
+
+
+def _number(value: float) -> str:
+    """A coordinate or speed for a reader: round-off is shown as 0."""
+    return "0" if abs(value) < 1e-12 else f"{value:.6g}"
+
+
+def _loads(scene: Scene) -> str:
+    """What acts on the mechanism, and whether anything depends on time."""
+    forces = ", ".join(["gravity", *(f"'{force.name}'" for force in scene.forces)])
+    motions = ", ".join(f"'{motion.name}'" for motion in scene.motions)
+    driven = f"driven by {motions}" if motions else "no motions, so that no constraint depends on time"
+    return f"  loads: {forces}; {driven}"
+
+
+def _formulation(scene: Scene, facts: dict[str, Any]) -> list[str]:
+    """The formulation, the reason for it, and the order in which the equations are eliminated."""
+    if facts["formulation"] is None:
+        return []
+    lines = [
+        f"  {facts['formulation']} formulation: {facts['formulation_why']}",
+        _loads(scene),
+    ]
+    order = facts["elimination"]
+    if order:
+        loops = (
+            f", {order['core_joints']} joints in loops by block Cholesky ({order['core_numbers']} numbers, "
+            f"{order['core_fill']} of them fill)"
+            if order["core_joints"]
+            else ""
+        )
+        lines.append(f"  elimination: {order['eliminated_bodies']} bodies from the leaves{loops}")
+    return lines
+
+
+def _expectations(scene: Scene) -> list[str]:
+    """What the scene expects of its run."""
+    from mbproj.cli.report.expectations import subject, wanted
+
+    if not scene.expectations:
+        return []
+    width = max(len(each.name) for each in scene.expectations)
+    rows = [f"    {each.name:{width}}  {subject(each)}: {wanted(each)}" for each in scene.expectations]
+    return [f"  {len(rows)} expectations", *_shortened(rows)]
+
+
+def _start(scene: Scene, facts: dict[str, Any]) -> list[str]:
+    from mbproj.cli.report.summary import step_words
+
+    settings = scene.settings
+    duration = "no duration" if settings.duration is None else f"{settings.duration:g} s"
+    step = "no step" if settings.step is None and settings.tolerance is None else step_words(settings)
+    length, angle = facts["moved_by"]
+    start = facts["coordinates_at_start"]
+    width = max(map(len, start), default=0)
+    rows = [
+        f"    {name:{width}}  {_number(entry['value'])} {entry['unit']}, {_number(entry['speed'])} {entry['unit']}/s"
+        for name, entry in start.items()
+    ]
+    return [
+        f"  assembled: open by {facts['position_violation']:.1e} (m, rad), "
+        f"moving apart at {facts['velocity_violation']:.1e} per s; "
+        f"bodies moved from their guess by up to {length:.2g} m and {angle:.2g} rad",
+        *_shortened(rows),
+        *_formulation(scene, facts),
+        f"  {settings.projection.method}, {settings.integrator}, {step}, {duration}",
+        *_expectations(scene),
+        "  can run" if facts["can_run"] else "  cannot run",
+    ]

@@ -1,0 +1,164 @@
+"""`mbproj compare-results`: whether two results are the same motion, and where they part."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from mbproj.cli.completion import results_file
+from mbproj.cli.explained import Part, explained, option
+
+if TYPE_CHECKING:
+    from mbproj.analysis.same_motion import MotionComparison, Parting, QuantityComparison
+
+EXAMPLES = (
+    ("Say whether two runs are the same motion, to a millionth.", "mbproj compare-results results.h5 again.h5"),
+    ("Say whether two runs agree to a thousandth.", "mbproj compare-results results.h5 gopm.h5 --tolerance 1e-3"),
+)
+
+
+@explained("compare-results", EXAMPLES)
+@click.argument("first", type=results_file(path_type=Path))
+@click.argument("second", type=results_file(path_type=Path))
+@option(
+    Part.ACCURACY,
+    "--tolerance",
+    default="1e-6",
+    show_default=True,
+    metavar="NUMBER",
+    help="Difference allowed, relative to the largest magnitude of a quantity.",
+)
+@option(
+    Part.ACCURACY,
+    "--absolute",
+    multiple=True,
+    metavar="QUANTITY=VALUE",
+    help='Absolute difference allowed for one quantity instead, e.g. --absolute "bodies/position=1 mm"; repeatable.',
+)
+@option(Part.OUTPUT, "--json", "as_json", is_flag=True, help="Print one JSON object instead of the table.")
+def command(first: Path, second: Path, tolerance: str, absolute: tuple[str, ...], as_json: bool) -> int:
+    """Says whether the results FIRST and SECOND are the same motion.
+
+    Compares them at the sample times that both have, without interpolation. A table shows the largest difference of
+    each quantity, where and when it occurs, and the difference allowed.
+
+    Exit code 0: the same motion; 4: they differ, or one goes on for longer; 2: they cannot be compared.
+    """
+    import json
+
+    from mbproj.analysis.same_motion import compare_motions
+    from mbproj.errors import ExitCode
+    from mbproj.results import open_results
+    from mbproj.scene.fields.given import given_number
+    from mbproj.scene.fields.quantities import Number
+
+    part = given_number(tolerance, "--tolerance", Number(above=0.0))
+    limits = dict(_limit(text) for text in absolute)
+    with open_results(first) as one, open_results(second) as other:
+        found = compare_motions(one, other, part, limits)
+    if as_json:
+        click.echo(json.dumps({"first": str(first), "second": str(second), **_record(found)}))
+    else:
+        for line in _lines(found, first, second):
+            click.echo(line)
+    return int(ExitCode.DONE if found.same else ExitCode.CHECK_FAILED)
+
+
+def _limit(text: str) -> tuple[str, float]:
+    """QUANTITY=VALUE, the value in the unit of the quantity."""
+    from mbproj.analysis.shared import COMPARED
+    from mbproj.errors import InputError, Place, Problem
+    from mbproj.scene.fields.given import given_number
+    from mbproj.scene.fields.quantities import Number
+    from mbproj.scene.text.suggestions import choose_from
+
+    name, _, value = text.partition("=")
+    units = {dataset.path: dataset.unit for dataset in COMPARED}
+    if name not in units:
+        hint = choose_from(name, units, "quantities")
+        raise InputError(Problem(f"'{text}' does not begin with a quantity and '='", Place("--absolute"), hint))
+    own = "rad" if name == "bodies/orientation" else units[name]
+    unit = None if " or " in own else own.replace(" ", "*")
+    return name, given_number(value, "--absolute", Number(unit, above=0.0))
+
+
+def _lines(found: MotionComparison, first: Path, second: Path) -> Iterator[str]:
+    from mbproj.analysis.reactions import in_words
+
+    for path, count, end in zip((first, second), found.counts, found.ends, strict=True):
+        yield f"{path}: {count} samples to t = {end:.6g} s"
+    yield f"compared at the {found.samples} times that both have"
+    for kind, names in found.missing.items():
+        yield f"only one of them has the {kind} {', '.join(names)}"
+    if found.left_out:
+        yield f"not compared, because redundant joints share it at will: {in_words(found.left_out)}"
+    rows = [_row(each) for each in found.quantities]
+    header = ("quantity", "largest difference", "of", "at", "allowed", "")
+    widths = [max(len(row[place]) for row in (header, *rows)) for place in range(len(header))]
+    for row in (header, *rows):
+        yield "  ".join(f"{cell:{width}}" for cell, width in zip(row, widths, strict=True)).rstrip()
+    yield _verdict(found)
+
+
+def _row(each: QuantityComparison) -> tuple[str, ...]:
+    largest = each.largest
+    return (
+        each.quantity,
+        f"{largest.difference:.2e} {each.unit}",
+        largest.name,
+        f"{largest.time:.6g} s",
+        f"{each.allowed:.2e} {each.unit}",
+        "same" if each.first is None else "differs",
+    )
+
+
+def _verdict(found: MotionComparison) -> str:
+    parting = found.parting
+    if parting is not None and parting.first is not None:
+        of = f" of '{parting.first.name}'" if parting.first.name else ""
+        return (
+            f"they part at t = {parting.first.time:.6g} s: {parting.quantity}{of} differs by "
+            f"{parting.first.difference:.2e} {parting.unit}, {parting.allowed:.2e} is allowed"
+        )
+    if not found.as_long:
+        return f"the same motion until t = {min(found.ends):.6g} s, where one of them ends"
+    return "the same motion"
+
+
+def _record(found: MotionComparison) -> dict[str, Any]:
+    parting = found.parting
+    return {
+        "same": found.same,
+        "samples": list(found.counts),
+        "samples_compared": found.samples,
+        "ends": list(found.ends),
+        "parting": None if parting is None else {"quantity": parting.quantity, **_parting(parting.first)},
+        "reactions_not_unique": dict(found.left_out),
+        "only_in_one": {kind: list(names) for kind, names in found.missing.items()},
+        "quantities": [
+            {
+                "quantity": each.quantity,
+                "unit": each.unit,
+                "allowed": _finite(each.allowed),
+                "same": each.first is None,
+                "largest": _parting(each.largest),
+                "first": None if each.first is None else _parting(each.first),
+            }
+            for each in found.quantities
+        ],
+    }
+
+
+def _parting(parting: Parting | None) -> dict[str, Any]:
+    return (
+        {}
+        if parting is None
+        else {"difference": _finite(parting.difference), "of": parting.name or None, "time": parting.time}
+    )
+
+
+def _finite(number: float) -> float | None:
+    return number if abs(number) < float("inf") else None

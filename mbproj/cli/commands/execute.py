@@ -1,0 +1,132 @@
+"""What `run` and `rerun` share: they simulate a scene, write its results file and print a summary."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from time import perf_counter
+from types import MappingProxyType
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from mbproj.errors import Place, SimulationError, placed_at
+
+if TYPE_CHECKING:
+    from mbproj.analysis import Outcome
+    from mbproj.dynamics import State
+    from mbproj.integrate import Report
+    from mbproj.integrate.simulate import Progress
+    from mbproj.model import System
+    from mbproj.results import ResultsWriter, Trust
+    from mbproj.scene import Scene
+
+
+def execute(
+    scene: Scene,
+    name: str,
+    output: str,
+    *,
+    certified: Sequence[float] | None = None,
+    facts: Mapping[str, Any] = MappingProxyType({}),
+    as_json: bool,
+    quiet: bool,
+) -> None:
+    """Simulates `scene`, writes `output` and prints the summary, which calls the scene `name`. `certified`: the errors
+    (m) for which to say how long the run can be trusted; `facts`: what else the results file and --json contain."""
+    from mbproj.cli.report import expectations
+    from mbproj.cli.report.progress import progress_bar
+    from mbproj.cli.report.summary import print_summary
+    from mbproj.cli.report.trust import as_numbers
+    from mbproj.dynamics import assemble, unique_components
+    from mbproj.integrate import simulate
+    from mbproj.integrate.outcome.report import summary
+    from mbproj.model import compile_system, initial_guess
+    from mbproj.results import ResultsWriter
+    from mbproj.scene import settings_to_run
+    from mbproj.scene.problem_places import placed_in
+
+    started = perf_counter()
+    settings = settings_to_run(scene)
+    system = compile_system(scene)
+    state = assemble(system, initial_guess(scene, system))
+    with placed_at(Place("--output")):
+        constants = unique_components(system, state)
+        writer = ResultsWriter(output, scene, system.names.as_mapping(), constants, certified=certified)
+    with (
+        _what_is_kept(name, output, as_json=as_json, quiet=quiet),
+        placed_at(Place("--output")),
+        writer as recorder,
+        placed_in(scene),
+        progress_bar(settings.duration, hidden=quiet) as progress,
+    ):
+        if recorder.set_aside is not None and not quiet:
+            was, now = recorder.part, recorder.set_aside
+            click.echo(f"note: '{was}', which a killed run had left, is kept as '{now}'", err=True)
+        if certified is None:
+            report, trust = simulate(system, state, settings, recorder, progress), None
+        else:
+            report, trust = _certified(scene, system, state, recorder, progress, certified)
+        numbers = {**summary(name, output, report, total_seconds=perf_counter() - started), **facts}
+        recorder.attributes(numbers)
+    found = _expected(scene, output)
+    if as_json:
+        certificate = {} if trust is None else {"trust": as_numbers(trust)}
+        judged = [expectations.record(outcome) for outcome in found]
+        click.echo(json.dumps({**numbers, **certificate, "expectations": judged}))
+    elif not quiet:
+        print_summary(scene.title or name, system, report, numbers, trust, found)
+
+
+def _expected(scene: Scene, output: str) -> list[Outcome]:
+    """The outcomes of the scene's expectations; the results are read only where it has some."""
+    if not scene.expectations:
+        return []
+    from mbproj.analysis import outcomes
+    from mbproj.results import open_results
+
+    with open_results(output) as results:
+        return outcomes(scene.expectations, results)
+
+
+def _certified(
+    scene: Scene,
+    system: System,
+    state: State,
+    recorder: ResultsWriter,
+    progress: Progress | None,
+    limits: Sequence[float],
+) -> tuple[Report, Trust]:
+    """The run and its certificate. Progress is shown for both or for neither."""
+    from mbproj.cli.report.progress import telling
+    from mbproj.scene import settings_to_run
+    from mbproj.studies.certify.certified import simulate_certified
+    from mbproj.studies.measure.mechanism import Mechanism
+
+    with telling(hidden=progress is None) as tell:
+        return simulate_certified(
+            Mechanism(scene, system, state), settings_to_run(scene), recorder, progress, limits, tell
+        )
+
+
+@contextmanager
+def _what_is_kept(name: str, output: str, *, as_json: bool, quiet: bool) -> Iterator[None]:
+    """Where a run fails or is interrupted: says where its results are, and how far they can be trusted if it was to be
+    certified. --json prints its object in this case too."""
+    from mbproj.cli.report.trust import as_numbers, lines_on
+    from mbproj.results import open_results
+
+    try:
+        yield
+    except (SimulationError, KeyboardInterrupt) as error:
+        click.echo(f"note: what was computed until then is in {output}", err=True)
+        with open_results(output) as results:
+            trust = results.trust
+        if as_json:
+            status = f"failed: {error}" if isinstance(error, SimulationError) else "interrupted"
+            numbers = {"scene": name, "output": output, "status": status}
+            click.echo(json.dumps(numbers if trust is None else {**numbers, "trust": as_numbers(trust)}))
+        elif trust is not None and not quiet:
+            click.echo("\n".join(lines_on(trust)))
+        raise

@@ -1,0 +1,76 @@
+"""`mbproj export`: results as CSV tables, for programs that do not read HDF5."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import click
+
+from mbproj.cli.completion import Folder, results_file
+from mbproj.cli.explained import Part, explained, option
+from mbproj.cli.study_options import force as force_option
+from mbproj.errors import InputError, Problem
+from mbproj.scene.text.suggestions import choose_from
+
+OTHER_DIRECTORY = "choose another directory with -o"
+EXAMPLES = (
+    ("Write every table.", "mbproj export results.h5 -o tables"),
+    (
+        "Write the motion of one marker, and the diagnostics.",
+        "mbproj export results.h5 --table marker-tip --table diagnostics",
+    ),
+)
+
+
+@explained("export", EXAMPLES)
+@click.argument("results", type=results_file(path_type=Path))
+@option(
+    Part.OUTPUT,
+    "-o",
+    "--output",
+    "folder",
+    default=".",
+    type=Folder(path_type=Path),
+    help="Output directory [default: .].",
+)
+@option(
+    Part.WHAT, "--table", "chosen", multiple=True, metavar="NAME", help="Only this table, e.g. body-crank; repeatable."
+)
+@option(Part.OUTPUT, "--list", "only_list", is_flag=True, help="List the tables, write nothing.")
+@force_option
+def command(results: Path, folder: Path, chosen: tuple[str, ...], only_list: bool, force: bool) -> None:
+    """Writes RESULTS as CSV tables.
+
+    There is a table for each body, marker, joint, force and motion, and one of diagnostics. Files are
+    DIR/<file>-<table>.csv. The first line names the columns and their units; numbers keep all their digits.
+    """
+    from mbproj.analysis.tables import tables
+    from mbproj.outputs import check_replaceable, csv, make_folder, write_csv
+    from mbproj.plot.labels import stem
+    from mbproj.results import open_results
+
+    with open_results(results) as opened:
+        found, first = {table.name: table for table in tables(opened)}, stem(opened)
+    for name in chosen:
+        if name not in found:
+            raise InputError(Problem(f"there is no table '{name}'", hint=choose_from(name, found)))
+    names = list(chosen or found)
+    if only_list:
+        for name in names:
+            click.echo(name)
+        return
+    make_folder(folder, OTHER_DIRECTORY)
+    files = {folder / _file_name(f"{first}-{name}.csv"): found[name] for name in names}
+    for path, table in files.items():  # all or none
+        check_replaceable(path, csv(table.headings), force=force, hint=OTHER_DIRECTORY)
+    for path, table in files.items():
+        rows = table.values.tolist()
+        click.echo(write_csv(path, table.headings, rows, form=".17g", force=force, hint=OTHER_DIRECTORY))
+
+
+def _file_name(name: str) -> str:
+    """The name, which comes from a file that anybody may have written, where it is that of a file and no path."""
+    if set(name) & {"/", "\\", "\0"}:
+        problem = Problem(f"'{name}' cannot name a file", hint="the results were changed after mbproj wrote them")
+        raise InputError(problem)
+    return name

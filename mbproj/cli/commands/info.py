@@ -1,0 +1,204 @@
+"""`mbproj info`: what a results file holds, or how this mbproj was built."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from mbproj.cli.completion import results_file
+from mbproj.cli.explained import Part, explained, option
+from mbproj.cli.report.table import table
+from mbproj.cli.report.trust import as_numbers, lines_on
+from mbproj.cli.report.verification import as_json as verification_as_json
+from mbproj.cli.report.verification import lines as verification_lines
+from mbproj.errors import ExitCode
+
+if TYPE_CHECKING:
+    from mbproj.results import Results, Soundness
+
+#: Attributes that the text shows in words, as it does what is computed from the samples.
+SHOWN_ELSEWHERE = ("format", "date", "host")
+EXAMPLES = (
+    ("Say what a results file holds.", "mbproj info results.h5"),
+    ("Say whether the compiled kernel is there.", "mbproj info --build"),
+)
+
+
+@explained("info", EXAMPLES)
+@click.argument("results", required=False, type=results_file(path_type=Path))
+@option(Part.WHAT, "--build", is_flag=True, help="Show versions, the compiled kernel and its instruction set instead.")
+@option(Part.WHAT, "--check", is_flag=True, help="Read all of RESULTS and hold it against its checksums instead.")
+@option(Part.OUTPUT, "--json", "as_json", is_flag=True, help="Print one JSON object instead of text.")
+def command(results: Path | None, build: bool, check: bool, as_json: bool) -> int:
+    """Shows what RESULTS holds: settings, violations, timings, datasets.
+
+    Exit code 4: --check has found something wrong.
+    """
+    if check and results is None:
+        raise click.UsageError("--check needs RESULTS, a results file")
+    if build == (results is not None):
+        raise click.UsageError("give either RESULTS, a results file, or --build, for how mbproj itself was built")
+    if results is None:
+        click.echo(_build(as_json))
+        return int(ExitCode.DONE)
+    from mbproj.results import check_results, open_results
+
+    with open_results(results) as opened:
+        if check:
+            found = check_results(opened)
+            click.echo(_json(_soundness(opened, found)) if as_json else "\n".join(_sound_lines(opened, found)))
+            return int(ExitCode.CHECK_FAILED if found.faults else ExitCode.DONE)
+        click.echo(_json(_contents(opened)) if as_json else "\n".join(_lines(opened)))
+    return int(ExitCode.DONE)
+
+
+def _soundness(results: Results, found: Soundness) -> dict[str, Any]:
+    from dataclasses import asdict
+
+    return {"file": str(results.path), "sound": not found.faults, **asdict(found)}
+
+
+def _sound_lines(results: Results, found: Soundness) -> Iterator[str]:
+    from mbproj.analysis.reactions import shortened
+
+    yield f"{results.path}: {found.datasets} datasets read, {found.bytes / 1e6:.3g} MB of samples"
+    yield from (f"  wrong: {fault}" for fault in found.faults)
+    if not found.faults:
+        yield "  nothing is wrong with it"
+    if len(found.unguarded) == found.datasets:
+        yield "  it has no checksums: an older mbproj wrote it, and changed numbers would not show"
+    elif found.unguarded:
+        yield f"  {len(found.unguarded)} datasets have no checksum: {shortened(found.unguarded, 8)}"
+    if results.contents.unfinished:
+        yield "  its run has not ended: samples have Fletcher-32 alone, which takes 16 ones for 16 zeros"
+
+
+def _build(as_json: bool) -> str:
+    from mbproj.cli.report import build_info
+
+    return _json(build_info.facts()) if as_json else "\n".join(build_info.lines())
+
+
+def _contents(results: Results) -> dict[str, Any]:
+    from dataclasses import asdict
+
+    from mbproj.analysis import summary
+    from mbproj.analysis.reactions import reactions_not_unique
+    from mbproj.results import DATASETS
+
+    return {
+        **summary(results),
+        "scene": None if results.scene_path is None else str(results.scene_path),
+        "gravity": list(results.gravity),
+        "reactions_not_unique": reactions_not_unique(results),
+        "settings": asdict(results.settings),
+        "overrides": results.overrides,
+        "attributes": dict(results.attributes),
+        "names": {kind: list(results.names(kind)) for kind in ("bodies", "markers", "joints", "coordinates")},
+        **({} if results.trust is None else {"trust": as_numbers(results.trust)}),
+        **({} if results.verification is None else {"verification": verification_as_json(results.verification)}),
+        "datasets": {
+            dataset.path: {"shape": list(results.shape(dataset.path)), "unit": dataset.unit} for dataset in DATASETS
+        },
+    }
+
+
+def _json(contents: Mapping[str, Any]) -> str:
+    import json
+
+    return json.dumps(_finite(contents), indent=2, ensure_ascii=False)
+
+
+def _finite(value: Any) -> Any:
+    """`value` with None in place of infinity and NaN, which JSON does not have."""
+    if isinstance(value, Mapping):
+        return {key: _finite(part) for key, part in value.items()}
+    if isinstance(value, list | tuple):
+        return [_finite(part) for part in value]
+    is_finite = not isinstance(value, float) or abs(value) < float("inf")
+    return value if is_finite else None
+
+
+def _lines(results: Results) -> Iterator[str]:
+    has = _contents(results)
+    partial = " (partial: the run was killed or still goes on)" if has["partial"] else ""
+    numbers = _numbers(has) if has["samples"] else {"samples": "none"}
+    yield from table(
+        {
+            "title": has["title"],
+            "file": has["file"],
+            "status": has["status"] + partial,
+            "run": f"{has['attributes'].get('date', '')} on {has['attributes'].get('host', '')}",
+            "scene": has["scene"] or "(not from a file)",
+            "size": f"{has['bodies']} bodies, {has['joints']} joints with {has['coordinates']} coordinates, "
+            f"{has['markers']} markers",
+            **numbers,
+            **_reactions(has),
+        }
+    )
+    if results.trust is not None:
+        yield "\ntrust"
+        yield from lines_on(results.trust)
+    elif results.certified is not None:
+        yield "\ntrust\n  it was to be certified, but was interrupted before"
+    if results.verification is not None:
+        yield "\nverification"
+        yield from verification_lines(results.verification)
+    for title, values in (("settings", _settings(has)), ("attributes", _attributes(has)), ("datasets", _datasets(has))):
+        yield f"\n{title}"
+        yield from table(values, "  ")
+
+
+def _numbers(has: Mapping[str, Any]) -> dict[str, str]:
+    counters = ("steps", "rejected_steps", "evaluations", "projections", "projection_failures")
+    position, velocity = (
+        f"{has[f'{kind}_violation_max']:.3g}{_at(has[f'{kind}_violation_time'])}" for kind in ("position", "velocity")
+    )
+    worst = {
+        f"largest joint {kind}": f"{peak['value']:.3g} {unit} in '{peak['name']}'{_at(peak['time'])}"
+        if peak["value"]
+        else f"0 {unit}"
+        for kind, unit in (("length", "m"), ("angle", "rad"))
+        if (peak := has[f"worst_{kind}"])
+    }
+    return {
+        "samples": f"{has['samples']}, t = {has['start']:.6g} s to {has['end']:.6g} s",
+        "work": ", ".join(f"{has[counter]} {counter.replace('_', ' ')}" for counter in counters),
+        "iterations": f"{has['projection_iterations']} position, {has['velocity_iterations']} velocity",
+        "largest |C|": position,
+        "largest |dC/dt|": velocity,
+        **worst,
+        "energy drift": f"{has['energy_drift']:.3g} J, relative {has['energy_drift_relative']:.3g}",
+    }
+
+
+def _reactions(has: Mapping[str, Any]) -> dict[str, str]:
+    """Which components of reactions are not unique, where there are any."""
+    from mbproj.analysis.reactions import in_words
+
+    components = has["reactions_not_unique"]
+    return {"reactions not unique": in_words(components)} if components else {}
+
+
+def _at(time: float) -> str:
+    return f" at t = {time:.6g} s"
+
+
+def _settings(has: Mapping[str, Any]) -> dict[str, str]:
+    plain = {key: value for key, value in has["settings"].items() if key != "projection"}
+    projection = {f"projection.{key}": value for key, value in has["settings"]["projection"].items()}
+    changed = {f"--set {key}": value for key, value in has["overrides"].items()}
+    given = {key: value for key, value in {**plain, **projection, **changed}.items() if value is not None}
+    return {key: str(value) for key, value in given.items()}
+
+
+def _attributes(has: Mapping[str, Any]) -> dict[str, str]:
+    rest = {key: value for key, value in has["attributes"].items() if key not in SHOWN_ELSEWHERE and key not in has}
+    return {key: f"{value:.6g}" if isinstance(value, float) else str(value) for key, value in rest.items()}
+
+
+def _datasets(has: Mapping[str, Any]) -> dict[str, str]:
+    return {path: f"{tuple(entry['shape'])!s:<16} {entry['unit']}" for path, entry in has["datasets"].items()}

@@ -1,0 +1,199 @@
+"""`mbproj plot`: pictures of results."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from mbproj.cli.completion import Folder, one_of, results_file
+from mbproj.cli.explained import Part, explained, option
+from mbproj.cli.quantity import Positive
+from mbproj.cli.study_options import force as force_option
+from mbproj.errors import InputError, Problem
+from mbproj.plot.kinds import KINDS
+from mbproj.scene.text.suggestions import choose_from
+
+if TYPE_CHECKING:
+    from mbproj.results import Results
+
+OTHER_DIRECTORY = "choose another directory with -o"
+KINDS_HELP = "; ".join(f"{name}: {kind.summary}" for name, kind in KINDS.items())
+EXAMPLES = (
+    ("Draw every picture that applies.", "mbproj plot results.h5 -o pictures"),
+    (
+        "Hold the violations of two runs side by side.",
+        "mbproj plot gopm.h5 results.h5 --kind violation --label GOPM --label GPOPM",
+    ),
+)
+
+
+@explained("plot", EXAMPLES)
+@click.argument("results", nargs=-1, required=True, type=results_file(path_type=Path))
+@option(
+    Part.WHAT,
+    "--kind",
+    "kinds",
+    multiple=True,
+    metavar="KIND",
+    shell_complete=one_of(lambda: KINDS),
+    help=f"Only this kind, repeatable. {KINDS_HELP}.",
+)
+@option(
+    Part.OUTPUT,
+    "-o",
+    "--output",
+    "directory",
+    default=".",
+    type=Folder(path_type=Path),
+    help="Output directory [default: .].",
+)
+@option(
+    Part.OUTPUT,
+    "--format",
+    "file_format",
+    default="png",
+    type=click.Choice(["png", "svg", "pdf"]),
+    help="Format [default: png].",
+)
+@option(
+    Part.OUTPUT, "--label", "labels", multiple=True, metavar="TEXT", help="Name in the legend, once for each RESULTS."
+)
+@option(Part.WHAT, "--from", "start", type=float, metavar="T", help="Begin at this time in s.")
+@option(Part.WHAT, "--to", "stop", type=float, metavar="T", help="End at this time in s.")
+@option(Part.WHAT, "--marker", "markers", multiple=True, metavar="NAME", help="Only this marker, repeatable.")
+@option(Part.WHAT, "--joint", "joints", multiple=True, metavar="NAME", help="Only this joint, repeatable.")
+@option(
+    Part.ACCURACY,
+    "--error",
+    "limit",
+    type=Positive("m"),
+    metavar="E",
+    help="Mark where a certified run may be off by E.",
+)
+@force_option
+def command(
+    results: tuple[Path, ...],
+    kinds: tuple[str, ...],
+    directory: Path,
+    file_format: str,
+    labels: tuple[str, ...],
+    start: float | None,
+    stop: float | None,
+    markers: tuple[str, ...],
+    joints: tuple[str, ...],
+    limit: float | None,
+    force: bool,
+) -> None:
+    """Draws pictures of RESULTS; several files go into the same pictures.
+
+    Writes DIR/<first file>-<kind>.<format> and prints the paths. All kinds that apply are drawn unless --kind names
+    some.
+    """
+    from mbproj.outputs import check_replaceable, make_folder, picture
+    from mbproj.plot.kinds import draw, nothing_to_see, why_not
+    from mbproj.plot.labels import derive_labels, stem
+    from mbproj.plot.save import save
+
+    _check(results, kinds, labels)
+    opened = [_open(path) for path in results]
+    names = list(labels) or derive_labels(opened)
+    first = stem(opened[0])
+    shown = _select(opened, start, stop, markers, joints)
+    drawn = _applicable(kinds, {kind: why_not(kind, shown) for kind in KINDS})
+    drawn = drawn if kinds else _worth_it(drawn, {kind: nothing_to_see(kind, shown) for kind in drawn})
+    make_folder(directory, OTHER_DIRECTORY)
+    paths = {kind: directory / f"{first}-{kind}.{file_format}" for kind in drawn}
+    for path in paths.values():  # all or none
+        check_replaceable(path, picture(file_format), force=force, hint=OTHER_DIRECTORY)
+    for kind, path in paths.items():
+        click.echo(save(draw(kind, shown, names, limit), path, force=force))
+
+
+def _check(results: Sequence[Path], kinds: Sequence[str], labels: Sequence[str]) -> None:
+    for kind in kinds:
+        if kind not in KINDS:
+            raise InputError(Problem(f"--kind: unknown kind '{kind}'", hint=choose_from(kind, KINDS)))
+    if labels and len(labels) != len(results):
+        message = f"--label: {len(labels)} for {len(results)} results"
+        raise InputError(Problem(message, hint="give one for each file, in their order, or none"))
+
+
+def _open(path: Path) -> Results:
+    from mbproj.results import open_results
+
+    opened = open_results(path)
+    if opened.partial:
+        click.echo(f"note: '{opened.path}' is incomplete: its run was killed, or still goes on", err=True)
+    elif opened.status != "complete":
+        click.echo(f"note: '{opened.path}': {opened.status}", err=True)
+    return opened
+
+
+def _select(
+    opened: Sequence[Results],
+    start: float | None,
+    stop: float | None,
+    markers: Sequence[str],
+    joints: Sequence[str],
+) -> list[Results]:
+    """The time window and the names asked for. Each name must be in one of the results, and each result must have a
+    sample."""
+    from math import inf
+
+    from mbproj.results.faults import no_such_name
+
+    low, high = -inf if start is None else start, inf if stop is None else stop
+    if not low <= high:
+        raise InputError(Problem(f"--from {low:g} is not before --to {high:g}", hint="exchange them"))
+    for kind, wanted in (("markers", markers), ("joints", joints)):
+        present = list(dict.fromkeys(name for results in opened for name in results.names(kind)))
+        for name in wanted:
+            if name not in present:
+                raise no_such_name(kind, name, present, "the results")
+    selected = []
+    for results in opened:
+        chosen = {
+            kind: [name for name in dict.fromkeys(wanted) if name in results.names(kind)] if wanted else None
+            for kind, wanted in (("markers", markers), ("joints", joints))
+        }
+        selected.append(results.select(start=low, stop=high, markers=chosen["markers"], joints=chosen["joints"]))
+        if not len(selected[-1].time):
+            raise _nothing(results, low, high)
+    return selected
+
+
+def _nothing(results: Results, low: float, high: float) -> InputError:
+    if not len(results.time):
+        return InputError(Problem(f"'{results.path}' holds no samples", hint=f"its status: {results.status}"))
+    span = f"its samples go from {results.time[0]:g} s to {results.time[-1]:g} s"
+    window = "".join(f" {word} {at:g} s" for word, at in (("from", low), ("to", high)) if abs(at) < float("inf"))
+    return InputError(Problem(f"'{results.path}' has no sample{window}", hint=span))
+
+
+def _applicable(kinds: Sequence[str], reasons: dict[str, str | None]) -> list[str]:
+    """The kinds to draw. A kind that does not apply is an error where it was asked for, and otherwise left out with a
+    note."""
+    for kind in kinds:
+        if reasons[kind]:
+            raise InputError(Problem(f"--kind {kind}: {reasons[kind]}", hint=_hint(reasons)))
+    if kinds:
+        return list(dict.fromkeys(kinds))
+    for kind, reason in reasons.items():
+        if reason and KINDS[kind].usual:
+            click.echo(f"note: no picture '{kind}': {reason}", err=True)
+    return [kind for kind, reason in reasons.items() if not reason]
+
+
+def _worth_it(applicable: Sequence[str], reasons: dict[str, str | None]) -> list[str]:
+    """The kinds that show something; a note says why others do not."""
+    for kind in applicable:
+        if reasons[kind]:
+            click.echo(f"note: no picture '{kind}': {reasons[kind]}", err=True)
+    return [kind for kind in applicable if not reasons[kind]]
+
+
+def _hint(reasons: dict[str, str | None]) -> str:
+    return "kinds that apply: " + ", ".join(kind for kind, reason in reasons.items() if not reason)

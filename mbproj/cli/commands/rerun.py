@@ -1,0 +1,42 @@
+"""`mbproj rerun`: repeats a run from nothing but its results file."""
+
+from __future__ import annotations
+
+import os
+from dataclasses import replace
+from pathlib import Path
+
+import click
+
+from mbproj.cli.completion import results_file
+from mbproj.cli.explained import Part, explained, option
+
+EXAMPLES = (("Repeat a run whose scene is no longer at hand.", "mbproj rerun results.h5 -o again.h5"),)
+
+
+@explained("rerun", EXAMPLES)
+@click.argument("results", type=results_file(path_type=Path))
+@option(
+    Part.OUTPUT, "-o", "--output", default="rerun.h5", show_default=True, type=results_file(), help="New results file."
+)
+@option(Part.OUTPUT, "--json", "as_json", is_flag=True, help="Print one JSON object instead of the summary.")
+@option(Part.OUTPUT, "-q", "--quiet", is_flag=True, help="Print nothing but errors.")
+def command(results: Path, output: str, as_json: bool, quiet: bool) -> None:
+    """Repeats the run that wrote RESULTS, with the same scene and settings.
+
+    On the same build and machine the numbers are the same to the last bit.
+    """
+    from mbproj.cli.commands.execute import execute
+    from mbproj.errors import InputError, Place, Problem
+    from mbproj.results import open_results
+    from mbproj.scene import read_scene_text
+
+    with open_results(results) as before:
+        name = str(before.scene_path or results)
+        scene = read_scene_text(before.scene_text, name, before.overrides)
+        scene = replace(scene, path=before.scene_path, settings=before.settings)
+        source, certified = before.path, before.certified
+    if os.path.realpath(output) == os.path.realpath(source):
+        problem = Problem(f"'{output}' is the results file to repeat", Place("--output"), "choose another name")
+        raise InputError(problem)
+    execute(scene, name, output, certified=certified, as_json=as_json, quiet=quiet)

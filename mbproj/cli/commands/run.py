@@ -1,0 +1,117 @@
+"""`mbproj run`: scene -> system -> consistent start -> simulation -> results file, and a summary."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from mbproj.cli.completion import results_file
+from mbproj.cli.explained import Part, explained, option
+from mbproj.cli.quantity import Positive
+from mbproj.cli.scene_options import overrides, parameters, scene_options
+
+if TYPE_CHECKING:
+    from mbproj.scene import Scene
+
+EXAMPLES = (
+    ("Simulate with the settings of the scene, and write results.h5.", "mbproj run five_bar.yaml"),
+    (
+        "Take another step and another projection method.",
+        'mbproj run five_bar.yaml --step "1 ms" --projection gopm -o gopm.h5',
+    ),
+    ("Say for how long the motion of each marker can be trusted.", "mbproj run five_bar.yaml --duration 2 --certify"),
+)
+
+
+@explained("run", EXAMPLES)
+@scene_options
+@option(
+    Part.OUTPUT, "-o", "--output", default="results.h5", show_default=True, type=results_file(), help="Results file."
+)
+@option(
+    Part.ACCURACY,
+    "--accuracy",
+    type=Positive("m"),
+    metavar="E",
+    help="Choose the cheapest integrator and step that keep the error of every marker below E.",
+)
+@option(
+    Part.ACCURACY,
+    "--certify",
+    is_flag=True,
+    help="Compute a better solution too, and say how long each marker can be trusted.",
+)
+@option(
+    Part.ACCURACY,
+    "--limit",
+    "limits",
+    multiple=True,
+    type=Positive("m"),
+    metavar="E",
+    help="With --certify: say when the error exceeds E; repeatable [default: 1e-9, 1e-8, .. 1 m].",
+)
+@option(Part.OUTPUT, "--json", "as_json", is_flag=True, help="Print one JSON object instead of the summary.")
+@option(Part.OUTPUT, "-q", "--quiet", is_flag=True, help="Print nothing but errors.")
+def command(
+    scene: str,
+    settings: tuple[str, ...],
+    output: str,
+    accuracy: float | None,
+    certify: bool,
+    limits: tuple[float, ...],
+    as_json: bool,
+    quiet: bool,
+    **options: Any,
+) -> None:
+    """Simulates SCENE and writes a results file."""
+    from mbproj.cli.commands.execute import execute
+    from mbproj.cli.report.notes import show_notes
+    from mbproj.scene import read_scene
+
+    asked, given = _limits(certify, limits), overrides(options)
+    what, facts = read_scene(scene, parameters(settings), given), dict[str, Any]()
+    if not quiet:
+        show_notes(what)
+    if accuracy is not None:
+        what, facts = _accurate(what, accuracy, given, hidden=quiet)
+    execute(what, scene, output, certified=asked, facts=facts, as_json=as_json, quiet=quiet)
+
+
+def _accurate(scene: Scene, accuracy: float, given: dict[str, str], hidden: bool) -> tuple[Scene, dict[str, Any]]:
+    """The scene with the cheapest settings for an error, and facts about them for --json and the results file."""
+    from dataclasses import replace
+
+    from mbproj.cli.report.progress import telling
+    from mbproj.errors import InputError, Place, Problem
+    from mbproj.studies.recommend.recommendation import Unreachable, recommend
+
+    for name in ("integrator", "step", "tolerance"):
+        if name in given:
+            hint = "leave out one of the two"
+            raise InputError(Problem(f"--accuracy chooses the {name} itself", Place(f"--{name}"), hint))
+    with telling(hidden) as tell:
+        found = recommend(scene, accuracy, timed=False, tell=tell)
+    if not found.reached:
+        raise Unreachable(
+            f"no setting keeps the error below {accuracy:g} m beyond t = {found.until:.6g} s: {found.why}; "
+            f"try --duration {found.until:.6g}, or a larger error"
+        )
+    if not hidden:
+        label, best = found.setting.label, found.best
+        click.echo(f"{label}: off by {best.error:.1e} m at most, {best.evaluations:.0f} evaluations", err=True)
+    facts = {"accuracy": accuracy, "accuracy_error": found.best.error, "accuracy_uncertainty": found.uncertain}
+    return replace(scene, settings=found.settings), facts
+
+
+def _limits(certify: bool, limits: tuple[float, ...]) -> tuple[float, ...] | None:
+    """The limits to certify for, increasing; None where that is not asked for."""
+    from mbproj.errors import InputError, Place, Problem
+
+    if limits and not certify:
+        raise InputError(Problem("needs --certify", Place("--limit"), "add --certify, or leave out --limit"))
+    if not certify:
+        return None
+    from mbproj.studies.certify.horizon import LIMITS
+
+    return tuple(sorted(set(limits))) or LIMITS

@@ -1,0 +1,142 @@
+"""The end of a run in words."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from mbproj.cli.report.expectations import summary_lines
+from mbproj.cli.report.trust import lines_on
+from mbproj.dynamics.equations.round_off import EPSILON
+from mbproj.dynamics.rank.massless import HARDLY_ANY, SHOWN
+from mbproj.integrate.outcome.report import AT_REST, Report, Worst
+from mbproj.model.system import System
+from mbproj.results.trust import Trust
+from mbproj.scene.records import Settings
+
+if TYPE_CHECKING:
+    from mbproj.analysis import Outcome
+
+#: Relative energy drift above which a note says that the motion may be wrong.
+SUSPICIOUS_DRIFT = 1e-4
+#: Violation above which a note says that joints were open, relative to the coordinates that enter the rows.
+FAR_OPEN = 1e-4
+#: Every 64th step is timed. Shares of the time need ten of them.
+ENOUGH_STEPS = 640
+
+
+def print_summary(
+    title: str,
+    system: System,
+    report: Report,
+    numbers: dict[str, Any],
+    trust: Trust | None = None,
+    outcomes: Sequence[Outcome] = (),
+) -> None:
+    """Prints the summary for a reader on stdout, with the certificate and the `outcomes` of the scene's expectations,
+    and warnings on stderr."""
+    counts, settings = report.counters, report.settings
+    seconds = report.integration_seconds
+    lines = [
+        title,
+        f"  {7 * system.bodies} coordinates, {system.constraints} constraints{_redundant(report)}, "
+        f"{report.degrees_of_freedom} degrees of freedom",
+        f"  {report.formulation} formulation: {report.why}",
+        f"  {settings.projection.method}, {settings.integrator}, {step_words(settings)}",
+        f"  {counts['steps']} steps to t = {settings.duration:g} s in {seconds:.2f} s "
+        f"({_time(seconds / max(counts['steps'], 1))} a step), {counts['evaluations']} evaluations, "
+        f"{counts['rejected_steps']} steps rejected",
+        f"  position violation  {_worst(report.position_violation)}; round-off allows {report.position_floor:.0e}",
+        f"  velocity violation  {_worst(report.velocity_violation)}; {_velocity_floor(report)}",
+        f"  energy drift        {report.energy_drift:.2e} J "
+        f"({report.energy_drift_relative:.1e} of the largest kinetic energy + |ΔV|)",
+        f"  projection          {counts['projections']} times, {counts['projection_iterations']} position and "
+        f"{counts['velocity_iterations']} velocity iterations, {counts['projection_failures']} failures"
+        f"{_fallbacks(counts)}",
+        *_phases(report),
+        *(lines_on(trust) if trust is not None else ()),
+        *(summary_lines(outcomes) if outcomes else ()),
+        f"  written to {numbers['output']}",
+    ]
+    click.echo("\n".join(lines))
+    for warning in warnings(report):
+        click.echo(f"note: {warning}", err=True)
+
+
+def warnings(report: Report) -> list[str]:
+    """What a user should not overlook."""
+    found = [report.stiffness] if report.stiffness else []
+    if report.energy_drift_relative > SUSPICIOUS_DRIFT:
+        found.append(
+            f"the energy drifted by {100 * report.energy_drift_relative:.2g} %: the motion may be wrong "
+            "although the joints are closed; compare with a smaller --step, or with --integrator dop853 --tolerance "
+            "1e-10"
+        )
+    open_by = report.position_violation
+    if open_by.value > FAR_OPEN * report.position_floor / EPSILON:
+        found.append(
+            f"{open_by.owner} was open by {open_by.value:.2g} (m, rad) at t = {open_by.time:.4g} s: this is not "
+            "the mechanism's motion; use a projection method, gpopm for example, or a smaller step"
+        )
+    asked = report.settings.projection.tolerance
+    if asked is not None and report.settings.projection.test == "violation" and asked < report.position_floor:
+        found.append(
+            f"the projection's tolerance of {asked:.0e} is below round-off, {report.position_floor:.0e}: the "
+            "iterations stop where the violation falls no further"
+        )
+    if report.swamped:
+        found.append(
+            f"round-off of the other bodies' forces decides motions with less than {HARDLY_ANY:.0e} of the largest "
+            f"inertia: {'; '.join(report.swamped[:SHOWN])}; give these bodies more inertia, or joints that hold them"
+        )
+    if report.counters["projection_failures"]:
+        found.append(
+            f"{report.counters['projection_failures']} projections missed their tolerance; the largest violation "
+            f"is {report.position_violation.value:.1e}"
+        )
+    return found
+
+
+def step_words(settings: Settings) -> str:
+    """The step or the tolerance, as one reads it."""
+    return f"step {settings.step:g} s" if settings.step is not None else f"tolerance {settings.tolerance:g}"
+
+
+def _redundant(report: Report) -> str:
+    return f", {report.redundant_rows} of them redundant" if report.redundant_rows else ""
+
+
+def _fallbacks(counts: dict[str, int]) -> str:
+    """How often a projection fell back on gopm's metric, where that was allowed."""
+    return f", {counts['projection_fallbacks']} in gopm's metric" if counts["projection_fallbacks"] else ""
+
+
+def _time(seconds: float) -> str:
+    if seconds >= 1.0:
+        return f"{seconds:.3g} s"
+    return f"{1e6 * seconds:.3g} µs" if seconds < 1e-3 else f"{1e3 * seconds:.3g} ms"
+
+
+def _phases(report: Report) -> list[str]:
+    """How the time divides into the phases of a step."""
+    total = sum(report.phases.values())
+    if total == 0.0 or report.counters["steps"] < ENOUGH_STEPS:
+        return []
+    shares = ", ".join(f"{name} {100 * seconds / total:.0f} %" for name, seconds in report.phases.items())
+    return [f"  time                {shares}; recording {_time(report.recording_seconds)} more"]
+
+
+def _worst(violation: Worst) -> str:
+    if violation.value == 0.0:
+        return "0"
+    return f"{violation.value:.1e}  ({violation.owner} at t = {violation.time:.4g} s)"
+
+
+def _velocity_floor(report: Report) -> str:
+    """What round-off leaves of C'; nothing moves where the velocities are round-off themselves."""
+    floor, duration = report.velocity_floor, report.settings.duration or 0.0
+    if floor * duration <= AT_REST * EPSILON * report.position_floor:
+        return "nothing moves"
+    return f"round-off allows {floor:.0e}"

@@ -1,0 +1,1 @@
+"""Commands that run many simulations, one file each with the object `command`."""

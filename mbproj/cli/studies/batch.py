@@ -1,0 +1,121 @@
+"""`mbproj batch`: runs many scenes in parallel processes and checks what they expect."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from mbproj.cli.completion import Folder, scene_file
+from mbproj.cli.explained import Part, explained, option
+from mbproj.cli.study_options import force as force_option
+
+if TYPE_CHECKING:
+    from mbproj.studies.batch import SceneResult, Task
+
+#: The longest time (s) that a scene may be given: 30 years, which every clock can count.
+LONGEST = 1e9
+OTHER_REPORT = "choose another file with --junit"
+EXAMPLES = (
+    ("Run a scene and all scenes of a folder, and check what they expect.", "mbproj batch five_bar.yaml validation"),
+    ("Run all scenes below this folder in a pipeline.", 'mbproj batch "**/*.yaml" --junit report.xml --keep results'),
+)
+
+
+@explained("batch", EXAMPLES)
+@click.argument("paths", nargs=-1, required=True, type=scene_file(path_type=Path))
+@option(
+    Part.EFFORT,
+    "-j",
+    "--jobs",
+    type=click.IntRange(min=1),
+    metavar="N",
+    help="Scenes run at the same time [default: one per processor].",
+)
+@option(
+    Part.EFFORT, "--timeout", default="5 min", show_default=True, metavar="TIME", help="Stop a scene that runs longer."
+)
+@option(Part.OUTPUT, "--junit", "xml", type=click.Path(path_type=Path), metavar="FILE", help="Write JUnit XML.")
+@option(Part.OUTPUT, "--keep", type=Folder(path_type=Path), metavar="DIR", help="Keep the results files in DIR.")
+@force_option
+@option(Part.OUTPUT, "--json", "as_json", is_flag=True, help="Print one JSON object instead of the table.")
+def command(
+    paths: tuple[Path, ...],
+    jobs: int | None,
+    timeout: str,
+    xml: Path | None,
+    keep: Path | None,
+    force: bool,
+    as_json: bool,
+) -> int:
+    """Runs many scenes and checks their `expect` blocks.
+
+    PATHS are scene files, directories, or patterns ('**/*.yaml').
+
+    Prints a table: scene, result, how many expectations hold, seconds, and the expectation nearest to its limit with
+    its error and the error allowed. A scene that fails does not stop the others.
+
+    Exit code 0: all expectations hold; 3: a scene could not run (wrong input, a failure, the timeout); 4: all scenes
+    ran, and an expectation does not hold; 2: wrong options, or no scenes.
+    """
+    import json
+
+    from mbproj.cli.report import batch_table as table
+    from mbproj.cli.report.junit import junit
+    from mbproj.cli.report.progress import telling
+    from mbproj.errors import ExitCode
+    from mbproj.outputs import JUNIT, write_text
+    from mbproj.scene.fields.given import given_number
+    from mbproj.scene.fields.quantities import Number
+    from mbproj.studies.batch import exit_code, run_batch, scene_paths
+
+    seconds = given_number(timeout, "--timeout", Number("s", above=0.0, maximum=LONGEST))
+    scenes = scene_paths(paths)
+    if xml is not None:
+        write_text(xml, junit([]), JUNIT, force=force, hint=OTHER_REPORT)  # before the work: whether it can be written
+    results: dict[int, SceneResult] = {}
+    rows = table.Rows([str(scene) for scene in scenes], shown=not as_json)
+
+    def done(number: int, result: SceneResult) -> None:
+        results[number] = result
+        rows.show(results)
+        tell("scenes", len(results), len(scenes))
+
+    interrupted = False
+    with _tasks(scenes, keep) as batch, telling(hidden=not as_json) as tell:  # the table grows as the scenes end
+        tell("scenes", 0, len(scenes))
+        try:
+            run_batch(batch, jobs, seconds, done)
+        except KeyboardInterrupt:
+            interrupted = True
+    ended = [results[number] for number in sorted(results)]
+    code = ExitCode.INTERRUPTED if interrupted else exit_code(ended)
+    if xml is not None:
+        left = [scene for number, scene in enumerate(scenes) if number not in results]
+        write_text(xml, junit(ended, left), JUNIT, force=force, hint=OTHER_REPORT)
+    if as_json:
+        click.echo(json.dumps(table.record(ended, [str(scene) for scene in scenes], code)))
+    else:
+        rows.finish(results)
+    for message in table.messages(ended):
+        click.echo(message, err=True)
+    if interrupted:
+        click.echo("interrupted", err=True)
+    return int(code)
+
+
+@contextmanager
+def _tasks(scenes: list[Path], keep: Path | None) -> Iterator[list[Task]]:
+    """The scenes and the paths of their results, which are kept, or removed when the block ends."""
+    from tempfile import TemporaryDirectory
+
+    from mbproj.studies.batch import tasks
+
+    if keep is not None:
+        yield tasks(scenes, keep, keep=True)
+        return
+    with TemporaryDirectory(prefix="mbproj-batch-", ignore_cleanup_errors=True) as directory:
+        yield tasks(scenes, Path(directory), keep=False)

@@ -1,0 +1,144 @@
+"""`mbproj compare`: chosen methods on one mechanism, in one table and one page of figures."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from mbproj.cli import study_options
+from mbproj.cli.completion import scene_file, some_of
+from mbproj.cli.explained import Part, explained, option
+from mbproj.cli.quantity import Names, PositiveList
+from mbproj.registry import FORMULATIONS
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from mbproj.studies.compare.comparison import Comparison
+
+EXAMPLES = (
+    (
+        "Compare two projection methods at the settings of the scene.",
+        "mbproj compare five_bar.yaml --projections gopm,gpopm --until 2",
+    ),
+    (
+        "Compare integrators, each at two steps.",
+        "mbproj compare five_bar.yaml --integrators rk4,dopri5 --steps 1e-3,2e-3",
+    ),
+)
+
+
+@explained("compare", EXAMPLES)
+@click.argument("scene", type=scene_file())
+@study_options.projections("none,baumgarte,gopm,gpopm")
+@study_options.integrators("the scene's")
+@option(
+    Part.INTEGRATION, "--steps", type=PositiveList("s"), metavar="TIME,..", help="Fixed steps [default: the scene's]."
+)
+@option(
+    Part.INTEGRATION,
+    "--tolerances",
+    type=PositiveList(""),
+    metavar="NUMBER,..",
+    help="Error tolerances, for integrators with an error estimate.",
+)
+@option(
+    Part.INTEGRATION,
+    "--formulations",
+    type=Names(),
+    metavar="A,B",
+    shell_complete=some_of(lambda: FORMULATIONS),
+    help="Formulations to compare; with several, cost is counted in factorisations, not in time.",
+)
+@study_options.until
+@study_options.changes
+@study_options.repeat
+@study_options.files
+@option(Part.OUTPUT, "--json", "as_json", is_flag=True, help="Print the table as JSON.")
+def command(
+    scene: str, changes: tuple[str, ...], output: Path, ending: str, force: bool, as_json: bool, **options: Any
+) -> None:
+    """Compares projection methods, integrators and steps on SCENE.
+
+    Prints a table: violations, the error of the motion against a reference by another method, the energy drift that
+    the integrator and the projection cause, CPU time with its spread, counters. Writes CSV and a page of figures.
+    """
+    from mbproj.cli.report.progress import telling
+    from mbproj.cli.scene_options import parameters
+    from mbproj.cli.studies.shared import StudyFiles
+    from mbproj.scene import read_scene
+    from mbproj.studies.compare.comparison import PROJECTIONS_COMPARED, compare
+
+    what = read_scene(scene, parameters(changes))
+    files = StudyFiles(output, f"{Path(scene).stem}-compare", ending, ("label", "setting"), force)
+    with telling(hidden=False) as tell:
+        found = compare(
+            what,
+            projections=options.pop("projections") or PROJECTIONS_COMPARED,
+            repetitions=options.pop("repeat"),
+            tell=tell,
+            **options,
+        )
+    rows = [{"label": entry.label, **entry.numbers} for entry in found.entries]
+    written = [files.table(rows), files.figure(_page(found, what.title))]
+    if as_json:
+        click.echo(json.dumps({"until": float(found.reference.times[-1]), "entries": rows, "notes": found.notes}))
+        return
+    click.echo(_table(found, rows))
+    for note in found.notes:
+        click.echo(f"note: {note}", err=True)
+    for path in written:
+        click.echo(path)
+
+
+def _table(found: Comparison, rows: Sequence[Mapping[str, Any]]) -> str:
+    from mbproj.cli.studies.shared import columns, milliseconds, number
+
+    headings = ["", "|C|", "|C'|", "|C''|", "error, m", "drift, J", "integrator", "projection"]
+    cost = ["CPU, ms", "spread"] if found.cost_in_time else []
+    lines = []
+    for row in rows:
+        ends = [milliseconds(row[f"cpu_seconds_{end}"]) for end in ("lowest", "highest")]
+        spread = "-" if "-" in ends else " to ".join(ends)
+        lines.append(
+            [
+                row["label"],
+                *(number(row[f"{level}_violation"]) for level in ("position", "velocity", "acceleration")),
+                "failed" if row["failure"] else number(row["error"]),
+                *(number(row[f"energy_drift{part}"], "+.1e") for part in ("", "_integrator", "_projection")),
+                *([milliseconds(row["cpu_seconds"]), spread] if cost else []),
+                *(number(row[name], ".0f") for name in ("evaluations", "projection_iterations", "velocity_iterations")),
+                number(row["factorisations"], ".0f"),
+            ]
+        )
+    counts = ["evaluations", "position it.", "velocity it.", "factorisations"]
+    return columns([*headings, *cost, *counts], lines)
+
+
+def _page(found: Comparison, title: str) -> Figure:
+    from mbproj.plot.pages.comparison import Compared, comparison_page
+
+    methods = []
+    for entry in found.entries:
+        solution, report, timing = entry.solution, entry.solution.report, entry.timing
+        counters = report.counters if report else {}
+        methods.append(
+            Compared(
+                label=entry.label,
+                time=solution.times,
+                position_violation=solution.position_violation,
+                velocity_violation=solution.velocity_violation,
+                acceleration_violation=solution.acceleration_violation,
+                error=entry.error.max(axis=1),
+                integrator=entry.split.integrator if entry.split else None,
+                projection=entry.split.projection if entry.split else None,
+                seconds=(timing.median, *timing.spread) if timing else None,
+                factorisations=counters.get("factorisations", 0),
+                iterations=counters.get("projection_iterations", 0) + counters.get("velocity_iterations", 0),
+            )
+        )
+    return comparison_page(methods, found.reference.uncertainty.max(axis=1), title)

@@ -1,0 +1,108 @@
+"""`mbproj paper`: the figures of Zhang, Liu & Liu (2015), with what the paper does not say about them."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from mbproj.cli.completion import Folder
+from mbproj.cli.explained import Part, explained, option
+from mbproj.cli.quantity import Positive
+from mbproj.cli.study_options import force as force_option
+from mbproj.outputs import check_replaceable, make_folder, picture
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from mbproj.studies.paper.examples import Example
+
+#: By mechanism: the components of the marker that the paper plots, and the numbers of its four figures.
+FIGURES = {"five_bar": ("xz", (2, 3, 4, 5)), "spatial_slider_crank": ("x", (7, 8, 9, 10))}
+EXAMPLES = (
+    ("Draw all eight figures.", "mbproj paper -o figures"),
+    ("Draw their first two seconds as PDF.", "mbproj paper -o figures --duration 2 --format pdf"),
+)
+
+
+@explained("paper", EXAMPLES, short_help="Draws the figures of Zhang, Liu & Liu (2015).")
+@option(Part.OUTPUT, "--output", "-o", required=True, type=Folder(), metavar="DIR", help="Where the figures go.")
+@option(
+    Part.WHAT,
+    "--duration",
+    default="10 s",
+    show_default=True,
+    type=Positive("s"),
+    metavar="TIME",
+    help="How long to simulate.",
+)
+@option(
+    Part.OUTPUT,
+    "--format",
+    "ending",
+    default="png",
+    show_default=True,
+    type=click.Choice(["png", "svg", "pdf"]),
+    help="Format of the pictures.",
+)
+@force_option
+def command(output: str, duration: float, ending: str, force: bool) -> None:
+    """Draws eight figures of the paper, with the paper's settings.
+
+    The figures are Figs. 2-5 and 7-10. The settings are RK4 with a step of 0.01 s, a tolerance of 1e-12, and the full
+    formulation. Takes about a minute. Says for each mechanism from which time on the paper's step has not converged.
+    """
+    folder = make_folder(Path(output))
+    numbers = [number for _, figures in FIGURES.values() for number in figures]
+    paths = {number: folder / f"paper-fig{number:02d}.{ending}" for number in numbers}
+    for path in paths.values():
+        check_replaceable(path, picture(ending), force=force)
+
+    from mbproj.plot.save import save
+    from mbproj.studies.paper.examples import run_example
+
+    for name in FIGURES:
+        example = run_example(name, duration, lambda message: click.echo(message, err=True))
+        for number, figure in _figures(example).items():
+            click.echo(save(figure, paths[number], force=force))
+        for line in convergence(example):
+            click.echo(line)
+
+
+def _figures(example: Example) -> dict[int, Figure]:
+    """The example's four figures by the paper's numbers."""
+    from mbproj.plot.pages import paper_figures
+
+    components, numbers = FIGURES[example.name]
+    shown, since = example.histories["GPOPM"], example.unconverged_from
+    series = example.histories.items()
+    drawn = (
+        paper_figures.position_history(shown.time, shown.position, components=components, unconverged_from=since),
+        paper_figures.velocity_history(shown.time, shown.velocity, components=components, unconverged_from=since),
+        paper_figures.position_errors(
+            {legend: (run.time, run.position_violation) for legend, run in series}, unconverged_from=since
+        ),
+        paper_figures.velocity_errors(
+            {legend: (run.time, run.velocity_violation) for legend, run in series}, unconverged_from=since
+        ),
+    )
+    return dict(zip(numbers, drawn, strict=True))
+
+
+def convergence(example: Example) -> list[str]:
+    """What the figures of the paper do not show: how wrong the motion is at its step, and which runs ended early."""
+    from mbproj.studies.paper.examples import LIMIT
+
+    time, error = example.histories["GPOPM"].time, example.error
+    lines = [f"{example.title}, marker {example.marker}, RK4 + GPOPM at 0.01 s against DOP853 at 1e-11:"]
+    if example.unconverged_from is None:
+        lines.append(f"  converged to {1e3 * LIMIT:g} mm: the largest error is {error.max():.1e} m")
+    else:
+        since = f"t = {example.unconverged_from:.4g} s"
+        lines.append(f"  not converged from {since} on: the error exceeds {1e3 * LIMIT:g} mm")
+        for at in (1.0, 3.0, 5.0, 8.0, 10.0):
+            if at <= time[-1]:
+                lines.append(f"  error at {at:4g} s  {error[abs(time - at).argmin()]:.1e} m")
+    lines += [f"  {legend}: {run.failure}" for legend, run in example.histories.items() if run.failure]
+    return lines

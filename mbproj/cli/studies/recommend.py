@@ -1,0 +1,167 @@
+"""`mbproj recommend`: the cheapest setting that keeps an error, as a command line, or written into the scene."""
+
+from __future__ import annotations
+
+import json
+import shlex
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from mbproj.cli import study_options
+from mbproj.cli.completion import scene_file
+from mbproj.cli.explained import Part, explained, option
+from mbproj.cli.quantity import Positive
+from mbproj.errors import ExitCode, InputError, Place, Problem
+
+if TYPE_CHECKING:
+    from mbproj.scene import Scene
+    from mbproj.studies.recommend.bench import Outcome
+    from mbproj.studies.recommend.recommendation import Recommendation
+
+EXAMPLES = (
+    (
+        "Find the cheapest setting that is right to a millimetre for 2 s.",
+        'mbproj recommend five_bar.yaml --error "1 mm" --until 2',
+    ),
+    (
+        "Keep the error of one marker, and write the setting into the scene.",
+        "mbproj recommend five_bar.yaml --error 1e-6 --at tip --write",
+    ),
+)
+
+
+@explained("recommend", EXAMPLES)
+@click.argument("scene", type=scene_file())
+@option(
+    Part.ACCURACY, "--error", "goal", required=True, type=Positive("m"), metavar="E", help="The largest error allowed."
+)
+@study_options.at
+@study_options.until
+@option(
+    Part.ACCURACY,
+    "--output-step",
+    metavar="TIME",
+    help="Time between the samples at which the error is measured [default: the scene's].",
+)
+@study_options.changes
+@option(
+    Part.OUTPUT,
+    "--write",
+    is_flag=True,
+    help="Write the setting into the scene's simulation block; the rest of the file stays as it is.",
+)
+@option(Part.OUTPUT, "--json", "as_json", is_flag=True, help="Print one JSON object.")
+@option(Part.OUTPUT, "-q", "--quiet", is_flag=True, help="Print only the command line.")
+def command(
+    scene: str,
+    goal: float,
+    at: tuple[str, ...] | None,
+    until: float | None,
+    output_step: str | None,
+    changes: tuple[str, ...],
+    write: bool,
+    as_json: bool,
+    quiet: bool,
+) -> int:
+    """Finds the cheapest integrator and step that keep the error below E.
+
+    Of integrators with error control it finds the tolerance. The error is measured against a reference that two
+    other methods agree on, and once more in a final run. Prints the command line first. Exit code 4: no setting
+    keeps the error to the end; the one printed does up to the time it says.
+    """
+    from mbproj.cli.report.progress import telling
+    from mbproj.cli.scene_options import parameters
+    from mbproj.scene import read_scene
+    from mbproj.studies.recommend.recommendation import recommend
+    from mbproj.studies.recommend.write_back import write_back
+
+    if write and changes:
+        hint = "change the parameter in the scene, and leave out --set"
+        raise InputError(Problem("--write does not go with changed parameters", Place("--set"), hint))
+    what = read_scene(scene, parameters(changes), {"output_step": output_step})
+    with telling(hidden=quiet) as tell:
+        found = recommend(what, goal, at or (), until, tell=tell)
+    line = _command_line(what, scene, changes, output_step, found)
+    if as_json:
+        click.echo(json.dumps({"command": line, **_numbers(found)}))
+    else:
+        click.echo("\n".join([line] if quiet else [line, *_lines(found)]))
+    if not found.reached:
+        click.echo(
+            f"note: no setting keeps {goal:g} m until t = {found.wanted:.6g} s: {found.why}; this one keeps it until "
+            f"{found.until:.6g} s",
+            err=True,
+        )
+    if write and found.reached:
+        click.echo(f"written into {write_back(what, found.settings)}", err=True)
+    return ExitCode.DONE if found.reached else ExitCode.CHECK_FAILED
+
+
+def _command_line(
+    scene: Scene, name: str, changes: tuple[str, ...], output_step: str | None, found: Recommendation
+) -> str:
+    from mbproj.studies.measure.setting import shortest
+
+    words = ["mbproj", "run", name, *(word for change in changes for word in ("--set", change))]
+    words += shlex.split(found.setting.command_line(scene.settings))
+    settings = found.settings
+    assert settings.duration is not None and settings.output_step is not None
+    if f"{settings.duration:.12g}" != f"{scene.settings.duration or 0.0:.12g}":
+        words += ["--duration", f"{settings.duration:.12g}"]
+    if settings.output_step != scene.settings.output_step or output_step:
+        words += ["--output-step", output_step or shortest(settings.output_step)]
+    return shlex.join(words)
+
+
+def _numbers(found: Recommendation) -> dict[str, Any]:
+    return {
+        "goal": found.goal,
+        "points": list(found.points),
+        "reached": found.reached,
+        "until": found.until,
+        "wanted": found.wanted,
+        "best": _outcome(found.best),
+        "contenders": [_outcome(outcome) for outcome in found.contenders],
+        "own": None if found.own is None else _outcome(found.own),
+        "uncertain": found.uncertain,
+        "reference": found.method,
+        "check": found.check,
+        "why": found.why or None,
+    }
+
+
+def _outcome(outcome: Outcome) -> dict[str, Any]:
+    from math import isfinite
+
+    numbers = {name: getattr(outcome, name) for name in ("error", "time", "evaluations", "seconds")}
+    finite = {name: value if isfinite(value) else None for name, value in numbers.items()}
+    setting = {name: value for name, value in vars(outcome.setting).items() if value is not None}
+    return {"setting": setting, "point": outcome.point, **finite}
+
+
+def _lines(found: Recommendation) -> list[str]:
+    from mbproj.cli.report.table import table
+
+    best = found.best
+    rows: dict[str, str] = {
+        "error": f"{best.error:.2g} m at most, of {best.point} at t = {best.time:.4g} s; "
+        f"{found.goal:g} m is asked for, until t = {found.until:.6g} s",
+        "reference": f"uncertain by {found.uncertain:.1g} m: {found.method}",
+        "checked by": found.check,
+        "cost": _cost(best),
+    }
+    rows |= {f"near it ({place})": _words(other) for place, other in enumerate(found.contenders[1:], 1)}
+    if found.own is not None:
+        rows["the scene's own"] = _words(found.own)
+    return list(table(rows, "  "))
+
+
+def _words(outcome: Outcome) -> str:
+    if outcome.error == float("inf"):
+        return f"{outcome.setting.label}: fails"
+    return f"{outcome.setting.label}: {outcome.error:.2g} m, {_cost(outcome)}"
+
+
+def _cost(outcome: Outcome) -> str:
+    return f"{outcome.evaluations:.0f} evaluations, {1e3 * outcome.seconds:.3g} ms"

@@ -1,0 +1,240 @@
+"""`mbproj stability`: the values of one quantity at which each method holds, degrades and fails."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Collection
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from mbproj.cli import study_options
+from mbproj.cli.completion import one_of
+from mbproj.cli.explained import Part, explained, option
+from mbproj.cli.quantity import Positive
+from mbproj.cli.scene_options import overrides, parameters, scene_options
+from mbproj.errors import Place, placed_at
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from mbproj.studies.stability import StabilityMap
+    from mbproj.studies.stability.bisection import Track
+
+
+def _quantities() -> Collection[str]:
+    from mbproj.studies.stability.quantities import QUANTITIES
+
+    return QUANTITIES
+
+
+EXAMPLES = (
+    ("Find the step at which each method fails.", "mbproj stability five_bar.yaml --vary step --duration 2"),
+    (
+        "Compare two methods as the masses become unequal.",
+        "mbproj stability five_bar.yaml --vary mass-ratio --projections gopm,gpopm",
+    ),
+)
+
+
+@explained("stability", EXAMPLES)
+@scene_options
+@option(
+    Part.WHAT,
+    "--vary",
+    required=True,
+    metavar="QUANTITY",
+    shell_complete=one_of(_quantities),
+    help="step, mass-ratio, inertia-ratio, speed, length-scale, stiffness, baumgarte-gain, penalty or duration.",
+)
+@study_options.projections("none,baumgarte,gopm,gpopm")
+@option(
+    Part.WHAT, "--from", "low", type=Positive(""), metavar="NUMBER", help="Lowest value [default: by the quantity]."
+)
+@option(
+    Part.WHAT, "--to", "high", type=Positive(""), metavar="NUMBER", help="Highest value [default: by the quantity]."
+)
+@option(Part.WHAT, "--points", default=25, show_default=True, type=click.IntRange(2), help="Number of values.")
+@option(
+    Part.ACCURACY,
+    "--closed",
+    type=Positive(""),
+    metavar="NUMBER",
+    help="Largest violation of a run that holds [default: 1e-6 of the mechanism's length, or rad].",
+)
+@option(
+    Part.ACCURACY,
+    "--energy",
+    type=Positive(""),
+    metavar="NUMBER",
+    help="Largest relative energy error of a run that holds [default: 0.01].",
+)
+@study_options.files
+@option(Part.OUTPUT, "--json", "as_json", is_flag=True, help="Print one JSON object instead of the table.")
+@study_options.fresh
+def command(
+    scene: str,
+    settings: tuple[str, ...],
+    vary: str,
+    projections: tuple[str, ...] | None,
+    low: float | None,
+    high: float | None,
+    points: int,
+    closed: float | None,
+    energy: float | None,
+    output: Path,
+    ending: str,
+    force: bool,
+    as_json: bool,
+    fresh: bool,
+    **options: Any,
+) -> None:
+    """Varies one quantity of SCENE and finds where each method fails.
+
+    Finds each limit by bisection, and names the first bad time and joint beyond it. Writes a figure and all points as
+    CSV. Other options change the setting that is studied, as for `mbproj run`. An interrupted study resumes where it
+    stopped.
+    """
+    from mbproj.cli.report.progress import telling
+    from mbproj.cli.studies.shared import StudyFiles
+    from mbproj.scene import read_scene
+    from mbproj.studies.stability import stability
+    from mbproj.studies.stability.quantities import quantity_named
+    from mbproj.studies.stability.subject import Limits
+
+    what = read_scene(scene, parameters(settings), overrides(options))
+    with placed_at(Place("--vary")):
+        quantity_named(vary)
+    files = StudyFiles(output, f"{Path(scene).stem}-stability-{vary}", ending, ("projection", vary), force)
+    given = {name: value for name, value in (("closed", closed), ("energy", energy)) if value is not None}
+    with telling(hidden=False) as tell, placed_at(Place("--vary")):
+        found = stability(
+            what,
+            vary,
+            projections=projections,
+            low=low,
+            high=high,
+            points=points,
+            limits=Limits(**given),
+            fresh=fresh,
+            tell=tell,
+        )
+    written = [files.table(_rows(found)), files.figure(_page(found))]
+    if as_json:
+        click.echo(json.dumps(_numbers(found)))
+        return
+    click.echo(_report(found))
+    for path in written:
+        click.echo(path)
+
+
+def _rows(found: StabilityMap) -> list[dict[str, Any]]:
+    """A line for each method and value."""
+    names = {"value": found.vary, "closure": "open_by", "energy": "energy_off_by", "time": "first_bad_time"}
+    return [
+        {"projection": track.method} | {names.get(name, name): value for name, value in vars(point).items()}
+        for track in found.tracks
+        for point in track.points
+    ]
+
+
+def _numbers(found: StabilityMap) -> dict[str, Any]:
+    """One object."""
+    return {
+        "vary": found.vary,
+        "unit": found.unit,
+        "setting": _setting(found),
+        "until": found.until,
+        "own": found.span.own,
+        "analytic": found.analytic,
+        "methods": {
+            track.method: {
+                "limits": [
+                    {"value": change.value, "below": change.below.state, "above": change.above.state}
+                    for change in track.changes
+                ],
+                "points": [point.as_json() for point in track.points],
+            }
+            for track in found.tracks
+        },
+    }
+
+
+def _report(found: StabilityMap) -> str:
+    from mbproj.cli.studies.shared import columns
+
+    lines = [line for track in found.tracks for line in _intervals(track)]
+    table = columns(["method", "from", "to", "state", "first bad"], [line[:-1] for line in lines]).splitlines()
+    rows = [f"{row}  {line[-1]}".rstrip() for row, line in zip(table[1:], lines, strict=True)]
+    aligned = "\n".join([table[0], *rows])
+    unit = f" ({found.unit})" if found.unit else ""
+    head = f"{found.title}: {found.vary}{unit}; its own {found.span.own:.4g}; {_setting(found)}"
+    theory = "" if found.analytic is None else f"\n\n{_theory(found)}"
+    return f"{head}\n\n{aligned}{theory}"
+
+
+def _setting(found: StabilityMap) -> str:
+    """What does not vary."""
+    step = [] if found.vary == "step" else [f"h = {found.setting.step:.4g} s"]
+    until = [] if found.vary in ("duration", "baumgarte-gain") else [f"{found.until:g} s"]
+    return ", ".join([found.setting.integrator, *step, *until])
+
+
+def _intervals(track: Track) -> list[list[str]]:
+    """A line for each interval of one state: from, to, and the first fault at the end that is nearer to where the
+    method holds."""
+    edges = [track.points[0].value, *(change.value for change in track.changes), track.points[-1].value]
+    starts = [track.points[0], *(change.above for change in track.changes)]
+    ends = [*(change.below for change in track.changes), track.points[-1]]
+    lines = []
+    for number, (first, last) in enumerate(zip(starts, ends, strict=True)):
+        shown = last if number == 0 and len(starts) > 1 else first
+        time = "-" if shown.time is None or first.state == "holds" else f"{shown.time:.3g} s"
+        why = "" if first.state == "holds" else _shortened(shown.cause, shown.joint)
+        ends_at = (f"{value:.4g}" for value in edges[number : number + 2])
+        lines.append([track.method if number == 0 else "", *ends_at, first.state, time, why])
+    return lines
+
+
+def _shortened(cause: str, joint: str | None) -> str:
+    text = cause if joint is None or joint in cause else f"{joint}: {cause}"
+    return text if len(text) <= 70 else text[:67] + "..."
+
+
+def _theory(found: StabilityMap) -> str:
+    assert found.analytic is not None and found.setting.step is not None
+    name, product = found.setting.integrator, found.analytic * found.setting.step
+    return (
+        f"theory: α h = {product:.4g}, the real stability limit of {name}, α = {found.analytic:.4g} 1/s at this step, "
+        "for a mechanism that hardly moves in a step"
+    )
+
+
+def _page(found: StabilityMap) -> Figure:
+    import numpy as np
+
+    from mbproj.plot.pages.stability import Map, Strip, stability_page
+
+    strips = [
+        Strip(
+            track.method,
+            np.array([point.value for point in track.points]),
+            tuple(point.state for point in track.points),
+            np.array([point.closure if point.ended else np.nan for point in track.points], dtype=float),
+            np.array([point.energy if point.ended else np.nan for point in track.points], dtype=float),
+        )
+        for track in found.tracks
+    ]
+    unit = f" ({found.unit})" if found.unit else ""
+    judged = found.analytic is None
+    own = found.span.own if judged and found.span.low <= found.span.own <= found.span.high else None
+    shown = Map(
+        strips,
+        f"{found.vary}{unit}",
+        own,
+        found.analytic,
+        found.limits.closed if judged else None,
+        found.limits.energy if judged else None,
+    )
+    return stability_page(shown, f"{found.title}; {_setting(found)}; runs that stop are not drawn")

@@ -1,0 +1,167 @@
+"""`mbproj threshold`: the violation above which a projection is worth its cost."""
+
+from __future__ import annotations
+
+from math import nan
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from mbproj.cli import study_options
+from mbproj.cli.explained import Part, explained, option
+from mbproj.cli.quantity import PositiveList
+from mbproj.cli.scene_options import overrides, parameters, scene_options
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from mbproj.studies.threshold.violation import ThresholdStudy
+
+EXAMPLES = (
+    ("Find the largest threshold that costs no accuracy.", "mbproj threshold five_bar.yaml --duration 2"),
+    ("Try three thresholds only.", "mbproj threshold five_bar.yaml --duration 2 --thresholds 1e-8,1e-6,1e-4"),
+)
+
+
+@explained("threshold", EXAMPLES)
+@scene_options
+@option(
+    Part.PROJECTION,
+    "--thresholds",
+    type=PositiveList(""),
+    metavar="NUMBER,..",
+    help="Thresholds to try [default: decades up to a tenth of the mechanism's size].",
+)
+@study_options.at
+@study_options.repeat
+@study_options.files
+@study_options.fresh
+def command(
+    scene: str,
+    settings: tuple[str, ...],
+    thresholds: tuple[float, ...] | None,
+    at: tuple[str, ...] | None,
+    repeat: int,
+    output: Path,
+    ending: str,
+    force: bool,
+    fresh: bool,
+    **options: Any,
+) -> None:
+    """Varies the projection threshold on SCENE and recommends one.
+
+    Measures error, violation, projections saved and CPU time. Recommends the largest threshold that leaves the
+    error of projecting after every step within 10 %. Other options change the setting that is studied, as for
+    `mbproj run`. An interrupted study resumes where it stopped.
+    """
+    from mbproj.cli.report.progress import telling
+    from mbproj.cli.studies.shared import StudyFiles
+    from mbproj.scene import read_scene
+    from mbproj.studies.threshold.violation import threshold_study
+
+    chosen = overrides(options)
+    chosen.pop("threshold", None)
+    what = read_scene(scene, parameters(settings), chosen)
+    files = StudyFiles(output, f"{Path(scene).stem}-threshold", ending, ("threshold", "projection"), force)
+    points = at or ()
+    with telling(hidden=False) as tell:
+        found = threshold_study(what, thresholds=thresholds, at=points, repetitions=repeat, fresh=fresh, tell=tell)
+    click.echo(_report(found, points))
+    for note in found.notes:
+        click.echo(f"note: {note}", err=True)
+    click.echo(files.table(_rows(found, points)))
+    click.echo(files.figure(_page(found, points)))
+
+
+def _rows(found: ThresholdStudy, points: tuple[str, ...]) -> list[dict[str, Any]]:
+    table = []
+    for index, (trial, timing) in enumerate(zip(found.trials, found.timings, strict=True)):
+        low, high = timing.spread if timing else (nan, nan)
+        table.append(
+            {
+                "threshold": trial.setting.threshold,
+                "projection": trial.setting.projection,
+                "error": trial.at(points),
+                "position_violation": trial.position_violation,
+                "velocity_violation": trial.velocity_violation,
+                "energy_drift": trial.energy_drift,
+                "steps": trial.counters.get("steps", nan),
+                "projections": trial.counters.get("projections", nan),
+                "projections_saved": found.saved(index),
+                "cpu_seconds": timing.median if timing else nan,
+                "cpu_seconds_lowest": low,
+                "cpu_seconds_highest": high,
+                "recommended": index == found.recommended,
+                "failure": trial.failure or "",
+            }
+        )
+    return table
+
+
+def _report(found: ThresholdStudy, points: tuple[str, ...]) -> str:
+    from mbproj.cli.studies.shared import columns, milliseconds, number
+
+    lines = []
+    for index, row in enumerate(_rows(found, points)):
+        name = "none" if index == len(found.trials) - 1 else f"{row['threshold']:.0e}" if index else "every step"
+        lines.append(
+            [
+                name + " *" * row["recommended"],
+                "failed" if row["failure"] else number(row["error"]),
+                *("-" if row["failure"] else number(row[f"{level}_violation"]) for level in ("position", "velocity")),
+                number(row["projections"], ".0f"),
+                number(100.0 * row["projections_saved"], ".0f"),
+                milliseconds(row["cpu_seconds"]),
+            ]
+        )
+    table = columns(["threshold", "error, m", "|C|", "|C'|", "projections", "saved, %", "CPU, ms"], lines)
+    return f"{found.title}, {found.trials[0].setting.label}\n\n{table}\n\n{_verdict(found)}"
+
+
+def _verdict(found: ThresholdStudy) -> str:
+    from mbproj.studies.measure.setting import shortest
+
+    index = found.recommended
+    if index is None:
+        return "no threshold saves projections without changing the error: project after every step"
+    trial, timing, always = found.trials[index], found.timings[index], found.timings[0]
+    assert trial.setting.threshold is not None and timing is not None and always is not None  # neither has failed
+    part = 1.0 - timing.median / always.median
+    clear = timing.median < always.spread[0]
+    cost = f"{100 * part:.0f} % of the CPU time" if clear else "no CPU time that could be told from the spread"
+    return (
+        f"* recommended: --threshold {shortest(trial.setting.threshold)} saves {100 * found.saved(index):.0f} % of the "
+        f"projections and {cost}, with joints open by up to {trial.position_violation:.1e}"
+    )
+
+
+def _page(found: ThresholdStudy, points: tuple[str, ...]) -> Figure:
+    import numpy as np
+
+    from mbproj.plot.pages.threshold import Thresholds, threshold_page
+
+    rows = _rows(found, points)
+    middle = rows[1:-1]
+
+    def column(name: str) -> Any:
+        values = np.array([row[name] for row in middle], dtype=float)
+        return np.where(np.isfinite(values), values, np.nan)
+
+    ends = [
+        (row["error"], row["position_violation"], row["projections"], row["cpu_seconds"]) for row in (rows[0], rows[-1])
+    ]
+    shown = Thresholds(
+        threshold=column("threshold"),
+        error=column("error"),
+        position_violation=column("position_violation"),
+        velocity_violation=column("velocity_violation"),
+        projections=column("projections"),
+        seconds=column("cpu_seconds"),
+        spread=np.column_stack([column("cpu_seconds_lowest"), column("cpu_seconds_highest")]),
+        always=ends[0],
+        never=ends[1],
+        recommended=None if found.recommended is None else found.trials[found.recommended].setting.threshold,
+        floor=float(found.reference.uncertainty[-1].max()),
+    )
+    return threshold_page(shown, f"{found.title}; {found.trials[0].setting.label}")

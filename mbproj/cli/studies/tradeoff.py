@@ -1,0 +1,209 @@
+"""`mbproj tradeoff`: what accuracy costs on a mechanism, measured."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from mbproj.cli import study_options
+from mbproj.cli.completion import scene_file
+from mbproj.cli.explained import Part, explained, option
+from mbproj.cli.quantity import Positive
+from mbproj.registry import FORMULATIONS
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from mbproj.studies.tradeoff.front import Tradeoff
+
+EXAMPLES = (
+    ("Draw error against cost for every method.", "mbproj tradeoff five_bar.yaml --until 2 -o tradeoff"),
+    (
+        "Look at one method and one integrator only.",
+        "mbproj tradeoff five_bar.yaml --until 2 --projections gopm --integrators rk4",
+    ),
+)
+
+
+@explained("tradeoff", EXAMPLES)
+@click.argument("scene", type=scene_file())
+@study_options.projections("gpopm,gopm,none,baumgarte")
+@study_options.integrators("all")
+@option(
+    Part.INTEGRATION,
+    "--formulation",
+    type=click.Choice(FORMULATIONS),
+    help="Formulation of all settings [default: the scene's].",
+)
+@study_options.at
+@study_options.until
+@study_options.changes
+@option(
+    Part.EFFORT,
+    "--longest",
+    default="0.5 s",
+    show_default=True,
+    type=Positive("s"),
+    metavar="TIME",
+    help="End a sweep with the first run that takes longer.",
+)
+@study_options.repeat
+@study_options.files
+@study_options.fresh
+def command(
+    scene: str, changes: tuple[str, ...], output: Path, ending: str, force: bool, fresh: bool, **options: Any
+) -> None:
+    """Measures accuracy against cost on SCENE over a grid of settings.
+
+    The grid has projections, integrators, steps, tolerances and schedules. Prints the cheapest setting for each
+    error; writes all settings as CSV and HDF5, and work-precision diagrams. An interrupted study resumes where it
+    stopped.
+    """
+    from mbproj.cli.report.progress import telling
+    from mbproj.cli.scene_options import parameters
+    from mbproj.cli.studies.shared import OTHER_FOLDER, StudyFiles
+    from mbproj.outputs import check_replaceable
+    from mbproj.scene import read_scene
+    from mbproj.studies.tradeoff.front import PROJECTIONS_TRIED, tradeoff
+    from mbproj.studies.tradeoff.table import KIND, rows, write_hdf5
+
+    what = read_scene(scene, parameters(changes))
+    files = StudyFiles(output, f"{Path(scene).stem}-tradeoff", ending, ("setting", "projection"), force)
+    whole = Path(f"{files.stem}.h5")
+    check_replaceable(whole, KIND, force=force, hint=OTHER_FOLDER)
+    with telling(hidden=False) as tell:
+        found = tradeoff(
+            what,
+            projections=options["projections"] or PROJECTIONS_TRIED,
+            integrators=options["integrators"],
+            formulation=options["formulation"],
+            at=options["at"] or (),
+            until=options["until"],
+            longest=options["longest"],
+            repetitions=options["repeat"],
+            fresh=fresh,
+            tell=tell,
+        )
+    for line in _report(found):
+        click.echo(line)
+    for note in found.notes:
+        click.echo(f"note: {note}", err=True)
+    table = rows(found)
+    click.echo(files.table(table))
+    click.echo(write_hdf5(whole, found, table, force=force))
+    click.echo(files.figure(_page(found)))
+
+
+def _report(found: Tradeoff) -> Iterator[str]:
+    """The tables."""
+    import numpy as np
+
+    from mbproj.cli.studies.shared import columns
+    from mbproj.studies.tradeoff.near_front import CLOSED
+
+    failed = sum(trial.failure is not None for trial in found.trials)
+    until = found.reference.times[-1]
+    yield f"{found.title or 'The mechanism'}: {len(found.trials)} settings up to {until:g} s, of which {failed} failed"
+    yield f"errors of {', '.join(found.points)}; the reference is uncertain by {found.floor:.1e} m"
+    errors = found.error[np.isfinite(found.seconds)]
+    limits = 10.0 ** np.arange(-14.0, 3.0)[::-1]
+    limits = limits[(limits > max(found.floor, errors.min(initial=np.inf))) & (limits <= WORTHLESS * found.size)]
+    closed = CLOSED * max(1.0, found.size)
+    kinds = {"the cheapest setting for an error": np.inf, f"the same with joints closed to {closed:.0e}": closed}
+    shown: list[list[str]] = []
+    for title, most in kinds.items():
+        best = {found.cheapest(limit, most): limit for limit in limits}  # of equal settings the smallest error
+        rows = [[f"<= {limit:.0e}", *_cells(found, index)] for index, limit in best.items() if index is not None]
+        if rows and rows != shown:
+            shown = rows
+            yield ""
+            yield f"{title}:"
+            yield columns(["error, m", *HEADINGS], rows)
+    if found.compared:
+        yield ""
+        yield "the same steps with other projections:"
+        yield columns(HEADINGS, [_cells(found, index) for index in found.compared])
+    if found.own is not None:
+        yield ""
+        yield from _own(found, found.own)
+
+
+#: Errors above this part of the mechanism's size get no line.
+WORTHLESS = 0.1
+HEADINGS = ["is", "|C|", "CPU, ms", "spread", "evaluations", "projections", "setting"]
+
+
+def _cells(found: Tradeoff, index: int) -> list[str]:
+    from mbproj.cli.studies.shared import milliseconds, number
+
+    trial, timing = found.trials[index], found.timings.get(index)
+    spread = " to ".join(milliseconds(end) for end in timing.spread) if timing else "-"
+    return [
+        number(float(found.error[index])),
+        number(trial.position_violation),
+        milliseconds(found.seconds[index]),
+        spread,
+        str(trial.counters["evaluations"]),
+        str(trial.counters["projections"]),
+        trial.setting.label,
+    ]
+
+
+def _own(found: Tradeoff, own: int) -> Iterator[str]:
+    """How far the scene's own setting is from the front."""
+    from mbproj.cli.studies.shared import milliseconds
+
+    trial = found.trials[own]
+    if trial.failure is not None:
+        yield f"the scene's own setting ({trial.setting.label}) failed: {trial.failure}"
+        return
+    seconds, error = found.seconds[own], found.error[own]
+    yield f"the scene's own setting ({trial.setting.label}): error {error:.1e} m in {milliseconds(seconds)} ms"
+    same_error, same_cost = found.cheapest(error), found.most_accurate(seconds)
+    if same_error == same_cost == own:
+        yield "  nothing that was timed is cheaper and as accurate, or more accurate for the same time"
+    elif same_error is not None and same_cost is not None:
+        cheaper, better = found.seconds[same_error], found.error[same_cost]
+        yield (
+            f"  as accurate for {milliseconds(cheaper)} ms ({seconds / cheaper:.2g} times cheaper): "
+            f"{found.trials[same_error].setting.label}"
+        )
+        yield (
+            f"  for the same time {better:.1e} m ({error / better:.2g} times more accurate): "
+            f"{found.trials[same_cost].setting.label}"
+        )
+
+
+def _page(found: Tradeoff) -> Figure:
+    import numpy as np
+
+    from mbproj.plot.pages.work_precision import Cloud, Diagram, work_precision
+    from mbproj.studies.tradeoff.curves import by_integrator, by_projection, studied
+
+    def cloud(indices: list[int]) -> Cloud:
+        return Cloud(
+            evaluations=np.array([found.trials[i].counters.get("evaluations", np.nan) for i in indices], dtype=float),
+            seconds=np.where(np.isfinite(found.seconds[indices]), found.seconds[indices], np.nan),
+            error=found.error[indices],
+            violation=found.violation[indices],
+        )
+
+    front, name = list(found.front), studied(found.trials, found.front)
+    return work_precision(
+        Diagram(
+            by_integrator={label: cloud(indices) for label, indices in by_integrator(found.trials).items()},
+            timed=cloud(sorted(found.timings)),
+            by_projection={label: cloud(indices) for label, indices in by_projection(found.trials, name).items()},
+            integrator=name,
+            front=np.column_stack([found.seconds[front], found.error[front]]),
+            own=None
+            if found.own is None or not np.isfinite(found.seconds[found.own])
+            else (float(found.seconds[found.own]), float(found.error[found.own])),
+            floor=found.floor,
+            points=", ".join(found.points) if len(found.points) <= 3 else "the worst point",
+        ),
+        found.title,
+    )

@@ -1,0 +1,1 @@
+"""Assembly: the consistent start that is nearest to what the scene guesses."""

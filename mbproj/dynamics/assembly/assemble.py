@@ -1,0 +1,237 @@
+"""Assembly: the consistent start nearest to what the scene guesses, or an error that names the joint.
+
+Near means geometrically near: Σ |Δr|² + length² |Δθ|², with the size of the system to weigh turns against shifts. The
+guess carries no energy meaning, so the mass matrix has no say here (Nikravesh 2007).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from mbproj.arrays import Array, Integers
+from mbproj.dynamics.assembly.driven_start import (
+    known_at_start,
+    motions_at_odds,
+    motions_out_of_reach,
+    refuse_contradictions,
+)
+from mbproj.dynamics.equations.constraint_equations import (
+    constraint,
+    constraint_velocity,
+    jacobian,
+    set_jacobian,
+    set_velocity,
+    time_derivative,
+)
+from mbproj.dynamics.equations.kinematics import Pose, attached, pose_of, slots_of, twist_of
+from mbproj.dynamics.equations.motions import Drive, drive_at
+from mbproj.errors import InputError, Problem
+from mbproj.model.compile.guess import Guess
+from mbproj.model.euler_parameters import matrix_L
+from mbproj.model.system import Conditions, System
+
+MAX_ITERATIONS = 100
+#: The violation, in units of the system's length and in rad, at which a pose counts as closed.
+CLOSED = 1e-10
+#: Bodies from which on a pose or velocity that is closed to 1e-12 is taken as it is.
+LARGE = 100
+
+
+@dataclass(frozen=True, eq=False)
+class State:
+    """Time in s, coordinates q and velocities v = q' (7n,), whole turns (nc,) of each joint coordinate."""
+
+    t: float
+    q: Array
+    v: Array
+    turns: Integers
+
+
+def assemble(system: System, guess: Guess) -> State:
+    """The consistent state nearest to the guess with the joints' `start` and `speed` conditions and the motions met.
+
+    Raises InputError that names the worst joint with its residual in metres and radians, or the motion at fault.
+    """
+    drive = drive_at(system, 0.0)
+    refuse_contradictions(system, guess, drive)
+    q = _close(system, guess.q, guess.start, drive)
+    pose = pose_of(q)
+    _refuse_flips(system, pose)
+    v = _consistent_velocity(system, pose, guess, drive)
+    angles = coordinate_values(system, pose)
+    turns = np.zeros(len(angles), dtype=np.intp)
+    for index, value in known_at_start(system, guess, drive):
+        turns[index] = np.round((value - angles[index]) / (2 * np.pi))
+    return State(0.0, q, v, turns * is_angle(system))
+
+
+def coordinate_values(system: System, pose: Pose) -> Array:
+    """The joints' coordinates (..., nc): displacements in m, angles in rad within (-π, π]."""
+    return system.coordinates.value(attached(pose, *slots_of(system.coordinates)))
+
+
+def coordinates(system: System, q: Array, v: Array) -> tuple[Array, Array]:
+    """The joints' coordinates without turns, and their rates, (nc,) each."""
+    pose = pose_of(q)
+    return coordinate_values(system, pose), set_velocity(system.coordinates, pose, twist_of(pose, v))
+
+
+def moved_by(before: Array, after: Array) -> tuple[float, float]:
+    """The largest shift in m and the largest turn in rad of a body between two coordinate vectors (7n,)."""
+    old, new = before.reshape(-1, 7), after.reshape(-1, 7)
+    shift = float(np.linalg.norm(new[:, :3] - old[:, :3], axis=1).max())
+    sine = np.linalg.norm(matrix_L(old[:, 3:]) @ new[:, 3:, None], axis=(1, 2))
+    return shift, float(2.0 * np.arcsin(np.minimum(sine, 1.0)).max())
+
+
+def is_angle(system: System) -> Integers:
+    """1 for joint coordinates that count turns, 0 for displacements, (nc,)."""
+    return np.array([unit == "rad" for unit in system.names.coordinate_units], dtype=np.intp)
+
+
+def _close(system: System, q: Array, start: Conditions, drive: Drive | None) -> Array:
+    """The closed pose next to q. Raises InputError where there is none."""
+    closed, residual = nearest(system, q, start, drive, _close_enough(system))
+    if np.abs(residual).max(initial=0.0) <= CLOSED:
+        return closed
+    if system.motions is not None:
+        undriven = replace(system, motions=None)
+        _close(undriven, q, start, None)
+        raise motions_out_of_reach(system, residual[system.joints.size :][: system.driven])
+    raise _not_closed(system, residual)
+
+
+def nearest(
+    system: System, q: Array, start: Conditions, drive: Drive | None, close_enough: float
+) -> tuple[Array, Array]:
+    """Gauss-Newton with the shortest weighted step; where that does not reduce the violation, Levenberg's damping.
+    The pose reached, and what is left of the violation, in rad and parts of the length; it ends at `close_enough`."""
+    weights = _inverse_weights(system)
+    residual, damping = _residual(system, q, start, drive), 0.0
+    for _ in range(MAX_ITERATIONS):
+        if np.abs(residual).max(initial=0.0) <= close_enough or damping > 1e6:
+            break
+        rows = _rows(system, pose_of(q), start) * weights
+        trial = _normalised(q + weights * _damped_solution(rows, -residual, damping))
+        trial_residual = _residual(system, trial, start, drive)
+        if np.linalg.norm(trial_residual) < np.linalg.norm(residual):
+            q, residual, damping = trial, trial_residual, damping / 10.0 if damping > 1e-9 else 0.0
+        else:
+            damping = max(10.0 * damping, 1e-6)
+    return q, residual
+
+
+def _damped_solution(rows: Array, wanted: Array, damping: float) -> Array:
+    """x that minimises |rows x - wanted|² + damping |x|²; the shortest one without damping."""
+    if damping == 0.0:
+        return np.asarray(np.linalg.lstsq(rows, wanted, rcond=1e-12)[0], dtype=float)
+    return rows.T @ np.linalg.solve(rows @ rows.T + damping * np.eye(len(rows)), wanted)
+
+
+def _residual(system: System, q: Array, start: Conditions, drive: Drive | None) -> Array:
+    """Joint, motion and start rows, lengths in units of the system's length, (m + c,)."""
+    pose = pose_of(q)
+    rows = (constraint(system, pose, drive) / system.row_scale)[system.bodies :]
+    excess = coordinate_values(system, pose)[start.index] - start.value
+    angle = is_angle(system)[start.index].astype(bool)
+    excess = np.where(angle, np.arctan2(np.sin(excess), np.cos(excess)), excess / system.length)
+    return np.concatenate([rows, excess])
+
+
+def _rows(system: System, pose: Pose, start: Conditions) -> Array:
+    joints = (jacobian(system, pose) / system.row_scale[:, None])[system.bodies :]
+    wanted = set_jacobian(system.coordinates, pose)[start.index]
+    wanted = wanted / np.where(is_angle(system)[start.index], 1.0, system.length)[:, None]
+    rows = np.concatenate([joints, wanted]).reshape(-1, system.bodies, 7)
+    # Only turns that keep |Λ|: Λ is normalised after each step.
+    Λ = pose.orientation[:-1]
+    rows[..., 3:] -= np.sum(rows[..., 3:] * Λ, axis=-1, keepdims=True) * Λ
+    return rows.reshape(len(rows), -1)
+
+
+def _inverse_weights(system: System) -> Array:
+    """Lengths in units of the system's length, and |Δθ| = 2 |ΔΛ|, (7n,)."""
+    return np.tile([system.length] * 3 + [0.5] * 4, system.bodies)
+
+
+def _normalised(q: Array) -> Array:
+    rows = q.reshape(-1, 7).copy()
+    rows[:, 3:] /= np.linalg.norm(rows[:, 3:], axis=1, keepdims=True)
+    return rows.ravel()
+
+
+def _not_closed(system: System, residual: Array) -> InputError:
+    joints = np.abs(residual[: system.joints.size])
+    owner, is_length = system.joints.owner, system.joints.is_length
+    if joints.max(initial=0.0) > 0.1 * np.abs(residual).max():
+        worst = int(owner[np.argmax(joints)])
+        message = "the mechanism does not close"
+    else:
+        wanted = np.argmax(np.abs(residual[system.joints.size :]))
+        worst = int(system.coordinates.owner[wanted])
+        message = "the mechanism cannot reach the coordinates that its joints ask for"
+    length = joints[(owner == worst) & is_length].max(initial=0.0) * system.length
+    angle = joints[(owner == worst) & ~is_length].max(initial=0.0)
+    others = [
+        f"'{name}'"
+        for index, name in enumerate(system.names.joints)
+        if index != worst and joints[owner == index].max(initial=0.0) > 0.1 * joints.max()
+    ]
+    shared = f", and the gap is shared with {', '.join(others)}" if others else ""
+    return InputError(
+        Problem(
+            f"{message}: joint '{system.names.joints[worst]}' stays open by {length:.3g} m and {angle:.3g} rad{shared}",
+            system.joint_places[worst],
+            "check the locations and axes of its loop, the lengths of the bodies, and the pose that 'bodies' guesses",
+        )
+    )
+
+
+def _refuse_flips(system: System, pose: Pose) -> None:
+    cosines = system.alignment.value(attached(pose, *slots_of(system.alignment)))
+    if np.any(cosines < 0.0):
+        worst = int(system.alignment.owner[np.argmin(cosines)])
+        raise InputError(
+            Problem(
+                f"assembly turned the axis of joint '{system.names.joints[worst]}' by 180 degrees",
+                system.joint_places[worst],
+                "give a pose in 'bodies' that is nearer to the closed one, or reverse the axis in one body",
+            )
+        )
+
+
+def _close_enough(system: System) -> float:
+    """Where closing ends: round-off. What follows is dense and of cubic cost, which large systems that are closed to a
+    little more are spared: their first projection does the rest."""
+    return 1e-15 if system.bodies <= LARGE else 1e-12
+
+
+def _consistent_velocity(system: System, pose: Pose, guess: Guess, drive: Drive | None) -> Array:
+    """The velocity nearest to the guess with C_q v + C_t = 0 and the joints' speeds."""
+    if system.bodies > LARGE and not len(guess.speed.index):
+        moving = constraint_velocity(system, pose, twist_of(pose, guess.v), drive)
+        if np.abs(moving).max(initial=0.0) <= _close_enough(system):
+            return guess.v
+    weights = _inverse_weights(system)
+    speeds = set_jacobian(system.coordinates, pose)[guess.speed.index]
+    rows = np.concatenate([jacobian(system, pose), speeds])
+    wanted = np.concatenate([-time_derivative(system, drive), guess.speed.value])
+    v = guess.v + weights * np.linalg.lstsq(rows * weights, wanted - rows @ guess.v, rcond=1e-12)[0]
+    v = v + weights * np.linalg.lstsq(rows * weights, wanted - rows @ v, rcond=1e-12)[0]
+    left = np.abs(rows @ v - wanted)
+    if left.max(initial=0.0) > 1e-9 * max(1.0, float(np.abs(wanted).max(initial=0.0))):
+        first = system.bodies + system.joints.size
+        if left[first : system.constraints].max(initial=0.0) > left[system.constraints :].max(initial=0.0):
+            raise motions_at_odds(system, left[first : system.constraints])
+        worst = int(system.coordinates.owner[guess.speed.index[np.argmax(left[system.constraints :])]])
+        raise InputError(
+            Problem(
+                f"the mechanism cannot move at the speeds that its joints ask for: joint "
+                f"'{system.names.joints[worst]}' is off by {left[system.constraints :].max():.3g}",
+                system.joint_places[worst],
+                "give fewer speeds than degrees of freedom, or speeds that agree",
+            )
+        )
+    return v

@@ -1,0 +1,69 @@
+"""Motions at the start of a run: where they put the joints, and what is wrong where they cannot."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from mbproj.arrays import Array
+from mbproj.dynamics.equations.motions import Drive
+from mbproj.errors import InputError, Problem
+from mbproj.model.compile.guess import Guess
+from mbproj.model.system import Conditions, System
+
+#: How far a motion may be at t = 0 from what a joint's own condition asks for, over 1 + that.
+SAME = 1e-9
+
+
+def known_at_start(system: System, guess: Guess, drive: Drive | None) -> Iterator[tuple[int, float]]:
+    """The joint coordinates that conditions and motions fix at the start, turns counted: index and value."""
+    yield from zip(guess.start.index.tolist(), guess.start.value.tolist(), strict=True)
+    if system.motions is not None and drive is not None:
+        yield from zip(system.motions.joint_coordinate.tolist(), drive.value.tolist(), strict=True)
+
+
+def refuse_contradictions(system: System, guess: Guess, drive: Drive | None) -> None:
+    """Raises InputError where a motion begins elsewhere, or at another speed, than its joint's own conditions say."""
+    motions = system.motions
+    if motions is None or drive is None:
+        return
+    problems = []
+    for number, index in enumerate(motions.joint_coordinate.tolist()):
+        name, unit = system.names.coordinates[index], system.names.coordinate_units[index]
+        for word, conditions, found in (
+            ("", guess.start, drive.value[number]),
+            (" per s", guess.speed, drive.rate[number]),
+        ):
+            asked = _asked(conditions, index)
+            if asked is not None and abs(asked - found) > SAME * (1.0 + abs(asked)):
+                message = (
+                    f"motion '{system.names.motions[number]}' begins with {name} at {found:.6g} {unit}{word}, "
+                    f"and the joint's own condition asks for {asked:.6g}"
+                )
+                problems.append(Problem(message, motions.places[number], "take the joint's condition out"))
+    if problems:
+        raise InputError(problems)
+
+
+def _asked(conditions: Conditions, index: int) -> float | None:
+    found = conditions.value[conditions.index == index]
+    return float(found[0]) if len(found) else None
+
+
+def motions_out_of_reach(system: System, left: Array) -> InputError:
+    """The joints close, but not where the motions begin; `left` (k,) is what each misses by, scaled."""
+    hint = "begin at the pose that 'bodies' gives, or take out other motions and conditions"
+    return _worst(system, left, "the mechanism cannot reach where motion '{}' begins", hint)
+
+
+def motions_at_odds(system: System, left: Array) -> InputError:
+    """The motions ask for velocities that do not go together; `left` (k,) is what each misses by."""
+    hint = "its joints, or other motions and speeds, hold it: drive no more than there are degrees of freedom"
+    return _worst(system, left, "the mechanism cannot move as motion '{}' asks at the start", hint)
+
+
+def _worst(system: System, left: Array, message: str, hint: str) -> InputError:
+    assert system.motions is not None
+    worst = int(np.argmax(np.abs(left)))
+    return InputError(Problem(message.format(system.names.motions[worst]), system.motions.places[worst], hint))

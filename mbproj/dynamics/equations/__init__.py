@@ -1,0 +1,1 @@
+"""The paper's equations at one state: constraints, motion, forces, energy. Pure functions of (t, q, v)."""

@@ -1,0 +1,166 @@
+"""C, C', C_q and γ of Eqs. 2-9: a norm row for each body's Euler parameters, then the joints' rows.
+
+The Jacobian is taken in (δr, δθ, ε) of each body first, with δθ the small rotation in body axes and ε the relative
+change of |Λ|, and then in coordinates: with δθ = 2 L δΛ / |Λ|² and ε = ΛᵀδΛ / |Λ|²,
+
+    C_Λ = (2 G_θ L + G_ε Λᵀ) / |Λ|²,     G_θ = s × Aᵀg,   G_ε = 2 g·A s    for a gradient g on a point or vector A s.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from mbproj.arrays import Array, Integers, Numbers
+from mbproj.dynamics.equations.kinematics import (
+    Pose,
+    Twist,
+    attached,
+    attached_bias,
+    attached_velocity,
+    pose_of,
+    slots_of,
+    twist_of,
+)
+from mbproj.dynamics.equations.motions import Drive, drive_at
+from mbproj.dynamics.equations.teeth import to_the_tooth
+from mbproj.model.primitive_set import PrimitiveSet
+from mbproj.model.system import System
+
+
+def constraint(system: System, pose: Pose, drive: Drive | None = None) -> Numbers:
+    """C of Eqs. 2-4, (..., m): norm rows ΛᵀΛ - 1, then the joints' rows and the motions', in m or rad.
+
+    `drive` is what the motions prescribe, `drive_at(system, t)`: needed where the system has any, here and below. It
+    may name the teeth in mesh; else gears and screws close to the nearest ones.
+    """
+    orientation = pose.orientation[..., :-1, :]
+    norms = np.sum(orientation * orientation, axis=-1) - 1.0
+    joints = system.joints.value(attached(pose, *slots_of(system.joints)))
+    if drive is not None and drive.teeth is not None:
+        joints = to_the_tooth(system, pose, drive.teeth, joints)
+    rows = [norms, joints]
+    if system.motions is not None:
+        rows.append(_excess(system.motions.rows, pose, _known(drive)))
+    return np.concatenate(rows, axis=-1)
+
+
+def constraint_velocity(system: System, pose: Pose, twist: Twist, drive: Drive | None = None) -> Numbers:
+    """C' = C_q q' + C_t of Eq. 5, (..., m)."""
+    norms = 2.0 * np.sum(pose.orientation[..., :-1, :] * twist.rate[..., :-1, :], axis=-1)
+    rows = [norms, set_velocity(system.joints, pose, twist)]
+    if system.motions is not None:
+        rows.append(set_velocity(system.motions.rows, pose, twist) - _known(drive).rate)
+    return np.concatenate(rows, axis=-1)
+
+
+def time_derivative(system: System, drive: Drive | None) -> Array:
+    """C_t, (m,): zero but in the rows of motions."""
+    C_t = np.zeros(system.constraints)
+    if system.motions is not None:
+        C_t[-system.driven :] = -_known(drive).rate
+    return C_t
+
+
+def _known(drive: Drive | None) -> Drive:
+    assert drive is not None, "a system with motions needs drive_at(system, t)"
+    return drive
+
+
+def _excess(rows: PrimitiveSet, pose: Pose, drive: Drive) -> Numbers:
+    """What coordinates are beyond what is prescribed, (..., k); angles less their whole turns, within [-π, π]."""
+    wanted = np.where(rows.is_length, drive.value, np.remainder(drive.value, 2.0 * np.pi))
+    excess = rows.value(attached(pose, *slots_of(rows))) - wanted
+    return excess - np.where(rows.is_length, 0.0, 2.0 * np.pi * np.round(excess.real / (2.0 * np.pi)))
+
+
+def set_velocity(bound: PrimitiveSet, pose: Pose, twist: Twist) -> Numbers:
+    """d/dt of a set's values, (..., m)."""
+    gradient = bound.gradient_entries(attached(pose, *slots_of(bound)))
+    return bound.along(gradient, attached_velocity(twist, *slots_of(bound)))
+
+
+def gamma(system: System, pose: Pose, twist: Twist, drive: Drive | None = None) -> Numbers:
+    """γ of Eqs. 7-9, (..., m): C'' = C_q q'' - γ, with -C_tt in the rows of motions."""
+    rate = twist.rate[..., :-1, :]
+    rows = [-2.0 * np.sum(rate * rate, axis=-1), -set_bias(system.joints, pose, twist)]
+    if system.motions is not None:
+        rows.append(_known(drive).acceleration - set_bias(system.motions.rows, pose, twist))
+    return np.concatenate(rows, axis=-1)
+
+
+def constraint_acceleration(
+    system: System, pose: Pose, twist: Twist, change: Twist, drive: Drive | None = None
+) -> Numbers:
+    """C'' = C_q q'' - γ, (..., m); `change` holds q'' as a twist does q'."""
+    norms = 2.0 * np.sum(pose.orientation[..., :-1, :] * change.rate[..., :-1, :], axis=-1)
+    rows = [norms, set_velocity(system.joints, pose, change)]
+    if system.motions is not None:
+        rows.append(set_velocity(system.motions.rows, pose, change))
+    return np.concatenate(rows, axis=-1) - gamma(system, pose, twist, drive)
+
+
+def set_bias(bound: PrimitiveSet, pose: Pose, twist: Twist) -> Numbers:
+    """The part of d²/dt² of a set's values that does not hold q'', (..., m)."""
+    x, x_dot = attached(pose, *slots_of(bound)), attached_velocity(twist, *slots_of(bound))
+    bias = bound.along(bound.gradient_entries(x), attached_bias(twist, bound.body, bound.local))
+    return bias + bound.curvature(x, x_dot)
+
+
+def jacobian(system: System, pose: Pose) -> Array:
+    """C_q of Eqs. 5-6, (m, 7n), at one pose."""
+    n = system.bodies
+    norms = np.zeros((n, n, 7))
+    norms[np.arange(n), np.arange(n), 3:] = 2.0 * pose.orientation[:-1]
+    rows = [norms.reshape(n, 7 * n), set_jacobian(system.joints, pose)]
+    if system.motions is not None:
+        rows.append(set_jacobian(system.motions.rows, pose))
+    return np.concatenate(rows)
+
+
+def set_jacobian(bound: PrimitiveSet, pose: Pose) -> Array:
+    """∂/∂q of a set's values, (m, 7n), at one pose."""
+    tangent = tangent_jacobian(bound, pose)
+    norm2 = np.sum(pose.orientation * pose.orientation, axis=-1)[:, None]
+    rows = np.empty_like(tangent)
+    rows[..., :3] = tangent[..., :3]
+    turn = 2.0 * (tangent[..., None, 3:6] @ pose.L)[..., 0, :]
+    rows[..., 3:] = (turn + tangent[..., 6:] * pose.orientation) / norm2
+    return np.ascontiguousarray(rows[:, :-1]).reshape(bound.size, 7 * (len(pose.position) - 1))
+
+
+def tangent_jacobian(bound: PrimitiveSet, pose: Pose) -> Array:
+    """∂/∂(δr, δθ, ε) of a set's values, (m, n+1, 7), the ground last."""
+    bodies = len(pose.position)
+    body, entries = tangent_entries(bound, pose)
+    places = ((bound.entry_row * bodies + body) * 7)[:, None] + np.arange(7)
+    total = np.bincount(places.ravel(), entries.ravel(), minlength=bound.size * bodies * 7)
+    return np.asarray(total, dtype=float).reshape(bound.size, bodies, 7)
+
+
+def tangent_entries(bound: PrimitiveSet, pose: Pose) -> tuple[Integers, Array]:
+    """What `tangent_jacobian` sums up: the body (e,) and ∂/∂(δr, δθ, ε) (e, 7) of each entry of the row `entry_row`."""
+    body = bound.body[bound.entry_slot]
+    gradient = bound.gradient_entries(attached(pose, *slots_of(bound)))
+    local = bound.local[bound.entry_slot]
+    in_body = (gradient[:, None, :] @ pose.rotation[body])[:, 0, :]
+    entries = np.empty((len(body), 7))
+    entries[:, :3] = bound.is_point[bound.entry_slot, None] * gradient
+    entries[:, 3:6] = cross(local, in_body)
+    entries[:, 6] = 2.0 * np.sum(local * in_body, axis=-1)
+    return body, entries
+
+
+def cross(a: Numbers, b: Numbers) -> Numbers:
+    """a × b over the last axis; several times faster than numpy.cross on small arrays."""
+    return a[..., [1, 2, 0]] * b[..., [2, 0, 1]] - a[..., [2, 0, 1]] * b[..., [1, 2, 0]]
+
+
+def constraint_at(system: System, q: Numbers, t: Numbers | float = 0.0) -> Numbers:
+    """C at coordinates q (..., 7n) and times t (...)."""
+    return constraint(system, pose_of(q), drive_at(system, t))
+
+
+def constraint_velocity_at(system: System, q: Numbers, v: Numbers, t: Numbers | float = 0.0) -> Numbers:
+    """C' at coordinates q and velocities v (..., 7n) and times t (...)."""
+    pose = pose_of(q)
+    return constraint_velocity(system, pose, twist_of(pose, v), drive_at(system, t))

@@ -1,0 +1,1 @@
+"""From samples of a run to what a results file holds."""

@@ -1,0 +1,144 @@
+"""Blocks of a mechanism: the parts of its graph of bodies and joints that no single body separates (Tarjan 1972).
+
+Forces that balance each other go round loops, and no loop leaves its block: where two blocks share a body only, what
+one exerts on it must vanish by itself, because rows of C do not change when all bodies move as one. So rows depend on
+each other within blocks, a tree has none but single joints, and the rank is found block by block.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from mbproj.arrays import Array, Integers
+from mbproj.dynamics.equations.constraint_equations import tangent_entries
+from mbproj.dynamics.equations.kinematics import Pose
+from mbproj.model.primitive_set import PrimitiveSet
+from mbproj.model.system import System
+
+
+@dataclass(frozen=True, eq=False)
+class Block:
+    """Rows (k,) of C, counted without the norm rows, and the bodies (b,) that they hold, the ground left out.
+
+    `is_loop`: whether it has several joints or motions, or one that joins a body to itself: no others have rows that
+    could depend on each other."""
+
+    rows: Integers
+    bodies: Integers
+    is_loop: bool = True
+
+
+def row_sets(system: System) -> list[PrimitiveSet]:
+    """The joints' rows, and the motions' where there are any."""
+    return [system.joints] if system.motions is None else [system.joints, system.motions.rows]
+
+
+def loops_of(system: System) -> list[Block]:
+    """The blocks whose rows can depend on each other."""
+    return [block for block in blocks_of(system) if block.is_loop]
+
+
+def blocks_of(system: System) -> list[Block]:
+    """The blocks, each row in one; a motion lies where its joint does."""
+    rows_of, bodies_of = _links(system)
+    edges = [
+        (first, second, link)
+        for link, bodies in enumerate(bodies_of)
+        for first, second in zip(bodies, bodies[1:] + bodies[:1], strict=True)
+    ]
+    found = []
+    for members in _components(system.bodies + 1, edges):
+        links = sorted({edges[edge][2] for edge in members})
+        bodies = {body for link in links for body in bodies_of[link]} - {system.bodies}
+        rows = np.concatenate([rows_of[link] for link in links])
+        is_loop = len(links) > 1 or len(bodies_of[links[0]]) < 2
+        found.append(Block(np.sort(rows), np.array(sorted(bodies), dtype=np.intp), is_loop))
+    return sorted(found, key=lambda block: int(block.rows[0]))
+
+
+def block_rows(system: System, pose: Pose, blocks: list[Block]) -> list[Array]:
+    """The rows of each block in (δr / length, δθ) of its bodies, in units of the length or rad, (k, 6b)."""
+    entry_row, body, values = _entries(system, pose)
+    block_of = np.full(system.constraints - system.bodies, -1, dtype=np.intp)
+    place = np.zeros_like(block_of)
+    for number, block in enumerate(blocks):
+        block_of[block.rows], place[block.rows] = number, np.arange(len(block.rows))
+    order = np.argsort(block_of[entry_row], kind="stable")
+    ends = np.searchsorted(block_of[entry_row][order], np.arange(len(blocks) + 1))
+    found = []
+    for number, block in enumerate(blocks):
+        mine = order[ends[number] : ends[number + 1]]
+        mine = mine[np.isin(body[mine], block.bodies)]
+        matrix = np.zeros((len(block.rows), len(block.bodies), 6))
+        np.add.at(matrix, (place[entry_row[mine]], np.searchsorted(block.bodies, body[mine])), values[mine])
+        found.append(matrix.reshape(len(block.rows), 6 * len(block.bodies)))
+    return found
+
+
+def _entries(system: System, pose: Pose) -> tuple[Integers, Integers, Array]:
+    """Row, body and ∂/∂(δr / length, δθ) (e, 6) of the entries of all rows, rows in metres over the length."""
+    first, parts = 0, []
+    for bound in row_sets(system):
+        body, values = tangent_entries(bound, pose)
+        scaled = values[:, :6] * ([system.length] * 3 + [1.0] * 3)
+        scaled /= np.where(bound.is_length, system.length, 1.0)[bound.entry_row, None]
+        parts.append((bound.entry_row + first, body, scaled))
+        first += bound.size
+    rows, bodies, entries = (np.concatenate([part[axis] for part in parts]) for axis in range(3))
+    return rows, bodies, entries
+
+
+def _links(system: System) -> tuple[list[Integers], list[list[int]]]:
+    """The rows of each joint and motion, and the bodies that they bind."""
+    rows_of, bodies_of, first = [], [], 0
+    for bound, owner in zip(row_sets(system), (system.joints.owner, np.arange(system.driven)), strict=False):
+        links = owner[bound.entry_row]
+        order = np.argsort(links, kind="stable")
+        ends = np.searchsorted(links[order], np.arange(1, int(owner.max(initial=-1)) + 1))
+        for entries in np.split(order, ends) if len(order) else []:
+            rows_of.append(np.unique(bound.entry_row[entries]) + first)
+            bodies_of.append(np.unique(bound.body[bound.entry_slot[entries]]).tolist())
+        first += bound.size
+    return rows_of, bodies_of
+
+
+def _components(count: int, edges: list[tuple[int, int, int]]) -> Iterator[list[int]]:
+    """The biconnected components of a graph with `count` vertices, as lists of edges, depth first."""
+    around: list[list[tuple[int, int]]] = [[] for _ in range(count)]
+    for number, (first, second, _) in enumerate(edges):
+        if first == second:
+            yield [number]
+            continue
+        around[first].append((second, number))
+        around[second].append((first, number))
+    depth, low, used = [-1] * count, [0] * count, [False] * len(edges)
+    for root in range(count):
+        if depth[root] >= 0:
+            continue
+        depth[root], low[root] = 0, 0
+        path, pending, stack = [(root, -1)], {root: iter(around[root])}, list[int]()
+        while path:
+            vertex, arrived = path[-1]
+            step = next(((to, edge) for to, edge in pending[vertex] if not used[edge]), None)
+            if step is not None:
+                to, edge = step
+                used[edge] = True
+                stack.append(edge)
+                if depth[to] < 0:
+                    depth[to] = low[to] = depth[vertex] + 1
+                    pending[to] = iter(around[to])
+                    path.append((to, edge))
+                else:
+                    low[vertex] = min(low[vertex], depth[to])
+                continue
+            path.pop()
+            if path:
+                parent = path[-1][0]
+                low[parent] = min(low[parent], low[vertex])
+                if low[vertex] >= depth[parent]:
+                    cut = stack.index(arrived)
+                    yield stack[cut:]
+                    del stack[cut:]

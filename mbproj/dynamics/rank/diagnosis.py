@@ -1,0 +1,69 @@
+"""What the redundancy of a mechanism means for a run, as problems with their places."""
+
+from __future__ import annotations
+
+from mbproj.dynamics.rank.redundancy import DependentSet, Redundancy
+from mbproj.dynamics.rank.row_words import listed
+from mbproj.errors import Place, Problem
+from mbproj.model.system import System
+
+#: Sets, and joints of each, that a message names.
+MOST_SETS, MOST_JOINTS = 3, 6
+
+
+def problems_of(system: System, found: Redundancy, *, runs: bool) -> list[Problem]:
+    """Why a mechanism with these dependent sets cannot run, or, where its equations can be solved (`runs`), why what
+    they say is not to be had: rows in contradiction.
+
+    Rows of joints that depend on each other along the whole motion and without contradiction are no problem, and a set
+    that was not examined is given the benefit of the doubt.
+    """
+    sets = [entry for entry in found.sets if entry.contradictory or not runs]
+    joints = [entry for entry in sets if not entry.motions]
+    passing = [entry for entry in joints if entry.permanent is False]
+    lasting = [entry for entry in joints if entry.permanent is not False and entry.contradictory]
+    problems = [_locked(system, entry) for entry in sets if entry.motions]
+    if passing:
+        elsewhere = "elsewhere they do not" if found.moves else "no motion away from it was found"
+        what = f"at it rows of joints depend on each other, and {elsewhere}"
+        hint = "start from a pose that is not stretched or folded"
+        message = f"the pose is singular: {what}: {_listed(passing)}"
+        problems.append(Problem(message, _place(system, passing[0]), hint))
+    if lasting:
+        message = f"rows of joints depend on each other: {_listed(lasting)}"
+        problems.append(Problem(message, _place(system, lasting[0]), "let one of these joints constrain less"))
+    return problems
+
+
+def _locked(system: System, entry: DependentSet) -> Problem:
+    """A motion that drives what follows from joints and other motions."""
+    names = " and ".join(f"'{name}'" for name in entry.motions)
+    what = f"motion {names} locks the mechanism: what it drives already follows from the joints"
+    if len(entry.motions) > 1:
+        what = f"motions {names} lock each other: what one drives already follows from the others"
+    return Problem(
+        f"{what}: {_listed([entry])}",
+        _place(system, entry),
+        "drive no more coordinates than there are degrees of freedom, and none at a dead centre",
+    )
+
+
+def _listed(sets: list[DependentSet]) -> str:
+    more = f"; and {len(sets) - MOST_SETS} more" if len(sets) > MOST_SETS else ""
+    return "; ".join(f"{listed(entry.held, MOST_JOINTS)}{_odds(entry)}" for entry in sets[:MOST_SETS]) + more
+
+
+def _odds(entry: DependentSet) -> str:
+    """By how much the rows contradict each other."""
+    for kind, residual, per in zip(("velocities", "accelerations"), entry.residual, ("s", "s^2"), strict=True):
+        if residual:
+            return f" in contradiction, as the {kind} that they ask for differ by {residual:.3g} {entry.unit}/{per}"
+    return ""
+
+
+def _place(system: System, entry: DependentSet) -> Place | None:
+    """Where the row stands that depends on the others: the motion, where there is one."""
+    if entry.motions:
+        assert system.motions is not None
+        return system.motions.places[system.names.motions.index(entry.motions[-1])]
+    return system.joint_places[system.names.joints.index(entry.held[0].name)]

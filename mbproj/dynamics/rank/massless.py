@@ -1,0 +1,167 @@
+"""Motions that move no mass, null(M) ∩ null(C_q), which Eq. 20 rules out, or hardly any, in words."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from mbproj.arrays import Array, Integers
+from mbproj.dynamics.equations.kinematics import Pose
+from mbproj.dynamics.equations.reflected import tangent_gradients
+from mbproj.dynamics.rank.blocks import Block, block_rows, loops_of, row_sets
+from mbproj.dynamics.rank.row_space import DEPENDENT, unit_rows
+from mbproj.dynamics.rank.row_words import direction
+from mbproj.errors import Problem
+from mbproj.model.system import System
+
+#: Parts of a motion below this part of the largest are round-off.
+NO_PART = 1e-7
+#: Motions that a message shows.
+SHOWN = 3
+#: Inertia below this part of the largest is hardly any: ε of the others' forces moves it by a millionth of them.
+HARDLY_ANY = 2e-10
+
+
+@dataclass(frozen=True)
+class MasslessMotion:
+    """A motion without kinetic energy: what each body does in it, by name, as "turns about z"."""
+
+    bodies: tuple[tuple[str, str], ...]
+
+    def __str__(self) -> str:
+        return ", ".join(f"'{name}' {what}" for name, what in self.bodies)
+
+
+def massless_motions(system: System, pose: Pose) -> tuple[MasslessMotion, ...]:
+    """As many motions as null(M) ∩ null(C_q) has directions, each of as few parts as can be; none where Eq. 20 holds.
+
+    M enters by its null space alone, so ratios of masses do not matter.
+    """
+    return _motions(system, pose, _weightless(system, 0.0))
+
+
+def swamped_motions(system: System, pose: Pose) -> tuple[MasslessMotion, ...]:
+    """Motions that the joints of loops leave to bodies with hardly any mass or inertia beside the others: the forces of
+    these pass through them, and what is left of those is known to ε × the ratio only. Not so in trees."""
+    moments = np.linalg.eigvalsh(system.inertia)
+    if system.mass.min() > HARDLY_ANY * system.mass.max() and moments.min() > HARDLY_ANY * moments.max():
+        return ()
+    in_loops = np.zeros(system.bodies, dtype=bool)
+    for loop in loops_of(system):
+        in_loops[loop.bodies] = True
+    weightless = _weightless(system, HARDLY_ANY) * in_loops[:, None, None]
+    return _motions(system, pose, weightless, HARDLY_ANY)
+
+
+def _motions(system: System, pose: Pose, weightless: Array, below: float = 0.0) -> tuple[MasslessMotion, ...]:
+    """Combinations of some directions (n, 6, 6) of each body that no row resists, nor a reflected inertia above a part
+    of the largest that a body has."""
+    light = np.flatnonzero(weightless.any(axis=(1, 2)))
+    if not len(light):
+        return ()
+    body, direction_of = np.nonzero(weightless[light].any(axis=2))
+    by_body = np.zeros((len(light), 6, len(body)))
+    by_body[body, :, np.arange(len(body))] = weightless[light][body, direction_of]
+    columns = by_body.reshape(-1, len(body))
+    block = Block(_rows_on(system, light), light)
+    rows = np.concatenate([block_rows(system, pose, [block])[0], _reflected(system, pose, light, below)])
+    held = unit_rows(rows @ columns)
+    motions = _simple(_null_space(held), direction_of >= 3) @ columns.T
+    return tuple(MasslessMotion(tuple(_words(system, pose, light, motion.reshape(-1, 6)))) for motion in motions)
+
+
+def massless_problem(system: System, motions: tuple[MasslessMotion, ...]) -> Problem:
+    """Why a mechanism with these motions cannot run, at the first body that moves in one."""
+    ((name, _), *_) = motions[0].bodies
+    shown = "; ".join(str(motion) for motion in motions[:SHOWN])
+    more = f"; and {len(motions) - SHOWN} more" if len(motions) > SHOWN else ""
+    what = "a motion that moves" if len(motions) == 1 else f"{len(motions)} motions that move"
+    return Problem(
+        f"the joints leave {what} no mass (Eq. 20 does not hold): {shown}{more}",
+        system.body_places[system.names.carriers.index(name)],
+        "give what moves mass and inertia, or joints that hold it",
+    )
+
+
+def _weightless(system: System, below: float) -> Array:
+    """Directions (n, 6, 6) of (δr, δθ in body axes) of each body that take no kinetic energy, or no more than this part
+    of what the heaviest takes, and 0 for the others."""
+    found = np.zeros((system.bodies, 6, 6))
+    heaviest, widest = system.mass.max(initial=0.0), np.abs(system.inertia).max(initial=0.0)
+    for body in range(system.bodies):
+        found[body, :3, :3] = np.eye(3) * float(system.mass[body] <= below * heaviest)
+        moments, axes = np.linalg.eigh(system.inertia[body])
+        is_light = moments <= max(np.finfo(float).eps * max(moments[-1], np.finfo(float).tiny), below * widest)
+        found[body, 3:, 3:] = axes.T * is_light[:, None]
+    return found
+
+
+def _reflected(system: System, pose: Pose, bodies: Integers, below: float) -> Array:
+    """The gradients of the coordinates that have a reflected inertia, in (δr / length, δθ) of these bodies, in units of
+    the length or rad, (k, 6b): what changes one of them moves mass."""
+    if system.reflected is None:
+        return np.zeros((0, 6 * len(bodies)))
+    reflected, is_length = system.reflected, system.reflected.rows.is_length
+    largest = np.where(is_length, system.mass.max(initial=0.0), np.abs(system.inertia).max(initial=0.0))
+    rows = tangent_gradients(reflected, pose)[:, bodies] * ([system.length] * 3 + [1.0] * 3)
+    rows /= np.where(is_length, system.length, 1.0)[:, None, None]
+    return rows[reflected.inertia > below * largest].reshape(-1, 6 * len(bodies))
+
+
+def _rows_on(system: System, bodies: Integers) -> Integers:
+    """The rows that hold any of these bodies."""
+    first, found = 0, []
+    for bound in row_sets(system):
+        on_them = np.isin(bound.body[bound.entry_slot], bodies)
+        found.append(np.unique(bound.entry_row[on_them]) + first)
+        first += bound.size
+    return np.concatenate(found)
+
+
+def _null_space(rows: Array) -> Array:
+    """An orthonormal basis (d, z) of what no row resists."""
+    if not len(rows):
+        return np.eye(rows.shape[1])
+    _, values, vectors = np.linalg.svd(np.linalg.qr(rows, mode="r"), full_matrices=True)
+    return np.asarray(vectors[np.count_nonzero(values > DEPENDENT) :], dtype=float)
+
+
+def _simple(basis: Array, turns: npt.NDArray[np.bool_]) -> Array:
+    """The same space by reduced rows: Gauss and Jordan with the largest pivots, and these in turns where there are any,
+    as the motions of a body about a point are then turns about axes through it."""
+    rows, weight = basis.copy(), np.where(turns, 1.0, NO_PART)
+    for index in range(len(rows)):
+        row, column = np.unravel_index(np.argmax(np.abs(rows[index:]) * weight), rows[index:].shape)
+        rows[[index, index + row]] = rows[[index + row, index]]
+        rows[index] /= rows[index, column]
+        others = np.arange(len(rows)) != index
+        rows[others] -= np.outer(rows[others, column], rows[index])
+    return np.where(np.abs(rows) > NO_PART, rows, 0.0)
+
+
+def _words(system: System, pose: Pose, bodies: Integers, motion: Array) -> Iterator[tuple[str, str]]:
+    """What each body that moves does, from (δr / length, δθ) (b, 6)."""
+    largest = np.abs(motion).max()
+    for body, part in zip(bodies, motion, strict=True):
+        shift, turn = part[:3], pose.rotation[body] @ part[3:]
+        if np.abs(part).max() > NO_PART * largest:
+            yield system.names.carriers[body], _motion(system.length, pose.position[body], shift, turn)
+
+
+def _motion(length: float, centre: Array, shift: Array, turn: Array) -> str:
+    """A motion of a body whose centre of mass shifts by `shift`, in parts of the length, while it turns."""
+    rate = float(np.linalg.norm(turn))
+    if rate <= NO_PART * np.linalg.norm(shift):
+        return f"shifts along {direction(shift)}"
+    to_axis = np.cross(turn, shift) / rate**2
+    along = abs(turn @ shift) / rate**2
+    where = "its centre of mass"
+    if np.linalg.norm(to_axis) > NO_PART:
+        point = centre + length * to_axis
+        point[np.abs(point) < NO_PART * length] = 0.0
+        where = "[" + ", ".join(f"{part:.4g}" for part in point) + "] m"
+    slides = " and shifts along it" if along > NO_PART else ""
+    return f"turns about {direction(turn)} through {where}{slides}"

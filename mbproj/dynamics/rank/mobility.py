@@ -1,0 +1,108 @@
+"""Rank of C_q and of Eq. 20: degrees of freedom, redundant joints, massless motions. None depends on units or size."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from mbproj.dynamics.equations.kinematics import Pose
+from mbproj.dynamics.rank.blocks import block_rows, loops_of
+from mbproj.dynamics.rank.massless import MasslessMotion, massless_motions, massless_problem
+from mbproj.dynamics.rank.row_space import DEPENDENT, SINGULAR, row_distances, scaled_jacobian, unit_rows
+from mbproj.errors import InputError, Problem
+from mbproj.model.system import System
+
+__all__ = [
+    "DEPENDENT",
+    "SINGULAR",
+    "Mobility",
+    "full_rank",
+    "mobility",
+    "refuse_unsolvable",
+    "row_distances",
+    "scaled_jacobian",
+    "unsolvable",
+]
+
+
+@dataclass(frozen=True)
+class Mobility:
+    """Ranks at one pose. `redundant` counts dependent rows by joint name, each against the joints before it; `locked`
+    names the motions whose coordinates follow from the joints and the motions before them; `massless_motions` are those
+    without kinetic energy (Eq. 20 fails), and there are none where Eq. 20 holds."""
+
+    coordinates: int
+    constraints: int
+    rank: int
+    redundant: dict[str, int]
+    massless_motions: tuple[MasslessMotion, ...]
+    locked: tuple[str, ...] = ()
+
+    @property
+    def degrees_of_freedom(self) -> int:
+        """7n - rank(C_q)."""
+        return self.coordinates - self.rank
+
+    @property
+    def massless(self) -> tuple[str, ...]:
+        """The bodies that can move without kinetic energy."""
+        return tuple(dict.fromkeys(name for motion in self.massless_motions for name, _ in motion.bodies))
+
+
+def full_rank(system: System) -> Mobility:
+    """The ranks of a system whose rows are known to be independent."""
+    return Mobility(7 * system.bodies, system.constraints, system.constraints, {}, ())
+
+
+def mobility(system: System, pose: Pose) -> Mobility:
+    """The ranks of C_q and of Eq. 20 at this pose. Norm rows are independent of all others."""
+    blocks, free = loops_of(system), np.ones(system.constraints - system.bodies, dtype=bool)
+    for block, rows in zip(blocks, block_rows(system, pose, blocks), strict=True):
+        free[block.rows] = row_distances(unit_rows(rows)) > DEPENDENT
+    dependent = np.flatnonzero(~free)
+    owners = [system.names.joints[owner] for owner in system.joints.owner[dependent[dependent < system.joints.size]]]
+    locked = dependent[dependent >= system.joints.size] - system.joints.size
+    return Mobility(
+        coordinates=7 * system.bodies,
+        constraints=system.constraints,
+        rank=system.constraints - len(dependent),
+        redundant={name: owners.count(name) for name in dict.fromkeys(owners)},
+        massless_motions=massless_motions(system, pose),
+        locked=tuple(system.names.motions[row] for row in locked),
+    )
+
+
+def unsolvable(system: System, ranks: Mobility) -> list[Problem]:
+    """Why Eq. 14 has no unique solution at this pose: nothing, or redundant joints, or motions without mass."""
+    problems = []
+    for name, rows in ranks.redundant.items():
+        place = system.joint_places[system.names.joints.index(name)]
+        problems.append(
+            Problem(
+                f"joint '{name}' is redundant: {rows} of its constraints already follow from the joints before it",
+                place,
+                "let a joint of its loop constrain less (a planar loop closes as revolute, spherical, universal, "
+                "revolute), or start from a pose that is not stretched or folded",
+            )
+        )
+    for name in ranks.locked:
+        assert system.motions is not None
+        problems.append(
+            Problem(
+                f"motion '{name}' locks the mechanism: what it drives already follows from the joints and the motions "
+                "before it",
+                system.motions.places[system.names.motions.index(name)],
+                "drive no more coordinates than there are degrees of freedom, and none at a dead centre",
+            )
+        )
+    if ranks.massless_motions:
+        problems.append(massless_problem(system, ranks.massless_motions))
+    return problems
+
+
+def refuse_unsolvable(system: System, ranks: Mobility) -> None:
+    """Raises InputError with what `unsolvable` finds."""
+    problems = unsolvable(system, ranks)
+    if problems:
+        raise InputError(problems)

@@ -1,0 +1,94 @@
+"""Poses that the joints can reach from one pose: what holds at them too holds along the motion."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from mbproj.arrays import Array
+from mbproj.dynamics.assembly.assemble import CLOSED, nearest
+from mbproj.dynamics.equations.kinematics import Pose, pose_of
+from mbproj.dynamics.rank.blocks import Block, block_rows
+from mbproj.dynamics.rank.branches import branch_directions
+from mbproj.dynamics.rank.row_space import DEPENDENT, unit_rows
+from mbproj.model.euler_parameters import matrix_L
+from mbproj.model.system import Conditions, System
+
+#: How far the body that moves most is moved at a time, in rad and in parts of the system's length.
+STEPS = (0.03, 0.15)
+#: Directions that are followed, of how many random ones, and their seed.
+DIRECTIONS, TRIALS, SEED = 3, 12, 6
+#: What is closed to this, in rad and parts of the length, is closed: far below what makes rows independent.
+ROUND_OFF = 1e-13
+NO_CONDITIONS = Conditions(np.zeros(0, dtype=np.intp), np.zeros(0))
+
+
+@dataclass(frozen=True, eq=False)
+class Nearby:
+    """Closed poses within some tenths of the start; `freedom` is the number of directions that the joints leave there
+    to first order, without motions. Where there are such directions and no poses, they lead nowhere."""
+
+    poses: tuple[Pose, ...]
+    freedom: int
+
+
+def nearby(system: System, q: Array) -> Nearby:
+    """Poses that the joints reach from q (7n,); motions do not hold them, as they go on in time."""
+    free = replace(system, motions=None)
+    pose = pose_of(q)
+    rows = _joint_rows(free, pose)
+    _, values, vectors = np.linalg.svd(rows, full_matrices=True)
+    motions = vectors[np.count_nonzero(values > DEPENDENT) :]
+    trials = np.random.default_rng(SEED).normal(size=(TRIALS, len(motions)))
+    directions = branch_directions(free, pose, motions, trials)[:DIRECTIONS]
+    return Nearby(tuple(found for direction in directions for found in _walk(free, q, direction)), len(motions))
+
+
+def _walk(system: System, q: Array, direction: Array) -> Iterator[Pose]:
+    """Poses along a direction (6n,), each some steps further, until one does not close."""
+    reached = q
+    for step in STEPS:
+        motion = _allowed(_joint_rows(system, pose_of(reached)), direction)
+        size = float(np.abs(motion).max())
+        if size < 1e-6:
+            return
+        aim = moved(system, reached, motion * (step / size))
+        closed, residual = nearest(system, aim, NO_CONDITIONS, None, ROUND_OFF)
+        if np.abs(residual).max(initial=0.0) > CLOSED or _far(system, closed, reached) < 0.1 * step:
+            return
+        yield pose_of(closed)
+        reached = closed
+
+
+def moved(system: System, q: Array, motion: Array) -> Array:
+    """q (7n,) after a motion (6n,) of (δr / length, δθ in body axes)."""
+    bodies, δ = q.reshape(-1, 7).copy(), motion.reshape(-1, 6)
+    turn = 0.5 * (np.swapaxes(matrix_L(bodies[:, 3:]), -1, -2) @ δ[:, 3:, None])[..., 0]
+    bodies[:, :3] += system.length * δ[:, :3]
+    bodies[:, 3:] += turn
+    bodies[:, 3:] /= np.linalg.norm(bodies[:, 3:], axis=1, keepdims=True)
+    return bodies.ravel()
+
+
+def _allowed(rows: Array, direction: Array) -> Array:
+    """The part of a direction that the rows do not resist, of unit length before."""
+    direction = direction / np.linalg.norm(direction)
+    for _ in range(2):
+        direction = direction - np.linalg.lstsq(rows, rows @ direction, rcond=DEPENDENT)[0] if rows.size else direction
+    return direction
+
+
+def _joint_rows(system: System, pose: Pose) -> Array:
+    """All rows as one block of all bodies, of unit length, (k, 6n)."""
+    everything = Block(np.arange(system.constraints - system.bodies), np.arange(system.bodies))
+    return unit_rows(block_rows(system, pose, [everything])[0])
+
+
+def _far(system: System, q: Array, start: Array) -> float:
+    """How far the body that moved most did, in rad or parts of the length."""
+    now, then = q.reshape(-1, 7), start.reshape(-1, 7)
+    shift = np.abs(now[:, :3] - then[:, :3]).max() / system.length
+    turn = 2.0 * np.abs(matrix_L(then[:, 3:]) @ now[:, 3:, None]).max()
+    return float(max(shift, turn))

@@ -1,0 +1,160 @@
+"""Redundant rows of C_q: the smallest sets of joints' and motions' rows that depend on each other, and whether they do
+so along the whole motion or at one pose only, without contradiction or with it.
+
+A set is a circuit: leave one row out, and the others are independent. The basis is the earliest rows that are
+independent at the start, and those besides that are so at poses nearby; each other row depends on it for good, and each
+of these besides at the start only, so that no set mixes the two.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from mbproj.arrays import Array, Integers
+from mbproj.dynamics.assembly.assemble import LARGE, State
+from mbproj.dynamics.equations.kinematics import pose_of
+from mbproj.dynamics.rank.blocks import Block, block_rows, loops_of, row_sets
+from mbproj.dynamics.rank.nearby import Nearby, nearby
+from mbproj.dynamics.rank.right_hand_sides import RightHandSides, right_hand_sides
+from mbproj.dynamics.rank.row_space import shares, split, unit_rows
+from mbproj.dynamics.rank.row_words import Row, name_rows
+from mbproj.model.system import System
+
+
+@dataclass(frozen=True, eq=False)
+class DependentSet:
+    """Rows of C that depend on each other: `rows` counted without the norm rows, the one that depends on the others
+    first, in the `unit` m or rad, and what each holds. `weights` are their coefficients in Σ weight · row = 0 of C_q at
+    the start, 1 for the first.
+
+    `permanent`: whether they depend on each other along the motion, or only at this pose; None where that was not
+    examined. `residual`: by how much the velocities and the accelerations that they ask for differ at the start, in
+    that unit per s and per s², 0 where it is round-off."""
+
+    rows: tuple[int, ...]
+    unit: str
+    held: tuple[Row, ...]
+    weights: Array
+    permanent: bool | None
+    residual: tuple[float, float]
+
+    @property
+    def contradictory(self) -> bool:
+        """Whether no velocities or no accelerations meet all of the rows at the start."""
+        return any(self.residual)
+
+    @property
+    def motions(self) -> tuple[str, ...]:
+        """The motions that drive what follows from the joints and each other."""
+        return tuple(row.name for row in self.held if row.kind == "motion")
+
+
+@dataclass(frozen=True, eq=False)
+class Redundancy:
+    """The dependent sets of a mechanism, one for each row that is too many.
+
+    `freedom`: directions that the joints leave at the start, to first order; `moves`: whether one leads to another
+    pose. Both are None where no row is redundant, or the mechanism is too large to be moved. `left_out`: bodies of the
+    largest block that is too large for its rows to be told apart, 0 where there is none."""
+
+    sets: tuple[DependentSet, ...]
+    freedom: int | None = None
+    moves: bool | None = None
+    left_out: int = 0
+
+    @property
+    def is_constant(self) -> bool:
+        """Whether all sets are of joints alone, permanent and without contradiction: rows may then be dropped, and no
+        motion changes."""
+        return not self.left_out and all(
+            entry.permanent and not entry.contradictory and not entry.motions for entry in self.sets
+        )
+
+
+def redundancy(system: System, state: State) -> Redundancy:
+    """The redundant rows at a closed state. Blocks of more than `LARGE` bodies are left out."""
+    pose, blocks = pose_of(state.q), loops_of(system)
+    left_out = max((len(block.bodies) for block in blocks if len(block.bodies) > LARGE), default=0)
+    blocks = [block for block in blocks if len(block.bodies) <= LARGE]
+    found = []
+    for block, rows in zip(blocks, block_rows(system, pose, blocks), strict=True):
+        basis, dependent = split(unit_rows(rows), np.arange(len(rows)))
+        if len(dependent):
+            found.append(_Dependence(block, rows, basis, dependent))
+    if not found:
+        return Redundancy((), left_out=left_out)
+    around = nearby(system, state.q) if system.bodies <= LARGE else None
+    sides, names = right_hand_sides(system, state), name_rows(system, pose)
+    sets = [
+        _dependent_set(system, part, members, permanent, known, names)
+        for part, known in [(part, sides.within(part.block, part.rows)) for part in found]
+        for members, permanent in _circuits(system, part, around)
+    ]
+    return Redundancy(
+        tuple(sorted(sets, key=lambda entry: entry.rows[0])),
+        None if around is None else around.freedom,
+        None if around is None else bool(around.poses),
+        left_out,
+    )
+
+
+@dataclass(frozen=True, eq=False)
+class _Dependence:
+    """A block with its rows at the start, those independent of the rows before them, and the others."""
+
+    block: Block
+    rows: Array
+    basis: Integers
+    dependent: Integers
+
+
+def _circuits(system: System, part: _Dependence, around: Nearby | None) -> Iterator[tuple[list[int], bool | None]]:
+    """Rows of the block that make a dependent set, the dependent one first, and whether they do so for good."""
+    here = unit_rows(part.rows)
+    if around is None or not around.freedom:
+        stays = None if around is None else True
+        yield from ((members, stays) for members in _members(here, part.basis, part.dependent))
+        return
+    lasting = part.dependent if around.poses else part.dependent[:0]
+    basis, rows = part.basis, here
+    for pose in around.poses:
+        there = unit_rows(block_rows(system, pose, [part.block])[0])
+        free, dependent = split(there, np.concatenate([part.basis, part.dependent]))
+        if len(dependent) <= len(lasting):
+            basis, lasting, rows = free, dependent, there
+    passing = np.setdiff1d(part.dependent, lasting)
+    yield from ((members, True) for members in _members(rows, basis, lasting))
+    yield from ((members, False) for members in _members(here, part.basis, passing))
+
+
+def _members(rows: Array, basis: Integers, dependent: Integers) -> Iterator[list[int]]:
+    for row, share in zip(dependent, shares(rows, basis, dependent), strict=True):
+        yield [int(row), *np.sort(basis[share != 0.0]).tolist()]
+
+
+def _dependent_set(
+    system: System,
+    part: _Dependence,
+    members: list[int],
+    permanent: bool | None,
+    sides: RightHandSides,
+    names: list[Row],
+) -> DependentSet:
+    first, others = part.rows[members[0]], part.rows[members[1:]]
+    share = np.linalg.lstsq(unit_rows(others).T, first, rcond=None)[0] / np.linalg.norm(others, axis=1)
+    weights = np.concatenate([[1.0], -share])
+    rows = part.block.rows[members]
+    velocity, acceleration = sides.disagreement(rows, weights)
+    scale = system.row_scale[system.bodies :][rows]
+    units = [unit for bound in row_sets(system) for unit in bound.units]
+    return DependentSet(
+        rows=tuple(rows.tolist()),
+        unit=units[int(rows[0])],
+        held=tuple(names[row] for row in rows),
+        weights=weights * scale[0] / scale,
+        permanent=permanent,
+        residual=(velocity * float(scale[0]), acceleration * float(scale[0])),
+    )

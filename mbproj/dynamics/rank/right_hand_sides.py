@@ -1,0 +1,84 @@
+"""What the rows of C ask of velocities and accelerations, and whether rows that depend on each other agree on it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from mbproj.arrays import Array, Integers
+from mbproj.dynamics.assembly.assemble import State
+from mbproj.dynamics.equations.constraint_equations import gamma, jacobian, time_derivative
+from mbproj.dynamics.equations.kinematics import Pose, Twist, body_rates, pose_of, twist_of
+from mbproj.dynamics.equations.motions import Drive, drive_at
+from mbproj.dynamics.rank.blocks import Block
+from mbproj.dynamics.rank.row_space import DEPENDENT, unit_rows
+from mbproj.model.system import System
+
+#: Right-hand sides agree to this part of what they are made of.
+AGREE = 1e-9
+TINY = float(np.finfo(float).tiny)
+
+
+@dataclass(frozen=True, eq=False)
+class RightHandSides:
+    """-C_t and γ of Eqs. 5 and 7 for the rows but the norm rows, (k,) each, in units of the length or rad. `quadratic`
+    is γ without -C_tt: quadratic in the bodies' velocities, which `moving` holds as (r' / length, ω), (n, 6). `speed`
+    is how large velocities can be expected to be, per s, and `doubt` the part to which they are not known."""
+
+    velocity: Array
+    acceleration: Array
+    quadratic: Array
+    moving: Array
+    speed: float
+    doubt: float = 0.0
+
+    def within(self, block: Block, rows: Array) -> RightHandSides:
+        """The same with the doubt about the velocities of a block: the part of them that its `rows` do not allow. Of a
+        block at rest that is all there is, as round-off leaves it a velocity, however small."""
+        moving, unit = self.moving[block.bodies].ravel(), unit_rows(rows)
+        length = np.maximum(np.linalg.norm(rows, axis=1), DEPENDENT)
+        left = unit @ moving - self.velocity[block.rows] / length
+        wrong = np.abs(np.linalg.lstsq(unit, left, rcond=DEPENDENT)[0]).max()
+        return replace(self, doubt=float(wrong / max(np.abs(moving).max(), TINY)))
+
+    def disagreement(self, rows: Integers, weights: Array) -> tuple[float, float]:
+        """Σ weight · side of rows whose weighted sum is 0 in C_q, for velocity and acceleration; round-off is 0."""
+        largest = float(np.abs(weights).max())
+        quadratic = float(np.abs(weights * self.quadratic[rows]).sum()) + largest * self.speed**2
+        return (
+            _beyond(weights * self.velocity[rows], AGREE * largest * self.speed),
+            _beyond(weights * self.acceleration[rows], (AGREE + 2.0 * self.doubt) * quadratic),
+        )
+
+
+def _beyond(parts: Array, round_off: float) -> float:
+    """The size of a sum; 0 where it is round-off."""
+    off = abs(float(parts.sum()))
+    return off if off > round_off + AGREE * float(np.abs(parts).sum()) else 0.0
+
+
+def right_hand_sides(system: System, state: State) -> RightHandSides:
+    """The right-hand sides at a state."""
+    pose, n = pose_of(state.q), system.bodies
+    twist, drive = twist_of(pose, state.v), drive_at(system, state.t)
+    scale = system.row_scale[n:]
+    velocity = -time_derivative(system, drive)[n:] / scale
+    moving = np.concatenate([twist.velocity / system.length, body_rates(pose, twist)], axis=1)[:n]
+    steady = None if drive is None else replace(drive, acceleration=np.zeros_like(drive.acceleration))
+    return RightHandSides(
+        velocity,
+        acceleration=tangent_gamma(system, pose, twist, drive) / scale,
+        quadratic=tangent_gamma(system, pose, twist, steady) / scale,
+        moving=moving,
+        speed=float(np.abs(np.concatenate([moving.ravel(), velocity])).max()),
+    )
+
+
+def tangent_gamma(system: System, pose: Pose, twist: Twist, drive: Drive | None) -> Array:
+    """γ of the rows but the norm rows, (k,), for accelerations in (r'', ω'): the part of Λ'' that keeps |Λ|, which the
+    norm rows ask for, is -|Λ'|² Λ."""
+    kept = np.zeros((system.bodies, 7))
+    kept[:, 3:] = -np.sum(twist.rate[:-1] ** 2, axis=1, keepdims=True) * pose.orientation[:-1]
+    rows = gamma(system, pose, twist, drive) - jacobian(system, pose) @ kept.ravel()
+    return np.asarray(rows[system.bodies :], dtype=float)

@@ -1,0 +1,78 @@
+"""Linear dependence of rows, and nothing else: who depends on whom, and how far the others are from it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from mbproj.arrays import Array, Integers
+from mbproj.dynamics.equations.constraint_equations import jacobian
+from mbproj.dynamics.equations.kinematics import Pose
+from mbproj.model.system import System
+
+#: A row of C_q whose distance from the span of the others is below this part of its length is taken as dependent.
+DEPENDENT = 1e-9
+#: Below this a running simulation stops: what is computed there has lost all but a few digits.
+SINGULAR = 1e-11
+#: A coefficient below this part of the largest is taken as round-off.
+NO_SHARE = 1e-7
+
+
+def scaled_jacobian(system: System, pose: Pose) -> Array:
+    """C_q with lengths in units of the system's length and each row of unit length, (m, 7n)."""
+    C_q = jacobian(system, pose).reshape(system.constraints, -1, 7)
+    C_q[..., :3] *= system.length
+    return unit_rows(C_q.reshape(system.constraints, -1) / system.row_scale[:, None])
+
+
+def unit_rows(rows: Array) -> Array:
+    """The rows, which are of the order of 1, with unit length; those without length as 0."""
+    length = np.linalg.norm(rows, axis=1, keepdims=True)
+    return np.asarray(np.where(length > DEPENDENT, rows / np.maximum(length, DEPENDENT), 0.0), dtype=float)
+
+
+def row_distances(rows: Array) -> Array:
+    """The distance of each row from the span of the rows before it, (m,): the diagonal of R in QR of the transpose.
+
+    A row beyond the number of columns has no distance left and gets 0.
+    """
+    count, columns = rows.shape
+    distances = np.zeros(count)
+    R = np.linalg.qr(rows.T, mode="r")
+    distances[: min(count, columns)] = np.abs(np.diag(R))
+    if np.all(distances[: min(count, columns)] > DEPENDENT):
+        return distances
+    return _distances_by_elimination(rows)
+
+
+def _distances_by_elimination(rows: Array) -> Array:
+    """The same where rows are dependent: R's diagonal would then pass the defect on to rows that are independent."""
+    basis, size = np.zeros((min(rows.shape), rows.shape[1])), 0
+    distances = np.zeros(len(rows))
+    for index, row in enumerate(rows):
+        rest = row
+        for _ in range(2):  # twice is enough (Kahan)
+            rest = rest - (basis[:size] @ rest) @ basis[:size]
+        distances[index] = np.linalg.norm(rest)
+        if distances[index] > DEPENDENT:
+            basis[size] = rest / distances[index]
+            size += 1
+    return distances
+
+
+def split(rows: Array, order: Sequence[int] | Integers) -> tuple[Integers, Integers]:
+    """The rows taken in this `order` that are independent of those before them, and the others."""
+    order = np.asarray(order, dtype=np.intp)
+    free = row_distances(rows[order]) > DEPENDENT
+    return order[free], order[~free]
+
+
+def shares(rows: Array, basis: Integers, dependent: Integers) -> Array:
+    """The coefficients (d, b) with which independent rows make up those that depend on them; round-off is 0.
+
+    A dependent row and the rows that have a share in it are a circuit: leave one out, and the others are independent.
+    """
+    found = np.linalg.lstsq(rows[basis].T, rows[dependent].T, rcond=None)[0].T
+    largest = np.maximum(np.abs(found).max(axis=1, initial=0.0, keepdims=True), 1.0)
+    return np.asarray(np.where(np.abs(found) > NO_SHARE * largest, found, 0.0), dtype=float)

@@ -1,0 +1,75 @@
+"""What a row of C holds, in words: whose it is, and along or about which direction it acts on body 2."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+import numpy as np
+
+from mbproj.arrays import Array
+from mbproj.dynamics.equations.constraint_equations import cross
+from mbproj.dynamics.equations.kinematics import Pose, attached, slots_of
+from mbproj.model.primitive_set import PrimitiveSet
+from mbproj.model.system import System
+
+
+@dataclass(frozen=True)
+class Row:
+    """A row of a joint, or of a motion: its owner's name, and what it holds, as "along x" or "about [0.6, 0, 0.8]"."""
+
+    kind: str
+    name: str
+    holds: str
+
+
+def name_rows(system: System, pose: Pose) -> list[Row]:
+    """Every row of C but the norm rows, in their order; directions are global, at this pose."""
+    joints = [
+        Row("joint", system.names.joints[owner], holds)
+        for owner, holds in zip(system.joints.owner, _held(system.joints, pose), strict=True)
+    ]
+    if system.motions is None:
+        return joints
+    return [*joints, *(Row("motion", name, "") for name in system.names.motions)]
+
+
+def listed(rows: Iterable[Row], most: int | None = None) -> str:
+    """Rows as one reads them, gathered by owner: "joint 'A' (along y, about x), motion 'm'"; at most so many owners."""
+    gathered: dict[tuple[str, str], list[str]] = {}
+    for row in rows:
+        gathered.setdefault((row.kind, row.name), []).append(row.holds)
+    parts = [
+        f"{kind} '{name}'" + (f" ({', '.join(held)})" if any(held) else "") for (kind, name), held in gathered.items()
+    ]
+    left = 0 if most is None else len(parts) - most
+    return ", ".join(parts) if left <= 0 else ", ".join([*parts[:most], f"and {left} more"])
+
+
+def direction(vector: Array) -> str:
+    """A direction as one reads it: x, y or z where it is one of these, else its components; its sign does not count."""
+    unit = vector / np.linalg.norm(vector)
+    for axis, name in enumerate("xyz"):
+        if abs(unit[axis]) > 1.0 - 1e-9:
+            return name
+    unit = unit * np.sign(unit[np.flatnonzero(np.abs(unit) > 1e-6)[0]])
+    return "[" + ", ".join(f"{0.0 if abs(part) < 5e-4 else part:.3g}" for part in unit) + "]"
+
+
+def _held(bound: PrimitiveSet, pose: Pose) -> list[str]:
+    """What each row holds: how body 2 would have to shift, or turn, to change it."""
+    x = attached(pose, *slots_of(bound))
+    gradient = bound.gradient_entries(x)
+    on_body_2 = (bound.side[bound.entry_slot] == 2)[:, None]
+    is_point = bound.is_point[bound.entry_slot, None]
+    shift, turn = np.zeros((bound.size, 3)), np.zeros((bound.size, 3))
+    np.add.at(shift, bound.entry_row, on_body_2 * is_point * gradient)
+    np.add.at(turn, bound.entry_row, on_body_2 * (1.0 - is_point) * cross(x[bound.entry_slot], gradient))
+    return [_words(along, about) for along, about in zip(shift, turn, strict=True)]
+
+
+def _words(along: Array, about: Array) -> str:
+    shifts, turns = np.linalg.norm(along) > 1e-9, np.linalg.norm(about) > 1e-9
+    if shifts and turns:
+        return f"along and about {direction(along)}"
+    return f"along {direction(along)}" if shifts else f"about {direction(about)}" if turns else ""

@@ -1,0 +1,156 @@
+"""Which coordinates a run takes, and why: planar or reduced ones in the kernel, or the full ones in NumPy."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from mbproj.arrays import Array, Integers
+from mbproj.dynamics.assembly.assemble import LARGE, State
+from mbproj.dynamics.equations.kinematics import pose_of
+from mbproj.dynamics.equations.motion_jumps import refuse_jumps
+from mbproj.dynamics.fast_modes import responses
+from mbproj.dynamics.rank.mobility import mobility, refuse_unsolvable
+from mbproj.dynamics.rank.redundancy import redundancy
+from mbproj.errors import InputError, Problem
+from mbproj.integrate.formulations.compiled import Compiled
+from mbproj.integrate.formulations.planar import InPlane
+from mbproj.integrate.formulations.reduced import Reduced
+from mbproj.integrate.formulations.redundant_rows import count_redundant
+from mbproj.kernel import build_info, core
+from mbproj.kernel.absence import warn_of_absence
+from mbproj.model.planar import NotPlanar, Plane, obstacle_in_plane, planar_reduction
+from mbproj.model.system import System
+from mbproj.registry import PROJECTIONS
+from mbproj.scene.records import Settings
+
+#: A principal moment of inertia below this part of the largest is none.
+NO_INERTIA = 1e-14
+
+
+@dataclass(frozen=True, eq=False)
+class Choice:
+    """The formulation by name, why it is this one, its degrees of freedom, what runs it in the kernel (None: the full
+    one, in NumPy), and how many rows are left out because they follow from the others."""
+
+    name: str
+    why: str
+    degrees_of_freedom: int
+    compiled: Compiled | None = None
+    redundant: int = 0
+
+    @property
+    def elimination(self) -> dict[str, int] | None:
+        """How the kernel eliminates: bodies from the leaves, bodies and joints of the loops, numbers and fill of their
+        factor; None for the full formulation."""
+        return None if self.compiled is None else dict(self.compiled.equations().topology)
+
+    def responses(self, system: System, state: State, laws: Integers) -> Array | None:
+        """What unit forces of these laws make of the accelerations along their coordinates, (e, e), joints closed; None
+        where that is not unique."""
+        if self.compiled is not None:
+            return self.compiled.responses(state, laws)
+        try:
+            return responses(system, pose_of(state.q), laws)
+        except np.linalg.LinAlgError:
+            return None
+
+
+def choose(system: System, state: State, settings: Settings) -> Choice:
+    """The formulation for a run from `state`. Raises InputError where the one asked for is not available, or where the
+    equations have no unique solution at the start or a motion jumps."""
+    refuse_jumps(system, state.t, state.t + (settings.duration or 0.0))
+    asked = settings.formulation
+    obstacle = None if asked == "full" else _obstacle(system, settings)
+    if asked == "full" or obstacle is not None:
+        if asked in ("reduced", "planar"):
+            message = f"the {asked} formulation is not available here: {obstacle}"
+            raise InputError(Problem(message, key=("simulation", "formulation")))
+        if asked == "auto" and obstacle == _no_kernel():
+            warn_of_absence(str(build_info()))
+        return _full(system, state, obstacle or "as asked for")
+    plane = NotPlanar("") if asked == "reduced" else _plane(system, state)
+    if isinstance(plane, NotPlanar):
+        if asked == "planar":
+            raise InputError(Problem(f"the scene is not planar: {plane.reason}", key=("simulation", "formulation")))
+        why = f"not planar: {plane.reason}" if plane.reason else "as asked for"
+        return _solvable(Reduced(core(), system), system, state, settings, why)
+    normal = ", ".join(f"{component + 0.0:.3g}" for component in plane.axes[:, 2])
+    why = f"the joints keep every body in the plane normal to [{normal}]"
+    return _solvable(InPlane(core(), system, plane), system, state, settings, why)
+
+
+def _plane(system: System, state: State) -> Plane | NotPlanar:
+    """The plane of joints, forces and motions."""
+    plane = planar_reduction(system, state.q)
+    if not isinstance(plane, Plane):
+        return plane
+    obstacle = obstacle_in_plane(system, plane)
+    return plane if obstacle is None else NotPlanar(obstacle)
+
+
+def _obstacle(system: System, settings: Settings) -> str | None:
+    """What keeps the kernel from running this; None where nothing does."""
+    method = settings.projection.method
+    if not PROJECTIONS[method].compiled:
+        return f"the projection '{method}' exists in the full formulation only"
+    if settings.acceleration != "bordered":
+        return f"'acceleration: {settings.acceleration}' exists in the full formulation only"
+    return None if core() is not None else _no_kernel()
+
+
+def _no_kernel() -> str:
+    return f"the compiled kernel is missing ({build_info()})"
+
+
+def _full(system: System, state: State, why: str) -> Choice:
+    ranks = mobility(system, pose_of(state.q))
+    if not ranks.redundant or ranks.massless or ranks.locked or not redundancy(system, state).is_constant:
+        refuse_unsolvable(system, ranks)
+    redundant = ranks.constraints - ranks.rank
+    return Choice("full", why, ranks.degrees_of_freedom, redundant=redundant)
+
+
+def _solvable(compiled: Compiled, system: System, state: State, settings: Settings, why: str) -> Choice:
+    """The choice, with redundant rows left out, unless the equations have no unique solution at the start."""
+    _refuse_massless(system, state, settings)
+    redundant = count_redundant(compiled, state)
+    compiled.model.redundant = redundant or 0
+    regular, number = compiled.is_regular(state)
+    if regular and redundant is not None:
+        return Choice(compiled.name, why, compiled.degrees_of_freedom, compiled, redundant or 0)
+    if system.bodies <= LARGE:
+        refuse_unsolvable(system, mobility(system, pose_of(state.q)))
+    owner = compiled.owner(number) or "the mechanism"
+    if compiled.name == "reduced" and settings.formulation == "auto" and not regular and system.bodies <= LARGE:
+        return _full(system, state, f"the start is near to a singular pose ({owner})")
+    joint = compiled.joint(number) if number >= 0 else len(system.joint_places)
+    place = system.joint_places[joint] if joint < len(system.joint_places) else None
+    raise InputError(
+        Problem(
+            f"{owner}: the start is a singular pose, or so near to one that its constraints cannot be told apart",
+            place,
+            "start from a pose that is not stretched or folded; drive no coordinate that the others fix already",
+        )
+    )
+
+
+def _refuse_massless(system: System, state: State, settings: Settings) -> None:
+    """Raises InputError where bodies without mass, or without inertia about some axis, are free to move (Eq. 20), or
+    where the method weighs corrections with M alone."""
+    smallest = np.linalg.eigvalsh(system.inertia)[:, 0] / np.linalg.norm(system.inertia, axis=(1, 2)).clip(1e-300)
+    light = np.flatnonzero((system.mass <= 0.0) | (smallest < NO_INERTIA))
+    if not len(light):
+        return
+    if settings.projection.method == "popm":
+        name = system.names.carriers[light[0]]
+        raise InputError(
+            Problem(
+                f"popm needs a definite mass matrix, and body '{name}' has no definite mass and inertia",
+                hint="use gpopm, which does not",
+            )
+        )
+    ranks = mobility(system, pose_of(state.q))
+    if ranks.massless:
+        refuse_unsolvable(system, ranks)

@@ -1,0 +1,203 @@
+"""The full formulation as an initial value problem: y = (q, q'), y' = (q', q'') from Eq. 14 or Eqs. 80-81.
+
+Where a scene has forces or motions, y goes on with the work that they have done and the energy that dampers have lost,
+so that both are integrated with the order of the method; they have no influence on the rest. Where forces act on
+angles, or gears and screws ask for turns, y ends with the joints' coordinates: integrated from step to step, they tell
+each stage how far the wheels have turned.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import NamedTuple, final
+
+import numpy as np
+
+from mbproj.arrays import Array, may_overflow
+from mbproj.dynamics.assembly.assemble import State, coordinate_values, coordinates
+from mbproj.dynamics.equations.constraint_equations import constraint, constraint_velocity, gamma, jacobian
+from mbproj.dynamics.equations.equations_of_motion import SOLVERS, generalised_force, mass_matrix
+from mbproj.dynamics.equations.forces import applied, generalised
+from mbproj.dynamics.equations.kinematics import pose_of, twist_of
+from mbproj.dynamics.equations.motions import Drive, drive_at
+from mbproj.dynamics.equations.reflected import with_flywheels
+from mbproj.dynamics.equations.teeth import Teeth, sums_at_start
+from mbproj.dynamics.equations.turning import driven_to
+from mbproj.dynamics.rank.mobility import DEPENDENT, SINGULAR, row_distances, scaled_jacobian
+from mbproj.dynamics.rank.row_span import NEAR, RowSpan
+from mbproj.errors import InputError, SimulationError
+from mbproj.integrate.outcome.failures import branches_near, ill_conditioned, not_finite, other_branch, singular
+from mbproj.model.system import System
+from mbproj.projection import Method, Projected, Projection, make_method, project_after
+from mbproj.scene.records import Settings
+
+#: A projection that changes the velocity by more than this part, near a singular pose, has met another branch, unless
+#: what it moves in a step is less than that part of the mechanism's length: then it is at rest.
+BRANCH_CHANGE, AT_REST = 0.05, 1e-10
+#: What rows without a gradient may leave open, in the mechanism's own lengths.
+SECOND_ORDER = 3e-13
+
+
+class Accelerations(NamedTuple):
+    """q'' (7n,), λ (m,), and the power of forces and motions and that of dampers in W, (2,); empty without any."""
+
+    acceleration: Array
+    multipliers: Array
+    power: Array
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class FullFormulation:
+    """Constants of a run: the system, the settings, the projection method that they name, and what gears and screws
+    count from."""
+
+    system: System
+    settings: Settings
+    method: Method
+    span: RowSpan
+    sums: Array
+    bodies: System  # without what its joints' coordinates turn
+
+    @classmethod
+    def of(cls, system: System, state: State, settings: Settings, redundant: int = 0) -> FullFormulation:
+        """Of a system with so many redundant rows. Raises InputError where its mass matrix does not suit the projection
+        method."""
+        method = make_method(settings.projection)
+        reason = method.refusal(mass_matrix(system, pose_of(state.q))) if isinstance(method, Projection) else None
+        if reason:
+            raise InputError(reason)
+        pose = pose_of(state.q)
+        counted = coordinate_values(system, pose) + 2.0 * np.pi * state.turns
+        sums = sums_at_start(system, pose, counted)
+        return cls(system, settings, method, RowSpan(system, redundant), sums, replace(system, reflected=None))
+
+    @property
+    def quadratures(self) -> int:
+        """How many integrals y ends with: work and dissipation, or none."""
+        return 0 if self.system.forces is None and self.system.motions is None else 2
+
+    @property
+    def followed(self) -> int:
+        """How many joint coordinates y ends with: all or none."""
+        laws = None if self.system.forces is None else self.system.forces.laws
+        asked = self.system.meshes.size or (laws is not None and bool(laws.is_angle.any()))
+        return self.system.coordinates.size if asked else 0
+
+    def parts(self, y: Array) -> tuple[Array, Array, Array, Array]:
+        """q (7n,), q' (7n,), the integrals of y and the joints' coordinates that are followed."""
+        n, end = 7 * self.system.bodies, len(y) - self.followed
+        return y[:n], y[n : 2 * n], y[2 * n : end], y[end:]
+
+    def drive(self, t: float, expected: Array) -> Drive | None:
+        """What motions prescribe, and the teeth in mesh where the joints' coordinates are `expected`, (nc,)."""
+        return drive_at(self.system, t, Teeth(self.sums, expected) if self.system.meshes.size else None)
+
+    def derivative(self, t: float, y: Array) -> Array:
+        """y' of y, (14n + integrals + followed,)."""
+        q, v, _, expected = self.parts(y)
+        found = self.accelerations(t, q, v, expected)
+        rates = coordinates(self.system, q, v)[1] if self.followed else expected
+        return np.concatenate([v, found.acceleration, found.power, rates])
+
+    def accelerations(self, t: float, q: Array, v: Array, expected: Array) -> Accelerations:
+        """`expected` (nc,): the joints' coordinates, each angle to less than half a turn; needed where they are
+        followed. Raises SimulationError where the equations have no unique solution, or an expression no value."""
+        system, pose, drive = self.system, pose_of(q), self.drive(t, expected)
+        twist = twist_of(pose, v)
+        rhs = gamma(system, pose, twist, drive)
+        if self.method.stabilises:
+            C, C_dot = constraint(system, pose, drive), constraint_velocity(system, pose, twist, drive)
+            rhs = self.method.stabilised(rhs, C, C_dot)
+        solve = SOLVERS[self.settings.acceleration]
+        force, power = generalised_force(self.bodies, pose, twist), np.zeros(self.quadratures)
+        if system.forces is not None:
+            loads = applied(system, pose, twist, t, expected)
+            force = force + generalised(pose, loads.force, loads.torque)
+            power += [loads.power, loads.dissipation]
+        try:
+            held = self.span.to_move(pose, drive, v)
+            lasting, exerted = held.lasting(self.span.multipliers)
+            terms = mass_matrix(self.bodies, pose), held.C_q, force + exerted, held.combined(rhs)
+            if system.reflected is not None:
+                terms = with_flywheels(system.reflected, pose, twist, *terms)
+            acceleration, found = (part[:size] for part, size in zip(solve(*terms), held.C_q.shape[::-1], strict=True))
+        except np.linalg.LinAlgError as error:
+            raise self._singular(t, q, v) from error
+        multipliers = held.multipliers(found) + lasting
+        if drive is not None and system.driven:
+            power[0] -= multipliers[-system.driven :] @ drive.rate
+        return Accelerations(acceleration, multipliers, power)
+
+    def project(self, step: int, t: float, y: Array) -> Projected:
+        """The state after step number `step`, projected as the settings say."""
+        q, v, _, expected = self.parts(y)
+        if not isinstance(self.method, Projection):
+            return Projected(q, v)
+        try:
+            drive = self.drive(t, expected)
+            return project_after(step, self.system, self.method, self.settings.projection, q, v, drive, self.span)
+        except np.linalg.LinAlgError as error:
+            raise self._singular(t, q, v) from error
+
+    def project_copy(self, t: float, y: Array) -> Array:
+        """A state between two steps moved to the constraints, both levels that the settings switch on."""
+        if not isinstance(self.method, Projection):
+            return y
+        always = replace(self.settings.projection, every=1, threshold=None)
+        q, v, integrals, expected = self.parts(y)
+        try:
+            projected = project_after(1, self.system, self.method, always, q, v, self.drive(t, expected), self.span)
+        except np.linalg.LinAlgError as error:
+            raise self._singular(t, q, v) from error
+        return np.concatenate([projected.q, projected.v, integrals, expected])
+
+    def lead(self, t: float, y: Array) -> Array:
+        """y at a time, with those of its joint coordinates that are driven where their motions are."""
+        if not self.followed:
+            return y
+        *rest, expected = self.parts(y)
+        return np.concatenate([*rest, driven_to(self.system, expected, drive_at(self.system, t))])
+
+    def violations(self, t: float, q: Array, v: Array, expected: Array) -> tuple[Array, Array]:
+        """|C| and |C'|, row by row, (m,)."""
+        system, pose, drive = self.system, pose_of(q), self.drive(t, expected)
+        twist = twist_of(pose, v)
+        return np.abs(constraint(system, pose, drive)), np.abs(constraint_velocity(system, pose, twist, drive))
+
+    def check_branch(self, t: float, h: float, y: Array, projected: Projected) -> None:
+        """Raises SimulationError where, near a pose at which C_q loses its rank and branches of the motion cross at an
+        angle, the projection after a step of size h has changed the velocities of y by more than they can be wrong by,
+        or left open what has lost its gradient."""
+        v = self.parts(y)[1]
+        part = self.change(v, projected.v)
+        moved = float(np.linalg.norm(self.span.in_lengths(projected.v - v))) * h
+        if self.span.nearest < NEAR and part > BRANCH_CHANGE and moved > AT_REST:
+            raise other_branch(t, part)
+        if projected.left_open > SECOND_ORDER or (projected.failures and self.span.nearest < NEAR):
+            raise branches_near(t)
+
+    def change(self, v: Array, to: Array) -> float:
+        """By how much a velocity differs from another, as a part of it; lengths in the mechanism's own."""
+        size = np.linalg.norm(self.span.in_lengths(v))
+        return float(np.linalg.norm(self.span.in_lengths(to - v)) / max(size, np.finfo(float).tiny))
+
+    def arrive(self, q: Array) -> float:
+        """Takes note of an accepted pose; how near the way there came to a singular one."""
+        return self.span.arrive(jacobian(self.system, pose_of(q)))
+
+    def check_regular(self, t: float, q: Array) -> None:
+        """Raises SimulationError that names the joint where C_q has lost its rank at the start."""
+        distances = row_distances(scaled_jacobian(self.system, pose_of(q)))
+        if not self.span.redundant and distances.min(initial=1.0) < SINGULAR:
+            raise self._singular(t, q)
+
+    def _singular(self, t: float, q: Array, v: Array | None = None) -> SimulationError:
+        with may_overflow():
+            rows = scaled_jacobian(self.system, pose_of(q))
+        if not np.all(np.isfinite(rows)) or not (v is None or np.all(np.isfinite(v))):
+            return not_finite(t)
+        distances = row_distances(rows)
+        if distances.min(initial=1.0) > DEPENDENT and not self.span.redundant:
+            return ill_conditioned(t, penalty=self.settings.projection.alpha)
+        return singular(t, self.system.row_owner(int(np.argmin(distances))))

@@ -1,0 +1,130 @@
+"""Planar coordinates: x, y and θ, 3 freedoms a body; reactions out of the plane by one spatial solve a sample."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from types import ModuleType
+from typing import Any, final
+
+import numpy as np
+
+from mbproj.arrays import Array, Integers
+from mbproj.dynamics.assembly.assemble import State, coordinate_values
+from mbproj.dynamics.equations.constraint_equations import cross, tangent_jacobian
+from mbproj.dynamics.equations.forces import applied
+from mbproj.dynamics.equations.kinematics import body_rates, pose_of, twist_of
+from mbproj.dynamics.equations.reflected import inertial_reaction, pull_on_bodies
+from mbproj.dynamics.observe.samples import Samples
+from mbproj.integrate.formulations.compiled import Compiled, work_of
+from mbproj.integrate.formulations.reduced import Reduced, space_state
+from mbproj.integrate.formulations.redundant_rows import count_redundant
+from mbproj.kernel.models import joints_in_plane, plane_model, plane_row_scale, plane_rows
+from mbproj.model.planar import Plane
+from mbproj.model.system import System
+
+
+@final
+class InPlane(Compiled):
+    """The kernel in a plane."""
+
+    name = "planar"
+    dimension = "Plane"
+
+    def __init__(self, core: ModuleType | None, system: System, plane: Plane) -> None:
+        super().__init__(core, system, plane_model(core, system, plane) if core else None)
+        self.plane = plane
+        self._joints = joints_in_plane(plane)
+        self._rows = plane_rows(plane)
+        self._space: Any = None
+
+    @property
+    def degrees_of_freedom(self) -> int:
+        return 3 * self.system.bodies - self.plane.joints.size - self.system.driven + int(self.model.redundant)
+
+    @property
+    def row_scale(self) -> Array:
+        return plane_row_scale(self.system, self.plane)
+
+    def state(self, q: Array, v: Array) -> Array:
+        p, u = self.plane.reduce(q, v)
+        return np.concatenate([part.reshape(*part.shape[:-1], -1, 3) for part in (p, u)], axis=-1)
+
+    def coordinates(self, y: Array) -> tuple[Array, Array]:
+        p, u = y[:, :3].ravel(), y[:, 3:].ravel()
+        q, v, _ = self.plane.expand(p, u, np.zeros_like(u))
+        return q, v
+
+    def samples(self, block: Mapping[str, Any], counters: Mapping[str, Integers]) -> Samples:
+        y, acceleration = block["y"], block["acceleration"]
+        count = len(y)
+        p, u = y[..., :3].reshape(count, -1), y[..., 3:].reshape(count, -1)
+        q, v, a = self.plane.expand(p, u, acceleration.reshape(count, -1))
+        turns = np.zeros((count, self.system.coordinates.size), dtype=np.intp)
+        turns[:, self.plane.coordinates.source.source] = block["turns"]
+        return Samples(
+            t=block["t"],
+            q=q,
+            v=v,
+            acceleration=a,
+            multipliers=self._multipliers(block["t"], q, v, turns, a),
+            turns=turns,
+            step_size=block["step_size"],
+            work=work_of(block),
+            counters=counters,
+        )
+
+    def turns(self, turns: Integers) -> Integers:
+        return turns[self.plane.coordinates.source.source]
+
+    def joint(self, number: int) -> int:
+        beyond = number - len(self._joints)
+        return int(self._joints[number]) if beyond < 0 else len(self.system.names.joints) + beyond
+
+    def row(self, number: int) -> int:
+        beyond = number - len(self._rows)
+        return self.system.bodies + (int(self._rows[number]) if beyond < 0 else self.system.joints.size + beyond)
+
+    def coordinate(self, number: int) -> int:
+        return int(self.plane.coordinates.source.source[number])
+
+    def _multipliers(self, times: Array, q: Array, v: Array, turns: Integers, accelerations: Array) -> Array:
+        """λ of all rows, (T, m), from one spatial solve a sample. Where rows out of the plane are redundant, the
+        smallest λ that keep the bodies on the motion that the plane gives."""
+        system = self.system
+        found = np.empty((len(times), system.constraints - system.bodies))
+        reference = coordinate_values(system, pose_of(q)) + 2.0 * np.pi * turns
+        states = space_state(q, v)
+        for at, t in enumerate(times.tolist()):
+            y = np.ascontiguousarray(states[at])
+            if self._space is None:
+                self._space = self._equations_in_space(State(t, q[at], v[at], turns[at]))
+            solved = self._space.accelerations(y, t, reference[at].tolist(), smallest=True)
+            found[at] = solved[1] if solved else self._smallest(t, q[at], v[at], reference[at], accelerations[at])
+        return found
+
+    def _equations_in_space(self, state: State) -> Any:
+        """Those of the kernel in space, with what is redundant there left out."""
+        space = Reduced(self.core, self.system)
+        space.model.redundant = count_redundant(space, state) or 0
+        return space.equations()
+
+    def _smallest(self, t: float, q: Array, v: Array, reference: Array, a: Array) -> Array:
+        """The smallest λ with Gᵀλ the applied forces less what the motion q'' in `a` (7n,) takes."""
+        system, pose = self.system, pose_of(q)
+        sets = [system.joints] if system.motions is None else [system.joints, system.motions.rows]
+        G = np.concatenate([tangent_jacobian(bound, pose)[:, :-1, :6] for bound in sets])
+        twist, change = twist_of(pose, v), twist_of(pose, a)
+        omega, spin_up = body_rates(pose, twist)[:-1], body_rates(pose, change)[:-1]
+        momentum = (system.inertia @ omega[..., None])[..., 0]
+        force = system.mass[:, None] * (system.gravity - change.velocity[:-1])
+        torque = -(system.inertia @ spin_up[..., None])[..., 0] - cross(omega, momentum)
+        if system.forces is not None:
+            loads = applied(system, pose, twist, t, reference)
+            force, torque = force + loads.force[:-1], torque + loads.torque[:-1]
+        missing = np.concatenate([force, torque], axis=-1)
+        if system.reflected is not None:
+            reaction = inertial_reaction(system.reflected, pose, twist, change)
+            missing += pull_on_bodies(system.reflected, pose, reaction)
+        weighed = G.reshape(len(G), -1) / system.row_scale[system.bodies :, None]
+        multipliers = np.linalg.lstsq(weighed.T, missing.ravel(), rcond=1e-11)[0] / system.row_scale[system.bodies :]
+        return np.asarray(multipliers, dtype=float)

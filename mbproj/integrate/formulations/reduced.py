@@ -1,0 +1,103 @@
+"""Reduced coordinates: r, Λ, r' and ω in body axes, 6 freedoms a body."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from types import ModuleType
+from typing import Any, final
+
+import numpy as np
+
+from mbproj.arrays import Array, Integers
+from mbproj.dynamics.assembly.assemble import coordinate_values
+from mbproj.dynamics.equations.kinematics import pose_of
+from mbproj.dynamics.observe.samples import Samples
+from mbproj.integrate.formulations.compiled import Compiled, work_of
+from mbproj.kernel.models import space_model
+from mbproj.model.euler_parameters import matrix_L
+from mbproj.model.system import System
+
+
+@final
+class Reduced(Compiled):
+    """The kernel in space."""
+
+    name = "reduced"
+    dimension = "Space"
+
+    def __init__(self, core: ModuleType | None, system: System) -> None:
+        super().__init__(core, system, space_model(core, system) if core else None)
+
+    @property
+    def degrees_of_freedom(self) -> int:
+        return 7 * self.system.bodies - self.system.constraints + int(self.model.redundant)
+
+    @property
+    def row_scale(self) -> Array:
+        return self.system.row_scale[self.system.bodies :]
+
+    def state(self, q: Array, v: Array) -> Array:
+        return space_state(q, v)
+
+    def coordinates(self, y: Array) -> tuple[Array, Array]:
+        q, v, _ = from_space(y[None], np.zeros((1, len(y), 6)))
+        return q[0], v[0]
+
+    def samples(self, block: Mapping[str, Any], counters: Mapping[str, Integers]) -> Samples:
+        q, v, acceleration = from_space(block["y"], block["acceleration"])
+        return Samples(
+            t=block["t"],
+            q=q,
+            v=v,
+            acceleration=acceleration,
+            multipliers=self._smallest(block, q) if self.model.redundant else block["multipliers"],
+            turns=block["turns"],
+            step_size=block["step_size"],
+            work=work_of(block),
+            counters=counters,
+        )
+
+    def _smallest(self, block: Mapping[str, Any], q: Array) -> Array:
+        """Where redundant rows leave reactions open, the smallest λ of each sample, (T, m)."""
+        found = np.array(block["multipliers"])
+        equations = self.equations()
+        reference = coordinate_values(self.system, pose_of(q)) + 2.0 * np.pi * block["turns"]
+        for at, t in enumerate(block["t"].tolist()):
+            solved = equations.accelerations(
+                np.ascontiguousarray(block["y"][at]), t, reference[at].tolist(), smallest=True
+            )
+            if solved is not None:
+                found[at] = solved[1]
+        return found
+
+    def turns(self, turns: Integers) -> Integers:
+        return turns
+
+    def joint(self, number: int) -> int:
+        return number
+
+    def row(self, number: int) -> int:
+        return self.system.bodies + number
+
+    def coordinate(self, number: int) -> int:
+        return number
+
+
+def space_state(q: Array, v: Array) -> Array:
+    """(r, Λ, r', ω in body axes) of each body, (..., n, 13), from q and v = q' (..., 7n)."""
+    at, rate = (part.reshape(*part.shape[:-1], -1, 7) for part in (q, v))
+    omega = 2.0 * (matrix_L(at[..., 3:]) @ rate[..., 3:, None])[..., 0]
+    return np.concatenate([at, rate[..., :3], omega], axis=-1)
+
+
+def from_space(y: Array, acceleration: Array) -> tuple[Array, Array, Array]:
+    """q, q' and q'' (T, 7n) from states (T, n, 13) and accelerations (r'', ω' in body axes) (T, n, 6):
+    Λ' = ½ Lᵀω, Λ'' = ½ Lᵀω' - ¼ |ω|² Λ."""
+    orientation, omega = y[..., 3:7], y[..., 10:13]
+    transposed = 0.5 * np.swapaxes(matrix_L(orientation), -1, -2)
+    rate = (transposed @ omega[..., None])[..., 0]
+    bend = (transposed @ acceleration[..., 3:, None])[..., 0]
+    bend -= 0.25 * np.sum(omega * omega, axis=-1, keepdims=True) * orientation
+    v = np.concatenate([y[..., 7:10], rate], axis=-1)
+    a = np.concatenate([acceleration[..., :3], bend], axis=-1)
+    return y[..., :7].reshape(len(y), -1), v.reshape(len(y), -1), a.reshape(len(y), -1)

@@ -1,0 +1,1 @@
+"""The time loop: steps, step-size control, projection, samples, interruption."""

@@ -1,0 +1,90 @@
+"""Step-size control: Hairer's error norms, the PI controller, the first step (Hairer, Nørsett & Wanner 1993, II.4)."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from mbproj.arrays import Array, may_overflow
+from mbproj.errors import SimulationError
+from mbproj.integrate.steppers.runge_kutta import RightHandSide
+
+SAFETY = 0.9
+SMALLEST_CHANGE, LARGEST_CHANGE = 0.2, 10.0
+
+
+def error_norm(estimates: Array, y: Array, y_new: Array, tolerance: float, scale: Array) -> float:
+    """Root mean square of error / (tolerance × (scale + max(|y|, |y_new|))): 1 is just acceptable.
+
+    Of two estimates (DOP853) the first is of higher order and they are combined as in the authors' code:
+    |e5|² / sqrt(|e5|² + 0.01 |e3|²).
+    """
+    weighted = estimates / (tolerance * (scale + np.maximum(np.abs(y), np.abs(y_new))))
+    norms = np.sqrt(np.mean(weighted * weighted, axis=1))
+    if len(norms) == 1 or norms[0] == 0.0:
+        return float(norms[0])
+    return float(norms[0] ** 2 / np.hypot(norms[0], 0.1 * norms[1]))
+
+
+@dataclass(frozen=True)
+class Controller:
+    """PI controller: h_new = 0.9 h err^(-a) err_old^b with b = 0.2/k, a = 1/k - 0.75 b, k the estimate's order + 1.
+
+    For k = 5 these are the constants of DOPRI5.
+    """
+
+    error_order: int
+    previous_error: float = 1e-4
+    rejected: bool = False
+
+    def after_accepted(self, error: float, h: float) -> tuple[float, Controller]:
+        """The next step's size, and the controller for it."""
+        k = self.error_order + 1
+        integral = 0.2 / k
+        factor = SAFETY * max(error, 1e-10) ** (0.75 * integral - 1.0 / k) * self.previous_error**integral
+        largest = 1.0 if self.rejected else LARGEST_CHANGE
+        factor = min(max(factor, SMALLEST_CHANGE), largest)
+        return h * factor, Controller(self.error_order, max(error, 1e-4))
+
+    def after_rejected(self, error: float, h: float) -> tuple[float, Controller]:
+        """The size to try again with, and the controller for it; an error that is not finite shrinks the step most."""
+        k = self.error_order + 1
+        factor = SAFETY * error ** (0.15 / k - 1.0 / k) if np.isfinite(error) else 0.0
+        return h * max(factor, SMALLEST_CHANGE), Controller(self.error_order, self.previous_error, rejected=True)
+
+
+def _bend(
+    f: RightHandSide, t: float, y: Array, slope: Array, h: float, norm: Callable[[Array], float]
+) -> tuple[float, float]:
+    """The norm of f' along f, by a difference over h or less, and what h that took."""
+    while True:
+        try:
+            with may_overflow():
+                bend = norm(f(t + h, y + h * slope) - slope) / h
+        except SimulationError:
+            if h < np.finfo(float).tiny:
+                raise
+            bend = np.inf
+        if np.isfinite(bend) or h < np.finfo(float).tiny:
+            return h, bend
+        h *= 0.1
+
+
+def first_step(
+    f: RightHandSide, order: int, t: float, y: Array, slope: Array, tolerance: float, scale: Array, longest: float
+) -> float:
+    """A first step size from f and an estimate of f', at most `longest` (Hairer's hinit). The trial step for f' is
+    shortened while f overflows, or has no value, at its end. Raises SimulationError where that does not help."""
+    weight = tolerance * (scale + np.abs(y))
+
+    def norm(vector: Array) -> float:
+        return float(np.sqrt(np.mean((vector / weight) ** 2)))
+
+    size, speed = norm(y), norm(slope)
+    h = 1e-6 if min(size, speed) <= 1e-5 else 0.01 * size / speed
+    h, bend = _bend(f, t, y, slope, min(h, longest), norm)
+    steepest = max(speed, bend)
+    trial = max(1e-6, h * 1e-3) if steepest <= 1e-15 else (0.01 / steepest) ** (1.0 / (order + 1))
+    return float(min(100.0 * h, trial, longest))

@@ -1,0 +1,220 @@
+"""Whether a run was too stiff for its step: the fastest mode of its forces, at some of its samples, against what its
+integrator is stable for. Beyond that, errors grow with a fixed step; error control holds the step there, where accuracy
+would let it grow."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from mbproj.arrays import Array
+from mbproj.dynamics.assembly.assemble import State
+from mbproj.dynamics.equations.kinematics import pose_of
+from mbproj.dynamics.fast_modes import Mode, fastest_mode, slopes, speeds_of_free_bodies
+from mbproj.dynamics.observe.samples import Samples, join
+from mbproj.errors import SimulationError
+from mbproj.integrate.formulations.choice import Choice
+from mbproj.integrate.outcome.stiff_words import Stiffness, grows, holds, too_stiff
+from mbproj.integrate.steppers.stability_region import amplification, reach
+from mbproj.integrate.steppers.tableau import load_tableau
+from mbproj.model.system import System
+from mbproj.scene.records import Settings
+
+#: Samples of a block that are kept, and of a run.
+OF_A_BLOCK, KEPT = 4, 8
+#: Laws that are looked at, at most: those that would be fastest on free bodies.
+LAWS = 100
+#: Errors that grow by this factor over a run spoil it.
+SPOILT = 1e3
+#: Stability holds the step where it is this part of its limit or more, at so large a part of the samples.
+NEAR_LIMIT, RATHER = 0.6, 0.5
+#: A force that has this part of the energy of the one that has most is named too, of so many at most.
+NAMED, MOST_NAMED = 0.5, 3
+
+#: Bodies that the forces would move more slowly than this part of 1 / h if nothing else held them are not looked at.
+SLOW = 0.25
+#: Whether the motion is smooth is looked at over so many steps, at so many points, from so many of the samples.
+SPAN, POINTS, LOOKS = 10.0, 60, 3
+#: What a mode at the limit of stability leaves of the motion is below this multiple of the tolerance (measured: 0.1 to
+#: 50) and below this part of what the motion ranges over; a vibration that is part of the motion is above.
+BELOW, HARDLY = 50.0, 0.1
+
+#: Samples of a run from a state with settings.
+March = Callable[[State, Settings], Iterator[Samples | None]]
+
+
+@dataclass(frozen=True, eq=False)
+class _Kept:
+    """A sample: its state, its step in s, the steps before it."""
+
+    state: State
+    step: float
+    steps: int
+
+
+class StiffnessWatch:
+    """Scratch of a run: some of its samples, and what they say of stiffness when it has ended. Scenes without forces on
+    coordinates, and without Baumgarte's terms, never come here."""
+
+    def __init__(self, choice: Choice, system: System, settings: Settings, march: March) -> None:
+        self._choice, self._system, self._settings, self._march = choice, system, settings, march
+        self._tableau = load_tableau(settings.integrator)
+        self._kept: list[_Kept] = []
+        self._active = settings.projection.gains is not None or (
+            system.forces is not None and system.forces.laws.size > 0
+        )
+
+    def take(self, samples: Samples) -> None:
+        """Keeps some of the samples of a block, evenly spread, and the first of all for good."""
+        if not self._active:
+            return
+        count = len(samples.t)
+        for at in _spread(count, OF_A_BLOCK):
+            state = State(float(samples.t[at]), samples.q[at].copy(), samples.v[at].copy(), samples.turns[at].copy())
+            if np.all(np.isfinite(state.q)) and np.all(np.isfinite(state.v)):
+                step = self._settings.step or float(samples.step_size[at])
+                self._kept.append(_Kept(state, step, int(samples.counters["steps"][at])))
+        while len(self._kept) > KEPT:
+            self._kept = self._kept[::2]
+
+    @contextmanager
+    def naming(self) -> Iterator[None]:
+        """A run with a fixed step that stops within raises an error that names the stiff force, where errors have
+        grown because of it."""
+        try:
+            yield
+        except SimulationError as error:
+            found = self._spoilt(error.time, gains=True)
+            if found is None:
+                raise
+            raise too_stiff(error, found) from error
+
+    def verdict(self, end: float) -> str:
+        """Of a run that has got to its end at that time: what a user should know, or nothing."""
+        if self._settings.step is not None:
+            found = self._spoilt(end, gains=False)
+            return "" if found is None else grows(found)
+        found = self._held()
+        return "" if found is None else holds(found)
+
+    def _spoilt(self, end: float, *, gains: bool) -> Stiffness | None:
+        """What errors have grown by beyond bounds, with a fixed step, until some time, as it was when that began;
+        Baumgarte's gains on request, because rows that stay closed to the last bit do not mind them."""
+        if not self._active or self._settings.step is None:
+            return None
+        logarithm, first = 0.0, None
+        ends = [*(kept.steps for kept in self._kept[1:]), None]
+        for kept, until in zip(self._kept, ends, strict=True):
+            found = self._at(kept, gains=gains)
+            if found is None or not found.growth > 1.0:
+                continue
+            steps = (end - kept.state.t) / kept.step if until is None else until - kept.steps
+            logarithm += np.log(found.growth) * max(steps, 1.0)
+            first = first or found
+        return first if logarithm > np.log(SPOILT) else None
+
+    def _held(self) -> Stiffness | None:
+        """What has held the step of a run with error control."""
+        if not self._active:
+            return None
+        inner = [self._at(kept, gains=True) for kept in self._kept[1:-1]]
+        near = [
+            (kept, found)
+            for kept, found in zip(self._kept[1:-1], inner, strict=True)
+            if found is not None and found.omega_h >= NEAR_LIMIT * found.limit
+        ]
+        if not near or len(near) < RATHER * len(inner):
+            return None
+        tried = [near[at] for at in _spread(len(near), LOOKS)]
+        return tried[-1][1] if all(self._is_smooth(kept) for kept, _ in tried) else None
+
+    def _is_smooth(self, kept: _Kept) -> bool:
+        """Whether the motion of the next SPAN steps is a polynomial of the degree that one step of the method resolves,
+        but for what the control of the error leaves of a mode at the limit of stability: accuracy alone would let the
+        step grow."""
+        tolerance, order = self._settings.tolerance, self._tableau.error_order
+        assert tolerance is not None
+        span = SPAN * kept.step
+        settings = replace(self._settings, duration=span, output_step=span / POINTS)
+        try:
+            samples = join([part for part in self._march(kept.state, settings) if part is not None])
+        except SimulationError:
+            return False
+        y = np.concatenate([samples.q, samples.v], axis=1)
+        basis = np.polynomial.chebyshev.chebvander(np.linspace(-1.0, 1.0, len(y)), order)
+        left = y - basis @ np.linalg.lstsq(basis, y, rcond=None)[0]
+        scale = np.tile([self._system.length] * 3 + [1.0] * 4, 2 * self._system.bodies) + np.abs(y).max(axis=0)
+        rest, whole = (_mean(part / scale) for part in (np.abs(left).max(axis=0), self._range()))
+        return rest <= BELOW * tolerance and rest <= HARDLY * whole
+
+    def _range(self) -> Array:
+        """What q and v of the samples range over, (14n,)."""
+        states = np.array([np.concatenate([kept.state.q, kept.state.v]) for kept in self._kept])
+        return np.asarray(np.ptp(states, axis=0))
+
+    def _at(self, kept: _Kept, *, gains: bool) -> Stiffness | None:
+        """The fastest mode at a sample, against what the integrator is stable for."""
+        found = [self._of_forces(kept), self._of_gains() if gains else None]
+        fastest = sorted((each for each in found if each is not None), key=lambda each: -abs(each[1]))
+        if not fastest:
+            return None
+        where, eigenvalue = fastest[0]
+        size = abs(eigenvalue)
+        direction = complex(round(min(eigenvalue.real, 0.0) / size, 3), round(abs(eigenvalue.imag) / size, 3))
+        z = kept.step * eigenvalue
+        own = np.exp(max(z.real, 0.0))
+        return Stiffness(
+            where=where,
+            omega_h=kept.step * size,
+            limit=reach(self._tableau, direction),
+            growth=amplification(self._tableau, z) / own,
+            step=kept.step,
+            direction=direction,
+            integrator=self._settings.integrator,
+        )
+
+    def _of_forces(self, kept: _Kept) -> tuple[str, complex] | None:
+        forces = self._system.forces
+        if forces is None:
+            return None
+        slope = slopes(self._system, kept.state)
+        bound = speeds_of_free_bodies(self._system, pose_of(kept.state.q), slope)
+        laws = np.sort(np.argsort(-bound)[:LAWS])
+        laws = laws[bound[laws] > 0.0]
+        if not len(laws) or kept.step * bound.max() < SLOW:
+            return None
+        W = self._choice.responses(self._system, kept.state, laws)
+        mode = None if W is None else fastest_mode(W, laws, slope)
+        return None if mode is None else (_named(forces.law_owners, mode), mode.eigenvalue)
+
+    def _of_gains(self) -> tuple[str, complex] | None:
+        """The faster root of λ² + 2αλ + β² = 0 of Baumgarte's terms (ref. 9)."""
+        gains = self._settings.projection.gains
+        if gains is None:
+            return None
+        alpha, beta = gains
+        return f"Baumgarte's gains of {alpha:g} and {beta:g} 1/s", -alpha - np.sqrt(complex(alpha**2 - beta**2))
+
+
+def _spread(count: int, most: int) -> list[int]:
+    """So many numbers at most from 0 to count - 1, evenly spread."""
+    return sorted(set(np.linspace(0, count - 1, min(count, most)).astype(int).tolist()))
+
+
+def _mean(values: Array) -> float:
+    """The root mean square."""
+    return float(np.sqrt(np.mean(values * values)))
+
+
+def _named(owners: tuple[str, ...], mode: Mode) -> str:
+    """The forces that make a mode, the one with the largest part first."""
+    parts: dict[str, float] = {}
+    for name, share in zip(owners, mode.shares.tolist(), strict=True):
+        parts[name] = parts.get(name, 0.0) + share
+    most = max(parts.values())
+    names = [name for name in sorted(parts, key=lambda name: -parts[name]) if parts[name] >= NAMED * most]
+    more = f" and {len(names) - MOST_NAMED} more" if len(names) > MOST_NAMED else ""
+    return f"force{'s' * (len(names) > 1)} " + ", ".join(f"'{name}'" for name in names[:MOST_NAMED]) + more

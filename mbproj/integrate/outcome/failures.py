@@ -1,0 +1,117 @@
+"""Why a run cannot go on, in words: the same for every formulation."""
+
+from __future__ import annotations
+
+from math import floor, log10
+
+from mbproj.errors import SimulationError
+from mbproj.registry import PROJECTIONS
+from mbproj.scene.records import ProjectionSettings
+
+SMALLER = "try a smaller step or tolerance"
+
+
+def not_finite(t: float) -> SimulationError:
+    """The solution has overflowed."""
+    return SimulationError(t, "the solution is no longer finite", hint=SMALLER)
+
+
+def singular(t: float, where: str | None) -> SimulationError:
+    """The equations have no unique solution at this pose."""
+    cause = "the constraints are no longer independent of each other (a singular position)"
+    return SimulationError(t, cause, where=where, hint="start from another pose, or change the lengths a little")
+
+
+def ill_conditioned(t: float, *, penalty: float | None) -> SimulationError:
+    """The matrix of a step is singular to working precision at a pose whose constraints are independent: its entries
+    are too far apart. `penalty`: the projection's α, None where its method has none."""
+    if penalty is None:
+        cause = "masses and inertias are too far apart for this method: its equations are singular to working precision"
+        return SimulationError(t, cause, hint="use gpopm with the bordered accelerations, in the reduced formulation")
+    cause = f"the penalty α = {penalty:g} is too far from the masses: its equations are singular to working precision"
+    return SimulationError(t, cause, hint="choose an α nearer to the masses in kg, or gpopm, which needs none")
+
+
+def other_branch(t: float, change: float) -> SimulationError:
+    """A projection led to another branch of the motion, which it must not do silently."""
+    cause = (
+        f"the projection would change the velocity by {100.0 * change:.0f} % at once: branches of the motion cross "
+        "near here (a singular position), and the step has come nearer to another one than its own"
+    )
+    hint = "a smaller step or tolerance keeps nearer to the branch; or change a length a little"
+    return SimulationError(t, cause, hint=hint)
+
+
+def branches_near(t: float) -> SimulationError:
+    """A step to where branches of the motion cannot be told apart."""
+    cause = (
+        "branches of the motion cross near here (a singular position), and the step is too large to tell its own from "
+        "another one"
+    )
+    hint = "a smaller step or tolerance keeps nearer to the branch; or change a length a little"
+    return SimulationError(t, cause, hint=hint)
+
+
+def unresolved(t: float, off: float) -> SimulationError:
+    """A step past a singular pose and its two halves do not come to the same."""
+    cause = (
+        f"the step is too coarse for the singular position near here: in two halves it comes out {100.0 * off:.0f} % "
+        "off, and branches of the motion cross there"
+    )
+    return SimulationError(t, cause, hint=SMALLER)
+
+
+def left_open(
+    t: float, where: str, by: float, passes: int, *, projection: ProjectionSettings, failed: bool
+) -> SimulationError:
+    """A joint is open by so much (m, rad) that it will not close again; whether a projection has just failed."""
+    if failed:
+        cause = f"the projection did not close it: {by:.3g} is left after {passes} passes"
+        more = "; where masses differ widely, --projection-fallback gopm may help"
+        closes = projection.method == "gopm" or projection.fallback == "gopm"
+        return SimulationError(t, cause, where=where, hint=SMALLER if closes else SMALLER + more)
+    cause = f"it has drifted open by {by:.3g} (m, rad), and what follows would mean nothing"
+    if not PROJECTIONS[projection.method].corrects:
+        hint = "use a projection method, gpopm for example, or a smaller step"
+    elif projection.position and projection.every == 1 and projection.threshold is None:
+        hint = SMALLER
+        cause = (
+            "its bodies have run away: so far out, round-off of their coordinates leaves it open by "
+            f"{by:.3g} (m, rad) after its projection"
+        )
+    else:
+        hint = "project positions after every step, or take a smaller step"
+    return SimulationError(t, cause, where=where, hint=hint)
+
+
+def locked(t: float, motion: str, at: str) -> SimulationError:
+    """A motion drives the mechanism beyond where it can go; it has got to about `at`, "A.angle = 0.3 rad"."""
+    cause = f"it drives the mechanism to where its joints cannot stay closed: beyond about {at} there is no pose for it"
+    hint = "end the motion or turn back before, or change the lengths"
+    return SimulationError(t, cause, where=f"motion '{motion}'", hint=hint)
+
+
+class TurnsUntold(SimulationError):
+    """A step that cannot tell the turns of a joint's angle `where` ("A.angle"), and with it the teeth of gears and
+    threads of screws, where there are any: it turns by `turned` rad, and the pose comes out `off` rad from that (0: it
+    does not close). `step` (s) would do."""
+
+    def __init__(self, t: float, where: str, turned: float, off: float, step: float, *, teeth: bool) -> None:
+        self.step = step
+        untold = "its turns, and so which teeth or threads are in mesh" if teeth else "its turns"
+        result = f"comes out {off:.2g} rad from there" if off else "does not close there"
+        cause = f"the step is too long to tell {untold}: the rates lead {turned:.3g} rad further, and the pose {result}"
+        hint = f"use steps of at most {_rounded_down(step):g} s, or an integrator with error control"
+        super().__init__(t, cause, where=where, hint=hint)
+
+
+def _rounded_down(value: float) -> float:
+    """To two digits."""
+    digit = 10.0 ** (floor(log10(value)) - 1)
+    return floor(value / digit) * digit
+
+
+def step_vanished(t: float) -> SimulationError:
+    """The error control asks for steps that time cannot resolve."""
+    cause = "the error cannot be kept below the tolerance: the step has shrunk to nothing"
+    return SimulationError(t, cause, hint="loosen the tolerance")

@@ -1,0 +1,88 @@
+"""Whether a run has stopped because its motions drive the mechanism to where it cannot go: a rod that is too short for
+the turn of its crank, a slider pulled further than its links reach. Nothing but a motion leads there: what moves freely
+turns back before."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+
+import numpy as np
+
+from mbproj.arrays import Array
+from mbproj.dynamics.assembly.assemble import nearest
+from mbproj.dynamics.equations.motions import Drive, drive_at
+from mbproj.dynamics.rank.nearby import NO_CONDITIONS
+from mbproj.errors import SimulationError
+from mbproj.integrate.outcome.failures import locked
+from mbproj.model.system import System
+
+#: From the last sample the mechanism is led to where the run stopped in steps in which no motion moves by more, in rad
+#: and parts of the mechanism's length, if so many do; and on by what moves the motions by these.
+STEP, MOST_STEPS, FURTHER = 0.05, 200, (1e-3, 1e-2, 1e-1)
+#: Between two of these poses no motion may have moved by more.
+FAR = 0.2
+#: Larger systems would take minutes.
+MOST_BODIES = 40
+#: What closes is closed to this, in rad and parts of the length; what does not misses by what the motions moved.
+CLOSED, OPEN = 1e-12, 1e-5
+
+
+@contextmanager
+def naming_lock_up(system: System, reached: Callable[[], tuple[float, Array]]) -> Iterator[None]:
+    """A run that stops within raises an error that names the motion, where no pose near by meets what the motions
+    prescribe then; `reached` gives the last sample's time and q (7n,)."""
+    try:
+        yield
+    except SimulationError as error:
+        tells = system.motions is not None and system.bodies <= MOST_BODIES
+        found = _lock_up(system, *reached(), error.time) if tells else None
+        if found is None:
+            raise
+        raise found from error
+
+
+def _lock_up(system: System, t: float, q: Array, stop: float) -> SimulationError | None:
+    """What is wrong where the poses that the motions prescribe come to an end from q at the time t to beyond `stop`."""
+    try:
+        at, drive = _drive_at(system, t), _drive_at(system, stop)
+        for time in _way(system, t, stop, drive):
+            before, at = at, _drive_at(system, time)
+            if np.abs((at.value - before.value) / _units(system)).max() > FAR:
+                return None
+            q, residual = nearest(system, q, NO_CONDITIONS, at, CLOSED)
+            if np.abs(residual).max(initial=0.0) > OPEN:
+                return _locked(system, stop, drive, residual[system.joints.size :])
+            drive = at if time > stop else drive
+    except (SimulationError, np.linalg.LinAlgError):  # a motion without a value there, say
+        pass
+    return None
+
+
+def _way(system: System, t: float, stop: float, drive: Drive) -> list[float]:
+    """Times from t to `stop` and on; none where it is too far, or the motions stand."""
+    fastest = float(np.abs(drive.rate / _units(system)).max())
+    steps = np.ceil(fastest * (stop - t) / STEP)
+    if not fastest > 0.0 or not steps <= MOST_STEPS:
+        return []
+    return [*np.linspace(t, stop, int(steps) + 1).tolist(), *(stop + part / fastest for part in FURTHER)]
+
+
+def _drive_at(system: System, t: float) -> Drive:
+    drive = drive_at(system, t)
+    assert drive is not None
+    return drive
+
+
+def _units(system: System) -> Array:
+    """1 rad, or the mechanism's length, of each motion, (k,)."""
+    return system.row_scale[-system.driven :]
+
+
+def _locked(system: System, t: float, drive: Drive, missed: Array) -> SimulationError:
+    """Of the motions, the one whose own row is missed by most, (k,)."""
+    assert system.motions is not None
+    worst = int(np.argmax(np.abs(missed)))
+    coordinate = int(system.motions.joint_coordinate[worst])
+    name, unit = system.names.coordinates[coordinate], system.names.coordinate_units[coordinate]
+    return locked(t, system.names.motions[worst], f"{name} = {drive.value[worst]:.3g} {unit}")

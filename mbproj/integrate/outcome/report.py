@@ -1,0 +1,120 @@
+"""What a run says of itself when it ends."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+from mbproj.dynamics.equations.round_off import EPSILON
+from mbproj.integrate.outcome.tally import Peak
+from mbproj.model.system import System
+from mbproj.scene.records import Settings
+
+
+@dataclass(frozen=True)
+class Worst:
+    """The largest violation of a run (m or rad, or per s), whose row it was ("joint 'A'"), and when (s)."""
+
+    value: float
+    owner: str
+    time: float
+
+
+@dataclass(frozen=True)
+class Report:
+    """What a run did, and how well.
+
+    `formulation` is the one that was used, and `why`; `redundant_rows` counts the constraints in space that follow from
+    the others, and `swamped` names motions of light bodies that round-off of heavy ones' forces may rule. The largest
+    violations are those over all steps, recorded or not;
+    `position_floor` and `velocity_floor` are what round-off alone leaves (m or rad, per s), the largest of the samples.
+    `worst_joint` names the joint that was open most, None without joints. `energy_drift` in J, and relative to the
+    largest kinetic energy + |ΔV|. `integration_seconds` went into the steps (`integration_cpu_seconds` of them
+    with the processor, by the thread's own clock), `recording_seconds` into observing and writing the samples.
+    `phases`: seconds by phase in a sample of the steps; empty where they were not measured. `stiffness`: which force
+    was too stiff for the step, and what to do; "" where none was.
+    """
+
+    formulation: str
+    why: str
+    settings: Settings
+    degrees_of_freedom: int
+    redundant_rows: int
+    swamped: tuple[str, ...]
+    counters: dict[str, int]
+    position_violation: Worst
+    velocity_violation: Worst
+    position_floor: float
+    velocity_floor: float
+    worst_joint: str | None
+    energy_drift: float
+    energy_drift_relative: float
+    integration_seconds: float
+    integration_cpu_seconds: float
+    recording_seconds: float
+    phases: dict[str, float]
+    stiffness: str
+
+
+def worst(system: System, peak: Peak) -> Worst:
+    """A peak with the name of its row."""
+    return Worst(peak.value, system.row_owner(peak.row), peak.time)
+
+
+def worst_joint(system: System, peak: Peak) -> str | None:
+    """The joint that had a peak over the joints' rows."""
+    return system.names.joints[system.joints.owner[peak.row]] if system.joints.size else None
+
+
+def summary(scene: str, output: str, report: Report, total_seconds: float) -> dict[str, Any]:
+    """What the results file keeps as attributes, and --json prints: the run of the scene at `scene` to `output`."""
+    return {
+        "scene": str(scene),
+        "output": str(output),
+        "formulation": report.formulation,
+        "formulation_why": report.why,
+        "projection": report.settings.projection.method,
+        "integrator": report.settings.integrator,
+        "degrees_of_freedom": report.degrees_of_freedom,
+        "redundant_rows": report.redundant_rows,
+        **report.counters,
+        "integration_seconds": report.integration_seconds,
+        "recording_seconds": report.recording_seconds,
+        "total_seconds": total_seconds,
+        "position_violation_max": report.position_violation.value,
+        "velocity_violation_max": report.velocity_violation.value,
+        "position_violation_floor": report.position_floor,
+        "velocity_violation_floor": report.velocity_floor,
+        "worst_joint": report.worst_joint,
+        "energy_drift": report.energy_drift,
+        "energy_drift_relative": report.energy_drift_relative,
+        "stiffness": report.stiffness,
+        "status": "complete",
+    }
+
+
+#: What moves less than so many times round-off, of coordinates or energies, is at rest: joints are closed no better.
+AT_REST = 1e4
+
+
+class EnergyWatch:
+    """Scratch of a run: the largest |balance|, kinetic energy, and range of the potential energy so far."""
+
+    def __init__(self, scale: float = 0.0, *, moves: bool = True) -> None:
+        """`scale`: the mechanism's energy in J, as its weight times its size; `moves`: whether it can move at all."""
+        self._scale, self._moves = scale, moves
+        self.drift = self.kinetic = 0.0
+        self.lowest, self.highest = float("inf"), float("-inf")
+
+    def take(self, balance: float, kinetic: float, lowest: float, highest: float) -> None:
+        """Takes in a block: its largest |balance| and kinetic energy, and its range of the potential energy."""
+        self.drift, self.kinetic = max(self.drift, balance), max(self.kinetic, kinetic)
+        self.lowest, self.highest = min(self.lowest, lowest), max(self.highest, highest)
+
+    @property
+    def relative(self) -> float:
+        """The drift over the largest kinetic energy + |ΔV| of the run; 0 where nothing but round-off moved."""
+        size = self.kinetic + max(self.highest - self.lowest, 0.0)
+        nothing = AT_REST * EPSILON * max(self._scale, abs(self.lowest), abs(self.highest))
+        rests = max(size, self.drift) <= nothing or size == 0.0
+        return 0.0 if rests or not self._moves else self.drift / size

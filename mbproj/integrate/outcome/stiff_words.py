@@ -1,0 +1,83 @@
+"""What stiffness has done to a run, in words, and what to do about it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import floor, log10
+
+from mbproj.errors import SimulationError
+from mbproj.integrate.steppers.stability_region import reach
+from mbproj.integrate.steppers.tableau import load_tableau
+from mbproj.registry import integrators
+
+#: A step that is well within the limit.
+WITHIN = 0.9
+#: Growth in a step beyond which its size says nothing.
+WILD = 1e6
+NOT_YET = "implicit methods, which stiffness does not hold up, do not exist here yet"
+
+
+@dataclass(frozen=True)
+class Stiffness:
+    """The mode that set the limit: what makes it ("force 'coil'"), |hλ| with the step h in s, up to what the integrator
+    is stable along the `direction` of λ, and by how much an error grows in a step."""
+
+    where: str
+    omega_h: float
+    limit: float
+    growth: float
+    step: float
+    direction: complex
+    integrator: str
+
+    @property
+    def what(self) -> str:
+        """|hλ| by its name, and the limit."""
+        forces = self.where.startswith("force")
+        name = "α h" if not forces else "ω h" if abs(self.direction.imag) > 0.5 else "c h / m"
+        on = " on the masses that it moves" if forces else ""
+        return f"{name} = {self.omega_h:.3g}{on}, and {self.integrator} is stable up to {self.limit:.3g}"
+
+    @property
+    def grows(self) -> str:
+        """What a step does to an error."""
+        size = f"{self.growth:.3g}-fold" if self.growth < WILD else f"more than {WILD:.0e}-fold"
+        return f"errors grow {size} in each step"
+
+    @property
+    def stable_step(self) -> str:
+        """The step that would do, of two digits."""
+        step = WITHIN * self.limit / self.omega_h * self.step
+        unit = 10.0 ** (floor(log10(step)) - 1)
+        return f"take steps of {unit * floor(step / unit):.2g} s or less"
+
+    @property
+    def remedies(self) -> str:
+        """What to do."""
+        softer = "a softer force" if self.where.startswith("force") else "smaller gains"
+        limits = {name: reach(load_tableau(name), self.direction) for name in integrators()}
+        best = max(limits, key=lambda name: limits[name])
+        larger = f"{best}, which is stable up to {limits[best]:.3g}, or " if limits[best] > 1.2 * self.limit else ""
+        return f"{larger}{softer}; {NOT_YET}"
+
+
+def too_stiff(stopped: SimulationError, found: Stiffness) -> SimulationError:
+    """A run has stopped because a force is too stiff for its step."""
+    cause = f"stiff: {found.what}, so that {found.grows} of {found.step:.3g} s"
+    return SimulationError(stopped.time, cause, where=found.where, hint=f"{found.stable_step}, {found.remedies}")
+
+
+def grows(found: Stiffness) -> str:
+    """A run has got to its end with errors that grew."""
+    return (
+        f"{found.where} is too stiff for steps of {found.step:.3g} s: {found.what}, so that "
+        f"{found.grows} and the motion is not to be trusted; {found.stable_step}, {found.remedies}"
+    )
+
+
+def holds(found: Stiffness) -> str:
+    """A run with error control has taken small steps for its stability alone."""
+    return (
+        f"{found.where} is stiff and holds the step at {found.step:.2g} s for stability alone ({found.what}), where "
+        f"accuracy would allow larger ones; quicker would be {found.remedies}"
+    )

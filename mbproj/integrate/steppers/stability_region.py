@@ -1,0 +1,51 @@
+"""Where an explicit Runge-Kutta method is stable: |R(z)| <= 1 at z = h λ, with its stability function, the polynomial
+R(z) = 1 + z bᵀ(I - zA)⁻¹1 (Hairer & Wanner 1996, sect. IV.2)."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import cache
+from typing import Any
+
+import numpy as np
+
+from mbproj.integrate.steppers.tableau import Tableau
+
+#: How far |z| is looked at, in which steps; and how often what is found there is halved.
+FARTHEST, SCAN, HALVINGS = 20.0, 5e-3, 50
+#: Growth in a step that counts as none along the imaginary axis, where |R| hardly leaves 1 for long.
+SLACK = 0.01
+
+
+@cache
+def stability_function(tableau: Tableau) -> Callable[[Any], Any]:
+    """R of one z or of several."""
+    coefficients, powers = [1.0], np.ones(tableau.stages)
+    for _ in range(tableau.stages):
+        coefficients.append(float(tableau.b @ powers))
+        powers = tableau.a @ powers
+    return np.polynomial.Polynomial(coefficients)
+
+
+def amplification(tableau: Tableau, z: complex) -> float:
+    """|R(z)|: by how much a mode grows in a step, where z = h λ."""
+    with np.errstate(over="ignore", invalid="ignore"):  # far outside it is as good as infinite
+        return float(np.nan_to_num(np.abs(stability_function(tableau)(np.complex128(z))), nan=np.inf))
+
+
+@cache
+def reach(tableau: Tableau, direction: complex, slack: float = SLACK) -> float:
+    """The largest r up to which |R(r direction)| <= 1 + slack, of a direction of size 1."""
+    R = stability_function(tableau)
+    r = np.arange(SCAN, FARTHEST, SCAN)
+    high = float(r[int(np.argmax(np.abs(R(r * direction)) > 1.0 + slack))])
+    low = high - SCAN
+    for _ in range(HALVINGS):
+        middle = 0.5 * (low + high)
+        low, high = (low, middle) if abs(R(middle * direction)) > 1.0 + slack else (middle, high)
+    return low
+
+
+def real_axis_limit(tableau: Tableau) -> float:
+    """The largest x up to which |R(-x)| <= 1."""
+    return reach(tableau, -1.0, slack=0.0)

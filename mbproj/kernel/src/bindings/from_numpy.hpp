@@ -1,0 +1,192 @@
+// From NumPy arrays to the kernel's own data and back. What has a wrong shape, an index out of range, or a number that is
+// not finite is refused here, with the name of the array.
+#pragma once
+
+#include <stdexcept>
+#include <string>
+
+#include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
+#include <nanobind/nanobind.h>
+#include <nanobind/ndarray.h>
+
+#include "model/model.hpp"
+#include "model/settings.hpp"
+#include "stepping/samples.hpp"
+
+namespace mbproj {
+
+namespace nb = nanobind;
+using Numbers1 = nb::ndarray<const double, nb::ndim<1>, nb::c_contig, nb::device::cpu>;
+using Numbers2 = nb::ndarray<const double, nb::ndim<2>, nb::c_contig, nb::device::cpu>;
+using Numbers3 = nb::ndarray<const double, nb::ndim<3>, nb::c_contig, nb::device::cpu>;
+using Integers1 = nb::ndarray<const int64_t, nb::ndim<1>, nb::c_contig, nb::device::cpu>;
+using Integers2 = nb::ndarray<const int64_t, nb::ndim<2>, nb::c_contig, nb::device::cpu>;
+
+[[noreturn]] inline void refuse(const std::string& name, const std::string& why) {
+    throw std::invalid_argument(name + " " + why);
+}
+
+template <class Array> void require(const Array& array, std::initializer_list<std::size_t> shape, const char* name) {
+    std::size_t axis = 0;
+    for (const std::size_t length : shape)
+        if (array.shape(axis++) != length) refuse(name, "has a wrong shape");
+    if constexpr (std::is_same_v<typename Array::Scalar, const double>)
+        for (std::size_t i = 0; i < array.size(); ++i)
+            if (!std::isfinite(array.data()[i])) refuse(name, "holds a number that is not finite");
+}
+
+inline int index_below(int64_t index, std::size_t count, const char* name) {
+    if (index < 0 || static_cast<std::size_t>(index) >= count) refuse(name, "holds an index out of range");
+    return static_cast<int>(index);
+}
+
+inline std::vector<double> numbers(const Numbers1& array, const char* name) {
+    require(array, {array.shape(0)}, name);
+    return {array.data(), array.data() + array.size()};
+}
+inline RowMajor matrix(const Numbers2& array, const char* name) {
+    require(array, {array.shape(0), array.shape(1)}, name);
+    return Eigen::Map<const RowMajor>(array.data(), static_cast<Eigen::Index>(array.shape(0)),
+                                      static_cast<Eigen::Index>(array.shape(1)));
+}
+
+// An array of Python's own from a vector, with `columns` per row; without columns it is flat.
+template <class Number, class... Sizes> nb::object array_of(std::vector<Number> values, Sizes... sizes) {
+    auto* kept = new std::vector<Number>(std::move(values));
+    nb::capsule owner(kept, [](void* p) noexcept { delete static_cast<std::vector<Number>*>(p); });
+    return nb::cast(nb::ndarray<nb::numpy, Number>(kept->data(), {static_cast<std::size_t>(sizes)...}, owner));
+}
+
+inline void require_positive(double value, const char* name) {
+    if (!(value > 0.0 && std::isfinite(value))) refuse(name, "is not positive");
+}
+
+// Settings that fit each other.
+inline void check_settings(const Tableau& tableau, const ProjectionSettings& projection, const Steps& steps) {
+    if (projection.every < 1 || projection.max_iterations < 1) refuse("every or max_iterations", "is not positive");
+    for (const double number : {projection.alpha, projection.beta, projection.tolerance, projection.threshold})
+        if (!std::isfinite(number)) refuse("projection", "holds a number that is not finite");
+    if (!steps.fixed() && tableau.error.rows() == 0) refuse("tableau", "estimates no error");
+}
+
+// Every array of a tableau of s stages has the shape that goes with s.
+inline void check_tableau(const Tableau& t, int most_stages) {
+    const Eigen::Index s = t.stages(), extra = static_cast<Eigen::Index>(t.extra_c.size());
+    const bool embedded = t.error.rows() > 0;
+    if (s < 1) refuse("b", "has a wrong shape");
+    if (t.a.rows() != s || t.a.cols() != s) refuse("a", "has a wrong shape");
+    if (static_cast<Eigen::Index>(t.c.size()) != s) refuse("c", "has a wrong shape");
+    if (embedded && (t.error.rows() > 2 || t.error.cols() != s + 1)) refuse("error", "has a wrong shape");
+    if (t.extra_a.rows() != extra || (extra && t.extra_a.cols() != s + 1 + extra))
+        refuse("extra_a", "has a wrong shape");
+    if (embedded && (t.dense.rows() != s + 1 + extra || t.dense.cols() < 1)) refuse("dense", "has a wrong shape");
+    if (s + 1 + extra > most_stages) refuse("b", "has too many stages");
+    if (t.order < 1 || (embedded && t.error_order < 1)) refuse("order", "is not positive");
+}
+
+constexpr int slots_of(Kind kind) {
+    switch (kind) {
+        case Kind::coincident:
+        case Kind::perpendicular:
+        case Kind::distance: return 2;
+        case Kind::along:
+        case Kind::angle: return 3;
+        default: return 6;
+    }
+}
+
+// Attachments (body, is_point, local), instances (kind, slots, parameters, offset); rows follow one another.
+template <int D> PrimitiveSet<D> primitive_set(std::size_t bodies, const Integers1& body, const Integers1& is_point,
+                                               const Numbers2& local, const Integers1& kind, const Integers2& slots,
+                                               const Numbers2& parameters, const Numbers1& offset) {
+    const std::size_t attachments = body.shape(0), instances = kind.shape(0);
+    require(is_point, {attachments}, "is_point");
+    require(local, {attachments, D}, "local");
+    require(slots, {instances, most_slots}, "slots");
+    require(parameters, {instances, 2}, "parameters");
+    require(offset, {instances}, "offset");
+    PrimitiveSet<D> set;
+    for (std::size_t a = 0; a < attachments; ++a) {
+        const Point<D> at = Eigen::Map<const Point<D>>(local.data() + D * a);
+        const bool point = is_point.data()[a] != 0;
+        set.attachments.push_back(
+            {index_below(body.data()[a], bodies + 1, "body"), point, at, point ? at.cwiseAbs().maxCoeff() : 0.0});
+    }
+    for (std::size_t i = 0; i < instances; ++i) {
+        Instance p{};
+        p.kind = static_cast<Kind>(index_below(kind.data()[i], 7, "kind"));
+        p.slot_count = slots_of(p.kind);
+        for (int s = 0; s < p.slot_count; ++s)
+            p.slots[s] = index_below(slots.data()[most_slots * i + s], attachments, "slots");
+        p.row = set.rows;
+        p.rows = p.kind == Kind::coincident ? D : 1;
+        set.rows += p.rows;
+        p.parameters[0] = parameters.data()[2 * i];
+        p.parameters[1] = parameters.data()[2 * i + 1];
+        p.offset = offset.data()[i];
+        set.instances.push_back(p);
+    }
+    return set;
+}
+
+// A joint that is a run of instances.
+template <int D> Joint joint_of(const PrimitiveSet<D>& set, int bodies, int begin, int end) {
+    Joint joint{begin, end, set.instances[begin].row, 0, {}};
+    for (int i = begin; i < end; ++i) {
+        const Instance& p = set.instances[i];
+        joint.rows += p.rows;
+        for (int s = 0; s < p.slot_count; ++s) {
+            const int body = set.attachments[p.slots[s]].body;
+            if (body > bodies) refuse("constraints", "hold a body of more bodies than the model has");
+            const bool known = std::find(joint.bodies.begin(), joint.bodies.end(), body) != joint.bodies.end();
+            if (body < bodies && !known) joint.bodies.push_back(body);
+        }
+    }
+    if (joint.rows > 6) refuse("joint_begin", "makes a joint of more than six rows");
+    if (joint.bodies.empty()) refuse("joint_begin", "makes a joint between the ground and itself");
+    return joint;
+}
+
+// The joints as runs of instances: joint j has those from begin[j] to begin[j + 1].
+template <int D> std::vector<Joint> joints(const PrimitiveSet<D>& set, int bodies, const Integers1& begin) {
+    std::vector<Joint> found;
+    const auto count = static_cast<int64_t>(set.instances.size());
+    if (begin.size() == 0 || begin.data()[0] != 0 || begin.data()[begin.size() - 1] != count)
+        refuse("joint_begin", "does not run from the first instance to the last");
+    for (std::size_t j = 0; j + 1 < begin.size(); ++j) {
+        if (begin.data()[j] >= begin.data()[j + 1] || begin.data()[j + 1] > count)
+            refuse("joint_begin", "does not increase");
+        found.push_back(
+            joint_of(set, bodies, static_cast<int>(begin.data()[j]), static_cast<int>(begin.data()[j + 1])));
+    }
+    return found;
+}
+
+// A principal moment below this part of the largest is none, and a mass below this part of the heaviest body's.
+constexpr double no_inertia = 1e-14, no_mass = 1e-15;
+
+template <int D> std::vector<Body<D>> bodies(const Numbers1& mass, const Numbers3& inertia) {
+    constexpr int W = Size<D>::turns;
+    require(mass, {mass.shape(0)}, "mass");
+    require(inertia, {mass.shape(0), W, W}, "inertia");
+    std::vector<Body<D>> found;
+    const double heaviest = mass.shape(0) ? *std::max_element(mass.data(), mass.data() + mass.shape(0)) : 0.0;
+    for (std::size_t b = 0; b < mass.shape(0); ++b) {
+        Body<D> body;
+        body.mass = mass.data()[b];
+        body.inertia = Eigen::Map<const Eigen::Matrix<double, W, W>>(inertia.data() + W * W * b);
+        if (!body.inertia.isApprox(body.inertia.transpose(), 1e-12)) refuse("inertia", "is not symmetric");
+        const Eigen::SelfAdjointEigenSolver<Matrix<W, W>> principal(body.inertia, Eigen::EigenvaluesOnly);
+        const double least = principal.eigenvalues()[0], most = principal.eigenvalues()[W - 1];
+        if (!(body.mass >= 0.0 && least >= -no_inertia * most)) refuse("mass or inertia", "is negative");
+        body.is_light = !(body.mass > no_mass * heaviest && least > no_inertia * most);
+        body.inverse_root.setIdentity();
+        if (!body.is_light)
+            body.inverse_root = Eigen::LLT<Matrix<W, W>>(body.inertia).matrixL().solve(Matrix<W, W>::Identity());
+        found.push_back(body);
+    }
+    return found;
+}
+
+}  // namespace mbproj

@@ -1,0 +1,177 @@
+// From NumPy arrays to functions, forces and motions.
+#pragma once
+
+#include "bindings/from_numpy.hpp"
+#include "kinematics/loads.hpp"
+
+namespace mbproj {
+
+inline std::vector<int> indices(const Integers1& array, std::size_t below, const char* name) {
+    std::vector<int> found;
+    for (std::size_t i = 0; i < array.size(); ++i) found.push_back(index_below(array.data()[i], below, name));
+    return found;
+}
+
+// An index, or -1 for none.
+inline int optional_index(int64_t index, std::size_t below, const char* name) {
+    return index == -1 ? -1 : index_below(index, below, name);
+}
+
+// The stack of a program must hold its arguments at every step, and one value at the end.
+inline void check_stack(const Programs& programs, std::size_t tables) {
+    for (std::size_t p = 0; p + 1 < programs.start.size(); ++p) {
+        int depth = 0;
+        for (int at = programs.start[p]; at < programs.start[p + 1]; ++at) {
+            const int taken = arguments(programs.op[at]);
+            if (depth < taken || depth - taken + 1 > deepest_stack)
+                refuse("op", "has a stack that is too small or too deep");
+            depth += 1 - taken;
+            const double operand = programs.operand[at];
+            if (programs.op[at] == Op::variable && !(operand >= 0.0 && operand <= 2.0))
+                refuse("operand", "names no variable");
+            if (programs.op[at] == Op::table && !(operand >= 0.0 && operand < static_cast<double>(tables)))
+                refuse("operand", "names no table");
+        }
+        if (depth != 1) refuse("op", "leaves not one value");
+    }
+}
+
+inline Programs programs(const Integers1& start, const Integers1& op, const Numbers1& operand,
+                         const Integers1& table_start, const Numbers1& knot, const Numbers1& origin,
+                         const Numbers2& piece) {
+    Programs built;
+    built.start = indices(start, op.size() + 1, "start");
+    for (std::size_t i = 0; i < op.size(); ++i)
+        built.op.push_back(static_cast<Op>(index_below(op.data()[i], op_count, "op")));
+    require(operand, {op.size()}, "operand");
+    built.operand.assign(operand.data(), operand.data() + operand.size());
+    built.table_start = indices(table_start, knot.size() + 1, "table_start");
+    built.knot.assign(knot.data(), knot.data() + knot.size());  // the first of each is -infinity
+    built.origin = numbers(origin, "origin");
+    require(piece, {knot.size(), 4}, "piece");
+    if (origin.size() != knot.size()) refuse("origin", "has a wrong shape");
+    built.piece.assign(piece.data(), piece.data() + piece.size());
+    if (built.start.empty() || built.table_start.empty()) refuse("start", "is empty");
+    if (!std::is_sorted(built.start.begin(), built.start.end()) ||
+        !std::is_sorted(built.table_start.begin(), built.table_start.end()))
+        refuse("start", "does not increase");
+    check_stack(built, built.table_start.size() - 1);
+    return built;
+}
+
+template <int D> Loads<D> loads(std::size_t bodies, const PrimitiveSet<D>& coordinates,
+                                const Integers1& joint_coordinate, const Numbers2& law, const Integers1& law_program,
+                                const Integers1& body, const Numbers2& point, const Integers1& is_torque,
+                                const Integers1& in_body, const Numbers3& force_map, const Numbers3& torque_map,
+                                const Integers2& program, const Programs& programs) {
+    constexpr int W = Size<D>::turns;
+    const std::size_t laws = coordinates.instances.size(), given = body.size(), count = programs.start.size() - 1;
+    require(joint_coordinate, {laws}, "joint_coordinate");
+    require(law, {laws, 3}, "law");
+    require(law_program, {laws}, "law_program");
+    require(point, {given, D}, "point");
+    require(is_torque, {given}, "is_torque");
+    require(in_body, {given}, "in_body");
+    require(force_map, {given, D, 3}, "force_map");
+    require(torque_map, {given, W, 3}, "torque_map");
+    require(program, {given, 3}, "program");
+    Loads<D> built{coordinates, {}, {}, programs};
+    for (std::size_t l = 0; l < laws; ++l) {
+        const double* numbers = law.data() + 3 * l;
+        const int coordinate = optional_index(joint_coordinate.data()[l], 1u << 30, "joint_coordinate");
+        if (coordinate < 0 && coordinates.instances[l].kind == Kind::angle)
+            refuse("joint_coordinate", "leaves an angle out");
+        const int function = optional_index(law_program.data()[l], count, "law_program");
+        built.laws.push_back({coordinate, numbers[0], numbers[1], numbers[2], function});
+    }
+    for (std::size_t f = 0; f < given; ++f) {
+        BodyForce<D> force;
+        force.body = index_below(body.data()[f], bodies + 1, "body");
+        force.point = Eigen::Map<const Point<D>>(point.data() + D * f);
+        force.is_torque = is_torque.data()[f] != 0;
+        force.in_body = in_body.data()[f] != 0;
+        force.force_map = Eigen::Map<const Eigen::Matrix<double, D, 3, Eigen::RowMajor>>(force_map.data() + 3 * D * f);
+        force.torque_map =
+            Eigen::Map<const Eigen::Matrix<double, W, 3, Eigen::RowMajor>>(torque_map.data() + 3 * W * f);
+        for (int k = 0; k < 3; ++k) force.programs[k] = index_below(program.data()[3 * f + k], count, "program");
+        built.on_bodies.push_back(force);
+    }
+    return built;
+}
+
+// Loads must be of the model's bodies and joint coordinates.
+template <int D> void check_loads(const Loads<D>* loads, int bodies, std::size_t coordinates) {
+    if (!loads) return;
+    for (const Attachment<D>& a : loads->coordinates.attachments)
+        if (a.body > bodies) refuse("loads", "have a body that the model does not");
+    for (const BodyForce<D>& force : loads->on_bodies)
+        if (force.body > bodies) refuse("loads", "have a body that the model does not");
+    for (const Law& law : loads->laws)
+        if (law.coordinate >= static_cast<int>(coordinates))
+            refuse("loads", "have a coordinate that the model does not");
+}
+
+// Flywheels that coordinates turn: their rows follow those of C, and each is a joint of its own.
+template <int D>
+void add_flywheels(Model<D>& model, const PrimitiveSet<D>& coordinates, const std::vector<double>& inertia) {
+    PrimitiveSet<D>& set = model.constraints;
+    const int slots = static_cast<int>(set.attachments.size()), rows = set.rows;
+    if (coordinates.instances.size() != inertia.size() || coordinates.rows != static_cast<int>(inertia.size()))
+        refuse("flywheels", "does not fit its coordinates");
+    set.attachments.insert(set.attachments.end(), coordinates.attachments.begin(), coordinates.attachments.end());
+    for (Instance p : coordinates.instances) {
+        for (int s = 0; s < p.slot_count; ++s) p.slots[s] += slots;
+        p.row += rows;
+        set.instances.push_back(p);
+        const int last = static_cast<int>(set.instances.size());
+        model.joints.push_back(joint_of(set, model.size(), last - 1, last));
+    }
+    for (const double I : inertia) require_positive(I, "flywheels");
+    model.flywheels = inertia;
+    model.row_scale.resize(model.all_rows(), 1.0);
+}
+
+// The last rows of the constraints, one for each function of time.
+template <int D> std::vector<DrivenRow> driven_rows(const PrimitiveSet<D>& set, std::size_t coordinates,
+                                                    const std::vector<double>& start,
+                                                    const std::vector<int>& coordinate, const Programs* programs) {
+    std::vector<DrivenRow> rows;
+    const std::size_t count = start.size(), instances = set.instances.size();
+    if (count > instances || (count > 0) != (programs != nullptr) || (programs && programs->start.size() != count + 1))
+        refuse("motion_start", "does not fit the motions");
+    if (coordinate.size() != count) refuse("motion_coordinate", "does not fit the motions");
+    for (std::size_t k = 0; k < count; ++k) {
+        const Instance& p = set.instances[instances - count + k];
+        if (p.rows != 1) refuse("constraints", "has a driven row that is not one");
+        if (!std::isfinite(start[k])) refuse("motion_start", "holds a number that is not finite");
+        rows.push_back(
+            {p.row, p.kind == Kind::angle, start[k], index_below(coordinate[k], coordinates, "motion_coordinate")});
+    }
+    return rows;
+}
+
+// Whether a law acts on an angle.
+template <int D> bool has_angles(const Loads<D>* loads) {
+    if (!loads) return false;
+    const auto& instances = loads->coordinates.instances;
+    return std::any_of(instances.begin(), instances.end(), [](const Instance& p) { return p.kind == Kind::angle; });
+}
+
+// Of a gear or screw: its row, its two coordinates, their weights, and the period.
+using MeshNumbers = std::tuple<int, int, int, double, double, double>;
+
+inline std::vector<Mesh> meshes(std::size_t rows, std::size_t coordinates, const std::vector<MeshNumbers>& given) {
+    std::vector<Mesh> found;
+    for (const auto& [row, first, second, weight, other_weight, period] : given) {
+        if (!(std::isfinite(weight) && std::isfinite(other_weight)))
+            refuse("meshes", "hold a number that is not finite");
+        require_positive(period, "meshes");
+        found.push_back({index_below(row, rows, "meshes"),
+                         {index_below(first, coordinates, "meshes"), index_below(second, coordinates, "meshes")},
+                         {weight, other_weight},
+                         period});
+    }
+    return found;
+}
+
+}  // namespace mbproj

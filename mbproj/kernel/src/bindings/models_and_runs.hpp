@@ -1,0 +1,249 @@
+// Models, equations at single states and runs of one dimension, for Python; instantiated in plane.cpp and space.cpp.
+#pragma once
+
+#include <nanobind/stl/shared_ptr.h>
+#include <nanobind/stl/tuple.h>
+#include <nanobind/stl/vector.h>
+
+#include "bindings/from_numpy.hpp"
+#include "bindings/loads_from_numpy.hpp"
+#include "bindings/single_state.hpp"
+#include "stepping/time_loop.hpp"
+
+namespace mbproj {
+
+template <int D> void add_model(nb::module_& m, const char* primitives, const char* model) {
+    nb::class_<PrimitiveSet<D>>(m, primitives)
+        .def(
+            "__init__",
+            [](PrimitiveSet<D>* self, std::size_t bodies, Integers1 body, Integers1 is_point, Numbers2 local,
+               Integers1 kind, Integers2 slots, Numbers2 parameters, Numbers1 offset) {
+                new (self)
+                    PrimitiveSet<D>(primitive_set<D>(bodies, body, is_point, local, kind, slots, parameters, offset));
+            },
+            nb::kw_only(), nb::arg("bodies"), nb::arg("body"), nb::arg("is_point"), nb::arg("local"), nb::arg("kind"),
+            nb::arg("slots"), nb::arg("parameters"), nb::arg("offset"))
+        .def_ro("rows", &PrimitiveSet<D>::rows);
+    nb::class_<Model<D>>(m, model)
+        .def(
+            "__init__",
+            [](Model<D>* self, Numbers1 mass, Numbers3 inertia, Numbers1 gravity, const PrimitiveSet<D>& constraints,
+               Integers1 joint_begin, Numbers1 row_scale, const PrimitiveSet<D>& coordinates, double length,
+               std::shared_ptr<Loads<D>> loads, std::shared_ptr<Programs> motions, std::vector<double> motion_start,
+               const std::vector<int>& motion_coordinate, const std::vector<MeshNumbers>& meshes,
+               const PrimitiveSet<D>* flywheel_coordinates, std::vector<double> flywheels) {
+                require(gravity, {D}, "gravity");
+                require(row_scale, {static_cast<std::size_t>(constraints.rows)}, "row_scale");
+                Model<D> built;
+                built.bodies = bodies<D>(mass, inertia);
+                built.gravity = Eigen::Map<const Point<D>>(gravity.data());
+                built.constraints = constraints;
+                built.coordinates = coordinates;
+                built.joints = joints(constraints, built.size(), joint_begin);
+                built.row_scale = numbers(row_scale, "row_scale");
+                for (const Instance& p : coordinates.instances) built.counts_turns.push_back(p.kind == Kind::angle);
+                for (const Attachment<D>& a : coordinates.attachments)
+                    if (a.body > built.size()) refuse("coordinates", "have a body that the model does not");
+                for (const double scale : built.row_scale)
+                    if (!(scale > 0.0)) refuse("row_scale", "is not positive");
+                if (!(std::isfinite(length) && length > 0.0)) refuse("length", "is not positive");
+                check_loads(loads.get(), built.size(), coordinates.instances.size());
+                built.length = length;
+                built.loads = std::move(loads);
+                built.motions = std::move(motions);
+                built.driven = driven_rows(constraints, coordinates.instances.size(), motion_start, motion_coordinate,
+                                           built.motions.get());
+                built.meshes = mbproj::meshes(constraints.rows, coordinates.instances.size(), meshes);
+                built.follows_angles = !built.meshes.empty() || has_angles(built.loads.get());
+                if (flywheel_coordinates) add_flywheels(built, *flywheel_coordinates, flywheels);
+                new (self) Model<D>(std::move(built));
+            },
+            nb::kw_only(), nb::arg("mass"), nb::arg("inertia"), nb::arg("gravity"), nb::arg("constraints"),
+            nb::arg("joint_begin"), nb::arg("row_scale"), nb::arg("coordinates"), nb::arg("length"),
+            nb::arg("loads").none() = nb::none(), nb::arg("motions").none() = nb::none(),
+            nb::arg("motion_start") = std::vector<double>(), nb::arg("motion_coordinate") = std::vector<int>(),
+            nb::arg("meshes") = std::vector<MeshNumbers>(), nb::arg("flywheel_coordinates").none() = nb::none(),
+            nb::arg("flywheels") = std::vector<double>())
+        .def_prop_ro("bodies", &Model<D>::size)
+        .def_rw("redundant", &Model<D>::redundant);
+}
+
+template <int D> void add_loads(nb::module_& m, const char* name) {
+    nb::class_<Loads<D>>(m, name).def(
+        "__init__",
+        [](Loads<D>* self, std::size_t bodies, const PrimitiveSet<D>& coordinates, Integers1 joint_coordinate,
+           Numbers2 law, Integers1 law_program, Integers1 body, Numbers2 point, Integers1 is_torque, Integers1 in_body,
+           Numbers3 force_map, Numbers3 torque_map, Integers2 program, const Programs& programs) {
+            new (self) Loads<D>(loads<D>(bodies, coordinates, joint_coordinate, law, law_program, body, point,
+                                         is_torque, in_body, force_map, torque_map, program, programs));
+        },
+        nb::kw_only(), nb::arg("bodies"), nb::arg("coordinates"), nb::arg("joint_coordinate"), nb::arg("law"),
+        nb::arg("law_program"), nb::arg("body"), nb::arg("point"), nb::arg("is_torque"), nb::arg("in_body"),
+        nb::arg("force_map"), nb::arg("torque_map"), nb::arg("program"), nb::arg("programs"));
+}
+
+template <int D> nb::dict samples(TimeLoop<D>& run) {
+    const SampleBlock block = std::move(run.block);
+    run.block = SampleBlock{};
+    const std::size_t count = block.t.size(), bodies = run.model().size();
+    nb::dict found;
+    found["t"] = array_of(block.t, count);
+    found["y"] = array_of(block.y, count, bodies, Size<D>::state);
+    found["acceleration"] = array_of(block.acceleration, count, bodies, Size<D>::freedoms);
+    found["multipliers"] = array_of(block.multipliers, count, run.model().constraints.rows);
+    found["step_size"] = array_of(block.step_size, count);
+    found["work"] = array_of(block.work, count, run.model().integrals());
+    found["turns"] = array_of(block.turns, count, run.model().coordinates.instances.size());
+    found["counters"] = array_of(block.counters, count, Counters::count);
+    return found;
+}
+
+template <int D> void add_run(nb::module_& m, const char* name) {
+    nb::class_<TimeLoop<D>>(m, name)
+        .def("__init__",
+             [](TimeLoop<D>* self, const Model<D>& model, const Tableau& tableau, const ProjectionSettings& projection,
+                const Steps& steps, Numbers2 y, Integers1 turns) {
+                 require(y, {static_cast<std::size_t>(model.size()), Size<D>::state}, "y");
+                 require(turns, {model.coordinates.instances.size()}, "turns");
+                 check_settings(tableau, projection, steps);
+                 new (self) TimeLoop<D>(model, tableau, projection, steps, {y.data(), y.data() + y.size()},
+                                        {turns.data(), turns.data() + turns.size()});
+             })
+        .def("advance",
+             [](TimeLoop<D>& self, std::size_t most, double seconds) {
+                 {
+                     nb::gil_scoped_release released;
+                     self.advance(most, seconds);
+                 }
+                 return samples(self);
+             })
+        .def_ro("outcome", &TimeLoop<D>::outcome)
+        .def_prop_ro("broken_state",
+                     [](TimeLoop<D>& self) {
+                         return array_of(std::vector<double>(self.equations().broken_state()), self.model().size(),
+                                         Size<D>::state);
+                     })
+        .def_prop_ro("position_peak", [](const TimeLoop<D>& self) { return self.peaks.position; })
+        .def_prop_ro("joint_peak", [](const TimeLoop<D>& self) { return self.peaks.joint; })
+        .def_prop_ro("velocity_peak", [](const TimeLoop<D>& self) { return self.peaks.velocity; })
+        .def_prop_ro("counters",
+                     [](const TimeLoop<D>& self) {
+                         return array_of(std::vector<long>([&] {
+                                             const auto list = self.counters.list();
+                                             return std::vector<long>(list.begin(), list.end());
+                                         }()),
+                                         Counters::count);
+                     })
+        .def_prop_ro("phase_seconds", [](const TimeLoop<D>& self) {
+            const auto& seconds = self.phases().seconds();
+            return std::vector<double>(seconds.begin(), seconds.end());
+        });
+}
+
+template <int D> void add_equations(nb::module_& m, const char* name) {
+    using E = SingleState<D>;
+    const auto checked = [](const E& self, const Numbers2& y) {
+        require(y, {static_cast<std::size_t>(self.model().size()), Size<D>::state}, "y");
+        return y.data();
+    };
+    nb::class_<E>(m, name)
+        .def(nb::init<const Model<D>&, const ProjectionSettings&>())
+        .def(
+            "constraint",
+            [=](E& self, Numbers2 y, double t) {
+                auto rows = self.constraint(t, checked(self, y));
+                const auto count = rows.size();
+                return array_of(std::move(rows), count);
+            },
+            nb::arg("y"), nb::arg("t") = 0.0)
+        .def(
+            "constraint_velocity",
+            [=](E& self, Numbers2 y, double t) {
+                auto rows = self.constraint_velocity(t, checked(self, y));
+                const auto count = rows.size();
+                return array_of(std::move(rows), count);
+            },
+            nb::arg("y"), nb::arg("t") = 0.0)
+        .def(
+            "gamma",
+            [=](E& self, Numbers2 y, double t) {
+                auto rows = self.gamma(t, checked(self, y));
+                const auto count = rows.size();
+                return array_of(std::move(rows), count);
+            },
+            nb::arg("y"), nb::arg("t") = 0.0)
+        .def(
+            "jacobian",
+            [=](E& self, Numbers2 y, double t) {
+                auto rows = self.jacobian(t, checked(self, y));
+                const auto count = rows.size() / std::max<std::size_t>(1, Size<D>::freedoms * self.model().size());
+                return array_of(std::move(rows), count, self.model().size(), Size<D>::freedoms);
+            },
+            nb::arg("y"), nb::arg("t") = 0.0)
+        .def(
+            "accelerations",
+            [=](E& self, Numbers2 y, double t, std::vector<double> coordinates, bool smallest) -> nb::object {
+                coordinates.resize(self.model().coordinates.instances.size());
+                auto found = self.accelerations(t, checked(self, y), coordinates, smallest);
+                if (!found) return nb::none();
+                const auto rows = found->second.size();
+                return nb::make_tuple(array_of(std::move(found->first), self.model().size(), Size<D>::freedoms),
+                                      array_of(std::move(found->second), rows));
+            },
+            nb::arg("y"), nb::arg("t") = 0.0, nb::arg("coordinates") = std::vector<double>(),
+            nb::arg("smallest") = false)
+        .def(
+            "responses",
+            [=](E& self, Numbers2 y, const std::vector<int>& laws, double t) -> nb::object {
+                const int count = self.model().loads ? static_cast<int>(self.model().loads->laws.size()) : 0;
+                for (const int law : laws)
+                    if (law < 0 || law >= count) refuse("laws", "are out of range");
+                auto found = self.responses(t, checked(self, y), laws);
+                if (!found) return nb::none();
+                return array_of(std::move(*found), laws.size(), laws.size());
+            },
+            nb::arg("y"), nb::arg("laws"), nb::arg("t") = 0.0)
+        .def(
+            "newton",
+            [=](E& self, Numbers2 y, double t) -> nb::object {
+                auto found = self.newton(t, checked(self, y));
+                if (!found) return nb::none();
+                return array_of(std::move(*found), self.model().size(), Size<D>::state);
+            },
+            nb::arg("y"), nb::arg("t") = 0.0)
+        .def(
+            "corrected",
+            [=](E& self, Numbers2 y, double t) -> nb::object {
+                auto found = self.corrected(t, checked(self, y));
+                if (!found) return nb::none();
+                return array_of(std::move(*found), self.model().size(), Size<D>::state);
+            },
+            nb::arg("y"), nb::arg("t") = 0.0)
+        .def(
+            "dependent_rows",
+            [=](E& self, Numbers2 y, double t, double smallest) {
+                return self.dependent_rows(t, checked(self, y), smallest);
+            },
+            nb::arg("y"), nb::arg("t"), nb::arg("smallest"))
+        .def_prop_ro("singular_joint", &E::singular_joint)
+        .def_prop_ro("topology", [](const E& self) {
+            const EliminationFacts facts = self.facts();
+            nb::dict found;
+            found["eliminated_bodies"] = facts.leaves;
+            found["core_bodies"] = facts.loop_bodies;
+            found["core_joints"] = facts.loop_joints;
+            found["core_numbers"] = facts.stored;
+            found["core_fill"] = facts.filled;
+            return found;
+        });
+}
+
+// Everything of a dimension; the classes are called name + "Model" and so on.
+template <int D> void bind_dimension(nb::module_& m, const std::string& name) {
+    add_model<D>(m, (name + "Primitives").c_str(), (name + "Model").c_str());
+    add_loads<D>(m, (name + "Loads").c_str());
+    add_equations<D>(m, (name + "Equations").c_str());
+    add_run<D>(m, (name + "Run").c_str());
+}
+
+}  // namespace mbproj

@@ -1,0 +1,116 @@
+// The Python module, `_core` or `_core_v3`: settings here, models and runs in plane.cpp and space.cpp.
+#include <nanobind/stl/tuple.h>
+#include <nanobind/stl/vector.h>
+
+#include "bindings/build_info.hpp"
+#include "bindings/loads_from_numpy.hpp"
+#include "stepping/samples.hpp"
+
+namespace mbproj {
+
+void bind_plane(nb::module_& m);
+void bind_space(nb::module_& m);
+
+namespace {
+
+void add_settings(nb::module_& m) {
+    nb::class_<Programs>(m, "Programs")
+        .def("__init__",
+             [](Programs* self, Integers1 start, Integers1 op, Numbers1 operand, Integers1 table_start, Numbers1 knot,
+                Numbers1 origin, Numbers2 piece) {
+                 new (self) Programs(programs(start, op, operand, table_start, knot, origin, piece));
+             })
+        .def("run", [](const Programs& self, int program, double t, double s, double s_dot) {
+            if (program < 0 || program + 1 >= static_cast<int>(self.start.size())) refuse("program", "is out of range");
+            const Series variables[3] = {{t, 1.0, 0.0}, {s, 0.0, 0.0}, {s_dot, 0.0, 0.0}};
+            const Series found = self.run(program, variables);
+            return std::make_tuple(found.x, found.d, found.dd);
+        });
+    nb::class_<Tableau>(m, "Tableau")
+        .def("__init__", [](Tableau* self, int order, int error_order, Numbers2 a, Numbers1 b, Numbers1 c,
+                            Numbers2 error, Numbers2 extra_a, Numbers1 extra_c, Numbers2 dense) {
+            Tableau built{order,
+                          error_order,
+                          matrix(a, "a"),
+                          numbers(b, "b"),
+                          numbers(c, "c"),
+                          matrix(error, "error"),
+                          matrix(extra_a, "extra_a"),
+                          numbers(extra_c, "extra_c"),
+                          matrix(dense, "dense")};
+            check_tableau(built, 32);
+            new (self) Tableau(std::move(built));
+        });
+    nb::enum_<Correction>(m, "Correction")
+        .value("none", Correction::none)
+        .value("baumgarte", Correction::baumgarte)
+        .value("mass", Correction::mass)
+        .value("coordinates", Correction::coordinates)
+        .value("penalty", Correction::penalty);
+    nb::class_<ProjectionSettings>(m, "Projection")
+        .def(nb::init<Correction>())
+        .def_rw("alpha", &ProjectionSettings::alpha)
+        .def_rw("beta", &ProjectionSettings::beta)
+        .def_rw("paper_test", &ProjectionSettings::paper_test)
+        .def_rw("tolerance", &ProjectionSettings::tolerance)
+        .def_rw("every", &ProjectionSettings::every)
+        .def_rw("threshold", &ProjectionSettings::threshold)
+        .def_rw("position", &ProjectionSettings::position)
+        .def_rw("velocity", &ProjectionSettings::velocity)
+        .def_rw("max_iterations", &ProjectionSettings::max_iterations)
+        .def_rw("fallback", &ProjectionSettings::fallback);
+    nb::class_<Steps>(m, "Steps")
+        .def_static("fixed",
+                    [](double start, double duration, double step, long count, long every) {
+                        require_positive(duration, "duration");
+                        require_positive(step, "step");
+                        if (!std::isfinite(start) || count < 1 || every < 1)
+                            refuse("steps", "have a wrong start or count");
+                        return Steps{start, duration, step, 0.0, count, every, {}};
+                    })
+        .def_static("by_error", [](double start, double duration, double tolerance, std::vector<double> times) {
+            require_positive(duration, "duration");
+            require_positive(tolerance, "tolerance");
+            bool increasing = std::isfinite(start) && !times.empty() && times.front() == start;
+            for (std::size_t i = 1; i < times.size(); ++i) increasing = increasing && times[i] > times[i - 1];
+            if (!increasing) refuse("times", "do not increase from the start");
+            return Steps{start, duration, -1.0, tolerance, 0, 1, std::move(times)};
+        });
+    nb::enum_<Status>(m, "Status")
+        .value("running", Status::running)
+        .value("finished", Status::finished)
+        .value("not_finite", Status::not_finite)
+        .value("singular", Status::singular)
+        .value("open", Status::open)
+        .value("vanished", Status::vanished)
+        .value("broken", Status::broken)
+        .value("branch", Status::branch)
+        .value("unresolved", Status::unresolved)
+        .value("untold", Status::untold);
+    nb::class_<Outcome>(m, "Outcome")
+        .def_ro("status", &Outcome::status)
+        .def_ro("time", &Outcome::time)
+        .def_ro("joint", &Outcome::joint)
+        .def_ro("row", &Outcome::row)
+        .def_ro("open_by", &Outcome::open_by)
+        .def_ro("passes", &Outcome::passes)
+        .def_ro("projection_failed", &Outcome::projection_failed)
+        .def_ro("velocity_change", &Outcome::velocity_change)
+        .def_prop_ro("coordinate", [](const Outcome& self) { return self.slip.coordinate; })
+        .def_prop_ro("turned", [](const Outcome& self) { return self.slip.turned; })
+        .def_prop_ro("off", [](const Outcome& self) { return self.slip.off; })
+        .def_ro("step", &Outcome::step);
+    nb::class_<Peak>(m, "Peak").def_ro("value", &Peak::value).def_ro("row", &Peak::row).def_ro("time", &Peak::time);
+}
+
+}  // namespace
+}  // namespace mbproj
+
+NB_MODULE(MBPROJ_MODULE, m) {
+    using namespace mbproj;
+    m.def("build_info", &build_info, "How this extension was compiled.");
+    m.def("runs_v3", &runs_v3, "Whether the build for AVX2 and FMA exists and this processor runs it.");
+    add_settings(m);
+    bind_plane(m);
+    bind_space(m);
+}

@@ -1,0 +1,8 @@
+// The kernel in the plane: 3 freedoms a body.
+#include "bindings/models_and_runs.hpp"
+
+namespace mbproj {
+
+void bind_plane(nb::module_& m) { bind_dimension<2>(m, "Plane"); }
+
+}  // namespace mbproj

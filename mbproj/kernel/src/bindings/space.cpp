@@ -1,0 +1,8 @@
+// The kernel in space: 6 freedoms a body.
+#include "bindings/models_and_runs.hpp"
+
+namespace mbproj {
+
+void bind_space(nb::module_& m) { bind_dimension<3>(m, "Space"); }
+
+}  // namespace mbproj

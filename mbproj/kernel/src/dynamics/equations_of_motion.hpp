@@ -1,0 +1,298 @@
+// Newton and Euler in the bodies' own velocities, with the joints' multipliers: y' = f(y).
+#pragma once
+
+#include <limits>
+
+#include "dynamics/kkt_solver.hpp"
+#include "kinematics/loads.hpp"
+#include "kinematics/teeth.hpp"
+#include "model/settings.hpp"
+
+namespace mbproj {
+
+// The smallest pivots of S, parts of its diagonal entries, at the poses of a step; 0 where rows had to be left out.
+struct Pivots {
+    double smallest = 1.0, largest = 0.0;
+    void watch(double pivot) {
+        smallest = std::min(smallest, pivot);
+        largest = std::max(largest, pivot);
+    }
+};
+
+// Everything that is known at one state; scratch that evaluations overwrite.
+template <int D> class EquationsOfMotion {
+public:
+    using S = Size<D>;
+
+    EquationsOfMotion(const Model<D>& model, const ProjectionSettings& projection)
+        : model_(model), projection_(projection), pose_(model), motion_(model), solver_(model, penalty(projection)),
+          gamma_(model.all_rows()), C_(model.all_rows()), C_dot_(model.all_rows()), lambda_(model.all_rows()),
+          drive_(model.driven.size()), applied_(model.loads ? model.size() : 0), teeth_(model),
+          expected_(model.followed()) {}
+
+    // Numbers of the bodies' state, and of all that is integrated.
+    int size() const { return S::state * model_.size(); }
+    int total() const { return size() + model_.integrals() + model_.followed(); }
+    // Where the angles that are followed begin.
+    int followed() const { return size() + model_.integrals(); }
+
+    // y' at a state. False where the equations have no unique solution or a function has no value: see `broken`.
+    bool derivative(double t, const double* y, double* slope) {
+        set_pose(t, y);
+        if (!factor(Metric::mass) || !look_near(y)) return false;
+        pivots.watch(solver_.nearness());
+        set_velocities(y, false);
+        return slope_at(y, slope);
+    }
+
+    // The velocities at the pose in place, with the right-hand sides that go with them; C' on request.
+    void set_velocities(const double* y, bool with_C_dot) {
+        motion_.update(y, pose_);
+        const bool baumgarte = projection_.correction == Correction::baumgarte;
+        with_C_dot = with_C_dot || baumgarte;
+        moving_rows(model_, pose_, motion_, with_C_dot ? C_dot_.data() : nullptr, gamma_.data());
+        leave_flywheels(C_dot_);
+        for (std::size_t k = 0; k < drive_.size(); ++k) {
+            gamma_[model_.driven[k].row] += drive_[k].dd;
+            if (with_C_dot) C_dot_[model_.driven[k].row] -= drive_[k].d;
+        }
+        if (baumgarte) stabilise();
+    }
+
+    // y' where the pose is in place and factored with the masses, and its velocities are; multipliers on request.
+    bool slope_at(const double* y, double* slope, double* lambda = nullptr) {
+        if (broken_ || !set_forces(y)) return broken(y);
+        if (!solver_.solve(gamma_.data(), lambda || !drive_.empty() ? lambda_.data() : nullptr)) return false;
+        for (int b = 0; b < model_.size(); ++b) {
+            const Part<D> part(y, b);
+            WritablePart<D> out(slope, b);
+            out.position() = part.velocity();
+            out.orientation() = orientation_rate(Column<S::orientation>(part.orientation()), Turn<D>(part.omega()));
+            out.velocity() = solver_.shift(b);
+            out.omega() = to_body(pose_[b].rotation, solver_.turn(b));
+        }
+        if (model_.integrals()) {
+            double power = applied_.power;
+            for (std::size_t k = 0; k < drive_.size(); ++k) power -= lambda_[model_.driven[k].row] * drive_[k].d;
+            slope[size()] = power;
+            slope[size() + 1] = applied_.dissipation;
+        }
+        for (int i = 0; i < model_.followed(); ++i)
+            slope[followed() + i] = model_.counts_turns[i] ? angle(i).speed : 0.0;
+        if (lambda) std::copy(lambda_.begin(), lambda_.end(), lambda);
+        return true;
+    }
+
+    // At the pose in place, factored with the masses: the acceleration along the coordinates of these laws per unit force
+    // on each of them, row by row; symmetric. False where a body without mass is free to move.
+    bool responses(const std::vector<int>& laws, std::vector<double>& found) {
+        const std::vector<double> none(gamma_.size(), 0.0);
+        std::vector<Point<D>> shift(model_.size() + 1, Point<D>::Zero());
+        std::vector<Turn<D>> turn(model_.size() + 1, Turn<D>::Zero());
+        for (const int pulled : laws) {
+            applied_.pull(*model_.loads, pulled, pose_);
+            for (int b = 0; b < model_.size(); ++b) solver_.set_force(b, applied_.force[b], applied_.torque[b]);
+            if (!solver_.solve(none.data())) return false;
+            for (int b = 0; b < model_.size(); ++b) {
+                shift[b] = solver_.shift(b);
+                turn[b] = solver_.turn(b);
+            }
+            for (const int law : laws) found.push_back(applied_.rate(*model_.loads, law, pose_, shift, turn));
+        }
+        return true;
+    }
+
+    // A state at a time, in place of the last.
+    void set_pose(double t, const double* y) {
+        pose_.update(y);
+        std::copy(y + followed(), y + followed() + model_.followed(), expected_.begin());
+        factored_ = false;
+        if (t == t_ && !broken_) return;
+        t_ = t;
+        broken_ = false;
+        const Series time[3] = {{t, 1.0, 0.0}, {}, {}};
+        for (std::size_t k = 0; k < drive_.size(); ++k) {
+            drive_[k] = model_.motions->run(static_cast<int>(k), time);
+            if (!drive_[k].finite()) broken_ = true;
+        }
+    }
+    // Another state at the same time.
+    void set_pose(const double* y) { set_pose(t_, y); }
+
+    bool factor(Metric metric) {
+        if (factored_ && metric == metric_) return true;
+        metric_ = metric;
+        return held_ = factored_ = solver_.factor(pose_, metric);
+    }
+    // Moments of inertia that factors to come add to the bodies', none again if empty; for corrections alone.
+    void stiffen(const std::vector<double>& moments) {
+        held_ = factored_ = false;
+        solver_.stiffen(moments);
+    }
+    // The same with rows that depend on the others at this pose alone; no other use is made of that factor.
+    bool factor_all(Metric metric) {
+        held_ = factored_ = false;
+        return solver_.factor_held(pose_, metric, 0.0);
+    }
+    // At a closed pose: whether the equations have a unique solution there, with other rows held where that is better.
+    bool factor_closed() {
+        if (!factor(Metric::mass)) return false;
+        if (!solver_.weak()) return true;
+        solver_.leave_out(pose_);
+        factored_ = false;
+        return factor(Metric::mass);
+    }
+    // Whether the pose in place is near a singular one.
+    bool is_near_singular() { return solver_.is_near_singular(pose_, near_branch); }
+    // Whether there is a factor in this metric, be it of an earlier pose.
+    bool holds(Metric metric) const { return held_ && metric == metric_; }
+    const double* constraint() {
+        mbproj::constraint(model_, pose_, C_.data());
+        leave_flywheels(C_);
+        teeth_.count(pose_, expected_, C_.data());
+        for (std::size_t k = 0; k < drive_.size(); ++k) {
+            const DrivenRow& driven = model_.driven[k];
+            const double wanted = prescribed(k);
+            C_[driven.row] = driven.is_angle ? nearest(C_[driven.row] - std::remainder(wanted, 2.0 * M_PI))
+                                             : C_[driven.row] - wanted;
+        }
+        return C_.data();
+    }
+    const double* constraint_velocity(const double* y) {
+        motion_.update(y, pose_);
+        moving_rows(model_, pose_, motion_, C_dot_.data(), static_cast<double*>(nullptr));
+        leave_flywheels(C_dot_);
+        for (std::size_t k = 0; k < drive_.size(); ++k) C_dot_[model_.driven[k].row] -= drive_[k].d;
+        return C_dot_.data();
+    }
+    // Of the last `constraint`.
+    const double* C() const { return C_.data(); }
+    // Of the last `move`.
+    const double* gamma() const { return gamma_.data(); }
+    const double* C_dot() const { return C_dot_.data(); }
+
+    // Gears and screws count on from the teeth in mesh now.
+    void start_teeth() { teeth_.start(pose_, expected_, constraint()); }
+    // A coordinate that is an angle: where its vector stands, and how fast it turns, in the state in place.
+    struct Angle {
+        double cosine = 1.0, sine = 0.0, speed = 0.0;
+        double value() const { return std::atan2(sine, cosine); }
+    };
+    Angle angle(int coordinate) const {
+        const Instance& p = model_.coordinates.instances[coordinate];
+        Point<D> x[3], x_dot[3];
+        for (int s = 0; s < 3; ++s) {
+            const Attachment<D>& a = model_.coordinates.attachments[p.slots[s]];
+            x[s].noalias() = pose_[a.body].rotation * a.local;
+            x_dot[s] = turned_by(motion_[a.body].omega, x[s]);
+        }
+        const double cosine = x[2].dot(x[0]), sine = x[2].dot(x[1]);
+        const double cosine_dot = x_dot[2].dot(x[0]) + x[2].dot(x_dot[0]);
+        const double sine_dot = x_dot[2].dot(x[1]) + x[2].dot(x_dot[1]);
+        return {cosine, sine, (cosine * sine_dot - sine * cosine_dot) / (cosine * cosine + sine * sine)};
+    }
+    // What motion k prescribes at the time in place.
+    double prescribed(std::size_t k) const { return model_.driven[k].start + drive_[k].x; }
+    // The state, at `time`, at which a function of the scene had no finite value; empty where none failed.
+    const std::vector<double>& broken_state() const { return broken_state_; }
+    void forget_broken_state() { broken_state_.clear(); }
+    double time() const { return t_; }
+    // Whether the pose in place has overflowed.
+    bool finite() const {
+        for (int b = 0; b < model_.size(); ++b)
+            if (!pose_[b].position.allFinite() || !pose_[b].rotation.allFinite()) return false;
+        return true;
+    }
+
+    Pivots pivots;  // of the derivatives, until it is set anew
+
+    const Model<D>& model() const { return model_; }
+    Pose<D>& pose() { return pose_; }
+    const Motion<D>& motion() const { return motion_; }
+    KktSolver<D>& solver() { return solver_; }
+    const KktSolver<D>& solver() const { return solver_; }
+
+private:
+    // A stage is off the constraints. A row at a distance s from the span of the others, and off what they say of it by c,
+    // errs the accelerations by c / s² where it is held, and by s where it is left out: it is held where s³ > c.
+    bool look_near(const double* y) {
+        if (solver_.nearness() >= near_branch) return true;
+        constraint();
+        constraint_velocity(y);
+        const double first = held_above(largest(C_) + largest(C_dot_) * time_scale(model_, y));
+        if (solver_.nearness() > first || solver_.is_clear(pose_, first)) return true;
+        if (!(held_ = factored_ = solver_.factor(pose_, Metric::mass, first))) return false;
+        const double off =
+            solver_.contradiction(C_.data()) + solver_.contradiction(C_dot_.data()) * time_scale(model_, y);
+        return held_ = factored_ = solver_.factor(pose_, Metric::mass, std::min(held_above(off), first));
+    }
+
+    // Flywheels go with their coordinates: nothing is violated in the rows that hold them.
+    void leave_flywheels(std::vector<double>& rows) const {
+        std::fill(rows.begin() + model_.constraints.rows, rows.end(), 0.0);
+    }
+
+    // s² from c.
+    static double held_above(double off) { return std::pow(std::max(off, 1e-12), 2.0 / 3.0); }
+
+    // The largest row, lengths in the mechanism's own.
+    double largest(const std::vector<double>& rows) const {
+        double most = 0.0;
+        for (std::size_t r = 0; r < rows.size(); ++r) most = std::max(most, std::abs(rows[r]) / model_.row_scale[r]);
+        return most;
+    }
+
+    bool set_forces(const double* y) {
+        if (model_.loads && !applied_.update(*model_.loads, pose_, motion_, t_, expected_)) return false;
+        for (int b = 0; b < model_.size(); ++b) {
+            Point<D> force = model_.bodies[b].mass * model_.gravity;
+            Turn<D> torque = Turn<D>::Zero();
+            if constexpr (D == 3) {
+                const Turn<3> omega = Part<3>(y, b).omega();
+                const Turn<3> momentum = model_.bodies[b].inertia * omega;
+                torque.noalias() = pose_[b].rotation * momentum.cross(omega);
+            }
+            if (model_.loads) {
+                force += applied_.force[b];
+                torque += applied_.torque[b];
+            }
+            solver_.set_force(b, force, torque);
+        }
+        return true;
+    }
+
+    static std::optional<double> penalty(const ProjectionSettings& projection) {
+        if (projection.correction == Correction::penalty) return projection.alpha;
+        return std::nullopt;
+    }
+
+    bool broken(const double* y) {
+        broken_ = true;
+        broken_state_.assign(y, y + size());
+        return false;
+    }
+
+    // Baumgarte (ref. 9): C'' + 2α C' + β² C = 0.
+    void stabilise() {
+        const double* C = constraint();
+        for (std::size_t r = 0; r < gamma_.size(); ++r)
+            gamma_[r] -= 2.0 * projection_.alpha * C_dot_[r] + projection_.beta * projection_.beta * C[r];
+    }
+
+    const Model<D>& model_;
+    const ProjectionSettings& projection_;
+    Pose<D> pose_;
+    Motion<D> motion_;
+    KktSolver<D> solver_;
+    std::vector<double> gamma_, C_, C_dot_, lambda_;
+    std::vector<Series> drive_;  // what the motions prescribe at t_
+    Applied<D> applied_;
+    Teeth<D> teeth_;
+    std::vector<double> expected_;  // the joints' coordinates as they are followed, to less than half a turn
+    std::vector<double> broken_state_;
+    double t_ = std::numeric_limits<double>::quiet_NaN();
+    bool factored_ = false, held_ = false, broken_ = false;
+    Metric metric_ = Metric::mass;
+};
+
+}  // namespace mbproj

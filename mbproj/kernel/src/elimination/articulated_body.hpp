@@ -1,0 +1,131 @@
+// Leaves of the graph of joints are eliminated body by body: a body that hangs on one joint is what its parent feels of
+// it, an articulated inertia (Featherstone 2008, ch. 7), here with the joint's own right-hand side, so that the same
+// elimination gives accelerations and both corrections.
+#pragma once
+
+#include "elimination/hinge.hpp"
+
+namespace mbproj {
+
+// A symmetric inertia [A B; Bᵀ C] in (v, ω) at a reference point.
+template <int D> struct Inertia {
+    using S = Size<D>;
+    Matrix<D, D> A;
+    Matrix<D, S::turns> B;
+    Matrix<S::turns, S::turns> C;
+
+    // m and J of a body whose centre of mass is at -s from the reference point.
+    [[gnu::always_inline]] void set(double mass, const Matrix<S::turns, S::turns>& J, const Point<D>& s) {
+        A = mass * Matrix<D, D>::Identity();
+        for (int i = 0; i < D; ++i) B.row(i) = moment(s, Point<D>(-mass * Point<D>::Unit(i))).transpose();
+        C = J;
+        for (int i = 0; i < S::turns; ++i) C.col(i) -= moment(s, Point<D>(B.col(i)));
+    }
+    // Taken to another reference point: `arm` leads from the new one to the old one, v_old = v_new + ω × arm.
+    void move(const Point<D>& arm) {
+        for (int i = 0; i < S::turns; ++i) C.row(i) += moment(arm, Point<D>(B.col(i))).transpose();
+        for (int i = 0; i < D; ++i) B.row(i) += moment(arm, Point<D>(A.col(i))).transpose();
+        for (int i = 0; i < S::turns; ++i) C.col(i) += moment(arm, Point<D>(B.col(i)));
+    }
+    void lend(const Column<S::freedoms>& diagonal) {
+        A.diagonal() += diagonal.template head<D>();
+        C.diagonal() += diagonal.template tail<S::turns>();
+    }
+    void add(const Inertia& other) {
+        A += other.A;
+        B += other.B;
+        C += other.C;
+    }
+    Column<S::freedoms> operator*(const Column<S::freedoms>& u) const {
+        Column<S::freedoms> product;
+        const auto v = u.template head<D>();
+        const auto w = u.template tail<S::turns>();
+        product.template head<D>().noalias() = A * v + B * w;
+        product.template tail<S::turns>().noalias() = B.transpose() * v + C * w;
+        return product;
+    }
+};
+
+// One free motion of a hinge, a translation or a rotation along n, and what its elimination leaves behind.
+template <int D> struct FreeMotion {
+    Column<Size<D>::freedoms> U;  // M n
+    double reciprocal;            // 1 / nᵀ M n
+};
+
+// The elimination of one hinge, and what solving with it needs. The free motions go one after another, the translations
+// first, as if massless bodies with one freedom each stood between child and parent.
+template <int D> struct HingeFactor {
+    using S = Size<D>;
+    static constexpr int F = S::freedoms;
+    HingeFrame<D> frame;
+    Point<D> link;  // from the parent's reference point to this joint's
+    Inertia<D> M;   // of the child and what hangs on it, at the joint's point
+    FreeMotion<D> motions[F];
+
+    // From M to what the parent feels of it. False where a free motion moves no mass. `added`: the inertia of flywheels
+    // that each motion turns, where there are any.
+    template <bool turns> bool eliminate(const Hinge<D>& hinge, Inertia<D>& left, const double* added = nullptr) {
+        left = M;
+        FreeMotion<D>* motion = motions;
+        for (int k = 0; k < hinge.free_translations(); ++k, ++motion) {
+            const auto n = frame.N_t.col(k);
+            motion->U.template head<D>().noalias() = left.A * n;
+            motion->U.template tail<S::turns>().noalias() = left.B.transpose() * n;
+            double pivot = n.dot(motion->U.template head<D>());
+            if constexpr (turns) pivot += *added++;
+            if (!remove(*motion, pivot, left)) return false;
+        }
+        for (int k = 0; k < hinge.free_rotations(); ++k, ++motion) {
+            const auto n = frame.N_r.col(k);
+            motion->U.template head<D>().noalias() = left.B * n;
+            motion->U.template tail<S::turns>().noalias() = left.C * n;
+            double pivot = n.dot(motion->U.template tail<S::turns>());
+            if constexpr (turns) pivot += *added++;
+            if (!remove(*motion, pivot, left)) return false;
+        }
+        return true;
+    }
+
+    // h = nᵀ g of each free motion, and g less what the motion takes of it. `pushed`: what flywheels add to nᵀ g.
+    template <bool turns>
+    void upward(const Hinge<D>& hinge, double* h, Column<F>& g, const double* pushed = nullptr) const {
+        const FreeMotion<D>* motion = motions;
+        for (int k = 0; k < hinge.free_translations(); ++k, ++motion, ++h) {
+            double along = frame.N_t.col(k).dot(g.template head<D>());
+            if constexpr (turns) along += *pushed++;
+            *h = along * motion->reciprocal;
+            g -= *h * motion->U;
+        }
+        for (int k = 0; k < hinge.free_rotations(); ++k, ++motion, ++h) {
+            double about = frame.N_r.col(k).dot(g.template tail<S::turns>());
+            if constexpr (turns) about += *pushed++;
+            *h = about * motion->reciprocal;
+            g -= *h * motion->U;
+        }
+    }
+
+    // u = u_parent + Σ n z: the free motions that follow from the parent's.
+    void downward(const Hinge<D>& hinge, const double* h, Column<F>& u) const {
+        int last = hinge.free_translations() + hinge.free_rotations() - 1;
+        for (int k = hinge.free_rotations() - 1; k >= 0; --k, --last)
+            u.template tail<S::turns>() +=
+                (h[last] - motions[last].reciprocal * motions[last].U.dot(u)) * frame.N_r.col(k);
+        for (int k = hinge.free_translations() - 1; k >= 0; --k, --last)
+            u.template head<D>() += (h[last] - motions[last].reciprocal * motions[last].U.dot(u)) * frame.N_t.col(k);
+    }
+
+private:
+    static bool remove(FreeMotion<D>& motion, double pivot, Inertia<D>& left) {
+        if (!(pivot > 0.0)) return false;
+        motion.reciprocal = 1.0 / pivot;
+        const Column<F> V = motion.reciprocal * motion.U;
+        for (int i = 0; i < D; ++i) left.A.col(i) -= motion.U[i] * V.template head<D>();
+        for (int i = 0; i < S::turns; ++i) {
+            left.B.col(i) -= motion.U[D + i] * V.template head<D>();
+            left.C.col(i) -= motion.U[D + i] * V.template tail<S::turns>();
+        }
+        return true;
+    }
+};
+
+}  // namespace mbproj

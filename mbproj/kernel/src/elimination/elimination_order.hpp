@@ -1,0 +1,67 @@
+// The order of elimination, found once: leaves of the graph of joints first, each with the joint it hangs on; what is
+// left, the loops, has also whatever is not a hinge.
+#pragma once
+
+#include <queue>
+
+#include "elimination/hinge_flywheels.hpp"
+#include "elimination/inertia_cancellation.hpp"
+
+namespace mbproj {
+
+template <int D> struct Leaf {
+    int joint;
+    Hinge<D> hinge;
+    std::vector<int> flywheels;  // the joints that hold those which its free motions turn
+};
+
+template <int D> struct EliminationOrder {
+    std::vector<Leaf<D>> leaves;   // in the order of their elimination: children before their parents
+    std::vector<int> loop_bodies;  // roots of floating trees among them
+    std::vector<int> loop_joints;
+
+    // Light bodies stay in the loops, where what they lack can be lent to them, and those that are too heavy for their
+    // parents; all bodies where nothing is to be eliminated.
+    EliminationOrder(const Model<D>& model, bool eliminate) {
+        const int n = model.size();
+        std::vector<std::vector<int>> joints_of(n);
+        std::vector<std::vector<int>> flywheels_of(n);
+        for (int j = 0; j < static_cast<int>(model.joints.size()); ++j)
+            for (const int body : model.joints[j].bodies)
+                (model.holds_flywheel(j) ? flywheels_of : joints_of)[body].push_back(j);
+        std::vector<bool> joint_left(model.joints.size(), true), body_left(n, true);
+        std::vector<int> degree(n);
+        std::queue<int> candidates;
+        InertiaCancellation<D> cancellation(model);
+        for (int b = n - 1; b >= 0; --b) {
+            degree[b] = static_cast<int>(joints_of[b].size());
+            if (degree[b] == 1 && eliminate) candidates.push(b);
+        }
+        while (!candidates.empty()) {
+            const int body = candidates.front();
+            candidates.pop();
+            if (degree[body] != 1 || model.bodies[body].is_light) continue;
+            int joint = -1;
+            for (const int j : joints_of[body])
+                if (joint_left[j]) joint = j;
+            const auto hinge = as_hinge(model, model.joints[joint], body);
+            if (!hinge || cancellation.cancels_parent_inertia(*hinge)) continue;
+            std::vector<int> turned;
+            for (const int j : flywheels_of[body])
+                if (joint_left[j]) turned.push_back(j);
+            if (!HingeFlywheels<D>::fit(model, *hinge, turned)) continue;
+            cancellation.take_over(*hinge);
+            for (const int j : turned) joint_left[j] = false;
+            leaves.push_back({joint, *hinge, std::move(turned)});
+            joint_left[joint] = body_left[body] = false;
+            for (const int other : model.joints[joint].bodies)
+                if (--degree[other] == 1 && other != body) candidates.push(other);
+        }
+        for (int b = 0; b < n; ++b)
+            if (body_left[b]) loop_bodies.push_back(b);
+        for (int j = 0; j < static_cast<int>(model.joints.size()); ++j)
+            if (joint_left[j]) loop_joints.push_back(j);
+    }
+};
+
+}  // namespace mbproj

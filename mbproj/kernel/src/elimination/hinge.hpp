@@ -1,0 +1,147 @@
+// A joint as what it lets move: the relative twist of its two bodies at the joint's point is N z + p, with a basis N of
+// the motions that its rows allow and the smallest p that its right-hand side asks for.
+#pragma once
+
+#include <optional>
+
+#include "kinematics/constraint_rows.hpp"
+
+namespace mbproj {
+
+// A joint whose rows act on the relative translation at one point (coincident; along; distance) and on the relative
+// rotation (perpendicular), not on both at once. With a coincident primitive each body's arm ends in its own point, so
+// that open joints are treated exactly; otherwise both arms end in p2.
+template <int D> struct Hinge {
+    int child, parent;  // the parent may be the ground
+    double sign;        // +1 where p2 is on the child, -1 where it is on the parent
+    int p1, p2;
+    bool coincident;
+    int translations[D], rotations[Size<D>::turns];  // instances
+    int translation_count = 0, rotation_count = 0;   // rows
+    int free_translations() const { return D - translation_count; }
+    int free_rotations() const { return Size<D>::turns - rotation_count; }
+};
+
+// The hinge that a joint is with this child, where it is one.
+template <int D> std::optional<Hinge<D>> as_hinge(const Model<D>& model, const Joint& joint, int child) {
+    Hinge<D> hinge{};
+    hinge.child = child;
+    hinge.p1 = hinge.p2 = -1;
+    int seen = 0;
+    const auto body_of = [&](int attachment) { return model.constraints.attachments[attachment].body; };
+    for (int i = joint.begin; i < joint.end; ++i) {
+        const Instance& p = model.constraints.instances[i];
+        if (p.kind == Kind::perpendicular) {
+            if (hinge.rotation_count == Size<D>::turns) return std::nullopt;
+            hinge.rotations[hinge.rotation_count++] = i;
+            continue;
+        }
+        const int first = p.kind == Kind::along ? 1 : 0;
+        const bool known = p.kind == Kind::coincident || p.kind == Kind::distance ||
+                           (p.kind == Kind::along && body_of(p.slots[0]) == body_of(p.slots[1]));
+        const bool one_point = seen == 0 || (p.slots[first] == hinge.p1 && p.slots[first + 1] == hinge.p2);
+        if (!known || !one_point || hinge.translation_count + p.rows > D) return std::nullopt;
+        hinge.p1 = p.slots[first];
+        hinge.p2 = p.slots[first + 1];
+        hinge.coincident = p.kind == Kind::coincident;
+        hinge.translations[hinge.translation_count] = i;
+        hinge.translation_count += p.rows;
+        ++seen;
+    }
+    if (seen == 0) return std::nullopt;
+    hinge.sign = body_of(hinge.p2) == child ? 1.0 : -1.0;
+    hinge.parent = body_of(hinge.sign > 0.0 ? hinge.p1 : hinge.p2);
+    return hinge;
+}
+
+// Rows of a basis completed: what is normal to up to K rows, and the P with rows · P = 1 of smallest columns. False where
+// the rows are parallel.
+constexpr double parallel = 1e-20;  // of the squares
+
+inline bool complement(const Column<1>* rows, int count, Matrix<1, 1>& basis, Matrix<1, 1>& P) {
+    basis(0, 0) = 1.0;
+    if (count == 1) P(0, 0) = 1.0 / rows[0][0];
+    return count == 0 || rows[0][0] != 0.0;
+}
+inline bool complement(const Column<2>* rows, int count, Matrix<2, 2>& basis, Matrix<2, 2>& P) {
+    basis.setIdentity();
+    if (count == 0) return true;
+    const double square = rows[0].squaredNorm();
+    if (count == 1) {
+        basis.col(0) << -rows[0].y(), rows[0].x();
+        P.col(0) = rows[0] / square;
+        return square > 0.0;
+    }
+    const double cross = rows[0].x() * rows[1].y() - rows[0].y() * rows[1].x();
+    P << rows[1].y(), -rows[0].y(), -rows[1].x(), rows[0].x();
+    P /= cross;
+    return cross * cross > parallel * square * rows[1].squaredNorm();
+}
+inline bool complement(const Column<3>* rows, int count, Matrix<3, 3>& basis, Matrix<3, 3>& P) {
+    if (count == 0) {
+        basis.setIdentity();
+        return true;
+    }
+    const double square = rows[0].squaredNorm();
+    if (count == 1) {
+        basis.col(0) = rows[0].unitOrthogonal();
+        basis.col(1) = rows[0].cross(basis.col(0)) / std::sqrt(square);
+        P.col(0) = rows[0] / square;
+        return square > 0.0;
+    }
+    const Column<3> normal = rows[0].cross(rows[1]);
+    const double normal2 = normal.squaredNorm();
+    if (count == 2) {
+        basis.col(0) = normal;
+        P.col(0) = rows[1].cross(normal) / normal2;
+        P.col(1) = normal.cross(rows[0]) / normal2;
+        return normal2 > parallel * square * rows[1].squaredNorm();
+    }
+    const double volume = normal.dot(rows[2]);
+    P.col(0) = rows[1].cross(rows[2]) / volume;
+    P.col(1) = rows[2].cross(rows[0]) / volume;
+    P.col(2) = normal / volume;
+    return volume * volume > parallel * normal2 * rows[2].squaredNorm();
+}
+
+// A hinge at a pose: arms from the two centres of mass, the allowed translations and rotations, and the particular ones.
+template <int D> struct HingeFrame {
+    using S = Size<D>;
+    Point<D> child_arm, parent_arm;
+    Matrix<D, D> N_t, P_t;  // of a coincident joint none, and the identity, which is not written down
+    Matrix<S::turns, S::turns> N_r, P_r;
+
+    [[gnu::always_inline]] bool update(const Model<D>& model, const Hinge<D>& hinge, const Pose<D>& pose) {
+        const int child_point = hinge.sign > 0.0 ? hinge.p2 : hinge.p1;
+        const int parent_point = hinge.sign > 0.0 ? hinge.p1 : hinge.p2;
+        child_arm = pose.spoke(child_point);
+        parent_arm = pose.spoke(parent_point);
+        bool regular = true;
+        if (!hinge.coincident) {
+            const Point<D> at = pose.place(hinge.p2);
+            if (hinge.sign > 0.0)
+                parent_arm = at - pose[hinge.parent].position;
+            else
+                child_arm = at - pose[hinge.child].position;
+            Point<D> rows[D];
+            for (Point<D>& row : rows) row.setZero();
+            for (int k = 0; k < hinge.translation_count; ++k) {
+                const Instance& p = model.constraints.instances[hinge.translations[k]];
+                rows[k] =
+                    p.kind == Kind::along ? pose.place(p.slots[0]) : Point<D>((at - pose.place(hinge.p1)).normalized());
+            }
+            regular = complement(rows, hinge.translation_count, N_t, P_t);
+        }
+        Turn<D> rows[S::turns];
+        for (Turn<D>& row : rows) row.setZero();
+        for (int k = 0; k < hinge.rotation_count; ++k) {
+            const Instance& p = model.constraints.instances[hinge.rotations[k]];
+            const int on_child = model.constraints.attachments[p.slots[0]].body == hinge.child ? 0 : 1;
+            // The relative rotation counts from body 1 to body 2, as the translation does.
+            rows[k] = hinge.sign * moment(pose.place(p.slots[on_child]), pose.place(p.slots[1 - on_child]));
+        }
+        return complement(rows, hinge.rotation_count, N_r, P_r) && regular;
+    }
+};
+
+}  // namespace mbproj

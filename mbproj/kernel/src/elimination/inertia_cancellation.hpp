@@ -1,0 +1,72 @@
+// Which leaves would cost their parents' digits: what a parent feels of a leaf is a difference, in which the child's inertia
+// about what the joint leaves free cancels but for round-off. That has to be small beside the parent's own.
+#pragma once
+
+#include "elimination/articulated_body.hpp"
+
+namespace mbproj {
+
+template <int D> class InertiaCancellation {
+public:
+    using S = Size<D>;
+    using Turning = Matrix<S::turns, S::turns>;
+
+    explicit InertiaCancellation(const Model<D>& model) : model_(model), turned_(model.size(), 0.0) {
+        for (const Body<D>& body : model.bodies) carried_.push_back(body.mass);
+    }
+
+    // Whether the child's round-off is more than half of the digits of its parent.
+    bool cancels_parent_inertia(const Hinge<D>& hinge) const {
+        if (hinge.parent == model_.size() || model_.bodies[hinge.parent].is_light) return false;
+        const bool slides = hinge.free_translations() > 0, turns = hinge.free_rotations() > 0;
+        return (slides && carried_[hinge.child] > most * carried_[hinge.parent]) ||
+               (turns && about_joint(hinge) > most * left_to_parent(hinge));
+    }
+    // The leaf is eliminated: its parent carries it.
+    void take_over(const Hinge<D>& hinge) {
+        if (hinge.parent == model_.size()) return;
+        turned_[hinge.parent] += about_joint(hinge);
+        carried_[hinge.parent] += carried_[hinge.child];
+    }
+
+private:
+    static constexpr double most = 1e8;
+
+    // At the joint, of a body's own moments and a mass at its centre.
+    Turning moments(int body, double mass, int point) const {
+        Inertia<D> M;
+        M.set(mass, model_.bodies[body].inertia, model_.constraints.attachments[point].local);
+        return M.C;
+    }
+    double about_joint(const Hinge<D>& hinge) const {
+        const int point = hinge.sign > 0.0 ? hinge.p2 : hinge.p1;
+        return turned_[hinge.child] + moments(hinge.child, carried_[hinge.child], point).norm();
+    }
+    // The least that the parent has about what is free to turn, with the mass that it has to move there.
+    double left_to_parent(const Hinge<D>& hinge) const {
+        const int point = hinge.sign > 0.0 ? hinge.p1 : hinge.p2;
+        const Turning M = moments(hinge.parent, carried_[hinge.child], point);
+        if constexpr (D == 3)
+            if (hinge.rotation_count == 2) {
+                const Point<3> axis = free_axis(hinge);
+                return axis.dot(M * axis);
+            }
+        return 1.0 / M.inverse().norm();
+    }
+    // Of a revolute, in the parent's axes: its own vector of both rows, or what is normal to its two.
+    Point<3> free_axis(const Hinge<3>& hinge) const {
+        Point<3> vectors[2];
+        int slots[2];
+        for (int k = 0; k < 2; ++k) {
+            const Instance& row = model_.constraints.instances[hinge.rotations[k]];
+            slots[k] = row.slots[model_.constraints.attachments[row.slots[0]].body == hinge.parent ? 0 : 1];
+            vectors[k] = model_.constraints.attachments[slots[k]].local;
+        }
+        return slots[0] == slots[1] ? vectors[0].normalized() : vectors[0].cross(vectors[1]).normalized();
+    }
+
+    const Model<D>& model_;
+    std::vector<double> carried_, turned_;  // masses and moments, with those of the leaves eliminated
+};
+
+}  // namespace mbproj

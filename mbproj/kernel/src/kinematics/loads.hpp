@@ -1,0 +1,151 @@
+// Forces of a scene but gravity, as mbproj.dynamics.equations.forces defines them: laws on coordinates, given forces on bodies.
+#pragma once
+
+#include "kinematics/pose.hpp"
+#include "kinematics/primitives.hpp"
+#include "model/programs.hpp"
+
+namespace mbproj {
+
+// F = -stiffness (s - free) - damping s' + program(t, s, s') on a coordinate s, which takes its turns from one of the
+// joints' coordinates where it is an angle.
+struct Law {
+    int coordinate;  // of the joints, or -1
+    double stiffness, damping, free;
+    int program;  // or -1
+};
+
+// A force at a point, or a torque: `map` takes the three programs' values to the body's axes or to the global ones.
+template <int D> struct BodyForce {
+    int body;
+    Point<D> point;
+    bool is_torque, in_body;
+    Matrix<D, 3> force_map;
+    Matrix<Size<D>::turns, 3> torque_map;
+    int programs[3];
+};
+
+template <int D> struct Loads {
+    PrimitiveSet<D> coordinates;  // of the laws, one each
+    std::vector<Law> laws;
+    std::vector<BodyForce<D>> on_bodies;
+    Programs programs;
+};
+
+// What the loads do at a state: force and torque about the centre of mass of each body and the ground, global axes, the
+// power of what functions give, and what dampers lose.
+template <int D> struct Applied {
+    std::vector<Point<D>> force;
+    std::vector<Turn<D>> torque;
+    double power = 0.0, dissipation = 0.0;
+
+    explicit Applied(int bodies) : force(bodies + 1), torque(bodies + 1) {}
+
+    // False where a function has no finite value.
+    bool update(const Loads<D>& loads, const Pose<D>& pose, const Motion<D>& motion, double t,
+                const std::vector<double>& expected) {
+        for (auto& f : force) f.setZero();
+        for (auto& f : torque) f.setZero();
+        power = dissipation = 0.0;
+        for (std::size_t l = 0; l < loads.laws.size(); ++l)
+            if (!apply(loads, static_cast<int>(l), pose, motion, t, expected)) return false;
+        for (const BodyForce<D>& given : loads.on_bodies)
+            if (!apply(loads, given, pose, motion, t)) return false;
+        return true;
+    }
+
+    // A force of size 1 on the coordinate of one law, in place of what was applied.
+    void pull(const Loads<D>& loads, int l, const Pose<D>& pose) {
+        for (auto& f : force) f.setZero();
+        for (auto& f : torque) f.setZero();
+        Along along(loads.coordinates, l, pose);
+        pull(along, 1.0);
+    }
+
+    // What velocities and angular velocities (n + 1, global axes) make of the coordinate of one law: its rate.
+    double rate(const Loads<D>& loads, int l, const Pose<D>& pose, const std::vector<Point<D>>& velocity,
+                const std::vector<Turn<D>>& omega) const {
+        return Along(loads.coordinates, l, pose)
+            .rate([&](int b) { return velocity[b]; }, [&](int b) { return omega[b]; });
+    }
+
+private:
+    // The coordinate of a law at a pose: its gradient at each attachment.
+    struct Along {
+        const PrimitiveSet<D>& set;
+        const Instance& p;
+        Point<D> x[most_slots], spoke[most_slots], g[most_slots];
+
+        Along(const PrimitiveSet<D>& coordinates, int l, const Pose<D>& pose) : set(coordinates), p(set.instances[l]) {
+            for (Point<D>& each : x) each.setZero();
+            for (int s = 0; s < p.slot_count; ++s) {
+                const Attachment<D>& a = attachment(s);
+                spoke[s].noalias() = pose[a.body].rotation * a.local;
+                x[s] = a.is_point ? Point<D>(pose[a.body].position + spoke[s]) : spoke[s];
+            }
+            gradient<D>(p, x, g);
+        }
+        const Attachment<D>& attachment(int s) const { return set.attachments[p.slots[s]]; }
+        template <class Velocity, class Omega> double rate(const Velocity& velocity, const Omega& omega) const {
+            double sum = 0.0;
+            for (int s = 0; s < p.slot_count; ++s) {
+                const Attachment<D>& a = attachment(s);
+                const Point<D> turning_velocity = turned_by(omega(a.body), spoke[s]);
+                sum += g[s].dot(a.is_point ? Point<D>(velocity(a.body) + turning_velocity) : turning_velocity);
+            }
+            return sum;
+        }
+    };
+
+    void pull(const Along& along, double size) {
+        for (int s = 0; s < along.p.slot_count; ++s) {
+            const Attachment<D>& a = along.attachment(s);
+            if (a.is_point) force[a.body] += size * along.g[s];
+            torque[a.body] += moment(along.spoke[s], Point<D>(size * along.g[s]));
+        }
+    }
+
+    bool apply(const Loads<D>& loads, int l, const Pose<D>& pose, const Motion<D>& motion, double t,
+               const std::vector<double>& expected) {
+        const Law& law = loads.laws[l];
+        const Along along(loads.coordinates, l, pose);
+        const double rate =
+            along.rate([&](int b) { return motion[b].velocity; }, [&](int b) { return motion[b].omega; });
+        double at = value<D>(along.p, along.x);
+        if (along.p.kind == Kind::angle) at = near(at, expected[law.coordinate]);
+        const Series variables[3] = {{t, 1.0, 0.0}, {at, 0.0, 0.0}, {rate, 0.0, 0.0}};
+        const double given = law.program < 0 ? 0.0 : loads.programs.run(law.program, variables).x;
+        const double size = given - law.stiffness * (at - law.free) - law.damping * rate;
+        power += given * rate;
+        dissipation += law.damping * rate * rate;
+        if (!std::isfinite(size)) return false;
+        pull(along, size);
+        return true;
+    }
+
+    bool apply(const Loads<D>& loads, const BodyForce<D>& given, const Pose<D>& pose, const Motion<D>& motion,
+               double t) {
+        const Series variables[3] = {{t, 1.0, 0.0}, {}, {}};
+        Column<3> components;
+        for (int k = 0; k < 3; ++k) components[k] = loads.programs.run(given.programs[k], variables).x;
+        if (!components.allFinite()) return false;
+        const Rotation<D>& A = pose[given.body].rotation;
+        if (given.is_torque) {
+            Turn<D> vector = given.torque_map * components;
+            if (given.in_body) vector = to_global(A, vector);
+            torque[given.body] += vector;
+            power += vector.dot(motion[given.body].omega);
+        } else {
+            Point<D> vector = given.force_map * components;
+            if (given.in_body) vector = A * vector.eval();
+            const Point<D> arm = A * given.point;
+            const Turn<D> twist = moment(arm, vector);
+            force[given.body] += vector;
+            torque[given.body] += twist;
+            power += vector.dot(motion[given.body].velocity) + twist.dot(motion[given.body].omega);
+        }
+        return true;
+    }
+};
+
+}  // namespace mbproj

@@ -1,0 +1,101 @@
+// Where the bodies are and how they move: from the state vector to points, vectors and their derivatives.
+#pragma once
+
+#include "model/model.hpp"
+
+namespace mbproj {
+
+// A view of one body's part of a state vector.
+template <int D> struct Part {
+    using S = Size<D>;
+    const double* at;
+    Part(const double* y, int body) : at(y + S::state * body) {}
+    auto position() const { return Eigen::Map<const Point<D>>(at); }
+    auto orientation() const { return Eigen::Map<const Column<S::orientation>>(at + D); }
+    auto velocity() const { return Eigen::Map<const Point<D>>(at + S::pose); }
+    auto omega() const { return Eigen::Map<const Turn<D>>(at + S::pose + D); }
+};
+
+template <int D> struct WritablePart {
+    using S = Size<D>;
+    double* at;
+    WritablePart(double* y, int body) : at(y + S::state * body) {}
+    auto position() const { return Eigen::Map<Point<D>>(at); }
+    auto orientation() const { return Eigen::Map<Column<S::orientation>>(at + D); }
+    auto velocity() const { return Eigen::Map<Point<D>>(at + S::pose); }
+    auto omega() const { return Eigen::Map<Turn<D>>(at + S::pose + D); }
+};
+
+template <int D> struct Placement {
+    Point<D> position;
+    Rotation<D> rotation;
+};
+
+template <int D> struct Twist {
+    Point<D> velocity;
+    Turn<D> omega;  // global axes
+};
+
+// Every body's pose, the ground's last, and the constraints' attachments in global axes.
+template <int D> class Pose {
+public:
+    explicit Pose(const Model<D>& model)
+        : model_(model), bodies_(model.size() + 1), spokes_(model.constraints.attachments.size()) {
+        bodies_.back() = {Point<D>::Zero(), Rotation<D>::Identity()};
+    }
+    void update(const double* y) {
+        for (int b = 0; b < model_.size(); ++b) {
+            const Part<D> part(y, b);
+            bodies_[b] = {part.position(), rotation(Column<Size<D>::orientation>(part.orientation()))};
+        }
+        for (std::size_t a = 0; a < spokes_.size(); ++a) {
+            const Attachment<D>& attachment = model_.constraints.attachments[a];
+            spokes_[a].noalias() = bodies_[attachment.body].rotation * attachment.local;
+        }
+    }
+    const Placement<D>& operator[](int body) const { return bodies_[body]; }
+
+    // A constraint's attachment: the vector from its body's centre of mass, and the point or vector itself.
+    const Point<D>& spoke(int attachment) const { return spokes_[attachment]; }
+    Point<D> place(int attachment) const {
+        const Attachment<D>& a = model_.constraints.attachments[attachment];
+        return a.is_point ? Point<D>(bodies_[a.body].position + spokes_[attachment]) : spokes_[attachment];
+    }
+
+private:
+    const Model<D>& model_;
+    std::vector<Placement<D>> bodies_;
+    std::vector<Point<D>> spokes_;
+};
+
+// Every body's velocities at a pose, the ground's last.
+template <int D> class Motion {
+public:
+    explicit Motion(const Model<D>& model) : bodies_(model.size() + 1) {
+        bodies_.back() = {Point<D>::Zero(), Turn<D>::Zero()};
+    }
+    void update(const double* y, const Pose<D>& pose) {
+        for (std::size_t b = 0; b + 1 < bodies_.size(); ++b) {
+            const Part<D> part(y, static_cast<int>(b));
+            bodies_[b] = {part.velocity(), to_global(pose[static_cast<int>(b)].rotation, Turn<D>(part.omega()))};
+        }
+    }
+    const Twist<D>& operator[](int body) const { return bodies_[body]; }
+
+private:
+    std::vector<Twist<D>> bodies_;
+};
+
+// Over which a violation of the velocities counts as one of the positions: the time in which the mechanism moves by its own
+// length or 1 rad. At rest, less than any.
+template <int D> double time_scale(const Model<D>& model, const double* y) {
+    constexpr double rest = 1e-6;  // 1 / s
+    double speed = 0.0;
+    for (int b = 0; b < model.size(); ++b) {
+        const Part<D> part(y, b);
+        speed = std::max({speed, part.velocity().norm() / model.length, part.omega().norm()});
+    }
+    return speed / (speed * speed + rest * rest);
+}
+
+}  // namespace mbproj

@@ -1,0 +1,121 @@
+// The constraint primitives: value, gradient, curvature of the points and vectors x that an instance binds. The
+// definitions are those of mbproj.constraints, where each is explained; a test holds this copy against them.
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+
+#include "model/model.hpp"
+
+namespace mbproj {
+
+namespace along {
+template <int D> double value(const Point<D>* x) { return x[0].dot(x[2] - x[1]); }
+template <int D> void gradient(const Point<D>* x, Point<D>* g, double weight = 1.0) {
+    g[0] = weight * (x[2] - x[1]);
+    g[1] = -weight * x[0];
+    g[2] = weight * x[0];
+}
+template <int D> double curvature(const Point<D>* x_dot) { return 2.0 * value<D>(x_dot); }
+}  // namespace along
+
+namespace angle {
+template <int D> double value(const Point<D>* x) { return std::atan2(x[2].dot(x[1]), x[2].dot(x[0])); }
+template <int D> void gradient(const Point<D>* x, Point<D>* g, double weight = 1.0) {
+    const double cosine = x[2].dot(x[0]), sine = x[2].dot(x[1]);
+    const double radius2 = cosine * cosine + sine * sine;
+    const double s = weight * sine / radius2, c = weight * cosine / radius2;
+    g[0] = -s * x[2];
+    g[1] = c * x[2];
+    g[2] = c * x[1] - s * x[0];
+}
+template <int D> double curvature(const Point<D>* x, const Point<D>* v) {
+    const double cosine = x[2].dot(x[0]), sine = x[2].dot(x[1]);
+    const double radius2 = cosine * cosine + sine * sine;
+    const double cosine_dot = v[2].dot(x[0]) + x[2].dot(v[0]), sine_dot = v[2].dot(x[1]) + x[2].dot(v[1]);
+    const double bend = 2.0 * (cosine * v[2].dot(v[1]) - sine * v[2].dot(v[0])) / radius2;
+    const double rate = (cosine * sine_dot - sine * cosine_dot) / radius2;
+    const double stretch = (cosine * cosine_dot + sine * sine_dot) / radius2;
+    return bend - 2.0 * rate * stretch;
+}
+}  // namespace angle
+
+namespace screw {
+inline double lead(const Instance& screw) { return screw.parameters[0] / (2.0 * M_PI); }
+}  // namespace screw
+
+namespace gear {
+inline double larger(const Instance& gear) {
+    return std::max(std::abs(gear.parameters[0]), std::abs(gear.parameters[1]));
+}
+}  // namespace gear
+
+// The angle less its whole turns, within [-π, π].
+inline double nearest(double angle) { return angle - 2.0 * M_PI * std::nearbyint(angle / (2.0 * M_PI)); }
+
+// The value of a primitive of one row, before its offset.
+template <int D> double value(const Instance& p, const Point<D>* x) {
+    switch (p.kind) {
+        case Kind::perpendicular: return x[0].dot(x[1]);
+        case Kind::along: return along::value<D>(x);
+        case Kind::distance: return (x[1] - x[0]).norm();
+        case Kind::angle: return angle::value<D>(x);
+        case Kind::screw: {
+            const double lead = screw::lead(p);
+            return lead * nearest(along::value<D>(x) / lead - angle::value<D>(x + 3));
+        }
+        case Kind::gear:
+            return nearest(p.parameters[0] * angle::value<D>(x) + p.parameters[1] * angle::value<D>(x + 3)) /
+                   gear::larger(p);
+        case Kind::coincident: break;
+    }
+    return 0.0;
+}
+
+// Its gradient, a vector for each slot.
+template <int D> void gradient(const Instance& p, const Point<D>* x, Point<D>* g) {
+    switch (p.kind) {
+        case Kind::perpendicular:
+            g[0] = x[1];
+            g[1] = x[0];
+            break;
+        case Kind::along: along::gradient<D>(x, g); break;
+        case Kind::distance:
+            g[1] = (x[1] - x[0]).normalized();
+            g[0] = -g[1];
+            break;
+        case Kind::angle: angle::gradient<D>(x, g); break;
+        case Kind::screw:
+            along::gradient<D>(x, g);
+            angle::gradient<D>(x + 3, g + 3, -screw::lead(p));
+            break;
+        case Kind::gear:
+            angle::gradient<D>(x, g, p.parameters[0] / gear::larger(p));
+            angle::gradient<D>(x + 3, g + 3, p.parameters[1] / gear::larger(p));
+            break;
+        case Kind::coincident: break;
+    }
+}
+
+// x'ᵀ C_xx x'.
+template <int D> double curvature(const Instance& p, const Point<D>* x, const Point<D>* x_dot) {
+    switch (p.kind) {
+        case Kind::perpendicular: return 2.0 * x_dot[0].dot(x_dot[1]);
+        case Kind::along: return along::curvature<D>(x_dot);
+        case Kind::distance: {
+            const Point<D> line = x[1] - x[0], rate = x_dot[1] - x_dot[0];
+            const double length = line.norm(), stretch = line.dot(rate) / length;
+            return (rate.squaredNorm() - stretch * stretch) / length;
+        }
+        case Kind::angle: return angle::curvature<D>(x, x_dot);
+        case Kind::screw: return along::curvature<D>(x_dot) - screw::lead(p) * angle::curvature<D>(x + 3, x_dot + 3);
+        case Kind::gear:
+            return (p.parameters[0] * angle::curvature<D>(x, x_dot) +
+                    p.parameters[1] * angle::curvature<D>(x + 3, x_dot + 3)) /
+                   gear::larger(p);
+        case Kind::coincident: break;
+    }
+    return 0.0;
+}
+
+}  // namespace mbproj

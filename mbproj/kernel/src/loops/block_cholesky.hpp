@@ -1,0 +1,284 @@
+// Cholesky factorisation of a symmetric positive definite matrix of small blocks, in an order of minimum degree.
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <set>
+#include <type_traits>
+#include <utility>
+#include <vector>
+
+namespace mbproj {
+
+class BlockCholesky {
+public:
+    BlockCholesky() = default;
+
+    // The sizes of the blocks, and which pairs of them couple.
+    BlockCholesky(std::vector<int> sizes, const std::vector<std::pair<int, int>>& couplings)
+        : sizes_(std::move(sizes)), place_(sizes_.size()), begin_(sizes_.size()) {
+        const int count = static_cast<int>(sizes_.size());
+        int rows = 0;
+        for (int i = 0; i < count; ++i) {
+            begin_[i] = rows;
+            rows += sizes_[i];
+        }
+        diagonal_.resize(rows);
+        reciprocal_.resize(rows);
+        std::vector<std::set<int>> near(count);
+        for (const auto& [i, j] : couplings)
+            if (i != j) {
+                near[i].insert(j);
+                near[j].insert(i);
+            }
+        order_by_degree(near);
+    }
+
+    // Where entries of block (i, j) are added before `factor`: row-major, `transposed` if it is kept as (j, i).
+    struct Target {
+        std::size_t offset;
+        bool transposed;
+    };
+    Target target(int i, int j) const {
+        if (place_[i] >= place_[j]) return {offset(i, j), false};
+        return {offset(j, i), true};
+    }
+    double* at(std::size_t offset) { return values_.data() + offset; }
+    void clear() { std::fill(values_.begin(), values_.end(), 0.0); }
+
+    // Factors in place; returns the block that has a pivot below `smallest` of its diagonal entry, or -1.
+    int factor(double smallest);
+    void solve(double* x) const;
+    // x of the rows that are left out, less what the others before them say of it: the largest in magnitude. Uses x up.
+    double contradiction(double* x) const;
+
+    std::vector<std::vector<int>> independent_rows(double smallest);
+
+    // Rows that `factor` leaves out from now on: their λ is 0, whatever is asked of them.
+    void leave_out(std::vector<char> rows) { left_out_ = std::move(rows); }
+    double largest() const {
+        double most = 0.0;
+        for (const ColumnOf& column : columns_)
+            for (int i = 0, size = sizes_[column.block]; i < size; ++i)
+                most = std::max(most, values_[column.diagonal + i * (size + 1)]);
+        return most;
+    }
+    bool leaves_out() const { return !left_out_.empty(); }
+
+    std::size_t stored() const { return values_.size(); }
+    std::size_t filled() const { return fill_; }  // of these, numbers in blocks that the matrix does not have
+    int row(int block) const { return begin_[block]; }
+    double smallest_pivot() const { return smallest_pivot_; }
+    // The pivots of all rows, parts of their diagonal entries; 0 of those that are left out.
+    std::vector<double> pivots() const {
+        std::vector<double> found(diagonal_.size(), 0.0);
+        for (std::size_t r = 0; r < found.size(); ++r)
+            if (reciprocal_[r] > 0.0) found[r] = 1.0 / (reciprocal_[r] * reciprocal_[r] * diagonal_[r]);
+        return found;
+    }
+
+private:
+    struct Entry {
+        int block;
+        std::size_t offset;
+    };
+    struct ColumnOf {
+        int block;
+        std::size_t diagonal;
+        std::vector<Entry> below;
+        std::vector<std::size_t> updates;  // targets of the products of pairs of `below`, row by row of the triangle
+    };
+
+    void order_by_degree(std::vector<std::set<int>> near);
+    std::size_t offset(int i, int j) const {
+        const ColumnOf& column = columns_[place_[j]];
+        if (i == j) return column.diagonal;
+        for (const Entry& entry : column.below)
+            if (entry.block == i) return entry.offset;
+        return 0;
+    }
+    template <class LeftOut> void forward(double* x, LeftOut&& left_out) const;
+    int factor_diagonal(const ColumnOf& column, double smallest);
+    int largest_pivot(const ColumnOf& column, const std::vector<bool>& open, double smallest);
+    void eliminate(const ColumnOf& column, int row, const std::vector<bool>& open);
+
+    std::vector<int> sizes_, place_, begin_;
+    std::vector<ColumnOf> columns_;  // in the order of elimination
+    std::vector<double> values_, diagonal_, reciprocal_;
+    std::vector<char> left_out_;  // one for each row, or none
+    std::size_t fill_ = 0;
+    double smallest_pivot_ = 1.0;
+};
+
+inline void BlockCholesky::order_by_degree(std::vector<std::set<int>> near) {
+    const int count = static_cast<int>(sizes_.size());
+    const auto original = near;
+    std::set<std::pair<std::size_t, int>> waiting;
+    for (int i = 0; i < count; ++i) waiting.insert({near[i].size(), i});
+    std::size_t next = 0;
+    while (!waiting.empty()) {
+        const int block = waiting.begin()->second;
+        waiting.erase(waiting.begin());
+        place_[block] = static_cast<int>(columns_.size());
+        ColumnOf column{block, next, {}, {}};
+        next += static_cast<std::size_t>(sizes_[block]) * sizes_[block];
+        for (const int i : near[block]) {
+            column.below.push_back({i, next});
+            const std::size_t size = static_cast<std::size_t>(sizes_[i]) * sizes_[block];
+            next += size;
+            if (!original[block].count(i)) fill_ += size;
+            waiting.erase({near[i].size(), i});
+            near[i].erase(block);
+            for (const int j : near[block])
+                if (j != i) near[i].insert(j);
+            waiting.insert({near[i].size(), i});
+        }
+        columns_.push_back(std::move(column));
+    }
+    values_.resize(next);
+    for (ColumnOf& column : columns_) {
+        std::sort(column.below.begin(), column.below.end(),
+                  [this](const Entry& a, const Entry& b) { return place_[a.block] < place_[b.block]; });
+        for (std::size_t a = 0; a < column.below.size(); ++a)
+            for (std::size_t b = 0; b <= a; ++b)
+                column.updates.push_back(offset(column.below[a].block, column.below[b].block));
+    }
+}
+
+namespace blocks {
+
+// X := X L⁻ᵀ for X of `rows` rows and the lower triangle L, both R wide; `reciprocal` holds 1 / L_kk.
+template <int R> void divide(double* X, int rows, const double* L, const double* reciprocal) {
+    for (int r = 0; r < rows; ++r, X += R)
+        for (int c = 0; c < R; ++c) {
+            double sum = X[c];
+            for (int k = 0; k < c; ++k) sum -= X[k] * L[c * R + k];
+            X[c] = sum * reciprocal[c];
+        }
+}
+
+// T -= X Yᵀ for X and Y that are R wide; of a diagonal block all of it.
+template <int R> void subtract(double* T, const double* X, int rows, const double* Y, int columns) {
+    for (int r = 0; r < rows; ++r)
+        for (int c = 0; c < columns; ++c) {
+            double sum = 0.0;
+            for (int k = 0; k < R; ++k) sum += X[r * R + k] * Y[c * R + k];
+            T[r * columns + c] -= sum;
+        }
+}
+
+// Calls visit with the width as a constant.
+template <class Visit> void with_width(int width, Visit&& visit) {
+    switch (width) {
+        case 1: visit(std::integral_constant<int, 1>{}); break;
+        case 2: visit(std::integral_constant<int, 2>{}); break;
+        case 3: visit(std::integral_constant<int, 3>{}); break;
+        case 4: visit(std::integral_constant<int, 4>{}); break;
+        case 5: visit(std::integral_constant<int, 5>{}); break;
+        default: visit(std::integral_constant<int, 6>{}); break;
+    }
+}
+
+}  // namespace blocks
+
+inline int BlockCholesky::factor_diagonal(const ColumnOf& column, double smallest) {
+    const int size = sizes_[column.block], row = begin_[column.block];
+    double* L = at(column.diagonal);
+    for (int i = 0; i < size; ++i) {
+        for (int j = 0; j < i; ++j) {
+            double sum = L[i * size + j];
+            for (int k = 0; k < j; ++k) sum -= L[i * size + k] * L[j * size + k];
+            L[i * size + j] = sum * reciprocal_[row + j];
+        }
+        if (leaves_out() && left_out_[row + i]) {
+            reciprocal_[row + i] = 0.0;
+            continue;
+        }
+        double pivot = L[i * size + i];
+        for (int k = 0; k < i; ++k) pivot -= L[i * size + k] * L[i * size + k];
+        const double part = pivot / diagonal_[row + i];
+        if (!(part > smallest)) return column.block;
+        smallest_pivot_ = std::min(smallest_pivot_, part);
+        L[i * size + i] = std::sqrt(pivot);
+        reciprocal_[row + i] = 1.0 / L[i * size + i];
+    }
+    return -1;
+}
+
+inline int BlockCholesky::factor(double smallest) {
+    smallest_pivot_ = 1.0;
+    for (const ColumnOf& column : columns_) {
+        const int size = sizes_[column.block];
+        for (int i = 0; i < size; ++i) diagonal_[begin_[column.block] + i] = at(column.diagonal)[i * size + i];
+    }
+    for (const ColumnOf& column : columns_) {
+        const int failed = factor_diagonal(column, smallest);
+        if (failed >= 0) return failed;
+        const double* L = at(column.diagonal);
+        const double* reciprocal = reciprocal_.data() + begin_[column.block];
+        blocks::with_width(sizes_[column.block], [&](auto width) {
+            constexpr int R = decltype(width)::value;
+            const std::size_t* update = column.updates.data();
+            for (std::size_t a = 0; a < column.below.size(); ++a) {
+                double* X = at(column.below[a].offset);
+                const int rows = sizes_[column.below[a].block];
+                blocks::divide<R>(X, rows, L, reciprocal);
+                for (std::size_t b = 0; b <= a; ++b, ++update)
+                    blocks::subtract<R>(at(*update), X, rows, at(column.below[b].offset),
+                                        sizes_[column.below[b].block]);
+            }
+        });
+    }
+    return -1;
+}
+
+// x := L⁻¹ x, by columns; `left_out` is told of the rest of rows that are left out.
+template <class LeftOut> void BlockCholesky::forward(double* x, LeftOut&& left_out) const {
+    const bool all = !leaves_out();
+    for (const ColumnOf& column : columns_)
+        blocks::with_width(sizes_[column.block], [&](auto width) {
+            constexpr int R = decltype(width)::value;
+            const int row = begin_[column.block];
+            const double* L = values_.data() + column.diagonal;
+            double* part = x + row;
+            for (int i = 0; i < R; ++i) {
+                for (int k = 0; k < i; ++k) part[i] -= L[i * R + k] * part[k];
+                if (!all && left_out_[row + i]) left_out(part[i]);
+                part[i] *= reciprocal_[row + i];
+            }
+            for (const Entry& entry : column.below) {
+                const double* X = values_.data() + entry.offset;
+                double* below = x + begin_[entry.block];
+                for (int i = 0; i < sizes_[entry.block]; ++i, X += R)
+                    for (int k = 0; k < R; ++k) below[i] -= X[k] * part[k];
+            }
+        });
+}
+
+inline double BlockCholesky::contradiction(double* x) const {
+    double most = 0.0;
+    forward(x, [&most](double rest) { most = std::max(most, std::abs(rest)); });
+    return most;
+}
+
+inline void BlockCholesky::solve(double* x) const {
+    forward(x, [](double) {});
+    for (auto column = columns_.rbegin(); column != columns_.rend(); ++column)
+        blocks::with_width(sizes_[column->block], [&](auto width) {
+            constexpr int R = decltype(width)::value;
+            double* part = x + begin_[column->block];
+            for (const Entry& entry : column->below) {
+                const double* X = values_.data() + entry.offset;
+                const double* below = x + begin_[entry.block];
+                for (int i = 0; i < sizes_[entry.block]; ++i, X += R)
+                    for (int k = 0; k < R; ++k) part[k] -= X[k] * below[i];
+            }
+            const double* L = values_.data() + column->diagonal;
+            for (int i = R - 1; i >= 0; --i) {
+                for (int k = i + 1; k < R; ++k) part[i] -= L[k * R + i] * part[k];
+                part[i] *= reciprocal_[begin_[column->block] + i];
+            }
+        });
+}
+
+}  // namespace mbproj

@@ -1,0 +1,265 @@
+// What is left when the leaves are gone: S = G W⁻¹ Gᵀ over the joints of the loops, with the articulated inertias of the
+// loops' bodies as W, and its block-sparse Cholesky factor.
+#pragma once
+
+#include <memory>
+
+#include "elimination/light_body.hpp"
+#include "loops/delassus_matrix.hpp"
+#include "loops/dense_qr.hpp"
+#include "loops/minimum_norm_multipliers.hpp"
+
+namespace mbproj {
+
+// A pivot of S below this part of its diagonal entry asks for further solutions on the residual, so many at most, until
+// they change λ by less than that part.
+constexpr double ill_conditioned = 1e-4, refined_part = 1e-13;
+constexpr int most_refining = 8;
+
+template <int D> class LoopSolver {
+public:
+    static constexpr int F = Size<D>::freedoms;
+
+    LoopSolver(const Model<D>& model, const EliminationOrder<D>& order)
+        : model_(model), order_(order), rows_(model, order), work_(order.loop_bodies.size()) {
+        for (std::size_t b = 0; b < work_.size(); ++b)
+            if (model.bodies[order.loop_bodies[b]].is_light) {
+                light_.emplace_back();
+                light_.back().body = static_cast<int>(b);
+            }
+    }
+
+    InverseRoot<D>& half(int b) { return rows_.halves[b]; }
+    // What light bodies are lent: nothing where their inertia is not theirs (GOPM's metric), nor that of flywheels.
+    void lend(const Column<F>& lent) {
+        for (Light<D>& light : light_) light.lent = lent;
+    }
+    void turn_flywheels(bool turn) { rows_.flywheels_turn = turn; }
+
+    // S + shift and its factor at a pose; returns the joint whose rows depend on the others, or -1.
+    int factor(const Pose<D>& pose, double smallest, double shift = 0.0) {
+        rows_.fill(pose, shift);
+        by_qr_ = false;
+        const int failed = rows_.cholesky.factor(smallest);
+        return failed < 0 ? -1 : rows_.held()[failed].joint;
+    }
+
+    // The factor of Y in place of that of S; false where it would be too large.
+    bool factor_by_qr(const Pose<D>& pose) {
+        if (rows_.count() > most_dense_rows) return false;
+        rows_.fill(pose);
+        const std::size_t bodies = F * work_.size();
+        Eigen::MatrixXd Y = Eigen::MatrixXd::Zero(bodies + rows_.flywheels().size(), rows_.count());
+        each_column([&](int body, int row, const auto& y) { Y.template block<F, 1>(F * body, row) = y; });
+        each_flywheel([&](std::size_t f, int row, double y) { Y(bodies + f, row) = y; });
+        qr_.factor(Y);
+        return by_qr_ = true;
+    }
+
+    // Leaves out of the factors to come the rows that depend on the others at this pose, up to a distance of √smallest, or
+    // none again. How many; overwrites the factor.
+    int leave_out(const Pose<D>& pose, double smallest) { return rows_.mark_dependent(pose, smallest); }
+    // The smallest pivot where all bodies weigh the same; overwrites the factor.
+    double even_pivot(const Pose<D>& pose) {
+        rows_.fill_evenly(pose);
+        rows_.cholesky.factor(0.0);
+        return rows_.cholesky.smallest_pivot();
+    }
+    void leave_none_out() { rows_.cholesky.leave_out({}); }
+
+    // Holds rows that are as far from dependent as leaves out so many as are redundant; false, with those held before,
+    // where more of them depend on the others at this pose.
+    bool choose(const Pose<D>& pose, int redundant) {
+        for (double smallest = 0.5; smallest > 1e-14; smallest *= 0.5)
+            if (const auto rows = all().independent(pose, smallest); left_out(rows) == redundant) {
+                rows_.hold(rows);
+                return true;
+            }
+        return false;
+    }
+    // How many of all rows depend on the others at a pose, up to a distance of √smallest.
+    int dependent(const Pose<D>& pose, double smallest) { return left_out(all().independent(pose, smallest)); }
+    // Holds only rows that are independent at a pose, up to a distance of √smallest. How many are left out.
+    int select(const Pose<D>& pose, double smallest) {
+        const auto rows = all().independent(pose, smallest);
+        rows_.hold(rows);
+        return left_out(rows);
+    }
+
+    // δ of the loops' bodies from their forces f, with G δ = c; the multipliers stay for `multipliers`. False where the
+    // motion of a light body does not settle: then it moves no mass. A shifted factor is applied as it is.
+    template <class Forces, class Twists>
+    bool solve(const Forces& f, const double* c, Twists& delta, bool shifted = false) {
+        for (std::size_t b = 0; b < work_.size(); ++b) {
+            work_[b] = f[order_.loop_bodies[b]];
+            half(b).forward(work_[b]);
+        }
+        spin_.assign(rows_.flywheels().size(), 0.0);
+        rhs_.resize(rows_.count());
+        each_row([&](int own, int of_model) { rhs_[own] = -c[of_model]; });
+        const double driven = light_.empty() ? 0.0 : energy();
+        lambda_.assign(rhs_.size(), 0.0);
+        step_.resize(rhs_.size());
+        improve();
+        if (cholesky().smallest_pivot() < ill_conditioned && !shifted) refine();
+        const bool settled = light_.empty() || settle(shifted, std::max(driven, energy()));
+        for (std::size_t b = 0; b < work_.size(); ++b) {
+            half(b).backward(work_[b]);
+            delta[order_.loop_bodies[b]] = work_[b];
+        }
+        return settled;
+    }
+
+    // Σ I s'² of the flywheels in the last solve, where δ is a velocity.
+    double of_flywheels() const { return std::inner_product(spin_.begin(), spin_.end(), spin_.begin(), 0.0); }
+    // λ of the loops' joints, of the last solve, at their rows; 0 in rows that are left out.
+    void multipliers(double* lambda) const {
+        for (const int j : order_.loop_joints) {
+            const Joint& joint = model_.joints[j];
+            std::fill(lambda + joint.row, lambda + joint.row + joint.rows, 0.0);
+        }
+        each_row([&](int own, int of_model) { lambda[of_model] = lambda_[own]; });
+    }
+    // The same, spread over rows that are left out for good so that they are smallest.
+    void smallest_multipliers(const Pose<D>& pose, double* lambda) const {
+        multipliers(lambda);
+        spread(rows_, model_, pose, lambda);
+    }
+
+    // How far rows that are left out at this pose alone are from what the others say of a violation, in rows' own scales.
+    double contradiction(const double* violation) const {
+        std::vector<double> own(rows_.count());
+        double least = std::numeric_limits<double>::infinity();
+        each_row([&](int row, int of_model) {
+            own[row] = violation[of_model];
+            least = std::min(least, model_.row_scale[of_model]);
+        });
+        return cholesky().contradiction(own.data()) / least;
+    }
+
+    const BlockCholesky& cholesky() const { return rows_.cholesky; }
+
+private:
+    // All rows, to look for those that depend on others.
+    DelassusMatrix<D>& all() {
+        if (!all_) all_ = std::make_unique<DelassusMatrix<D>>(model_, order_);
+        return *all_;
+    }
+    int left_out(const std::vector<std::vector<int>>& rows) {
+        int count = all().count();
+        for (const auto& some : rows) count -= static_cast<int>(some.size());
+        return count;
+    }
+
+    // Calls visit(row of S, row of the model) for all rows that are held.
+    template <class Visit> void each_row(Visit&& visit) const {
+        const auto& held = rows_.held();
+        for (std::size_t h = 0; h < held.size(); ++h)
+            for (int r = 0, row = cholesky().row(static_cast<int>(h)); r < held[h].count; ++r)
+                visit(row + r, model_.joints[held[h].joint].row + held[h].rows[r]);
+    }
+    // Calls visit(body of the loops, row of S, column of Y).
+    template <class Visit> void each_column(Visit&& visit) const {
+        for (const auto& at : rows_.incidences())
+            for (int r = 0, row = cholesky().row(at.held); r < rows_.held()[at.held].count; ++r)
+                visit(at.body, row + r, at.Y.col(r));
+    }
+
+    // Calls visit(flywheel, row of S, its entry of Y).
+    template <class Visit> void each_flywheel(Visit&& visit) const {
+        for (std::size_t f = 0; f < rows_.flywheels().size(); ++f)
+            visit(f, rows_.flywheels()[f].row, rows_.y(rows_.flywheels()[f]));
+    }
+
+    // S squares the condition of Y. Where a pivot shows that to matter, further solutions on what is left, which is computed
+    // from Y itself, give the digits back (Björck 1996, sect. 6.6.5: corrected seminormal equations).
+    void refine() {
+        double before = std::numeric_limits<double>::infinity();
+        for (int pass = 0; pass < most_refining; ++pass) {
+            improve();
+            double change = 0.0, size = 0.0;
+            for (std::size_t r = 0; r < lambda_.size(); ++r) {
+                change = std::max(change, std::abs(step_[r]));
+                size = std::max(size, std::abs(lambda_[r]));
+            }
+            if (!(change > refined_part * size && change < 0.5 * before)) return;
+            before = change;
+        }
+    }
+
+    // λ += S⁻¹ (Yᵀ w - c), and w less Y times that, with -c in `rhs_`.
+    void improve() {
+        if (by_qr_) return improve_by_qr();
+        step_ = rhs_;
+        each_column([this](int body, int row, const auto& y) { step_[row] += y.dot(work_[body]); });
+        each_flywheel([this](std::size_t f, int row, double y) { step_[row] += y * spin_[f]; });
+        cholesky().solve(step_.data());
+        each_column([this](int body, int row, const auto& y) { work_[body] -= step_[row] * y; });
+        each_flywheel([this](std::size_t f, int row, double y) { spin_[f] -= step_[row] * y; });
+        for (std::size_t r = 0; r < lambda_.size(); ++r) lambda_[r] += step_[r];
+    }
+
+    void improve_by_qr() {
+        const std::size_t bodies = F * work_.size();
+        Eigen::VectorXd w(bodies + spin_.size()), lambda;
+        for (std::size_t b = 0; b < work_.size(); ++b) w.template segment<F>(F * b) = work_[b];
+        for (std::size_t f = 0; f < spin_.size(); ++f) w[bodies + f] = spin_[f];
+        qr_.solve(w, -Eigen::Map<const Eigen::VectorXd>(rhs_.data(), rhs_.size()), lambda);
+        for (std::size_t b = 0; b < work_.size(); ++b) work_[b] = w.template segment<F>(F * b);
+        for (std::size_t f = 0; f < spin_.size(); ++f) spin_[f] = w[bodies + f];
+        for (std::size_t r = 0; r < lambda_.size(); ++r) lambda_[r] += step_[r] = lambda[r];
+    }
+
+    // Takes back what light bodies were lent (see light_body.hpp): each pass moves them as the last one's change asks.
+    // `least` is the energy below which nothing matters, of the forces or of the motion.
+    bool settle(bool shifted, double least) {
+        double before = std::numeric_limits<double>::infinity();
+        for (Light<D>& light : light_) light.moved.setZero();
+        for (int pass = 0; pass < most_settling; ++pass) {
+            double change = 0.0, size = least;  // squares
+            for (Light<D>& light : light_) {
+                Column<F> now = work_[light.body];
+                half(light.body).backward(now);
+                light.change = now - light.moved;
+                light.moved = now;
+                change += light.change.dot(light.lent.cwiseProduct(light.change));
+                size += now.dot(light.lent.cwiseProduct(now));
+            }
+            if (change <= settled_part * size) return true;
+            if (!(change < 0.5 * before)) return change <= settled_enough * size;
+            before = change;
+            // What is shifted keeps a residual, which must not be taken for an error: it begins anew, without forces.
+            if (shifted) {
+                for (Column<F>& w : work_) w.setZero();
+                spin_.assign(spin_.size(), 0.0);
+                lambda_.assign(lambda_.size(), 0.0);
+            }
+            for (const Light<D>& light : light_) {
+                Column<F> back = light.lent.cwiseProduct(shifted ? light.moved : light.change);
+                half(light.body).forward(back);
+                work_[light.body] += back;
+            }
+            improve();
+        }
+        return false;
+    }
+
+    double energy() const {
+        double sum = 0.0;
+        for (const Column<F>& w : work_) sum += w.squaredNorm();
+        return sum + of_flywheels();
+    }
+
+    const Model<D>& model_;
+    const EliminationOrder<D>& order_;
+    DelassusMatrix<D> rows_;
+    std::unique_ptr<DelassusMatrix<D>> all_;
+    std::vector<Light<D>> light_;
+    std::vector<Column<F>> work_;
+    std::vector<double> rhs_, step_, lambda_;
+    std::vector<double> spin_;  // √I s' of the flywheels, as work_ of the bodies
+    DenseQr qr_;
+    bool by_qr_ = false;
+};
+
+}  // namespace mbproj

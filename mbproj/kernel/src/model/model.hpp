@@ -1,0 +1,125 @@
+// The mechanism as the kernel keeps it: bodies, and primitives bound to points and vectors that are fixed in them.
+#pragma once
+
+#include <cmath>
+#include <memory>
+#include <vector>
+
+#include "model/dimension.hpp"
+#include "model/programs.hpp"
+
+namespace mbproj {
+
+// The primitives of mbproj.constraints, in the order of `codes.py`.
+enum class Kind : int { coincident, perpendicular, along, distance, angle, screw, gear };
+
+constexpr int most_slots = 6;
+
+template <int D> struct Body {
+    double mass;
+    Matrix<Size<D>::turns, Size<D>::turns> inertia;       // about the centre of mass, body axes
+    Matrix<Size<D>::turns, Size<D>::turns> inverse_root;  // K⁻¹ with J = K Kᵀ; of a light body, not in use
+    bool is_light;                                        // no mass, or no inertia about some axis
+};
+
+// A point or vector fixed in a body, in its axes; body n is the ground.
+template <int D> struct Attachment {
+    int body;
+    bool is_point;
+    Point<D> local;
+    double size;  // largest coordinate of `local`, 0 for a vector
+};
+
+// One primitive: the attachments it binds, its parameters, what its value counts from, and its first row.
+struct Instance {
+    Kind kind;
+    int slots[most_slots];
+    int slot_count;
+    int row;
+    int rows;
+    double parameters[2];
+    double offset;
+};
+
+template <int D> struct PrimitiveSet {
+    std::vector<Attachment<D>> attachments;
+    std::vector<Instance> instances;
+    int rows = 0;
+};
+
+// A joint is a run of instances, `begin` to `end` of the set, and of rows.
+struct Joint {
+    int begin, end;
+    int row, rows;
+    std::vector<int> bodies;  // those that move, each once
+};
+
+// Rows at the end of the constraints that functions of time drive: s(q) - start - f(t), with s one of the coordinates.
+struct DrivenRow {
+    int row;
+    bool is_angle;
+    double start;
+    int coordinate;
+};
+
+// The row of a gear or screw: a weighed sum of two coordinates, less a multiple of a period (one tooth, one thread).
+struct Mesh {
+    int row;
+    int coordinates[2];
+    double weights[2];
+    double period;
+};
+
+// An angle with the whole turns that bring it next to what is expected of it.
+inline double near(double angle, double expected) {
+    return angle + 2.0 * M_PI * std::nearbyint((expected - angle) / (2.0 * M_PI));
+}
+
+template <int D> struct Loads;
+
+template <int D> struct Model {
+    std::vector<Body<D>> bodies;
+    Point<D> gravity;
+    PrimitiveSet<D> constraints;
+    PrimitiveSet<D> coordinates;
+    std::vector<Joint> joints;
+    std::vector<double> row_scale;          // what a row's violation is measured against; 1 where it holds a flywheel
+    std::vector<bool> counts_turns;         // per coordinate: an angle
+    double length;                          // the size of the mechanism
+    int redundant = 0;                      // rows that follow from the others wherever the mechanism goes
+    std::shared_ptr<const Loads<D>> loads;  // none, or the forces but gravity
+    std::vector<DrivenRow> driven;
+    std::vector<Mesh> meshes;
+    std::shared_ptr<const Programs> motions;  // the functions of the driven rows
+    // I of flywheels that coordinates turn, ½ I s'². Each is a joint after all others, with a row after those of C, which
+    // holds the flywheel's own rate: s'(bodies) - s'(flywheel) = 0.
+    std::vector<double> flywheels;
+
+    int joint_of(int row) const {
+        int found = 0;
+        while (row >= joints[found].row + joints[found].rows) ++found;
+        return found;
+    }
+    // The row that is furthest open, where that is by more than a part of its own scale; else -1.
+    int open_by_more(const double* C, double limit) const {
+        int worst = -1;
+        for (int r = 0; r < constraints.rows; ++r)
+            if (const double part = std::abs(C[r]) / row_scale[r]; !(part <= limit)) {
+                limit = part;
+                worst = r;
+            }
+        return worst;
+    }
+    int size() const { return static_cast<int>(bodies.size()); }
+    // The rows of C, and those that hold flywheels.
+    int all_rows() const { return constraints.rows + static_cast<int>(flywheels.size()); }
+    bool holds_flywheel(int joint) const { return joint >= static_cast<int>(joints.size() - flywheels.size()); }
+    // Integrals at the end of the state: work and dissipation where there is either.
+    int integrals() const { return loads || !driven.empty() ? 2 : 0; }
+    // And after them all coordinates where forces on angles, or teeth, ask for their turns: angles are integrated from
+    // step to step, so that each stage knows how far the wheels have turned.
+    bool follows_angles = false;
+    int followed() const { return follows_angles ? static_cast<int>(coordinates.instances.size()) : 0; }
+};
+
+}  // namespace mbproj

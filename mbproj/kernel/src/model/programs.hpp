@@ -1,0 +1,152 @@
+// Functions of a scene as postfix programs, in the numbers of mbproj.functions.program.
+#pragma once
+
+#include <vector>
+
+#include "model/taylor_series.hpp"
+
+namespace mbproj {
+
+enum class Op : int {
+    constant,
+    variable,
+    table,
+    power,
+    negate,
+    add,
+    subtract,
+    multiply,
+    divide,
+    power_of,
+    atan2,
+    hypot,
+    min,
+    max,
+    sin,
+    cos,
+    tan,
+    asin,
+    acos,
+    atan,
+    sinh,
+    cosh,
+    tanh,
+    exp,
+    log,
+    log10,
+    sqrt,
+    abs,
+    sign,
+    floor,
+    ceil,
+    smooth_step
+};
+constexpr int op_count = static_cast<int>(Op::smooth_step) + 1;
+constexpr int deepest_stack = 64;
+
+// How many values an operation takes from the stack.
+constexpr int arguments(Op op) {
+    if (op <= Op::variable) return 0;
+    return op >= Op::add && op <= Op::max ? 2 : 1;
+}
+
+struct Programs {
+    std::vector<int> start;
+    std::vector<Op> op;
+    std::vector<double> operand;
+    std::vector<int> table_start;
+    std::vector<double> knot, origin;
+    std::vector<double> piece;  // four a row
+
+    // Value and derivatives of a program; `variables` are the time, a coordinate and its rate.
+    Series run(int program, const Series* variables) const {
+        Series stack[deepest_stack];
+        int top = -1;
+        for (int at = start[program]; at < start[program + 1]; ++at) {
+            switch (arguments(op[at])) {
+                case 0:
+                    stack[++top] = op[at] == Op::constant ? Series{operand[at], 0.0, 0.0}
+                                                          : variables[static_cast<int>(operand[at])];
+                    break;
+                case 1: stack[top] = unary(at, stack[top]); break;
+                default: --top; stack[top] = binary(op[at], stack[top], stack[top + 1]);
+            }
+        }
+        return stack[0];
+    }
+
+private:
+    static Series flat(double value) { return {value, 0.0, 0.0}; }
+
+    Series binary(Op op, const Series& a, const Series& b) const {
+        switch (op) {
+            case Op::add: return a + b;
+            case Op::subtract: return a - b;
+            case Op::multiply: return a * b;
+            case Op::divide: return a / b;
+            case Op::power_of: return power_of(a, b);
+            case Op::atan2: return arc_tangent(a, b);
+            case Op::hypot: return hypotenuse(a, b);
+            case Op::min: return a.x <= b.x ? a : b;
+            default: return a.x >= b.x ? a : b;
+        }
+    }
+
+    Series unary(int at, const Series& s) const {
+        const double x = s.x;
+        switch (op[at]) {
+            case Op::table: return look_up(static_cast<int>(operand[at]), s);
+            case Op::power: return power(s, operand[at]);
+            case Op::negate: return {-s.x, -s.d, -s.dd};
+            case Op::sin: return chain(std::sin(x), std::cos(x), -std::sin(x), s);
+            case Op::cos: return chain(std::cos(x), -std::sin(x), -std::cos(x), s);
+            case Op::tan: {
+                const double value = std::tan(x), rate = 1.0 + value * value;
+                return chain(value, rate, 2.0 * value * rate, s);
+            }
+            case Op::asin:
+            case Op::acos: {
+                const double rate = 1.0 / std::sqrt(1.0 - x * x), bend = x * rate * rate * rate;
+                return op[at] == Op::asin ? chain(std::asin(x), rate, bend, s) : chain(std::acos(x), -rate, -bend, s);
+            }
+            case Op::atan: {
+                const double rate = 1.0 / (1.0 + x * x);
+                return chain(std::atan(x), rate, -2.0 * x * rate * rate, s);
+            }
+            case Op::sinh: return chain(std::sinh(x), std::cosh(x), std::sinh(x), s);
+            case Op::cosh: return chain(std::cosh(x), std::sinh(x), std::cosh(x), s);
+            case Op::tanh: {
+                const double value = std::tanh(x), rate = 1.0 - value * value;
+                return chain(value, rate, -2.0 * value * rate, s);
+            }
+            case Op::exp: return exponential(s);
+            case Op::log: return logarithm(s);
+            case Op::log10: {
+                const Series found = logarithm(s);
+                const double scale = 1.0 / std::log(10.0);
+                return {scale * found.x, scale * found.d, scale * found.dd};
+            }
+            case Op::sqrt: {
+                const double root = std::sqrt(x);
+                return chain(root, 0.5 / root, -0.25 / (root * root * root), s);
+            }
+            case Op::abs: return chain(std::abs(x), x > 0.0 ? 1.0 : x < 0.0 ? -1.0 : 0.0, 0.0, s);
+            case Op::sign: return flat(x > 0.0 ? 1.0 : x < 0.0 ? -1.0 : x);
+            case Op::floor: return flat(std::floor(x));
+            case Op::ceil: return flat(std::ceil(x));
+            default: return smooth_step(s);
+        }
+    }
+
+    Series look_up(int table, const Series& s) const {
+        const auto first = knot.begin() + table_start[table], last = knot.begin() + table_start[table + 1];
+        const auto at =
+            std::max<std::ptrdiff_t>(0, std::upper_bound(first, last, s.x) - first - 1) + table_start[table];
+        const double* c = piece.data() + 4 * at;
+        const double u = s.x - origin[static_cast<std::size_t>(at)];
+        return chain(c[0] + u * (c[1] + u * (c[2] + u * c[3])), c[1] + u * (2.0 * c[2] + 3.0 * u * c[3]),
+                     2.0 * c[2] + 6.0 * u * c[3], s);
+    }
+};
+
+}  // namespace mbproj

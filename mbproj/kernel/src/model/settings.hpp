@@ -1,0 +1,49 @@
+// What a run is asked to do, as plain numbers: the tableau, the projection, the steps.
+#pragma once
+
+#include <vector>
+
+#include <Eigen/Core>
+
+namespace mbproj {
+
+using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+
+// Butcher's tableau with error weights and continuous extension, as mbproj.integrate.steppers.tableau describes it.
+struct Tableau {
+    int order, error_order;
+    RowMajor a;
+    std::vector<double> b, c;
+    RowMajor error;
+    RowMajor extra_a;
+    std::vector<double> extra_c;
+    RowMajor dense;
+    int stages() const { return static_cast<int>(b.size()); }
+};
+
+enum class Correction { none, baumgarte, mass, coordinates, penalty };
+
+struct ProjectionSettings {
+    Correction correction;
+    double alpha = 0.0, beta = 0.0;  // Baumgarte's; or α of the penalty
+    bool paper_test = false;         // ΔqᵀMΔq <= tolerance in place of |C| <= tolerance
+    double tolerance = -1.0;         // negative: from the size of the coordinates
+    int every = 1;
+    double threshold = -1.0;  // negative: none
+    bool position = true, velocity = true;
+    int max_iterations = 25;
+    bool fallback = false;  // to the coordinates' metric, where a position does not converge
+    bool corrects() const { return correction != Correction::none && correction != Correction::baumgarte; }
+};
+
+struct Steps {
+    double start, duration;
+    double step;                // fixed, or negative
+    double tolerance;           // where the error controls the step
+    long count;                 // fixed steps
+    long every;                 // fixed steps between two samples
+    std::vector<double> times;  // samples where the error controls the step
+    bool fixed() const { return step > 0.0; }
+};
+
+}  // namespace mbproj

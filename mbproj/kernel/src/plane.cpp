@@ -1,8 +1,0 @@
-// The kernel in the plane: 3 freedoms a body.
-#include "bind.hpp"
-
-namespace mbproj {
-
-void bind_plane(nb::module_& m) { bind_dimension<2>(m, "Plane"); }
-
-}  // namespace mbproj

@@ -1,0 +1,236 @@
+// The projection after a step: positions by simplified Newton with one factor, velocities by one solve at the pose reached.
+#pragma once
+
+#include <limits>
+#include <numeric>
+
+#include "model/phase_times.hpp"
+#include "projection/trust_region.hpp"
+
+namespace mbproj {
+
+struct Projected {
+    int projections = 0, position_passes = 0, velocity_passes = 0, failures = 0, fallbacks = 0;
+    double velocity_change = 0.0;                // by the correction, as a part of the velocity
+    double speed_change = 0.0;                   // and as it is, rotations times the mechanism's length
+    bool regular = true, near_singular = false;  // the second: near a pose where rows become dependent
+};
+
+template <int D> class Projector {
+public:
+    using S = Size<D>;
+
+    Projector(EquationsOfMotion<D>& equations, const ProjectionSettings& settings, Phases& phases)
+        : equations_(equations), model_(equations.model()), settings_(settings), phases_(phases),
+          trust_region_(equations), metric_(metric_of(settings.correction)), length2_(model_.length * model_.length) {}
+
+    // The state y after step number `step` (from 1) with its orientations normalised, projected if the schedule says so:
+    // every k-th step, and with a threshold only the levels that exceed it (velocities always after a moved position).
+    // Afterwards the pose of y is in place.
+    Projected after_step(long step, double t, double* y) {
+        normalise(y);
+        equations_.set_pose(t, y);
+        const bool due = settings_.corrects() && model_.constraints.rows > 0 && step % settings_.every == 0;
+        bool position = due && settings_.position, velocity = due && settings_.velocity;
+        if (due && settings_.threshold >= 0.0) {
+            position = position && largest(equations_.constraint()) > settings_.threshold;
+            velocity = velocity && (position || largest(equations_.constraint_velocity(y)) > settings_.threshold);
+        }
+        Projected done;
+        done.projections = position || velocity;
+        // The factor of the step's last stage, a pose near by, serves where there is one.
+        if (position) correct_position(y, done, !equations_.holds(metric_));
+        phases_.mark(Phase::position);
+        if (velocity && done.regular) correct_velocity(y, done);
+        phases_.mark(Phase::velocity);
+        return done;
+    }
+
+    // A state between two steps, moved to the constraints at the levels that are switched on.
+    Projected anywhere(double t, double* y) {
+        normalise(y);
+        equations_.set_pose(t, y);
+        Projected done;
+        if (!settings_.corrects() || model_.constraints.rows == 0) return done;
+        if (settings_.position) correct_position(y, done, true);
+        if (settings_.velocity && done.regular) correct_velocity(y, done);
+        return done;
+    }
+
+    // One exact Newton correction of the position; false where there is none.
+    bool newton(double t, double* y) {
+        equations_.set_pose(t, y);
+        if (!equations_.factor(metric_)) return false;
+        if (!trust_region_.solve(equations_.constraint())) return false;
+        trust_region_.move(y, 1.0);
+        return true;
+    }
+
+private:
+    // A pass that leaves more than this part of it calls for a factor of the pose it has reached.
+    static constexpr double slow = 0.1;
+    // Default tolerances: in rad, and in the mechanism's length where that is less than 1 m; of the paper's test.
+    static constexpr double floor = 1e-13, paper_tolerance = 1e-12;
+    // What a row without a gradient may stay open by, lengths in the mechanism's own.
+    static constexpr double nearly_closed = 1e-8;
+    // Violations up to so many ε of the coordinates in a row may be round-off.
+    static constexpr double round_off = 64.0;
+
+    static Metric metric_of(Correction correction) {
+        if (correction == Correction::coordinates) return Metric::coordinates;
+        return correction == Correction::penalty ? Metric::penalised : Metric::mass;
+    }
+
+    double largest(const double* rows) const {
+        double most = 0.0;
+        for (int r = 0; r < model_.constraints.rows; ++r) most = std::max(most, std::abs(rows[r]));
+        return most;
+    }
+
+    void normalise(double* y) const {
+        for (int b = 0; b < model_.size(); ++b) {
+            const auto orientation = WritablePart<D>(y, b).orientation();
+            WritablePart<D>(y, b).orientation() = normalised(Column<S::orientation>(orientation));
+        }
+    }
+
+    // By the test that is set. Where it does not converge, from where it began in the coordinates' metric, if allowed.
+    void correct_position(double* y, Projected& done, bool fresh) {
+        if (settings_.fallback) start_.assign(y, y + equations_.size());
+        settings_.paper_test ? by_paper(y, done) : by_violation(y, done, metric_, fresh);
+        if (!settings_.fallback || !done.failures) return;
+        std::copy(start_.begin(), start_.end(), y);
+        equations_.set_pose(y);
+        done.failures = 0;
+        ++done.fallbacks;
+        by_violation(y, done, Metric::coordinates, true);
+    }
+
+    // Until every row of C meets its tolerance. One factor, `fresh` from this pose or from one near by, serves all passes
+    // (simplified Newton) unless they converge slowly. A correction that does not bring the violation down with a fresh
+    // factor is damped; where that does not help either, round-off is reached, or the iteration does not converge.
+    void by_violation(double* y, Projected& done, Metric metric, bool fresh) {
+        double left = trust_region_.scaled(equations_.constraint());
+        const int most = done.position_passes + settings_.max_iterations;
+        while (!meets(equations_.C())) {
+            if (done.position_passes == most) return close_in_full(y, left, done, metric);
+            if (fresh && !(done.regular = equations_.factor(metric))) return;
+            if (!(done.regular = trust_region_.solve(equations_.C()))) return;
+            ++done.position_passes;
+            const double before = left;
+            const bool last = fresh && within(equations_.C(), round_off);
+            if (fresh && !last ? trust_region_.damped(y, left, metric) : trust_region_.whole(y, left)) {
+                fresh = !(left < slow * before) || !equations_.holds(metric);
+            } else if (fresh) {
+                return last ? void() : close_in_full(y, left, done, metric);
+            } else {
+                fresh = true;
+            }
+        }
+    }
+
+    // Near a singular pose a row that is left out for want of a gradient stays open to second order. With all rows, each
+    // damped step leaves a quarter of that. A failure where more is left, or the pose is not singular.
+    void close_in_full(double* y, double left, Projected& done, Metric metric) {
+        done.near_singular = equations_.solver().near_singular();
+        const int most = done.position_passes + settings_.max_iterations;
+        while (done.near_singular && !meets(equations_.C()) && done.position_passes < most &&
+               equations_.factor_all(metric) && trust_region_.solve(equations_.C())) {
+            ++done.position_passes;
+            if (!trust_region_.shortened(y, left)) break;
+        }
+        if (!(done.near_singular && left < nearly_closed)) ++done.failures;
+    }
+
+    // Until ΔqᵀMΔq + CᵀC <= tolerance, by Newton's method: the paper's test (sect. 5) in the metric of Eq. 72, since M
+    // alone does not see every direction.
+    void by_paper(double* y, Projected& done) {
+        const double tolerance = settings_.tolerance < 0.0 ? paper_tolerance : settings_.tolerance;
+        for (int pass = 0; pass < settings_.max_iterations; ++pass) {
+            const double* C = equations_.constraint();
+            if (!(done.regular = equations_.factor(metric_) && trust_region_.solve(C))) return;
+            const double change = energy() + std::inner_product(C, C + model_.constraints.rows, C, 0.0);
+            trust_region_.move(y, 1.0);
+            ++done.position_passes;
+            if (change <= tolerance) return;
+        }
+        ++done.failures;
+    }
+
+    // Eqs. 46, 41, 74: G (u + δ) = 0; a penalty reaches that in the limit (Eq. 55).
+    void correct_velocity(double* y, Projected& done) {
+        const double* C_dot = equations_.constraint_velocity(y);
+        if (!(done.regular = equations_.factor(metric_))) return;
+        double left = largest(C_dot), change2 = 0.0, speed2 = 0.0;
+        do {
+            if (!(done.regular = trust_region_.solve(C_dot))) return;
+            for (int b = 0; b < model_.size(); ++b) {
+                const Point<D> shift = equations_.solver().shift(b);
+                const Turn<D> turn = equations_.solver().turn(b);
+                WritablePart<D> part(y, b);
+                change2 += shift.squaredNorm() + length2_ * turn.squaredNorm();
+                speed2 += part.velocity().squaredNorm() + length2_ * part.omega().squaredNorm();
+                part.velocity() += shift;
+                part.omega() += to_body(equations_.pose()[b].rotation, turn);
+            }
+            ++done.velocity_passes;
+        } while (metric_ == Metric::penalised && done.velocity_passes < settings_.max_iterations && falls(y, left));
+        done.velocity_change = std::sqrt(change2 / speed2);
+        done.speed_change = std::sqrt(change2);
+    }
+
+    // Whether the velocity violation has come down to less than half of what was `left`.
+    bool falls(double* y, double& left) {
+        const double before = left;
+        left = largest(equations_.constraint_velocity(y));
+        return left < 0.5 * before;
+    }
+
+    // δᵀMδ of the correction at hand.
+    double energy() const {
+        double sum = equations_.solver().of_flywheels();
+        for (int b = 0; b < model_.size(); ++b) {
+            const Turn<D> local = to_body(equations_.pose()[b].rotation, equations_.solver().turn(b));
+            const Body<D>& body = model_.bodies[b];
+            sum += body.mass * equations_.solver().shift(b).squaredNorm() + local.dot(body.inertia * local);
+        }
+        return sum;
+    }
+
+    // |C| <= tolerance row by row: as set, or 1e-13 (in lengths, of the mechanism's where that is below 1 m), or what
+    // round-off allows.
+    bool meets(const double* C) const {
+        const double most = largest(C);
+        if (settings_.tolerance >= 0.0) return most <= settings_.tolerance;
+        return most <= floor * std::min(1.0, model_.length) || within(C, 4.0, floor);
+    }
+
+    // Whether each row is at most `grains` ε of the largest coordinate that enters it, or `least`.
+    bool within(const double* C, double grains, double least = 0.0) const {
+        const double grain = grains * std::numeric_limits<double>::epsilon();
+        for (const Instance& p : model_.constraints.instances) {
+            double reach = 0.0;
+            for (int s = 0; s < p.slot_count; ++s) {
+                const Attachment<D>& a = model_.constraints.attachments[p.slots[s]];
+                if (a.is_point)
+                    reach = std::max(reach, equations_.pose()[a.body].position.cwiseAbs().maxCoeff() + a.size);
+            }
+            for (int r = p.row; r < p.row + p.rows; ++r) {
+                const double scale = std::min(1.0, model_.row_scale[r]);
+                if (!(std::abs(C[r]) <= std::max(least * scale, grain * std::max(reach, scale)))) return false;
+            }
+        }
+        return true;
+    }
+
+    EquationsOfMotion<D>& equations_;
+    const Model<D>& model_;
+    const ProjectionSettings& settings_;
+    Phases& phases_;
+    TrustRegion<D> trust_region_;
+    Metric metric_;
+    double length2_;
+    std::vector<double> start_;
+};
+
+}  // namespace mbproj

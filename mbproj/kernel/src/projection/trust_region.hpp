@@ -1,0 +1,134 @@
+// One pass of a position correction: solved, and taken as far as it brings the violation down.
+//
+// Masses ask light bodies for large turns where a heavy one would have to give way otherwise, and the linearised rows
+// promise too much of these. The smallest correction that turns no body by more than ϑ is that of a metric with moments of
+// inertia added to the bodies that would: min ½ δᵀMδ subject to G δ = -C and |δθ| <= ϑ has the conditions
+// (M + Σ μ E) δ + Gᵀλ = 0 with μ >= 0 where the bound holds (a trust region: Conn, Gould & Toint 2000, sect. 7). It closes
+// the rows to first order and leaves of order ϑ², so that some ϑ brings the violation down wherever G has full rank.
+#pragma once
+
+#include "dynamics/equations_of_motion.hpp"
+
+namespace mbproj {
+
+template <int D> class TrustRegion {
+public:
+    explicit TrustRegion(EquationsOfMotion<D>& equations)
+        : equations_(equations), model_(equations.model()), rhs_(model_.all_rows()), before_(equations.size()),
+          added_(model_.size()) {
+        double sum = 0.0;
+        for (const Body<D>& body : model_.bodies) {
+            moment_.push_back(body.inertia.trace() / Size<D>::turns);
+            sum += moment_.back();
+        }
+        for (double& moment : moment_) moment = std::max(moment, lent_moment * sum / model_.size());
+    }
+
+    // The correction of a violation, with the factor at hand. False where it is not unique.
+    bool solve(const double* violation) {
+        for (std::size_t r = 0; r < rhs_.size(); ++r) rhs_[r] = -violation[r];
+        equations_.solver().clear_forces();
+        return equations_.solver().solve(rhs_.data());
+    }
+
+    // Moves y by a part of the correction at hand, and the pose with it.
+    void move(double* y, double part_of_it) {
+        for (int b = 0; b < model_.size(); ++b) {
+            WritablePart<D> part(y, b);
+            part.position() += part_of_it * equations_.solver().shift(b);
+            part.orientation() = turned(Column<Size<D>::orientation>(part.orientation()),
+                                        Turn<D>(part_of_it * equations_.solver().turn(b)));
+        }
+        equations_.set_pose(y);
+    }
+
+    // The largest row, lengths in the mechanism's own.
+    double scaled(const double* C) const {
+        double most = 0.0;
+        for (std::size_t r = 0; r < rhs_.size(); ++r) most = std::max(most, std::abs(C[r]) / model_.row_scale[r]);
+        return most;
+    }
+
+    // Moves y by the correction at hand, if that brings the violation down by half of what Newton's method promises.
+    bool whole(double* y, double& left) { return part(y, left, 1.0); }
+
+    // The same with parts of it, of which none turns a body by more than `widest_turn`.
+    bool shortened(double* y, double& left) {
+        for (double tried = std::min(1.0, widest_turn / widest()); tried >= shortest; tried *= 0.5)
+            if (part(y, left, tried)) return true;
+        return false;
+    }
+
+    // The correction at hand, of a factor of this pose, whole; or those that turn bodies less and less; or shortened.
+    bool damped(double* y, double& left, Metric metric) {
+        double limit = widest_turn;
+        if (widest() <= limit) {
+            if (whole(y, left)) return true;
+            limit = tighter * widest();
+        }
+        if (metric != Metric::coordinates && turning_less(y, left, metric, limit)) return true;
+        return equations_.factor(metric) && solve(equations_.C()) && shortened(y, left);
+    }
+
+private:
+    // No correction turns a body by more, rad; and by how much less from one trial to the next, how often.
+    static constexpr double widest_turn = 0.5, tighter = 0.25;
+    static constexpr int tightenings = 6;
+    // What a body's moment grows by where it turns too far, beyond the factor by which it does; at most so many times.
+    static constexpr double stiffer = 100.0;
+    static constexpr int stiffenings = 12;
+    // Bodies without inertia count with this part of the mean.
+    static constexpr double lent_moment = 1e-6;
+    // The smallest part of a correction that is tried.
+    static constexpr double shortest = 1e-3;
+
+    bool part(double* y, double& left, double part_of_it) {
+        std::copy(y, y + before_.size(), before_.begin());
+        move(y, part_of_it);
+        if (const double now = scaled(equations_.constraint()); now < (1.0 - 0.5 * part_of_it) * left) {
+            left = now;
+            return true;
+        }
+        std::copy(before_.begin(), before_.end(), y);
+        equations_.set_pose(y);
+        equations_.constraint();
+        return false;
+    }
+
+    bool turning_less(double* y, double& left, Metric metric, double limit) {
+        std::fill(added_.begin(), added_.end(), 0.0);
+        bool found = false;
+        for (int trial = 0; trial < tightenings && !found && stiffen(metric, limit); ++trial) {
+            found = whole(y, left);
+            limit = tighter * std::min(limit, widest());
+        }
+        equations_.stiffen({});
+        return found;
+    }
+
+    // A correction that turns no body by more than `limit`; false where moments of inertia do not keep bodies from it.
+    bool stiffen(Metric metric, double limit) {
+        for (int pass = 0; pass < stiffenings; ++pass) {
+            equations_.stiffen(added_);
+            if (!equations_.factor(metric) || !solve(equations_.C())) return false;
+            if (widest() <= limit) return true;
+            for (std::size_t b = 0; b < added_.size(); ++b)
+                if (const double turn = equations_.solver().turn(static_cast<int>(b)).norm(); turn > limit)
+                    added_[b] += stiffer * (moment_[b] + added_[b]) * turn / limit;
+        }
+        return false;
+    }
+
+    // The largest turn of a body, rad.
+    double widest() const {
+        double turn2 = 0.0;
+        for (int b = 0; b < model_.size(); ++b) turn2 = std::max(turn2, equations_.solver().turn(b).squaredNorm());
+        return std::sqrt(turn2);
+    }
+
+    EquationsOfMotion<D>& equations_;
+    const Model<D>& model_;
+    std::vector<double> rhs_, before_, moment_, added_;
+};
+
+}  // namespace mbproj

@@ -1,8 +1,0 @@
-// The kernel in space: 6 freedoms a body.
-#include "bind.hpp"
-
-namespace mbproj {
-
-void bind_space(nb::module_& m) { bind_dimension<3>(m, "Space"); }
-
-}  // namespace mbproj

@@ -1,0 +1,143 @@
+// What a run hands over: consecutive samples, counters and peaks, and how it stands.
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <vector>
+
+#include "model/dimension.hpp"
+
+namespace mbproj {
+
+enum class Status : int { running, finished, not_finite, singular, open, vanished, broken, branch, unresolved, untold };
+
+// In the order of the fields of mbproj.integrate.outcome.tally.Tally.
+struct Counters {
+    long steps = 0, rejected_steps = 0, evaluations = 0, projections = 0, projection_iterations = 0,
+         velocity_iterations = 0, projection_failures = 0, projection_fallbacks = 0, factorisations = 0;
+    static constexpr int count = 9;
+    std::array<long, count> list() const {
+        return {steps,
+                rejected_steps,
+                evaluations,
+                projections,
+                projection_iterations,
+                velocity_iterations,
+                projection_failures,
+                projection_fallbacks,
+                factorisations};
+    }
+};
+
+// The largest value so far, its row, and when.
+struct Peak {
+    double value = 0.0;
+    long row = 0;
+    double time = 0.0;
+    void watch(const double* rows, std::size_t count, double t) {
+        for (std::size_t r = 0; r < count; ++r)
+            if (const double size = rows[r] < 0.0 ? -rows[r] : rows[r]; size > value) {
+                value = size;
+                row = static_cast<long>(r);
+                time = t;
+            }
+    }
+};
+
+// Of the positions, of those of the joints alone, without motions, and of the velocities.
+struct Peaks {
+    Peak position, joint, velocity;
+    void watch(const double* C, const double* C_dot, std::size_t rows, std::size_t driven, double t) {
+        position.watch(C, rows, t);
+        if (driven == 0)
+            joint = position;
+        else
+            joint.watch(C, rows - driven, t);
+        velocity.watch(C_dot, rows, t);
+    }
+};
+
+// Samples one after another, row-major: states, accelerations (global r'', ω' in body axes), multipliers, turns.
+struct SampleBlock {
+    std::vector<double> t, y, acceleration, multipliers, step_size, work;
+    std::vector<long> turns, counters;
+    void clear() {
+        for (auto* numbers : {&t, &y, &acceleration, &multipliers, &step_size, &work}) numbers->clear();
+        turns.clear();
+        counters.clear();
+    }
+
+    // The state y and its slope, both with what is integrated beside them, and λ of C's rows, the first of `lambda`.
+    template <int D> void add(double time, const Eigen::VectorXd& state, const Eigen::VectorXd& slope, int bodies,
+                              const std::vector<double>& lambda, int rows, double h, const std::vector<long>& turned,
+                              const Counters& counted, int integrals) {
+        using S = Size<D>;
+        const double* end = state.data() + static_cast<std::ptrdiff_t>(S::state) * bodies;
+        t.push_back(time);
+        y.insert(y.end(), state.data(), end);
+        work.insert(work.end(), end, end + integrals);
+        for (int b = 0; b < bodies; ++b) {
+            const double* a = slope.data() + S::state * b + S::pose;
+            acceleration.insert(acceleration.end(), a, a + S::freedoms);
+        }
+        multipliers.insert(multipliers.end(), lambda.begin(), lambda.begin() + rows);
+        step_size.push_back(h);
+        turns.insert(turns.end(), turned.begin(), turned.end());
+        const auto counts = counted.list();
+        counters.insert(counters.end(), counts.begin(), counts.end());
+    }
+};
+
+// A step that cannot tell the turns of a coordinate: how far it turns, how far from that the pose comes out (rad), and the
+// part of the step that would do.
+struct Slip {
+    int coordinate = -1;
+    double turned = 0.0, off = 0.0;
+    explicit operator bool() const { return coordinate >= 0; }
+    double shorter() const { return turned > 0.0 ? std::min(0.5, M_PI / turned) : 0.5; }
+};
+
+// A step that was accepted, to t over h, and whether a sample is due there.
+struct Reached {
+    double t, h;
+    bool due;
+};
+
+// Why and where a run stopped.
+struct Outcome {
+    Status status = Status::running;
+    double time = 0.0;
+    int joint = -1;
+    int row = -1;
+    double open_by = 0.0;
+    int passes = 0;
+    bool projection_failed = false;
+    double velocity_change = 0.0;
+    Slip slip{};
+    double step = 0.0;  // that would not slip, s
+
+    static Outcome left_open(double t, int row, double by, int passes, bool projection_failed) {
+        Outcome found{Status::open, t};
+        found.row = row;
+        found.open_by = by;
+        found.passes = passes;
+        found.projection_failed = projection_failed;
+        return found;
+    }
+    // Branches of the motion: another one, or two that cannot be told apart.
+    static Outcome at_branch(Status status, double t, double change) {
+        Outcome found{status, t};
+        found.velocity_change = change;
+        return found;
+    }
+    // By a step of size h.
+    static Outcome untold(const Slip& slip, double t, double h) {
+        Outcome found{Status::untold, t};
+        found.slip = slip;
+        found.step = slip.shorter() * h;
+        return found;
+    }
+};
+
+}  // namespace mbproj

@@ -1,0 +1,104 @@
+// Steps past singular poses. On the constraints the motion goes through such a pose smoothly, but a stage is off them by
+// some power of h, and that is divided there by the distance of C_q from losing its rank: a coarse step may come out
+// anywhere, on another branch of the motion even, with velocities that agree with it. So a step within which that distance
+// changes by a large part is repeated as two halves, and both must come to the same.
+#pragma once
+
+#include "projection/projector.hpp"
+#include "stepping/runge_kutta.hpp"
+
+namespace mbproj {
+
+// The smallest pivot of S is the square of the distance: where it is below the first and falls, within two steps, below the
+// second part of what it was, the step is checked.
+constexpr double passing = 0.01, nearing = 0.25;
+
+// Both may differ by this part, of the velocity or of the way made; with error control by so many tolerances, else the step
+// is tried so many times shorter, so that its stages lie elsewhere.
+constexpr double agreement = 0.05, agreed_tolerances = 100.0, shorter = 0.7;
+constexpr int most_shorter = 8;
+
+// What moves the mechanism by less than this part of its length in a step is at rest.
+constexpr double at_rest = 1e-10;
+
+// While it lives, evaluations are not looked at for what is near a singular pose or usual: those of samples inside a step,
+// so that recording does not change the steps.
+template <int D> class Aside {
+public:
+    explicit Aside(EquationsOfMotion<D>& equations) : equations_(equations), seen_(equations.pivots) {
+        equations_.solver().learns = false;
+    }
+    ~Aside() {
+        equations_.solver().learns = true;
+        equations_.pivots = seen_;
+    }
+    Aside(const Aside&) = delete;
+    Aside& operator=(const Aside&) = delete;
+
+private:
+    EquationsOfMotion<D>& equations_;
+    const Pivots seen_;
+};
+
+template <int D> class StepDoubling {
+public:
+    using S = Size<D>;
+    using Vector = Eigen::VectorXd;
+
+    StepDoubling(const Tableau& tableau, EquationsOfMotion<D>& equations, Projector<D>& projector)
+        : equations_(equations), projector_(projector), half_(tableau, equations, equations.model().length),
+          evaluations_(2 * tableau.stages() - 1), middle_(Vector::Zero(equations.total())), end_(middle_) {}
+
+    // Whether the step that was just made, with these pivots at its stages, needs the check.
+    bool is_near(const Pivots& pivots) const {
+        return pivots.smallest < passing && pivots.smallest < nearing * std::max(before_, pivots.largest);
+    }
+    void accepted(const Pivots& pivots) { before_ = pivots.largest; }
+
+    // Two half steps from y at t, with its slope; false where they fail. Their evaluations count.
+    bool repeat(double t, const Vector& y, const Vector& slope, double h, long& evaluations) {
+        evaluations += evaluations_;
+        half_.first() = slope;
+        if (!half_.step(t, y, 0.5 * h, middle_) || !projector_.anywhere(t + 0.5 * h, middle_.data()).regular ||
+            !equations_.derivative(t + 0.5 * h, middle_.data(), half_.first().data()) ||
+            !half_.step(t + 0.5 * h, middle_, 0.5 * h, end_))
+            return false;
+        return projector_.anywhere(t + h, end_.data()).regular;
+    }
+
+    // Where the half steps end.
+    const Vector& middle() const { return middle_; }
+    const Vector& end() const { return end_; }
+
+    // How far a state is from another, as a part of the velocity or of the way made in a step.
+    double off(const Vector& x, const Vector& y, double h) const {
+        const double length = equations_.model().length;
+        double way = 0.0, change = 0.0, speed = 0.0;  // squares
+        for (int b = 0; b < equations_.model().size(); ++b) {
+            const Part<D> a(y.data(), b), e(x.data(), b);
+            way += (a.position() - e.position()).squaredNorm() + 0.5 * length * length * turned(a, e);
+            change +=
+                (a.velocity() - e.velocity()).squaredNorm() + length * length * (a.omega() - e.omega()).squaredNorm();
+            speed += std::max(a.velocity().squaredNorm(), e.velocity().squaredNorm()) +
+                     length * length * std::max(a.omega().squaredNorm(), e.omega().squaredNorm());
+        }
+        if (std::sqrt(speed) * h <= at_rest * length) return 0.0;
+        return std::sqrt(std::max(way / (h * h), change) / speed);
+    }
+
+private:
+    // 2 |δθ|², of small turns.
+    static double turned(const Part<D>& a, const Part<D>& b) {
+        using Orientation = Column<S::orientation>;
+        return (rotation(Orientation(a.orientation())) - rotation(Orientation(b.orientation()))).squaredNorm();
+    }
+
+    EquationsOfMotion<D>& equations_;
+    Projector<D>& projector_;
+    RungeKutta<D> half_;
+    const long evaluations_;
+    Vector middle_, end_;
+    double before_ = 0.0;
+};
+
+}  // namespace mbproj

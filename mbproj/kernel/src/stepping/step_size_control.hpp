@@ -1,0 +1,41 @@
+// Step-size control as in mbproj.integrate.loop.step_size (Hairer, Nørsett & Wanner 1993, sect. II.4).
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+
+namespace mbproj {
+
+// PI controller: h_new = 0.9 h err^(-a) err_old^b with b = 0.2 / k, a = 1 / k - 0.75 b, k the estimate's order + 1.
+class StepSizeControl {
+public:
+    explicit StepSizeControl(int error_order) : k_(error_order + 1) {}
+
+    double after_accepted(double error, double h) {
+        const double integral = 0.2 / k_;
+        const double factor =
+            safety * std::pow(std::max(error, 1e-10), 0.75 * integral - 1.0 / k_) * std::pow(previous_, integral);
+        const double most = rejected_ ? 1.0 : 10.0;
+        rejected_ = false;
+        previous_ = std::max(error, 1e-4);
+        return h * std::min(std::max(factor, 0.2), most);
+    }
+    double after_rejected(double error, double h) {
+        rejected_ = true;
+        const double factor = std::isfinite(error) ? safety * std::pow(error, 0.15 / k_ - 1.0 / k_) : 0.0;
+        return h * std::max(factor, 0.2);
+    }
+
+private:
+    static constexpr double safety = 0.9;
+    double k_, previous_ = 1e-4;
+    bool rejected_ = false;
+};
+
+// h, or what is left to the end, or half of that where one step more would be tiny.
+inline double fitted(double h, double left) {
+    if (h >= left) return left;
+    return 2.0 * h > left && left > 1.01 * h ? 0.5 * left : h;
+}
+
+}  // namespace mbproj

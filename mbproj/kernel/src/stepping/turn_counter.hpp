@@ -1,0 +1,161 @@
+// Whole turns of the joints' angles, counted step by step. The definitions are those of mbproj.dynamics.equations.turning: rates lead
+// an angle to where it is after a step, by the trapezoidal rule or, where the pose is not there, by the stages of the step,
+// as do those of angles that are followed; its motion leads a driven one. Where the pose is not there either, the step is
+// too coarse to tell the turns.
+#pragma once
+
+#include <cmath>
+
+#include "stepping/runge_kutta.hpp"
+#include "stepping/samples.hpp"
+
+namespace mbproj {
+
+// A pose may be so far from where the rates lead, rad.
+constexpr double told = 0.5;
+
+template <int D> class TurnCounter {
+public:
+    using Vector = Eigen::VectorXd;
+    // What is known of the angles at one point of the motion: where each stands, how fast it turns, what a motion
+    // prescribes for it; and its turns.
+    struct Angle : EquationsOfMotion<D>::Angle {
+        double prescribed = 0.0;
+    };
+    struct Counted {
+        std::vector<Angle> angles;
+        std::vector<long> turns;
+        double value(int i) const { return angles[i].value() + 2.0 * M_PI * static_cast<double>(turns[i]); }
+    };
+
+    TurnCounter(const Model<D>& model, EquationsOfMotion<D>& equations, const RungeKutta<D>& method)
+        : model_(model), equations_(equations), method_(method) {
+        std::vector<int> motion(model.coordinates.instances.size(), -1);
+        for (std::size_t k = 0; k < model.driven.size(); ++k) motion[model.driven[k].coordinate] = static_cast<int>(k);
+        for (std::size_t i = 0; i < motion.size(); ++i)
+            if (model.counts_turns[i]) counting_.push_back({static_cast<int>(i), motion[i]});
+    }
+
+    // Where a run begins, at y, in place.
+    Counted start(std::vector<long> turns, double t, Vector& y) const {
+        Counted counted{std::vector<Angle>(turns.size()), std::move(turns)};
+        for (const Counting& each : counting_) counted.angles[each.coordinate] = look(each);
+        follow(counted, y);
+        equations_.set_pose(t, y.data());
+        equations_.start_teeth();
+        return counted;
+    }
+
+    // Before the state y at a time is closed: angles that are followed and driven are where their motions are.
+    void lead(double t, Vector& y) const {
+        if (!model_.follows_angles || model_.driven.empty()) return;
+        equations_.set_pose(t, y.data());
+        for (const Counting& each : counting_)
+            if (each.motion >= 0) y[equations_.followed() + each.coordinate] = equations_.prescribed(each.motion);
+    }
+
+    // From y at t, counted, to y_new, in place; the worst coordinate whose turns the step cannot tell.
+    Slip advance(Counted& counted, double t, const Vector& y, double t_new, Vector& y_new) const {
+        Slip worst;
+        const double h = t_new - t;
+        for (const Counting& each : counting_) {
+            const int i = each.coordinate;
+            const Angle before = counted.angles[i], now = look(each);
+            const bool led = each.motion >= 0;
+            double turned = led ? now.prescribed - before.prescribed : 0.5 * h * (before.speed + now.speed);
+            const double most = led ? 2.0 * std::abs(turned) : h * (std::abs(before.speed) + std::abs(now.speed));
+            counted.angles[i] = now;
+            if (before.cosine > 0.0 && now.cosine > 0.0 && most < 2.0)
+                continue;  // far from ±π, where the value jumps, at both ends and in between
+            double off = 0.0;
+            long more = turns(before.value() + turned, now.value(), off);
+            if (off > told && !led) {
+                turned = model_.follows_angles ? y_new[equations_.followed() + i] - y[equations_.followed() + i]
+                                               : rotation(each, t, y, t_new, y_new);
+                more = turns(before.value() + turned, now.value(), off);
+            }
+            counted.turns[i] += more;
+            if (!(off <= std::max(told, worst.off))) worst = {i, std::abs(turned), off};
+        }
+        follow(counted, y_new);
+        return worst;
+    }
+
+    // The coordinate that turns by most in a step of size h from here, where that is more than half a turn.
+    Slip far(const Counted& counted, double h) const {
+        Slip found;
+        for (const Counting& each : counting_) {
+            const double turned = h * std::abs(counted.angles[each.coordinate].speed);
+            if (turned > std::max(M_PI, found.turned)) found = {each.coordinate, turned, 0.0};
+        }
+        return found;
+    }
+
+    // At a time within a step whose ends are counted, for the state y in place: along the cubics through both ends.
+    std::vector<long> inside(const Counted& before, double t, const Counted& after, double t_new, double time,
+                             const Vector& y) const {
+        std::vector<long> found = before.turns;
+        const double h = t_new - t, s = (time - t) / h, rest = 1.0 - s;
+        for (const Counting& each : counting_) {
+            const int i = each.coordinate;
+            double expected = rest * rest * ((1.0 + 2.0 * s) * before.value(i) + s * h * before.angles[i].speed) +
+                              s * s * ((1.0 + 2.0 * rest) * after.value(i) - rest * h * after.angles[i].speed);
+            if (each.motion >= 0)
+                expected = equations_.prescribed(each.motion);
+            else if (model_.follows_angles)
+                expected = y[equations_.followed() + i];
+            double off;
+            found[i] = turns(expected, look(each).value(), off);
+        }
+        return found;
+    }
+
+private:
+    // A coordinate that counts turns, and the motion that drives it, or -1.
+    struct Counting {
+        int coordinate, motion;
+    };
+
+    // The whole turns that bring a value next to what is expected of it, and how far off it is then.
+    static long turns(double expected, double value, double& off) {
+        const double more = std::nearbyint((expected - value) / (2.0 * M_PI));
+        off = std::abs(value + 2.0 * M_PI * more - expected);
+        return std::lrint(more);
+    }
+
+    // Angles that are followed go on from where they are counted to be.
+    void follow(const Counted& counted, Vector& y) const {
+        if (!model_.follows_angles) return;
+        for (const Counting& each : counting_)
+            y[equations_.followed() + each.coordinate] = counted.value(each.coordinate);
+    }
+
+    // How far an angle turns in a step by the rates at its stages. Leaves y_new in place.
+    double rotation(const Counting& each, double t, const Vector& y, double t_new, const Vector& y_new) const {
+        const Tableau& tableau = method_.tableau();
+        const double h = t_new - t;
+        double total = 0.0;
+        Vector stage(y.size());
+        for (int s = 0; s < tableau.stages(); ++s) {
+            if (tableau.b[s] == 0.0) continue;
+            method_.stage(y, h, s, stage);
+            equations_.set_pose(t + tableau.c[s] * h, stage.data());
+            equations_.set_velocities(stage.data(), false);
+            total += h * tableau.b[s] * look(each).speed;
+        }
+        equations_.set_pose(t_new, y_new.data());
+        equations_.set_velocities(y_new.data(), false);
+        return total;
+    }
+
+    Angle look(const Counting& each) const {
+        return {equations_.angle(each.coordinate), each.motion < 0 ? 0.0 : equations_.prescribed(each.motion)};
+    }
+
+    const Model<D>& model_;
+    EquationsOfMotion<D>& equations_;
+    const RungeKutta<D>& method_;
+    std::vector<Counting> counting_;
+};
+
+}  // namespace mbproj

@@ -1,0 +1,1 @@
+"""Scene to System: names become indices, joints become primitives that are bound to bodies."""

@@ -1,0 +1,50 @@
+"""What the scene says of the start: the guess of the pose and velocities, and the hard conditions on joints."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from mbproj.arrays import Array
+from mbproj.model.compile.rigid_groups import rigid_groups
+from mbproj.model.euler_parameters import matrix_L
+from mbproj.model.system import Conditions, System
+from mbproj.scene.records import Scene
+
+
+@dataclass(frozen=True, eq=False)
+class Guess:
+    """Coordinates q (7n,) and velocities v = q' (7n,) to start assembly from, and conditions on joint coordinates."""
+
+    q: Array
+    v: Array
+    start: Conditions
+    speed: Conditions
+
+
+def initial_guess(scene: Scene, system: System) -> Guess:
+    """The guess that the scene's bodies give, and what its joints demand. Λ' = ½ Lᵀ ω (Eq. 16)."""
+    carriers = rigid_groups(scene).carriers
+    position = np.array([carrier.position for carrier in carriers])
+    orientation = np.array([carrier.orientation for carrier in carriers])
+    velocity = np.array([carrier.velocity for carrier in carriers])
+    omega = np.array([carrier.angular_velocity for carrier in carriers])
+    rate = 0.5 * np.einsum("nij,ni->nj", matrix_L(orientation), omega)
+    return Guess(
+        q=np.hstack([position, orientation]).ravel(),
+        v=np.hstack([velocity, rate]).ravel(),
+        start=_conditions(scene, system, "start"),
+        speed=_conditions(scene, system, "speed"),
+    )
+
+
+def _conditions(scene: Scene, system: System, kind: str) -> Conditions:
+    wanted = {
+        f"{joint.name}.{coordinate}": value
+        for joint in scene.joints
+        for coordinate, value in getattr(joint, kind).items()
+    }
+    index = [index for index, name in enumerate(system.names.coordinates) if name in wanted]
+    value = [wanted[system.names.coordinates[i]] for i in index]
+    return Conditions(np.array(index, dtype=np.intp), np.array(value, dtype=float))

@@ -1,0 +1,140 @@
+"""The scene's forces as arrays."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from mbproj.arrays import Array
+from mbproj.constraints import PRIMITIVES
+from mbproj.errors import InputError, Problem
+from mbproj.functions.program import Program
+from mbproj.functions.program_set import flatten
+from mbproj.model.compile.frames import Pose
+from mbproj.model.compile.rigid_groups import Seat
+from mbproj.model.forces import BodyForces, Forces, Laws
+from mbproj.model.primitive_set import Binding, bind
+from mbproj.scene.records import BodyForce, JointForce, Law, PointForce, Scene
+
+#: Two points that are closer than this, over 1 m + their coordinates, are one.
+COINCIDENT = 1e-14
+
+
+@dataclass(frozen=True, eq=False)
+class _Entry:
+    """A law on its way into the arrays: the name of its force, what results call it, the primitive it acts along, and
+    which joint coordinate that is (-1: none)."""
+
+    law: Law
+    force: str
+    shown: str
+    along: Binding
+    coordinate: int = -1
+
+
+class _Programs:
+    """The programs met so far, with the names of their forces."""
+
+    def __init__(self) -> None:
+        self.programs: list[Program] = []
+        self.owners: list[str] = []
+
+    def number(self, program: Program | None, owner: str) -> int:
+        """The number of this program in the set, -1 where there is none."""
+        if program is None:
+            return -1
+        self.programs.append(program)
+        self.owners.append(owner)
+        return len(self.programs) - 1
+
+
+def compile_forces(
+    scene: Scene, seats: Mapping[str, Seat], poses: Mapping[str, Pose], coordinates: Mapping[str, Binding]
+) -> tuple[Forces | None, tuple[str, ...]]:
+    """The forces, None where there are none, and what results call the laws: the force's name, with the coordinate
+    where it acts on several. `coordinates` are the joints' by whole name. Raises InputError."""
+    if not scene.forces:
+        return None, ()
+    entries: list[_Entry] = []
+    for force in scene.forces:
+        if isinstance(force, PointForce):
+            entries.append(_between_points(scene, force, seats, poses))
+        elif isinstance(force, JointForce):
+            entries += _on_joint(force, coordinates)
+    met = _Programs()
+    laws = _laws(entries, met)
+    on_bodies = _on_bodies([force for force in scene.forces if isinstance(force, BodyForce)], seats, poses, met)
+    owners = tuple(entry.force for entry in entries)
+    forces = Forces(laws, on_bodies, flatten(met.programs), owners, tuple(met.owners))
+    return forces, tuple(entry.shown for entry in entries)
+
+
+def _laws(entries: Sequence[_Entry], met: _Programs) -> Laws:
+    laws = [entry.law for entry in entries]
+    return Laws(
+        coordinates=bind([Binding(entry.along.primitive, at, entry.along.slots) for at, entry in enumerate(entries)]),
+        joint_coordinate=np.array([entry.coordinate for entry in entries], dtype=np.intp),
+        stiffness=np.array([law.stiffness for law in laws], dtype=float),
+        damping=np.array([law.damping for law in laws], dtype=float),
+        free=np.array([law.free or 0.0 for law in laws], dtype=float),
+        program=np.array([met.number(entry.law.function, entry.force) for entry in entries], dtype=np.intp),
+    )
+
+
+def _on_bodies(
+    forces: Sequence[BodyForce], seats: Mapping[str, Seat], poses: Mapping[str, Pose], met: _Programs
+) -> BodyForces:
+    turns = [seats[force.body].turn if force.body_axes else np.eye(3) for force in forces]
+    programs = [[met.number(component, force.name) for component in force.components] for force in forces]
+    return BodyForces(
+        body=np.array([seats[force.body].carrier for force in forces], dtype=np.intp),
+        point=np.array([_point(force, seats, poses) for force in forces], dtype=float).reshape(-1, 3),
+        is_torque=np.array([force.torque for force in forces], dtype=bool),
+        in_body=np.array([force.body_axes for force in forces], dtype=bool),
+        turn=np.array(turns, dtype=float).reshape(-1, 3, 3),
+        program=np.array(programs, dtype=np.intp).reshape(-1, 3),
+    )
+
+
+def _between_points(scene: Scene, force: PointForce, seats: Mapping[str, Seat], poses: Mapping[str, Pose]) -> _Entry:
+    """A law on the distance of two points; without a free length it is that of the scene's pose."""
+    slots, ends = [], []
+    for side, (name, point) in enumerate(zip(force.bodies, (force.points.first, force.points.second), strict=True), 1):
+        position, rotation = poses[name]
+        local = np.array(point) if force.points.local else rotation.T @ (np.array(point) - position)
+        ends.append(position + rotation @ local)
+        slots.append((seats[name].carrier, side, seats[name].point(local)))
+    length, place = float(np.linalg.norm(ends[1] - ends[0])), scene.place("forces", force.name)
+    if slots[0][0] == slots[1][0]:
+        what = f"force '{force.name}' acts between two points of one rigid body"
+        raise InputError(Problem(what, place, "fixed joints have made its bodies one"))
+    if length <= COINCIDENT * (1.0 + np.abs(ends).max()):
+        what = f"force '{force.name}' has no direction: its two points are one at the scene's pose"
+        raise InputError(Problem(what, place, "move one of its points"))
+    law = force.law
+    free = length if law.free is None else law.free
+    bound = Binding(PRIMITIVES["distance"](), 0, tuple(slots))
+    return _Entry(replace(law, free=free), force.name, force.name, bound)
+
+
+def _on_joint(force: JointForce, coordinates: Mapping[str, Binding]) -> list[_Entry]:
+    """The laws on coordinates of a joint."""
+    index = {name: number for number, name in enumerate(coordinates)}
+    several = len(force.laws) > 1
+    entries = []
+    for coordinate, law in force.laws.items():
+        whole = f"{force.joint}.{coordinate}"
+        shown = f"{force.name}.{coordinate}" if several else force.name
+        entries.append(_Entry(law, force.name, shown, coordinates[whole], index[whole]))
+    return entries
+
+
+def _point(force: BodyForce, seats: Mapping[str, Seat], poses: Mapping[str, Pose]) -> Array:
+    """Where a given force acts, in its carrier's axes."""
+    if force.location is None:
+        return seats[force.body].offset
+    position, rotation = poses[force.body]
+    location = np.array(force.location)
+    return seats[force.body].point(location if force.local else rotation.T @ (location - position))

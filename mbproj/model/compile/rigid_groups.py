@@ -1,0 +1,153 @@
+"""Bodies that `fixed` joints make one: each group moves as a single carrier, with the mass and inertia of all."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from mbproj.arrays import Array
+from mbproj.joints import JOINTS
+from mbproj.model.compile.frames import Pose, pose
+from mbproj.scene.records import GROUND, Body, Joint, Scene
+
+
+@dataclass(frozen=True, eq=False)
+class Carrier:
+    """A rigid body of the system: mass, inertia (3, 3) about its centre of mass, its pose and motion as a guess.
+
+    `orientation` (4,) are Euler parameters, `velocity` is global, `angular_velocity` in its axes.
+    """
+
+    name: str
+    mass: float
+    inertia: Array
+    position: Array
+    orientation: Array
+    velocity: Array
+    angular_velocity: Array
+
+
+@dataclass(frozen=True, eq=False)
+class Seat:
+    """Where a body sits on its carrier (index n is the ground): its centre of mass (3,) and its axes (3, 3) in the
+    carrier's axes."""
+
+    carrier: int
+    offset: Array
+    turn: Array
+
+    def point(self, local: Array) -> Array:
+        """A point of the body, given in its axes, in the carrier's."""
+        return self.offset + self.turn @ local
+
+    def vector(self, local: Array) -> Array:
+        """A vector of the body, given in its axes, in the carrier's."""
+        return self.turn @ local
+
+
+@dataclass(frozen=True, eq=False)
+class RigidGroups:
+    """The carriers, the seat of every body by name, and the joints that are left between them."""
+
+    carriers: tuple[Carrier, ...]
+    seats: Mapping[str, Seat]
+    joints: tuple[Joint, ...]
+
+
+def rigid_groups(scene: Scene) -> RigidGroups:
+    """The scene with its merging joints carried out. A body on its own is its own carrier, to the last bit."""
+    bodies = {body.name: body for body in scene.bodies}
+    merging = _merging(scene)
+    poses = {body.name: pose(body.position, body.orientation) for body in scene.bodies}
+    poses[GROUND] = (np.zeros(3), np.eye(3))
+    carriers: list[Carrier] = []
+    seats: dict[str, Seat] = {}
+    grounded: dict[str, Seat] = {}
+    for root in (GROUND, *bodies):
+        if root in seats or root in grounded:
+            continue
+        group = _group(root, merging, poses)
+        if root == GROUND:
+            grounded = {name: Seat(-1, position, turn) for name, (position, turn) in group.items()}
+        elif len(group) == 1:
+            seats[root] = Seat(len(carriers), np.zeros(3), np.eye(3))
+            carriers.append(_alone(bodies[root]))
+        else:
+            carrier = _composite([bodies[name] for name in group], group)
+            turn = group[root][1]
+            seats |= {
+                name: Seat(len(carriers), turn.T @ (position - carrier.position), turn.T @ axes)
+                for name, (position, axes) in group.items()
+            }
+            carriers.append(carrier)
+    seats |= {name: Seat(len(carriers), seat.offset, seat.turn) for name, seat in grounded.items()}
+    return RigidGroups(tuple(carriers), seats, tuple(joint for joint in scene.joints if joint not in merging))
+
+
+def _merging(scene: Scene) -> list[Joint]:
+    """The joints to carry out: not those of a group that another joint connects with itself, whose rows would then hold
+    one body to itself, without a gradient that could tell that they are redundant."""
+    merging = [joint for joint in scene.joints if JOINTS[joint.type].merges and not joint.reaction]
+    group = {name: name for name in (GROUND, *(body.name for body in scene.bodies))}
+    for joint in merging:
+        first, second = (group[name] for name in joint.bodies)
+        group = {name: first if root == second else root for name, root in group.items()}
+    held = {
+        group[joint.bodies[0]]
+        for joint in scene.joints
+        if joint not in merging and joint.couples is None and group[joint.bodies[0]] == group[joint.bodies[1]]
+    }
+    return [joint for joint in merging if group[joint.bodies[0]] not in held]
+
+
+def _group(root: str, merging: list[Joint], poses: Mapping[str, Pose]) -> dict[str, Pose]:
+    """The bodies held rigidly to `root`, with the poses that bring the points of the merging joints together."""
+    group, waiting = {root: poses[root]}, [root]
+    while waiting:
+        name = waiting.pop()
+        for joint in merging:
+            if name not in joint.bodies:
+                continue
+            side = joint.bodies.index(name)
+            other = joint.bodies[1 - side]
+            if other in group:
+                continue
+            position, turn = poses[other]
+            if joint.points.local:
+                ends = (np.array(joint.points.first), np.array(joint.points.second))
+                position = group[name][0] + group[name][1] @ ends[side] - turn @ ends[1 - side]
+            group[other] = (position, turn)
+            waiting.append(other)
+    return group
+
+
+def _alone(body: Body) -> Carrier:
+    return Carrier(
+        body.name,
+        body.mass,
+        np.array(body.inertia),
+        np.array(body.position),
+        np.array(body.orientation),
+        np.array(body.velocity),
+        np.array(body.angular_velocity),
+    )
+
+
+def _composite(bodies: list[Body], group: Mapping[str, Pose]) -> Carrier:
+    """One body of several, in the axes of the first (parallel-axis theorem)."""
+    first = bodies[0]
+    start, axes = group[first.name]
+    mass = sum(body.mass for body in bodies)
+    weights = [body.mass / mass if mass > 0.0 else 1.0 / len(bodies) for body in bodies]
+    centre = sum((weight * group[body.name][0] for weight, body in zip(weights, bodies, strict=True)), np.zeros(3))
+    inertia = np.zeros((3, 3))
+    for body in bodies:
+        position, turn = group[body.name]
+        arm, local = axes.T @ (position - centre), axes.T @ turn
+        inertia += local @ np.array(body.inertia) @ local.T
+        inertia += body.mass * (arm @ arm * np.eye(3) - np.outer(arm, arm))
+    omega = np.array(first.angular_velocity)
+    velocity = np.array(first.velocity) + np.cross(axes @ omega, centre - start)
+    return Carrier(first.name, mass, 0.5 * (inertia + inertia.T), centre, np.array(first.orientation), velocity, omega)

@@ -1,0 +1,21 @@
+"""No projection: direct integration of Eq. 14. The constraints drift, which is what it is there to show."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import final
+
+from mbproj.arrays import Array
+from mbproj.projection.methods.method import Method
+
+
+@final
+@dataclass(frozen=True)
+class Unprojected(Method):
+    """Direct integration of Eq. 14."""
+
+    def stabilised(self, gamma: Array, C: Array, C_dot: Array) -> Array:
+        return gamma
+
+
+METHOD = Unprojected

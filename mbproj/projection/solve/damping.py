@@ -1,0 +1,89 @@
+"""Corrections to try in turn where the whole one turns a body further than its linearised rows hold, or does not bring
+the violation down.
+
+A metric by masses asks bodies of small inertia for large turns where a heavy one would have to give way otherwise.
+The smallest correction that turns no body by more than ϑ is that of a metric with moments of inertia added to bodies
+that would: min ½ΔᵀMΔ subject to C_q Δ = -C and |δθ_b| <= ϑ has the conditions (M + Σ μ_b E_b) Δ + C_qᵀλ = 0, with
+μ_b >= 0 where the bound holds (a trust region: Conn, Gould & Toint 2000, sect. 7). It closes the rows to first order,
+and leaves of order ϑ², so that some ϑ brings the violation down wherever C_q has full rank.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from mbproj.arrays import Array
+from mbproj.projection.methods.method import Projection
+
+#: No correction turns a body by more (rad, to first order).
+WIDEST_TURN = 0.5
+#: How much less a turn is allowed from one trial to the next, and how often.
+TIGHTER, TIGHTENINGS = 0.25, 6
+#: What a body's moments grow by where it turns too far, beyond the factor by which it does; at most so many times.
+STIFFER, STIFFENINGS = 100.0, 12
+#: Bodies without inertia are lent this part of the mean.
+LENT = 1e-6
+#: The smallest part of a correction that is tried.
+SHORTEST = 1e-3
+
+
+def damped(method: Projection, M: Array, C_q: Array, violation: Array, q: Array) -> Iterator[tuple[Array, float]]:
+    """Corrections Δ (7n,) of q (7n,) for a violation (m,), each with the part of it that Δ closes to first order: the
+    method's own; where that turns a body too far, and from then on, the smallest in its metric that turn bodies less
+    and less; where the metric has no say in the turns, the method's own, shortened."""
+    whole = method.correction(M, C_q, violation)
+    widest = _widest(whole, q)
+    limit = WIDEST_TURN
+    if widest <= limit:
+        yield whole, 1.0
+        limit = TIGHTER * widest
+    for _ in range(TIGHTENINGS):
+        change = _turning_less(method, M, C_q, violation, q, limit)
+        if change is None:
+            break
+        yield change, 1.0
+        limit = TIGHTER * min(limit, _widest(change, q))
+    part = min(0.5, WIDEST_TURN / widest) if widest > 0.0 else 0.5
+    while part >= SHORTEST:
+        yield part * whole, part
+        part *= 0.5
+
+
+def _turning_less(method: Projection, M: Array, C_q: Array, violation: Array, q: Array, limit: float) -> Array | None:
+    """A correction that turns no body by more than `limit`, near to the smallest in energy; None where moments of
+    inertia do not keep bodies from turning: in GOPM's metric, or where the rows prescribe the turn."""
+    Λ = q.reshape(-1, 7)[:, 3:]
+    index = np.arange(len(Λ))
+    across = 4.0 * (np.eye(4) - Λ[:, :, None] * Λ[:, None, :] / np.sum(Λ * Λ, axis=-1)[:, None, None])
+    blocks = M.reshape(len(Λ), 7, len(Λ), 7)
+    moment = np.einsum("bibi->b", blocks[:, 3:, :, 3:]) / 12.0
+    moment = np.maximum(moment, LENT * moment.mean())
+    added, before = np.zeros(len(Λ)), None
+    for _ in range(STIFFENINGS):
+        stiff = blocks.copy()
+        stiff[index, 3:, index, 3:] += added[:, None, None] * across
+        try:
+            change = method.correction(stiff.reshape(M.shape), C_q, violation)
+        except np.linalg.LinAlgError:
+            return None
+        turns = _turns(change, q)
+        if np.all(turns <= limit):
+            return change
+        if before is not None and np.array_equal(change, before):
+            return None
+        added = np.where(turns > limit, added + STIFFER * (moment + added) * turns / limit, added)
+        before = change
+    return None
+
+
+def _turns(change: Array, q: Array) -> Array:
+    """By how much a change of q turns each body, (n,), to first order: 2 |ΔΛ| across Λ."""
+    Λ, ΔΛ = q.reshape(-1, 7)[:, 3:], change.reshape(-1, 7)[:, 3:]
+    across = ΔΛ - np.sum(ΔΛ * Λ, axis=-1, keepdims=True) * Λ
+    return np.asarray(2.0 * np.linalg.norm(across, axis=-1))
+
+
+def _widest(change: Array, q: Array) -> float:
+    return float(_turns(change, q).max())

@@ -1,0 +1,103 @@
+"""The projection of a position, Eqs. 39, 45, 52, 60, 66, 73, iterated until C = 0."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from mbproj.arrays import Array
+from mbproj.dynamics.equations.constraint_equations import constraint
+from mbproj.dynamics.equations.equations_of_motion import mass_matrix
+from mbproj.dynamics.equations.kinematics import pose_of
+from mbproj.dynamics.equations.motions import Drive
+from mbproj.dynamics.equations.round_off import position_grain
+from mbproj.dynamics.rank.row_span import RowSpan
+from mbproj.model.system import System
+from mbproj.projection.methods.gopm import Gopm
+from mbproj.projection.methods.method import Projection
+from mbproj.projection.solve.damping import damped
+from mbproj.projection.solve.tolerance import PAPER_TOLERANCE, ROUND_OFF, row_tolerances
+from mbproj.scene.records import ProjectionSettings
+
+
+@dataclass(frozen=True, eq=False)
+class Position:
+    """q after a projection, the passes taken, whether the stop test was met, and whether the fallback was needed.
+    `left_open`: what rows violate that were not held, near a singular pose."""
+
+    q: Array
+    passes: int
+    met: bool
+    fell_back: bool = False
+    left_open: float = 0.0
+
+
+def correct_position(
+    system: System,
+    method: Projection,
+    settings: ProjectionSettings,
+    span: RowSpan,
+    q: Array,
+    drive: Drive | None = None,
+) -> Position:
+    """q with C(q) = 0 by the test that is set; where that does not converge, in GOPM's metric, if that is allowed."""
+    correct = _by_violation if settings.test == "violation" else _by_paper
+    found = correct(system, method, settings, span, q, drive)
+    if found.met or settings.fallback == "none":
+        return found
+    again = _by_violation(system, Gopm(), settings, span, q, drive)
+    return replace(again, passes=found.passes + again.passes, fell_back=True)
+
+
+def _by_violation(
+    system: System, method: Projection, settings: ProjectionSettings, span: RowSpan, q: Array, drive: Drive | None
+) -> Position:
+    """Until |C| <= tolerance in every row. Of the corrections to try, the first is taken that brings the violation down
+    by half of what Newton's method promises; where none does, round-off is reached, or it does not converge."""
+    pose = pose_of(q)
+    C, left_open = constraint(system, pose, drive), 0.0
+    tolerances = row_tolerances(system, settings, pose)
+    for passes in range(settings.max_iterations):
+        if np.all(np.abs(C) <= tolerances):
+            return Position(q, passes, met=True)
+        held = span.to_close(pose, C)
+        left_open = held.open(C)
+        if left_open and np.all(np.abs(held.closes(C)) <= tolerances):
+            return Position(q, passes, met=True, left_open=left_open)
+        last = bool(np.all(np.abs(C) <= ROUND_OFF * position_grain(system, pose)))
+        left = _scaled(system, held.closes(C))
+        for change, part in damped(method, mass_matrix(system, pose), held.C_q, held.combined(C), q):
+            pose = pose_of(q + change)
+            C = constraint(system, pose, drive)
+            if _scaled(system, held.closes(C)) < (1.0 - 0.5 * part) * left:
+                break
+            if last:
+                return Position(q, passes + 1, met=True, left_open=left_open)
+        else:
+            return Position(q, passes + 1, met=False, left_open=left_open)
+        q = q + change
+    met = bool(np.all(np.abs(C) <= tolerances))
+    return Position(q, settings.max_iterations, met=met, left_open=left_open)
+
+
+def _scaled(system: System, C: Array) -> float:
+    """The largest violation, lengths in the mechanism's own."""
+    return float(np.abs(C / system.row_scale).max())
+
+
+def _by_paper(
+    system: System, method: Projection, settings: ProjectionSettings, span: RowSpan, q: Array, drive: Drive | None
+) -> Position:
+    """Until ΔqᵀMΔq + CᵀC <= tolerance: the paper's test (sect. 5) in the metric of Eq. 72, because M alone is singular
+    along Λ and would not see its length."""
+    tolerance = PAPER_TOLERANCE if settings.tolerance is None else settings.tolerance
+    for passes in range(settings.max_iterations):
+        pose = pose_of(q)
+        M, C = mass_matrix(system, pose), constraint(system, pose, drive)
+        held = span.to_close(pose, C)
+        change = method.correction(M, held.C_q, held.combined(C))
+        q = q + change
+        if change @ M @ change + C @ C <= tolerance:
+            return Position(q, passes + 1, met=True, left_open=held.open(C))
+    return Position(q, settings.max_iterations, met=False)

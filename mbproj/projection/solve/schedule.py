@@ -1,0 +1,90 @@
+"""After a step: is it time to project, and the projection itself with its stop tests."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from mbproj.arrays import Array
+from mbproj.dynamics.equations.constraint_equations import constraint, jacobian, time_derivative
+from mbproj.dynamics.equations.equations_of_motion import mass_matrix
+from mbproj.dynamics.equations.kinematics import Pose, pose_of
+from mbproj.dynamics.equations.motions import Drive
+from mbproj.dynamics.rank.row_span import RowSpan
+from mbproj.model.system import System
+from mbproj.projection.methods.method import Projection
+from mbproj.projection.solve.position import Position, correct_position
+from mbproj.scene.records import ProjectionSettings
+
+#: A velocity pass that leaves more than this part of the violation has reached round-off.
+STAGNATION = 0.5
+
+
+@dataclass(frozen=True, eq=False)
+class Projected:
+    """The state after a projection, the passes it took, whether the position met its test, and whether the fallback was
+    needed; `left_open`: what rows without a gradient violate near a singular pose, in the mechanism's own lengths."""
+
+    q: Array
+    v: Array
+    projections: int = 0
+    position_iterations: int = 0
+    velocity_iterations: int = 0
+    failures: int = 0
+    fallbacks: int = 0
+    left_open: float = 0.0
+
+
+def project_after(
+    step: int,
+    system: System,
+    method: Projection,
+    settings: ProjectionSettings,
+    q: Array,
+    v: Array,
+    drive: Drive | None = None,
+    span: RowSpan | None = None,
+) -> Projected:
+    """The state (q, v) after step number `step` (from 1), projected if the schedule says so: every k-th step, and
+    with a threshold only the levels whose violation exceeds it (velocities always after a moved position).
+
+    `drive` is what the motions prescribe at the time of the state, where the system has any; `span` the rows to hold,
+    all of them where it is not given."""
+    span = span or RowSpan(system, watching=False)
+    if step % settings.every:
+        return Projected(q, v)
+    position, velocity = settings.position, settings.velocity
+    if settings.threshold is not None:
+        pose = pose_of(q)
+        position = position and float(np.abs(constraint(system, pose, drive)).max()) > settings.threshold
+        excess = float(np.abs(jacobian(system, pose) @ v + time_derivative(system, drive)).max()) > settings.threshold
+        velocity = velocity and (position or excess)
+    if not (position or velocity):
+        return Projected(q, v)
+    found = correct_position(system, method, settings, span, q, drive) if position else Position(q, 0, met=True)
+    passes = 0
+    if velocity:
+        v, passes = correct_velocity(system, method, settings, span, pose_of(found.q), v, drive)
+    return Projected(found.q, v, 1, found.passes, passes, int(not found.met), int(found.fell_back), found.left_open)
+
+
+def correct_velocity(
+    system: System,
+    method: Projection,
+    settings: ProjectionSettings,
+    span: RowSpan,
+    pose: Pose,
+    v: Array,
+    drive: Drive | None = None,
+) -> tuple[Array, int]:
+    """v with C_q v + C_t = 0 at this pose, and the passes taken: one (Eq. 46), more where the method is a penalty."""
+    M, held, C_t = mass_matrix(system, pose), span.to_move(pose, drive), time_derivative(system, drive)
+    C_t = held.combined(C_t)
+    C_dot = held.C_q @ v + C_t
+    for passes in range(settings.max_iterations):
+        v = v + method.correction(M, held.C_q, C_dot)
+        previous, C_dot = C_dot, held.C_q @ v + C_t
+        if not method.iterates_velocity or not np.abs(C_dot).max() < STAGNATION * np.abs(previous).max():
+            return v, passes + 1
+    return v, settings.max_iterations

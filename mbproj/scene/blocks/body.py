@@ -1,0 +1,156 @@
+"""The `bodies` block: what each key of a body is. Three ways to say how its mass lies:
+
+    mass, inertia                          moments and products about the centre of mass, body axes
+    mass or density, shape: {box: [..]}    one shape of `shapes.SHAPES`, centred on the centre of mass
+    shapes: [{box: [..], density: 7850, position: [..], orientation: {..}}, ...]
+                                           several, each with its own mass or density
+
+`shapes` stand in a frame of their own, along the body axes, whose origin need not be the centre of mass. Where the body
+is follows from `position`, which is the global position of its centre of mass here as everywhere, or from `origin`, the
+global position of that frame's origin. Points in a body's axes (of joints, markers) are always from its centre of mass.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any
+
+from mbproj.scene.blocks.shapes import SHAPE_FIELDS, Shape
+from mbproj.scene.blocks.solids import Part, Solid, alone, mass_of, together
+from mbproj.scene.fields import inertia, rotations
+from mbproj.scene.fields.alternatives import Alternatives
+from mbproj.scene.fields.checks import inertia_of, orientation_of, unit_quaternion
+from mbproj.scene.fields.choices import Choice
+from mbproj.scene.fields.containers import Check, Complaint, OneOf, Record
+from mbproj.scene.fields.fields import Converted, Field, List
+from mbproj.scene.fields.quantities import Angle, Number
+from mbproj.scene.fields.vectors import DIRECTION, POINT, rows, vector
+from mbproj.scene.records import Body, Matrix, Quaternion, Vector
+
+QUATERNION: Field[Quaternion] = Converted(List(Number(), 4), unit_quaternion)
+
+INERTIA: Field[Matrix] = Converted(
+    Alternatives(
+        (
+            Converted(vector("kg*m^2"), inertia.from_principal),
+            Converted(List(Number("kg*m^2"), 6), inertia.from_elements),
+            rows("kg*m^2"),
+        )
+    ),
+    inertia_of,
+)
+
+ORIENTATION: Field[Quaternion] = Converted(
+    Alternatives(
+        (
+            Record("a rotation", {"axis": DIRECTION, "angle": Angle()}, rotations.from_axis_angle, ("axis", "angle")),
+            Record("a rotation", {"quaternion": QUATERNION}, lambda quaternion: quaternion, ("quaternion",)),
+            Record("a rotation", {"matrix": Converted(rows(""), orientation_of)}, lambda matrix: matrix, ("matrix",)),
+            Record(
+                "a rotation",
+                {"euler": List(Angle(), 3), "sequence": Choice("sequence of axes", lambda: rotations.SEQUENCES)},
+                lambda euler, sequence: rotations.from_euler(euler, sequence),
+                ("euler", "sequence"),
+            ),
+        )
+    ),
+    unit_quaternion,
+)
+
+A_SHAPE = OneOf(tuple(SHAPE_FIELDS), needed=True)
+DENSITY = Number("kg/m^3", above=0.0)
+
+
+def has_volume(shape: Shape, density: float) -> Iterator[Complaint]:
+    """A check that what is given a density has a volume."""
+    if shape.volume is None:
+        yield Complaint(("density",), f"a {shape.kind} has no volume, so no density", "give its mass")
+
+
+SHAPE: Record[Shape] = Record("a shape", SHAPE_FIELDS, lambda **given: next(iter(given.values())), choices=(A_SHAPE,))
+
+
+def _part(given: dict[str, Any]) -> Part:
+    shape = next(given[kind] for kind in SHAPE_FIELDS if kind in given)
+    place = {key: given[key] for key in ("position", "orientation") if key in given}
+    return Part(shape, mass_of(shape, given.get("mass"), given.get("density")), **place)
+
+
+PART: Field[Part] = Converted(
+    Record(
+        "a shape",
+        {
+            **SHAPE_FIELDS,
+            "mass": Number("kg", above=0.0),
+            "density": DENSITY,
+            "position": POINT,
+            "orientation": ORIENTATION,
+        },
+        dict,
+        checks=tuple(Check((kind, "density"), has_volume) for kind in SHAPE_FIELDS),
+        choices=(A_SHAPE, OneOf(("mass", "density"), needed=True)),
+    ),
+    _part,
+)
+
+SOLID: Field[Solid] = Converted(List(PART, None, "shapes"), together)
+
+
+def _solid(given: dict[str, Any]) -> Solid:
+    """The mass, centre and inertia of a body, however they are written."""
+    if "shapes" in given:
+        solid: Solid = given["shapes"]
+        return solid
+    if "shape" in given:
+        shape = given["shape"]
+        return alone(Part(shape, mass_of(shape, given.get("mass"), given.get("density"))))
+    return Solid(given["mass"], (0.0, 0.0, 0.0), given["inertia"])
+
+
+def _body(given: dict[str, Any]) -> Body:
+    solid = _solid(given)
+    rest = {key: given[key] for key in ("orientation", "velocity", "angular_velocity") if key in given}
+    position = given.get("position")
+    if position is None:
+        position = _placed(given["origin"], given.get("orientation", Body.orientation), solid.centre)
+    return Body(given["name"], solid.mass, solid.inertia, position, **rest)
+
+
+def _placed(origin: Vector, orientation: Quaternion, point: Vector) -> Vector:
+    """The global position of a point of a frame with this origin and orientation."""
+    x, y, z = (
+        start + sum(a * b for a, b in zip(row, point, strict=True))
+        for start, row in zip(origin, rotations.to_matrix(orientation), strict=True)
+    )
+    return (x, y, z)
+
+
+BODY: Field[Body] = Converted(
+    Record(
+        "a body",
+        {
+            "mass": Number("kg", minimum=0.0),
+            "density": DENSITY,
+            "inertia": INERTIA,
+            "shape": SHAPE,
+            "shapes": SOLID,
+            "position": POINT,
+            "origin": POINT,
+            "orientation": ORIENTATION,
+            "velocity": vector("m/s"),
+            "angular_velocity": vector("rad/s"),
+        },
+        dict,
+        checks=(Check(("shape", "density"), has_volume),),
+        choices=(
+            OneOf(("mass", "density", "shapes"), needed=True, hint="keep one of them ('shapes' have their own)"),
+            OneOf(("inertia", "shape", "shapes"), needed=True),
+            OneOf(("position", "origin"), needed=True),
+            OneOf(("density", "inertia"), hint="a density needs a 'shape'"),
+            OneOf(("origin", "inertia"), hint="the centre of mass is at 'position'; 'origin' is that of 'shapes'"),
+            OneOf(("origin", "shape"), hint="the centre of mass is at 'position'; 'origin' is that of 'shapes'"),
+        ),
+        named=True,
+    ),
+    _body,
+)

@@ -1,0 +1,78 @@
+"""Rules on forces and motions: that the bodies, and the coordinates of the joints, which they name are there."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Mapping
+
+from mbproj.joints import COORDINATE_UNITS, JOINTS
+from mbproj.scene.fields.containers import Complaint
+from mbproj.scene.records import GROUND, Body, Force, Joint, JointForce, KeyPath, Motion, PointForce
+from mbproj.scene.text.suggestions import choose_from
+
+WORDS = {"rad": "angle", "m": "displacement", None: "coordinate"}
+
+
+def coordinates_in(joint: Joint, unit: str | None) -> list[str]:
+    """The coordinates of a joint that are in this unit (None: any)."""
+    rows = JOINTS[joint.type].coordinates
+    return [name for name, row in rows.items() if unit in (None, COORDINATE_UNITS[row[0]])]
+
+
+def on_bodies(bodies: Mapping[str, Body], forces: Mapping[str, Force]) -> Iterator[Complaint]:
+    """A check that the points of forces are on bodies that there are."""
+    known = (GROUND, *bodies)
+    for force in forces.values():
+        for name in force.bodies if isinstance(force, PointForce) else ():
+            if name not in known:
+                hint = choose_from(name, known)
+                yield Complaint(("forces", force.name, "points", name), f"unknown body '{name}'", hint)
+
+
+def act_on_coordinates(joints: Mapping[str, Joint], forces: Mapping[str, Force]) -> Iterator[Complaint]:
+    """A check that the joints of forces have the coordinates which these act on."""
+    for force in forces.values():
+        if isinstance(force, JointForce):
+            joint, path = joints[force.joint], ("forces", force.name)
+            for coordinate in force.laws:
+                able = coordinates_in(joint, force.unit)
+                if coordinate and coordinate not in able:
+                    key = "coordinate" if force.unit else "coefficient"
+                    yield _lacks(joint, coordinate, able, (*path, key))
+                elif not coordinate and len(able) != 1:
+                    yield _none_or_several(joint, force.unit, able, (*path, "joint"))
+
+
+def drive_coordinates(joints: Mapping[str, Joint], motions: Mapping[str, Motion]) -> Iterator[Complaint]:
+    """A check that the joints of motions have the coordinates which these drive, and that each is driven once."""
+    drivers: dict[tuple[str, str], str] = {}
+    for motion in motions.values():
+        joint, path = joints[motion.joint], ("motions", motion.name, motion.coordinate)
+        able = coordinates_in(joint, None)
+        first = drivers.setdefault((joint.name, motion.coordinate), motion.name)
+        if motion.coordinate not in able:
+            yield _lacks(joint, motion.coordinate, able, path)
+        elif first != motion.name:
+            message = f"motion '{first}' drives the {motion.coordinate} of joint '{joint.name}' already"
+            yield Complaint(path, message, "keep one of the two")
+
+
+def _lacks(joint: Joint, coordinate: str, able: Iterable[str], path: KeyPath) -> Complaint:
+    has = ", ".join(able)
+    hint = f"it has {has}" if has else _takers(None)
+    return Complaint(path, f"joint '{joint.name}' is {joint.type} and has no {coordinate} to act on", hint)
+
+
+def _none_or_several(joint: Joint, unit: str | None, able: list[str], path: KeyPath) -> Complaint:
+    word = WORDS[unit]
+    if not able:
+        return Complaint(path, f"joint '{joint.name}' is {joint.type} and has no {word} to act on", _takers(unit))
+    several = " and ".join(able)
+    hint = f"add coordinate: {able[0]}" if unit else f"write coefficient: {{{able[0]}: ..., {able[1]}: ...}}"
+    return Complaint(path, f"joint '{joint.name}' is {joint.type} and has {len(able)} {word}s, {several}", hint)
+
+
+def _takers(unit: str | None) -> str:
+    """The types of joints that have a coordinate in this unit."""
+    rows = {name: kind.coordinates.values() for name, kind in JOINTS.items()}
+    able = [name for name, of in rows.items() if any(unit in (None, COORDINATE_UNITS[row[0]]) for row in of)]
+    return f"joints that have one: {', '.join(able)}"

@@ -1,0 +1,147 @@
+"""Rules on expectations: that what they are of has their quantity, and that the run records at their times."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping
+from typing import Any
+
+from mbproj.joints import JOINTS
+from mbproj.scene.blocks.coordinates import coordinates_in
+from mbproj.scene.blocks.expectation_fit import fits
+from mbproj.scene.blocks.expectations import Given, expectation, subject
+from mbproj.scene.blocks.forces import COORDINATES
+from mbproj.scene.blocks.observables import OBSERVABLES, Observable
+from mbproj.scene.fields.containers import Complaint
+from mbproj.scene.records import BodyForce, Expectation, Force, Joint, JointForce, Motion, PointForce, Settings
+from mbproj.scene.sampling import nearest_samples
+from mbproj.scene.text.suggestions import choose_from
+
+Items = Mapping[str, Any]
+Expected = Mapping[str, Given]
+
+
+def of_markers_and_bodies(expected: Expected) -> Iterator[Complaint]:
+    """A check of the expectations of markers, bodies and diagnostics."""
+    for of in ("marker", "body", "diagnostic"):
+        for name, given, _, quantity in _of(of, expected):
+            able = OBSERVABLES[of]
+            if quantity in able:
+                yield from fits(name, given, able[quantity], able[quantity].unit)
+            else:
+                yield Complaint(("expect", name, "quantity"), f"a {of} has no '{quantity}'", _choices(quantity, able))
+
+
+def of_joints(joints: Mapping[str, Joint], expected: Expected) -> Iterator[Complaint]:
+    """A check of the expectations of joints."""
+    for name, given, item, quantity in _of("joint", expected):
+        joint, observable = joints[item], OBSERVABLES["joint"].get(quantity)
+        own = coordinates_in(joint, None)
+        theirs = {coordinate for coordinate in COORDINATES if coordinate not in own}
+        lacking = theirs | {f"{coordinate}_speed" for coordinate in theirs}
+        if JOINTS[joint.type].merges and not joint.reaction:
+            message = f"joint '{item}' merges its bodies, and nothing of it is recorded"
+            yield Complaint(("expect", name, "joint"), message, "give it reaction: true")
+        elif observable is None or quantity in lacking:
+            able = [other for other in OBSERVABLES["joint"] if other not in lacking]
+            message = f"joint '{item}' is {joint.type} and has no '{quantity}'"
+            yield Complaint(("expect", name, "quantity"), message, f"it has {', '.join(able)}")
+        else:
+            yield from fits(name, given, observable, observable.unit)
+
+
+def of_forces(forces: Mapping[str, Force], expected: Expected) -> Iterator[Complaint]:
+    """A check of the expectations of forces on bodies and between points."""
+    for name, given, item, quantity in _of("force", expected):
+        force, able = forces[item], OBSERVABLES["force"]
+        if isinstance(force, BodyForce):
+            message = f"force '{item}' is an input, and nothing of it is recorded"
+            yield Complaint(("expect", name, "force"), message, "expect an acceleration or a reaction")
+        elif quantity not in able:
+            yield Complaint(("expect", name, "quantity"), f"a force has no '{quantity}'", _choices(quantity, able))
+        elif isinstance(force, PointForce):
+            yield from fits(name, given, able[quantity], able[quantity].unit_with("m"))
+
+
+def of_joint_forces(
+    joints: Mapping[str, Joint], forces: Mapping[str, Force], expected: Expected
+) -> Iterator[Complaint]:
+    """A check of the expectations of forces on coordinates of joints."""
+    for name, given, item, quantity in _of("force", expected):
+        force, able = forces[item], OBSERVABLES["force"]
+        if not isinstance(force, JointForce):
+            continue
+        units = [COORDINATES[coordinate] for coordinate in acts_on(force, joints)]
+        if len(units) > 1:
+            message = f"force '{item}' acts on {len(units)} coordinates"
+            yield Complaint(("expect", name, "force"), message, "write a force for each of them")
+        elif units and quantity in able:
+            yield from fits(name, given, able[quantity], able[quantity].unit_with(units[0]))
+
+
+def of_motions(motions: Mapping[str, Motion], expected: Expected) -> Iterator[Complaint]:
+    """A check of the expectations of motions."""
+    for name, given, item, quantity in _of("motion", expected):
+        able = OBSERVABLES["motion"]
+        if quantity not in able:
+            yield Complaint(("expect", name, "quantity"), f"a motion has no '{quantity}'", _choices(quantity, able))
+        else:
+            unit = able[quantity].unit_with(COORDINATES[motions[item].coordinate])
+            yield from fits(name, given, able[quantity], unit)
+
+
+def expectations_of(found: Mapping[str, Any]) -> Iterator[Expectation]:
+    """The records, of a scene's blocks as they were read and found right."""
+    joints = found.get("joints", {})
+    for name, given in found.get("expect", {}).items():
+        of, item, quantity = subject(given)
+        coordinate = ""
+        if of == "force":
+            force = found["forces"][item]
+            coordinate = COORDINATES[acts_on(force, joints)[0]] if isinstance(force, JointForce) else "m"
+        elif of == "motion":
+            coordinate = COORDINATES[found["motions"][item].coordinate]
+        yield expectation(name, given, OBSERVABLES[of][quantity].unit_with(coordinate))
+
+
+def unsampled(expected: Expected, settings: Settings) -> Iterator[Complaint]:
+    """A check that the run records at the times of the expectations."""
+    for name, given in expected.items():
+        time, path = given["at"], ("expect", name, "at")
+        near = None if isinstance(time, str) else nearest_samples(settings, time)
+        if settings.duration is not None and near and time > settings.duration:
+            message = f"{time:.10g} s is after the end of the run, at {settings.duration:.10g} s"
+            yield Complaint(path, message, "choose an earlier time, or 'end'")
+        elif near:
+            times = " and ".join(f"{sample:.10g} s" for sample in near)
+            message = f"there is no sample at {time:.10g} s; the nearest are at {times}"
+            yield Complaint(path, message, "choose one of them, or another 'output_step'")
+
+
+def acts_on(force: JointForce, joints: Mapping[str, Joint]) -> list[str]:
+    """The coordinates of its joint that a force acts on; the one that is not named is the only one in the force's unit,
+    and where there is none, that is reported elsewhere."""
+    return [coordinate for name in force.laws for coordinate in ([name] if name else _only(force, joints))]
+
+
+def _only(force: JointForce, joints: Mapping[str, Joint]) -> list[str]:
+    return coordinates_in(joints[force.joint], force.unit)[:1]
+
+
+def _of(of: str, expected: Expected) -> Iterator[tuple[str, Given, str, str]]:
+    """The name, the values, the item and the quantity of each expectation of this kind."""
+    for name, given in expected.items():
+        if of in given:
+            yield (name, given, *subject(given)[1:])
+
+
+def _choices(quantity: str, able: Mapping[str, Observable]) -> str:
+    return choose_from(quantity, able, "it has")
+
+
+CHECKS: tuple[tuple[tuple[str, ...], Callable[..., Iterator[Complaint]]], ...] = (
+    (("expect",), of_markers_and_bodies),
+    (("joints", "expect"), of_joints),
+    (("forces", "expect"), of_forces),
+    (("joints", "forces", "expect"), of_joint_forces),
+    (("motions", "expect"), of_motions),
+)

@@ -1,0 +1,134 @@
+"""The `expect` block: what a run has to find, of what, when, how closely, and where the number comes from."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from mbproj.scene.blocks.observables import COMPONENTS, MOMENTS, OBSERVABLES
+from mbproj.scene.expressions.evaluate import Value
+from mbproj.scene.fields.alternatives import Alternatives
+from mbproj.scene.fields.choices import Choice, Reference
+from mbproj.scene.fields.containers import NAME, OneOf, Record
+from mbproj.scene.fields.fields import Converted, Field, List, Schema, Text
+from mbproj.scene.fields.quantities import Number
+from mbproj.scene.fields.reading import Reading, Unfit, either, label
+from mbproj.scene.records import Expectation, KeyPath
+from mbproj.scene.text.nodes import Node, ScalarNode
+from mbproj.scene.text.suggestions import choose_from
+
+#: An expectation as read: values by key. Numbers whose unit depends on the quantity have kept their dimension.
+Given = Mapping[str, Any]
+#: Keys that say what it is of, and the top-level block of each.
+SUBJECTS: Mapping[str, str] = {
+    "marker": "markers",
+    "body": "bodies",
+    "joint": "joints",
+    "force": "forces",
+    "motion": "motions",
+    "diagnostic": "",
+}
+BOUNDS = ("below", "above")
+
+
+@dataclass(frozen=True)
+class Measure(Field[Value]):
+    """A number whose unit is that of a quantity named beside it, so that it is checked later; `above`: a bound."""
+
+    above: float | None = None
+
+    @property
+    def expects(self) -> str:
+        return "a number in the unit of the quantity"
+
+    def read(self, node: Node, path: KeyPath, reading: Reading) -> Value | None:
+        if not isinstance(node, ScalarNode) or not node.text.strip():
+            self.reject(node, path, reading)
+            return None
+        value = reading.value(node, reading.parse(node))
+        if value is not None and self.above is not None and not value.number > self.above:
+            reading.report(f"{label(path)} must be greater than {self.above:g}, found {value.number:.6g}", node.place)
+            return None
+        return value
+
+    def schema(self) -> Schema:
+        limits = {} if self.above is None else {"exclusiveMinimum": self.above}
+        return {"description": self.expects, "type": ["number", "string"], "pattern": r"\S", **limits}
+
+
+@dataclass(frozen=True)
+class Moment(Field["float | str"]):
+    """A time in s, or one of `MOMENTS`."""
+
+    @property
+    def expects(self) -> str:
+        return either(["a time in s", *MOMENTS])
+
+    def read(self, node: Node, path: KeyPath, reading: Reading) -> float | str | None:
+        if isinstance(node, ScalarNode):
+            if node.text in MOMENTS:
+                return node.text
+            if NAME.fullmatch(node.text) and node.text not in reading.names:
+                hint = choose_from(node.text, MOMENTS)
+                reading.report(f"unknown moment '{node.text}'", node.place, hint)
+                return None
+        return Number("s", minimum=0.0).read(node, path, reading)
+
+    def schema(self) -> Schema:
+        return {"description": self.expects, "type": ["number", "string"], "pattern": r"\S", "minimum": 0.0}
+
+
+def _said(text: str) -> str:
+    if not text.strip():
+        raise Unfit("is empty", "say who computed or measured the number, or from which formula it follows")
+    return text
+
+
+MEASURE = Measure()
+VALUE: Field[Any] = Alternatives((Converted(MEASURE, lambda value: (value,)), List(MEASURE, None, "numbers")))
+QUANTITIES = tuple(dict.fromkeys(name for of, names in OBSERVABLES.items() if of != "diagnostic" for name in names))
+
+EXPECTATION: Record[Given] = Record(
+    "an expectation",
+    {
+        **{of: Reference(of, block) for of, block in SUBJECTS.items() if block},
+        "diagnostic": Choice("diagnostic", lambda: OBSERVABLES["diagnostic"]),
+        "quantity": Choice("quantity", lambda: QUANTITIES),
+        "component": Choice("component", lambda: COMPONENTS),
+        "at": Moment(),
+        "value": VALUE,
+        "absolute": Measure(above=0.0),
+        "relative": Number(above=0.0),
+        "below": MEASURE,
+        "above": MEASURE,
+        "source": Converted(Text(), _said),
+    },
+    dict,
+    required=("at", "source"),
+    choices=(
+        OneOf(tuple(SUBJECTS), needed=True, hint="an expectation is of one thing; write another for the other"),
+        OneOf(("quantity", "diagnostic"), needed=True, hint="a diagnostic is a quantity itself"),
+        OneOf(("value", *BOUNDS), needed=True, hint="a bound stands without a value"),
+        OneOf(("absolute", "relative", *BOUNDS), needed=True, hint="keep one of them"),
+    ),
+)
+
+
+def subject(given: Given) -> tuple[str, str, str]:
+    """What an expectation is of, the name of that, and the quantity."""
+    of = next(key for key in SUBJECTS if key in given)
+    return of, given[of], given.get("quantity", given.get("diagnostic"))
+
+
+def expectation(name: str, given: Given, unit: str) -> Expectation:
+    """The record, of an expectation whose quantity is in `unit`."""
+    of, item, quantity = subject(given)
+    value = tuple(part.number for part in given["value"]) if "value" in given else None
+    bounds = {key: given[key].number for key in BOUNDS if key in given}
+    if value is not None:
+        relative = given.get("relative", 0.0) * max(map(abs, value))
+        bounds["tolerance"] = given["absolute"].number if "absolute" in given else relative
+    return Expectation(
+        name, of, item, quantity, unit, given.get("component", ""), given["at"], given["source"], value, **bounds
+    )

@@ -1,0 +1,165 @@
+"""The `forces` block: what each type is written as, and what that makes: laws on coordinates, forces on bodies."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from types import MappingProxyType
+from typing import Any
+
+from mbproj.functions.program import COORDINATE, Program, variable
+from mbproj.functions.standard import tabulated
+from mbproj.joints import COORDINATE_UNITS, JOINTS
+from mbproj.scene.fields.alternatives import Alternatives, Variants
+from mbproj.scene.fields.checks import of_these_bodies, pair_of
+from mbproj.scene.fields.choices import Choice, Reference
+from mbproj.scene.fields.containers import Check, OneOf, Record
+from mbproj.scene.fields.fields import Converted, Field, List
+from mbproj.scene.fields.functions import Function, table
+from mbproj.scene.fields.placing import BODY_POINT, POINTS_OF, TWO_BODIES, TWO_POINTS
+from mbproj.scene.fields.quantities import Number, position_in
+from mbproj.scene.fields.reading import Unfit
+from mbproj.scene.records import BodyForce, Force, JointForce, Law, PointForce
+
+#: The coordinates of joints by name, with their units.
+COORDINATES: Mapping[str, str] = MappingProxyType(
+    {name: COORDINATE_UNITS[row[0]] for kind in JOINTS.values() for name, row in kind.coordinates.items()}
+)
+
+
+def _law_keys(force: str, coordinate: str, unit: str, free: str) -> dict[str, Field[Any]]:
+    """The keys of a law whose function is called `force`, in N or N*m, on a coordinate in m or rad."""
+    value = "N*m" if unit == "rad" else "N"
+    per_unit = "N*m/rad" if unit == "rad" else "N/m"
+    per_rate = "N*m*s/rad" if unit == "rad" else "N*s/m"
+    return {
+        "stiffness": Number(per_unit, minimum=0.0),
+        "damping": Number(per_rate, minimum=0.0),
+        free: Number(unit, minimum=0.0) if free == "free_length" else position_in(unit),
+        force: Function(value, ("t", coordinate, f"{coordinate}_dot")),
+        "table": table(unit, value, ("natural", "clamped", "linear")),
+    }
+
+
+def _law_choices(force: str, free: str) -> tuple[OneOf, ...]:
+    return (
+        OneOf(("stiffness", force, "table"), hint=f"'{force}' and 'table' are the whole force of the spring"),
+        OneOf((free, force)),
+        OneOf((free, "table")),
+        OneOf(("damping", force), hint=f"write the damping into '{force}'"),
+    )
+
+
+def _law(given: Mapping[str, Any], force: str, free: str, default: float | None) -> Law:
+    """The law from the keys that are given."""
+    if not any(key in given for key in ("stiffness", "damping", force, "table")):
+        raise Unfit("does nothing", f"give 'stiffness', 'damping', '{force}' or 'table'")
+    if free in given and "stiffness" not in given:
+        raise Unfit(f"has a '{free}' and no 'stiffness'", "give the stiffness of the spring")
+    function: Program | None = given.get(force)
+    if "table" in given:
+        function = Program(tabulated(given["table"], variable(COORDINATE)))
+    return Law(given.get("stiffness", 0.0), given.get("damping", 0.0), given.get(free, default), function)
+
+
+def _spring(
+    name: str, type: str, points: Any = None, bodies: Any = None, locations: Any = None, **law: Any
+) -> PointForce:
+    if points is not None:
+        bodies, pair = points
+    elif locations is not None:
+        pair = pair_of(locations, bodies)
+    else:
+        raise Unfit("lacks 'locations'", "give a point of each of its bodies")
+    return PointForce(name, bodies, pair, _law(law, "force", "free_length", None))
+
+
+def _joint_spring(force: str, free: str, unit: str) -> Any:
+    def make(name: str, type: str, joint: str, coordinate: str = "", **law: Any) -> JointForce:
+        return JointForce(name, joint, {coordinate: _law(law, force, free, 0.0)}, unit)
+
+    return make
+
+
+def _friction(name: str, type: str, joint: str, coefficient: Mapping[str, float]) -> JointForce:
+    return JointForce(name, joint, {key: Law(damping=value) for key, value in coefficient.items()})
+
+
+def _body_force(
+    name: str, type: str, body: str, location: Any = None, axes: str = "global", **vector: Any
+) -> BodyForce:
+    ((key, components),) = vector.items()
+    local = isinstance(location, Mapping)
+    return BodyForce(
+        name, body, components, key == "torque", axes == "body", location[body] if local else location, local
+    )
+
+
+FORCE_TYPE = Choice("force type", lambda: FORCE_RECORDS)
+JOINT = Reference("joint", "joints")
+AXES = Choice("axes", lambda: ("global", "body"))
+COEFFICIENT = Number(None, minimum=0.0)
+#: Coefficients of friction on coordinates in m and rad.
+VISCOUS: Mapping[str, Field[Any]] = {"m": Number("N*s/m", minimum=0.0), "rad": Number("N*m*s/rad", minimum=0.0)}
+
+
+def _on_joint(what: str, force: str, coordinate: str, unit: str, free: str) -> Record[Force]:
+    """A spring, damper or law on a coordinate of a joint."""
+    able = Choice("coordinate", lambda: [name for name, its in COORDINATES.items() if its == unit])
+    keys = {"type": FORCE_TYPE, "joint": JOINT, "coordinate": able, **_law_keys(force, coordinate, unit, free)}
+    choices = _law_choices(force, free)
+    return Record(what, keys, _joint_spring(force, free, unit), ("type", "joint"), choices=choices, named=True)
+
+
+def _on_body(what: str, key: str, unit: str, place: Mapping[str, Field[Any]]) -> Record[Force]:
+    """A force or a torque of given components."""
+    body = {"type": FORCE_TYPE, "body": Reference("body", "bodies")}
+    keys: dict[str, Field[Any]] = {**body, **place, key: List(Function(unit), 3, "components"), "axes": AXES}
+    checks = (Check(("body", "location"), of_these_bodies("location")),) if place else ()
+    return Record(what, keys, _body_force, ("type", "body", key), checks, named=True)
+
+
+FORCE_RECORDS: Mapping[str, Record[Force]] = MappingProxyType(
+    {
+        "spring_damper": Record(
+            "a spring_damper",
+            {
+                "type": FORCE_TYPE,
+                "points": POINTS_OF,
+                "bodies": TWO_BODIES,
+                "locations": TWO_POINTS,
+                **_law_keys("force", "l", "m", "free_length"),
+            },
+            _spring,
+            ("type",),
+            (Check(("bodies", "locations"), of_these_bodies("locations")),),
+            (
+                OneOf(("points", "bodies"), needed=True),
+                OneOf(("points", "locations"), hint="'points' are in global axes, 'locations' go with 'bodies'"),
+                *_law_choices("force", "free_length"),
+            ),
+            named=True,
+        ),
+        "torsion_spring_damper": _on_joint("a torsion_spring_damper", "torque", "angle", "rad", "free_angle"),
+        "linear_spring_damper": _on_joint("a linear_spring_damper", "force", "displacement", "m", "free_displacement"),
+        "force": _on_body("a force", "force", "N", {"location": BODY_POINT}),
+        "torque": _on_body("a torque", "torque", "N*m", {}),
+        "friction": Record(
+            "a friction",
+            {
+                "type": FORCE_TYPE,
+                "joint": JOINT,
+                "coefficient": Alternatives(
+                    (
+                        Converted(COEFFICIENT, lambda coefficient: {"": coefficient}),
+                        Record("a coefficient", {name: VISCOUS[unit] for name, unit in COORDINATES.items()}, dict),
+                    )
+                ),
+            },
+            _friction,
+            ("type", "joint", "coefficient"),
+            named=True,
+        ),
+    }
+)
+
+FORCE: Variants[Force] = Variants("type", FORCE_TYPE, FORCE_RECORDS)

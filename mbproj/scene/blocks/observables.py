@@ -1,0 +1,91 @@
+"""What a run records, by name: the quantities that an expectation may be about. Vectors are in the layout's frames."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from types import MappingProxyType
+from typing import NamedTuple
+
+from mbproj.scene.blocks.forces import COORDINATES
+
+
+class Observable(NamedTuple):
+    """The SI unit and the number of components of a quantity; the unit that it has with an angle, with a length."""
+
+    unit: str
+    components: int = 1
+
+    def unit_with(self, coordinate: str) -> str:
+        """The unit where it is about a coordinate in "rad" or "m"."""
+        angle, _, length = self.unit.partition(" or ")
+        return length if length and coordinate == "m" else angle
+
+
+_OF_JOINT_COORDINATES = {
+    **{name: Observable(unit) for name, unit in COORDINATES.items()},
+    **{f"{name}_speed": Observable(f"{unit}/s") for name, unit in COORDINATES.items()},
+}
+#: By what they are of. Joints have those of their own coordinates only.
+OBSERVABLES: Mapping[str, Mapping[str, Observable]] = MappingProxyType(
+    {
+        "marker": {
+            "position": Observable("m", 3),
+            "velocity": Observable("m/s", 3),
+            "acceleration": Observable("m/s^2", 3),
+        },
+        "body": {
+            "position": Observable("m", 3),
+            "orientation": Observable("", 4),
+            "velocity": Observable("m/s", 3),
+            "angular_velocity": Observable("rad/s", 3),
+            "acceleration": Observable("m/s^2", 3),
+            "angular_acceleration": Observable("rad/s^2", 3),
+        },
+        "joint": {
+            **_OF_JOINT_COORDINATES,
+            "reaction_force": Observable("N", 3),
+            "reaction_torque": Observable("N*m", 3),
+            "violation": Observable(""),
+            "violation_length": Observable("m"),
+            "violation_angle": Observable("rad"),
+        },
+        "force": {
+            "coordinate": Observable("rad or m"),
+            "rate": Observable("rad/s or m/s"),
+            "force": Observable("N*m or N"),
+        },
+        "motion": {
+            "value": Observable("rad or m"),
+            "rate": Observable("rad/s or m/s"),
+            "force": Observable("N*m or N"),
+        },
+        "diagnostic": {
+            "position_violation": Observable(""),
+            "velocity_violation": Observable(""),
+            "acceleration_violation": Observable(""),
+            "kinetic_energy": Observable("J"),
+            "potential_energy": Observable("J"),
+            "total_energy": Observable("J"),
+            "work": Observable("J"),
+            "dissipation": Observable("J"),
+            "energy_balance": Observable("J"),
+            "energy_drift": Observable("J"),
+            "energy_drift_relative": Observable(""),
+            "step_size": Observable("s"),
+            "steps": Observable(""),
+            "rejected_steps": Observable(""),
+            "evaluations": Observable(""),
+            "projections": Observable(""),
+            "projection_iterations": Observable(""),
+            "velocity_iterations": Observable(""),
+            "projection_failures": Observable(""),
+            "projection_fallbacks": Observable(""),
+            "factorisations": Observable(""),
+        },
+    }
+)
+#: What one number is made from a vector of three.
+COMPONENTS = ("x", "y", "z", "norm")
+#: Moments that are no time: where the quantity is largest, smallest, largest in magnitude; the last sample.
+EXTREMES = ("maximum", "minimum", "largest")
+MOMENTS = ("end", *EXTREMES)

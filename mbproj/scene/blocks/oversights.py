@@ -1,0 +1,115 @@
+"""What a scene has that is legal, but looks like an oversight: bodies that nothing holds, joints far from their bodies.
+
+A wrong note is worse than none. Where all bodies are free they are so on purpose, and a spring holds a body as well as
+a joint. Only a body that is longer than wide says by its inertia how long it is: a compact one may hang on a long rod
+without mass. A joint along which something slides may be placed anywhere along its axis, and a fixed one anywhere.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+
+from mbproj.errors import Place, Problem
+from mbproj.joints import COORDINATE_UNITS, JOINTS
+from mbproj.scene.fields.inertia import principal_moments
+from mbproj.scene.records import GROUND, Body, Joint, PointForce, Scene
+
+#: A joint is far from a body at more than so many of its lengths from the centre of mass; half a length is usual.
+FAR = 8.0
+#: A body is longer than wide where its largest principal moment is more than so many times the least.
+LONG = 3.0
+#: The most notes of one kind, and names in one of them.
+MOST = 5
+
+
+def oversights(scene: Scene) -> list[Problem]:
+    """A note for each group of bodies that nothing holds, and for each joint that is far from its body."""
+    return [*_shortened(list(_loose(scene))), *_shortened(list(_far(scene)))]
+
+
+def _shortened(notes: list[Problem]) -> list[Problem]:
+    left = len(notes) - MOST
+    return notes if left <= 0 else [*notes[:MOST], Problem(f"... and {left} more of this kind")]
+
+
+def _line_of(scene: Scene, *path: str) -> Place | None:
+    """The place of the value at `path`."""
+    place = scene.place(*path)
+    return None if place is None else Place(place.file, place.line, place.column)
+
+
+def _loose(scene: Scene) -> Iterator[Problem]:
+    """Groups of bodies that no joint connects to what the others are connected to."""
+    groups = _connected(scene)
+    grounded = [group for group in groups if GROUND in group]
+    alone = [group for group in groups if len(group) == 1]
+    if len(alone) == len(groups):
+        return
+    for group in alone if len(grounded[0]) == 1 else groups:
+        if GROUND in group:
+            continue
+        if len(group) == 1:
+            message = f"no joint holds body '{group[0]}': it moves freely"
+        else:
+            message = f"no joint connects the bodies {_listed(group)} with the ground: they move freely"
+        yield Problem(message, _line_of(scene, "bodies", group[0]))
+
+
+def _listed(names: list[str]) -> str:
+    shown = ", ".join(repr(name) for name in names[:MOST])
+    return shown if len(names) <= MOST else f"{shown} and {len(names) - MOST} more"
+
+
+def _connected(scene: Scene) -> list[list[str]]:
+    """The ground and the bodies in groups that joints and springs connect, each in the order of the scene."""
+    root = {name: name for name in (GROUND, *(body.name for body in scene.bodies))}
+
+    def find(name: str) -> str:
+        while root[name] != name:
+            root[name] = name = root[root[name]]
+        return name
+
+    springs = (force for force in scene.forces if isinstance(force, PointForce))
+    pairs = [joint.bodies for joint in scene.joints if joint.couples is None] + [force.bodies for force in springs]
+    for first, second in pairs:
+        root[find(second)] = find(first)
+    groups: dict[str, list[str]] = {}
+    for name in root:
+        groups.setdefault(find(name), []).append(name)
+    return list(groups.values())
+
+
+def _far(scene: Scene) -> Iterator[Problem]:
+    """Points of joints that are many lengths of a body away from it."""
+    bodies = {body.name: body for body in scene.bodies}
+    for joint in scene.joints:
+        if joint.couples is not None or _may_be_anywhere(joint):
+            continue
+        for name, point in zip(joint.bodies, (joint.points.first, joint.points.second), strict=True):
+            if name == GROUND:
+                continue
+            body = bodies[name]
+            arm = math.dist(point, (0.0, 0.0, 0.0) if joint.points.local else body.position)
+            length = _length(body, arm)
+            if length is not None and arm > FAR * length:
+                message = (
+                    f"joint '{joint.name}' is {arm:.3g} m from the centre of mass of body '{name}', which is about "
+                    f"{length:.2g} m long by its inertia"
+                )
+                yield Problem(message, _line_of(scene, "joints", joint.name), "look at its location, and at its units")
+
+
+def _may_be_anywhere(joint: Joint) -> bool:
+    """Whether the place of a joint is no part of its body: where something slides, or bodies move as one."""
+    kind = JOINTS[joint.type]
+    return kind.merges or any(COORDINATE_UNITS[row[0]] == "m" for row in kind.coordinates.values())
+
+
+def _length(body: Body, arm: float) -> float | None:
+    """The length of a uniform rod with the body's inertia; None for a compact body, and where `arm` is not far."""
+    trace = sum(body.inertia[i][i] for i in range(3))
+    if body.mass == 0.0 or arm**2 * body.mass <= FAR**2 * 4.0 * trace:  # the largest moment is a third at least
+        return None
+    least, _, largest = principal_moments(body.inertia)
+    return math.sqrt(12.0 * largest / body.mass) if largest > LONG * least else None

@@ -1,0 +1,136 @@
+"""The `parameters` block: expressions that may use each other in any order."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+from contextlib import suppress
+from dataclasses import replace
+from graphlib import CycleError, TopologicalSorter
+from typing import ClassVar
+
+from mbproj.errors import Place, Problem
+from mbproj.scene.expressions.evaluate import RESERVED, Value
+from mbproj.scene.expressions.syntax_tree import Expression, names
+from mbproj.scene.expressions.units import BARE
+from mbproj.scene.fields.containers import mapping_schema, names_schema
+from mbproj.scene.fields.fields import Field, Schema
+from mbproj.scene.fields.quantities import Number
+from mbproj.scene.fields.reading import Reading
+from mbproj.scene.records import KeyPath
+from mbproj.scene.text.nodes import MappingNode, Node, ScalarNode, as_mapping, describe, from_value
+from mbproj.scene.text.suggestions import did_you_mean
+
+NAME = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")
+
+
+class Parameters(Field[Mapping[str, float]]):
+    """Numbers by name, from expressions over each other. Reading them defines the names of all other expressions."""
+
+    node_type: ClassVar[type] = MappingNode
+
+    @property
+    def expects(self) -> str:
+        return "a mapping {name: a number}"
+
+    def read(self, node: Node, path: KeyPath, reading: Reading) -> Mapping[str, float] | None:
+        mapping = as_mapping(node)
+        if mapping is None:
+            self.reject(node, path, reading)
+            return None
+        trees: dict[str, Expression] = {}
+        reading.names.update(dict.fromkeys(mapping.values))  # before any is read: what is a unit depends on them
+        for name, value in mapping.values.items():
+            where = (*path, name)
+            reading.places[where] = value.place
+            tree = _tree(name, value, mapping.keys[name], reading)
+            if tree is not None:
+                trees[name] = tree
+        for name in _in_order(trees, mapping, reading):
+            scalar = mapping.values[name]
+            assert isinstance(scalar, ScalarNode)
+            reading.names[name] = _without_unit_unknown(reading.value(scalar, trees[name]))
+        known = {name: found.number for name in mapping.values if (found := reading.names[name]) is not None}
+        return known if len(known) == len(mapping.values) else None
+
+    def schema(self) -> Schema:
+        number = Number(None).schema()
+        return {**mapping_schema(self.expects, empty=True), **names_schema(NAME, RESERVED, number)}
+
+
+def _tree(name: str, node: Node, key: Place, reading: Reading) -> Expression | None:
+    """The tree of one parameter, whose name must be one."""
+    if name in RESERVED:
+        reading.report(f"'{name}' is a reserved name", key, "give the parameter another name")
+        return None
+    if not NAME.fullmatch(name):
+        reading.report(
+            f"'{name}' cannot name a parameter",
+            key,
+            "a name has letters, digits and _, and does not begin with a digit",
+        )
+        return None
+    if not isinstance(node, ScalarNode) or not node.text.strip():
+        reading.report(f"'{name}' needs a number, found {describe(node)}", node.place)
+        return None
+    return reading.parse(node)
+
+
+def _without_unit_unknown(value: Value | None) -> Value | None:
+    """A parameter that was given without unit may be anything."""
+    return replace(value, dimension=None) if value is not None and value.dimension == BARE else value
+
+
+def _in_order(trees: Mapping[str, Expression], mapping: MappingNode, reading: Reading) -> list[str]:
+    """The names, each after those that it uses; those that need themselves are left out, with what needs them."""
+    uses = {name: sorted(names(tree) & trees.keys()) for name, tree in trees.items()}
+    sorter = TopologicalSorter(uses)
+    with suppress(CycleError):  # names only one cycle
+        sorter.prepare()
+    ordered: list[str] = []
+    while sorter.is_active() and (ready := sorter.get_ready()):
+        ordered += ready
+        sorter.done(*ready)
+    done = set(ordered)
+    for cycle in _cycles(uses, dict.fromkeys(name for name in uses if name not in done)):
+        shown = cycle if len(cycle) <= 8 else [*cycle[:7], "..."]
+        reading.report(
+            f"parameters that depend on each other: {' -> '.join([*shown, cycle[0]])}",
+            mapping.values[cycle[0]].place,
+            "give one of them a number",
+        )
+    return ordered
+
+
+def _cycles(uses: Mapping[str, list[str]], blocked: Mapping[str, None]) -> list[list[str]]:
+    """The cycles that are met by going from each blocked name to the first blocked one that it uses; there is one."""
+    seen: set[str] = set()
+    cycles = []
+    for start in blocked:
+        walk: list[str] = []
+        name = start
+        while name not in seen:
+            seen.add(name)
+            walk.append(name)
+            name = next(other for other in uses[name] if other in blocked)
+        if name in walk:
+            cycles.append(walk[walk.index(name) :])
+    return cycles
+
+
+def override(root: MappingNode, changes: Mapping[str, object]) -> tuple[MappingNode, list[Problem]]:
+    """The document with parameters changed as --set says, and what is wrong with that."""
+    given = as_mapping(root.values["parameters"]) if "parameters" in root.values else None
+    values, problems = dict(given.values) if given else {}, []
+    for name, value in changes.items():
+        place = Place(f"--set {name}")
+        if name in values:
+            values[name] = from_value(value, place)
+        else:
+            hint = did_you_mean(name, values) or (
+                f"parameters are: {', '.join(values)}" if values else "the scene has no parameters"
+            )
+            problems.append(Problem(f"unknown parameter '{name}'", place, hint))
+    if given is None or not changes:
+        return root, problems
+    return replace(root, values={**root.values, "parameters": replace(given, values=values)}), problems

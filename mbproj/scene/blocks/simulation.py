@@ -1,0 +1,73 @@
+"""The `simulation` block: what each of its keys is, and the option of the command line that changes it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from types import MappingProxyType
+from typing import Any
+
+from mbproj import registry
+from mbproj.scene.fields.alternatives import Alternatives
+from mbproj.scene.fields.choices import Choice
+from mbproj.scene.fields.containers import OneOf, Record
+from mbproj.scene.fields.fields import Converted, Field, Flag, List
+from mbproj.scene.fields.quantities import Integer, Number
+from mbproj.scene.records import KeyPath
+
+METHOD = Choice("projection method", lambda: registry.PROJECTIONS)
+GAIN: Field[Any] = Number("1/s", above=0.0)
+
+PROJECTION: Field[dict[str, Any]] = Alternatives(
+    (
+        Converted(METHOD, lambda method: {"method": method}),
+        Record(
+            "a projection",
+            {
+                "method": METHOD,
+                "tolerance": Number(above=0.0),
+                "test": Choice("test", lambda: registry.STOP_TESTS),
+                "every": Integer(minimum=1),
+                "threshold": Number(above=0.0),
+                "position": Flag(),
+                "velocity": Flag(),
+                "max_iterations": Integer(minimum=1),
+                "fallback": Choice("fallback", lambda: registry.FALLBACKS),
+                "alpha": Number(above=0.0),
+                "gains": Alternatives((Converted(GAIN, lambda gain: (gain, gain)), List(GAIN, 2))),
+            },
+            dict,
+        ),
+    )
+)
+
+SIMULATION: Record[dict[str, Any]] = Record(
+    "a simulation",
+    {
+        "duration": Number("s", above=0.0),
+        "step": Number("s", above=0.0),
+        "tolerance": Number(above=0.0, maximum=0.1),
+        "integrator": Choice("integrator", registry.integrators),
+        "formulation": Choice("formulation", lambda: registry.FORMULATIONS),
+        "acceleration": Choice("acceleration", lambda: registry.ACCELERATIONS),
+        "output_step": Number("s", above=0.0),
+        "projection": PROJECTION,
+    },
+    dict,
+    choices=(OneOf(("step", "tolerance")),),
+)
+
+#: The options whose text may be a list, A,B.
+LIST_OPTIONS = frozenset({"gains"})
+#: The way through the block to the value that an option changes, by the option's name in Python.
+OPTIONS: Mapping[str, KeyPath] = MappingProxyType(
+    {
+        **{key: (key,) for key in SIMULATION.keys if key != "projection"},
+        "projection": ("projection", "method"),
+        "projection_tolerance": ("projection", "tolerance"),
+        "projection_test": ("projection", "test"),
+        "project_position": ("projection", "position"),
+        "project_velocity": ("projection", "velocity"),
+        "projection_fallback": ("projection", "fallback"),
+        **{key: ("projection", key) for key in ("every", "threshold", "max_iterations", "alpha", "gains")},
+    }
+)

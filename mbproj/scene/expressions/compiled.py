@@ -1,0 +1,86 @@
+"""Expressions with variables: tree -> program. What has no variable in it is computed here and now."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+from types import MappingProxyType
+
+from mbproj.functions.program import Code, Instruction, Op, apply, number, variable
+from mbproj.scene.expressions.evaluate import (
+    CONSTANTS,
+    Value,
+    binary_dimension,
+    call_dimension,
+    evaluate,
+    function_of,
+    quantity_dimension,
+)
+from mbproj.scene.expressions.syntax_tree import Binary, Call, Expression, Name, Negative, Number, Quantity, names, walk
+from mbproj.scene.expressions.tokens import ExpressionError
+from mbproj.scene.expressions.unit_text import similar_unit
+from mbproj.scene.expressions.units import SYMBOLS, Dimension
+from mbproj.scene.text.suggestions import did_you_mean
+
+_OPERATORS: Mapping[str, Op] = MappingProxyType(
+    {"+": Op.ADD, "-": Op.SUBTRACT, "*": Op.MULTIPLY, "/": Op.DIVIDE, "**": Op.POWER_OF}
+)
+#: Variables by name: their numbers in programs.
+Variables = Mapping[str, int]
+Parameters = Mapping[str, Value | None]
+
+
+def compiled(tree: Expression, parameters: Parameters, variables: Variables) -> tuple[Code, Dimension | None]:
+    """The program of the tree, and the dimension of its value where that is known; a variable's is not.
+
+    Raises ExpressionError and Unavailable as `evaluate` does, and where a variable has the name of a parameter.
+    """
+    if not names(tree) & variables.keys():
+        _refuse_unknown(tree, parameters, variables)
+        value = evaluate(tree, parameters)
+        return number(value.number), value.dimension
+    match tree:
+        case Name():
+            if tree.name in parameters:
+                clash = f"'{tree.name}' is a parameter, and a variable here"
+                raise ExpressionError(clash, tree.at, "give the parameter another name")
+            return variable(variables[tree.name]), None
+        case Negative():
+            code, dimension = compiled(tree.operand, parameters, variables)
+            return apply(Op.NEGATE, code), dimension
+        case Quantity():
+            code, dimension = compiled(tree.operand, parameters, variables)
+            one = evaluate(replace(tree, operand=Number(1.0, tree.at)), {})
+            return apply(Op.MULTIPLY, code, number(one.number)), quantity_dimension(tree, dimension)
+        case Binary():
+            return _binary(tree, parameters, variables)
+        case Call():
+            return _call(tree, parameters, variables)
+    raise AssertionError(tree)
+
+
+def _refuse_unknown(tree: Expression, parameters: Parameters, variables: Variables) -> None:
+    """Raises ExpressionError for a name that means nothing, with the variables as what it may have been."""
+    for node, _ in walk(tree):
+        if isinstance(node, Name) and node.name not in {*parameters, *CONSTANTS, *SYMBOLS, "inf", "nan"}:
+            similar = did_you_mean(node.name, [*variables, *parameters, *CONSTANTS]) or similar_unit(node.name)
+            hint = similar or f"variables here are {', '.join(variables)}"
+            raise ExpressionError(f"unknown name '{node.name}'", node.at, hint)
+
+
+def _binary(tree: Binary, parameters: Parameters, variables: Variables) -> tuple[Code, Dimension | None]:
+    left, left_dimension = compiled(tree.left, parameters, variables)
+    right, right_dimension = compiled(tree.right, parameters, variables)
+    constant = right[0].operand if len(right) == 1 and right[0].op is Op.CONSTANT else None
+    dimension = binary_dimension(tree, left_dimension, right_dimension, constant)
+    if tree.operator == "**" and constant is not None:
+        return (*left, Instruction(Op.POWER, constant)), dimension
+    return apply(_OPERATORS[tree.operator], left, right), dimension
+
+
+def _call(tree: Call, parameters: Parameters, variables: Variables) -> tuple[Code, Dimension | None]:
+    function = function_of(tree, [*parameters, *variables])
+    arguments = [compiled(argument, parameters, variables) for argument in tree.arguments]
+    dimension = call_dimension(tree, function, [dimension for _, dimension in arguments])
+    op = Op.ABS if tree.function == "hypot" and len(arguments) == 1 else Op[tree.function.upper()]
+    return apply(op, *(code for code, _ in arguments)), dimension

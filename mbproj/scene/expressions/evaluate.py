@@ -1,0 +1,212 @@
+"""The value of an expression's tree: a finite number in SI and radians, and its dimension where that is known."""
+
+from __future__ import annotations
+
+import math
+import operator
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass
+from types import MappingProxyType
+
+from mbproj.scene.expressions.syntax_tree import Binary, Call, Expression, Name, Negative, Number, Quantity
+from mbproj.scene.expressions.tokens import ExpressionError
+from mbproj.scene.expressions.unit_text import similar_unit, unit_of
+from mbproj.scene.expressions.units import ANGLE, BARE, SYMBOLS, Dimension, describe
+from mbproj.scene.text.suggestions import choose_from, did_you_mean
+
+
+@dataclass(frozen=True)
+class Value:
+    """A number in SI and radians; `dimension` is None where it follows from a parameter that was given without unit."""
+
+    number: float
+    dimension: Dimension | None = BARE
+
+
+class Unavailable(Exception):
+    """A name's own value is wrong, which is reported where it is given."""
+
+
+@dataclass(frozen=True)
+class Function:
+    """How to compute it and how many arguments it takes. `same`: they have one dimension, whichever; otherwise they are
+    angles or have no unit. `result` is the dimension of the value, None: that of the arguments to the power `power`."""
+
+    compute: Callable[..., float]
+    least: int = 1
+    most: int | None = 1
+    result: Dimension | None = BARE
+    same: bool = False
+    power: float = 1.0
+
+
+def _sign(x: float) -> float:
+    return math.copysign(1.0, x) if x else 0.0
+
+
+FUNCTIONS: Mapping[str, Function] = MappingProxyType(
+    {
+        **{
+            name: Function(getattr(math, name))
+            for name in ("sin", "cos", "tan", "sinh", "cosh", "tanh", "exp", "log", "log10", "floor", "ceil")
+        },
+        **{name: Function(getattr(math, name), result=ANGLE) for name in ("asin", "acos", "atan")},
+        "atan2": Function(math.atan2, 2, 2, ANGLE, same=True),
+        "sign": Function(_sign, same=True),
+        "sqrt": Function(math.sqrt, result=None, same=True, power=0.5),
+        "abs": Function(abs, result=None, same=True),
+        "min": Function(lambda *numbers: min(numbers), 1, None, None, same=True),
+        "max": Function(lambda *numbers: max(numbers), 1, None, None, same=True),
+        "hypot": Function(math.hypot, 1, None, None, same=True),
+    }
+)
+CONSTANTS: Mapping[str, Value] = MappingProxyType({"pi": Value(math.pi)})
+#: Names that no parameter may have: they mean something, or will in expressions of time.
+RESERVED = frozenset({*FUNCTIONS, *CONSTANTS, "t", "inf", "nan"})
+
+_OPERATORS: Mapping[str, Callable[[float, float], float]] = MappingProxyType(
+    {"+": operator.add, "-": operator.sub, "*": operator.mul, "/": operator.truediv, "**": operator.pow}
+)
+_NOT_HERE = {
+    "t": "'t' (time) cannot be used here",
+    "inf": "numbers must be finite",
+    "nan": "numbers must be finite",
+}
+
+
+def evaluate(tree: Expression, names: Mapping[str, Value | None]) -> Value:
+    """The value of the tree, with `names` for the parameters (None: its own value is wrong) besides `CONSTANTS`.
+
+    Raises ExpressionError for unknown names, units that do not fit and results that are no finite number, and
+    Unavailable where a name stands for None.
+    """
+    match tree:
+        case Number():
+            return Value(_finite(tree.at, float, tree.value))
+        case Name():
+            return _lookup(tree, names)
+        case Negative():
+            operand = evaluate(tree.operand, names)
+            return Value(-operand.number, operand.dimension)
+        case Quantity():
+            return _with_unit(tree, evaluate(tree.operand, names))
+        case Binary():
+            return _binary(tree, evaluate(tree.left, names), evaluate(tree.right, names))
+        case Call():
+            return _call(tree, [evaluate(argument, names) for argument in tree.arguments], names)
+
+
+def _lookup(tree: Name, names: Mapping[str, Value | None]) -> Value:
+    if tree.name in CONSTANTS:
+        return CONSTANTS[tree.name]
+    if tree.name in names:
+        value = names[tree.name]
+        if value is None:
+            raise Unavailable
+        return value
+    if tree.name in _NOT_HERE:
+        raise ExpressionError(_NOT_HERE[tree.name], tree.at)
+    hint = did_you_mean(tree.name, [*names, *CONSTANTS]) or similar_unit(tree.name)
+    if tree.name in SYMBOLS:
+        hint = f"a unit stands after a number: 2 {tree.name}, or 2 1/{tree.name}"
+    raise ExpressionError(f"unknown name '{tree.name}'", tree.at, hint or "parameters are defined under 'parameters'")
+
+
+def _with_unit(tree: Quantity, operand: Value) -> Value:
+    dimension, unit = quantity_dimension(tree, operand.dimension), unit_of(tree.unit)
+    return Value(_finite(tree.at, lambda x: x * unit.multiply / unit.divide, operand.number), dimension)
+
+
+def quantity_dimension(tree: Quantity, operand: Dimension | None) -> Dimension:
+    """The dimension of a unit, which stands after what has none yet."""
+    if operand not in (None, BARE):
+        raise ExpressionError(f"'{tree.unit}' stands after what has a unit already", tree.at)
+    return unit_of(tree.unit).dimension
+
+
+def _binary(tree: Binary, left: Value, right: Value) -> Value:
+    number = _finite(tree.at, _OPERATORS[tree.operator], left.number, right.number)
+    return Value(number, binary_dimension(tree, left.dimension, right.dimension, right.number))
+
+
+def binary_dimension(
+    tree: Binary, left: Dimension | None, right: Dimension | None, exponent: float | None
+) -> Dimension | None:
+    """The dimension of a sum, product or power; `exponent` is the number on the right, None where that varies."""
+    if tree.operator == "**":
+        if right not in (None, BARE):
+            raise ExpressionError(f"an exponent has no unit, this is {describe(right)}", tree.at)
+        if exponent is None or left is None or (right is None and left != BARE):
+            return BARE if left == BARE else None
+        return left**exponent
+    if tree.operator in "+-":
+        return _common(tree.at, [left, right])
+    if left is None or right is None:
+        return None
+    return left * (right if tree.operator == "*" else right**-1)
+
+
+def _call(tree: Call, arguments: list[Value], names: Mapping[str, Value | None]) -> Value:
+    function = function_of(tree, names)
+    dimension = call_dimension(tree, function, [argument.dimension for argument in arguments])
+    return Value(_finite(tree.at, function.compute, *(argument.number for argument in arguments)), dimension)
+
+
+def function_of(tree: Call, names: Iterable[str]) -> Function:
+    """The function that is called, with as many arguments as it takes; `names` may have been meant as a factor."""
+    function = FUNCTIONS.get(tree.function)
+    if function is None:
+        known = tree.function in {*names, *CONSTANTS}
+        hint = "write * to multiply" if known else choose_from(tree.function, FUNCTIONS, "functions are")
+        raise ExpressionError(f"unknown function '{tree.function}'", tree.at, hint)
+    count = len(tree.arguments)
+    if count < function.least or (function.most is not None and count > function.most):
+        needs = "1 argument" if function.least == 1 else f"{function.least} arguments"
+        raise ExpressionError(f"'{tree.function}' takes {needs}, found {count}", tree.at)
+    return function
+
+
+def call_dimension(tree: Call, function: Function, arguments: list[Dimension | None]) -> Dimension | None:
+    """The dimension of a function's value."""
+    if not function.same:
+        _dimensionless(tree, arguments)
+    common = _common(tree.at, arguments)
+    if function.result is not None:
+        return function.result
+    return common**function.power if common is not None else None
+
+
+def _dimensionless(tree: Call, arguments: list[Dimension | None]) -> None:
+    for dimension in arguments:
+        if dimension not in (None, BARE, ANGLE):
+            raise ExpressionError(f"'{tree.function}' cannot take {describe(dimension)}", tree.at)
+
+
+def _common(at: int, dimensions: list[Dimension | None]) -> Dimension | None:
+    """The dimension of what is added or compared: numbers without unit take the others', which must agree."""
+    if any(dimension is None for dimension in dimensions):
+        return None
+    common = BARE
+    for dimension in dimensions:
+        if dimension is not None and not common.agrees(dimension):
+            raise ExpressionError(f"{describe(common)} and {describe(dimension)} cannot be added or compared", at)
+        common = dimension if common == BARE and dimension is not None else common
+    return common
+
+
+def _finite(at: int, compute: Callable[..., float], *numbers: float) -> float:
+    """compute(*numbers) as a finite number, or what went wrong."""
+    try:
+        result = compute(*numbers)
+    except ZeroDivisionError:
+        raise ExpressionError("division by zero", at) from None
+    except OverflowError:
+        raise ExpressionError("the result is too large", at) from None
+    except ValueError:
+        given = ", ".join(f"{number:.6g}" for number in numbers)
+        raise ExpressionError(f"not defined for {given}", at) from None
+    if isinstance(result, complex):
+        raise ExpressionError("a power of a negative number needs a whole exponent", at)
+    if not math.isfinite(result):
+        raise ExpressionError("the result is too large", at)
+    return float(result)

@@ -1,0 +1,200 @@
+"""Expressions: text -> a small immutable tree. What the names mean and what comes out is `evaluate`'s business.
+
+sum     = [+ -] product {(+ | -) product}        ** binds tighter than a sign before it, and to the right
+operand = (number | name | name(sum, ...) | (sum)) [unit]          `unit_text` has what a unit is
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Set
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import TypeAlias
+
+from mbproj.scene.expressions.tokens import HINTS, ExpressionError, Token, tokens
+
+MAX_LENGTH = 1000
+MAX_DEPTH = 100
+
+
+@dataclass(frozen=True)
+class Number:
+    value: float
+    at: int
+
+
+@dataclass(frozen=True)
+class Name:
+    name: str
+    at: int
+
+
+@dataclass(frozen=True)
+class Quantity:
+    """`operand` in `unit`; `at` is where the unit stands."""
+
+    operand: Expression
+    unit: str
+    at: int
+
+
+@dataclass(frozen=True)
+class Negative:
+    operand: Expression
+    at: int
+
+
+@dataclass(frozen=True)
+class Binary:
+    operator: str
+    left: Expression
+    right: Expression
+    at: int
+
+
+@dataclass(frozen=True)
+class Call:
+    function: str
+    arguments: tuple[Expression, ...]
+    at: int
+
+
+Expression: TypeAlias = "Number | Name | Quantity | Negative | Binary | Call"
+
+
+@lru_cache(maxsize=4096)
+def parse(text: str, parameters: Set[str] = frozenset()) -> Expression:
+    """The tree of `text`, at most MAX_LENGTH characters and MAX_DEPTH levels; `parameters` are those that have the name
+    of a unit. Raises ExpressionError."""
+    if len(text) > MAX_LENGTH:
+        raise ExpressionError(
+            f"the expression has {len(text)} characters, at most {MAX_LENGTH} are allowed",
+            0,
+            "name parts of it under 'parameters'",
+        )
+    parser = _Parser(text, parameters)
+    tree = parser.expression(0, 1)
+    parser.expect("end")
+    if depth(tree) > MAX_DEPTH:
+        raise _too_deep(0)
+    return tree
+
+
+def parts(tree: Expression) -> tuple[Expression, ...]:
+    """The nodes right below this one."""
+    match tree:
+        case Quantity() | Negative():
+            return (tree.operand,)
+        case Binary():
+            return (tree.left, tree.right)
+        case Call():
+            return tree.arguments
+        case _:
+            return ()
+
+
+def walk(tree: Expression) -> Iterator[tuple[Expression, int]]:
+    """Every node of the tree with its depth, the root's being 1; without recursion, so of any depth."""
+    waiting = [(tree, 1)]
+    while waiting:
+        node, level = waiting.pop()
+        yield node, level
+        waiting.extend((part, level + 1) for part in parts(node))
+
+
+def depth(tree: Expression) -> int:
+    """How many levels the tree has."""
+    return max(level for _, level in walk(tree))
+
+
+def names(tree: Expression) -> frozenset[str]:
+    """The names that the tree uses, functions excepted."""
+    return frozenset(node.name for node, _ in walk(tree) if isinstance(node, Name))
+
+
+def _too_deep(at: int) -> ExpressionError:
+    return ExpressionError(
+        f"the expression has more than {MAX_DEPTH} levels", at, "name parts of it under 'parameters'"
+    )
+
+
+#: Binding power of an operator, and of what stands to its right: ** groups to the right, the others to the left.
+_BINDING = {"+": (1, 2), "-": (1, 2), "*": (3, 4), "/": (3, 4), "**": (7, 6)}
+_SIGN = 5
+
+
+class _Parser:
+    """Precedence climbing over the tokens of one text."""
+
+    def __init__(self, text: str, parameters: Set[str]) -> None:
+        self._tokens = tokens(text, parameters)
+        self._next = next(self._tokens)
+
+    def expression(self, binding: int, level: int) -> Expression:
+        """What stands here up to an operator that binds less than `binding`."""
+        left = self._signed(level)
+        while (power := _BINDING.get(self._next.kind)) is not None and power[0] >= binding:
+            operator = self._advance()
+            left = Binary(operator.kind, left, self.expression(power[1], level + 1), operator.at)
+        return left
+
+    def expect(self, kind: str) -> Token:
+        """Take the next token, which must be of this kind."""
+        if self._next.kind != kind:
+            raise self._unexpected("')' is missing" if kind == ")" else None)
+        return self._next if kind == "end" else self._advance()
+
+    def _signed(self, level: int) -> Expression:
+        if level > MAX_DEPTH:
+            raise _too_deep(self._next.at)
+        if self._next.kind not in ("+", "-"):
+            return self._quantity(level)
+        sign = self._advance()
+        operand = self.expression(_SIGN, level + 1)
+        return Negative(operand, sign.at) if sign.kind == "-" else operand
+
+    def _quantity(self, level: int) -> Expression:
+        operand = self._operand(level)
+        if self._next.kind != "unit":
+            return operand
+        unit = self._advance()
+        if self._next.kind == "**":
+            raise ExpressionError(
+                "it is unclear what '**' after a unit applies to",
+                self._next.at,
+                "write 2 m^2 for square metres, (2 m)**2, or 2**2 m",
+            )
+        return Quantity(operand, unit.text, unit.at)
+
+    def _operand(self, level: int) -> Expression:
+        token = self._next
+        if token.kind == "number":
+            return Number(float(self._advance().text), token.at)
+        if token.kind == "name":
+            self._advance()
+            return self._call(token, level) if self._next.kind == "(" else Name(token.text, token.at)
+        if token.kind == "(":
+            self._advance()
+            inner = self.expression(0, level + 1)
+            self.expect(")")
+            return inner
+        raise self._unexpected(None)
+
+    def _call(self, function: Token, level: int) -> Expression:
+        self._advance()
+        arguments = [self.expression(0, level + 1)]
+        while self._next.kind == ",":
+            self._advance()
+            arguments.append(self.expression(0, level + 1))
+        self.expect(")")
+        return Call(function.text, tuple(arguments), function.at)
+
+    def _advance(self) -> Token:
+        token, self._next = self._next, next(self._tokens)
+        return token
+
+    def _unexpected(self, missing: str | None) -> ExpressionError:
+        token = self._next
+        if token.kind == "end":
+            return ExpressionError(missing or "the expression ends too early", token.at)
+        return ExpressionError(f"unexpected '{token.text}'", token.at, missing or HINTS.get(token.kind))

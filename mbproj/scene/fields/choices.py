@@ -1,0 +1,61 @@
+"""Fields that are one name of several: a choice of the registries, or an item of the scene."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+
+from mbproj.scene.fields.fields import Field, Schema
+from mbproj.scene.fields.reading import Reading, either
+from mbproj.scene.records import KeyPath
+from mbproj.scene.text.nodes import Node, ScalarNode, describe
+from mbproj.scene.text.suggestions import choose_from
+
+
+@dataclass(frozen=True)
+class Choice(Field[str]):
+    """One of the names that `names` gives (when asked: some stand on disk); `what` they name, as in "integrator"."""
+
+    what: str
+    names: Callable[[], Iterable[str]]
+
+    @property
+    def expects(self) -> str:
+        return either(self.names())
+
+    def read(self, node: Node, path: KeyPath, reading: Reading) -> str | None:
+        return _pick(self, node, path, reading, self.names())
+
+    def schema(self) -> Schema:
+        names = tuple(self.names())
+        return {"description": self.what, "enum": [*names, *(int(name) for name in names if name.isdigit())]}
+
+
+@dataclass(frozen=True)
+class Reference(Field[str]):
+    """The name of an item of the top-level block `block`, or one of `besides`; `what` such an item is."""
+
+    what: str
+    block: str
+    besides: tuple[str, ...] = ()
+
+    @property
+    def expects(self) -> str:
+        return f"the name of a {self.what}"
+
+    def read(self, node: Node, path: KeyPath, reading: Reading) -> str | None:
+        return _pick(self, node, path, reading, (*self.besides, *reading.items.get(self.block, ())))
+
+    def schema(self) -> Schema:
+        return {"description": self.expects, "type": "string", "minLength": 1}
+
+
+def _pick(field: Choice | Reference, node: Node, path: KeyPath, reading: Reading, names: Iterable[str]) -> str | None:
+    names = tuple(names)
+    if not isinstance(node, ScalarNode) or not node.text:
+        field.reject(node, path, reading)
+        return None
+    if node.text not in names:
+        reading.report(f"unknown {field.what} {describe(node)}", node.place, choose_from(node.text, names))
+        return None
+    return node.text

@@ -1,0 +1,154 @@
+"""What a value in a scene may be: small definitions that read a node. Each can say what it expects, so messages, and
+whoever wants to describe the format, need nothing else."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any, ClassVar, Generic, TypeAlias, TypeVar
+
+from mbproj.scene.fields.reading import Reading, Unfit, label
+from mbproj.scene.records import KeyPath
+from mbproj.scene.text.nodes import Node, ScalarNode, SequenceNode, describe
+
+T_co = TypeVar("T_co", covariant=True)
+#: A JSON Schema (draft 2020-12) as plain data.
+Schema: TypeAlias = dict[str, Any]
+
+
+class Field(ABC, Generic[T_co]):
+    """One kind of value. `takes` looks at the kind of node, `fits` at its shape as well; both are to choose by."""
+
+    #: The class of node that this reads.
+    node_type: ClassVar[type] = ScalarNode
+
+    @property
+    @abstractmethod
+    def expects(self) -> str:
+        """What belongs here, as in "a number"."""
+
+    @abstractmethod
+    def read(self, node: Node, path: KeyPath, reading: Reading) -> T_co | None:
+        """The value of the node at `path`; None where it is wrong, which is reported."""
+
+    @abstractmethod
+    def schema(self) -> Schema:
+        """What JSON Schema can say of this. Never narrower than `read`: whatever that accepts is valid."""
+
+    def takes(self, node: Node) -> bool:
+        return isinstance(node, self.node_type)
+
+    def fits(self, node: Node) -> bool:
+        return self.takes(node)
+
+    def reject(self, node: Node, path: KeyPath, reading: Reading) -> None:
+        """Report that the node is not what belongs here."""
+        reading.report(f"{label(path)} needs {self.expects}, found {describe(node)}", node.place)
+
+
+@dataclass(frozen=True)
+class Flag(Field[bool]):
+    """true or false."""
+
+    @property
+    def expects(self) -> str:
+        return "true or false"
+
+    def read(self, node: Node, path: KeyPath, reading: Reading) -> bool | None:
+        if not isinstance(node, ScalarNode) or node.text not in ("true", "false"):
+            self.reject(node, path, reading)
+            return None
+        return node.text == "true"
+
+    def schema(self) -> Schema:
+        return {"description": self.expects, "enum": [True, False, "true", "false"]}
+
+
+@dataclass(frozen=True)
+class Text(Field[str]):
+    """Any text."""
+
+    @property
+    def expects(self) -> str:
+        return "text"
+
+    def read(self, node: Node, path: KeyPath, reading: Reading) -> str | None:
+        if not isinstance(node, ScalarNode):
+            self.reject(node, path, reading)
+            return None
+        return node.text
+
+    def schema(self) -> Schema:
+        return {"description": self.expects, "type": ["string", "number", "boolean", "null"]}  # 2015, say, is text here
+
+
+@dataclass(frozen=True)
+class List(Field[tuple[T_co, ...]]):
+    """Exactly `length` items of one kind, or any number but none; `what` several are called, as in "numbers"."""
+
+    item: Field[T_co]
+    length: int | None
+    what: str = "numbers"
+    node_type: ClassVar[type] = SequenceNode
+
+    @property
+    def expects(self) -> str:
+        return f"{self.length or 'a list of'} {self.what}"
+
+    def fits(self, node: Node) -> bool:
+        return isinstance(node, SequenceNode) and self._long_enough(node) and self.item.fits(node.items[0])
+
+    def _long_enough(self, node: SequenceNode) -> bool:
+        return len(node.items) == self.length if self.length is not None else bool(node.items)
+
+    def read(self, node: Node, path: KeyPath, reading: Reading) -> tuple[T_co, ...] | None:
+        if not isinstance(node, SequenceNode):
+            self.reject(node, path, reading)
+            return None
+        if not self._long_enough(node):
+            reading.report(f"{label(path)} needs {self.expects}, found {len(node.items)}", node.place)
+            return None
+        found = []
+        for index, item in enumerate(node.items):
+            where = (*path, index)
+            reading.places[where] = item.place
+            found.append(self.item.read(item, where, reading))
+        whole = tuple(value for value in found if value is not None)
+        return whole if len(whole) == len(node.items) else None
+
+    def schema(self) -> Schema:
+        items = {"type": "array", "items": self.item.schema(), "minItems": self.length or 1}
+        most = {} if self.length is None else {"maxItems": self.length}
+        return {"description": self.expects, **items, **most}
+
+
+@dataclass(frozen=True)
+class Converted(Field[T_co], Generic[T_co]):
+    """What `field` reads, turned into what the records hold by `convert`, which raises Unfit for what cannot be."""
+
+    field: Field[Any]
+    convert: Callable[[Any], T_co]
+
+    @property
+    def expects(self) -> str:
+        return self.field.expects
+
+    def takes(self, node: Node) -> bool:
+        return self.field.takes(node)
+
+    def fits(self, node: Node) -> bool:
+        return self.field.fits(node)
+
+    def read(self, node: Node, path: KeyPath, reading: Reading) -> T_co | None:
+        value = self.field.read(node, path, reading)
+        if value is None:
+            return None
+        try:
+            return self.convert(value)
+        except Unfit as unfit:
+            reading.report(f"{label(path)} {unfit.message}", node.place, unfit.hint)
+            return None
+
+    def schema(self) -> Schema:
+        return self.field.schema()

@@ -1,0 +1,17 @@
+"""Numbers that are given on the command line: read by the same rules as those of a scene."""
+
+from __future__ import annotations
+
+from mbproj.errors import InputError, Place
+from mbproj.scene.fields.fields import Field
+from mbproj.scene.fields.reading import Reading
+from mbproj.scene.text.nodes import from_value
+
+
+def given_number(text: str, option: str, field: Field[float]) -> float:
+    """The number that `text` is for the field, in SI units. Raises InputError at the option."""
+    reading = Reading()
+    number = field.read(from_value(text, Place(option)), (option,), reading)
+    if number is None:
+        raise InputError(reading.problems)
+    return number

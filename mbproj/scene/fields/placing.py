@@ -1,0 +1,34 @@
+"""Fields that say where something is on one body or two: global, or by body in its own axes."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from mbproj.scene.fields.alternatives import Alternatives
+from mbproj.scene.fields.checks import Placed, different, shared, two_axes, two_points
+from mbproj.scene.fields.choices import Reference
+from mbproj.scene.fields.containers import Named
+from mbproj.scene.fields.fields import Converted, Field, List
+from mbproj.scene.fields.reading import Unfit
+from mbproj.scene.fields.vectors import DIRECTION, POINT
+from mbproj.scene.records import GROUND, Pair, Vector
+
+JOINT_POINT: Field[Placed] = Alternatives((Converted(POINT, shared), Named("body", POINT)))
+AXIS: Field[Placed] = Alternatives((Converted(DIRECTION, shared), Named("body", DIRECTION)))
+AXES: Field[Placed] = Alternatives((Converted(List(DIRECTION, 2, "axes"), two_axes), Named("body", DIRECTION)))
+TWO_POINTS: Field[Placed] = Alternatives((Converted(List(POINT, 2, "points"), two_points), Named("body", POINT)))
+TWO_BODIES: Field[Any] = Converted(List(Reference("body", "bodies", (GROUND,)), 2, "names of bodies"), different)
+BODY_POINT: Field[Any] = Alternatives((POINT, Named("body", POINT)))
+
+
+def _pair_on(points: Mapping[str, Vector]) -> tuple[tuple[str, str], Pair]:
+    """Two bodies and a global point of each."""
+    if len(points) != 2:
+        raise Unfit(f"needs points of two bodies, found {len(points)}", "as in {ground: [0, 0, 0], rod: [0, 0, 1]}")
+    (first, start), (second, end) = points.items()
+    return (first, second), Pair(start, end)
+
+
+#: Two points by body that are global all the same.
+POINTS_OF: Field[Any] = Converted(Named("body", POINT), _pair_on)

@@ -1,0 +1,156 @@
+"""Fields that are numbers: in a unit, within bounds, whole."""
+
+from __future__ import annotations
+
+import math
+import operator
+from dataclasses import dataclass
+
+from mbproj.errors import Problem
+from mbproj.scene.expressions.syntax_tree import Binary, Expression, Quantity
+from mbproj.scene.expressions.unit_text import unit_of
+from mbproj.scene.expressions.units import BARE, Dimension, describe
+from mbproj.scene.fields.fields import Field, Schema
+from mbproj.scene.fields.reading import Reading, label
+from mbproj.scene.records import KeyPath
+from mbproj.scene.text.nodes import Node, ScalarNode
+
+#: What no quantity of a mechanism reaches: up to here a mass times the square of a length can be squared and is still a
+#: number (the largest is 1.8e308).
+LARGEST = 1e50
+
+
+@dataclass(frozen=True)
+class Number(Field[float]):
+    """A finite number in SI and radians, from an expression. `unit`: the SI unit it is in, "" for none, None for any.
+
+    Bounds are inclusive but for `above`.
+    """
+
+    unit: str | None = ""
+    minimum: float | None = None
+    above: float | None = None
+    maximum: float | None = None
+
+    @property
+    def expects(self) -> str:
+        return f"a number in {self.unit}" if self.unit else "a number"
+
+    def read(self, node: Node, path: KeyPath, reading: Reading) -> float | None:
+        if not isinstance(node, ScalarNode) or not node.text.strip():
+            self.reject(node, path, reading)
+            return None
+        tree = reading.parse(node)
+        value = reading.value(node, tree)
+        if value is None:
+            return None
+        if self.unit is not None and not agrees(self.unit, value.dimension):
+            assert value.dimension is not None
+            mine = f"is in {self.unit}" if self.unit else "has no unit"
+            found = f"{label(path)} {mine}, this is {describe(value.dimension)}"
+            reading.report(found, node.place, unit_hint(node.text, tree))
+            return None
+        return self._bounded(value.number, node, path, reading)
+
+    def _bounded(self, number: float, node: Node, path: KeyPath, reading: Reading) -> float | None:
+        limits = (
+            ("greater than", self.above, operator.gt),
+            ("at least", self.minimum, operator.ge),
+            ("at most", self.maximum, operator.le),
+        )
+        for words, limit, holds in limits:
+            if limit is not None and not holds(number, limit):
+                reading.report(f"{label(path)} must be {words} {limit:g}, found {number:.6g}", node.place)
+                return None
+        if self.unit and abs(number) > LARGEST:
+            message = f"{label(path)} is {number:.6g}: numbers beyond {LARGEST:g} in SI units overflow when multiplied"
+            reading.report(message, node.place, "check the number and its unit")
+            return None
+        return number
+
+    def schema(self) -> Schema:
+        limits = {"minimum": self.minimum, "exclusiveMinimum": self.above, "maximum": self.maximum}
+        given = {key: limit for key, limit in limits.items() if limit is not None}
+        return {"description": self.expects, "type": ["number", "string"], "pattern": r"\S", **given}
+
+
+@dataclass(frozen=True)
+class Angle(Number):
+    """An angle at which something stands, in rad: what looks like degrees is noted."""
+
+    unit: str | None = "rad"
+
+    def read(self, node: Node, path: KeyPath, reading: Reading) -> float | None:
+        number = super().read(node, path, reading)
+        note_degrees(node, path, reading)
+        return number
+
+
+def position_in(unit: str) -> Number:
+    """A coordinate in m or rad."""
+    return Angle() if unit == "rad" else Number(unit)
+
+
+#: An angle beyond so many turns that is written as a whole or half number, without unit, is taken for one in degrees.
+MANY_TURNS = 2.0
+
+
+def note_degrees(node: Node, path: KeyPath, reading: Reading) -> None:
+    """Note a plain number that was meant in degrees by its looks: 90, but not 62.8319, 3 * pi or 90 rad."""
+    try:
+        number = float(node.text) if isinstance(node, ScalarNode) else 0.0
+    except ValueError:
+        return
+    turns = abs(number) / (2.0 * math.pi)
+    if MANY_TURNS < turns < math.inf and (2.0 * number).is_integer():
+        assert isinstance(node, ScalarNode)
+        message = f"{label(path)} is {number:g} rad, {turns:.3g} turns"
+        hint = f"did you mean {number:g} deg? ({number:g} rad says that it is in radians)"
+        reading.notes.append(Problem(message, node.place, hint))
+
+
+def agrees(unit: str, found: Dimension | None) -> bool:
+    """Whether a number of the dimension `found` may stand where `unit` is wanted ("": none is)."""
+    return found is None or (dimension_of(unit).agrees(found) and (bool(unit) or found == BARE))
+
+
+def dimension_of(unit: str) -> Dimension:
+    """The dimension of a unit ("": of a number without)."""
+    return unit_of(unit).dimension if unit else BARE
+
+
+def unit_hint(text: str, tree: Expression | None) -> str | None:
+    """For a quotient that ends in a unit, which is its divisor's alone, as in 360/7 deg: how it was meant."""
+    text = text.rstrip()
+    if not isinstance(tree, Binary) or tree.operator != "/" or not isinstance(tree.right, Quantity):
+        return None
+    unit = tree.right
+    return f"write ({text[: unit.at].strip()}) {unit.unit}" if unit.at + len(unit.unit) == len(text) else None
+
+
+@dataclass(frozen=True)
+class Integer(Field[int]):
+    """A whole number without unit, at least `minimum`. What it counts fits into 32 bits wherever it goes."""
+
+    minimum: int
+    maximum: int = 10**9
+
+    @property
+    def expects(self) -> str:
+        return "a whole number"
+
+    def read(self, node: Node, path: KeyPath, reading: Reading) -> int | None:
+        number = Number(minimum=self.minimum, maximum=self.maximum).read(node, path, reading)
+        if number is None:
+            return None
+        if not number.is_integer():
+            self.reject(node, path, reading)
+            return None
+        return int(number)
+
+    def schema(self) -> Schema:
+        return {
+            **Number(minimum=self.minimum, maximum=self.maximum).schema(),
+            "description": self.expects,
+            "type": ["integer", "string"],
+        }

@@ -1,0 +1,92 @@
+"""The scratch of one reading: what expressions and references may name, the places seen, the problems found."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field
+
+from mbproj.errors import Place, Problem
+from mbproj.functions.program import Program
+from mbproj.scene.expressions.compiled import compiled
+from mbproj.scene.expressions.evaluate import Unavailable, Value, evaluate
+from mbproj.scene.expressions.syntax_tree import Expression, parse
+from mbproj.scene.expressions.tokens import ExpressionError
+from mbproj.scene.expressions.units import SYMBOLS, Dimension
+from mbproj.scene.records import KeyPath
+from mbproj.scene.text.nodes import ScalarNode
+
+
+class Unfit(Exception):
+    """A value that is well written but cannot be: the message follows the key, as in "'axis' is a zero vector"."""
+
+    def __init__(self, message: str, hint: str | None = None) -> None:
+        super().__init__(message)
+        self.message, self.hint = message, hint
+
+
+@dataclass
+class Reading:
+    """`names` are the parameters (None: wrong, and reported), `items` the names of each block's items; `notes` are on
+    what is legal but may be a mistake."""
+
+    items: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
+    names: dict[str, Value | None] = field(default_factory=dict)
+    places: dict[KeyPath, Place] = field(default_factory=dict)
+    problems: list[Problem] = field(default_factory=list)
+    notes: list[Problem] = field(default_factory=list)
+
+    def report(self, message: str, place: Place | None, hint: str | None = None) -> None:
+        """Take down a problem; reading goes on."""
+        self.problems.append(Problem(message, place, hint))
+
+    def parse(self, node: ScalarNode) -> Expression | None:
+        """The tree of an expression; None where it is wrong, which is reported at the character."""
+        try:
+            return parse(node.text, frozenset(self.names.keys() & SYMBOLS.keys()))
+        except ExpressionError as error:
+            self.report(error.message, node.place_at(error.at), error.hint)
+            return None
+
+    def program(
+        self, node: ScalarNode, tree: Expression | None, variables: Mapping[str, int]
+    ) -> tuple[Program, Dimension | None] | None:
+        """The program of the node's tree and the dimension of its value; None where it is wrong, which is reported."""
+        try:
+            code, dimension = compiled(tree, self.names, variables) if tree is not None else ((), None)
+            return (Program(code, node.text.strip()), dimension) if code else None
+        except ExpressionError as error:
+            self.report(error.message, node.place_at(error.at), error.hint)
+        except Unavailable:
+            pass
+        return None
+
+    def value(self, node: ScalarNode, tree: Expression | None) -> Value | None:
+        """The value of the node's tree; None where it has none, which is reported at the character."""
+        try:
+            return None if tree is None else evaluate(tree, self.names)
+        except ExpressionError as error:
+            self.report(error.message, node.place_at(error.at), error.hint)
+        except Unavailable:
+            pass
+        return None
+
+
+def in_text_order(problems: Iterable[Problem]) -> list[Problem]:
+    """Each problem once: those of the command line first, then those of the file by line and column."""
+
+    def position(problem: Problem) -> tuple[int, int]:
+        place = problem.place
+        return (place.line or 0, place.column or 0) if place is not None else (0, 0)
+
+    return sorted(dict.fromkeys(problems), key=position)
+
+
+def either(names: Iterable[str]) -> str:
+    """The names as a choice: "a", "a or b", "a, b or c"."""
+    *others, last = names
+    return f"{', '.join(others)} or {last}" if others else last
+
+
+def label(path: KeyPath) -> str:
+    """How messages name the value at `path`: by the nearest key."""
+    return next((f"'{key}'" for key in reversed(path) if isinstance(key, str)), "a scene")

@@ -1,0 +1,155 @@
+"""Scene text -> nodes with places, from PyYAML's events: no implicit types, no tags, no merge keys, bounded aliases."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import replace
+
+import yaml
+
+from mbproj.errors import InputError, Place, Problem
+from mbproj.scene.text.cut_off import Entry, whole_entries, whole_items
+from mbproj.scene.text.nodes import MappingNode, Node, ScalarNode, SequenceNode
+from mbproj.scene.text.source import lines_of
+from mbproj.scene.text.syntax import syntax_problem
+
+MAX_NODES = 500_000
+MAX_DEPTH = 50
+#: A node weighs one more for each of these many characters, for each costs time wherever an alias repeats it.
+_CHARACTERS = 16
+#: libyaml's parser where PyYAML has it: five times as fast, with the same events and marks (but that it refuses {a:},
+#: which is an empty value to the other, and puts the empty value of {a: } a column further on).
+_LOADER = getattr(yaml, "CBaseLoader", yaml.BaseLoader)
+
+
+def compose(text: str, file: str, loader: type = _LOADER) -> tuple[Node, list[Problem]]:
+    """The root node of the one document in `text`, and the problems that did not stop the reading.
+
+    Raises InputError with one problem where the text is no YAML, has no document or several, or outgrows the bounds.
+    """
+    lines = lines_of(text, file)
+    composer = _Composer(yaml.parse(text, Loader=loader), file, lines)
+    try:
+        return composer.document(), composer.problems
+    except yaml.YAMLError as error:
+        raise InputError(syntax_problem(error, file, lines)) from None
+
+
+class _Composer:
+    def __init__(self, events: Iterator[yaml.Event], file: str, lines: list[str]) -> None:
+        self._events, self._file, self._lines = events, file, lines
+        self._anchors: dict[str, tuple[Node, int] | None] = {}
+        self._weight = 0
+        self.problems: list[Problem] = []
+
+    def document(self) -> Node:
+        next(self._events)  # the start of the stream
+        if isinstance(next(self._events), yaml.StreamEndEvent):
+            raise InputError(Problem("the file is empty", Place(self._file), "a scene begins with 'mbproj: 1'"))
+        root = self._node(next(self._events), 1)
+        next(self._events)  # the end of the document
+        after = next(self._events)
+        if not isinstance(after, yaml.StreamEndEvent):
+            raise InputError(Problem("a second document begins here", self._place(after), "a file holds one scene"))
+        return root
+
+    def _node(self, event: yaml.Event, depth: int) -> Node:
+        if depth > MAX_DEPTH:
+            raise InputError(Problem(f"nested more than {MAX_DEPTH} levels deep", self._place(event)))
+        if isinstance(event, yaml.AliasEvent):
+            return self._alias(event)
+        assert isinstance(event, yaml.NodeEvent)
+        if getattr(event, "tag", None) is not None:
+            self._report("tags ('!...') are not allowed", self._place(event), "leave the tag out")
+        before = self._weight
+        if event.anchor:
+            self._anchors[event.anchor] = None
+        self._weigh(1, event)
+        node = self._content(event, depth)
+        if event.anchor:
+            self._anchors[event.anchor] = (node, self._weight - before)
+        return node
+
+    def _content(self, event: yaml.NodeEvent, depth: int) -> Node:
+        if isinstance(event, yaml.SequenceStartEvent):
+            return self._sequence(event, depth)
+        if isinstance(event, yaml.MappingStartEvent):
+            return self._mapping(event, depth)
+        assert isinstance(event, yaml.ScalarEvent)
+        return self._scalar(event)
+
+    def _alias(self, event: yaml.AliasEvent) -> Node:
+        if event.anchor not in self._anchors:
+            raise InputError(Problem(f"there is no '&{event.anchor}' before this alias", self._place(event)))
+        known = self._anchors[event.anchor]
+        if known is None:
+            raise InputError(Problem(f"'*{event.anchor}' repeats a value that it is a part of", self._place(event)))
+        self._weigh(known[1], event)
+        return known[0]
+
+    def _scalar(self, event: yaml.ScalarEvent) -> ScalarNode:
+        place, value = self._place(event), event.value
+        self._weigh(len(value) // _CHARACTERS, event)
+        if place.text is None or place.column is None:
+            return ScalarNode(value, place)
+        column = place.column + (1 if event.style in ("'", '"') else 0)
+        return ScalarNode(value, place, column if place.text.startswith(value, column - 1) else None)
+
+    def _sequence(self, event: yaml.Event, depth: int) -> SequenceNode:
+        items = []
+        while not isinstance(inner := next(self._events), yaml.SequenceEndEvent):
+            items.append(self._node(inner, depth + 1))
+        if getattr(event, "flow_style", False):
+            items, cuts = whole_items(items)
+            self.problems += cuts
+        return SequenceNode(tuple(items), self._place(event))
+
+    def _mapping(self, event: yaml.Event, depth: int) -> MappingNode:
+        values: dict[str, Node] = {}
+        places: dict[str, Place] = {}
+        for key, place, value in self._entries(event, depth):
+            if self._usable(key, place, places):
+                assert isinstance(key, ScalarNode)
+                values[key.text] = replace(value, place=place) if isinstance(value, MappingNode) else value
+                places[key.text] = place
+        return MappingNode(values, places, self._place(event))
+
+    def _entries(self, event: yaml.Event, depth: int) -> list[Entry]:
+        entries = []
+        while not isinstance(inner := next(self._events), yaml.MappingEndEvent):
+            key = self._node(inner, depth + 1)
+            entries.append(Entry(key, self._place(inner), self._node(next(self._events), depth + 1)))
+        if getattr(event, "flow_style", False):
+            entries, cuts = whole_entries(entries)
+            self.problems += cuts
+        return entries
+
+    def _usable(self, key: Node, place: Place, places: dict[str, Place]) -> bool:
+        """Whether this is a key, and a new one; if not, that is reported."""
+        if not isinstance(key, ScalarNode):
+            self._report("a key must be text", place)
+        elif key.text == "<<":
+            self._report("merge keys ('<<') are not supported", place, "write the keys out")
+        elif key.text in places:
+            self._report(f"duplicate key '{key.text}'", place, f"it is first given in line {places[key.text].line}")
+        else:
+            return True
+        return False
+
+    def _weigh(self, weight: int, event: yaml.Event) -> None:
+        self._weight += weight
+        if self._weight > MAX_NODES:
+            raise InputError(
+                Problem(
+                    f"more than {MAX_NODES} values, with aliases counted where they are repeated", self._place(event)
+                )
+            )
+
+    def _place(self, event: yaml.Event) -> Place:
+        mark = event.start_mark
+        assert mark is not None
+        line = min(mark.line, len(self._lines) - 1)
+        return Place(self._file, line + 1, mark.column + 1, self._lines[line])
+
+    def _report(self, message: str, place: Place, hint: str | None = None) -> None:
+        self.problems.append(Problem(message, place, hint))

@@ -1,0 +1,1 @@
+"""The trust horizon: how long a run agrees with a better solution of the same equations."""

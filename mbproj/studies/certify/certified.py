@@ -1,0 +1,78 @@
+"""A run with its certificate: the paths of its points are kept as they are recorded, and judged when it ends."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Protocol
+
+import numpy as np
+
+from mbproj.arrays import Array
+from mbproj.dynamics.observe.recorded import Block
+from mbproj.errors import SimulationError
+from mbproj.integrate import Report, simulate
+from mbproj.integrate.simulate import Progress
+from mbproj.results.trust import Trust
+from mbproj.scene.records import Settings
+from mbproj.studies.certify.horizon import LIMITS, certify
+from mbproj.studies.measure.mechanism import Mechanism
+from mbproj.studies.parallel.progress import Tell, silent
+
+
+class CertificateRecorder(Protocol):
+    """What takes the blocks of a run and then its certificate, e.g. `mbproj.results.ResultsWriter`."""
+
+    def write(self, block: Block) -> None:
+        """Takes T consecutive samples by dataset path."""
+
+    def trust(self, trust: Trust) -> None:
+        """Takes the certificate."""
+
+
+def simulate_certified(
+    mechanism: Mechanism,
+    settings: Settings,
+    recorder: CertificateRecorder | None = None,
+    progress: Progress | None = None,
+    limits: Sequence[float] = LIMITS,
+    tell: Tell = silent,
+) -> tuple[Report, Trust]:
+    """`simulate`, and how long its result can be trusted (see `certify`).
+
+    A run that fails is certified up to there before its SimulationError is raised; one that is interrupted is not.
+    """
+    paths = _Paths(mechanism, recorder)
+
+    def judge() -> Trust:
+        trust = certify(mechanism, settings, *paths.arrays, limits, tell)
+        if recorder is not None:
+            recorder.trust(trust)
+        return trust
+
+    try:
+        report = simulate(mechanism.system, mechanism.state, settings, paths, progress)
+    except SimulationError:
+        judge()
+        raise
+    return report, judge()
+
+
+class _Paths:
+    """A recorder that keeps the points' positions and hands everything on."""
+
+    def __init__(self, mechanism: Mechanism, recorder: CertificateRecorder | None) -> None:
+        self._dataset, self._recorder = f"{mechanism.kind}/position", recorder
+        self._times: list[Array] = []
+        self._positions: list[Array] = []
+
+    def write(self, block: Block) -> None:
+        """Takes T samples."""
+        self._times.append(block["time"])
+        self._positions.append(block[self._dataset])
+        if self._recorder is not None:
+            self._recorder.write(block)
+
+    @property
+    def arrays(self) -> tuple[Array, Array]:
+        """Times (T,) and positions (T, k, 3)."""
+        return np.concatenate(self._times), np.concatenate(self._positions)

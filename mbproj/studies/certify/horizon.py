@@ -1,0 +1,125 @@
+"""The trust horizon: a run, a better solution of the same equations, and how long the two agree.
+
+The better solution is DOP853 with GPOPM in the quickest formulation, at tolerances that fall a hundredfold until what
+it says does not depend on them any more: its distance to the one before bounds its own error, some fifty times too
+large where the method keeps its order. Where round-off comes first, runs from starts that differ by round-off show how
+far any solution in double precision may be from the truth, and horizons become ranges.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+
+import numpy as np
+
+from mbproj.analysis.growth import Growth, growth
+from mbproj.analysis.trust import horizons, settled
+from mbproj.arrays import Array
+from mbproj.results.trust import Trust
+from mbproj.scene.records import Settings
+from mbproj.studies.measure.mechanism import Mechanism
+from mbproj.studies.measure.nearby import TIGHTEST, round_off, spread
+from mbproj.studies.measure.setting import Setting
+from mbproj.studies.measure.solve import Solution, solve
+from mbproj.studies.measure.uneven import not_smooth, uneven
+from mbproj.studies.parallel.progress import Tell, silent
+
+#: Limits of the error in m that horizons are given for.
+LIMITS = tuple(10.0**power for power in range(-9, 1))
+#: Tolerances of the better solution: from the first on, by this factor, down to the last, which round-off dominates.
+LOOSEST, FACTOR = 1e-8, 1e-2
+#: Part of the distance between the two tightest tolerances that the tightest may still be off, where all is smooth.
+LEFT = 0.1
+
+
+def certify(
+    mechanism: Mechanism,
+    settings: Settings,
+    times: Array,
+    position: Array,
+    limits: Sequence[float] = LIMITS,
+    tell: Tell = silent,
+) -> Trust:
+    """What a better solution says of a run with `settings` whose points (see `Mechanism`) were at `position` (T, k, 3),
+    m, at the sample times (T,), s. `limits` in m."""
+    tested = tuple(limits)
+    if len(times) < 2:
+        return _trust(mechanism, times, position, position, np.zeros(position.shape[:2]), tested, "", "nothing was run")
+    better, before = None, None
+    rungs = list(ladder(settings))
+    for number, tolerance in enumerate(rungs):
+        tell("certifying", number, len(rungs))
+        before, better = better, solve(mechanism, _better(tolerance), times)
+        if before is not None:
+            uncertainty = spread([before], better)
+            found = _trust(mechanism, times, position, better.position, uncertainty, tested, better.setting.label, "")
+            if settled(found.horizon_low, found.horizon_high, times).all():
+                return found
+    assert better is not None  # the ladder has at least one rung
+    blame: Mapping[str, tuple[str, ...]] = {}
+    uncertainty, rough = round_off(mechanism, better, tell), uneven(mechanism.system)
+    if before is not None:
+        left = (1.0 if rough else LEFT) * spread([before], better)
+        blame = rough if left[-1].max() > uncertainty[-1].max() else {}
+        uncertainty = np.maximum(uncertainty, left)
+    label, remark = better.setting.label, _remark(better, blame)
+    return _trust(mechanism, times, position, better.position, uncertainty, tested, label, remark)
+
+
+def ladder(settings: Settings) -> Iterator[float]:
+    """Tolerances of the better solution of a run with `settings`: always tighter than its own."""
+    tolerance = min(LOOSEST, FACTOR * (settings.tolerance or 1.0))
+    while tolerance > TIGHTEST / FACTOR**0.5:
+        yield float(f"{tolerance:.2g}")
+        tolerance *= FACTOR
+    yield TIGHTEST
+
+
+def _better(tolerance: float) -> Setting:
+    return Setting(integrator="dop853", tolerance=tolerance)
+
+
+def _trust(
+    mechanism: Mechanism,
+    times: Array,
+    position: Array,
+    better: Array,
+    uncertainty: Array,
+    limits: Sequence[float],
+    solution: str,
+    remark: str,
+) -> Trust:
+    error = np.linalg.norm(position - better, axis=-1)
+    found = horizons(times, error, uncertainty, np.asarray(limits))
+    extent = np.ptp(position, axis=0).max(axis=-1)
+    fits = [_growth(times, error[:, k], uncertainty[:, k], float(extent[k])) for k in range(len(extent))]
+    return Trust(
+        names=mechanism.points,
+        limits=np.asarray(limits, dtype=float),
+        time=times,
+        error=error,
+        uncertainty=uncertainty,
+        horizon=found.time,
+        horizon_low=found.low,
+        horizon_high=found.high,
+        growth_rate=np.array([fit.rate for fit in fits]),
+        growth_power=np.array([fit.power for fit in fits]),
+        growth_law=tuple(fit.law for fit in fits),
+        solution=solution,
+        remark=remark,
+    )
+
+
+def _growth(times: Array, error: Array, uncertainty: Array, extent: float) -> Growth:
+    """Of the error where it is known, or else of what round-off makes of the motion: the two grow alike."""
+    found = growth(times, error, uncertainty, extent)
+    return found if found.law else growth(times, uncertainty, np.zeros_like(uncertainty), extent)
+
+
+def _remark(better: Solution, rough: Mapping[str, tuple[str, ...]]) -> str:
+    """Why horizons are ranges: the better solution has ended, `rough` forces, or round-off."""
+    if better.failure is not None:
+        return f"the better solution {better.failure}; what comes after it is not known"
+    if rough:
+        return f"times are ranges where they are not known better, because {not_smooth(rough)}"
+    return "the run is nearly as good as round-off allows: times are given as ranges where that matters"

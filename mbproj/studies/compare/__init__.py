@@ -1,0 +1,1 @@
+"""Chosen methods on one mechanism, side by side."""

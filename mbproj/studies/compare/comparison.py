@@ -1,0 +1,206 @@
+"""compare(): chosen methods on one mechanism, side by side."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass, replace
+from itertools import product
+from math import nan
+from typing import Any
+
+import numpy as np
+
+from mbproj.arrays import Array
+from mbproj.errors import InputError, Place, Problem, SimulationError
+from mbproj.registry import integrators
+from mbproj.scene.records import Scene
+from mbproj.studies.compare.energy_split import EnergySplit, energy_split
+from mbproj.studies.measure.measures import error
+from mbproj.studies.measure.mechanism import Mechanism
+from mbproj.studies.measure.reference import Reference, reference
+from mbproj.studies.measure.setting import Setting, only_full
+from mbproj.studies.measure.solve import SOLUTION_RECORDS, Solution, sample_times, solve
+from mbproj.studies.measure.spans import common_times, span
+from mbproj.studies.measure.timing import REPETITIONS, Timing, time_settings
+from mbproj.studies.parallel.progress import Tell, silent
+from mbproj.studies.parallel.workers import in_parallel
+from mbproj.studies.store import cached
+
+#: What is compared unless something else is asked for: one of each kind that every formulation has.
+PROJECTIONS_COMPARED = ("none", "baumgarte", "gopm", "gpopm")
+
+#: What an entry counts.
+COUNTERS = ("steps", "evaluations", "projections", "projection_iterations", "velocity_iterations", "factorisations")
+
+
+@dataclass(frozen=True, eq=False)
+class Entry:
+    """One setting of a comparison: its solution, its error (T, k) in m, whose the energy drift is (None where the run
+    failed), and what it cost (None where costs are not compared in time, or the run failed)."""
+
+    setting: Setting
+    label: str
+    solution: Solution
+    error: Array
+    split: EnergySplit | None
+    timing: Timing | None
+
+    @property
+    def numbers(self) -> dict[str, Any]:
+        """The entry in a row: largest violations and error (m) over the span, the energy drift at its end (J) in its
+        two parts, CPU seconds (median, smallest, largest), counters; NaN where there is none."""
+        solution, report, timing = self.solution, self.solution.report, self.timing
+        parts = (nan, nan) if self.split is None else (self.split.integrator[-1], self.split.projection[-1])
+        low, high = timing.spread if timing else (nan, nan)
+        return {
+            "setting": self.setting.command_line(),
+            "formulation": report.formulation if report else "",
+            "position_violation": report.position_violation.value if report else nan,
+            "velocity_violation": report.velocity_violation.value if report else nan,
+            "acceleration_violation": float(solution.acceleration_violation.max()),
+            "error": float(self.error.max()),
+            "energy_drift": float(sum(parts)),
+            "energy_drift_integrator": float(parts[0]),
+            "energy_drift_projection": float(parts[1]),
+            "cpu_seconds": timing.median if timing else nan,
+            "cpu_seconds_lowest": low,
+            "cpu_seconds_highest": high,
+            **({name: report.counters[name] for name in COUNTERS} if report else dict.fromkeys(COUNTERS, nan)),
+            "failure": str(solution.failure or ""),
+        }
+
+
+@dataclass(frozen=True, eq=False)
+class Comparison:
+    """Entries in the order asked for, and the reference of their errors. `cost_in_time` is False where the entries ran
+    in several formulations, whose seconds do not compare; `notes` say what a reader should know."""
+
+    entries: tuple[Entry, ...]
+    reference: Reference
+    cost_in_time: bool
+    notes: tuple[str, ...]
+
+
+def compare(
+    scene: Scene,
+    *,
+    projections: Sequence[str] = PROJECTIONS_COMPARED,
+    integrators: Sequence[str] | None = None,
+    steps: Sequence[float] | None = None,
+    tolerances: Sequence[float] | None = None,
+    formulations: Sequence[str] | None = None,
+    until: float | None = None,
+    repetitions: int = REPETITIONS,
+    processes: int | None = None,
+    tell: Tell = silent,
+) -> Comparison:
+    """Runs every projection with every integrator and every step (s) or tolerance over `until` s.
+
+    What is not given is the scene's. Raises InputError for what cannot be run at all; a setting that fails is an entry.
+    """
+    settings, notes = _settings(scene, projections, integrators, steps, tolerances, formulations)
+    mechanism = Mechanism.of(scene)
+    times = common_times(span(scene, until), {each.step for each in settings if each.step is not None})
+    tell("reference", 0, 1)
+    truth = reference(mechanism, times, {each.integrator for each in settings})
+    found: dict[int, tuple[Solution, EnergySplit | None]] = {}
+    tell("runs", 0, len(settings))
+    for number, result in in_parallel(_run, (scene, times), settings, processes):
+        found[number] = result
+        tell("runs", len(found), len(settings))
+    taken = {s.report.formulation for s, _ in found.values() if s.report is not None}
+    alive = [number for number in sorted(found) if found[number][0].report is not None] if len(taken) == 1 else []
+
+    ends = sample_times(float(times[-1]), 1)
+    taken_times = time_settings(mechanism, [settings[n] for n in alive], ends, repetitions, tell)
+    timings = dict(zip(alive, taken_times, strict=True))
+    labels = labels_of(settings)
+    entries = tuple(
+        Entry(each, labels[n], found[n][0], error(found[n][0], truth), found[n][1], timings.get(n))
+        for n, each in enumerate(settings)
+    )
+    return Comparison(entries, truth, len(taken) <= 1, (*notes, *_remarks(entries, truth, taken)))
+
+
+def _run(shared: tuple[Scene, Array], setting: Setting) -> tuple[Solution, EnergySplit | None]:
+    """One entry's solution and energy split, from the cache where they are there; runs in a process of its own."""
+    scene, times = shared
+    mechanism = Mechanism.of(scene)
+    what = ["compare", mechanism.identity, times.tolist(), asdict(setting)]
+    return cached(what, lambda: _solved(mechanism, setting, times), (EnergySplit, *SOLUTION_RECORDS))
+
+
+def _solved(mechanism: Mechanism, setting: Setting, times: Array) -> tuple[Solution, EnergySplit | None]:
+    solution = solve(mechanism, setting, times)
+    try:
+        return solution, None if solution.failure else energy_split(mechanism, solution)
+    except SimulationError:
+        return solution, None
+
+
+def _settings(
+    scene: Scene,
+    projections: Sequence[str],
+    methods: Sequence[str] | None,
+    steps: Sequence[float] | None,
+    tolerances: Sequence[float] | None,
+    formulations: Sequence[str] | None,
+) -> tuple[list[Setting], list[str]]:
+    """The product of what was asked for, in one formulation unless several are asked for; and why that one."""
+    own, notes = Setting.of(scene.settings), []
+    sizes: list[dict[str, Any]] = [{"step": step, "tolerance": None} for step in steps or ()]
+    sizes += [{"step": None, "tolerance": tolerance} for tolerance in tolerances or ()]
+    if not sizes:
+        if own.step is None and own.tolerance is None:
+            problem = Problem(
+                "the scene has neither step nor tolerance",
+                scene.place("simulation"),
+                "say which with --steps or --tolerances",
+            )
+            raise InputError(problem)
+        sizes = [{"step": own.step, "tolerance": own.tolerance}]
+    slow = only_full(projections)
+    chosen = list(formulations or ["full" if slow else own.formulation])
+    if slow and not formulations and own.formulation != "full":
+        names = ", ".join(f"'{name}'" for name in slow)
+        notes.append(f"all in the full formulation: {names} exist{'s' * (len(slow) == 1)} there only")
+    found = [
+        replace(own.projected_by(projection), integrator=integrator, formulation=formulation, **size)
+        for formulation, projection, integrator, size in product(
+            chosen, projections, methods or [own.integrator], sizes
+        )
+        if size["step"] is not None or _estimates(integrator)
+    ]
+    if not found:
+        message = f"{', '.join(methods or [own.integrator])}: no error estimate, which a tolerance needs"
+        raise InputError(Problem(message, Place("--tolerances"), "add --integrators dop853, or give --steps"))
+    for setting in found:
+        setting.settings(1.0, setting.step or 1.0)  # raises InputError for a name that is not there
+    return list(dict.fromkeys(found)), notes
+
+
+def _estimates(integrator: str) -> bool:
+    """Whether an integrator can be run to a tolerance; one that is not there is left to be complained of."""
+    return integrator not in integrators() or integrators()[integrator].embedded
+
+
+def labels_of(settings: Sequence[Setting]) -> list[str]:
+    """For a legend: of each setting's label the words in which they differ, and where that is none the projection."""
+    words = [[each.formulation, *each.label.split(", ")] for each in settings]
+    shared = set.intersection(*map(set, words))
+    return [", ".join(word for word in own if word not in shared) or own[1] for own in words]
+
+
+def _remarks(entries: Sequence[Entry], truth: Reference, taken: set[str]) -> list[str]:
+    """What a reader of the table should know."""
+    found = [
+        truth.words,
+        *(f"{entry.label}: {entry.solution.failure}" for entry in entries if entry.solution.failure),
+    ]
+    if len(taken) > 1:
+        found.append("several formulations: cost is compared in factorisations and iterations, not in time")
+    floor = float(np.max(truth.uncertainty[-1]))
+    below = [entry.label for entry in entries if np.isfinite(entry.error).all() and entry.error.max() < 10.0 * floor]
+    if below:
+        found.append(f"errors not far above the reference's own uncertainty: {'; '.join(below)}")
+    return found

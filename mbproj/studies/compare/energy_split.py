@@ -1,0 +1,144 @@
+"""Whose work an energy drift is: the integrator's, or the projection's.
+
+Each step of a run is repeated from the state before it, once without projection and once with it, in the formulation of
+the run. What the first changes of E - W + D is the integrator's part, what the second differs from it the projection's
+work; their sum is the drift: to round-off with fixed steps; with error control to the second order in the violation,
+because the kernel then projects with the factor of another stage.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from itertools import pairwise
+from typing import NamedTuple
+
+import numpy as np
+
+from mbproj.arrays import Array, Integers
+from mbproj.dynamics import State
+from mbproj.dynamics.observe.recorded import Block, total_energies
+from mbproj.integrate import simulate
+from mbproj.integrate.formulations.choice import Choice, choose
+from mbproj.integrate.formulations.full import FullFormulation
+from mbproj.integrate.loop.march import march
+from mbproj.integrate.outcome.tally import Tally
+from mbproj.registry import PROJECTIONS
+from mbproj.scene.records import Settings
+from mbproj.scene.sampling import whole_steps
+from mbproj.studies.measure.mechanism import Mechanism
+from mbproj.studies.measure.setting import Setting
+from mbproj.studies.measure.solve import Solution
+
+#: Samples with which the steps of an error-controlled run are looked for, at first and at most.
+SAMPLES, MOST_SAMPLES = 4000, 4_000_000
+
+
+@dataclass(frozen=True, eq=False)
+class EnergySplit:
+    """What the integrator changed of the energy balance, and what work the projections did, both cumulated up to
+    `times` (T,), (T,) in J. The drift is their sum."""
+
+    times: Array
+    integrator: Array
+    projection: Array
+
+
+class _End(NamedTuple):
+    """The end of one step: the state, and W - D over the step in J."""
+
+    state: State
+    work: float
+
+
+def energy_split(mechanism: Mechanism, solution: Solution) -> EnergySplit:
+    """The split of a solution's drift at the solution's times. Raises SimulationError where the run does."""
+    setting, times = solution.setting, solution.times
+    if not PROJECTIONS[setting.projection].corrects:
+        return EnergySplit(times, solution.energy_balance, np.where(np.isnan(solution.energy_balance), np.nan, 0.0))
+    ends = _step_ends(mechanism, setting, float(times[-1]))
+    pairs = list(_steps(mechanism, setting, ends))
+    start = _energies(mechanism, [mechanism.state])
+    free, closed = (_energies(mechanism, [pair[which].state for pair in pairs]) for which in (0, 1))
+    work = np.array([pair[0].work for pair in pairs])
+    integrator = free - np.concatenate([start, closed[:-1]]) - work
+    # A sample time inside a step has what was done up to the last step before it.
+    row = np.searchsorted(ends, times * (1.0 + 1e-12), side="right") - 1
+    return EnergySplit(times, _cumulated(integrator)[row], _cumulated(closed - free)[row])
+
+
+def _cumulated(changes: Array) -> Array:
+    return np.concatenate([np.zeros(1), np.cumsum(changes)])
+
+
+def _energies(mechanism: Mechanism, states: list[State]) -> Array:
+    return np.asarray(
+        total_energies(
+            mechanism.system,
+            np.array([state.t for state in states]),
+            np.array([state.q for state in states]),
+            np.array([state.v for state in states]),
+            np.array([state.turns for state in states]),
+        )
+    )
+
+
+def _steps(mechanism: Mechanism, setting: Setting, ends: Array) -> Iterator[tuple[_End, _End]]:
+    """The end of each step without and with projection; the next one starts from the second."""
+    settings = setting.settings(float(ends[-1]), float(ends[-1]))
+    every, state = settings.projection.every, mechanism.state
+    choice = choose(mechanism.system, state, settings)
+    always = replace(settings, projection=replace(settings.projection, every=1))
+    never = replace(settings, projection=replace(settings.projection, method="none"))
+    for number, (begin, end) in enumerate(pairwise(ends.tolist()), start=1):
+        free = _one_step(mechanism, choice, never, state, end - begin)
+        closed = _one_step(mechanism, choice, always, state, end - begin) if number % every == 0 else free
+        yield free, closed
+        state = replace(closed.state, t=end)
+
+
+def _one_step(mechanism: Mechanism, choice: Choice, settings: Settings, state: State, h: float) -> _End:
+    """One step of size h (s). Raises SimulationError where there is none."""
+    single = replace(settings, step=h, duration=h, tolerance=None, output_step=None)
+    if choice.compiled is None:
+        full = FullFormulation.of(mechanism.system, state, single, choice.redundant)
+        *_, last = march(full, state, Tally())
+        return _End(State(last.t, last.q, last.v, last.turns), float(last.work[0] - last.work[1]))
+    run = choice.compiled.run(state, single)
+    block = run.advance(2, np.inf)
+    failure = choice.compiled.failure(run, settings)
+    if failure is not None:
+        raise failure
+    found = choice.compiled.samples({name: values[-1:] for name, values in block.items()}, {})
+    work = float(found.work[0, 0] - found.work[0, 1])
+    return _End(State(float(found.t[0]), found.q[0], found.v[0], found.turns[0]), work)
+
+
+class _StepSizes:
+    """A recorder of the numbers and sizes of the steps in which samples lie."""
+
+    def __init__(self) -> None:
+        self.number: list[Integers] = []
+        self.size: list[Array] = []
+
+    def write(self, block: Block) -> None:
+        """Takes T samples."""
+        self.number.append(block["diagnostics/steps"])
+        self.size.append(block["diagnostics/step_size"])
+
+
+def _step_ends(mechanism: Mechanism, setting: Setting, until: float) -> Array:
+    """The times at which the steps of a run end, the start first, (N + 1,) in s."""
+    if setting.step is not None:
+        count = whole_steps(setting.settings(until, until))
+        return np.append(setting.step * np.arange(count), until)
+    samples = SAMPLES
+    while samples <= MOST_SAMPLES:
+        kept = _StepSizes()
+        simulate(mechanism.system, mechanism.state, setting.settings(until, until / samples), kept)
+        number, size = np.concatenate(kept.number)[1:], np.concatenate(kept.size)[1:]
+        steps, first = np.unique(number, return_index=True)
+        if len(steps) == steps[-1]:  # no step without a sample in it
+            return np.append(np.concatenate([[0.0], np.cumsum(size[first][:-1])]), until)
+        samples *= 8
+    raise ValueError("the steps are too small to be found one by one")

@@ -1,0 +1,48 @@
+"""Why an error cannot be kept, or known: chaos, round-off, a law that is not smooth, or a reference that does not
+converge."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from mbproj.analysis.growth import growth
+from mbproj.studies.measure.mechanism import Mechanism
+from mbproj.studies.measure.nearby import round_off, tight
+from mbproj.studies.measure.reference import Reference
+from mbproj.studies.measure.uneven import not_smooth, uneven
+from mbproj.studies.parallel.progress import Tell, silent
+
+#: Round-off explains an uncertainty of which it makes this part.
+EXPLAINS = 0.1
+#: Errors that grow by this factor over the time that counts, exponentially, make chaos.
+CHAOS = 1e3
+
+
+def why_not(mechanism: Mechanism, reference: Reference, goal: float, until: float, tell: Tell = silent) -> str:
+    """What keeps an error of `goal` (m) from being kept, or known, after the time `until` (s), in words.
+
+    Starts that differ by round-off tell: where they part by a fair part of the goal, or of what the reference is
+    uncertain by, round-off is the reason, and chaos where they part exponentially.
+    """
+    uncertainty, times = reference.uncertainty.max(axis=1), reference.times
+    ended = np.flatnonzero(~np.isfinite(uncertainty))
+    if len(ended) and reference.limit:
+        return reference.limit
+    better = tight(mechanism, times)
+    parted = round_off(mechanism, better, tell).max(axis=1)
+    at = min(int(np.searchsorted(times, until * (1.0 + 1e-9), side="right")), len(times) - 1)
+    if parted[at] >= EXPLAINS * min(goal, float(uncertainty[at])):
+        extent = float(np.ptp(reference.position, axis=0).max())
+        found = growth(times, parted, np.zeros_like(parted), extent)
+        grown = parted[-1] / max(float(parted[1]), np.finfo(float).tiny)
+        if found.law == "exponential" and grown > CHAOS:
+            return f"the motion is chaotic: starts that differ by round-off part as exp({found.rate:.2g} t)"
+        return f"errors grow from round-off: starts that differ by it are {parted[at]:.1g} m apart at {times[at]:.4g} s"
+    known = bool(uncertainty[at] <= goal)
+    differ = f"the best solutions are uncertain by {uncertainty[at]:.1g} m at {times[at]:.4g} s"
+    said = "no setting comes that near" if known else differ
+    rough = uneven(mechanism.system)
+    if rough:
+        return f"{not_smooth(rough)}, and {said}"
+    why = reference.limit or "a load that acts for less than a step would do that"
+    return said if known else f"the reference does not converge: {differ}; {why}"

@@ -1,0 +1,53 @@
+"""A scene made ready to be run many times: compiled and assembled once."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from mbproj.dynamics import State, assemble
+from mbproj.errors import InputError, Problem
+from mbproj.model import System, compile_system, initial_guess
+from mbproj.scene.records import Scene
+from mbproj.scene.text.suggestions import choose_from
+
+
+@dataclass(frozen=True, eq=False)
+class Mechanism:
+    """A scene with its system and its consistent start. `points` are what errors are measured at: the markers' names,
+    or the bodies' where the scene has no marker."""
+
+    scene: Scene
+    system: System
+    state: State
+
+    @classmethod
+    def of(cls, scene: Scene) -> Mechanism:
+        """Compiles and assembles. Raises InputError where the mechanism cannot be assembled."""
+        system = compile_system(scene)
+        return cls(scene, system, assemble(system, initial_guess(scene, system)))
+
+    @property
+    def points(self) -> tuple[str, ...]:
+        """Names of the points, (k,)."""
+        return tuple(self.system.names.markers or self.system.names.bodies)
+
+    @property
+    def kind(self) -> str:
+        """What the points are: "markers" or "bodies"."""
+        return "markers" if self.system.names.markers else "bodies"
+
+    def columns(self, names: Sequence[str] = ()) -> tuple[int, ...]:
+        """Numbers of the points with these names; of all where none is named. Raises InputError for one that is not
+        there."""
+        for name in names:
+            if name not in self.points:
+                problem = Problem(f"there is no '{name}' among the {self.kind}", hint=choose_from(name, self.points))
+                raise InputError(problem)
+        return tuple(k for k, name in enumerate(self.points) if not names or name in names)
+
+    @property
+    def identity(self) -> dict[str, Any]:
+        """What it follows from, for the store."""
+        return {"scene": self.scene.text, "parameters": dict(self.scene.overrides)}

@@ -1,0 +1,122 @@
+"""solve(): one mechanism with one setting, as plain arrays; what goes wrong is part of the answer."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from mbproj.arrays import Array
+from mbproj.dynamics.observe.recorded import Block
+from mbproj.errors import InputError, SimulationError
+from mbproj.integrate import Report, simulate
+from mbproj.integrate.outcome.report import Worst
+from mbproj.scene.records import ProjectionSettings, Scene, Settings
+from mbproj.studies.measure.mechanism import Mechanism
+from mbproj.studies.measure.setting import Setting
+
+_PLACES = ("markers/position", "markers/velocity", "bodies/position", "bodies/velocity")
+_SERIES = (
+    "kinetic_energy",
+    "potential_energy",
+    "energy_balance",
+    "position_violation",
+    "velocity_violation",
+    "acceleration_violation",
+)
+
+
+@dataclass(frozen=True)
+class Failure:
+    """Why a setting did not get to the end: "failed" at `time` (s), or "refused" before the start."""
+
+    status: str
+    time: float
+    cause: str
+
+    def __str__(self) -> str:
+        return self.cause
+
+
+@dataclass(frozen=True, eq=False)
+class Solution:
+    """What a setting gave at `times` (T,) in s. Rows after a failure are NaN.
+
+    Positions (T, k, 3) in m and velocities in m/s of markers and of bodies' centres, global axes; energies in J and
+    violations as in a results file, (T,); `report` is None where the run failed."""
+
+    setting: Setting
+    times: Array
+    marker_position: Array
+    marker_velocity: Array
+    body_position: Array
+    body_velocity: Array
+    kinetic_energy: Array
+    potential_energy: Array
+    energy_balance: Array
+    position_violation: Array
+    velocity_violation: Array
+    acceleration_violation: Array
+    report: Report | None
+    failure: Failure | None
+
+    @property
+    def position(self) -> Array:
+        """Of the points at which errors are measured, (T, k, 3): the markers, or the bodies where there are none."""
+        return self.marker_position if self.marker_position.shape[1] else self.body_position
+
+    @property
+    def velocity(self) -> Array:
+        """Of the same points."""
+        return self.marker_velocity if self.marker_velocity.shape[1] else self.body_velocity
+
+
+#: What a solution consists of, for the store.
+SOLUTION_RECORDS = (Solution, Failure, Setting, Report, Worst, Settings, ProjectionSettings)
+
+
+def sample_times(until: float, samples: int) -> Array:
+    """Times from 0 to `until` in s, (samples + 1,)."""
+    return np.linspace(0.0, until, samples + 1)
+
+
+def solve(mechanism: Mechanism | Scene, setting: Setting, times: Array) -> Solution:
+    """Runs `mechanism` from its start with `setting` and gives what it did at `times`: evenly spaced from 0 on, at
+    whole multiples of a fixed step. KeyboardInterrupt apart, nothing is raised for a run that does not succeed."""
+    ready = mechanism if isinstance(mechanism, Mechanism) else Mechanism.of(mechanism)
+    kept, report, failure = _Kept(ready, len(times)), None, None
+    try:
+        settings = setting.settings(float(times[-1]), float(times[1]))
+        report = simulate(ready.system, ready.state, settings, kept)
+    except SimulationError as error:
+        failure = Failure("failed", error.time, str(error))
+    except InputError as error:
+        failure = Failure("refused", 0.0, "; ".join(problem.message for problem in error.problems))
+    return Solution(setting=setting, times=times, report=report, failure=failure, **kept.arrays)
+
+
+class _Kept:
+    """A recorder of what a solution holds."""
+
+    def __init__(self, mechanism: Mechanism, samples: int) -> None:
+        counts = {"markers": len(mechanism.system.names.markers), "bodies": len(mechanism.system.names.bodies)}
+        places = {path: np.full((samples, counts[path.partition("/")[0]], 3), np.nan) for path in _PLACES}
+        self._by_path = places | {f"diagnostics/{name}": np.full(samples, np.nan) for name in _SERIES}
+        self._filled = 0
+
+    def write(self, block: Block) -> None:
+        """Takes T samples."""
+        rows = slice(self._filled, self._filled + len(block["time"]))
+        for path, values in self._by_path.items():
+            values[rows] = block[path]
+        self._filled = rows.stop
+
+    @property
+    def arrays(self) -> dict[str, Array]:
+        """By the names of `Solution`."""
+        return {_name(path): values for path, values in self._by_path.items()}
+
+
+def _name(path: str) -> str:
+    group, _, name = path.partition("/")
+    return name if group == "diagnostics" else f"{'marker' if group == 'markers' else 'body'}_{name}"

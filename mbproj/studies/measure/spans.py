@@ -1,0 +1,82 @@
+"""When a study looks: sample times that fixed steps of several sizes meet."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from fractions import Fraction
+from math import ceil, floor, lcm
+
+import numpy as np
+
+from mbproj.arrays import Array
+from mbproj.errors import InputError, Problem
+from mbproj.scene.records import Scene
+from mbproj.scene.sampling import DEFAULT_SAMPLES, MOST_SAMPLES
+from mbproj.studies.measure.solve import sample_times
+
+#: Samples that are wanted at least and at most, where the steps allow it.
+FEW, MANY = 200, 1000
+#: Samples where there is no fixed step, a number with many divisors.
+DEFAULT = 480
+#: No study goes on for so many steps: a common multiple of many may be no number of a computer.
+FARTHEST = Fraction(10) ** 200
+#: How far a ratio of times may be from a whole number, relatively.
+WHOLE = 1e-9
+
+
+def span(scene: Scene, until: float | None) -> float:
+    """How long a study runs, in s: `until`, or the scene's duration. Raises InputError where neither is given."""
+    found = scene.settings.duration if until is None else until
+    if found is None or not 0.0 < found < float("inf"):
+        hint = "add it to 'simulation', or say how long on the command line"
+        problem = Problem("the scene has no duration", scene.place("simulation"), hint)
+        raise InputError(problem)
+    return found
+
+
+def sampled(scene: Scene, until: float | None) -> Array:
+    """The times of the samples of a run of the scene (T,), s: every output step, or step, or a thousandth of the
+    duration; up to `until` s. Raises InputError where the scene has no duration, or they are too many to hold."""
+    duration, settings = span(scene, until), scene.settings
+    interval = min(duration, settings.output_step or settings.step or (settings.duration or duration) / DEFAULT_SAMPLES)
+    if duration / interval > MOST_SAMPLES:
+        message = f"more than {MOST_SAMPLES:.0e} samples, every {interval:.6g} s until {duration:.6g} s"
+        raise InputError(Problem(message, hint="choose a longer --output-step, or an earlier end"))
+    whole = np.asarray(interval * np.arange(int(duration / interval * (1.0 + WHOLE)) + 1), dtype=float)
+    over = duration - float(whole[-1]) > WHOLE * duration
+    return np.concatenate([whole, [duration]]) if over else whole
+
+
+def common_times(until: float, steps: Iterable[float]) -> Array:
+    """Times from 0 to `until` (s) that are whole multiples of every step (s), some hundreds where that is possible; to
+    the last common multiple where `until` is none. Raises InputError where there is no common multiple before it."""
+    steps = tuple(steps)
+    if not steps:
+        return sample_times(until, DEFAULT)
+    fractions = [Fraction(step / min(steps)).limit_denominator(10**7) for step in steps]
+    whole = lcm(*(part.denominator for part in fractions))
+    multiple = Fraction(lcm(*(int(part * whole) for part in fractions)), whole)  # of the shortest step
+    together = min(steps) * float(min(multiple, FARTHEST))
+    ratio = until / together
+    count = floor(ratio * (1.0 + WHOLE))
+    if not count:
+        message = f"the steps do not meet before {together:g} s, and the study ends at {until:g} s"
+        raise InputError(Problem(message, hint="choose steps that divide each other: 0.01, 0.005, 0.0025"))
+    end = until if abs(ratio - count) <= WHOLE * ratio else count * together
+    thinner = (stride for stride in range(ceil(count / MANY), ceil(count / FEW) + 1) if count % stride == 0)
+    return sample_times(end, count // next(thinner, 1))
+
+
+def stride_for(times: Array, step: float) -> int | None:
+    """How many of the intervals of `times` a fixed step needs from sample to sample; None where it fits none."""
+    intervals, interval = len(times) - 1, float(times[1] - times[0])
+    for stride in range(1, intervals + 1):
+        ratio = stride * interval / step
+        if intervals % stride == 0 and ratio > 0.5 and abs(ratio - round(ratio)) <= WHOLE * ratio:
+            return stride
+    return None
+
+
+def divisors(number: int) -> list[int]:
+    """All of them, increasing."""
+    return [int(part) for part in np.flatnonzero(number % np.arange(1, number + 1) == 0) + 1]

@@ -1,0 +1,1 @@
+"""The numerical examples of the paper."""

@@ -1,0 +1,130 @@
+"""The numerical examples of the paper (sect. 5): its two mechanisms, its step, its stop test, its methods.
+
+Beside them one run that is as good as exact (DOP853 at a tight tolerance) says how far the paper's step is from the
+truth.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from mbproj.arrays import Array
+from mbproj.dynamics import assemble
+from mbproj.dynamics.observe.recorded import Block
+from mbproj.errors import SimulationError
+from mbproj.integrate import simulate
+from mbproj.mechanisms_folder import mechanism
+from mbproj.model import compile_system, initial_guess
+from mbproj.scene import read_scene, settings_to_run
+
+#: The methods of Figs. 4-5 and 9-10, by the names that the paper's legends give them.
+METHODS: Mapping[str, str] = {
+    "direct integration": "none",
+    "Baumgarte, α = β = 25": "baumgarte",
+    "GOPM": "gopm",
+    "MMOPM, α = 1e7": "mmopm",
+    "GPOPM": "gpopm",
+}
+#: An error of the marker that counts as "not converged", m: a thousandth of a bar of the pendulum.
+LIMIT = 1e-3
+
+_PAPER = {"step": "0.01", "integrator": "rk4", "acceleration": "bordered", "formulation": "full"}
+_EXACT = {"tolerance": "1e-11", "integrator": "dop853", "output_step": "0.01", "projection": "gpopm"}
+
+
+@dataclass(frozen=True, eq=False)
+class History:
+    """One method's run: times (T,), marker position and velocity (T, 3), |C|∞ and |C'|∞ (T,); why it stopped early."""
+
+    time: Array
+    position: Array
+    velocity: Array
+    position_violation: Array
+    velocity_violation: Array
+    failure: str | None
+
+
+@dataclass(frozen=True, eq=False)
+class Example:
+    """One mechanism of the paper: a history by legend, and the error of GPOPM's marker over time (T,), m.
+
+    `unconverged_from` is the time (s) from which on that error has exceeded `LIMIT`; None where it never does.
+    """
+
+    name: str
+    title: str
+    marker: str
+    histories: Mapping[str, History]
+    error: Array
+    unconverged_from: float | None
+
+
+class _Kept:
+    """A recorder of what the figures show, of the first marker."""
+
+    def __init__(self) -> None:
+        self.blocks: list[Block] = []
+
+    def write(self, block: Block) -> None:
+        """Takes T samples."""
+        self.blocks.append(block)
+
+    def history(self, failure: str | None) -> History:
+        """All of them."""
+
+        def all_of(path: str) -> Array:
+            return np.concatenate([block[path] for block in self.blocks])
+
+        return History(
+            time=all_of("time"),
+            position=all_of("markers/position")[:, 0],
+            velocity=all_of("markers/velocity")[:, 0],
+            position_violation=all_of("diagnostics/position_violation"),
+            velocity_violation=all_of("diagnostics/velocity_violation"),
+            failure=failure,
+        )
+
+
+def run_example(name: str, duration: float, tell: Callable[[str], None] = lambda message: None) -> Example:
+    """Runs the mechanism `name` ("five_bar" or "spatial_slider_crank") with every method of the paper.
+
+    `tell` is called with one line before each run. A run that fails is kept up to there.
+    """
+    histories = {}
+    for legend, method in METHODS.items():
+        tell(f"{name}: {legend}")
+        test = {"projection_test": "paper"} if method in ("gopm", "mmopm", "gpopm") else {}
+        histories[legend] = _run(name, duration, {**_PAPER, "projection": method, **test})
+    tell(f"{name}: for comparison, DOP853 at a tolerance of 1e-11")
+    exact = _run(name, duration, _EXACT)
+    scene = read_scene(mechanism(name))
+    error = marker_error(histories["GPOPM"], exact)
+    beyond = np.flatnonzero(error > LIMIT)
+    return Example(
+        name=name,
+        title=scene.title,
+        marker=scene.markers[0].name,
+        histories=histories,
+        error=error,
+        unconverged_from=float(histories["GPOPM"].time[beyond[0]]) if len(beyond) else None,
+    )
+
+
+def marker_error(history: History, exact: History) -> Array:
+    """Distance of the marker from that of `exact` at the times they share, m."""
+    shared = min(len(history.time), len(exact.time))
+    distance: Array = np.linalg.norm(history.position[:shared] - exact.position[:shared], axis=1)
+    return distance
+
+
+def _run(name: str, duration: float, simulation: Mapping[str, str]) -> History:
+    scene = read_scene(mechanism(name), {}, {"duration": repr(duration), **simulation})
+    system, kept, failure = compile_system(scene), _Kept(), None
+    try:
+        simulate(system, assemble(system, initial_guess(scene, system)), settings_to_run(scene), kept)
+    except SimulationError as error:
+        failure = str(error)
+    return kept.history(failure)

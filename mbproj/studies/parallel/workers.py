@@ -1,0 +1,174 @@
+"""Many runs at once: processes of one BLAS thread each, to which a function and its arguments are sent.
+
+They are programs of their own (`mbproj.studies.parallel.worker`), so that a script or a notebook that starts a study
+needs no guard of its main module, and numbers do not depend on what the caller's process has loaded. They run the
+caller's mbproj, package and kernel, whatever the current folder holds. Tasks and results are pickled through the pipes
+between the two, which nobody else can write to; no file is ever unpickled.
+"""
+
+from __future__ import annotations
+
+import os
+import pickle
+import subprocess
+import sys
+from collections import deque
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
+from contextlib import suppress
+from pathlib import Path
+from queue import SimpleQueue
+from threading import Event, Timer
+from time import monotonic
+from typing import Any, TypeVar
+
+from mbproj.errors import warn_once
+from mbproj.integrate.loop.interruption import interruption
+
+Item = TypeVar("Item")
+Result = TypeVar("Result")
+
+#: How often Ctrl-C is looked for, s.
+LOOK = 0.1
+#: One BLAS thread: matrices are small, and each process has a processor of its own.
+THREADS = dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"), "1")
+#: A worker's program; its arguments are the folder of the caller's package and the caller's `sys.path`. `python -m`
+#: would look for mbproj in the current folder first. Other modules are found as the caller finds them.
+PROGRAM = (
+    "import sys; sys.path[:] = sys.argv[1:]; import mbproj; del sys.path[0]; "
+    "from mbproj.studies.parallel.worker import main; main()"
+)
+#: Options of the interpreter that decide what it looks for when it starts, by their names in `sys.flags`.
+FLAGS = {"isolated": "-I", "ignore_environment": "-E", "no_user_site": "-s", "no_site": "-S"}
+
+
+def processors() -> int:
+    """How many this process may use."""
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+
+
+def in_parallel(
+    function: Callable[[Any, Item], Result],
+    shared: Any,
+    items: Sequence[Item],
+    processes: int | None = None,
+    lost: Callable[[Item, str, float], Result] | None = None,
+    timeout: float | None = None,
+) -> Iterator[tuple[int, Result]]:
+    """(index, function(shared, item)) for every item, in the order in which they come to an end.
+
+    `function` is a module's own; `shared` is sent to each process once. Where one process is enough everything happens
+    in this one. With `lost`, all items run elsewhere, and `lost(item, why, seconds)` is the result of one whose process
+    dies, or takes longer than `timeout` in s; without, that is a RuntimeError. Leaving the iterator early ends the
+    processes; SIGINT and SIGTERM raise KeyboardInterrupt.
+    """
+    count = min(processes or processors(), len(items))
+    if lost is None and count <= 1:
+        for index, item in enumerate(items):
+            yield index, function(shared, item)
+        return
+    notes: deque[str] = deque()
+    workers = [Worker(function, shared, notes) for _ in range(count)]
+    idle: SimpleQueue[Worker] = SimpleQueue()
+    for worker in workers:
+        idle.put(worker)
+
+    def run(item: Item) -> Result:
+        worker, begun = idle.get(), monotonic()
+        try:
+            result: Result = worker.ask(item, timeout)
+            return result
+        except WorkerLost as reason:
+            if lost is None:
+                raise
+            worker.start()
+            return lost(item, str(reason), monotonic() - begun)
+        finally:
+            idle.put(worker)
+
+    pool = ThreadPoolExecutor(max(count, 1))
+    try:
+        with interruption() as asked:
+            waiting: dict[Future[Result], int] = {pool.submit(run, item): index for index, item in enumerate(items)}
+            while waiting:
+                asked.check()
+                ended = wait(waiting, LOOK, FIRST_COMPLETED).done
+                while notes:
+                    warn_once(notes.popleft())
+                for done in ended:
+                    yield waiting.pop(done), done.result()
+    finally:
+        pool.shutdown(wait=False, cancel_futures=True)
+        for worker in workers:
+            worker.stop()
+
+
+class WorkerLost(RuntimeError):
+    """A process that has died, or was ended because its time was up; the message says which."""
+
+
+class Worker:
+    """A process that answers one item after another."""
+
+    def __init__(self, function: Callable[[Any, Any], Any], shared: Any, notes: deque[str]) -> None:
+        """`notes` takes in what mbproj warns of there."""
+        self._task, self._notes = (function, shared), notes
+        self._stopped = False
+        self.start()
+
+    def start(self) -> None:
+        """A new process, in place of one that was lost."""
+        if self._stopped:
+            return
+        flags = [option for name, option in FLAGS.items() if getattr(sys.flags, name)]
+        package = Path(__file__).absolute().parents[3]
+        self.process = subprocess.Popen(
+            [sys.executable, *flags, "-c", PROGRAM, str(package), *map(str, sys.path)],
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            env={**os.environ, **THREADS},
+            start_new_session=True,  # Ctrl-C is for the study, which then stops its workers
+        )
+        self._send(self._task)
+
+    def _send(self, message: Any) -> None:
+        assert self.process.stdin is not None
+        pickle.dump(message, self.process.stdin)
+        self.process.stdin.flush()
+
+    def ask(self, item: Any, timeout: float | None = None) -> Any:
+        """The result for an item. Raises what the function raised, or WorkerLost."""
+        assert self.process.stdout is not None
+        overdue = Event()
+
+        def end() -> None:
+            overdue.set()
+            self.process.kill()
+
+        clock = Timer(timeout or 0.0, end)
+        if timeout is not None:
+            clock.start()
+        try:
+            self._send(item)
+            result, error, notes = pickle.load(self.process.stdout)
+        except (EOFError, OSError, pickle.UnpicklingError) as broken:
+            code = self.process.wait()
+            if overdue.is_set():
+                raise WorkerLost(f"stopped: it took longer than {timeout:g} s") from broken
+            raise WorkerLost(f"its process ended with code {code}: killed, or out of memory?") from broken
+        finally:
+            clock.cancel()
+        self._notes.extend(notes)
+        if error is not None:
+            raise error
+        return result
+
+    def stop(self) -> None:
+        """Ends the process, whatever it does."""
+        self._stopped = True
+        self.process.kill()
+        self.process.wait()
+        for pipe in (self.process.stdin, self.process.stdout):
+            if pipe is not None:
+                with suppress(OSError):  # what was being sent has nobody to go to
+                    pipe.close()

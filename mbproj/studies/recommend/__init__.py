@@ -1,0 +1,1 @@
+"""The cheapest setting that keeps an error."""

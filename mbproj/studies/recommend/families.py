@@ -1,0 +1,81 @@
+"""Families of settings: an integrator with fixed steps or with error control, by one whole number, the fineness."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from math import log10
+
+from mbproj.integrate.steppers.tableau import load_tableau
+from mbproj.registry import PROJECTIONS, integrators
+from mbproj.studies.measure.setting import Setting
+
+#: Tolerances from the loosest to the tightest, so many a decade, each of two digits.
+LOOSEST, TIGHTEST, PER_DECADE = -1, -14, 16
+
+
+@dataclass(frozen=True)
+class Family:
+    """Settings that differ from `base` in their integrator and in how fine it is, 1 and more. With fixed steps that is
+    the number of steps in an output step of `interval` s; with error control a tolerance of two digits."""
+
+    base: Setting
+    integrator: str
+    by_error: bool
+    interval: float
+
+    @property
+    def finest(self) -> int | None:
+        """The largest fineness; None without a bound."""
+        return PER_DECADE * (LOOSEST - TIGHTEST) + 1 if self.by_error else None
+
+    @property
+    def order(self) -> int:
+        """Of the integrator."""
+        return integrators()[self.integrator].order
+
+    def setting(self, fineness: int) -> Setting:
+        """The setting of this fineness."""
+        if not self.by_error:
+            return replace(self.base, integrator=self.integrator, step=self.interval / fineness, tolerance=None)
+        return replace(self.base, integrator=self.integrator, step=None, tolerance=self.tolerance(fineness))
+
+    def tolerance(self, fineness: int) -> float:
+        """The tolerance of a fineness, with error control."""
+        return float(f"{10.0 ** (LOOSEST - (fineness - 1) / PER_DECADE):.1e}")
+
+    def at_cost(self, fineness: int, factor: float) -> int:
+        """The fineness whose cost is about `factor` times that of another."""
+        return round(fineness + PER_DECADE * self.order * log10(factor) if self.by_error else fineness * factor)
+
+    def at_error(self, fineness: int, factor: float) -> int:
+        """The fineness whose error is about `factor` times that of another."""
+        if self.by_error:
+            return round(fineness - PER_DECADE * log10(factor))
+        return round(fineness * factor ** (-1.0 / self.order))
+
+    def fixed_cost(self, fineness: int, intervals: int) -> int:
+        """Evaluations of a run with fixed steps over so many output steps."""
+        return load_tableau(self.integrator).stages * fineness * intervals + 1
+
+    @property
+    def name(self) -> str:
+        """In words."""
+        return f"{self.integrator}, {'error control' if self.by_error else 'fixed steps'}"
+
+
+def families(base: Setting, interval: float) -> Iterator[Family]:
+    """All of them, those first whose cost grows least with accuracy. `base` says how constraints are enforced."""
+    names = list(integrators())[::-1]
+    yield from (Family(base, name, True, interval) for name in names if integrators()[name].embedded)
+    yield from (Family(base, name, False, interval) for name in names)
+
+
+def closing(setting: Setting) -> Setting:
+    """The setting with constraints enforced as it says where that closes every joint after every step in the kernel,
+    or else by GPOPM; in the quickest formulation."""
+    entry = PROJECTIONS[setting.projection]
+    always = setting.every == 1 and setting.threshold is None and setting.project_position and setting.project_velocity
+    if entry.corrects and entry.compiled and always:
+        return replace(setting, formulation="auto", acceleration="bordered")
+    return Setting()

@@ -1,0 +1,176 @@
+"""The cheapest setting that keeps an error: every integrator, with fixed steps and with error control.
+
+Costs are counted in evaluations of the accelerations, of the run as it will be, its samples included; those within a
+quarter of the fewest are then timed in turn. All settings close the joints after every step.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from mbproj.errors import ExitCode, MbprojError
+from mbproj.scene.records import Scene, Settings
+from mbproj.studies.measure.cause import why_not
+from mbproj.studies.measure.mechanism import Mechanism
+from mbproj.studies.measure.reference import reference
+from mbproj.studies.measure.setting import Setting
+from mbproj.studies.measure.spans import sampled
+from mbproj.studies.measure.timing import time_settings
+from mbproj.studies.parallel.progress import Tell, silent
+from mbproj.studies.recommend.bench import Bench, Outcome
+from mbproj.studies.recommend.families import Family, closing, families
+from mbproj.studies.recommend.search import cheapest
+from mbproj.studies.store import Kept
+
+#: Settings that take at most so many times the fewest evaluations are timed.
+CONTENDERS = 1.25
+#: Where the search in a family begins: the tolerance that is this part of the error over the mechanism's size.
+FIRST = 0.1
+#: Part of the time that is given up at once where the error cannot be kept to the end.
+SHORTER = 0.02
+
+
+class Unreachable(MbprojError):
+    """No setting keeps the error, not even up to the first sample."""
+
+    exit_code = ExitCode.CHECK_FAILED
+
+
+@dataclass(frozen=True, eq=False)
+class Recommendation:
+    """The cheapest setting found that keeps `goal` (m) at `points`, verified on a fresh run.
+
+    `best` is that run's outcome, `contenders` are those that were near, cheapest first (seconds are medians of several
+    runs where they were timed), `own` the scene's own setting where it has one. All of them are up to `until` (s),
+    which is before `wanted` where nothing keeps the error that long. The reference is uncertain by `uncertain` (m);
+    `method` and `check` are its two solutions in words; `why` says why the error cannot be kept longer ("" if
+    it can be). `settings` are those of the best run.
+    """
+
+    goal: float
+    points: tuple[str, ...]
+    best: Outcome
+    contenders: tuple[Outcome, ...]
+    own: Outcome | None
+    until: float
+    wanted: float
+    uncertain: float
+    method: str
+    check: str
+    why: str
+    settings: Settings
+
+    @property
+    def setting(self) -> Setting:
+        """How to run the scene."""
+        return self.best.setting
+
+    @property
+    def reached(self) -> bool:
+        """Whether the error is kept as long as was asked for."""
+        return self.until >= self.wanted * (1.0 - 1e-9)
+
+
+def recommend(
+    scene: Scene,
+    error: float,
+    at: Sequence[str] = (),
+    until: float | None = None,
+    timed: bool = True,
+    tell: Tell = silent,
+) -> Recommendation:
+    """The cheapest setting of `scene` whose error at every sample up to `until` (s; the scene's duration) is at most
+    `error` (m) at the markers `at` (all; the bodies' centres where there are none). Without `timed` the fewest
+    evaluations decide. What was tried is kept in the store: a search that was interrupted resumes.
+
+    Raises InputError for a name or duration that is not there, Unreachable where no setting keeps the error at all.
+    """
+    mechanism = Mechanism.of(scene)
+    columns = mechanism.columns(at)
+    times = sampled(scene, until)
+    tell("reference", 0, 1)
+    truth = reference(mechanism, times)
+    kept = Kept(["recommend", mechanism.identity, times.tolist(), error, columns])
+    bench = Bench(mechanism, truth, error, columns, kept)
+    base = closing(Setting.of(scene.settings))
+    own = Setting.of(scene.settings) if scene.settings.step or scene.settings.tolerance else None
+    first, bench = _first(bench, base, tell)
+    contenders = _contenders(bench, base, first, tell)
+    usual = [] if own is None else [bench.measure(own)]
+    if timed:
+        contenders, usual = _timed(bench, contenders, usual, tell)
+    settings = contenders[0].setting.settings(float(f"{bench.until:.12g}"), float(times[1]))
+    return Recommendation(
+        goal=error,
+        points=tuple(mechanism.points[column] for column in columns),
+        best=replace(bench.fresh(contenders[0].setting, Mechanism.of(scene)), seconds=contenders[0].seconds),
+        contenders=tuple(contenders),
+        own=usual[0] if usual else None,
+        until=bench.until,
+        wanted=float(times[-1]),
+        uncertain=float(bench.uncertainty[-1]),
+        method=truth.method,
+        check=truth.check,
+        why=why_not(mechanism, truth, error, bench.until, tell) if bench.until < times[-1] else "",
+        settings=settings,
+    )
+
+
+def _first(bench: Bench, base: Setting, tell: Tell) -> tuple[Outcome, Bench]:
+    """The cheapest of the first family, which reaches the smallest errors; with a shorter time where that is needed,
+    because the motion is chaotic or the error near round-off."""
+    wanted, whole, (family, *others) = bench.until, bench.reference, families(base, _interval(bench))
+    tell("integrators", 0, 1 + len(others))
+    certain = bench.uncertainty <= bench.goal
+    while True:
+        if not certain[: len(bench.reference.times)].all():
+            reach = float(bench.reference.times[max(int(np.argmin(certain)) - 1, 0)])
+        else:
+            start = _start(bench, family)
+            found = cheapest(bench, family, start)
+            if found is not None:
+                return found, bench
+            assert family.finest is not None
+            reach = min(bench.measure(family.setting(family.finest)).kept_until, bench.until - SHORTER * wanted)
+        if reach <= bench.reference.times[1]:
+            why = why_not(bench.mechanism, whole, bench.goal, reach, tell)
+            raise Unreachable(f"no setting keeps an error of {bench.goal:g} m: {why}")
+        bench = bench.shortened(reach)
+
+
+def _start(bench: Bench, family: Family) -> int:
+    """Where to begin in a family with error control."""
+    tolerance = FIRST * bench.goal / bench.mechanism.system.length
+    return family.at_error(1, tolerance / family.tolerance(1))
+
+
+def _contenders(bench: Bench, base: Setting, first: Outcome, tell: Tell) -> list[Outcome]:
+    """The cheapest of each family that is near the cheapest of all, fewest evaluations first."""
+    found, intervals = [first], len(bench.reference.times) - 1
+    tried = list(families(base, _interval(bench)))
+    for through, family in enumerate(tried[1:], 1):
+        tell("integrators", through, len(tried))
+        budget = CONTENDERS * min(outcome.evaluations for outcome in found)
+        start = _start(bench, family) if family.by_error else int(budget / family.fixed_cost(1, intervals))
+        outcome = cheapest(bench, family, start, budget)
+        found += [outcome] if outcome is not None else []
+    found.sort(key=lambda outcome: outcome.evaluations)
+    return [outcome for outcome in found if outcome.evaluations <= CONTENDERS * found[0].evaluations]
+
+
+def _timed(
+    bench: Bench, contenders: Sequence[Outcome], usual: Sequence[Outcome], tell: Tell
+) -> tuple[list[Outcome], list[Outcome]]:
+    """Both with the medians of their times, of runs with all samples; the fastest of the contenders first."""
+    outcomes = [*contenders, *usual]
+    settings = [outcome.setting for outcome in outcomes]
+    timings = time_settings(bench.mechanism, settings, bench.reference.times, tell=tell)
+    timed = [replace(outcome, seconds=timing.median) for outcome, timing in zip(outcomes, timings, strict=True)]
+    return sorted(timed[: len(contenders)], key=lambda outcome: outcome.seconds), timed[len(contenders) :]
+
+
+def _interval(bench: Bench) -> float:
+    return float(bench.reference.times[1])

@@ -1,0 +1,1 @@
+"""The violation above which a projection is worth its cost."""

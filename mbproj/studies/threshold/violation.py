@@ -1,0 +1,140 @@
+"""threshold_study(): what it saves, and what it costs, to project only where the violation exceeds a threshold.
+
+The paper recommends it in one sentence (sect. 4.3) and tests nothing.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from mbproj.errors import InputError, Problem
+from mbproj.registry import PROJECTIONS
+from mbproj.scene.records import Scene
+from mbproj.studies.measure.accuracy import attempt
+from mbproj.studies.measure.certain import certain_reference
+from mbproj.studies.measure.mechanism import Mechanism
+from mbproj.studies.measure.reference import Reference
+from mbproj.studies.measure.setting import Setting
+from mbproj.studies.measure.spans import span
+from mbproj.studies.measure.timing import REPETITIONS, Timing, kept_timings
+from mbproj.studies.measure.trial import Trial
+from mbproj.studies.parallel.progress import Tell, silent
+from mbproj.studies.store import Kept
+
+#: Thresholds: powers of ten from these exponents on, for a mechanism of 1 m.
+EXPONENTS = range(-13, 0)
+#: The error may be larger by this factor than with a projection after every step.
+TOLERATED = 1.1
+
+
+@dataclass(frozen=True, eq=False)
+class ThresholdStudy:
+    """Trials and timings (None where the run failed) of a setting that projects after every step, of the same above
+    each threshold, increasing, and of the same without projection. `recommended` is the index of the largest threshold
+    up to which the error stays within a tenth of that with all projections; None where that saves no projection."""
+
+    title: str
+    trials: tuple[Trial, ...]
+    timings: tuple[Timing | None, ...]
+    reference: Reference
+    recommended: int | None
+    notes: tuple[str, ...]
+
+    def saved(self, index: int) -> float:
+        """The part of the projections that a trial leaves out, NaN where it failed."""
+        every = self.trials[0].counters.get("projections", 0)
+        done = self.trials[index].counters.get("projections")
+        return float("nan") if done is None or not every else 1.0 - done / every
+
+
+def threshold_study(
+    scene: Scene,
+    *,
+    thresholds: Sequence[float] | None = None,
+    at: Sequence[str] = (),
+    until: float | None = None,
+    repetitions: int = REPETITIONS,
+    processes: int | None = None,
+    fresh: bool = False,
+    tell: Tell = silent,
+) -> ThresholdStudy:
+    """Varies the threshold (m or rad, and per s) of the scene's own setting, and measures error, violation and cost.
+
+    Raises InputError where that setting has no projection, or does not run."""
+    mechanism = Mechanism.of(scene)
+    columns = mechanism.columns(at)
+    own = _every_step(Setting.of(scene.settings), scene)
+    size = round(np.log10(mechanism.system.length))
+    chosen = sorted(thresholds or (float(f"1e{size + exponent}") for exponent in EXPONENTS))
+    settings = [own, *(replace(own, threshold=value) for value in chosen), _without(own)]
+    truth, notes = certain_reference(mechanism, span(scene, until), own, (own.integrator,), tell)
+    what = {
+        "study": "threshold",
+        **mechanism.identity,
+        "thresholds": chosen,
+        "own": own.command_line(),
+        "until": float(truth.times[-1]),
+        "repetitions": repetitions,
+    }
+    kept = Kept(what, fresh)
+    trials = attempt(mechanism, settings, truth, kept, processes, tell)
+    if trials[0].failure is not None:
+        raise InputError(Problem(f"the scene's own setting fails: {trials[0].failure}", hint="choose a smaller step"))
+    if not trials[0].counters["projections"]:
+        raise InputError(Problem("there is nothing to project: no joint, and no motion, constrains this mechanism"))
+    alive = [index for index, trial in enumerate(trials) if trial.failure is None]
+    taken = kept_timings(
+        kept, mechanism, [settings[index] for index in alive], float(truth.times[-1]), repetitions, tell
+    )
+    timings = dict(zip(alive, taken, strict=True))
+    floor = float(truth.uncertainty[-1, columns].max())
+    return ThresholdStudy(
+        title=scene.title,
+        trials=tuple(trials),
+        timings=tuple(timings.get(index) for index in range(len(trials))),
+        reference=truth,
+        recommended=_recommended(trials[:-1], tuple(at), floor),
+        notes=tuple(notes),
+    )
+
+
+def _every_step(own: Setting, scene: Scene) -> Setting:
+    if not PROJECTIONS[own.projection].corrects:
+        problem = Problem(
+            f"'{own.projection}' makes no projections",
+            scene.place("simulation", "projection"),
+            "choose one with --projection, gpopm for example",
+        )
+        raise InputError(problem)
+    if own.step is None and own.tolerance is None:
+        problem = Problem(
+            "the scene has neither step nor tolerance",
+            scene.place("simulation"),
+            "add one of them to 'simulation', or --step or --tolerance",
+        )
+        raise InputError(problem)
+    return replace(own, every=1, threshold=None)
+
+
+def _without(own: Setting) -> Setting:
+    """The same integration without projection."""
+    return Setting(
+        "none",
+        own.integrator,
+        step=own.step,
+        tolerance=own.tolerance,
+        formulation=own.formulation,
+        acceleration=own.acceleration,
+    )
+
+
+def _recommended(trials: Sequence[Trial], at: tuple[str, ...], floor: float) -> int | None:
+    """The last of the thresholds (index from 1) up to which no error exceeds the first by more than is tolerated."""
+    errors = [trial.at(at) for trial in trials]
+    limit = max(TOLERATED * errors[0], errors[0] + floor)
+    last = next((index for index in range(1, len(errors)) if not errors[index] <= limit), len(errors)) - 1
+    saves = trials[last].counters.get("projections", 0) < trials[0].counters["projections"]
+    return last if saves else None

@@ -1,0 +1,1 @@
+"""What accuracy costs on a mechanism, measured over a designed grid."""

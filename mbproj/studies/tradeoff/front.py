@@ -1,0 +1,217 @@
+"""tradeoff(): what accuracy costs on a mechanism, measured over a designed grid.
+
+First every integrator is swept with one projection; those that are cheap somewhere, in evaluations, are swept with the
+other projections and schedules, too. All that runs in parallel. Then the settings near the front are timed: alone, in
+turn, several times over.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass, replace
+from functools import cached_property
+from itertools import product
+from math import inf
+from typing import Any
+
+import numpy as np
+
+from mbproj import registry
+from mbproj.arrays import Array
+from mbproj.scene.records import Scene
+from mbproj.studies.measure.accuracy import Yardstick, attempt
+from mbproj.studies.measure.certain import certain_reference
+from mbproj.studies.measure.mechanism import Mechanism
+from mbproj.studies.measure.reference import Reference
+from mbproj.studies.measure.setting import Setting, only_full
+from mbproj.studies.measure.spans import span
+from mbproj.studies.measure.timing import REPETITIONS, Timing, kept_timings
+from mbproj.studies.measure.trial import Trial
+from mbproj.studies.parallel.progress import Tell, silent
+from mbproj.studies.store import Kept
+from mbproj.studies.tradeoff.grid import Ladder, integrator_ladders, projection_ladders, schedule_ladders
+from mbproj.studies.tradeoff.near_front import CLOSED, projections_at_one_size, promising, to_time
+from mbproj.studies.tradeoff.pareto import cheapest, front
+from mbproj.studies.tradeoff.sweep import Track, sweeps
+
+#: Projections of the grid unless others are asked for: one of each kind that every formulation has.
+PROJECTIONS_TRIED = ("gpopm", "gopm", "none", "baumgarte")
+#: Sweeps end at this multiple of the reference's uncertainty, and at this part of the mechanism's size.
+ABOVE_FLOOR, FINEST = 3.0, 1e-11
+
+
+@dataclass(frozen=True, eq=False)
+class Tradeoff:
+    """What the grid gave. `size` (m) is the mechanism's; `points` are those whose largest error counts; `timings` those
+    of the trials that were timed, by their index; `own` is the index of the scene's own setting, None where it has
+    none; `compared` are the indices of settings that differ in their projection alone; `notes` say what a reader should
+    know."""
+
+    title: str
+    size: float
+    points: tuple[str, ...]
+    trials: tuple[Trial, ...]
+    timings: Mapping[int, Timing]
+    own: int | None
+    compared: tuple[int, ...]
+    reference: Reference
+    notes: tuple[str, ...]
+
+    @cached_property
+    def error(self) -> Array:
+        """The largest error of the points, (N,) in m."""
+        return np.array([trial.at(self.points) for trial in self.trials])
+
+    @cached_property
+    def violation(self) -> Array:
+        """The largest |C|, (N,) in m or rad."""
+        return np.array([trial.position_violation for trial in self.trials])
+
+    @cached_property
+    def seconds(self) -> Array:
+        """Processor time where it was measured alone, (N,) in s; infinite elsewhere."""
+        timed = np.full(len(self.trials), inf)
+        for index, timing in self.timings.items():
+            timed[index] = timing.median
+        return timed
+
+    @cached_property
+    def front(self) -> tuple[int, ...]:
+        """Indices of the settings of which none is both cheaper and more accurate, the cheapest first."""
+        return tuple(front(self.seconds, np.maximum(self.error, self.floor)).tolist())
+
+    @cached_property
+    def violation_front(self) -> tuple[int, ...]:
+        """The same for |C| in place of the error."""
+        return tuple(front(self.seconds, self.violation).tolist())
+
+    def cheapest(self, limit: float, closed: float = inf) -> int | None:
+        """The index of the cheapest setting with at most this error (m), and at most this |C| (m or rad)."""
+        return cheapest(self.seconds, np.where(self.violation <= closed, self.error, inf), limit)
+
+    def most_accurate(self, seconds: float) -> int | None:
+        """The index of the most accurate setting that takes at most so long (s)."""
+        return cheapest(self.error, self.seconds, seconds)
+
+    @property
+    def floor(self) -> float:
+        """The uncertainty of the reference over the whole span, m."""
+        columns = [self.reference.points.index(name) for name in self.points]
+        return float(self.reference.uncertainty[-1, columns].max())
+
+
+def tradeoff(
+    scene: Scene,
+    *,
+    projections: Sequence[str] = PROJECTIONS_TRIED,
+    integrators: Sequence[str] | None = None,
+    formulation: str | None = None,
+    at: Sequence[str] = (),
+    until: float | None = None,
+    longest: float = 0.5,
+    repetitions: int = REPETITIONS,
+    processes: int | None = None,
+    fresh: bool = False,
+    tell: Tell = silent,
+) -> Tradeoff:
+    """Measures accuracy against cost over `projections`, `integrators` (all), steps, tolerances, schedules.
+
+    The error is the largest up to `until` s (the duration) of the markers `at` (all of them; the bodies' centres where
+    the scene has none). `longest`: sweeps end with a run of so many seconds. The study resumes where it was
+    interrupted, and gives the same tables again, unless it is to begin `fresh`. Raises InputError for what cannot be
+    run at all.
+    """
+    mechanism = Mechanism.of(scene)
+    points = tuple(mechanism.points[k] for k in mechanism.columns(at))
+    own, names = _own(scene, formulation), tuple(integrators or registry.integrators())
+    for projection, name in product(projections, names):
+        Setting(projection, name, step=1.0).settings(1.0, 1.0)  # raises InputError for a name that is not there
+    base = replace(own, step=None, tolerance=None, formulation=formulation or _common(own, projections))
+    truth, notes = certain_reference(mechanism, span(scene, until), own, names, tell)
+    goal = max(ABOVE_FLOOR * float(truth.uncertainty[-1].max()), FINEST * mechanism.system.length)
+    track = Track(Yardstick(scene, truth), goal, longest)
+    kept = Kept(_study(mechanism, truth, base, projections, names, longest, repetitions), fresh)
+    mine = replace(own, formulation=base.formulation) if own.step or own.tolerance else None
+    trials = _accuracy(track, base, mine, projections, names, kept, processes, tell)
+    numbers = {trial.setting: index for index, trial in enumerate(trials)}
+    if mine is not None and mine not in numbers:
+        numbers[mine] = len(trials)
+        trials += attempt(mechanism, [mine], truth, kept, 1)
+    errors = np.array([trial.at(points) for trial in trials])
+    compared = projections_at_one_size(trials, errors, mine)
+    closed = CLOSED * max(1.0, mechanism.system.length)
+    wanted = to_time(trials, errors, closed, [*compared, *([numbers[mine]] if mine is not None else [])])
+    timings = kept_timings(
+        kept, mechanism, [trials[index].setting for index in wanted], float(truth.times[-1]), repetitions, tell
+    )
+    return Tradeoff(
+        title=scene.title,
+        size=mechanism.system.length,
+        points=points,
+        trials=tuple(trials),
+        timings=dict(zip(wanted, timings, strict=True)),
+        own=None if mine is None else numbers[mine],
+        compared=tuple(compared),
+        reference=truth,
+        notes=tuple(notes),
+    )
+
+
+def _own(scene: Scene, formulation: str | None) -> Setting:
+    own = Setting.of(scene.settings)
+    return own if formulation is None else replace(own, formulation=formulation)
+
+
+def _common(own: Setting, projections: Sequence[str]) -> str:
+    """One formulation for all, because seconds of several do not compare."""
+    return "full" if only_full(projections) else own.formulation
+
+
+def _study(
+    mechanism: Mechanism,
+    truth: Reference,
+    base: Setting,
+    projections: Sequence[str],
+    names: Sequence[str],
+    longest: float,
+    repetitions: int,
+) -> dict[str, Any]:
+    """What it is known by in the store."""
+    return {
+        "study": "tradeoff",
+        **mechanism.identity,
+        "base": asdict(base),
+        "until": float(truth.times[-1]),
+        "projections": list(projections),
+        "integrators": list(names),
+        "longest": longest,
+        "repetitions": repetitions,
+    }
+
+
+def _accuracy(
+    track: Track,
+    base: Setting,
+    own: Setting | None,
+    projections: Sequence[str],
+    names: Sequence[str],
+    kept: Kept,
+    processes: int | None,
+    tell: Tell,
+) -> list[Trial]:
+    """The trials of the grid: integrators, then projections and schedules of the promising ones and of the scene's."""
+    methods = [
+        replace(base.projected_by(name), every=1, threshold=None, formulation=base.formulation) for name in projections
+    ]
+    ladders = integrator_ladders(methods[0], names)
+    first = sweeps(track, ladders, kept, processes, "integrators", tell)
+    others: list[Ladder] = []
+    constrained = track.yardstick.mechanism.system.joints.size > 0
+    owned = [each for each in ladders if own is not None and each.holds(own)]
+    for ladder in dict.fromkeys((*promising(ladders, first), *owned)) if constrained else ():
+        others += projection_ladders(ladder, methods[1:])
+        if registry.PROJECTIONS[methods[0].projection].corrects:
+            others += schedule_ladders(ladder, track.yardstick.mechanism.system.length)
+    second = sweeps(track, others, kept, processes, "projections and schedules", tell)
+    unique = {trial.setting: trial for swept in (*first, *second) for trial in swept}
+    return list(unique.values())

@@ -1,0 +1,94 @@
+"""The designed grid: ladders of settings that differ in nothing but the size of their steps, from coarse to fine."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+from mbproj.arrays import Array
+from mbproj.registry import integrators
+from mbproj.studies.measure.setting import Setting, shortest
+from mbproj.studies.measure.spans import divisors
+
+#: Steps over the whole span: the fewest and the most that are tried, and the ratio from one size to the next at least.
+FEWEST, MOST, RATIO = 20, 400_000, 1.4
+#: Tolerances from the loosest to the tightest, a decade apart: exponents.
+TOLERANCES = range(2, 14)
+#: Schedules: every k-th step, and thresholds as parts of the mechanism's size.
+EVERY = (2, 5, 20)
+THRESHOLDS = (1e-3, 1e-6, 1e-9)
+
+
+@dataclass(frozen=True)
+class Ladder:
+    """Settings that are `base` with a step, or where `by_tolerance` with a tolerance."""
+
+    base: Setting
+    by_tolerance: bool
+
+    @property
+    def label(self) -> str:
+        """A few words, e.g. "rk4, gpopm every 5 steps" or "dop853 to a tolerance, none"."""
+        base, method = self.base, f"{self.base.integrator}{' to a tolerance' if self.by_tolerance else ''}"
+        return f"{method}, {schedule_label(base)}"
+
+    def holds(self, setting: Setting) -> bool:
+        """Whether a setting has this integrator and kind of step."""
+        by_tolerance = setting.tolerance is not None
+        return (setting.integrator, by_tolerance) == (self.base.integrator, self.by_tolerance)
+
+    def sizes(self, times: Array) -> list[Setting]:
+        """Its settings from coarse to fine: tolerances, or steps that meet some of `times`."""
+        if self.by_tolerance:
+            return [replace(self.base, step=None, tolerance=float(f"1e-{k}")) for k in TOLERANCES]
+        until = float(times[-1])
+        return [replace(self.base, step=until / steps, tolerance=None) for steps in step_numbers(len(times) - 1)]
+
+
+def schedule_label(setting: Setting) -> str:
+    """The projection and when it takes place."""
+    text = setting.projection
+    if setting.every != 1:
+        text += f" every {setting.every} steps"
+    return text if setting.threshold is None else f"{text} above {shortest(setting.threshold)}"
+
+
+def step_numbers(intervals: int) -> list[int]:
+    """Numbers of steps that are whole parts or multiples of `intervals`, at least `RATIO` apart."""
+    parts = [part for part in divisors(intervals) if part >= FEWEST]
+    numbers = [*parts, *(intervals * k for k in range(2, MOST // intervals + 1))]
+    chosen: list[int] = []
+    for number in numbers:
+        if not chosen or number >= RATIO * chosen[-1]:
+            chosen.append(number)
+    return chosen
+
+
+def integrator_ladders(base: Setting, names: Sequence[str]) -> list[Ladder]:
+    """One ladder for each integrator with fixed steps, and one to a tolerance where it can."""
+    found = []
+    for name in names:
+        found.append(Ladder(_sizeless(base, integrator=name), by_tolerance=False))
+        if integrators()[name].embedded:
+            found.append(Ladder(_sizeless(base, integrator=name), by_tolerance=True))
+    return found
+
+
+def projection_ladders(ladder: Ladder, methods: Sequence[Setting]) -> list[Ladder]:
+    """The ladder with other projections; `methods` are settings of which the projection is taken."""
+    base = ladder.base
+    return [
+        Ladder(_sizeless(method, integrator=base.integrator, formulation=base.formulation), ladder.by_tolerance)
+        for method in methods
+    ]
+
+
+def schedule_ladders(ladder: Ladder, size: float) -> list[Ladder]:
+    """The ladder with its projection less often; `size` (m) is that of the mechanism."""
+    often = [replace(ladder.base, every=k) for k in EVERY]
+    above = [replace(ladder.base, threshold=float(f"{part * size:.1g}")) for part in THRESHOLDS]
+    return [Ladder(base, ladder.by_tolerance) for base in (*often, *above)]
+
+
+def _sizeless(setting: Setting, **changes: str) -> Setting:
+    return replace(setting, step=None, tolerance=None, **changes)  # type: ignore[arg-type]

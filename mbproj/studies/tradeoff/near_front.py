@@ -1,0 +1,74 @@
+"""Which settings of a grid are worth more: ladders for all projections, settings for a timing."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from math import inf
+from typing import Any
+
+import numpy as np
+
+from mbproj.arrays import Array
+from mbproj.studies.measure.setting import Setting
+from mbproj.studies.measure.trial import Trial
+from mbproj.studies.tradeoff.grid import Ladder
+from mbproj.studies.tradeoff.pareto import excess
+
+#: A ladder is promising whose evaluations are within this factor of the fewest for one of the errors, a decade apart;
+#: so many of them are taken at most.
+NEAR_IN_EVALUATIONS, PROMISING = 1.5, 2
+#: Settings are timed whose first time is within this factor of the cheapest that is as good; so many at most.
+NEAR_IN_TIME, MOST_TIMED = 1.5, 40
+#: An error below this is none: a mechanism that does not move, or a study of no time, has none at all.
+NONE = 1e-300
+#: Joints count as closed whose rows are open by at most this part of the mechanism's size, or of 1 m.
+CLOSED = 1e-11
+
+
+def promising(ladders: Sequence[Ladder], swept: Sequence[Sequence[Trial]]) -> list[Ladder]:
+    """The ladders with about the fewest evaluations for the most errors, a decade apart."""
+    flat = [(number, trial) for number, trials in enumerate(swept) for trial in trials if np.isfinite(trial.at())]
+    errors = np.array([trial.at() for _, trial in flat])
+    evaluations = np.array([trial.counters["evaluations"] for _, trial in flat], dtype=float)
+    owner = np.array([number for number, _ in flat])
+    if not len(flat):
+        return []
+    wins = np.zeros(len(ladders))
+    lowest, highest = np.log10(np.array([errors.min(), errors.max()]).clip(NONE))
+    for limit in 10.0 ** np.arange(np.ceil(lowest), highest + 1.0):
+        able = np.where(errors <= limit, evaluations, inf)
+        best = np.array([able[owner == number].min(initial=inf) for number in range(len(ladders))])
+        wins += best <= NEAR_IN_EVALUATIONS * best.min()
+    chosen = [number for number in np.argsort(-wins, kind="stable") if wins[number]][:PROMISING]
+    return [ladders[number] for number in sorted(chosen)]
+
+
+def projections_at_one_size(trials: Sequence[Trial], errors: Array, own: Setting | None) -> list[int]:
+    """Indices of settings of one integrator and one fixed step that differ in their projection alone: at the scene's
+    own size where those are the most, or else at the size whose best error is in the middle."""
+    groups: dict[Any, list[int]] = {}
+    for index, trial in enumerate(trials):
+        if trial.setting.step is not None and trial.failure is None:
+            groups.setdefault((trial.setting.integrator, trial.setting.step), []).append(index)
+    most = max((len(group) for group in groups.values()), default=0)
+    full = [group for group in groups.values() if len(group) == most and most > 1]
+    if not full:
+        return []
+    for group in full:
+        if own is not None and any(trials[index].setting == own for index in group):
+            return group
+    best = np.log(np.array([errors[group].min() for group in full]).clip(NONE))
+    middle = 0.5 * (best.min() + best.max())
+    return full[int(np.argmin(np.abs(best - middle)))]
+
+
+def to_time(trials: Sequence[Trial], errors: Array, closed: float, always: Sequence[int]) -> list[int]:
+    """Indices of the settings near one of the fronts, the nearest first kept, and of `always`: of all settings, of
+    those alone whose |C| is at most `closed`, and of |C| in place of the error."""
+    seconds = np.array([trial.seconds for trial in trials])
+    violations = np.array([trial.position_violation for trial in trials])
+    fronts = (errors, np.where(violations <= closed, errors, inf), violations)
+    nearness = np.min([excess(seconds, values) for values in fronts], axis=0)
+    near = [index for index in np.argsort(nearness, kind="stable") if nearness[index] <= NEAR_IN_TIME][:MOST_TIMED]
+    alive = [index for index in always if trials[index].failure is None]
+    return sorted({int(index) for index in (*near, *alive)})

@@ -1,0 +1,55 @@
+"""A ladder of settings run from coarse to fine until it has nothing more to give."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from mbproj.studies.measure.accuracy import Yardstick
+from mbproj.studies.measure.trial import Trial
+from mbproj.studies.parallel.progress import Tell
+from mbproj.studies.parallel.resumable import resumable
+from mbproj.studies.store import Kept
+from mbproj.studies.tradeoff.grid import Ladder
+
+#: A ladder is at its end when so many settings in a row have not brought the error below this part of the best.
+PATIENCE, FALLING = 3, 0.7
+
+
+@dataclass(frozen=True)
+class Track:
+    """What every sweep has: what its trials are held against, the error (m) at which it may end, and the seconds that a
+    run may take for a finer one to be tried."""
+
+    yardstick: Yardstick
+    goal: float
+    longest: float
+
+
+def sweep(track: Track, ladder: Ladder) -> list[Trial]:
+    """Trials of a ladder's settings from coarse to fine."""
+    trials: list[Trial] = []
+    best, stuck = float("inf"), 0
+    for setting in ladder.sizes(track.yardstick.reference.times):
+        trials.append(track.yardstick.trial(setting))
+        reached = trials[-1].at()
+        if reached < float("inf"):
+            stuck = 0 if reached < FALLING * best else stuck + 1
+            best = min(best, reached)
+            if best <= track.goal or trials[-1].seconds > track.longest or stuck >= PATIENCE:
+                break
+    return trials
+
+
+def _sweep(track: Track, ladder: Ladder) -> list[dict[str, Any]]:
+    return [trial.as_json() for trial in sweep(track, ladder)]
+
+
+def sweeps(
+    track: Track, ladders: Sequence[Ladder], kept: Kept, processes: int | None, phase: str, tell: Tell
+) -> list[list[Trial]]:
+    """The sweep of each ladder, in their order, in parallel; those that are kept are not run again."""
+    keys = [f"sweep {ladder.base.command_line()}{' by tolerance' * ladder.by_tolerance}" for ladder in ladders]
+    found = resumable(_sweep, track, dict(zip(keys, ladders, strict=True)), kept, processes, phase, tell)
+    return [[Trial.from_json(record) for record in found[key]] for key in keys]

@@ -1,0 +1,104 @@
+"""A trade-off as a table of plain values, and as an HDF5 file."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from math import nan
+from pathlib import Path
+from typing import Any
+
+import h5py
+import numpy as np
+
+from mbproj.outputs import hdf5, replacing
+from mbproj.studies.tradeoff.front import Tradeoff
+from mbproj.version import __version__
+
+_SETTING = ("projection", "integrator", "step", "tolerance", "every", "threshold")
+_COUNTERS = (
+    "steps",
+    "rejected_steps",
+    "evaluations",
+    "projections",
+    "projection_iterations",
+    "velocity_iterations",
+    "factorisations",
+)
+#: What the columns mean, for the HDF5 file; others are the options and counters of a run.
+MEANING = {
+    "setting": "options of mbproj run",
+    "formulation": "coordinates of the run; empty where it failed",
+    "error": "largest error of the points that count, m; infinite where the run failed",
+    "position_violation": "largest |C|, m or rad",
+    "velocity_violation": "largest |C'|, per s",
+    "energy_drift": "largest |E - W + D|, J",
+    "cpu_seconds": "processor time of the steps of one run, median of the timings, s; NaN where it was not timed",
+    "cpu_seconds_lowest": "the smallest of the timings, s",
+    "cpu_seconds_highest": "the largest of the timings, s",
+    "first_cpu_seconds": "processor time of the first run, beside others, s",
+    "on_front": "whether no other timed setting is both cheaper and more accurate",
+    "on_violation_front": "whether no other timed setting is both cheaper and better closed",
+    "failure": "why the run did not get to its end",
+}
+
+
+def rows(found: Tradeoff) -> list[dict[str, Any]]:
+    """A row for each setting, by column."""
+    table = []
+    for index, trial in enumerate(found.trials):
+        timing = found.timings.get(index)
+        low, high = timing.spread if timing else (nan, nan)
+        table.append(
+            {
+                "setting": trial.setting.command_line(),
+                **{name: getattr(trial.setting, name) for name in _SETTING},
+                "formulation": trial.formulation,
+                "error": float(found.error[index]),
+                **{f"error_{name}": trial.error[name] for name in found.reference.points},
+                "position_violation": trial.position_violation,
+                "velocity_violation": trial.velocity_violation,
+                "energy_drift": trial.energy_drift,
+                **{name: trial.counters.get(name, 0) for name in _COUNTERS},
+                "cpu_seconds": timing.median if timing else nan,
+                "cpu_seconds_lowest": low,
+                "cpu_seconds_highest": high,
+                "first_cpu_seconds": trial.seconds,
+                "on_front": index in found.front,
+                "on_violation_front": index in found.violation_front,
+                "failure": trial.failure or "",
+            }
+        )
+    return table
+
+
+FORMAT = "mbproj tradeoff"
+KIND = hdf5(FORMAT)
+
+
+def write_hdf5(path: Path, found: Tradeoff, table: Sequence[dict[str, Any]], *, force: bool = False) -> Path:
+    """/trials with an array for each column of `table`, /reference with times, positions and uncertainty."""
+    with replacing(path, KIND, force=force) as draft, h5py.File(draft, "w") as file:
+        file.attrs.update(
+            {
+                "format": FORMAT,
+                "mbproj_version": __version__,
+                "title": found.title,
+                "points": list(found.points),
+                "notes": list(found.notes),
+            }
+        )
+        for name in table[0]:
+            values = [nan if row[name] is None else row[name] for row in table]
+            text = isinstance(values[0], str)
+            data = np.array(values, dtype=h5py.string_dtype() if text else None)
+            dataset = file.create_dataset(f"trials/{name}", data=data)
+            dataset.attrs["description"] = MEANING.get(name, name.replace("_", " "))
+        truth = found.reference
+        for name, array, unit in (
+            ("time", truth.times, "s"),
+            ("position", truth.position, "m"),
+            ("uncertainty", truth.uncertainty, "m"),
+        ):
+            file.create_dataset(f"reference/{name}", data=array).attrs["units"] = unit
+        file["reference"].attrs.update({"points": list(truth.points), "method": truth.method, "check": truth.check})
+    return path

@@ -1,0 +1,120 @@
+"""Messages of a run stand where the fault is, and its summary shows no numbers that mean nothing."""
+
+from __future__ import annotations
+
+import errno
+import os
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from mbproj.analysis import energy_drift
+from mbproj.cli.commands.run import command
+from mbproj.errors import InputError
+from mbproj.integrate.outcome.report import EnergyWatch
+from mbproj.studies.batch.result import Task
+from mbproj.studies.batch.run import run_task
+from tests.cli.commands import mbproj
+
+HEAD = "mbproj: 1\ngravity: [1, 2, -9.81]\nsimulation: {duration: 1, step: 1 ms, formulation: auto}\nbodies:\n"
+BAR = "  bar: {mass: 1, inertia: [0.01, 0.1, 0.1], position: [0.5, 0.1, 0.07]}\n"
+HEAVY_POINT = "  lump: {mass: 1, inertia: [0, 0, 0], position: [0, 0, 0]}\n"
+PIN = "  p: {type: revolute, bodies: [ground, bar], location: [0, 0, 0.1], axis: [0.1, 1, 0.3]}\n"
+STRUCTURE = f"""{HEAD}{BAR}  strut: {{mass: 1, inertia: [0.01, 0.1, 0.1], position: [1, 0.3, 0.5]}}
+joints:
+{PIN}  q: {{type: spherical, bodies: [bar, strut], location: [1, 0.2, 0]}}
+  r: {{type: universal, bodies: [ground, strut], location: [1, 0.7, 1], axes: [[1, 0, 0.3], [0, 1, 0.1]]}}
+"""
+ONE_BAR = f"{HEAD}{BAR}joints:\n{PIN}"
+
+
+def run(folder: Path, text: str, *options: str) -> tuple[int, str, str]:
+    (folder / "s.yaml").write_text(text)
+    done = mbproj("run", "s.yaml", *options, folder=folder)
+    return done.returncode, done.stdout, done.stderr
+
+
+LUMPS = {
+    "free": HEAD + HEAVY_POINT,
+    "on a ball": f"{HEAD}{HEAVY_POINT}joints:\n  b: {{type: spherical, bodies: [ground, lump], location: [0, 0, 0]}}",
+}
+
+
+@pytest.mark.parametrize("case", LUMPS)
+def test_a_body_without_inertia_is_reported_at_the_body(case, tmp_path):
+    code, out, error = run(tmp_path, LUMPS[case])
+    assert (code, out) == (2, "")
+    assert error.startswith("s.yaml:5:3: error: the joints leave 3 motions that move no mass (Eq. 20 does not hold)")
+    checked = mbproj("check", "s.yaml", folder=tmp_path)
+    assert (checked.returncode, checked.stderr) == (4, error)
+
+
+def test_a_formulation_that_is_not_available_is_reported_where_it_is_asked_for(tmp_path):
+    code, _, error = run(tmp_path, LUMPS["free"].replace("[0, 0, 0]", "[1, 1, 1]", 1).replace("auto", "planar"))
+    assert (code, error.splitlines()[0]) == (
+        2,
+        "s.yaml:3:52: error: the scene is not planar: nothing but symmetry can keep the bodies in a plane: no joint "
+        "has an axis",
+    )
+    message = (
+        "the reduced formulation is not available here: the projection 'mmopm' exists in the full formulation only"
+    )
+    options = ("--formulation", "reduced", "--projection", "mmopm")
+    assert run(tmp_path, ONE_BAR, *options)[2] == f"--formulation: error: {message}\n"
+
+
+def test_a_file_that_cannot_be_written_is_reported_at_the_option(tmp_path, monkeypatch):
+    def refuse(descriptor: int, size: int) -> None:
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+
+    monkeypatch.setattr("mbproj.results.writer.reserve", refuse)
+    (tmp_path / "s.yaml").write_text(ONE_BAR)
+    with pytest.raises(InputError) as raised:
+        command.main([str(tmp_path / "s.yaml"), "-o", "out.h5"], standalone_mode=False)
+    cannot = "error: cannot write '{}': No space left on device; choose another file with -o"
+    assert str(raised.value) == f"--output: {cannot.format('out.h5')}"
+    found = run_task(Task(tmp_path / "s.yaml", tmp_path / "out.h5", keep=False))
+    assert found.message == cannot.format(tmp_path / "out.h5")
+
+
+@pytest.mark.parametrize("options", [("--projection", "none"), ("--integrator", "dop853", "--tolerance", "1e-8")])
+def test_a_structure_has_neither_an_energy_drift_nor_velocities(options, tmp_path):
+    code, out, error = run(tmp_path, STRUCTURE, *options)
+    assert (code, error) == (0, "")
+    assert "(0.0e+00 of the largest kinetic energy + |ΔV|)" in out
+    (velocities,) = (line for line in out.splitlines() if line.startswith("  velocity violation"))
+    assert velocities.endswith("; nothing moves")
+    assert "relative 0\n" in mbproj("info", "results.h5", folder=tmp_path).stdout
+
+
+def test_a_violation_of_zero_has_no_place(tmp_path):
+    text = ONE_BAR.replace("[1, 2, -9.81]", "[0, 0, 0]").replace("[0.1, 1, 0.3]", "[0, 1, 0]")
+    lines = run(tmp_path, text, "--duration", "0.01")[1].splitlines()
+    assert "  position violation  0; round-off allows 2e-16" in lines
+    assert "  velocity violation  0; nothing moves" in lines
+
+
+def test_shares_of_the_time_are_shown_where_enough_steps_were_timed(tmp_path):
+    for duration, shown in (("0.6", False), ("0.7", True)):
+        _, out, _ = run(tmp_path, ONE_BAR, "--duration", duration)
+        assert any(line.startswith("  time  ") for line in out.splitlines()) == shown
+
+
+def test_a_real_drift_is_shown_however_small_the_motion():
+    watch = EnergyWatch(scale=20.0)
+    watch.take(balance=1e-6, kinetic=1e-4, lowest=-10.0, highest=-10.0)
+    assert watch.relative == pytest.approx(1e-2)
+    still = EnergyWatch(scale=20.0)
+    still.take(balance=3e-13, kinetic=1e-26, lowest=-10.0, highest=-10.0)
+    assert still.relative == 0.0
+    locked = EnergyWatch(moves=False)
+    locked.take(balance=1e-30, kinetic=1e-30, lowest=0.0, highest=0.0)
+    assert locked.relative == 0.0
+
+
+def test_the_drift_of_results_is_that_of_the_run():
+    time = np.linspace(0.0, 1.0, 5)
+    drift = energy_drift(1e-6 * time, 1e-4 * time, np.full(5, -10.0))
+    assert drift.relative == pytest.approx(1e-2)
+    assert energy_drift(3e-13 * time, 1e-26 * time, np.full(5, -10.0)).relative == 0.0

@@ -1,0 +1,267 @@
+"""Passages through poses where the rows of C_q become dependent and the mechanism could go on in two ways: the run goes
+on as it came, or stops there and says so; it never jumps.
+
+A run comes near such a pose as its phase has it. Where it would land is varied from 0.03 rad to a hit within round-off.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import pytest
+from scipy.integrate import quad
+
+from mbproj import assemble, compile_system, initial_guess, settings_to_run, simulate
+from mbproj.errors import InputError, SimulationError
+from mbproj.model.euler_parameters import rotation_matrix
+from mbproj.registry import integrators
+from mbproj.scene import read_scene_text
+from tests.mechanisms.running import assert_close
+from tests.support import Recorder
+
+#: Distances from the singular pose, rad, at which a step lands: by hits, near misses, and twentieths of a step.
+OFFSETS = (
+    0.0,
+    1e-15,
+    -1e-14,
+    1e-13,
+    -1e-12,
+    1e-11,
+    -1e-10,
+    1e-9,
+    -1e-8,
+    1e-7,
+    -1e-6,
+    1e-5,
+    -1e-4,
+    1e-3,
+    -3e-3,
+    0.005,
+    0.0075,
+    0.01,
+    0.0125,
+    0.015,
+    0.0175,
+    0.02,
+    0.0225,
+    0.025,
+)
+#: What C sees of cranks that part by δ, at φ from the singular pose, is a φ δ + a (1 - a/l) δ²/2 with a = 0.2 m: where
+#: joints close to 1e-12 m, some 1e-13 for each, |δ| <= min(SEEN / φ, sqrt(SEEN)) is left.
+SEEN = 5e-11
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """What a run recorded, and why it stopped, if it did."""
+
+    recorder: Recorder
+    names: object
+    stopped: SimulationError | None
+
+    def __getitem__(self, path: str) -> np.ndarray:
+        return self.recorder[path]
+
+    def angle(self, body: str, axis: int = 1) -> np.ndarray:
+        """How far the body has turned about -y (or another axis), unwrapped."""
+        A = rotation_matrix(self["bodies/orientation"][:, self.names.bodies.index(body)])
+        i, j = (axis + 1) % 3, (axis + 2) % 3
+        return np.unwrap(np.arctan2(A[:, i, j], A[:, i, i]))
+
+
+def attempt(text: str, parameters: dict | None = None, **simulation: object) -> Outcome:
+    options = {key: str(value) for key, value in simulation.items()}
+    scene = read_scene_text(text, "scene.yaml", parameters or {}, options)
+    system, recorder = compile_system(scene), Recorder()
+    state = assemble(system, initial_guess(scene, system))
+    try:
+        simulate(system, state, settings_to_run(scene), recorder)
+    except SimulationError as error:
+        return Outcome(recorder, system.names, error)
+    return Outcome(recorder, system.names, None)
+
+
+def assert_stopped_with_the_reason(outcome: Outcome, singular_time: float, step: float) -> None:
+    """Within two steps of the pose, as a singular one."""
+    error = outcome.stopped
+    assert error is not None
+    assert "singular position" in error.cause, str(error)
+    assert abs(error.time - singular_time) <= 2.0 * step, str(error)
+
+
+def allowed(departure: np.ndarray) -> np.ndarray:
+    """By how much an angle may be off where the singular pose is so far away, rad."""
+    return np.minimum(SEEN / np.maximum(np.abs(departure), 1e-30), np.sqrt(SEEN))
+
+
+#: A parallelogram without gravity turns evenly; φ is counted from the line of all bars.
+PARALLELOGRAM = """
+mbproj: 1
+gravity: [0, 0, 0]
+parameters: {crank: 0.2 m, coupler: 0.5 m, start: -1, speed: 1, x: crank*cos(start), z: crank*sin(start)}
+simulation: {duration: 2, step: 0.05}
+bodies:
+  left: {mass: 1, inertia: [0.01, 0.02, 0.02], position: [x/2, 0, z/2], orientation: {axis: [0, -1, 0], angle: start}}
+  right:
+    mass: 2
+    inertia: [0.01, 0.03, 0.03]
+    position: [coupler + x/2, 0, z/2]
+    orientation: {axis: [0, -1, 0], angle: start}
+  coupler: {mass: 0.5, inertia: [0.01, 0.02, 0.02], position: [coupler/2 + x, 0, z]}
+joints:
+  A: {type: revolute, bodies: [ground, left], location: [0, 0, 0], axis: [0, -1, 0], speed: speed}
+  B: {type: revolute, bodies: [left, coupler], location: [x, 0, z], axis: [0, -1, 0]}
+  C: {type: CLOSURE, bodies: [right, coupler], location: [coupler + x, 0, z], axis: [0, -1, 0]}
+  D: {type: revolute, bodies: [ground, right], location: [coupler, 0, 0], axis: [0, -1, 0]}
+"""
+#: How the loop may be closed: with three redundant rows in space, or with none.
+FORMS = (("revolute", "planar"), ("revolute", "reduced"), ("point_on_line", "reduced"), ("point_on_line", "full"))
+
+
+def assert_parallel(outcome: Outcome, start: float, speed: float, even: float = 1e-3) -> None:
+    """Both cranks turn alike and the coupler does not turn, as far as C can see it; the speed is `even`."""
+    left, right = outcome.angle("left"), outcome.angle("right")
+    φ = start + left - left[0]
+    departure = np.abs((φ + np.pi / 2) % np.pi - np.pi / 2)
+    off = np.abs(right - left) / allowed(departure)
+    at = np.argmax(off)
+    assert off[at] <= 1.0, f"cranks part by {abs(right - left)[at]:.3g} rad at t = {outcome['time'][at]:.6g} s"
+    assert_close(outcome.angle("coupler"), 0.0, 2.0 * np.sqrt(SEEN))
+    rate = outcome["joints/speed"][:, outcome.names.coordinates.index("A.angle")]
+    assert_close(rate[departure > 1e-3], speed, even)
+
+
+@pytest.mark.parametrize(("closure", "formulation"), FORMS)
+@pytest.mark.parametrize("offset", OFFSETS)
+def test_a_parallelogram_keeps_its_cranks_parallel(offset, closure, formulation):
+    """Steps land by `offset` off the line of all bars after one radian, and the same off it half a turn later."""
+    start = -1.0 + offset
+    outcome = attempt(PARALLELOGRAM.replace("CLOSURE", closure), {"start": start}, formulation=formulation)
+    assert_parallel(outcome, start, 1.0)
+    if outcome.stopped:
+        assert_stopped_with_the_reason(outcome, 1.0 - offset, 0.05)
+    else:
+        assert outcome["time"][-1] == 2.0
+
+
+@pytest.mark.parametrize(("closure", "formulation"), FORMS[:3])
+@pytest.mark.parametrize("integrator", list(integrators()))
+def test_no_integrator_leaves_the_parallelogram(integrator, closure, formulation):
+    """Eight turns, with stages of the step everywhere; each of 16 passages may cost 1 % of the speed."""
+    for step in (0.02, 0.1, np.pi / 16):
+        outcome = attempt(
+            PARALLELOGRAM.replace("CLOSURE", closure),
+            {"start": np.pi / 4, "speed": -2.0},
+            step=step,
+            integrator=integrator,
+            duration=8 * np.pi // step * step,
+            formulation=formulation,
+        )
+        assert_parallel(outcome, np.pi / 4, -2.0, even=0.16)
+        if outcome.stopped:
+            passages = np.pi / 8 + np.pi / 2 * np.arange(17)
+            nearest = passages[np.argmin(np.abs(passages - outcome.stopped.time))]
+            assert_stopped_with_the_reason(outcome, nearest, step)
+
+
+@pytest.mark.parametrize("closure", ["revolute", "point_on_line"])
+@pytest.mark.parametrize("integrator", [name for name, entry in integrators().items() if entry.embedded])
+def test_error_control_does_not_leave_the_parallelogram(integrator, closure):
+    text = PARALLELOGRAM.replace("CLOSURE", closure).replace("step: 0.05", "tolerance: 1.0e-8, output_step: 0.05")
+    for start in (-1.0, -0.4321, np.pi - 2.0):
+        outcome = attempt(text, {"start": start}, integrator=integrator, duration=12, output_step=0.05)
+        assert_parallel(outcome, start, 1.0)
+        if outcome.stopped:
+            passages = np.pi * np.arange(6) - start
+            assert np.abs(passages - outcome.stopped.time).min() < 0.2
+            assert "singular position" in outcome.stopped.cause
+
+
+@pytest.mark.parametrize("offset", OFFSETS[::3])
+@pytest.mark.parametrize(("closure", "formulation"), FORMS[:3])
+def test_a_driven_parallelogram_keeps_its_cranks_parallel(offset, closure, formulation):
+    """With no degree of freedom left, and at the singular pose one that the rows do not see."""
+    text = PARALLELOGRAM.replace("CLOSURE", closure) + "motions:\n  m: {joint: A, angle: {constant_speed: speed}}\n"
+    outcome = attempt(text, {"start": -1.0 + offset}, formulation=formulation)
+    assert_parallel(outcome, -1.0 + offset, 1.0)
+    if outcome.stopped:
+        assert_stopped_with_the_reason(outcome, 1.0 - offset, 0.05)
+
+
+#: A slider-crank whose rod is as long as its crank: at θ = 90° the slider is in the bearing, and could stay there.
+EQUAL = """
+mbproj: 1
+gravity: [0, 0, 0]
+parameters: {r: 0.2 m, start: 0.5, speed: 1.5, x: r*cos(start), z: r*sin(start)}
+simulation: {duration: 1.6, step: 0.02}
+bodies:
+  crank: {mass: 1, inertia: [0.01, 0.02, 0.02], position: [0, 0, 0], orientation: {axis: [0, -1, 0], angle: start}}
+  rod:
+    mass: 0.5
+    inertia: [0.001, 0.002, 0.002]
+    position: [1.5*x, 0, z/2]
+    orientation: {axis: [0, 1, 0], angle: start}
+  slider: {mass: 0.4, inertia: [0.001, 0.001, 0.001], position: [2*x, 0, 0]}
+joints:
+  A: {type: revolute, bodies: [ground, crank], location: [0, 0, 0], axis: [0, -1, 0], speed: speed}
+  B: {type: revolute, bodies: [crank, rod], location: [x, 0, z], axis: [0, -1, 0]}
+  C: {type: point_on_line, bodies: [slider, rod], location: [2*x, 0, 0], axis: [0, -1, 0]}
+  D: {type: prismatic, bodies: [ground, slider], location: [2*x, 0, 0], axis: [1, 0, 0]}
+"""
+
+
+def equal_moment(θ: np.ndarray) -> np.ndarray:
+    """Of EQUAL: crank and rod turn by ± θ; the rod's middle is at (1.5 cos θ, 0.5 sin θ) r, the slider at 2 r cos θ."""
+    sine = 0.2**2 * np.sin(θ) ** 2
+    return 0.02 + 0.002 + 0.5 * (2.25 * sine + 0.25 * (0.2**2 - sine)) + 0.4 * 4 * sine
+
+
+def assert_on_the_sliding_branch(outcome: Outcome, start: float, speed: float) -> None:
+    """s = 2 r cos θ, the rod at -θ, and ½ I(θ) θ'² as at the start."""
+    θ = start + outcome.angle("crank") - outcome.angle("crank")[0]
+    departure = np.abs(np.cos(θ))
+    slider = outcome["bodies/position"][:, outcome.names.bodies.index("slider"), 0]
+    off = np.abs(slider - 0.4 * np.cos(θ)) / (0.4 * allowed(departure))
+    at = np.argmax(off)
+    assert off[at] <= 1.0, f"slider off by {0.4 * (off * allowed(departure))[at]:.3g} m at {outcome['time'][at]:.6g} s"
+    rate = outcome["joints/speed"][:, outcome.names.coordinates.index("A.angle")]
+    far = departure > 1e-4
+    assert_close((0.5 * equal_moment(θ) * rate**2)[far], 0.5 * equal_moment(np.array(start)) * speed**2, 1e-7)
+
+
+def time_at_the_branch(start: float, speed: float) -> float:
+    whole = equal_moment(np.array(start)) * speed**2
+    return quad(lambda θ: float(np.sqrt(equal_moment(np.array(θ)) / whole)), start, np.pi / 2, epsabs=1e-14)[0]
+
+
+@pytest.mark.parametrize("formulation", ["planar", "reduced", "full"])
+@pytest.mark.parametrize("offset", OFFSETS)
+def test_a_slider_goes_on_through_the_bearing(offset, formulation):
+    """50 steps to the branch point, or to `offset` s from it."""
+    at = time_at_the_branch(0.5, 1.5)
+    step = (at - offset) / 50
+    text = EQUAL if formulation != "planar" else EQUAL.replace("point_on_line", "revolute")
+    outcome = attempt(text, formulation=formulation, step=step, duration=80 * step)
+    assert_on_the_sliding_branch(outcome, 0.5, 1.5)
+    if outcome.stopped:
+        assert_stopped_with_the_reason(outcome, at, step)
+    else:
+        assert len(outcome["time"]) == 81
+
+
+#: Starts on the branch point itself, where a run would have to guess: the mechanism, and its coordinate there.
+AT_THE_BRANCH = {
+    "parallelogram": (PARALLELOGRAM.replace("CLOSURE", "revolute"), {"start": 0.0}),
+    "parallelogram, regular closure": (PARALLELOGRAM.replace("CLOSURE", "point_on_line"), {"start": 0.0}),
+    "slider in the bearing": (EQUAL.replace("point_on_line", "revolute"), {"start": np.pi / 2}),
+    "slider in the bearing, regular closure": (EQUAL, {"start": np.pi / 2}),
+}
+
+
+@pytest.mark.parametrize("formulation", ["auto", "planar", "reduced", "full"])
+@pytest.mark.parametrize("name", AT_THE_BRANCH)
+def test_a_start_on_the_branch_point_is_refused_with_the_reason(name, formulation):
+    text, parameters = AT_THE_BRANCH[name]
+    with pytest.raises(InputError, match=r"stretched or folded|singular"):
+        attempt(text, parameters, formulation=formulation)

@@ -1,0 +1,117 @@
+"""Mechanisms that cannot move, or only in part, and whose rows depend on each other: each formulation runs them, with
+the same reactions. The bodies are given velocities that the joints do not allow, of which round-off is left."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from mbproj.dynamics.rank.redundancy import redundancy
+from mbproj.dynamics.rank.uniqueness import unique_components
+from mbproj.scene import read_scene_text
+from tests.dynamics.linkages import assembled
+from tests.mechanisms.running import Run, assert_close, run_text
+
+HEAD = """
+mbproj: 1
+gravity: [0, 0, -10]
+simulation: {duration: 20 ms, step: 1 ms, output_step: 10 ms}
+"""
+MOVING = "velocity: [0.31, -0.72, 0.53], angular_velocity: [0.7, 1.1, -0.4]"
+PLATE = f"plate: {{mass: 3, inertia: [0.2, 0.3, 0.4], position: [0.4, 0, 0.1], {MOVING}}}"
+
+#: A plate in the x-z plane on two pins that it can turn about neither of.
+PINNED = f"""{HEAD}
+bodies:
+  {PLATE}
+joints:
+  left: {{type: revolute, bodies: [ground, plate], location: [0, 0, 0], axis: [0, 1, 0]}}
+  right: {{type: revolute, bodies: [ground, plate], location: [1, 0, 0], axis: [0, 1, 0]}}
+"""
+#: The same with a lamp that swings below it.
+LAMP = PINNED.replace(
+    "joints:",
+    f"""  lamp: {{mass: 2, inertia: [0.1, 0.1, 0.1], position: [0.4, 0, -0.4], {MOVING}}}
+joints:
+  hook: {{type: revolute, bodies: [plate, lamp], location: [0.4, 0, 0.1], axis: [0, 1, 0]}}""",
+)
+#: Two bodies that are welded and pinned to each other as well, on a wall.
+WELDED = f"""{HEAD}
+bodies:
+  {PLATE}
+  shelf: {{mass: 1, inertia: [0.02, 0.03, 0.04], position: [0.9, 0, 0.2], {MOVING}}}
+joints:
+  wall: {{type: fixed, bodies: [ground, plate], location: [0, 0, 0], reaction: true}}
+  weld: {{type: fixed, bodies: [plate, shelf], location: [0.7, 0, 0.1], reaction: true}}
+  bolt: {{type: revolute, bodies: [plate, shelf], location: [0.8, 0, 0.1], axis: [0, 1, 0]}}
+"""
+#: A four-bar of spatial revolutes whose motion takes the last freedom, and begins at rest.
+DRIVEN = f"""{HEAD}
+bodies:
+  crank: {{mass: 1, inertia: [0.01, 0.01, 0.01], position: [0.05, 0, 0.15], {MOVING}}}
+  rod: {{mass: 2, inertia: [0.1, 0.1, 0.1], position: [0.4, 0, 0.4], {MOVING}}}
+  rocker: {{mass: 1.5, inertia: [0.03, 0.03, 0.03], position: [0.65, 0, 0.2], {MOVING}}}
+joints:
+  A: {{type: revolute, bodies: [ground, crank], location: [0, 0, 0], axis: [0, 1, 0]}}
+  B: {{type: revolute, bodies: [crank, rod], location: [0.1, 0, 0.3], axis: [0, 1, 0]}}
+  C: {{type: revolute, bodies: [rod, rocker], location: [0.7, 0, 0.5], axis: [0, 1, 0]}}
+  D: {{type: revolute, bodies: [ground, rocker], location: [0.6, 0, -0.1], axis: [0, 1, 0]}}
+motions:
+  drive: {{joint: A, angle: {{polynomial: [0, 0, 2.5]}}}}
+"""
+AGAINST_EACH_OTHER = """
+motions:
+  one: {joint: left, angle: {polynomial: [0, 0, 2.5]}}
+  other: {joint: right, angle: {polynomial: [0, 0, 1.5]}}
+"""
+STRUCTURES = {"pinned": (PINNED, 0), "lamp": (LAMP, 1), "welded": (WELDED, 0), "driven": (DRIVEN, 0)}
+
+
+def runs(text: str) -> dict[str, Run]:
+    return {formulation: run_text(text, formulation=formulation) for formulation in ("full", "reduced", "planar")}
+
+
+@pytest.mark.parametrize("name", STRUCTURES)
+def test_each_formulation_runs_a_structure_with_the_same_reactions(name):
+    text, freedom = STRUCTURES[name]
+    full, *others = runs(text).values()
+    assert full.report.degrees_of_freedom == freedom
+    assert full.report.redundant_rows > 0
+    for other in others:
+        assert other.report.degrees_of_freedom == freedom
+        for path in ("bodies/position", "bodies/acceleration", "joints/reaction_force", "joints/reaction_torque"):
+            assert_close(other[path], full[path], 1e-11 * max(1.0, np.abs(full[path]).max()))
+    if "motions" in text:
+        assert_close(others[0]["motions/force"], full["motions/force"], 1e-11 * 100)
+
+
+@pytest.mark.parametrize("name", ("pinned", "welded"))
+def test_a_structure_stays_and_bears_its_weight(name):
+    for done in runs(STRUCTURES[name][0]).values():
+        assert_close(done["bodies/position"], done["bodies/position"][0], 1e-13)
+        assert_close(done["bodies/acceleration"], 0.0, 1e-11)
+    system, state = assembled(read_scene_text(STRUCTURES[name][0]))
+    marks = unique_components(system, state)["joints/reaction_force_unique"]
+    assert not marks.all()
+    borne = [joint for joint in done.system.names.joints if joint in ("left", "right", "wall")]
+    force = sum(done.column("joints/reaction_force", joint) for joint in borne)
+    weight = 10.0 * sum(body.mass for body in done.scene.bodies)
+    assert_close(force, [0.0, 0.0, weight], 1e-11 * weight)
+
+
+@pytest.mark.parametrize("name", STRUCTURES)
+def test_what_round_off_leaves_of_velocities_contradicts_nothing(name):
+    """Rows that ask for accelerations of 1e-60 instead of 0 agree."""
+    found = redundancy(*assembled(read_scene_text(STRUCTURES[name][0])))
+    assert found.sets
+    assert found.is_constant
+    assert [entry.residual for entry in found.sets] == [(0.0, 0.0)] * len(found.sets)
+
+
+def test_motions_that_start_from_rest_against_each_other_contradict_each_other():
+    """Their accelerations differ by 5 - 3 rad/s^2, whatever round-off leaves of the velocities."""
+    doubled = PINNED.replace("[1, 0, 0]", "[0, 0.5, 0]")
+    found = redundancy(*assembled(read_scene_text(doubled + AGAINST_EACH_OTHER)))
+    (clash,) = [entry for entry in found.sets if set(entry.motions) == {"one", "other"}]
+    assert clash.residual == pytest.approx((0.0, 2.0), rel=1e-9)
+    assert not found.is_constant

@@ -1,0 +1,235 @@
+"""Units and the dimensions that they bring."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from mbproj.scene.expressions.evaluate import Value, evaluate
+from mbproj.scene.expressions.syntax_tree import parse
+from mbproj.scene.expressions.unit_text import COMPOUNDS, unit_of
+from mbproj.scene.expressions.units import (
+    ANGLE,
+    ANGULAR_VELOCITY,
+    BARE,
+    DAMPING,
+    DENSITY,
+    INERTIA,
+    LENGTH,
+    MASS,
+    STIFFNESS,
+    SYMBOLS,
+    TIME,
+    TORQUE,
+    VELOCITY,
+    Dimension,
+    describe,
+)
+from tests.scene.good_scene import read_with
+
+SI = {
+    "m": 1,
+    "mm": 1e-3,
+    "cm": 1e-2,
+    "km": 1e3,
+    "kg": 1,
+    "g": 1e-3,
+    "s": 1,
+    "ms": 1e-3,
+    "min": 60,
+    "rad": 1,
+    "deg": math.pi / 180,
+    "rad/s": 1,
+    "deg/s": math.pi / 180,
+    "rpm": 2 * math.pi / 60,
+    "m/s": 1,
+    "mm/s": 1e-3,
+    "cm/s": 1e-2,
+    "m/s^2": 1,
+    "kg*m^2": 1,
+    "kg/m^3": 1,
+    "g/cm^3": 1e3,
+    "Hz": 2 * math.pi,
+    "N": 1,
+    "kN": 1e3,
+    "N*m": 1,
+    "J": 1,
+    "N/m": 1,
+    "N/mm": 1e3,
+    "N*s/m": 1,
+    "N*m/rad": 1,
+    "N*m*s/rad": 1,
+}
+
+
+def value(text: str, **known: Value) -> Value:
+    return evaluate(parse(text), known)
+
+
+def test_every_unit_in_si() -> None:
+    assert {unit: value(f"1 {unit}").number for unit in (*SYMBOLS, *COMPOUNDS)} == pytest.approx(SI, rel=1e-15)
+
+
+@settings(derandomize=True, deadline=None)
+@given(st.integers(-(10**9), 10**9))
+def test_decimal_units_are_exact(number: int) -> None:
+    assert value(f"{number} mm").number == float(f"{number}e-3")
+    assert value(f"{number} cm").number == float(f"{number}e-2")
+    assert value(f"{number}g").number == float(f"{number}e-3")
+
+
+@settings(derandomize=True, deadline=None)
+@given(st.integers(-(10**6), 10**6))
+def test_powers_and_quotients_of_decimal_units_are_exact(number: int) -> None:
+    assert value(f"{number} kg*mm^2").number == float(f"{number}e-6")
+    assert value(f"{number} g/cm^3").number == float(f"{number}e3")
+    assert value(f"{number} mm/ms").number == float(number)
+
+
+FACTORS = st.tuples(st.sampled_from(sorted(SYMBOLS)), st.integers(-3, 3).filter(bool))
+
+
+@settings(derandomize=True, deadline=None)
+@given(st.lists(FACTORS, min_size=1, max_size=4), st.data())
+def test_a_unit_is_the_product_of_its_factors(factors: list[tuple[str, int]], data: st.DataObject) -> None:
+    """Written with any operators, powers and spaces, against the symbols' own numbers and dimensions."""
+    text, number, dimension = "", 1.0, BARE
+    for symbol, power in factors:
+        over = bool(text) and data.draw(st.booleans())
+        sign = data.draw(st.sampled_from(["/", " / "] if over else ["*", "·", " * "])) if text else ""
+        text += sign + (symbol if power == 1 else f"{symbol}^{power}")
+        exponent = -power if over else power
+        number, dimension = number * SI[symbol] ** exponent, dimension * SYMBOLS[symbol].dimension ** exponent
+    found = value(f"1 {text}")
+    assert (found.number, found.dimension) == (pytest.approx(number, rel=1e-13), dimension)
+
+
+VALUES = {
+    "90 deg": (math.pi / 2, ANGLE),
+    "180deg": (math.pi, ANGLE),
+    "(360/8) deg": (math.pi / 4, ANGLE),
+    "2*pi rad": (2 * math.pi, ANGLE),
+    "60 rpm": (2 * math.pi, ANGULAR_VELOCITY),
+    "0.12 + 80 mm": (0.12 + 0.08, LENGTH),
+    "-5 mm": (-0.005, LENGTH),
+    "sqrt(9 m * 4 m)": (6.0, LENGTH),
+    "hypot(3 m, 400 cm)": (5.0, LENGTH),
+    "abs(-3 s)": (3.0, TIME),
+    "max(1, 2 kg)": (2.0, MASS),
+    "(2 m)**3": (8.0, Dimension(length=3)),
+    "6 rad/s * 0.5 m": (3.0, Dimension(length=1, time=-1, angle=1)),
+    "6 m/2 s": (3.0, Dimension(length=1, time=-1)),
+    "2 kg*m^2 / 2": (1.0, INERTIA),
+    "2 kg*mm^2": (2e-6, INERTIA),
+    "2 kg·m²": (2.0, INERTIA),
+    "2 N*s/mm": (2e3, DAMPING),
+    "2 N / (m*s) * 3 s": (6.0, Dimension(0, 1, -2)),
+    "4 N/(m/(1/s))": (4.0, Dimension(0, 1, -3)),
+    "6 N/(2 m)": (3.0, STIFFNESS),
+    "6 N/(mm)": (6e3, STIFFNESS),
+    "25 1/s": (25.0, Dimension(time=-1)),
+    "(2*pi) s^-1": (2 * math.pi, Dimension(time=-1)),
+    "3 1/(m*s^2)": (3.0, Dimension(-1, 0, -2)),
+    "2 N·mm + 1 J": (1.002, TORQUE),
+    "7.85 g/(cm^3)": (7850.0, DENSITY),
+    "2 kg*max(3 m, 1)": (6.0, Dimension(1, 1)),
+    "2 N*min(3, 4)": (6.0, Dimension(1, 1, -2)),
+    "2 m^2 - 1 m^2": (1.0, Dimension(2)),
+    "2 kg * (3 m)**2": (18.0, INERTIA),
+    "2 m / 4 m": (0.5, BARE),
+    "sin(30 deg) * 2 m": (math.sin(math.pi / 6) * 2, LENGTH),
+    "atan2(1 m, 1 m)": (math.pi / 4, ANGLE),
+    "exp(1 rad)": (math.e, BARE),
+    "360/8 deg": (45 * 180 / math.pi, Dimension(angle=-1)),
+}
+
+
+@pytest.mark.parametrize("text", VALUES)
+def test_values_and_dimensions(text: str) -> None:
+    number, dimension = VALUES[text]
+    found = value(text)
+    assert (found.number, found.dimension) == (pytest.approx(number, rel=1e-15), dimension)
+
+
+@pytest.mark.parametrize("text", ["x", "2*x", "x + 1 m", "1 kg / x", "x**2", "min(x, 1 m)", "(2 m)**x", "-x"])
+def test_what_follows_from_a_number_without_unit_may_be_anything(text: str) -> None:
+    assert value(text, x=Value(2.0, None)).dimension is None
+
+
+def test_a_unit_binds_to_what_stands_right_before_it() -> None:
+    assert value("a mm", a=Value(5.0)).number == 0.005
+    assert value("(1 + 2) mm").number == 0.003
+    assert value("max(1, 2) mm").number == 0.002
+    assert value("1 + 2 mm").number == 1.002
+
+
+#: The rule on names that are a unit's and a parameter's; all three parameters are 10 and without unit.
+BESIDE_PARAMETERS = {
+    "2 m": 2.0,  # right after a number it is the unit
+    "2 kg*g": 20.0,  # after * and / it is the parameter,
+    "2 kg * g": 20.0,
+    "2 kg/s": 0.2,
+    "2 kg/(s)": 0.2,
+    "2 kg*mm*m": 0.02,
+    "5 N*m": 5.0,  # but not in the compounds that are listed, without spaces,
+    "5 N*m*s/rad": 5.0,
+    "5 N*m*s": 50.0,
+    "3 m/s^2": 3.0,
+    "5 N * m": 50.0,  # with spaces it is
+    "m/s": 1.0,
+    "5 m*m": 50.0,
+}
+
+
+@pytest.mark.parametrize("text", BESIDE_PARAMETERS)
+def test_a_name_that_is_a_parameter_stays_one(text: str) -> None:
+    known = {name: Value(10.0, None) for name in ("m", "s", "g")}
+    assert evaluate(parse(text, frozenset(known)), known).number == pytest.approx(BESIDE_PARAMETERS[text], rel=1e-15)
+
+
+def test_a_scene_knows_all_its_parameters_when_it_reads_the_first() -> None:
+    given = "{crank_length: 0.08, weight: 2 kg*g, torque: 5 N*m, g: 9.81, m: 3}"
+    scene = read_with("{crank_length: 0.08, rod_length: 0.3}", given, parameters={"weight": "3 kg*g"})
+    assert scene.parameters == {"crank_length": 0.08, "weight": 3 * 9.81, "torque": 5.0, "g": 9.81, "m": 3.0}
+
+
+@pytest.mark.parametrize("text", ["", "2", "kg*", "m m", "1/", "m^", "m**2", "((m)"])
+def test_what_is_no_unit(text: str) -> None:
+    with pytest.raises(ValueError, match="is no unit"):
+        unit_of(text)
+
+
+AGREE = [
+    (BARE, MASS),
+    (LENGTH, BARE),
+    (LENGTH, LENGTH),
+    (ANGLE, ANGLE),
+    (LENGTH, Dimension(length=1, angle=1)),
+    (VELOCITY, Dimension(length=1, time=-1, angle=1)),
+    (ANGULAR_VELOCITY, Dimension(time=-1)),
+]
+DISAGREE = [
+    (LENGTH, MASS),
+    (ANGLE, LENGTH),
+    (ANGLE, Dimension(angle=-1)),
+    (ANGULAR_VELOCITY, Dimension(time=1)),
+    (LENGTH, VELOCITY),
+]
+
+
+def test_which_dimensions_agree() -> None:
+    assert [one.agrees(other) and other.agrees(one) for one, other in AGREE] == [True] * len(AGREE)
+    assert [one.agrees(other) or other.agrees(one) for one, other in DISAGREE] == [False] * len(DISAGREE)
+
+
+def test_dimensions_in_words() -> None:
+    assert [describe(dimension) for dimension in (LENGTH, INERTIA, Dimension(2, 1, -3), Dimension(angle=-1), BARE)] == [
+        "a length",
+        "a moment of inertia",
+        "in m^2*kg/s^3",
+        "in 1/rad",
+        "a number without unit",
+    ]
