@@ -172,3 +172,9 @@ QUESTIONS = {
 @pytest.mark.parametrize(("words", "topic"), QUESTIONS.items(), ids=QUESTIONS)
 def test_a_question_finds_its_page_among_the_first_three(words, topic):
     assert topic in [hit.page.topic for hit in search(words.split())[:3]]
+
+
+@every_page
+def test_a_page_names_files_that_are_there(page):
+    for path in re.findall(r"`((?:mbproj|scripts|tests)/[\w./-]*)`", page.text):
+        assert (CHECKOUT / path).exists(), path
