@@ -83,7 +83,7 @@ def datasets() -> str:
     """Every dataset: its shape, unit, and what it is."""
     rows = []
     for each in DATASETS:
-        shape = ", ".join(["T", *map(str, each.shape)])
+        shape = ",\u00a0".join(["T", *map(str, each.shape)])  # a narrow column breaks no line there
         frame = f"; {each.frame}" if each.frame else ""
         rows.append([code(each.path), f"({shape})", each.unit, each.description + frame])
     for mark in CONSTANTS:
