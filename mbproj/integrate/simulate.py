@@ -14,8 +14,8 @@ from mbproj.arrays import Array, may_overflow
 from mbproj.dynamics.assembly.assemble import State
 from mbproj.dynamics.equations.kinematics import pose_of, twist_of
 from mbproj.dynamics.equations.round_off import position_grain, velocity_grain
-from mbproj.dynamics.observe.recorded import Block, observe
-from mbproj.dynamics.observe.samples import Samples, join, stack
+from mbproj.dynamics.observe.recorded import Block, Observer
+from mbproj.dynamics.observe.samples import Samples, block_samples, join, stack
 from mbproj.dynamics.rank.massless import swamped_motions
 from mbproj.errors import SimulationError
 from mbproj.integrate.formulations.choice import Choice, choose
@@ -30,8 +30,8 @@ from mbproj.integrate.outcome.tally import Tally
 from mbproj.model.system import System
 from mbproj.scene.records import Settings
 
-#: A block is handed on when it has this many samples or is this old, in s.
-BLOCK_SAMPLES, BLOCK_SECONDS = 200, 0.5
+#: A block is handed on when it is full or this old, in s.
+BLOCK_SECONDS = 0.5
 
 
 class Recorder(Protocol):
@@ -83,13 +83,14 @@ def simulate(
     moves = choice.degrees_of_freedom > 0 or system.driven > 0
     tally, energy, floors = Tally(), EnergyWatch(weight * reach, moves=moves), np.zeros(2)
     stiffness = StiffnessWatch(choice, system, settings, partial(_march, choice, system, tally=Tally()))
-    started, recording = _Clocks.now(), _Clocks()
+    started, recording, observer = _Clocks.now(), _Clocks(), Observer(system, state)
     reached = state.t, state.q
     with interruption() as asked, _naming(choice.name), naming_lock_up(system, lambda: reached), stiffness.naming():
-        for samples in _blocks(_march(choice, system, state, settings, tally=tally), asked):
+        run = _march(choice, system, state, settings, tally=tally)
+        for samples in _blocks(run, asked, block_samples(system.bodies)):
             reached = float(samples.t[-1]), samples.q[-1]
             handed_over = _Clocks.now()
-            block = observe(system, samples, state)
+            block = observer.at(samples)
             potential = block["diagnostics/potential_energy"]
             energy.take(
                 float(np.abs(block["diagnostics/energy_balance"]).max()),
@@ -157,8 +158,8 @@ def _march(
             yield stack([sample])
 
 
-def _blocks(run: Iterator[Samples | None], asked: Interruption) -> Iterator[Samples]:
-    """The samples in blocks; when the run fails or is interrupted, first what it had computed."""
+def _blocks(run: Iterator[Samples | None], asked: Interruption, most: int) -> Iterator[Samples]:
+    """The samples in blocks of at most so many; when the run fails or is interrupted, first what it had computed."""
     pending: list[Samples] = []
     opened = perf_counter()
     try:
@@ -167,7 +168,7 @@ def _blocks(run: Iterator[Samples | None], asked: Interruption) -> Iterator[Samp
                 pending.append(samples)
             asked.check()
             count = sum(len(part.t) for part in pending)
-            if count >= BLOCK_SAMPLES or (pending and perf_counter() - opened > BLOCK_SECONDS):
+            if count >= most or (pending and perf_counter() - opened > BLOCK_SECONDS):
                 block, pending = join(pending), []
                 yield block
                 opened = perf_counter()

@@ -1,9 +1,14 @@
-"""From samples to what a results file holds: poses, velocities, reactions, violations, energies, in field's terms."""
+"""From samples to what a results file holds: poses, velocities, reactions, violations, energies, in the field's terms.
+
+Each quantity is computed when somebody asks for it, for all samples of a block at once.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import Any
+from collections.abc import Callable, Iterator, Mapping
+from functools import cached_property
+from types import MappingProxyType
+from typing import Any, TypeAlias, final
 
 import numpy as np
 import numpy.typing as npt
@@ -14,11 +19,10 @@ from mbproj.dynamics.equations.constraint_equations import (
     constraint,
     constraint_acceleration,
     constraint_velocity,
-    cross,
     set_velocity,
 )
-from mbproj.dynamics.equations.energy import kinetic_energy, potential_energy
-from mbproj.dynamics.equations.forces import LawState, law_state, potential_of_springs
+from mbproj.dynamics.equations.energy import kinetic_energy
+from mbproj.dynamics.equations.forces import LawState
 from mbproj.dynamics.equations.kinematics import (
     Pose,
     Twist,
@@ -27,148 +31,227 @@ from mbproj.dynamics.equations.kinematics import (
     attached_velocity,
     body_rates,
     pose_of,
-    slots_of,
     twist_of,
 )
 from mbproj.dynamics.equations.motions import Drive, drive_at
 from mbproj.dynamics.equations.reflected import inertial_reaction
 from mbproj.dynamics.equations.teeth import Teeth, sums_at_start
+from mbproj.dynamics.observe.reactions import reactions
 from mbproj.dynamics.observe.samples import Samples
+from mbproj.dynamics.observe.total_energy import laws_at, potential, total_energy
 from mbproj.model.euler_parameters import product, rotation_matrix
 from mbproj.model.system import System
 
 #: Values of T samples by the path of their dataset; the first axis is time.
-Block = Mapping[str, npt.NDArray[Any]]
+Block: TypeAlias = Mapping[str, npt.NDArray[Any]]
+
+
+@final
+class Observer:
+    """What all blocks of a run from `start` share: the energy balance and the teeth of gears count from there."""
+
+    def __init__(self, system: System, start: State) -> None:
+        self.system = system
+        self.energy = total_energy(system, start)
+        self.sums = np.zeros(0)
+        if system.meshes.size:
+            pose = pose_of(start.q)
+            self.sums = sums_at_start(system, pose, coordinate_values(system, pose) + 2.0 * np.pi * start.turns)
+
+    def at(self, samples: Samples) -> Observation:
+        """Everything at some samples."""
+        return Observation(self, samples)
 
 
 def observe(system: System, samples: Samples, start: State) -> Block:
-    """Everything recorded at these samples of a run from `start`, from where the energy balance and teeth count. What
-    overflows, in a run that is lost, is recorded so."""
-    with may_overflow():
-        return _observed(system, samples, start)
+    """Everything at these samples of a run from `start`."""
+    return Observer(system, start).at(samples)
 
 
-def _observed(system: System, samples: Samples, start: State) -> Block:
-    pose = pose_of(samples.q)
-    twist = twist_of(pose, samples.v)
-    change = twist_of(pose, samples.acceleration)
-    drive = drive_at(system, samples.t, _teeth(system, pose, samples, start))
-    C = constraint(system, pose, drive)
-    joints = _joints(system, pose, twist, samples, C[:, system.bodies :][:, : system.joints.size])
-    laws = _law_state(system, pose, twist, samples.t, joints["joints/coordinate"])
-    return {
-        "time": samples.t,
-        **_bodies(system, pose, twist, change),
-        **_points("markers", pose, twist, change, system.marker_body, system.marker_local),
-        **joints,
-        **_laws(system, samples, laws, (pose, twist, change)),
-        **_motions(system, samples, drive),
-        **_energies(system, pose, twist, laws, samples.work, total_energy(system, start)),
-        "diagnostics/position_violation": np.abs(C).max(axis=-1),
-        "diagnostics/velocity_violation": np.abs(constraint_velocity(system, pose, twist, drive)).max(axis=-1),
-        "diagnostics/acceleration_violation": np.abs(constraint_acceleration(system, pose, twist, change, drive)).max(
-            axis=-1
+@final
+class Observation(Mapping[str, npt.NDArray[Any]]):
+    """Everything that is recorded at T samples, by the path of its dataset. What overflows, in a run that is lost, is
+    recorded so."""
+
+    def __init__(self, observer: Observer, samples: Samples) -> None:
+        self.observer, self.system, self.samples = observer, observer.system, samples
+        self._found: dict[str, npt.NDArray[Any]] = {}
+
+    def __getitem__(self, path: str) -> npt.NDArray[Any]:
+        if path not in self._found:
+            with may_overflow():
+                self._found[path] = self._computed(path)
+        return self._found[path]
+
+    def __iter__(self) -> Iterator[str]:
+        yield from QUANTITIES
+        yield from (COUNTERS + name for name in self.samples.counters)
+
+    def __len__(self) -> int:
+        return len(QUANTITIES) + len(self.samples.counters)
+
+    def _computed(self, path: str) -> npt.NDArray[Any]:
+        if path in QUANTITIES:
+            return QUANTITIES[path](self)
+        return self.samples.counters[path.removeprefix(COUNTERS)]
+
+    @cached_property
+    def pose(self) -> Pose:
+        return pose_of(self.samples.q)
+
+    @cached_property
+    def twist(self) -> Twist:
+        return twist_of(self.pose, self.samples.v)
+
+    @cached_property
+    def change(self) -> Twist:
+        """The accelerations as a twist holds the velocities."""
+        return twist_of(self.pose, self.samples.acceleration)
+
+    @cached_property
+    def coordinate(self) -> Numbers:
+        """The joints' coordinates, turns counted, (T, nc)."""
+        return coordinate_values(self.system, self.pose) + 2.0 * np.pi * self.samples.turns * is_angle(self.system)
+
+    @cached_property
+    def drive(self) -> Drive | None:
+        teeth = Teeth(self.observer.sums, self.coordinate) if self.system.meshes.size else None
+        return drive_at(self.system, self.samples.t, teeth)
+
+    @cached_property
+    def C(self) -> Numbers:
+        """All rows, (T, m)."""
+        return constraint(self.system, self.pose, self.drive)
+
+    @cached_property
+    def laws(self) -> LawState | None:
+        coordinate = self.coordinate if self.system.forces is not None else np.zeros(0)
+        return laws_at(self.system, self.pose, self.twist, self.samples.t, coordinate)
+
+    @cached_property
+    def along(self) -> tuple[Numbers, Numbers, Numbers]:
+        """Coordinate, rate and force of what acts along lengths and coordinates: laws, then reflected inertias."""
+        none = np.zeros((len(self.samples.t), 0))
+        found = [none] * 3 if self.laws is None else [self.laws.value, self.laws.rate, self.laws.force]
+        if self.system.reflected is not None:
+            reaction = inertial_reaction(self.system.reflected, self.pose, self.twist, self.change)
+            own = self.coordinate[:, self.system.reflected.joint_coordinate]
+            added = (own, reaction.rate, reaction.force)
+            found = [np.concatenate(pair, axis=-1) for pair in zip(found, added, strict=True)]
+        value, rate, force = found
+        return value, rate, force
+
+    @cached_property
+    def reactions(self) -> tuple[Numbers, Numbers]:
+        return reactions(self.system, self.pose, self.samples.multipliers)
+
+    def open_by(self, *, length: bool) -> Numbers:
+        """The largest violation of each joint's rows of lengths or of angles, (T, nj)."""
+        joints = self.system.joints
+        rows = np.abs(self.C[:, self.system.bodies :][:, : joints.size])
+        return _largest_by_joint(self.system, np.where(joints.is_length == length, rows, 0.0))
+
+    def points(self, kind: str) -> tuple[Integers, Array]:
+        """The carriers of markers or bodies, and where they are on these."""
+        if kind == "markers":
+            return self.system.marker_body, self.system.marker_local
+        return self.system.body_carrier, self.system.body_offset
+
+    def turning(self, change: Twist) -> Numbers:
+        """Of each body, in its axes, ω or ω' = 2 L Λ'' (because L' Λ' = 0), (T, N, 3)."""
+        to_body = np.swapaxes(rotation_matrix(self.system.body_turn), -1, -2)
+        rates: Numbers = body_rates(self.pose, change)[:, self.system.body_carrier, :, None]
+        return (to_body @ rates)[..., 0]
+
+    def orientation(self) -> Numbers:
+        """Euler parameters of each body, (T, N, 4)."""
+        return product(self.pose.orientation[:, self.system.body_carrier], self.system.body_turn)
+
+    def motion_force(self) -> Numbers:
+        """The constraints act along a coordinate with -λ (Eq. 10); the motions' rows are the last."""
+        undriven = self.samples.multipliers.shape[1] - self.system.driven if self.system.driven else None
+        return -self.samples.multipliers[:, undriven:] if undriven is not None else np.zeros((len(self.samples.t), 0))
+
+    def driven(self, name: str) -> Numbers:
+        """Value or rate of each motion, (T, k)."""
+        found: Numbers = np.zeros((len(self.samples.t), 0)) if self.drive is None else getattr(self.drive, name)
+        return found
+
+    def balance(self) -> Numbers:
+        """E(t) - E(0) - W + D, (T,)."""
+        work = self.samples.work
+        return self["diagnostics/total_energy"] - self.observer.energy - work[:, 0] + work[:, 1]
+
+
+def _position(kind: str) -> Callable[[Observation], Numbers]:
+    def found(seen: Observation) -> Numbers:
+        body, local = seen.points(kind)
+        return attached(seen.pose, body, local, np.ones(len(body)))
+
+    return found
+
+
+def _velocity(kind: str) -> Callable[[Observation], Numbers]:
+    def found(seen: Observation) -> Numbers:
+        body, local = seen.points(kind)
+        return attached_velocity(seen.twist, body, local, np.ones(len(body)))
+
+    return found
+
+
+def _acceleration(kind: str) -> Callable[[Observation], Numbers]:
+    def found(seen: Observation) -> Numbers:
+        body, local = seen.points(kind)
+        return attached_velocity(seen.change, body, local, np.ones(len(body))) + attached_bias(seen.twist, body, local)
+
+    return found
+
+
+#: The quantities beside the counters.
+COUNTERS = "diagnostics/"
+QUANTITIES: Mapping[str, Callable[[Observation], npt.NDArray[Any]]] = MappingProxyType(
+    {
+        "time": lambda seen: seen.samples.t,
+        "bodies/position": _position("bodies"),
+        "bodies/velocity": _velocity("bodies"),
+        "bodies/acceleration": _acceleration("bodies"),
+        "bodies/orientation": Observation.orientation,
+        "bodies/angular_velocity": lambda seen: seen.turning(seen.twist),
+        "bodies/angular_acceleration": lambda seen: seen.turning(seen.change),
+        "markers/position": _position("markers"),
+        "markers/velocity": _velocity("markers"),
+        "markers/acceleration": _acceleration("markers"),
+        "joints/violation": lambda seen: np.maximum(seen["joints/violation_length"], seen["joints/violation_angle"]),
+        "joints/violation_length": lambda seen: seen.open_by(length=True),
+        "joints/violation_angle": lambda seen: seen.open_by(length=False),
+        "joints/reaction_force": lambda seen: seen.reactions[0],
+        "joints/reaction_torque": lambda seen: seen.reactions[1],
+        "joints/coordinate": lambda seen: seen.coordinate,
+        "joints/speed": lambda seen: set_velocity(seen.system.coordinates, seen.pose, seen.twist),
+        "forces/coordinate": lambda seen: seen.along[0],
+        "forces/rate": lambda seen: seen.along[1],
+        "forces/force": lambda seen: seen.along[2],
+        "motions/value": lambda seen: seen.driven("value"),
+        "motions/rate": lambda seen: seen.driven("rate"),
+        "motions/force": Observation.motion_force,
+        "diagnostics/kinetic_energy": lambda seen: kinetic_energy(seen.system, seen.pose, seen.twist),
+        "diagnostics/potential_energy": lambda seen: potential(seen.system, seen.pose, seen.laws),
+        "diagnostics/total_energy": lambda seen: (
+            seen["diagnostics/kinetic_energy"] + seen["diagnostics/potential_energy"]
         ),
-        "diagnostics/step_size": samples.step_size,
-        **{f"diagnostics/{name}": values for name, values in samples.counters.items()},
+        "diagnostics/work": lambda seen: seen.samples.work[:, 0],
+        "diagnostics/dissipation": lambda seen: seen.samples.work[:, 1],
+        "diagnostics/energy_balance": Observation.balance,
+        "diagnostics/position_violation": lambda seen: np.abs(seen.C).max(axis=-1),
+        "diagnostics/velocity_violation": lambda seen: np.abs(
+            constraint_velocity(seen.system, seen.pose, seen.twist, seen.drive)
+        ).max(axis=-1),
+        "diagnostics/acceleration_violation": lambda seen: np.abs(
+            constraint_acceleration(seen.system, seen.pose, seen.twist, seen.change, seen.drive)
+        ).max(axis=-1),
+        "diagnostics/step_size": lambda seen: seen.samples.step_size,
     }
-
-
-def total_energy(system: System, state: State) -> float:
-    """T + V in J of one state."""
-    return float(total_energies(system, np.array(state.t), state.q, state.v, state.turns))
-
-
-def total_energies(system: System, t: Array, q: Array, v: Array, turns: Integers) -> Numbers:
-    """T + V in J, (...), of states: times (...), coordinates and velocities (..., 7n), whole turns (..., nc)."""
-    pose = pose_of(q)
-    twist = twist_of(pose, v)
-    laws = _law_state(system, pose, twist, t, coordinate_values(system, pose) + 2.0 * np.pi * turns)
-    return kinetic_energy(system, pose, twist) + _potential(system, pose, laws)
-
-
-def _law_state(system: System, pose: Pose, twist: Twist, t: Numbers | float, coordinate: Numbers) -> LawState | None:
-    """What the laws of forces are at; None without forces. `coordinate` are the joints', turns counted."""
-    return None if system.forces is None else law_state(system.forces, pose, twist, t, coordinate)
-
-
-def _bodies(system: System, pose: Pose, twist: Twist, change: Twist) -> Block:
-    """`change` holds the accelerations as a twist does the velocities; ω' = 2 L Λ'' because L' Λ' = 0."""
-    carrier, to_body = system.body_carrier, np.swapaxes(rotation_matrix(system.body_turn), -1, -2)
-    return {
-        **_points("bodies", pose, twist, change, carrier, system.body_offset),
-        "bodies/orientation": product(pose.orientation[:, carrier], system.body_turn),
-        "bodies/angular_velocity": (to_body @ body_rates(pose, twist)[:, carrier, :, None])[..., 0],
-        "bodies/angular_acceleration": (to_body @ body_rates(pose, change)[:, carrier, :, None])[..., 0],
-    }
-
-
-def _points(kind: str, pose: Pose, twist: Twist, change: Twist, body: Integers, local: Array) -> Block:
-    """Position, velocity and acceleration of points of carriers."""
-    is_point = np.ones(len(body))
-    return {
-        f"{kind}/position": attached(pose, body, local, is_point),
-        f"{kind}/velocity": attached_velocity(twist, body, local, is_point),
-        f"{kind}/acceleration": attached_velocity(change, body, local, is_point) + attached_bias(twist, body, local),
-    }
-
-
-def _teeth(system: System, pose: Pose, samples: Samples, start: State) -> Teeth | None:
-    """Those that the samples' turns say are in mesh; None without gears and screws."""
-    if not system.meshes.size:
-        return None
-    first = pose_of(start.q)
-    counted = coordinate_values(system, first) + 2.0 * np.pi * start.turns
-    return Teeth(sums_at_start(system, first, counted), _coordinates(system, pose, samples))
-
-
-def _coordinates(system: System, pose: Pose, samples: Samples) -> Numbers:
-    """The joints' coordinates, turns counted, (T, nc)."""
-    return coordinate_values(system, pose) + 2.0 * np.pi * samples.turns * is_angle(system)
-
-
-def _joints(system: System, pose: Pose, twist: Twist, samples: Samples, rows: Numbers) -> Block:
-    """`rows` (T, m): those of C that are the joints'."""
-    bound, open_by = system.joints, np.abs(rows)
-    length = _largest_by_joint(system, np.where(bound.is_length, open_by, 0.0))
-    angle = _largest_by_joint(system, np.where(bound.is_length, 0.0, open_by))
-    force, torque = reactions(system, pose, samples.multipliers)
-    return {
-        "joints/violation": np.maximum(length, angle),
-        "joints/violation_length": length,
-        "joints/violation_angle": angle,
-        "joints/reaction_force": force,
-        "joints/reaction_torque": torque,
-        "joints/coordinate": _coordinates(system, pose, samples),
-        "joints/speed": set_velocity(system.coordinates, pose, twist),
-    }
-
-
-def reactions(system: System, pose: Pose, multipliers: Array) -> tuple[Numbers, Numbers]:
-    """Force in N and torque in N m, (T, nj, 3), on body 2 of each joint at its point in body 2, global axes.
-
-    The constraints act on the bodies with -C_qᵀλ (Eq. 10): with -λg at an attachment that has the gradient g.
-    """
-    bound = system.joints
-    x = attached(pose, *slots_of(bound))
-    arm = x - bound.is_point[:, None] * pose.position[..., bound.body, :]
-    on_body_2 = (bound.side[bound.entry_slot] == 2).astype(float)
-    weights = -multipliers[..., bound.entry_row] * on_body_2
-    pull = weights[..., None] * bound.gradient_entries(x)
-    owner = bound.owner[bound.entry_row]
-    force = _by_joint(owner, pull * bound.is_point[bound.entry_slot, None])
-    about_centre = _by_joint(owner, cross(arm[..., bound.entry_slot, :], pull))
-    point = (pose.rotation[..., system.reaction_body, :, :] @ system.reaction_local[..., None])[..., 0]
-    return force, about_centre - cross(point, force)
-
-
-def _by_joint(owner: Integers, parts: Numbers) -> Numbers:
-    """The sum of each joint's parts, (..., e, 3) to (..., nj, 3); each joint has some."""
-    order = np.argsort(owner, kind="stable")
-    if not len(order):
-        return parts
-    first = np.flatnonzero(np.diff(owner[order], prepend=-1))
-    return np.add.reduceat(parts[..., order, :], first, axis=-2)
+)
 
 
 def _largest_by_joint(system: System, rows: Numbers) -> Numbers:
@@ -177,48 +260,3 @@ def _largest_by_joint(system: System, rows: Numbers) -> Numbers:
     if not joints:
         return np.zeros((*rows.shape[:-1], 0))
     return np.maximum.reduceat(rows, np.searchsorted(system.joints.owner, np.arange(joints)), axis=-1)
-
-
-def _laws(system: System, samples: Samples, laws: LawState | None, moving: tuple[Pose, Twist, Twist]) -> Block:
-    """What acts along lengths and joint coordinates: the laws, then the reflected inertias."""
-    none = np.zeros((len(samples.t), 0))
-    found = [none] * 3 if laws is None else [laws.value, laws.rate, laws.force]
-    if system.reflected is not None:
-        reaction = inertial_reaction(system.reflected, *moving)
-        own = _coordinates(system, moving[0], samples)[:, system.reflected.joint_coordinate]
-        added = (own, reaction.rate, reaction.force)
-        found = [np.concatenate(pair, axis=-1) for pair in zip(found, added, strict=True)]
-    return dict(zip(("forces/coordinate", "forces/rate", "forces/force"), found, strict=True))
-
-
-def _motions(system: System, samples: Samples, drive: Drive | None) -> Block:
-    """The constraints act along a coordinate with -λ (Eq. 10); the motions' rows are the last."""
-    none, undriven = np.zeros((len(samples.t), 0)), samples.multipliers.shape[1] - system.driven
-    return {
-        "motions/value": none if drive is None else drive.value,
-        "motions/rate": none if drive is None else drive.rate,
-        "motions/force": -samples.multipliers[:, undriven:],
-    }
-
-
-def _potential(system: System, pose: Pose, laws: LawState | None) -> Numbers:
-    """V in J of gravity and of springs."""
-    potential = potential_energy(system, pose)
-    if system.forces is None or laws is None:
-        return potential
-    return potential + potential_of_springs(system.forces, laws)
-
-
-def _energies(
-    system: System, pose: Pose, twist: Twist, laws: LawState | None, work: Array, initial_energy: float
-) -> Block:
-    """Energies, and their balance with the work (T, 2) done and dissipated."""
-    kinetic, potential = kinetic_energy(system, pose, twist), _potential(system, pose, laws)
-    return {
-        "diagnostics/kinetic_energy": kinetic,
-        "diagnostics/potential_energy": potential,
-        "diagnostics/total_energy": kinetic + potential,
-        "diagnostics/work": work[:, 0],
-        "diagnostics/dissipation": work[:, 1],
-        "diagnostics/energy_balance": kinetic + potential - initial_energy - work[:, 0] + work[:, 1],
-    }

@@ -2,12 +2,22 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, fields
+from functools import cached_property
 
 import numpy as np
 
 from mbproj.arrays import Array, Integers
+
+#: A block has so many samples of so many bodies together, within these bounds: what it takes to observe a block is then
+#: small beside its samples, and so is its memory (some MB).
+BODY_SAMPLES, FEWEST, MOST = 20_000, 20, 2000
+
+
+def block_samples(bodies: int) -> int:
+    """How many samples a block has at most."""
+    return max(FEWEST, min(MOST, BODY_SAMPLES // bodies))
 
 
 @dataclass(frozen=True, eq=False)
@@ -30,27 +40,34 @@ class Sample:
 
 @dataclass(frozen=True, eq=False)
 class Samples:
-    """T consecutive samples: the fields of `Sample` with a leading axis of length T."""
+    """T consecutive samples: the fields of `Sample` with a leading axis of length T. `solved` gives the multipliers,
+    which may cost more than all else: they are solved for where somebody asks."""
 
     t: Array
     q: Array
     v: Array
     acceleration: Array
-    multipliers: Array
+    solved: Callable[[], Array]
     turns: Integers
     step_size: Array
     work: Array
     counters: Mapping[str, Integers]
 
+    @cached_property
+    def multipliers(self) -> Array:
+        """λ of the joints' rows and then the motions', (T, m)."""
+        return self.solved()
+
 
 def stack(samples: Sequence[Sample]) -> Samples:
     """One block of at least one sample."""
+    multipliers = np.stack([sample.multipliers for sample in samples])
     return Samples(
         t=np.array([sample.t for sample in samples]),
         q=np.stack([sample.q for sample in samples]),
         v=np.stack([sample.v for sample in samples]),
         acceleration=np.stack([sample.acceleration for sample in samples]),
-        multipliers=np.stack([sample.multipliers for sample in samples]),
+        solved=lambda: multipliers,
         turns=np.stack([sample.turns for sample in samples]),
         step_size=np.array([sample.step_size for sample in samples]),
         work=np.stack([sample.work for sample in samples]),
@@ -65,7 +82,7 @@ def join(blocks: Sequence[Samples]) -> Samples:
     arrays = {
         field.name: np.concatenate([getattr(block, field.name) for block in blocks])
         for field in fields(Samples)
-        if field.name != "counters"
+        if field.name not in {"counters", "solved"}
     }
     counters = {key: np.concatenate([block.counters[key] for block in blocks]) for key in blocks[0].counters}
-    return Samples(**arrays, counters=counters)
+    return Samples(**arrays, solved=lambda: np.concatenate([block.multipliers for block in blocks]), counters=counters)

@@ -7,7 +7,7 @@ import numpy.typing as npt
 
 from mbproj.dynamics.assembly.assemble import LARGE, State
 from mbproj.dynamics.equations.kinematics import Pose, pose_of
-from mbproj.dynamics.observe.recorded import reactions
+from mbproj.dynamics.observe.reactions import reactions
 from mbproj.dynamics.rank.blocks import loops_of
 from mbproj.dynamics.rank.nearby import nearby
 from mbproj.dynamics.rank.self_stress import self_stresses

@@ -15,7 +15,7 @@ from mbproj.dynamics.assembly.assemble import State, coordinate_values
 from mbproj.dynamics.equations.forces import applied
 from mbproj.dynamics.equations.kinematics import pose_of, twist_of
 from mbproj.dynamics.equations.motions import drive_at
-from mbproj.dynamics.observe.samples import Samples
+from mbproj.dynamics.observe.samples import Samples, block_samples
 from mbproj.errors import SimulationError
 from mbproj.integrate.outcome.failures import (
     TurnsUntold,
@@ -32,8 +32,8 @@ from mbproj.model.system import System
 from mbproj.scene.records import ProjectionSettings, Settings
 from mbproj.scene.sampling import output_every, output_times, whole_steps
 
-#: The kernel comes back for Ctrl-C and for progress at least this often, s, and with at most this many samples.
-RETURN_SECONDS, RETURN_SAMPLES = 0.1, 200
+#: The kernel comes back for Ctrl-C and for progress at least this often, s.
+RETURN_SECONDS = 0.1
 #: The kernel's corrections by the method's name; without masses in the way, POPM and GPOPM are one (Eq. 75).
 CORRECTIONS = {
     "none": "none",
@@ -205,9 +205,9 @@ def march(compiled: Compiled, state: State, settings: Settings, tally: Tally) ->
     """Blocks of samples from the start to the end; None where the kernel came back without any, so that its caller can
     look whether the run is still wanted. Raises SimulationError where the run cannot go on."""
     run = compiled.run(state, settings)
-    running = compiled.core.Status.running
+    running, most = compiled.core.Status.running, block_samples(compiled.system.bodies)
     while run.outcome.status == running:
-        block = run.advance(RETURN_SAMPLES, RETURN_SECONDS)
+        block = run.advance(most, RETURN_SECONDS)
         tally.set_counters(run.counters.tolist())
         tally.phases = dict(zip(PHASES, run.phase_seconds, strict=True))
         tally.position_peak = _peak(compiled, run.position_peak)

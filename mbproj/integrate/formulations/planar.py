@@ -66,7 +66,7 @@ class InPlane(Compiled):
             q=q,
             v=v,
             acceleration=a,
-            multipliers=self._multipliers(block["t"], q, v, turns, a),
+            solved=lambda: self._multipliers(block["t"], q, v, turns, a),
             turns=turns,
             step_size=block["step_size"],
             work=work_of(block),

@@ -50,7 +50,7 @@ class Reduced(Compiled):
             q=q,
             v=v,
             acceleration=acceleration,
-            multipliers=self._smallest(block, q) if self.model.redundant else block["multipliers"],
+            solved=lambda: self._smallest(block, q) if self.model.redundant else block["multipliers"],
             turns=block["turns"],
             step_size=block["step_size"],
             work=work_of(block),

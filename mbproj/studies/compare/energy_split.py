@@ -17,7 +17,8 @@ import numpy as np
 
 from mbproj.arrays import Array, Integers
 from mbproj.dynamics import State
-from mbproj.dynamics.observe.recorded import Block, total_energies
+from mbproj.dynamics.observe.recorded import Block
+from mbproj.dynamics.observe.total_energy import total_energies
 from mbproj.integrate import simulate
 from mbproj.integrate.formulations.choice import Choice, choose
 from mbproj.integrate.formulations.full import FullFormulation
