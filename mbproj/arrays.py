@@ -14,6 +14,11 @@ Flags: TypeAlias = npt.NDArray[np.bool_]
 Numbers: TypeAlias = npt.NDArray[Any]
 
 
+def cross(a: Numbers, b: Numbers) -> Numbers:
+    """a × b over the last axis, (..., 3); several times faster than numpy.cross on small arrays."""
+    return a[..., [1, 2, 0]] * b[..., [2, 0, 1]] - a[..., [2, 0, 1]] * b[..., [1, 2, 0]]
+
+
 def distinct_rows(rows: Numbers) -> tuple[Numbers, Integers]:
     """The distinct rows of (k, w), sorted, and where each of the k stands among them.
 

@@ -11,9 +11,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from mbproj.arrays import Array, Integers, distinct_rows
+from mbproj.arrays import Array, Integers, cross, distinct_rows
 from mbproj.dynamics.assembly.assemble import State, coordinate_values
-from mbproj.dynamics.equations.constraint_equations import cross
 from mbproj.dynamics.equations.equations_of_motion import mass_matrix
 from mbproj.dynamics.equations.forces import generalised, law_state, unit_pull
 from mbproj.dynamics.equations.kinematics import Pose, attached, pose_of, slots_of, twist_of

@@ -103,8 +103,12 @@ def _parameters(primitives: Iterable[Primitive]) -> Array:
 
 def _stacked(slots: list[Integers]) -> Integers:
     """Slots of several widths as one array, filled with zeros."""
-    wide = [np.pad(part, ((0, 0), (0, MOST_SLOTS - part.shape[1]))) for part in slots]
-    return np.concatenate(wide) if wide else np.zeros((0, MOST_SLOTS), dtype=np.int64)
+    wide = np.zeros((sum(len(part) for part in slots), MOST_SLOTS), dtype=np.int64)
+    first = 0
+    for part in slots:
+        wide[first : first + len(part), : part.shape[1]] = part
+        first += len(part)
+    return wide
 
 
 def primitives(kind: Any, bodies: int, bound: Bound) -> Any:

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from mbproj.arrays import Numbers
+from mbproj.arrays import Numbers, cross
 
 # L and E are linear in Λ: which Λ stands at each place of the 3 x 4 matrix, and with which sign (Eq. 13).
 _INDEX = np.array([[1, 0, 3, 2], [2, 3, 0, 1], [3, 2, 1, 0]])
@@ -34,6 +34,6 @@ def rotation_matrix(orientation: Numbers) -> Numbers:
 def product(first: Numbers, second: Numbers) -> Numbers:
     """Euler parameters (..., 4) of one rotation after another: A(product) = A(first) A(second)."""
     vector = first[..., None, :1] * second[..., None, 1:] + second[..., None, :1] * first[..., None, 1:]
-    across = np.cross(first[..., 1:], second[..., 1:])
+    across = cross(first[..., 1:], second[..., 1:])
     scalar = first[..., 0] * second[..., 0] - np.sum(first[..., 1:] * second[..., 1:], axis=-1)
     return np.concatenate([scalar[..., None], vector[..., 0, :] + across], axis=-1)

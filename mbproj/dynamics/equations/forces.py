@@ -10,8 +10,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from mbproj.arrays import Array, Integers, Numbers
-from mbproj.dynamics.equations.constraint_equations import cross, set_velocity
+from mbproj.arrays import Array, Integers, Numbers, cross
+from mbproj.dynamics.equations.constraint_equations import set_velocity
 from mbproj.dynamics.equations.kinematics import Pose, Twist, attached, body_rates, slots_of
 from mbproj.errors import SimulationError
 from mbproj.functions.series import constant_series, failure, run, time_series

@@ -6,6 +6,7 @@ q holds (r, Λ) per body (Eq. 1), 7n numbers; leading axes (samples in time) are
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -28,13 +29,27 @@ class Pose:
 
 @dataclass(frozen=True, eq=False)
 class Twist:
-    """r' (..., n+1, 3), Λ' (..., n+1, 4), A' and the part 2 E' L'ᵀ of A'' that has no Λ'' (..., n+1, 3, 3)."""
+    """r' (..., n+1, 3) and Λ' (..., n+1, 4) at bodies with Euler parameters `orientation`. What follows from them is
+    computed when somebody asks: energies need neither A' nor the rest."""
 
     velocity: Numbers
     rate: Numbers
-    L_dot: Numbers
-    rotation_dot: Numbers
-    rotation_bias: Numbers
+    orientation: Numbers
+
+    @cached_property
+    def L_dot(self) -> Numbers:
+        """L', (..., n+1, 3, 4)."""
+        return matrix_L(self.rate)
+
+    @cached_property
+    def rotation_dot(self) -> Numbers:
+        """A' = 2 E L'ᵀ, (..., n+1, 3, 3)."""
+        return matrix_E(self.orientation) @ (2.0 * np.swapaxes(self.L_dot, -1, -2))
+
+    @cached_property
+    def rotation_bias(self) -> Numbers:
+        """The part 2 E' L'ᵀ of A'' that has no Λ'', (..., n+1, 3, 3)."""
+        return matrix_E(self.rate) @ (2.0 * np.swapaxes(self.L_dot, -1, -2))
 
 
 def pose_of(q: Numbers) -> Pose:
@@ -48,16 +63,7 @@ def pose_of(q: Numbers) -> Pose:
 def twist_of(pose: Pose, v: Numbers) -> Twist:
     """How every body moves, from its pose and v = q' (..., 7n)."""
     rows = _by_body(v, np.zeros((1, 7)))
-    rate = rows[..., 3:]
-    L_dot = matrix_L(rate)
-    transposed = 2.0 * np.swapaxes(L_dot, -1, -2)
-    return Twist(
-        velocity=rows[..., :3],
-        rate=rate,
-        L_dot=L_dot,
-        rotation_dot=matrix_E(pose.orientation) @ transposed,
-        rotation_bias=matrix_E(rate) @ transposed,
-    )
+    return Twist(velocity=rows[..., :3], rate=rows[..., 3:], orientation=pose.orientation)
 
 
 def attached(pose: Pose, body: Integers, local: Array, is_point: Array) -> Numbers:

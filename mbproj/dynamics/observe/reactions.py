@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from mbproj.arrays import Array, Integers, Numbers
-from mbproj.dynamics.equations.constraint_equations import cross
+from mbproj.arrays import Array, Integers, Numbers, cross
 from mbproj.dynamics.equations.kinematics import Pose, attached, slots_of
 from mbproj.model.system import System
 

@@ -12,7 +12,7 @@ from mbproj.arrays import Array, Integers
 
 #: A block has so many samples of so many bodies together, within these bounds: what it takes to observe a block is then
 #: small beside its samples, and so is its memory (some MB).
-BODY_SAMPLES, FEWEST, MOST = 20_000, 20, 2000
+BODY_SAMPLES, FEWEST, MOST = 10_000, 20, 1000
 
 
 def block_samples(bodies: int) -> int:

@@ -7,8 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from mbproj.arrays import Array
-from mbproj.dynamics.equations.constraint_equations import cross
+from mbproj.arrays import Array, cross
 from mbproj.dynamics.equations.kinematics import Pose, attached, slots_of
 from mbproj.model.primitive_set import PrimitiveSet
 from mbproj.model.system import System

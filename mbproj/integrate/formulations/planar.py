@@ -8,9 +8,9 @@ from typing import Any, final
 
 import numpy as np
 
-from mbproj.arrays import Array, Integers
+from mbproj.arrays import Array, Integers, cross
 from mbproj.dynamics.assembly.assemble import State, coordinate_values
-from mbproj.dynamics.equations.constraint_equations import cross, tangent_jacobian
+from mbproj.dynamics.equations.constraint_equations import tangent_jacobian
 from mbproj.dynamics.equations.forces import applied
 from mbproj.dynamics.equations.kinematics import body_rates, pose_of, twist_of
 from mbproj.dynamics.equations.reflected import inertial_reaction, pull_on_bodies

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from mbproj.arrays import Array
+from mbproj.arrays import Array, cross
 from mbproj.model.planar.rows import TOLERANCE
 from mbproj.model.primitive_set import PrimitiveSet
 
@@ -26,7 +26,7 @@ def candidate_normals(joints: PrimitiveSet, rotation: Array) -> list[Array]:
     vectors = np.flatnonzero(joints.is_point == 0.0)
     found = _distinct((rotation[joints.body[vectors]] @ joints.local[vectors, :, None])[..., 0], DIRECTIONS)
     first, second = np.triu_indices(len(found), k=1)
-    across = np.cross(found[first], found[second])
+    across = cross(found[first], found[second])
     across = across[np.linalg.norm(across, axis=1) > 1e-3]  # those of nearly parallel vectors are not accurate
     return list(_distinct(np.concatenate([found, across]), DIRECTIONS**2))
 
@@ -41,7 +41,7 @@ def plane_axes(normal: Array) -> Array:
     farthest = np.eye(3)[np.argmin(np.abs(n))]
     e1 = farthest - (farthest @ n) * n
     e1 /= np.linalg.norm(e1)
-    return np.column_stack([e1, np.cross(n, e1), n])
+    return np.column_stack([e1, cross(n, e1), n])
 
 
 def _distinct(vectors: Array, most: int) -> Array:
@@ -51,5 +51,5 @@ def _distinct(vectors: Array, most: int) -> Array:
     found: list[Array] = []
     while len(left) and len(found) < most:
         found.append(left[0])
-        left = left[np.linalg.norm(np.cross(left, left[0]), axis=1) > SAME]
+        left = left[np.linalg.norm(cross(left, left[0]), axis=1) > SAME]
     return np.array(found).reshape(-1, 3)

@@ -13,7 +13,7 @@ from collections import Counter, deque
 
 import numpy as np
 
-from mbproj.arrays import Array, distinct_rows
+from mbproj.arrays import Array, cross, distinct_rows
 from mbproj.model.planar.rows import RowMap, Seen
 from mbproj.model.primitive_set import PrimitiveSet
 
@@ -43,7 +43,7 @@ def _rows(bound: PrimitiveSet, seen: Seen, outside: RowMap, bodies: int, length:
     """The rows outside in (δz / length, turns about e1 and e2) of each body."""
     gradient, arm = bound.gradient_entries(seen.x), seen.arm[bound.entry_slot]
     shift = length * bound.is_point[bound.entry_slot] * gradient[:, 2]
-    turn = np.cross(arm, gradient)[:, :2]
+    turn = cross(arm, gradient)[:, :2]
     parts = np.column_stack([shift, turn])
     order = np.argsort(bound.entry_row, kind="stable")
     first = np.searchsorted(bound.entry_row[order], np.arange(bound.size + 1))

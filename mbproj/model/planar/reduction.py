@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from mbproj.arrays import Array
+from mbproj.arrays import Array, cross
 from mbproj.constraints import PRIMITIVES
 from mbproj.model.euler_parameters import rotation_matrix
 from mbproj.model.planar.normals import candidate_normals, plane_axes
@@ -113,7 +113,7 @@ def _changing(bound: PrimitiveSet, seen: Seen) -> npt.NDArray[np.bool_]:
 
 def _in_plane_rate(bound: PrimitiveSet, seen: Seen) -> Array:
     """The coordinates' rates, (nc,), while body 2 of each joint turns about n."""
-    turning = np.cross([0.0, 0.0, 1.0], seen.arm) * (bound.side == 2)[:, None]
+    turning = cross(np.array([0.0, 0.0, 1.0]), seen.arm) * (bound.side == 2)[:, None]
     return bound.along(bound.gradient_entries(seen.x), turning)
 
 

@@ -18,7 +18,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from mbproj.arrays import Array, Integers
+from mbproj.arrays import Array, Integers, cross
 from mbproj.model.planar.rows import INSIDE, OUTSIDE, STRANGE, TILTED, TOLERANCE, RowMap, Seen, kind_of, strangeness
 from mbproj.model.primitive_set import PrimitiveSet
 
@@ -107,7 +107,7 @@ def _shift(bound: PrimitiveSet, seen: Seen, slots: Integers) -> tuple[bytes, Arr
 def _turn(bound: PrimitiveSet, seen: Seen, slots: Integers) -> tuple[bytes, Array]:
     """The same of a `perpendicular` row: a·(φ × b) = φ·(b × a) for a turn φ of b's body relative to a's."""
     a, b = seen.x[slots]
-    return bound.body[slots].tobytes(), np.cross(b, a)
+    return bound.body[slots].tobytes(), cross(b, a)
 
 
 def _spans_normal(directions: Array) -> bool:

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from mbproj.arrays import Array
+from mbproj.arrays import Array, cross
 from mbproj.dynamics.assembly.assemble import coordinate_values
-from mbproj.dynamics.equations.constraint_equations import cross, set_jacobian, tangent_jacobian, time_derivative
+from mbproj.dynamics.equations.constraint_equations import set_jacobian, tangent_jacobian, time_derivative
 from mbproj.dynamics.equations.energy import kinetic_energy
 from mbproj.dynamics.equations.forces import applied
 from mbproj.dynamics.equations.kinematics import body_rates, pose_of, twist_of
