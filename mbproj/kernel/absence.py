@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from importlib import metadata
 from pathlib import Path
 
 from mbproj.errors import warn_once
@@ -37,6 +36,8 @@ def _package() -> Path:
 
 def _installed() -> Path | None:
     """The folder of the package as pip installed it; None without one, or where that is made of the sources."""
+    from importlib import metadata  # takes 20 ms, and only a missing kernel asks for it
+
     try:
         found = Path(str(metadata.distribution("mbproj").locate_file("mbproj")))
     except metadata.PackageNotFoundError:

@@ -99,8 +99,8 @@ def _links(system: System) -> tuple[list[Integers], list[list[int]]]:
         order = np.argsort(links, kind="stable")
         ends = np.searchsorted(links[order], np.arange(1, int(owner.max(initial=-1)) + 1))
         for entries in np.split(order, ends) if len(order) else []:
-            rows_of.append(np.unique(bound.entry_row[entries]) + first)
-            bodies_of.append(np.unique(bound.body[bound.entry_slot[entries]]).tolist())
+            rows_of.append(np.array(sorted(set(bound.entry_row[entries].tolist()))) + first)
+            bodies_of.append(sorted(set(bound.body[bound.entry_slot[entries]].tolist())))
         first += bound.size
     return rows_of, bodies_of
 
