@@ -33,6 +33,8 @@ from tests.scene.good_scene import read_with
 SI = {
     "m": 1,
     "mm": 1e-3,
+    "um": 1e-6,
+    "us": 1e-6,
     "cm": 1e-2,
     "km": 1e3,
     "kg": 1,
