@@ -7,9 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from mbproj.arrays import Array
+from mbproj.thresholds import THRESHOLDS
 
-#: What exchanges less than so many times the round-off of its potential energy is at rest.
-AT_REST, EPSILON = 1e4, float(np.finfo(float).eps)
+EPSILON = float(np.finfo(float).eps)
 
 
 @dataclass(frozen=True)
@@ -27,7 +27,7 @@ def energy_drift(balance: Array, kinetic: Array, potential: Array) -> EnergyDrif
     Where nothing but round-off moved it is 0. Without any exchange a drift is infinite; NaN in any series gives NaN.
     """
     absolute, size = float(np.max(np.abs(balance))), exchanged(kinetic, potential)
-    if max(size, absolute) <= AT_REST * EPSILON * float(np.max(np.abs(potential))):
+    if max(size, absolute) <= THRESHOLDS.rests * EPSILON * float(np.max(np.abs(potential))):
         return EnergyDrift(absolute, 0.0)
     if size == 0.0:
         return EnergyDrift(absolute, 0.0 if absolute == 0.0 else float("inf"))

@@ -16,13 +16,11 @@ from mbproj.dynamics.assembly.assemble import State, coordinate_values
 from mbproj.dynamics.equations.equations_of_motion import mass_matrix
 from mbproj.dynamics.equations.forces import generalised, law_state, unit_pull
 from mbproj.dynamics.equations.kinematics import Pose, attached, pose_of, slots_of, twist_of
-from mbproj.dynamics.rank.row_space import DEPENDENT, scaled_jacobian
+from mbproj.dynamics.rank.row_space import scaled_jacobian
 from mbproj.functions.program import COORDINATE, RATE
 from mbproj.functions.series import slope
 from mbproj.model.system import System
-
-#: See `fastest_mode`: round-off of a vibration is less, a force that drives the motion is more.
-GROWING = 0.05
+from mbproj.thresholds import THRESHOLDS
 
 
 @dataclass(frozen=True, eq=False)
@@ -92,13 +90,13 @@ def responses(system: System, pose: Pose, laws: Integers) -> Array:
     pulls = np.array([generalised(pose, *unit_pull(forces, pose, int(law))) for law in laws])
     _, sigma, directions = np.linalg.svd(scaled_jacobian(system, pose))
     lengths = np.tile([system.length] * 3 + [1.0] * 4, system.bodies)
-    free = directions[int(np.count_nonzero(sigma > DEPENDENT)) :] * lengths
+    free = directions[int(np.count_nonzero(sigma > THRESHOLDS.dependent)) :] * lengths
     along = free @ pulls.T
     return np.asarray(along.T @ np.linalg.solve(free @ mass_matrix(system, pose) @ free.T, along))
 
 
 def fastest_mode(W: Array, laws: Integers, slopes: Slopes) -> Mode | None:
-    """The fastest of the modes that do not grow by themselves by more than GROWING of their |λ|; None without any."""
+    """The fastest of the modes that do not grow by themselves by more than `growing` of their |λ|; None without any."""
     count, k, c = len(laws), slopes.stiffness[laws], slopes.damping[laws]
     matrix = np.zeros((2 * count, 2 * count))
     matrix[:count, count:] = np.eye(count)
@@ -106,7 +104,7 @@ def fastest_mode(W: Array, laws: Integers, slopes: Slopes) -> Mode | None:
     if not count or not np.all(np.isfinite(matrix)):
         return None
     values, vectors = np.linalg.eig(matrix)
-    speed = np.where(values.real <= GROWING * np.abs(values), np.abs(values), 0.0)
+    speed = np.where(values.real <= THRESHOLDS.growing * np.abs(values), np.abs(values), 0.0)
     at = int(np.argmax(speed))
     if not speed[at] > 0.0:
         return None

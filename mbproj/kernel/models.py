@@ -13,6 +13,7 @@ from mbproj.kernel.loads import motion_coordinate, motion_programs, motion_start
 from mbproj.model.meshes import Meshes
 from mbproj.model.planar import Plane, coordinates_in_plane
 from mbproj.model.system import System
+from mbproj.thresholds import of_the_kernel
 
 
 def space_model(core: ModuleType, system: System) -> Any:
@@ -22,6 +23,7 @@ def space_model(core: ModuleType, system: System) -> Any:
     rows = joined([bound_in_space(bound) for bound in sets])
     coordinates = bound_in_space(system.coordinates)
     return core.SpaceModel(
+        thresholds=core.Thresholds(of_the_kernel()),
         mass=system.mass,
         inertia=np.ascontiguousarray(system.inertia),
         gravity=system.gravity,
@@ -68,6 +70,7 @@ def plane_model(core: ModuleType, system: System, plane: Plane) -> Any:
     joints = bound_in_plane(plane.joints)
     rows = joint_and_motion_rows(system, plane, joints, coordinates)
     return core.PlaneModel(
+        thresholds=core.Thresholds(of_the_kernel()),
         mass=plane.mass,
         inertia=plane.inertia.reshape(-1, 1, 1),
         gravity=plane.gravity,

@@ -17,11 +17,11 @@ from mbproj.cli.report.summary import warnings
 from mbproj.dynamics import State
 from mbproj.integrate import Report
 from mbproj.model import System
-from mbproj.projection.solve.tolerance import FLOOR
 from mbproj.registry import PROJECTIONS
 from mbproj.scene import Scene, read_scene_text
 from mbproj.scene.records import ProjectionSettings, Settings
 from mbproj.scene.settings import DEFAULTS
+from mbproj.thresholds import THRESHOLDS
 
 #: A motion that is off by less, relative to its own size, is right; a closure of so many floors is closed.
 RIGHT, CLOSED = 1e-6, 100.0
@@ -147,7 +147,7 @@ def attempt(extreme: Extreme, value: float, method: str, formulation: str, steps
     closed = float(done["diagnostics/position_violation"][1:].max())
     corrects = PROJECTIONS[method].corrects
     floor = report.position_floor + extreme.slack(value)
-    reached = closed <= max(CLOSED * floor, FLOOR * min(1.0, done.system.length))
+    reached = closed <= max(CLOSED * floor, THRESHOLDS.closed_to * min(1.0, done.system.length))
     verdict = "right" if not corrects or reached else "open"
     if not error <= extreme.right:
         verdict = "warned" if said else "WRONG"

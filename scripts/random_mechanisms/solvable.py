@@ -6,8 +6,9 @@ import numpy as np
 
 from mbproj import InputError, State, System, assemble, compile_system, initial_guess, mobility, read_scene_text
 from mbproj.dynamics.equations.kinematics import pose_of
-from mbproj.dynamics.rank.mobility import DEPENDENT, row_distances, scaled_jacobian
+from mbproj.dynamics.rank.mobility import row_distances, scaled_jacobian
 from mbproj.dynamics.rank.redundancy import redundancy
+from mbproj.thresholds import THRESHOLDS
 
 #: Rows nearer than this to dependence are those of a pose next to a singular one, which other tests are for.
 NEAR_SINGULAR = 1e-4
@@ -29,6 +30,6 @@ def is_solvable(text: str) -> bool:
     pose = pose_of(state.q)
     ranks = mobility(system, pose)
     distances = row_distances(scaled_jacobian(system, pose))
-    near = np.any((distances > DEPENDENT) & (distances < NEAR_SINGULAR))
+    near = np.any((distances > THRESHOLDS.dependent) & (distances < NEAR_SINGULAR))
     constant = not ranks.redundant or redundancy(system, state).is_constant
     return bool(constant and not near)

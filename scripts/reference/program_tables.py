@@ -11,12 +11,14 @@ import mbproj
 from mbproj.cli.explained import Command, Part
 from mbproj.cli.main import COMMANDS
 from mbproj.cli.main import mbproj as group
+from mbproj.cli.report.thresholds import USERS
 from mbproj.cli.scene_options import SCENE_OPTIONS
 from mbproj.errors import ExitCode
 from mbproj.plot.kinds import KINDS
 from mbproj.results.layout import CONSTANTS, DATASETS, NAMES
 from mbproj.studies.stability.quantities import QUANTITIES
 from mbproj.studies.verify.checks import CHECKS
+from mbproj.thresholds import table as threshold_table
 
 from .markdown import code, table
 
@@ -29,6 +31,15 @@ MEANINGS = {
     ExitCode.CHECK_FAILED: "a check that was asked for does not hold",
     ExitCode.INTERRUPTED: "interrupted by Ctrl-C or SIGTERM; what was done is kept",
 }
+
+
+def thresholds() -> str:
+    """Every threshold, group by group."""
+    rows = [
+        (code(row.name), f"{row.value:g}", row.unit, USERS[row.used_by], row.why, row.source)
+        for row in threshold_table()
+    ]
+    return table(("name", "value", "unit", "used by", "what it decides", "source"), rows)
 
 
 def commands() -> str:

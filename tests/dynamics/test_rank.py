@@ -9,10 +9,11 @@ import pytest
 
 from mbproj.dynamics import mobility
 from mbproj.dynamics.equations.kinematics import pose_of
-from mbproj.dynamics.rank.mobility import DEPENDENT, refuse_unsolvable, row_distances
+from mbproj.dynamics.rank.mobility import refuse_unsolvable, row_distances
 from mbproj.errors import InputError
 from mbproj.joints import JOINTS
 from mbproj.model import compile_system, initial_guess
+from mbproj.thresholds import THRESHOLDS
 from tests.dynamics.four_bar import parallelogram
 from tests.support import random_body, random_chain, scene_of
 
@@ -100,7 +101,7 @@ def test_row_distances_are_those_of_gram_schmidt():
     rows[3] = rows[0] - 2.0 * rows[2]
     rows /= np.linalg.norm(rows, axis=1, keepdims=True)
     distances = row_distances(rows)
-    assert list(np.flatnonzero(distances < DEPENDENT)) == [3]
+    assert list(np.flatnonzero(distances < THRESHOLDS.dependent)) == [3]
     for index in (1, 2, 4, 5):
         before = rows[:index]
         projected = before.T @ np.linalg.lstsq(before.T, rows[index], rcond=1e-10)[0]
@@ -110,4 +111,4 @@ def test_row_distances_are_those_of_gram_schmidt():
 def test_rows_beyond_the_columns_are_dependent():
     rows = np.random.default_rng(3).normal(size=(5, 3))
     rows /= np.linalg.norm(rows, axis=1, keepdims=True)
-    assert list(np.flatnonzero(row_distances(rows) < DEPENDENT)) == [3, 4]
+    assert list(np.flatnonzero(row_distances(rows) < THRESHOLDS.dependent)) == [3, 4]

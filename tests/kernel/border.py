@@ -9,6 +9,7 @@ import numpy as np
 from mbproj.integrate.formulations.compiled import _tableau
 from mbproj.integrate.steppers.tableau import load_tableau
 from mbproj.kernel import core
+from mbproj.thresholds import of_the_kernel
 
 
 def primitives(**changes: Any) -> Any:
@@ -33,6 +34,7 @@ def no_primitives() -> Any:
 
 def model(**changes: Any) -> Any:
     good: dict[str, Any] = {
+        "thresholds": core().Thresholds(of_the_kernel()),
         "mass": np.ones(2),
         "inertia": np.tile(np.eye(3), (2, 1, 1)),
         "gravity": np.zeros(3),

@@ -13,9 +13,10 @@ from mbproj.integrate.formulations.planar import InPlane
 from mbproj.integrate.formulations.reduced import Reduced
 from mbproj.kernel import core
 from mbproj.projection import make_method
-from mbproj.projection.solve.damping import WIDEST_TURN, damped
+from mbproj.projection.solve.damping import damped
 from mbproj.projection.solve.position import correct_position
 from mbproj.registry import PROJECTIONS
+from mbproj.thresholds import THRESHOLDS
 from tests.kernel.scenes import needs_kernel
 from tests.projection.uneven_chains import suited, uneven_chain
 
@@ -102,7 +103,7 @@ def test_corrections_turn_less_and_less_and_close_the_rows_to_first_order(seed):
     _, C_q, C, tried, turns = corrections("gpopm", 1e8, seed)
     widest = np.array([turn.max() for turn, (_, part) in zip(turns, tried, strict=True) if part == 1.0])
     assert len(widest) >= 4
-    assert widest[0] <= WIDEST_TURN
+    assert widest[0] <= THRESHOLDS.widest_turn
     assert np.all(widest[1:] <= 0.25 * widest[:-1])
     for change, part in tried:
         np.testing.assert_allclose(C_q @ change, -part * C, rtol=0, atol=1e-6 * np.abs(C).max())

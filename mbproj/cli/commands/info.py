@@ -24,25 +24,30 @@ SHOWN_ELSEWHERE = ("format", "date", "host")
 EXAMPLES = (
     ("Say what a results file holds.", "mbproj info results.h5"),
     ("Say whether the compiled kernel is there.", "mbproj info --build"),
+    ("Print every number that mbproj decides by.", "mbproj info --thresholds"),
 )
 
 
 @explained("info", EXAMPLES)
 @click.argument("results", required=False, type=results_file(path_type=Path))
 @option(Part.WHAT, "--build", is_flag=True, help="Show versions, the compiled kernel and its instruction set instead.")
+@option(Part.WHAT, "--thresholds", is_flag=True, help="Show every threshold with its unit, reason and source instead.")
 @option(Part.WHAT, "--check", is_flag=True, help="Read all of RESULTS and hold it against its checksums instead.")
 @option(Part.OUTPUT, "--json", "as_json", is_flag=True, help="Print one JSON object instead of text.")
-def command(results: Path | None, build: bool, check: bool, as_json: bool) -> int:
+def command(results: Path | None, build: bool, thresholds: bool, check: bool, as_json: bool) -> int:
     """Shows what RESULTS holds: settings, violations, timings, datasets.
 
     Exit code 4: --check has found something wrong.
     """
     if check and results is None:
         raise click.UsageError("--check needs RESULTS, a results file")
-    if build == (results is not None):
-        raise click.UsageError("give either RESULTS, a results file, or --build, for how mbproj itself was built")
+    if (results is not None) + build + thresholds != 1:
+        raise click.UsageError(
+            "give RESULTS, a results file, or --build, for how mbproj itself was built, or --thresholds, for the "
+            "numbers that it decides by"
+        )
     if results is None:
-        click.echo(_build(as_json))
+        click.echo(_build(as_json) if build else _thresholds(as_json))
         return int(ExitCode.DONE)
     from mbproj.results import check_results, open_results
 
@@ -80,6 +85,12 @@ def _build(as_json: bool) -> str:
     from mbproj.cli.report import build_info
 
     return _json(build_info.facts()) if as_json else "\n".join(build_info.lines())
+
+
+def _thresholds(as_json: bool) -> str:
+    from mbproj.cli.report import thresholds
+
+    return _json(thresholds.facts()) if as_json else "\n".join(thresholds.lines())
 
 
 def _contents(results: Results) -> dict[str, Any]:

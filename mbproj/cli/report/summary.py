@@ -10,11 +10,12 @@ import click
 from mbproj.cli.report.expectations import summary_lines
 from mbproj.cli.report.trust import lines_on
 from mbproj.dynamics.equations.round_off import EPSILON
-from mbproj.dynamics.rank.massless import HARDLY_ANY, SHOWN
-from mbproj.integrate.outcome.report import AT_REST, Report, Worst
+from mbproj.dynamics.rank.massless import SHOWN
+from mbproj.integrate.outcome.report import Report, Worst
 from mbproj.model.system import System
 from mbproj.results.trust import Trust
 from mbproj.scene.records import Settings
+from mbproj.thresholds import THRESHOLDS
 
 if TYPE_CHECKING:
     from mbproj.analysis import Outcome
@@ -88,8 +89,9 @@ def warnings(report: Report) -> list[str]:
         )
     if report.swamped:
         found.append(
-            f"round-off of the other bodies' forces decides motions with less than {HARDLY_ANY:.0e} of the largest "
-            f"inertia: {'; '.join(report.swamped[:SHOWN])}; give these bodies more inertia, or joints that hold them"
+            f"round-off of the other bodies' forces decides motions with less than {THRESHOLDS.hardly_any:.0e} of the "
+            f"largest inertia: {'; '.join(report.swamped[:SHOWN])}; give these bodies more inertia, or joints that "
+            "hold them"
         )
     if report.counters["projection_failures"]:
         found.append(
@@ -137,6 +139,6 @@ def _worst(violation: Worst) -> str:
 def _velocity_floor(report: Report) -> str:
     """What round-off leaves of C'; nothing moves where the velocities are round-off themselves."""
     floor, duration = report.velocity_floor, report.settings.duration or 0.0
-    if floor * duration <= AT_REST * EPSILON * report.position_floor:
+    if floor * duration <= THRESHOLDS.rests * EPSILON * report.position_floor:
         return "nothing moves"
     return f"round-off allows {floor:.0e}"

@@ -31,12 +31,7 @@ from mbproj.errors import InputError, Problem
 from mbproj.model.compile.guess import Guess
 from mbproj.model.euler_parameters import matrix_L
 from mbproj.model.system import Conditions, System
-
-MAX_ITERATIONS = 100
-#: The violation, in units of the system's length and in rad, at which a pose counts as closed.
-CLOSED = 1e-10
-#: Bodies from which on a pose or velocity that is closed to 1e-12 is taken as it is.
-LARGE = 100
+from mbproj.thresholds import THRESHOLDS
 
 
 @dataclass(frozen=True, eq=False)
@@ -94,7 +89,7 @@ def is_angle(system: System) -> Integers:
 def _close(system: System, q: Array, start: Conditions, drive: Drive | None) -> Array:
     """The closed pose next to q. Raises InputError where there is none."""
     closed, residual = nearest(system, q, start, drive, _close_enough(system))
-    if np.abs(residual).max(initial=0.0) <= CLOSED:
+    if np.abs(residual).max(initial=0.0) <= THRESHOLDS.assembled:
         return closed
     if system.motions is not None:
         undriven = replace(system, motions=None)
@@ -110,7 +105,7 @@ def nearest(
     The pose reached, and what is left of the violation, in rad and parts of the length; it ends at `close_enough`."""
     weights = _inverse_weights(system)
     residual, damping = _residual(system, q, start, drive), 0.0
-    for _ in range(MAX_ITERATIONS):
+    for _ in range(THRESHOLDS.most_assembling):
         if np.abs(residual).max(initial=0.0) <= close_enough or damping > 1e6:
             break
         rows = _rows(system, pose_of(q), start) * weights
@@ -205,12 +200,12 @@ def _refuse_flips(system: System, pose: Pose) -> None:
 def _close_enough(system: System) -> float:
     """Where closing ends: round-off. What follows is dense and of cubic cost, which large systems that are closed to a
     little more are spared: their first projection does the rest."""
-    return 1e-15 if system.bodies <= LARGE else 1e-12
+    return 1e-15 if system.bodies <= THRESHOLDS.large else 1e-12
 
 
 def _consistent_velocity(system: System, pose: Pose, guess: Guess, drive: Drive | None) -> Array:
     """The velocity nearest to the guess with C_q v + C_t = 0 and the joints' speeds."""
-    if system.bodies > LARGE and not len(guess.speed.index):
+    if system.bodies > THRESHOLDS.large and not len(guess.speed.index):
         moving = constraint_velocity(system, pose, twist_of(pose, guess.v), drive)
         if np.abs(moving).max(initial=0.0) <= _close_enough(system):
             return guess.v

@@ -11,9 +11,7 @@ from mbproj.dynamics.equations.motions import Drive
 from mbproj.errors import InputError, Problem
 from mbproj.model.compile.guess import Guess
 from mbproj.model.system import Conditions, System
-
-#: How far a motion may be at t = 0 from what a joint's own condition asks for, over 1 + that.
-SAME = 1e-9
+from mbproj.thresholds import THRESHOLDS
 
 
 def known_at_start(system: System, guess: Guess, drive: Drive | None) -> Iterator[tuple[int, float]]:
@@ -36,7 +34,7 @@ def refuse_contradictions(system: System, guess: Guess, drive: Drive | None) -> 
             (" per s", guess.speed, drive.rate[number]),
         ):
             asked = _asked(conditions, index)
-            if asked is not None and abs(asked - found) > SAME * (1.0 + abs(asked)):
+            if asked is not None and abs(asked - found) > THRESHOLDS.same_start * (1.0 + abs(asked)):
                 message = (
                     f"motion '{system.names.motions[number]}' begins with {name} at {found:.6g} {unit}{word}, "
                     f"and the joint's own condition asks for {asked:.6g}"

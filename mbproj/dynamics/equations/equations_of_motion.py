@@ -11,11 +11,10 @@ from mbproj.arrays import Array, Numbers
 from mbproj.dynamics.equations.kinematics import Pose, Twist
 from mbproj.dynamics.equations.reflected import added_force, added_mass, tangent_gradients
 from mbproj.model.system import System
+from mbproj.thresholds import THRESHOLDS
 
 #: (M, C_q, Q, γ) -> (q'', λ)
 Solver = Callable[[Array, Array, Array, Array], tuple[Array, Array]]
-#: A backward error, equation by equation, above which a solution is refined, at most so many times.
-BACKWARD_ERROR, REFINEMENTS = 1e-13, 4
 TINY = float(np.finfo(float).tiny)
 
 
@@ -89,8 +88,8 @@ def _refined(solve: Solver, M: Array, C_q: Array, Q: Array, gamma: Array) -> tup
     (Skeel 1980; LAPACK's xGERFS). As good as it gets where that does not help."""
     acceleration, multipliers = solve(M, C_q, Q, gamma)
     left, defect = _residual(M, C_q, Q, gamma, acceleration, multipliers)
-    for _ in range(REFINEMENTS):
-        if not left > BACKWARD_ERROR:
+    for _ in range(THRESHOLDS.refinements):
+        if not left > THRESHOLDS.backward_error:
             break
         more = solve(M, C_q, *defect)
         better = acceleration + more[0], multipliers + more[1]

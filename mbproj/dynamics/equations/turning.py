@@ -15,9 +15,8 @@ from mbproj.arrays import Array, Integers
 from mbproj.dynamics.equations.motions import Drive
 from mbproj.dynamics.equations.teeth import near
 from mbproj.model.system import System
+from mbproj.thresholds import THRESHOLDS
 
-#: A pose may be so far, in rad, from where the rates of a step lead: the step has erred by that.
-TOLD = 0.5
 #: Steps that turn no joint by more, in rad, can tell: RK4 is off by 0.04 rad then, methods of order 1 and 2 by more.
 HALF_TURN = np.pi
 
@@ -59,7 +58,7 @@ class Turning:
         expected = self.coordinate + change
         counted = near(system, coordinate, expected)
         off = np.where(system.coordinates.is_length, 0.0, np.abs(counted - expected))
-        if off.max(initial=0.0) <= TOLD:
+        if off.max(initial=0.0) <= THRESHOLDS.turns_told:
             return counted, None
         worst = int(np.argmax(off))
         return counted, Slip(worst, float(abs(change[worst])), float(off[worst]))

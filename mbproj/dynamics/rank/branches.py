@@ -14,12 +14,7 @@ from mbproj.dynamics.equations.kinematics import Pose, twist_of
 from mbproj.dynamics.rank.right_hand_sides import tangent_gamma
 from mbproj.dynamics.rank.self_stress import self_stresses
 from mbproj.model.system import System
-
-#: A form of directions of unit length is 0 below this.
-ROOT = 1e-9
-ITERATIONS = 60
-#: Above as many directions the forms are not set up: their number grows with the square.
-MANY = 16
+from mbproj.thresholds import THRESHOLDS
 
 
 def branch_directions(system: System, pose: Pose, motions: Array, trials: Array) -> Array:
@@ -27,7 +22,7 @@ def branch_directions(system: System, pose: Pose, motions: Array, trials: Array)
     allows, along which accelerations exist; t < T where trials lead to none. Without motions of joints' own."""
     if not len(motions):
         return motions
-    if len(motions) > MANY:
+    if len(motions) > THRESHOLDS.many_directions:
         return trials @ motions
     forms = _forms(system, pose, motions)
     roots = [root for trial in trials if (root := _root(forms, trial)) is not None]
@@ -60,12 +55,12 @@ def _bent(system: System, pose: Pose, stresses: Array, motion: Array) -> Array:
 def _root(forms: Array, trial: Array) -> Array | None:
     """A unit vector near `trial` at which all forms vanish, by Gauss and Newton; None where that leads to none."""
     z = trial / np.linalg.norm(trial)
-    for _ in range(ITERATIONS):
+    for _ in range(THRESHOLDS.most_branch_passes):
         slope = forms @ z
         values = slope @ z
-        if np.abs(values).max(initial=0.0) < 1e-3 * ROOT:
+        if np.abs(values).max(initial=0.0) < 1e-3 * THRESHOLDS.branch_root:
             break
         across = slope - np.outer(values, z)  # the forms are homogeneous: a shorter z would be a root of no worth
         z = z - np.linalg.lstsq(2.0 * across, values, rcond=1e-9)[0]
         z = z / np.linalg.norm(z)
-    return z if np.abs(forms @ z @ z).max(initial=0.0) < ROOT else None
+    return z if np.abs(forms @ z @ z).max(initial=0.0) < THRESHOLDS.branch_root else None

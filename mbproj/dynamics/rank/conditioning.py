@@ -7,21 +7,18 @@ from dataclasses import dataclass
 import numpy as np
 
 from mbproj.arrays import Array, Integers
-from mbproj.dynamics.assembly.assemble import LARGE
 from mbproj.dynamics.equations.constraint_equations import jacobian
 from mbproj.dynamics.equations.kinematics import Pose
 from mbproj.dynamics.rank.blocks import Block, block_rows, loops_of
-from mbproj.dynamics.rank.row_space import DEPENDENT, row_distances, scaled_jacobian, split, unit_rows
+from mbproj.dynamics.rank.row_space import row_distances, scaled_jacobian, split, unit_rows
 from mbproj.model.system import System
-
-#: Distances up to which a pose counts as close to a singular one, and as near to it.
-CLOSE, NEAR = 1e-6, 1e-2
+from mbproj.thresholds import THRESHOLDS
 
 
 @dataclass(frozen=True)
 class Conditioning:
     """Conditions of C_q, its redundant rows left out: `as_written`, in SI units, and `scaled`, lengths in units of the
-    system's length and rows of unit length; None for more than `LARGE` bodies.
+    system's length and rows of unit length; None for more than `large` bodies.
 
     `distance`: the smallest singular value of a loop's rows in (δr / length, δθ), of unit length: the smallest change
     of the rows that makes some of them depend on each other (Eckart and Young 1936). None where there is no loop, as
@@ -37,24 +34,26 @@ class Conditioning:
         """How far the pose is from a singular one."""
         if self.distance is None:
             return "no loops, and so no singular poses"
-        if self.distance < CLOSE:
+        if self.distance < THRESHOLDS.conditioning_close:
             return "all but singular"
-        return "near a singular pose" if self.distance < NEAR else "far from singular poses"
+        return "near a singular pose" if self.distance < THRESHOLDS.conditioning_near else "far from singular poses"
 
 
 def conditioning(system: System, pose: Pose) -> Conditioning:
-    """The conditions at a pose. Blocks of more than `LARGE` bodies do not count for the distance."""
-    blocks = [block for block in loops_of(system) if len(block.bodies) <= LARGE and _has_joints(system, block)]
+    """The conditions at a pose. Blocks of more than `large` bodies do not count for the distance."""
+    blocks = [
+        block for block in loops_of(system) if len(block.bodies) <= THRESHOLDS.large and _has_joints(system, block)
+    ]
     distance, owner = None, None
     for block, rows in zip(blocks, block_rows(system, pose, blocks), strict=True):
         unit = unit_rows(rows)
         basis, _ = split(unit, np.arange(len(unit)))
         left, values, _ = np.linalg.svd(unit[basis], full_matrices=False)
-        if distance is None or values[-1] < distance * (1.0 - DEPENDENT):
+        if distance is None or values[-1] < distance * (1.0 - THRESHOLDS.dependent):
             distance, owner = float(values[-1]), _largest_owner(system, block.rows[basis], left[:, -1])
-    if system.bodies > LARGE:
+    if system.bodies > THRESHOLDS.large:
         return Conditioning(None, None, distance, owner)
-    independent = row_distances(scaled_jacobian(system, pose)) > DEPENDENT
+    independent = row_distances(scaled_jacobian(system, pose)) > THRESHOLDS.dependent
     return Conditioning(
         _condition(jacobian(system, pose)[independent]),
         _condition(scaled_jacobian(system, pose)[independent]),

@@ -12,17 +12,14 @@ from mbproj.arrays import Array, Integers
 from mbproj.dynamics.equations.kinematics import Pose
 from mbproj.dynamics.equations.reflected import tangent_gradients
 from mbproj.dynamics.rank.blocks import Block, block_rows, loops_of, row_sets
-from mbproj.dynamics.rank.row_space import DEPENDENT, unit_rows
+from mbproj.dynamics.rank.row_space import unit_rows
 from mbproj.dynamics.rank.row_words import direction
 from mbproj.errors import Problem
 from mbproj.model.system import System
+from mbproj.thresholds import THRESHOLDS
 
-#: Parts of a motion below this part of the largest are round-off.
-NO_PART = 1e-7
 #: Motions that a message shows.
 SHOWN = 3
-#: Inertia below this part of the largest is hardly any: ε of the others' forces moves it by a millionth of them.
-HARDLY_ANY = 2e-10
 
 
 @dataclass(frozen=True)
@@ -47,13 +44,16 @@ def swamped_motions(system: System, pose: Pose) -> tuple[MasslessMotion, ...]:
     """Motions that the joints of loops leave to bodies with hardly any mass or inertia beside the others: the forces of
     these pass through them, and what is left of those is known to ε × the ratio only. Not so in trees."""
     moments = np.linalg.eigvalsh(system.inertia)
-    if system.mass.min() > HARDLY_ANY * system.mass.max() and moments.min() > HARDLY_ANY * moments.max():
+    if (
+        system.mass.min() > THRESHOLDS.hardly_any * system.mass.max()
+        and moments.min() > THRESHOLDS.hardly_any * moments.max()
+    ):
         return ()
     in_loops = np.zeros(system.bodies, dtype=bool)
     for loop in loops_of(system):
         in_loops[loop.bodies] = True
-    weightless = _weightless(system, HARDLY_ANY) * in_loops[:, None, None]
-    return _motions(system, pose, weightless, HARDLY_ANY)
+    weightless = _weightless(system, THRESHOLDS.hardly_any) * in_loops[:, None, None]
+    return _motions(system, pose, weightless, THRESHOLDS.hardly_any)
 
 
 def _motions(system: System, pose: Pose, weightless: Array, below: float = 0.0) -> tuple[MasslessMotion, ...]:
@@ -126,20 +126,20 @@ def _null_space(rows: Array) -> Array:
     if not len(rows):
         return np.eye(rows.shape[1])
     _, values, vectors = np.linalg.svd(np.linalg.qr(rows, mode="r"), full_matrices=True)
-    return np.asarray(vectors[np.count_nonzero(values > DEPENDENT) :], dtype=float)
+    return np.asarray(vectors[np.count_nonzero(values > THRESHOLDS.dependent) :], dtype=float)
 
 
 def _simple(basis: Array, turns: npt.NDArray[np.bool_]) -> Array:
     """The same space by reduced rows: Gauss and Jordan with the largest pivots, and these in turns where there are any,
     as the motions of a body about a point are then turns about axes through it."""
-    rows, weight = basis.copy(), np.where(turns, 1.0, NO_PART)
+    rows, weight = basis.copy(), np.where(turns, 1.0, THRESHOLDS.no_motion)
     for index in range(len(rows)):
         row, column = np.unravel_index(np.argmax(np.abs(rows[index:]) * weight), rows[index:].shape)
         rows[[index, index + row]] = rows[[index + row, index]]
         rows[index] /= rows[index, column]
         others = np.arange(len(rows)) != index
         rows[others] -= np.outer(rows[others, column], rows[index])
-    return np.where(np.abs(rows) > NO_PART, rows, 0.0)
+    return np.where(np.abs(rows) > THRESHOLDS.no_motion, rows, 0.0)
 
 
 def _words(system: System, pose: Pose, bodies: Integers, motion: Array) -> Iterator[tuple[str, str]]:
@@ -147,21 +147,21 @@ def _words(system: System, pose: Pose, bodies: Integers, motion: Array) -> Itera
     largest = np.abs(motion).max()
     for body, part in zip(bodies, motion, strict=True):
         shift, turn = part[:3], pose.rotation[body] @ part[3:]
-        if np.abs(part).max() > NO_PART * largest:
+        if np.abs(part).max() > THRESHOLDS.no_motion * largest:
             yield system.names.carriers[body], _motion(system.length, pose.position[body], shift, turn)
 
 
 def _motion(length: float, centre: Array, shift: Array, turn: Array) -> str:
     """A motion of a body whose centre of mass shifts by `shift`, in parts of the length, while it turns."""
     rate = float(np.linalg.norm(turn))
-    if rate <= NO_PART * np.linalg.norm(shift):
+    if rate <= THRESHOLDS.no_motion * np.linalg.norm(shift):
         return f"shifts along {direction(shift)}"
     to_axis = np.cross(turn, shift) / rate**2
     along = abs(turn @ shift) / rate**2
     where = "its centre of mass"
-    if np.linalg.norm(to_axis) > NO_PART:
+    if np.linalg.norm(to_axis) > THRESHOLDS.no_motion:
         point = centre + length * to_axis
-        point[np.abs(point) < NO_PART * length] = 0.0
+        point[np.abs(point) < THRESHOLDS.no_motion * length] = 0.0
         where = "[" + ", ".join(f"{part:.4g}" for part in point) + "] m"
-    slides = " and shifts along it" if along > NO_PART else ""
+    slides = " and shifts along it" if along > THRESHOLDS.no_motion else ""
     return f"turns about {direction(turn)} through {where}{slides}"

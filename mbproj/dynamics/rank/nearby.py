@@ -8,20 +8,17 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from mbproj.arrays import Array
-from mbproj.dynamics.assembly.assemble import CLOSED, nearest
+from mbproj.dynamics.assembly.assemble import nearest
 from mbproj.dynamics.equations.kinematics import Pose, pose_of
 from mbproj.dynamics.rank.blocks import Block, block_rows
 from mbproj.dynamics.rank.branches import branch_directions
-from mbproj.dynamics.rank.row_space import DEPENDENT, unit_rows
+from mbproj.dynamics.rank.row_space import unit_rows
 from mbproj.model.euler_parameters import matrix_L
 from mbproj.model.system import Conditions, System
+from mbproj.thresholds import THRESHOLDS
 
-#: How far the body that moves most is moved at a time, in rad and in parts of the system's length.
-STEPS = (0.03, 0.15)
 #: Directions that are followed, of how many random ones, and their seed.
 DIRECTIONS, TRIALS, SEED = 3, 12, 6
-#: What is closed to this, in rad and parts of the length, is closed: far below what makes rows independent.
-ROUND_OFF = 1e-13
 NO_CONDITIONS = Conditions(np.zeros(0, dtype=np.intp), np.zeros(0))
 
 
@@ -40,7 +37,7 @@ def nearby(system: System, q: Array) -> Nearby:
     pose = pose_of(q)
     rows = _joint_rows(free, pose)
     _, values, vectors = np.linalg.svd(rows, full_matrices=True)
-    motions = vectors[np.count_nonzero(values > DEPENDENT) :]
+    motions = vectors[np.count_nonzero(values > THRESHOLDS.dependent) :]
     trials = np.random.default_rng(SEED).normal(size=(TRIALS, len(motions)))
     directions = branch_directions(free, pose, motions, trials)[:DIRECTIONS]
     return Nearby(tuple(found for direction in directions for found in _walk(free, q, direction)), len(motions))
@@ -49,14 +46,14 @@ def nearby(system: System, q: Array) -> Nearby:
 def _walk(system: System, q: Array, direction: Array) -> Iterator[Pose]:
     """Poses along a direction (6n,), each some steps further, until one does not close."""
     reached = q
-    for step in STEPS:
+    for step in (THRESHOLDS.nearby_first, THRESHOLDS.nearby_second):
         motion = _allowed(_joint_rows(system, pose_of(reached)), direction)
         size = float(np.abs(motion).max())
         if size < 1e-6:
             return
         aim = moved(system, reached, motion * (step / size))
-        closed, residual = nearest(system, aim, NO_CONDITIONS, None, ROUND_OFF)
-        if np.abs(residual).max(initial=0.0) > CLOSED or _far(system, closed, reached) < 0.1 * step:
+        closed, residual = nearest(system, aim, NO_CONDITIONS, None, THRESHOLDS.nearby_closed)
+        if np.abs(residual).max(initial=0.0) > THRESHOLDS.assembled or _far(system, closed, reached) < 0.1 * step:
             return
         yield pose_of(closed)
         reached = closed
@@ -76,7 +73,11 @@ def _allowed(rows: Array, direction: Array) -> Array:
     """The part of a direction that the rows do not resist, of unit length before."""
     direction = direction / np.linalg.norm(direction)
     for _ in range(2):
-        direction = direction - np.linalg.lstsq(rows, rows @ direction, rcond=DEPENDENT)[0] if rows.size else direction
+        direction = (
+            direction - np.linalg.lstsq(rows, rows @ direction, rcond=THRESHOLDS.dependent)[0]
+            if rows.size
+            else direction
+        )
     return direction
 
 

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from mbproj.arrays import Array, Integers
-from mbproj.dynamics.assembly.assemble import LARGE, State
+from mbproj.dynamics.assembly.assemble import State
 from mbproj.dynamics.equations.kinematics import pose_of
 from mbproj.dynamics.rank.blocks import Block, block_rows, loops_of, row_sets
 from mbproj.dynamics.rank.nearby import Nearby, nearby
@@ -22,6 +22,7 @@ from mbproj.dynamics.rank.right_hand_sides import RightHandSides, right_hand_sid
 from mbproj.dynamics.rank.row_space import shares, split, unit_rows
 from mbproj.dynamics.rank.row_words import Row, name_rows
 from mbproj.model.system import System
+from mbproj.thresholds import THRESHOLDS
 
 
 @dataclass(frozen=True, eq=False)
@@ -75,10 +76,10 @@ class Redundancy:
 
 
 def redundancy(system: System, state: State) -> Redundancy:
-    """The redundant rows at a closed state. Blocks of more than `LARGE` bodies are left out."""
+    """The redundant rows at a closed state. Blocks of more than `large` bodies are left out."""
     pose, blocks = pose_of(state.q), loops_of(system)
-    left_out = max((len(block.bodies) for block in blocks if len(block.bodies) > LARGE), default=0)
-    blocks = [block for block in blocks if len(block.bodies) <= LARGE]
+    left_out = max((len(block.bodies) for block in blocks if len(block.bodies) > THRESHOLDS.large), default=0)
+    blocks = [block for block in blocks if len(block.bodies) <= THRESHOLDS.large]
     found = []
     for block, rows in zip(blocks, block_rows(system, pose, blocks), strict=True):
         basis, dependent = split(unit_rows(rows), np.arange(len(rows)))
@@ -86,7 +87,7 @@ def redundancy(system: System, state: State) -> Redundancy:
             found.append(_Dependence(block, rows, basis, dependent))
     if not found:
         return Redundancy((), left_out=left_out)
-    around = nearby(system, state.q) if system.bodies <= LARGE else None
+    around = nearby(system, state.q) if system.bodies <= THRESHOLDS.large else None
     sides, names = right_hand_sides(system, state), name_rows(system, pose)
     sets = [
         _dependent_set(system, part, members, permanent, known, names)

@@ -12,11 +12,10 @@ from mbproj.dynamics.equations.constraint_equations import gamma, jacobian, time
 from mbproj.dynamics.equations.kinematics import Pose, Twist, body_rates, pose_of, twist_of
 from mbproj.dynamics.equations.motions import Drive, drive_at
 from mbproj.dynamics.rank.blocks import Block
-from mbproj.dynamics.rank.row_space import DEPENDENT, unit_rows
+from mbproj.dynamics.rank.row_space import unit_rows
 from mbproj.model.system import System
+from mbproj.thresholds import THRESHOLDS
 
-#: Right-hand sides agree to this part of what they are made of.
-AGREE = 1e-9
 TINY = float(np.finfo(float).tiny)
 
 
@@ -37,9 +36,9 @@ class RightHandSides:
         """The same with the doubt about the velocities of a block: the part of them that its `rows` do not allow. Of a
         block at rest that is all there is, as round-off leaves it a velocity, however small."""
         moving, unit = self.moving[block.bodies].ravel(), unit_rows(rows)
-        length = np.maximum(np.linalg.norm(rows, axis=1), DEPENDENT)
+        length = np.maximum(np.linalg.norm(rows, axis=1), THRESHOLDS.dependent)
         left = unit @ moving - self.velocity[block.rows] / length
-        wrong = np.abs(np.linalg.lstsq(unit, left, rcond=DEPENDENT)[0]).max()
+        wrong = np.abs(np.linalg.lstsq(unit, left, rcond=THRESHOLDS.dependent)[0]).max()
         return replace(self, doubt=float(wrong / max(np.abs(moving).max(), TINY)))
 
     def disagreement(self, rows: Integers, weights: Array) -> tuple[float, float]:
@@ -47,15 +46,15 @@ class RightHandSides:
         largest = float(np.abs(weights).max())
         quadratic = float(np.abs(weights * self.quadratic[rows]).sum()) + largest * self.speed**2
         return (
-            _beyond(weights * self.velocity[rows], AGREE * largest * self.speed),
-            _beyond(weights * self.acceleration[rows], (AGREE + 2.0 * self.doubt) * quadratic),
+            _beyond(weights * self.velocity[rows], THRESHOLDS.rows_agree * largest * self.speed),
+            _beyond(weights * self.acceleration[rows], (THRESHOLDS.rows_agree + 2.0 * self.doubt) * quadratic),
         )
 
 
 def _beyond(parts: Array, round_off: float) -> float:
     """The size of a sum; 0 where it is round-off."""
     off = abs(float(parts.sum()))
-    return off if off > round_off + AGREE * float(np.abs(parts).sum()) else 0.0
+    return off if off > round_off + THRESHOLDS.rows_agree * float(np.abs(parts).sum()) else 0.0
 
 
 def right_hand_sides(system: System, state: State) -> RightHandSides:

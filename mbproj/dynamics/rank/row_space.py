@@ -10,13 +10,7 @@ from mbproj.arrays import Array, Integers
 from mbproj.dynamics.equations.constraint_equations import jacobian
 from mbproj.dynamics.equations.kinematics import Pose
 from mbproj.model.system import System
-
-#: A row of C_q whose distance from the span of the others is below this part of its length is taken as dependent.
-DEPENDENT = 1e-9
-#: Below this a running simulation stops: what is computed there has lost all but a few digits.
-SINGULAR = 1e-11
-#: A coefficient below this part of the largest is taken as round-off.
-NO_SHARE = 1e-7
+from mbproj.thresholds import THRESHOLDS
 
 
 def scaled_jacobian(system: System, pose: Pose) -> Array:
@@ -29,7 +23,9 @@ def scaled_jacobian(system: System, pose: Pose) -> Array:
 def unit_rows(rows: Array) -> Array:
     """The rows, which are of the order of 1, with unit length; those without length as 0."""
     length = np.linalg.norm(rows, axis=1, keepdims=True)
-    return np.asarray(np.where(length > DEPENDENT, rows / np.maximum(length, DEPENDENT), 0.0), dtype=float)
+    return np.asarray(
+        np.where(length > THRESHOLDS.dependent, rows / np.maximum(length, THRESHOLDS.dependent), 0.0), dtype=float
+    )
 
 
 def row_distances(rows: Array) -> Array:
@@ -41,7 +37,7 @@ def row_distances(rows: Array) -> Array:
     distances = np.zeros(count)
     R = np.linalg.qr(rows.T, mode="r")
     distances[: min(count, columns)] = np.abs(np.diag(R))
-    if np.all(distances[: min(count, columns)] > DEPENDENT):
+    if np.all(distances[: min(count, columns)] > THRESHOLDS.dependent):
         return distances
     return _distances_by_elimination(rows)
 
@@ -55,7 +51,7 @@ def _distances_by_elimination(rows: Array) -> Array:
         for _ in range(2):  # twice is enough (Kahan)
             rest = rest - (basis[:size] @ rest) @ basis[:size]
         distances[index] = np.linalg.norm(rest)
-        if distances[index] > DEPENDENT:
+        if distances[index] > THRESHOLDS.dependent:
             basis[size] = rest / distances[index]
             size += 1
     return distances
@@ -64,7 +60,7 @@ def _distances_by_elimination(rows: Array) -> Array:
 def split(rows: Array, order: Sequence[int] | Integers) -> tuple[Integers, Integers]:
     """The rows taken in this `order` that are independent of those before them, and the others."""
     order = np.asarray(order, dtype=np.intp)
-    free = row_distances(rows[order]) > DEPENDENT
+    free = row_distances(rows[order]) > THRESHOLDS.dependent
     return order[free], order[~free]
 
 
@@ -75,4 +71,4 @@ def shares(rows: Array, basis: Integers, dependent: Integers) -> Array:
     """
     found = np.linalg.lstsq(rows[basis].T, rows[dependent].T, rcond=None)[0].T
     largest = np.maximum(np.abs(found).max(axis=1, initial=0.0, keepdims=True), 1.0)
-    return np.asarray(np.where(np.abs(found) > NO_SHARE * largest, found, 0.0), dtype=float)
+    return np.asarray(np.where(np.abs(found) > THRESHOLDS.no_share * largest, found, 0.0), dtype=float)

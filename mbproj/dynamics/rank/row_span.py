@@ -18,16 +18,9 @@ from mbproj.dynamics.equations.constraint_equations import constraint, jacobian,
 from mbproj.dynamics.equations.held_rows import Held
 from mbproj.dynamics.equations.kinematics import Pose
 from mbproj.dynamics.equations.motions import Drive
-from mbproj.dynamics.rank.row_space import DEPENDENT, row_distances
+from mbproj.dynamics.rank.row_space import row_distances
 from mbproj.model.system import System
-
-#: A pose is near to a singular one where a distance has fallen to this part of the largest that it has had.
-NEAR = 0.1
-#: There, a combination that violates c at the distance σ is left out of the positions where σ² < APART c, and of
-#: velocities and accelerations, which err by c / σ² with it and by σ without it, where σ³ < c, at least ROUND_OFF.
-APART, ROUND_OFF = 10.0, 1e-12
-#: A step is looked at closely where the distance would fall below NEAR at so many times its rate before.
-AHEAD = 2.0
+from mbproj.thresholds import THRESHOLDS
 
 
 class RowSpan:
@@ -39,7 +32,7 @@ class RowSpan:
         self.watching = watching
         #: The smallest distance since the last point, as a part of the largest.
         self.nearest = 1.0
-        self._largest = np.full(system.constraints if not redundant else 1, DEPENDENT)
+        self._largest = np.full(system.constraints if not redundant else 1, THRESHOLDS.dependent)
         self._before: float | None = None
         #: λ of the last pose that was not near to a singular one.
         self.multipliers = np.zeros(system.constraints)
@@ -52,15 +45,15 @@ class RowSpan:
         distances = self._distances(*self._scaled(C_q))
         self._largest = np.maximum(self._largest, distances)
         here = self._part(distances)[0]
-        fall = 0.0 if self._before is None else AHEAD * abs(here - self._before)
+        fall = 0.0 if self._before is None else THRESHOLDS.look_ahead * abs(here - self._before)
         passed, self.nearest, self._before = min(self.nearest, here), here, here
-        self.watching = here - fall < NEAR
+        self.watching = here - fall < THRESHOLDS.near_singular
         return passed
 
     def to_close(self, pose: Pose, C: Array) -> Held:
         """The rows that correct a position which violates them by C."""
         C_q = jacobian(self.system, pose)
-        return self._held(C_q, lambda sigma, weights: sigma**2 < APART * abs(float(weights @ C)))
+        return self._held(C_q, lambda sigma, weights: sigma**2 < THRESHOLDS.apart * abs(float(weights @ C)))
 
     def to_move(self, pose: Pose, drive: Drive | None, v: Array | None = None) -> Held:
         """The rows that velocities are to meet at a pose, or accelerations, where the velocity v counts as well."""
@@ -73,7 +66,7 @@ class RowSpan:
             rates = (C_q @ v + time_derivative(self.system, drive)) / max(speed, np.finfo(float).tiny)
 
         def is_blind(sigma: float, weights: Array) -> bool:
-            return sigma**3 < max(abs(float(weights @ C)) + abs(float(weights @ rates)), ROUND_OFF)
+            return sigma**3 < max(abs(float(weights @ C)) + abs(float(weights @ rates)), THRESHOLDS.least_violation)
 
         return self._held(C_q, is_blind)
 
@@ -86,7 +79,7 @@ class RowSpan:
         if not self.redundant:
             part, largest = self._part(row_distances(rows))
             self.nearest = min(self.nearest, part)
-            if part >= NEAR:
+            if part >= THRESHOLDS.near_singular:
                 return Held(C_q)
         U, sigma, _ = np.linalg.svd(rows)
         rank, weights = len(rows) - self.redundant, factors[:, None] * U
@@ -98,7 +91,7 @@ class RowSpan:
             weighed = self._row_scale[n:, None] * weights[n:]
             weights = weights - idle @ np.linalg.lstsq(weighed[:, rank:], weighed, rcond=None)[0]
         kept = rank
-        while part < NEAR and kept and sigma[kept - 1] < NEAR * largest:
+        while part < THRESHOLDS.near_singular and kept and sigma[kept - 1] < THRESHOLDS.near_singular * largest:
             if not is_blind(float(sigma[kept - 1]), weights[:, kept - 1]):
                 break
             kept -= 1
@@ -118,7 +111,9 @@ class RowSpan:
         """Rows of unit length, and the factors that make them so."""
         rows = C_q * self._lengths
         length = np.linalg.norm(rows, axis=1)
-        factors = np.where(length > DEPENDENT * self._row_scale, 1.0 / np.maximum(length, np.finfo(float).tiny), 0.0)
+        factors = np.where(
+            length > THRESHOLDS.dependent * self._row_scale, 1.0 / np.maximum(length, np.finfo(float).tiny), 0.0
+        )
         return rows * factors[:, None], factors
 
     def _distances(self, rows: Array, factors: Array) -> Array:

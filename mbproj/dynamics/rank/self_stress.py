@@ -5,17 +5,17 @@ from __future__ import annotations
 import numpy as np
 
 from mbproj.arrays import Array
-from mbproj.dynamics.assembly.assemble import LARGE
 from mbproj.dynamics.equations.kinematics import Pose
 from mbproj.dynamics.rank.blocks import block_rows, loops_of
 from mbproj.dynamics.rank.row_space import shares, split, unit_rows
 from mbproj.model.system import System
+from mbproj.thresholds import THRESHOLDS
 
 
 def self_stresses(system: System, pose: Pose) -> Array:
     """A basis of the multipliers λ (d, k) of joints and motions that exert nothing on any body, Gᵀλ = 0; torques are of
     the order of 1, and forces of 1 / length."""
-    blocks = [block for block in loops_of(system) if len(block.bodies) <= LARGE]
+    blocks = [block for block in loops_of(system) if len(block.bodies) <= THRESHOLDS.large]
     scale = system.row_scale[system.bodies :]
     found = [np.zeros((0, len(scale)))]
     for block, rows in zip(blocks, block_rows(system, pose, blocks), strict=True):

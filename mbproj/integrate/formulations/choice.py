@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from mbproj.arrays import Array, Integers
-from mbproj.dynamics.assembly.assemble import LARGE, State
+from mbproj.dynamics.assembly.assemble import State
 from mbproj.dynamics.equations.kinematics import pose_of
 from mbproj.dynamics.equations.motion_jumps import refuse_jumps
 from mbproj.dynamics.fast_modes import responses
@@ -24,9 +24,7 @@ from mbproj.model.planar import NotPlanar, Plane, obstacle_in_plane, planar_redu
 from mbproj.model.system import System
 from mbproj.registry import PROJECTIONS
 from mbproj.scene.records import Settings
-
-#: A principal moment of inertia below this part of the largest is none.
-NO_INERTIA = 1e-14
+from mbproj.thresholds import THRESHOLDS
 
 
 @dataclass(frozen=True, eq=False)
@@ -120,10 +118,15 @@ def _solvable(compiled: Compiled, system: System, state: State, settings: Settin
     regular, number = compiled.is_regular(state)
     if regular and redundant is not None:
         return Choice(compiled.name, why, compiled.degrees_of_freedom, compiled, redundant or 0)
-    if system.bodies <= LARGE:
+    if system.bodies <= THRESHOLDS.large:
         refuse_unsolvable(system, mobility(system, pose_of(state.q)))
     owner = compiled.owner(number) or "the mechanism"
-    if compiled.name == "reduced" and settings.formulation == "auto" and not regular and system.bodies <= LARGE:
+    if (
+        compiled.name == "reduced"
+        and settings.formulation == "auto"
+        and not regular
+        and system.bodies <= THRESHOLDS.large
+    ):
         return _full(system, state, f"the start is near to a singular pose ({owner})")
     joint = compiled.joint(number) if number >= 0 else len(system.joint_places)
     place = system.joint_places[joint] if joint < len(system.joint_places) else None
@@ -140,7 +143,7 @@ def _refuse_massless(system: System, state: State, settings: Settings) -> None:
     """Raises InputError where bodies without mass, or without inertia about some axis, are free to move (Eq. 20), or
     where the method weighs corrections with M alone."""
     smallest = np.linalg.eigvalsh(system.inertia)[:, 0] / np.linalg.norm(system.inertia, axis=(1, 2)).clip(1e-300)
-    light = np.flatnonzero((system.mass <= 0.0) | (smallest < NO_INERTIA))
+    light = np.flatnonzero((system.mass <= 0.0) | (smallest < THRESHOLDS.no_inertia))
     if not len(light):
         return
     if settings.projection.method == "popm":

@@ -23,19 +23,14 @@ from mbproj.dynamics.equations.motions import Drive, drive_at
 from mbproj.dynamics.equations.reflected import with_flywheels
 from mbproj.dynamics.equations.teeth import Teeth, sums_at_start
 from mbproj.dynamics.equations.turning import driven_to
-from mbproj.dynamics.rank.mobility import DEPENDENT, SINGULAR, row_distances, scaled_jacobian
-from mbproj.dynamics.rank.row_span import NEAR, RowSpan
+from mbproj.dynamics.rank.mobility import row_distances, scaled_jacobian
+from mbproj.dynamics.rank.row_span import RowSpan
 from mbproj.errors import InputError, SimulationError
 from mbproj.integrate.outcome.failures import branches_near, ill_conditioned, not_finite, other_branch, singular
 from mbproj.model.system import System
 from mbproj.projection import Method, Projected, Projection, make_method, project_after
 from mbproj.scene.records import Settings
-
-#: A projection that changes the velocity by more than this part, near a singular pose, has met another branch, unless
-#: what it moves in a step is less than that part of the mechanism's length: then it is at rest.
-BRANCH_CHANGE, AT_REST = 0.05, 1e-10
-#: What rows without a gradient may leave open, in the mechanism's own lengths.
-SECOND_ORDER = 3e-13
+from mbproj.thresholds import THRESHOLDS
 
 
 class Accelerations(NamedTuple):
@@ -172,9 +167,15 @@ class FullFormulation:
         v = self.parts(y)[1]
         part = self.change(v, projected.v)
         moved = float(np.linalg.norm(self.span.in_lengths(projected.v - v))) * h
-        if self.span.nearest < NEAR and part > BRANCH_CHANGE and moved > AT_REST:
+        if (
+            self.span.nearest < THRESHOLDS.near_singular
+            and part > THRESHOLDS.branch_change
+            and moved > THRESHOLDS.at_rest
+        ):
             raise other_branch(t, part)
-        if projected.left_open > SECOND_ORDER or (projected.failures and self.span.nearest < NEAR):
+        if projected.left_open > THRESHOLDS.left_open or (
+            projected.failures and self.span.nearest < THRESHOLDS.near_singular
+        ):
             raise branches_near(t)
 
     def change(self, v: Array, to: Array) -> float:
@@ -189,7 +190,7 @@ class FullFormulation:
     def check_regular(self, t: float, q: Array) -> None:
         """Raises SimulationError that names the joint where C_q has lost its rank at the start."""
         distances = row_distances(scaled_jacobian(self.system, pose_of(q)))
-        if not self.span.redundant and distances.min(initial=1.0) < SINGULAR:
+        if not self.span.redundant and distances.min(initial=1.0) < THRESHOLDS.singular:
             raise self._singular(t, q)
 
     def _singular(self, t: float, q: Array, v: Array | None = None) -> SimulationError:
@@ -198,6 +199,6 @@ class FullFormulation:
         if not np.all(np.isfinite(rows)) or not (v is None or np.all(np.isfinite(v))):
             return not_finite(t)
         distances = row_distances(rows)
-        if distances.min(initial=1.0) > DEPENDENT and not self.span.redundant:
+        if distances.min(initial=1.0) > THRESHOLDS.dependent and not self.span.redundant:
             return ill_conditioned(t, penalty=self.settings.projection.alpha)
         return singular(t, self.system.row_owner(int(np.argmin(distances))))

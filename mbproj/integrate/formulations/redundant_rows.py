@@ -9,13 +9,8 @@ import numpy as np
 from mbproj.arrays import Array
 from mbproj.dynamics.assembly.assemble import State
 from mbproj.integrate.formulations.compiled import Compiled
+from mbproj.thresholds import THRESHOLDS
 
-#: Squares of the distances below which a row counts as dependent, looked at one after another: where rows depend on
-#: each other for good, round-off leaves less than the first; a pose that is nearly singular is told apart below it.
-THRESHOLDS = (1e-8, 1e-10, 1e-12)
-#: How far the mechanism is moved to see whether rows stay dependent, in its lengths or rad; how far rows that are left
-#: out may then be open, by the same measure.
-MOVED, OPENED = 0.05, 1e-9
 #: Directions that are tried.
 TRIALS = 3
 
@@ -25,7 +20,7 @@ def count_redundant(compiled: Compiled, state: State) -> int | None:
     this pose only, so that it is singular."""
     compiled.model.redundant = 0
     y, equations, count = compiled.state(state.q, state.v), compiled.equations(), 0
-    for threshold in THRESHOLDS:
+    for threshold in (THRESHOLDS.redundant_from, THRESHOLDS.redundant_between, THRESHOLDS.redundant_to):
         count = equations.dependent_rows(y, state.t, threshold)
         if count == 0 or _stay_closed(compiled, state, count):
             return count
@@ -48,14 +43,14 @@ def _stays_closed(compiled: Compiled, equations: Any, state: State, rng: np.rand
     if moving is None:
         return False
     rate = float(np.abs(moving[1] / weights).max())
-    if rate < OPENED:
+    if rate < THRESHOLDS.redundant_open:
         return True  # nothing can move
-    seconds = MOVED / rate
+    seconds = THRESHOLDS.redundant_moved / rate
     moved = _corrected(compiled, equations, state.t + seconds, state.q + seconds * moving[1], moving[1])
     if moved is None:
         return False
     C = equations.constraint(compiled.state(*moved), state.t + seconds)
-    return bool(np.all(np.abs(C) <= OPENED * compiled.row_scale))
+    return bool(np.all(np.abs(C) <= THRESHOLDS.redundant_open * compiled.row_scale))
 
 
 def _corrected(compiled: Compiled, equations: Any, t: float, q: Array, v: Array) -> tuple[Array, Array] | None:

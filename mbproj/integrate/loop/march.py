@@ -15,7 +15,7 @@ from mbproj.dynamics.equations.teeth import near
 from mbproj.dynamics.equations.turning import Turning
 from mbproj.dynamics.observe.samples import Sample
 from mbproj.errors import SimulationError
-from mbproj.integrate.formulations.full import BRANCH_CHANGE, FullFormulation
+from mbproj.integrate.formulations.full import FullFormulation
 from mbproj.integrate.loop.step_size import Controller, error_norm, first_step
 from mbproj.integrate.outcome.failures import TurnsUntold, left_open, not_finite, step_vanished, unresolved
 from mbproj.integrate.outcome.tally import Tally
@@ -24,11 +24,7 @@ from mbproj.integrate.steppers.runge_kutta import RightHandSide, Step, continuou
 from mbproj.integrate.steppers.tableau import Tableau, load_tableau
 from mbproj.model.system import System
 from mbproj.scene.sampling import output_every, output_times, whole_steps
-
-#: Violations, in rad or in units of the system's length, that no run goes on with: after a failed projection, and ever.
-OPEN, LOST = 1e-6, 1.0
-#: A step that comes so near to a singular pose, as a part of how far away from it the run has been, is checked.
-CLOSE = 0.05
+from mbproj.thresholds import THRESHOLDS
 
 
 def march(formulation: FullFormulation, state: State, tally: Tally) -> Iterator[Sample]:
@@ -164,7 +160,7 @@ def _accepted(
     formulation.check_branch(t, t - before.t, y, projected)
     *_, integrals, expected = formulation.parts(y)
     position, velocity = formulation.violations(t, projected.q, projected.v, expected)
-    limit = OPEN if projected.failures else LOST
+    limit = THRESHOLDS.open_limit if projected.failures else THRESHOLDS.lost_limit
     if not np.all(position <= limit * formulation.system.row_scale):
         far = before.turning.far(formulation.system, t)
         if far is not None:
@@ -178,7 +174,7 @@ def _accepted(
     coordinate, turning = counted(formulation, tableau, before, t, step, projected.q, projected.v)
     tally.watch(position, velocity, _joint_rows(formulation.system), t)
     y = np.concatenate([projected.q, projected.v, integrals, turning.coordinate[: formulation.followed]])
-    if formulation.arrive(projected.q) < CLOSE:
+    if formulation.arrive(projected.q) < THRESHOLDS.close_to_singular:
         _check_by_halves(formulation, tableau, before, t, y)
     return _point(formulation, y, coordinate, turning)
 
@@ -194,7 +190,7 @@ def _check_by_halves(formulation: FullFormulation, tableau: Tableau, before: Poi
         half = _point(formulation, closed, *turned)
     v = formulation.parts(y)[1]
     off = formulation.change(v, formulation.parts(half.y)[1])
-    if not off <= BRANCH_CHANGE:
+    if not off <= THRESHOLDS.branch_change:
         raise unresolved(t, off)
 
 
@@ -219,7 +215,7 @@ def _point(formulation: FullFormulation, y: Array, coordinate: Array, turning: T
     """The point at y at the time of `turning`."""
     q, v, *_ = formulation.parts(y)
     found = formulation.accelerations(turning.t, q, v, turning.coordinate)
-    if formulation.span.nearest >= CLOSE:
+    if formulation.span.nearest >= THRESHOLDS.close_to_singular:
         formulation.span.multipliers = found.multipliers
     return Point(turning.t, y, found, coordinate, turning)
 

@@ -10,9 +10,7 @@ import numpy as np
 from mbproj.arrays import Array, may_overflow
 from mbproj.errors import SimulationError
 from mbproj.integrate.steppers.runge_kutta import RightHandSide
-
-SAFETY = 0.9
-SMALLEST_CHANGE, LARGEST_CHANGE = 0.2, 10.0
+from mbproj.thresholds import THRESHOLDS
 
 
 def error_norm(estimates: Array, y: Array, y_new: Array, tolerance: float, scale: Array) -> float:
@@ -36,23 +34,26 @@ class Controller:
     """
 
     error_order: int
-    previous_error: float = 1e-4
+    previous_error: float = THRESHOLDS.least_error_before
     rejected: bool = False
 
     def after_accepted(self, error: float, h: float) -> tuple[float, Controller]:
         """The next step's size, and the controller for it."""
         k = self.error_order + 1
         integral = 0.2 / k
-        factor = SAFETY * max(error, 1e-10) ** (0.75 * integral - 1.0 / k) * self.previous_error**integral
-        largest = 1.0 if self.rejected else LARGEST_CHANGE
-        factor = min(max(factor, SMALLEST_CHANGE), largest)
-        return h * factor, Controller(self.error_order, max(error, 1e-4))
+        reached = max(error, THRESHOLDS.least_error)
+        factor = THRESHOLDS.safety * reached ** (0.75 * integral - 1.0 / k) * self.previous_error**integral
+        largest = 1.0 if self.rejected else THRESHOLDS.largest_change
+        factor = min(max(factor, THRESHOLDS.smallest_change), largest)
+        return h * factor, Controller(self.error_order, max(error, THRESHOLDS.least_error_before))
 
     def after_rejected(self, error: float, h: float) -> tuple[float, Controller]:
         """The size to try again with, and the controller for it; an error that is not finite shrinks the step most."""
         k = self.error_order + 1
-        factor = SAFETY * error ** (0.15 / k - 1.0 / k) if np.isfinite(error) else 0.0
-        return h * max(factor, SMALLEST_CHANGE), Controller(self.error_order, self.previous_error, rejected=True)
+        factor = THRESHOLDS.safety * error ** (0.15 / k - 1.0 / k) if np.isfinite(error) else 0.0
+        return h * max(factor, THRESHOLDS.smallest_change), Controller(
+            self.error_order, self.previous_error, rejected=True
+        )
 
 
 def _bend(

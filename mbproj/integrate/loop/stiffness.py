@@ -22,25 +22,17 @@ from mbproj.integrate.steppers.stability_region import amplification, reach
 from mbproj.integrate.steppers.tableau import load_tableau
 from mbproj.model.system import System
 from mbproj.scene.records import Settings
+from mbproj.thresholds import THRESHOLDS
 
 #: Samples of a block that are kept, and of a run.
 OF_A_BLOCK, KEPT = 4, 8
 #: Laws that are looked at, at most: those that would be fastest on free bodies.
 LAWS = 100
-#: Errors that grow by this factor over a run spoil it.
-SPOILT = 1e3
-#: Stability holds the step where it is this part of its limit or more, at so large a part of the samples.
-NEAR_LIMIT, RATHER = 0.6, 0.5
-#: A force that has this part of the energy of the one that has most is named too, of so many at most.
-NAMED, MOST_NAMED = 0.5, 3
+#: So many forces are named at most.
+MOST_NAMED = 3
 
-#: Bodies that the forces would move more slowly than this part of 1 / h if nothing else held them are not looked at.
-SLOW = 0.25
-#: Whether the motion is smooth is looked at over so many steps, at so many points, from so many of the samples.
-SPAN, POINTS, LOOKS = 10.0, 60, 3
-#: What a mode at the limit of stability leaves of the motion is below this multiple of the tolerance (measured: 0.1 to
-#: 50) and below this part of what the motion ranges over; a vibration that is part of the motion is above.
-BELOW, HARDLY = 50.0, 0.1
+#: Whether the motion is smooth is looked at at so many points, from so many of the samples.
+POINTS, LOOKS = 60, 3
 
 #: Samples of a run from a state with settings.
 March = Callable[[State, Settings], Iterator[Samples | None]]
@@ -114,7 +106,7 @@ class StiffnessWatch:
             steps = (end - kept.state.t) / kept.step if until is None else until - kept.steps
             logarithm += np.log(found.growth) * max(steps, 1.0)
             first = first or found
-        return first if logarithm > np.log(SPOILT) else None
+        return first if logarithm > np.log(THRESHOLDS.spoilt) else None
 
     def _held(self) -> Stiffness | None:
         """What has held the step of a run with error control."""
@@ -124,20 +116,20 @@ class StiffnessWatch:
         near = [
             (kept, found)
             for kept, found in zip(self._kept[1:-1], inner, strict=True)
-            if found is not None and found.omega_h >= NEAR_LIMIT * found.limit
+            if found is not None and found.omega_h >= THRESHOLDS.near_limit * found.limit
         ]
-        if not near or len(near) < RATHER * len(inner):
+        if not near or len(near) < THRESHOLDS.rather * len(inner):
             return None
         tried = [near[at] for at in _spread(len(near), LOOKS)]
         return tried[-1][1] if all(self._is_smooth(kept) for kept, _ in tried) else None
 
     def _is_smooth(self, kept: _Kept) -> bool:
-        """Whether the motion of the next SPAN steps is a polynomial of the degree that one step of the method resolves,
-        but for what the control of the error leaves of a mode at the limit of stability: accuracy alone would let the
-        step grow."""
+        """Whether the motion of the next `smooth_span` steps is a polynomial of the degree that one step of the method
+        resolves, but for what the control of the error leaves of a mode at the limit of stability: accuracy alone would
+        let the step grow."""
         tolerance, order = self._settings.tolerance, self._tableau.error_order
         assert tolerance is not None
-        span = SPAN * kept.step
+        span = THRESHOLDS.smooth_span * kept.step
         settings = replace(self._settings, duration=span, output_step=span / POINTS)
         try:
             samples = join([part for part in self._march(kept.state, settings) if part is not None])
@@ -148,7 +140,7 @@ class StiffnessWatch:
         left = y - basis @ np.linalg.lstsq(basis, y, rcond=None)[0]
         scale = np.tile([self._system.length] * 3 + [1.0] * 4, 2 * self._system.bodies) + np.abs(y).max(axis=0)
         rest, whole = (_mean(part / scale) for part in (np.abs(left).max(axis=0), self._range()))
-        return rest <= BELOW * tolerance and rest <= HARDLY * whole
+        return rest <= THRESHOLDS.below_tolerances * tolerance and rest <= THRESHOLDS.hardly_moves * whole
 
     def _range(self) -> Array:
         """What q and v of the samples range over, (14n,)."""
@@ -184,7 +176,7 @@ class StiffnessWatch:
         bound = speeds_of_free_bodies(self._system, pose_of(kept.state.q), slope)
         laws = np.sort(np.argsort(-bound)[:LAWS])
         laws = laws[bound[laws] > 0.0]
-        if not len(laws) or kept.step * bound.max() < SLOW:
+        if not len(laws) or kept.step * bound.max() < THRESHOLDS.slow_mode:
             return None
         W = self._choice.responses(self._system, kept.state, laws)
         mode = None if W is None else fastest_mode(W, laws, slope)
@@ -215,6 +207,6 @@ def _named(owners: tuple[str, ...], mode: Mode) -> str:
     for name, share in zip(owners, mode.shares.tolist(), strict=True):
         parts[name] = parts.get(name, 0.0) + share
     most = max(parts.values())
-    names = [name for name in sorted(parts, key=lambda name: -parts[name]) if parts[name] >= NAMED * most]
+    names = [name for name in sorted(parts, key=lambda name: -parts[name]) if parts[name] >= THRESHOLDS.named * most]
     more = f" and {len(names) - MOST_NAMED} more" if len(names) > MOST_NAMED else ""
     return f"force{'s' * (len(names) > 1)} " + ", ".join(f"'{name}'" for name in names[:MOST_NAMED]) + more

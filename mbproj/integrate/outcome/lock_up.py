@@ -16,16 +16,10 @@ from mbproj.dynamics.rank.nearby import NO_CONDITIONS
 from mbproj.errors import SimulationError
 from mbproj.integrate.outcome.failures import locked
 from mbproj.model.system import System
+from mbproj.thresholds import THRESHOLDS
 
-#: From the last sample the mechanism is led to where the run stopped in steps in which no motion moves by more, in rad
-#: and parts of the mechanism's length, if so many do; and on by what moves the motions by these.
-STEP, MOST_STEPS, FURTHER = 0.05, 200, (1e-3, 1e-2, 1e-1)
-#: Between two of these poses no motion may have moved by more.
-FAR = 0.2
-#: Larger systems would take minutes.
-MOST_BODIES = 40
-#: What closes is closed to this, in rad and parts of the length; what does not misses by what the motions moved.
-CLOSED, OPEN = 1e-12, 1e-5
+#: From where the run stopped the mechanism is led on by what moves the motions by these, rad and parts of its length.
+FURTHER = (1e-3, 1e-2, 1e-1)
 
 
 @contextmanager
@@ -35,7 +29,7 @@ def naming_lock_up(system: System, reached: Callable[[], tuple[float, Array]]) -
     try:
         yield
     except SimulationError as error:
-        tells = system.motions is not None and system.bodies <= MOST_BODIES
+        tells = system.motions is not None and system.bodies <= THRESHOLDS.locked_bodies
         found = _lock_up(system, *reached(), error.time) if tells else None
         if found is None:
             raise
@@ -48,10 +42,10 @@ def _lock_up(system: System, t: float, q: Array, stop: float) -> SimulationError
         at, drive = _drive_at(system, t), _drive_at(system, stop)
         for time in _way(system, t, stop, drive):
             before, at = at, _drive_at(system, time)
-            if np.abs((at.value - before.value) / _units(system)).max() > FAR:
+            if np.abs((at.value - before.value) / _units(system)).max() > THRESHOLDS.locked_far:
                 return None
-            q, residual = nearest(system, q, NO_CONDITIONS, at, CLOSED)
-            if np.abs(residual).max(initial=0.0) > OPEN:
+            q, residual = nearest(system, q, NO_CONDITIONS, at, THRESHOLDS.locked_closed)
+            if np.abs(residual).max(initial=0.0) > THRESHOLDS.locked_open:
                 return _locked(system, stop, drive, residual[system.joints.size :])
             drive = at if time > stop else drive
     except (SimulationError, np.linalg.LinAlgError):  # a motion without a value there, say
@@ -62,8 +56,8 @@ def _lock_up(system: System, t: float, q: Array, stop: float) -> SimulationError
 def _way(system: System, t: float, stop: float, drive: Drive) -> list[float]:
     """Times from t to `stop` and on; none where it is too far, or the motions stand."""
     fastest = float(np.abs(drive.rate / _units(system)).max())
-    steps = np.ceil(fastest * (stop - t) / STEP)
-    if not fastest > 0.0 or not steps <= MOST_STEPS:
+    steps = np.ceil(fastest * (stop - t) / THRESHOLDS.locked_step)
+    if not fastest > 0.0 or not steps <= THRESHOLDS.locked_steps:
         return []
     return [*np.linspace(t, stop, int(steps) + 1).tolist(), *(stop + part / fastest for part in FURTHER)]
 

@@ -9,6 +9,7 @@ from mbproj.dynamics.equations.round_off import EPSILON
 from mbproj.integrate.outcome.tally import Peak
 from mbproj.model.system import System
 from mbproj.scene.records import Settings
+from mbproj.thresholds import THRESHOLDS
 
 
 @dataclass(frozen=True)
@@ -93,10 +94,6 @@ def summary(scene: str, output: str, report: Report, total_seconds: float) -> di
     }
 
 
-#: What moves less than so many times round-off, of coordinates or energies, is at rest: joints are closed no better.
-AT_REST = 1e4
-
-
 class EnergyWatch:
     """Scratch of a run: the largest |balance|, kinetic energy, and range of the potential energy so far."""
 
@@ -115,6 +112,6 @@ class EnergyWatch:
     def relative(self) -> float:
         """The drift over the largest kinetic energy + |ΔV| of the run; 0 where nothing but round-off moved."""
         size = self.kinetic + max(self.highest - self.lowest, 0.0)
-        nothing = AT_REST * EPSILON * max(self._scale, abs(self.lowest), abs(self.highest))
+        nothing = THRESHOLDS.rests * EPSILON * max(self._scale, abs(self.lowest), abs(self.highest))
         rests = max(size, self.drift) <= nothing or size == 0.0
         return 0.0 if rests or not self._moves else self.drift / size

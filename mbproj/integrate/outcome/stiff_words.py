@@ -9,11 +9,8 @@ from mbproj.errors import SimulationError
 from mbproj.integrate.steppers.stability_region import reach
 from mbproj.integrate.steppers.tableau import load_tableau
 from mbproj.registry import integrators
+from mbproj.thresholds import THRESHOLDS
 
-#: A step that is well within the limit.
-WITHIN = 0.9
-#: Growth in a step beyond which its size says nothing.
-WILD = 1e6
 NOT_YET = "implicit methods, which stiffness does not hold up, do not exist here yet"
 
 
@@ -41,13 +38,17 @@ class Stiffness:
     @property
     def grows(self) -> str:
         """What a step does to an error."""
-        size = f"{self.growth:.3g}-fold" if self.growth < WILD else f"more than {WILD:.0e}-fold"
+        size = (
+            f"{self.growth:.3g}-fold"
+            if self.growth < THRESHOLDS.wild_growth
+            else f"more than {THRESHOLDS.wild_growth:.0e}-fold"
+        )
         return f"errors grow {size} in each step"
 
     @property
     def stable_step(self) -> str:
         """The step that would do, of two digits."""
-        step = WITHIN * self.limit / self.omega_h * self.step
+        step = THRESHOLDS.within_limit * self.limit / self.omega_h * self.step
         unit = 10.0 ** (floor(log10(step)) - 1)
         return f"take steps of {unit * floor(step / unit):.2g} s or less"
 

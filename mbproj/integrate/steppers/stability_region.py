@@ -10,11 +10,10 @@ from typing import Any
 import numpy as np
 
 from mbproj.integrate.steppers.tableau import Tableau
+from mbproj.thresholds import THRESHOLDS
 
 #: How far |z| is looked at, in which steps; and how often what is found there is halved.
 FARTHEST, SCAN, HALVINGS = 20.0, 5e-3, 50
-#: Growth in a step that counts as none along the imaginary axis, where |R| hardly leaves 1 for long.
-SLACK = 0.01
 
 
 @cache
@@ -34,7 +33,7 @@ def amplification(tableau: Tableau, z: complex) -> float:
 
 
 @cache
-def reach(tableau: Tableau, direction: complex, slack: float = SLACK) -> float:
+def reach(tableau: Tableau, direction: complex, slack: float = THRESHOLDS.stable_slack) -> float:
     """The largest r up to which |R(r direction)| <= 1 + slack, of a direction of size 1."""
     R = stability_function(tableau)
     r = np.arange(SCAN, FARTHEST, SCAN)

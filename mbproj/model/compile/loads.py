@@ -17,9 +17,7 @@ from mbproj.model.compile.rigid_groups import Seat
 from mbproj.model.forces import BodyForces, Forces, Laws
 from mbproj.model.primitive_set import Binding, bind
 from mbproj.scene.records import BodyForce, JointForce, Law, PointForce, Scene
-
-#: Two points that are closer than this, over 1 m + their coordinates, are one.
-COINCIDENT = 1e-14
+from mbproj.thresholds import THRESHOLDS
 
 
 @dataclass(frozen=True, eq=False)
@@ -110,7 +108,7 @@ def _between_points(scene: Scene, force: PointForce, seats: Mapping[str, Seat], 
     if slots[0][0] == slots[1][0]:
         what = f"force '{force.name}' acts between two points of one rigid body"
         raise InputError(Problem(what, place, "fixed joints have made its bodies one"))
-    if length <= COINCIDENT * (1.0 + np.abs(ends).max()):
+    if length <= THRESHOLDS.one_point * (1.0 + np.abs(ends).max()):
         what = f"force '{force.name}' has no direction: its two points are one at the scene's pose"
         raise InputError(Problem(what, place, "move one of its points"))
     law = force.law

@@ -7,9 +7,9 @@ import numpy as np
 from mbproj.arrays import Array, Integers
 from mbproj.model.euler_parameters import rotation_matrix
 from mbproj.model.planar.plane import Plane
-from mbproj.model.planar.rows import TOLERANCE
 from mbproj.model.primitive_set import PrimitiveSet
 from mbproj.model.system import System
+from mbproj.thresholds import THRESHOLDS
 
 
 def obstacle_in_plane(system: System, plane: Plane) -> str | None:
@@ -29,7 +29,9 @@ def obstacle_in_plane(system: System, plane: Plane) -> str | None:
             return f"force '{owners[locked[0]]}' acts along a coordinate out of the plane"
         depth = _depths(plane, laws.coordinates)
         for group in laws.coordinates.groups:
-            apart = np.ptp(depth[group.slots], axis=1) > TOLERANCE * max(system.length, float(np.abs(depth).max()))
+            apart = np.ptp(depth[group.slots], axis=1) > THRESHOLDS.in_plane * max(
+                system.length, float(np.abs(depth).max())
+            )
             tilted = [row for row in group.rows[apart, 0] if not of_joints[row]]
             if tilted:
                 return f"force '{owners[tilted[0]]}' acts between points at different depths"

@@ -5,14 +5,12 @@ from __future__ import annotations
 import numpy as np
 
 from mbproj.arrays import Array, cross
-from mbproj.model.planar.rows import TOLERANCE
 from mbproj.model.primitive_set import PrimitiveSet
+from mbproj.thresholds import THRESHOLDS
 
 #: So many directions of the joints' vectors are looked at: a joint has three at most, and two of those in the plane, or
 #: the normal itself, are enough.
 DIRECTIONS = 6
-#: Directions whose sine is below this are one.
-SAME = 1e-9
 
 
 def candidate_normals(joints: PrimitiveSet, rotation: Array) -> list[Array]:
@@ -35,7 +33,7 @@ def plane_axes(normal: Array) -> Array:
     """Right-handed axes (3, 3) with columns e1, e2, n. Along a global axis n is that axis and e1, e2 are the other two
     in cyclic order, so that coordinates are the same numbers; else the largest component of n is positive."""
     largest = int(np.argmax(np.abs(normal)))
-    if np.linalg.norm(np.delete(normal, largest)) <= TOLERANCE:
+    if np.linalg.norm(np.delete(normal, largest)) <= THRESHOLDS.in_plane:
         return np.roll(np.eye(3), 2 - largest, axis=1)
     n = normal * np.sign(normal[largest])
     farthest = np.eye(3)[np.argmin(np.abs(n))]
@@ -51,5 +49,5 @@ def _distinct(vectors: Array, most: int) -> Array:
     found: list[Array] = []
     while len(left) and len(found) < most:
         found.append(left[0])
-        left = left[np.linalg.norm(cross(left, left[0]), axis=1) > SAME]
+        left = left[np.linalg.norm(cross(left, left[0]), axis=1) > THRESHOLDS.one_direction]
     return np.array(found).reshape(-1, 3)

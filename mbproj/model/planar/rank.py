@@ -16,11 +16,7 @@ import numpy as np
 from mbproj.arrays import Array, cross, distinct_rows
 from mbproj.model.planar.rows import RowMap, Seen
 from mbproj.model.primitive_set import PrimitiveSet
-
-#: A row nearer than this to the span of others depends on them, as in dynamics/rank.py.
-DEPENDENT = 1e-9
-#: A piece of more bodies than this is not tested.
-LARGEST_PIECE = 500
+from mbproj.thresholds import THRESHOLDS
 
 #: Per row: the three numbers that it has for each body it acts on, by body.
 Rows = list[dict[int, list[float]]]
@@ -31,7 +27,7 @@ def escape(bound: PrimitiveSet, seen: Seen, outside: RowMap, names: tuple[str, .
     rows = _rows(bound, seen, outside, len(names), length)
     free = _not_reached(rows, len(names))
     for piece, own_rows in _pieces(rows, free):
-        if len(piece) > LARGEST_PIECE and len(own_rows) >= 3 * len(piece):
+        if len(piece) > THRESHOLDS.largest_piece and len(own_rows) >= 3 * len(piece):
             return f"body '{names[piece[0]]}' is in a piece of {len(piece)} bodies, too many to test, seen in the plane"
         body = _moving(own_rows, piece)
         if body is not None:
@@ -94,7 +90,7 @@ def _extend(basis: list[list[float]], part: list[float]) -> None:
             inner = a * x + b * y + c * z
             x, y, z = x - inner * a, y - inner * b, z - inner * c
     norm = (x * x + y * y + z * z) ** 0.5
-    if norm > DEPENDENT:
+    if norm > THRESHOLDS.dependent:
         basis.append([x / norm, y / norm, z / norm])
 
 
@@ -119,7 +115,7 @@ def _pieces(rows: Rows, free: list[int]) -> list[tuple[list[int], Rows]]:
 
 def _moving(rows: Rows, piece: list[int]) -> int | None:
     """The body of the piece that its rows let move most; None where their rank is full. A large piece has too few."""
-    if len(piece) > LARGEST_PIECE:
+    if len(piece) > THRESHOLDS.largest_piece:
         rows_on = Counter(body for row in rows for body in row)
         return min(piece, key=lambda body: rows_on[body])
     place = {body: index for index, body in enumerate(piece)}
@@ -128,5 +124,5 @@ def _moving(rows: Rows, piece: list[int]) -> int | None:
         for body, part in row.items():
             line[place[body]] = part
     _, values, vectors = np.linalg.svd(matrix.reshape(len(rows), 3 * len(piece)), full_matrices=True)
-    motions = vectors[np.count_nonzero(values > DEPENDENT) :].reshape(-1, len(piece), 3)
+    motions = vectors[np.count_nonzero(values > THRESHOLDS.dependent) :].reshape(-1, len(piece), 3)
     return piece[int(np.argmax(np.linalg.norm(motions, axis=(0, 2))))] if len(motions) else None

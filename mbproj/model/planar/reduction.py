@@ -13,11 +13,12 @@ from mbproj.model.euler_parameters import rotation_matrix
 from mbproj.model.planar.normals import candidate_normals, plane_axes
 from mbproj.model.planar.planar_set import planar_set
 from mbproj.model.planar.plane import Plane
-from mbproj.model.planar.rank import DEPENDENT, escape
+from mbproj.model.planar.rank import escape
 from mbproj.model.planar.rows import INSIDE, OUTSIDE, Seen, see, sides
 from mbproj.model.planar.tilt import Refusal, split
 from mbproj.model.primitive_set import PrimitiveSet
 from mbproj.model.system import System
+from mbproj.thresholds import THRESHOLDS
 
 
 @dataclass(frozen=True, eq=False)
@@ -79,7 +80,9 @@ def _reduction(system: System, pose: _Pose, axes: Array) -> Plane | NotPlanar:
         return _not_planar(loose, axes)
     coordinates = _seen(system.coordinates, pose, axes, system.length)
     changing = _changing(system.coordinates, coordinates)
-    tilted = np.flatnonzero(~changing & (np.abs(_in_plane_rate(system.coordinates, coordinates)) > DEPENDENT))
+    tilted = np.flatnonzero(
+        ~changing & (np.abs(_in_plane_rate(system.coordinates, coordinates)) > THRESHOLDS.dependent)
+    )
     if len(tilted):
         return _not_planar(f"the angle '{system.names.coordinates[tilted[0]]}' is tilted, seen in the plane", axes)
     normal = (np.swapaxes(pose.rotation[:n], -1, -2) @ axes[:, 2, None])[..., 0]

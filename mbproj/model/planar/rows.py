@@ -21,9 +21,7 @@ import numpy.typing as npt
 from mbproj.arrays import Array, Integers
 from mbproj.constraints import PRIMITIVES, Primitive
 from mbproj.model.primitive_set import PrimitiveSet
-
-#: Vectors are parallel or normal up to this (and then exactly); depths equal up to this part of the mechanism's extent.
-TOLERANCE = 1e-12
+from mbproj.thresholds import THRESHOLDS
 
 INSIDE, OUTSIDE, TILTED, STRANGE = range(4)
 _NAMES = {primitive: name for name, primitive in PRIMITIVES.items()}
@@ -56,8 +54,8 @@ class RowMap:
 @dataclass(frozen=True, eq=False)
 class Seen:
     """A set's attachments in plane axes: `arm` (S, 3) from the body's centre of mass, with vectors that are in the
-    plane or along n up to TOLERANCE made exactly so, and `x` (S, 3), where points are from the origin. `extent` in m is
-    what depths are measured against."""
+    plane or along n up to round-off made exactly so, and `x` (S, 3), where points are from the origin. `extent` in m
+    is what depths are measured against."""
 
     arm: Array
     x: Array
@@ -73,8 +71,8 @@ def see(bound: PrimitiveSet, position: Array, rotation: Array, axes: Array, leng
     """The set in plane axes at a pose: position (n+1, 3) and rotation (n+1, 3, 3), the ground last."""
     arm = (rotation[bound.body] @ bound.local[..., None])[..., 0] @ axes
     vector = bound.is_point == 0.0
-    arm[vector & (np.abs(arm[:, 2]) <= TOLERANCE), 2] = 0.0
-    arm[vector & (np.linalg.norm(arm[:, :2], axis=1) <= TOLERANCE), :2] = 0.0
+    arm[vector & (np.abs(arm[:, 2]) <= THRESHOLDS.in_plane), 2] = 0.0
+    arm[vector & (np.linalg.norm(arm[:, :2], axis=1) <= THRESHOLDS.in_plane), :2] = 0.0
     x = arm + bound.is_point[:, None] * (position @ axes)[bound.body]
     return Seen(arm, x, max(length, float(np.abs(position).max())))
 
@@ -93,7 +91,7 @@ def sides(bound: PrimitiveSet, seen: Seen) -> Integers:
         elif kind == "along":
             side[group.rows[:, 0]] = _chosen(level[:, 0], upright[:, 0])
         elif kind == "distance":
-            same_depth = np.abs(x[:, 1, 2] - x[:, 0, 2]) <= TOLERANCE * seen.extent
+            same_depth = np.abs(x[:, 1, 2] - x[:, 0, 2]) <= THRESHOLDS.in_plane * seen.extent
             side[group.rows[same_depth, 0]] = INSIDE
         elif kind in ("angle", "gear"):
             side[group.rows[level.all(axis=1), 0]] = INSIDE

@@ -19,8 +19,9 @@ import numpy as np
 import numpy.typing as npt
 
 from mbproj.arrays import Array, Integers, cross
-from mbproj.model.planar.rows import INSIDE, OUTSIDE, STRANGE, TILTED, TOLERANCE, RowMap, Seen, kind_of, strangeness
+from mbproj.model.planar.rows import INSIDE, OUTSIDE, STRANGE, TILTED, RowMap, Seen, kind_of, strangeness
 from mbproj.model.primitive_set import PrimitiveSet
+from mbproj.thresholds import THRESHOLDS
 
 _NORMAL = np.array([0.0, 0.0, 1.0])
 
@@ -113,15 +114,15 @@ def _turn(bound: PrimitiveSet, seen: Seen, slots: Integers) -> tuple[bytes, Arra
 def _spans_normal(directions: Array) -> bool:
     """Whether n is a combination of the directions (k, 3)."""
     _, values, basis = np.linalg.svd(directions, full_matrices=False)
-    basis = basis[values > TOLERANCE]
-    return float(np.linalg.norm(_NORMAL - (basis @ _NORMAL) @ basis)) <= TOLERANCE
+    basis = basis[values > THRESHOLDS.in_plane]
+    return float(np.linalg.norm(_NORMAL - (basis @ _NORMAL) @ basis)) <= THRESHOLDS.in_plane
 
 
 def _eliminated(parts: Array) -> tuple[list[int], Array]:
     """Rows of `parts` (k, d) that span all of them, the largest first, and the coefficients (k, p) of all by these."""
     pivots: list[int] = []
     coefficients, rest = np.zeros((len(parts), 0)), parts
-    while np.abs(rest).max() > TOLERANCE:
+    while np.abs(rest).max() > THRESHOLDS.in_plane:
         pivots.append(int(np.argmax(np.linalg.norm(rest, axis=1))))
         coefficients = parts @ np.linalg.pinv(parts[pivots])
         rest = parts - coefficients @ parts[pivots]

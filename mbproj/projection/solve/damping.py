@@ -16,17 +16,7 @@ import numpy as np
 
 from mbproj.arrays import Array
 from mbproj.projection.methods.method import Projection
-
-#: No correction turns a body by more (rad, to first order).
-WIDEST_TURN = 0.5
-#: How much less a turn is allowed from one trial to the next, and how often.
-TIGHTER, TIGHTENINGS = 0.25, 6
-#: What a body's moments grow by where it turns too far, beyond the factor by which it does; at most so many times.
-STIFFER, STIFFENINGS = 100.0, 12
-#: Bodies without inertia are lent this part of the mean.
-LENT = 1e-6
-#: The smallest part of a correction that is tried.
-SHORTEST = 1e-3
+from mbproj.thresholds import THRESHOLDS
 
 
 def damped(method: Projection, M: Array, C_q: Array, violation: Array, q: Array) -> Iterator[tuple[Array, float]]:
@@ -35,18 +25,18 @@ def damped(method: Projection, M: Array, C_q: Array, violation: Array, q: Array)
     and less; where the metric has no say in the turns, the method's own, shortened."""
     whole = method.correction(M, C_q, violation)
     widest = _widest(whole, q)
-    limit = WIDEST_TURN
+    limit = THRESHOLDS.widest_turn
     if widest <= limit:
         yield whole, 1.0
-        limit = TIGHTER * widest
-    for _ in range(TIGHTENINGS):
+        limit = THRESHOLDS.tighter * widest
+    for _ in range(THRESHOLDS.tightenings):
         change = _turning_less(method, M, C_q, violation, q, limit)
         if change is None:
             break
         yield change, 1.0
-        limit = TIGHTER * min(limit, _widest(change, q))
-    part = min(0.5, WIDEST_TURN / widest) if widest > 0.0 else 0.5
-    while part >= SHORTEST:
+        limit = THRESHOLDS.tighter * min(limit, _widest(change, q))
+    part = min(0.5, THRESHOLDS.widest_turn / widest) if widest > 0.0 else 0.5
+    while part >= THRESHOLDS.shortest:
         yield part * whole, part
         part *= 0.5
 
@@ -59,9 +49,9 @@ def _turning_less(method: Projection, M: Array, C_q: Array, violation: Array, q:
     across = 4.0 * (np.eye(4) - Λ[:, :, None] * Λ[:, None, :] / np.sum(Λ * Λ, axis=-1)[:, None, None])
     blocks = M.reshape(len(Λ), 7, len(Λ), 7)
     moment = np.einsum("bibi->b", blocks[:, 3:, :, 3:]) / 12.0
-    moment = np.maximum(moment, LENT * moment.mean())
+    moment = np.maximum(moment, THRESHOLDS.lent_moment * moment.mean())
     added, before = np.zeros(len(Λ)), None
-    for _ in range(STIFFENINGS):
+    for _ in range(THRESHOLDS.stiffenings):
         stiff = blocks.copy()
         stiff[index, 3:, index, 3:] += added[:, None, None] * across
         try:
@@ -73,7 +63,7 @@ def _turning_less(method: Projection, M: Array, C_q: Array, violation: Array, q:
             return change
         if before is not None and np.array_equal(change, before):
             return None
-        added = np.where(turns > limit, added + STIFFER * (moment + added) * turns / limit, added)
+        added = np.where(turns > limit, added + THRESHOLDS.stiffer * (moment + added) * turns / limit, added)
         before = change
     return None
 

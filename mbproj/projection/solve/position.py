@@ -17,8 +17,9 @@ from mbproj.model.system import System
 from mbproj.projection.methods.gopm import Gopm
 from mbproj.projection.methods.method import Projection
 from mbproj.projection.solve.damping import damped
-from mbproj.projection.solve.tolerance import PAPER_TOLERANCE, ROUND_OFF, row_tolerances
+from mbproj.projection.solve.tolerance import row_tolerances
 from mbproj.scene.records import ProjectionSettings
+from mbproj.thresholds import THRESHOLDS
 
 
 @dataclass(frozen=True, eq=False)
@@ -65,7 +66,7 @@ def _by_violation(
         left_open = held.open(C)
         if left_open and np.all(np.abs(held.closes(C)) <= tolerances):
             return Position(q, passes, met=True, left_open=left_open)
-        last = bool(np.all(np.abs(C) <= ROUND_OFF * position_grain(system, pose)))
+        last = bool(np.all(np.abs(C) <= THRESHOLDS.round_off_grains * position_grain(system, pose)))
         left = _scaled(system, held.closes(C))
         for change, part in damped(method, mass_matrix(system, pose), held.C_q, held.combined(C), q):
             pose = pose_of(q + change)
@@ -91,7 +92,7 @@ def _by_paper(
 ) -> Position:
     """Until ΔqᵀMΔq + CᵀC <= tolerance: the paper's test (sect. 5) in the metric of Eq. 72, because M alone is singular
     along Λ and would not see its length."""
-    tolerance = PAPER_TOLERANCE if settings.tolerance is None else settings.tolerance
+    tolerance = THRESHOLDS.paper_tolerance if settings.tolerance is None else settings.tolerance
     for passes in range(settings.max_iterations):
         pose = pose_of(q)
         M, C = mass_matrix(system, pose), constraint(system, pose, drive)

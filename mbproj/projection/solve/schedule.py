@@ -16,9 +16,7 @@ from mbproj.model.system import System
 from mbproj.projection.methods.method import Projection
 from mbproj.projection.solve.position import Position, correct_position
 from mbproj.scene.records import ProjectionSettings
-
-#: A velocity pass that leaves more than this part of the violation has reached round-off.
-STAGNATION = 0.5
+from mbproj.thresholds import THRESHOLDS
 
 
 @dataclass(frozen=True, eq=False)
@@ -85,6 +83,6 @@ def correct_velocity(
     for passes in range(settings.max_iterations):
         v = v + method.correction(M, held.C_q, C_dot)
         previous, C_dot = C_dot, held.C_q @ v + C_t
-        if not method.iterates_velocity or not np.abs(C_dot).max() < STAGNATION * np.abs(previous).max():
+        if not method.iterates_velocity or not np.abs(C_dot).max() < THRESHOLDS.stagnation * np.abs(previous).max():
             return v, passes + 1
     return v, settings.max_iterations

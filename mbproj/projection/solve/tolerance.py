@@ -9,17 +9,11 @@ from mbproj.dynamics.equations.kinematics import Pose
 from mbproj.dynamics.equations.round_off import position_grain
 from mbproj.model.system import System
 from mbproj.scene.records import ProjectionSettings
-
-#: The smallest default tolerance of the violation test: rad, and m, or the mechanism's length where that is below 1 m.
-FLOOR = 1e-13
-#: Default tolerance of the paper's test ΔqᵀMΔq (sect. 5).
-PAPER_TOLERANCE = 1e-12
-#: Violations up to so many ε of the largest coordinate in a row may be round-off.
-ROUND_OFF = 64.0
+from mbproj.thresholds import THRESHOLDS
 
 
 def row_tolerances(system: System, settings: ProjectionSettings, pose: Pose) -> Array:
     """The tolerance of each row of C, (m,): as set, or max(1e-13, 4 ε × the largest coordinate that enters the row)."""
     if settings.tolerance is not None and settings.test == "violation":
         return np.full(system.constraints, settings.tolerance)
-    return np.maximum(FLOOR * np.minimum(1.0, system.row_scale), 4.0 * position_grain(system, pose))
+    return np.maximum(THRESHOLDS.closed_to * np.minimum(1.0, system.row_scale), 4.0 * position_grain(system, pose))

@@ -5,7 +5,6 @@ from __future__ import annotations
 import numpy as np
 
 from mbproj.functions.program import Op, Program
-from mbproj.projection.solve.tolerance import FLOOR
 from mbproj.registry import PROJECTIONS, integrators
 from mbproj.scene.records import BodyForce, JointForce, PointForce, Scene
 from mbproj.studies.measure.solve import Solution
@@ -13,6 +12,7 @@ from mbproj.studies.verify.case import Case
 from mbproj.studies.verify.finding import Finding, Found
 from mbproj.studies.verify.rounded import EPS
 from mbproj.studies.verify.runs import ABOVE, Order
+from mbproj.thresholds import THRESHOLDS
 
 #: An observed order is rounded to the nearest whole number.
 ROUNDED = 0.5
@@ -80,7 +80,9 @@ def joints_closed(case: Case) -> Found:
     reports = [each.report for each in case.runs.solutions if each.report is not None]
     worst = max((report.position_violation for report in reports), key=lambda each: each.value)
     largest = max(float(np.abs(each.body_position).max()) for each in case.runs.solutions) + case.system.length
-    return Finding(worst.value, own.tolerance or max(FLOOR, 4.0 * EPS * largest), f"m or rad, {worst.owner}")
+    return Finding(
+        worst.value, own.tolerance or max(THRESHOLDS.closed_to, 4.0 * EPS * largest), f"m or rad, {worst.owner}"
+    )
 
 
 def _stopped(case: Case) -> Found:

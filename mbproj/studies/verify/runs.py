@@ -7,13 +7,13 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from mbproj.arrays import Array
-from mbproj.projection.solve.tolerance import FLOOR, PAPER_TOLERANCE
 from mbproj.registry import PROJECTIONS
 from mbproj.scene.records import ProjectionSettings
 from mbproj.studies.measure.mechanism import Mechanism
 from mbproj.studies.measure.setting import Setting
 from mbproj.studies.measure.solve import Failure, Solution, sample_times, solve
 from mbproj.studies.verify.rounded import EPS
+from mbproj.thresholds import THRESHOLDS
 
 #: The run takes so many times as long as the fastest part of the mechanism needs for 1 rad; the second where the first
 #: does not get to its end, or shows no order.
@@ -107,5 +107,5 @@ def _left(projection: ProjectionSettings) -> float:
     """What a projection leaves open: m."""
     if not PROJECTIONS[projection.method].corrects or not projection.position:
         return 0.0
-    stop = PAPER_TOLERANCE**0.75 if projection.test == "paper" else FLOOR
+    stop = THRESHOLDS.paper_tolerance**0.75 if projection.test == "paper" else THRESHOLDS.closed_to
     return max(projection.tolerance or stop, projection.threshold or 0.0)

@@ -52,4 +52,4 @@ def test_text_says_the_same(tmp_path):
 def test_either_a_file_or_the_build(tmp_path, arguments):
     done = mbproj("info", *arguments, folder=tmp_path)
     assert (done.returncode, done.stdout) == (2, "")
-    assert "Error: give either RESULTS, a results file, or --build, for how mbproj itself was built\n" in done.stderr
+    assert "give RESULTS, a results file, or --build, for how mbproj itself was built" in done.stderr

@@ -163,10 +163,7 @@ template <int D> std::vector<Joint> joints(const PrimitiveSet<D>& set, int bodie
     return found;
 }
 
-// A principal moment below this part of the largest is none, and a mass below this part of the heaviest body's.
-constexpr double no_inertia = 1e-14, no_mass = 1e-15;
-
-template <int D> std::vector<Body<D>> bodies(const Numbers1& mass, const Numbers3& inertia) {
+template <int D> std::vector<Body<D>> bodies(const Numbers1& mass, const Numbers3& inertia, const Thresholds& below) {
     constexpr int W = Size<D>::turns;
     require(mass, {mass.shape(0)}, "mass");
     require(inertia, {mass.shape(0), W, W}, "inertia");
@@ -176,11 +173,11 @@ template <int D> std::vector<Body<D>> bodies(const Numbers1& mass, const Numbers
         Body<D> body;
         body.mass = mass.data()[b];
         body.inertia = Eigen::Map<const Eigen::Matrix<double, W, W>>(inertia.data() + W * W * b);
-        if (!body.inertia.isApprox(body.inertia.transpose(), 1e-12)) refuse("inertia", "is not symmetric");
+        if (!body.inertia.isApprox(body.inertia.transpose(), below.asymmetry)) refuse("inertia", "is not symmetric");
         const Eigen::SelfAdjointEigenSolver<Matrix<W, W>> principal(body.inertia, Eigen::EigenvaluesOnly);
         const double least = principal.eigenvalues()[0], most = principal.eigenvalues()[W - 1];
-        if (!(body.mass >= 0.0 && least >= -no_inertia * most)) refuse("mass or inertia", "is negative");
-        body.is_light = !(body.mass > no_mass * heaviest && least > no_inertia * most);
+        if (!(body.mass >= 0.0 && least >= -below.no_inertia * most)) refuse("mass or inertia", "is negative");
+        body.is_light = !(body.mass > below.no_mass * heaviest && least > below.no_inertia * most);
         body.inverse_root.setIdentity();
         if (!body.is_light)
             body.inverse_root = Eigen::LLT<Matrix<W, W>>(body.inertia).matrixL().solve(Matrix<W, W>::Identity());

@@ -27,15 +27,17 @@ template <int D> void add_model(nb::module_& m, const char* primitives, const ch
     nb::class_<Model<D>>(m, model)
         .def(
             "__init__",
-            [](Model<D>* self, Numbers1 mass, Numbers3 inertia, Numbers1 gravity, const PrimitiveSet<D>& constraints,
-               Integers1 joint_begin, Numbers1 row_scale, const PrimitiveSet<D>& coordinates, double length,
-               std::shared_ptr<Loads<D>> loads, std::shared_ptr<Programs> motions, std::vector<double> motion_start,
+            [](Model<D>* self, const Thresholds& thresholds, Numbers1 mass, Numbers3 inertia, Numbers1 gravity,
+               const PrimitiveSet<D>& constraints, Integers1 joint_begin, Numbers1 row_scale,
+               const PrimitiveSet<D>& coordinates, double length, std::shared_ptr<Loads<D>> loads,
+               std::shared_ptr<Programs> motions, std::vector<double> motion_start,
                const std::vector<int>& motion_coordinate, const std::vector<MeshNumbers>& meshes,
                const PrimitiveSet<D>* flywheel_coordinates, std::vector<double> flywheels) {
                 require(gravity, {D}, "gravity");
                 require(row_scale, {static_cast<std::size_t>(constraints.rows)}, "row_scale");
                 Model<D> built;
-                built.bodies = bodies<D>(mass, inertia);
+                built.thresholds = thresholds;
+                built.bodies = bodies<D>(mass, inertia, thresholds);
                 built.gravity = Eigen::Map<const Point<D>>(gravity.data());
                 built.constraints = constraints;
                 built.coordinates = coordinates;
@@ -58,9 +60,9 @@ template <int D> void add_model(nb::module_& m, const char* primitives, const ch
                 if (flywheel_coordinates) add_flywheels(built, *flywheel_coordinates, flywheels);
                 new (self) Model<D>(std::move(built));
             },
-            nb::kw_only(), nb::arg("mass"), nb::arg("inertia"), nb::arg("gravity"), nb::arg("constraints"),
-            nb::arg("joint_begin"), nb::arg("row_scale"), nb::arg("coordinates"), nb::arg("length"),
-            nb::arg("loads").none() = nb::none(), nb::arg("motions").none() = nb::none(),
+            nb::kw_only(), nb::arg("thresholds"), nb::arg("mass"), nb::arg("inertia"), nb::arg("gravity"),
+            nb::arg("constraints"), nb::arg("joint_begin"), nb::arg("row_scale"), nb::arg("coordinates"),
+            nb::arg("length"), nb::arg("loads").none() = nb::none(), nb::arg("motions").none() = nb::none(),
             nb::arg("motion_start") = std::vector<double>(), nb::arg("motion_coordinate") = std::vector<int>(),
             nb::arg("meshes") = std::vector<MeshNumbers>(), nb::arg("flywheel_coordinates").none() = nb::none(),
             nb::arg("flywheels") = std::vector<double>())

@@ -1,4 +1,5 @@
 // The Python module, `_core` or `_core_v3`: settings here, models and runs in plane.cpp and space.cpp.
+#include <nanobind/stl/string.h>
 #include <nanobind/stl/tuple.h>
 #include <nanobind/stl/vector.h>
 
@@ -13,7 +14,29 @@ void bind_space(nb::module_& m);
 
 namespace {
 
+// From numbers by name: all that the struct has, and no others.
+Thresholds thresholds(const nb::dict& given) {
+    Thresholds made;
+    std::size_t taken = 0;
+    each_threshold([&](const char* name, auto member) {
+        using Number = std::remove_reference_t<decltype(made.*member)>;
+        if (!given.contains(name)) refuse("thresholds", std::string("lack '") + name + "'");
+        made.*member = nb::cast<Number>(given[name]);
+        if (!(made.*member > 0 && std::isfinite(static_cast<double>(made.*member)))) refuse(name, "is not positive");
+        ++taken;
+    });
+    if (given.size() != taken) refuse("thresholds", "hold names that the kernel does not have");
+    return made;
+}
+
 void add_settings(nb::module_& m) {
+    nb::class_<Thresholds>(m, "Thresholds")
+        .def("__init__", [](Thresholds* self, const nb::dict& given) { new (self) Thresholds(thresholds(given)); })
+        .def_static("names", [] {
+            std::vector<std::string> found;
+            each_threshold([&found](const char* name, auto) { found.emplace_back(name); });
+            return found;
+        });
     nb::class_<Programs>(m, "Programs")
         .def("__init__",
              [](Programs* self, Integers1 start, Integers1 op, Numbers1 operand, Integers1 table_start, Numbers1 knot,

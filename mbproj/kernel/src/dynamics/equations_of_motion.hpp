@@ -143,7 +143,7 @@ public:
         return factor(Metric::mass);
     }
     // Whether the pose in place is near a singular one.
-    bool is_near_singular() { return solver_.is_near_singular(pose_, near_branch); }
+    bool is_near_singular() { return solver_.is_near_singular(pose_, model_.thresholds.near_branch); }
     // Whether there is a factor in this metric, be it of an earlier pose.
     bool holds(Metric metric) const { return held_ && metric == metric_; }
     const double* constraint() {
@@ -216,7 +216,7 @@ private:
     // A stage is off the constraints. A row at a distance s from the span of the others, and off what they say of it by c,
     // errs the accelerations by c / s² where it is held, and by s where it is left out: it is held where s³ > c.
     bool look_near(const double* y) {
-        if (solver_.nearness() >= near_branch) return true;
+        if (solver_.nearness() >= model_.thresholds.near_branch) return true;
         constraint();
         constraint_velocity(y);
         const double first = held_above(largest(C_) + largest(C_dot_) * time_scale(model_, y));
@@ -233,7 +233,9 @@ private:
     }
 
     // s² from c.
-    static double held_above(double off) { return std::pow(std::max(off, 1e-12), 2.0 / 3.0); }
+    double held_above(double off) const {
+        return std::pow(std::max(off, model_.thresholds.least_violation), 2.0 / 3.0);
+    }
 
     // The largest row, lengths in the mechanism's own.
     double largest(const std::vector<double>& rows) const {

@@ -10,20 +10,6 @@
 
 namespace mbproj {
 
-// A pivot of S below this part of its diagonal entry has no digits left: the rows depend on each other.
-constexpr double smallest_pivot = 1e-13;
-
-// The square of the distance from the span of the others below which a row counts as dependent at a pose: √ε, since
-// round-off leaves rows that do depend on others ε over the square of the distance of these.
-constexpr double near_dependent = 1e-8;
-
-// The same from which on such a pose is looked out for.
-constexpr double near_branch = 0.05;
-
-// Where rows are left out for good, others are looked for when a pivot of those held falls to this part of what it was
-// when they were chosen: near a pose where they depend on each other, a step errs that leads past it.
-constexpr double decline = 0.1;
-
 template <int D> class KktSolver {
 public:
     using S = Size<D>;
@@ -32,10 +18,10 @@ public:
 
     // With a penalty factor, all joints stay in the loops: (M + α GᵀG)⁻¹ α Gᵀ = M⁻¹Gᵀ (S + 1/α)⁻¹.
     KktSolver(const Model<D>& model, std::optional<double> penalty)
-        : model_(model), order_(model, !penalty), leaves_(model, order_.leaves), loops_(model, order_),
-          shift_(penalty ? 1.0 / *penalty : 0.0), lent_(lent_mass(model)), inertias_(model.size()),
-          reference_(model.size() + 1, Point<D>::Zero()), articulated_(model.size(), false), force_(model.size() + 1),
-          delta_(model.size() + 1) {
+        : model_(model), thresholds_(model.thresholds), order_(model, !penalty), leaves_(model, order_.leaves),
+          loops_(model, order_), shift_(penalty ? 1.0 / *penalty : 0.0), lent_(lent_mass(model)),
+          inertias_(model.size()), reference_(model.size() + 1, Point<D>::Zero()), articulated_(model.size(), false),
+          force_(model.size() + 1), delta_(model.size() + 1) {
         for (const Leaf<D>& leaf : order_.leaves)
             if (leaf.hinge.parent < model.size()) articulated_[leaf.hinge.parent] = true;
     }
@@ -43,7 +29,8 @@ public:
     // Factors at a pose; rows whose squared distance from the span of the others is below `near`, of what it is elsewhere,
     // are left out for now. False where a joint's rows are dependent or a motion carries no mass: `singular_joint`. Where
     // the model has redundant rows, some are left out for good: those that follow from the others best.
-    bool factor(const Pose<D>& pose, Metric metric, double near = near_dependent) {
+    bool factor(const Pose<D>& pose, Metric metric) { return factor(pose, metric, thresholds_.near_dependent); }
+    bool factor(const Pose<D>& pose, Metric metric, double near) {
         if (model_.redundant > left_out_) leave_out(pose);
         const bool found = factor_held(pose, metric, near);
         const bool regular = left_out_ == 0 || (found && !near_singular());
@@ -70,7 +57,7 @@ public:
         if (order_.loop_joints.empty()) return true;
         loops_.leave_none_out();
         const double shift = metric == Metric::penalised ? shift_ : 0.0;
-        const int failed = loops_.factor(pose, smallest_pivot, shift);
+        const int failed = loops_.factor(pose, thresholds_.smallest_pivot, shift);
         if (failed < 0 && metric == Metric::mass && learns && stiff_.empty()) learn(pose);
         if (failed >= 0 || loops_.cholesky().smallest_pivot() < near * usual())
             if (near == 0.0 || !factor_near_singular(pose, metric, shift, failed, near)) return fails(failed);
@@ -85,10 +72,10 @@ public:
     bool is_clear(const Pose<D>& pose, double near) {
         const double pivot = loops_.cholesky().smallest_pivot();
         if (near_singular() || metric_ != Metric::mass) return false;
-        if (pivot >= 0.5 * clear_pivot_ && near < clear_even_) return true;
+        if (pivot >= thresholds_.clear_fall * clear_pivot_ && near < clear_even_) return true;
         if (!learns) return false;
         clear_pivot_ = pivot;
-        clear_even_ = 0.25 * even_pivot(pose) / usual_even_;
+        clear_even_ = thresholds_.clear_margin * even_pivot(pose) / usual_even_;
         return near < clear_even_;
     }
 
@@ -102,7 +89,7 @@ public:
         if (chosen_.empty()) return false;
         const std::vector<double> now = loops_.cholesky().pivots();
         return !std::equal(now.begin(), now.end(), chosen_.begin(),
-                           [](double a, double b) { return a >= decline * b; });
+                           [this](double a, double b) { return a >= thresholds_.decline * b; });
     }
 
     // Chooses the rows to hold at a pose, as far from dependent as leaves so many out as are redundant.
@@ -174,10 +161,10 @@ private:
     void learn(const Pose<D>& pose) {
         const double pivot = loops_.cholesky().smallest_pivot();
         if (left_out_ > 0 && chosen_.empty()) chosen_ = loops_.cholesky().pivots();
-        if (pivot <= 2.0 * usual_pivot_) return;
+        if (pivot <= thresholds_.usual_growth * usual_pivot_) return;
         usual_pivot_ = pivot;
         usual_even_ = 1.0;
-        if (pivot >= near_branch) return;
+        if (pivot >= thresholds_.near_branch) return;
         usual_even_ = even_pivot(pose);
         clear_pivot_ = std::numeric_limits<double>::infinity();
     }
@@ -185,12 +172,12 @@ private:
     double even_pivot(const Pose<D>& pose) {
         const double found = loops_.even_pivot(pose);
         set_halves(pose, Metric::mass);
-        loops_.factor(pose, smallest_pivot);
+        loops_.factor(pose, thresholds_.smallest_pivot);
         return found;
     }
     double usual() const {
         if (metric_ == Metric::coordinates) return usual_even_;
-        return usual_pivot_ < near_branch ? usual_pivot_ : 1.0;
+        return usual_pivot_ < thresholds_.near_branch ? usual_pivot_ : 1.0;
     }
 
     // Near a singular pose, rows that have almost become dependent have finite multipliers but almost no gradient left:
@@ -200,7 +187,7 @@ private:
         const int dependent = loops_.leave_out(pose, near * usual_even_);
         if (!set_halves(pose, metric)) return false;
         if (dependent == 0 && failed >= 0) return loops_.factor_by_qr(pose);
-        return loops_.factor(pose, smallest_pivot, shift) < 0;
+        return loops_.factor(pose, thresholds_.smallest_pivot, shift) < 0;
     }
 
     // The inertias of the loops' bodies, halved; false where one has no inverse.
@@ -234,6 +221,7 @@ private:
     }
 
     const Model<D>& model_;
+    const Thresholds& thresholds_;
     EliminationOrder<D> order_;
     Leaves<D> leaves_;
     LoopSolver<D> loops_;

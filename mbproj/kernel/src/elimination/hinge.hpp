@@ -55,15 +55,13 @@ template <int D> std::optional<Hinge<D>> as_hinge(const Model<D>& model, const J
 }
 
 // Rows of a basis completed: what is normal to up to K rows, and the P with rows · P = 1 of smallest columns. False where
-// the rows are parallel.
-constexpr double parallel = 1e-20;  // of the squares
-
-inline bool complement(const Column<1>* rows, int count, Matrix<1, 1>& basis, Matrix<1, 1>& P) {
+// the rows are parallel, by the square of their sine.
+inline bool complement(const Column<1>* rows, int count, Matrix<1, 1>& basis, Matrix<1, 1>& P, double) {
     basis(0, 0) = 1.0;
     if (count == 1) P(0, 0) = 1.0 / rows[0][0];
     return count == 0 || rows[0][0] != 0.0;
 }
-inline bool complement(const Column<2>* rows, int count, Matrix<2, 2>& basis, Matrix<2, 2>& P) {
+inline bool complement(const Column<2>* rows, int count, Matrix<2, 2>& basis, Matrix<2, 2>& P, double parallel) {
     basis.setIdentity();
     if (count == 0) return true;
     const double square = rows[0].squaredNorm();
@@ -77,7 +75,7 @@ inline bool complement(const Column<2>* rows, int count, Matrix<2, 2>& basis, Ma
     P /= cross;
     return cross * cross > parallel * square * rows[1].squaredNorm();
 }
-inline bool complement(const Column<3>* rows, int count, Matrix<3, 3>& basis, Matrix<3, 3>& P) {
+inline bool complement(const Column<3>* rows, int count, Matrix<3, 3>& basis, Matrix<3, 3>& P, double parallel) {
     if (count == 0) {
         basis.setIdentity();
         return true;
@@ -130,7 +128,7 @@ template <int D> struct HingeFrame {
                 rows[k] =
                     p.kind == Kind::along ? pose.place(p.slots[0]) : Point<D>((at - pose.place(hinge.p1)).normalized());
             }
-            regular = complement(rows, hinge.translation_count, N_t, P_t);
+            regular = complement(rows, hinge.translation_count, N_t, P_t, model.thresholds.parallel);
         }
         Turn<D> rows[S::turns];
         for (Turn<D>& row : rows) row.setZero();
@@ -140,7 +138,7 @@ template <int D> struct HingeFrame {
             // The relative rotation counts from body 1 to body 2, as the translation does.
             rows[k] = hinge.sign * moment(pose.place(p.slots[on_child]), pose.place(p.slots[1 - on_child]));
         }
-        return complement(rows, hinge.rotation_count, N_r, P_r) && regular;
+        return complement(rows, hinge.rotation_count, N_r, P_r, model.thresholds.parallel) && regular;
     }
 };
 

@@ -18,6 +18,7 @@ public:
     // Whether the child's round-off is more than half of the digits of its parent.
     bool cancels_parent_inertia(const Hinge<D>& hinge) const {
         if (hinge.parent == model_.size() || model_.bodies[hinge.parent].is_light) return false;
+        const double most = model_.thresholds.most_cancelled;
         const bool slides = hinge.free_translations() > 0, turns = hinge.free_rotations() > 0;
         return (slides && carried_[hinge.child] > most * carried_[hinge.parent]) ||
                (turns && about_joint(hinge) > most * left_to_parent(hinge));
@@ -30,8 +31,6 @@ public:
     }
 
 private:
-    static constexpr double most = 1e8;
-
     // At the joint, of a body's own moments and a mass at its centre.
     Turning moments(int body, double mass, int point) const {
         Inertia<D> M;

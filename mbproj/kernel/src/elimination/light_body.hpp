@@ -8,12 +8,6 @@
 
 namespace mbproj {
 
-// Of the mean mass, and of it times the mechanism's length squared.
-constexpr double lent_part = 1e-6;
-constexpr int most_settling = 100;
-// Squares of relative changes: what counts as settled, and what does where round-off lets it fall no further.
-constexpr double settled_part = 1e-28, settled_enough = 1e-16;
-
 template <int D> struct Light {
     using Twist = Column<Size<D>::freedoms>;
     int body;                      // of the loops
@@ -30,7 +24,7 @@ template <int D> Column<Size<D>::freedoms> lent_mass(const Model<D>& model) {
             mass += body.mass;
             ++heavy;
         }
-    const double mean = heavy ? mass / heavy : 1.0;
+    const double mean = heavy ? mass / heavy : 1.0, lent_part = model.thresholds.lent_part;
     Column<Size<D>::freedoms> lent;
     lent.template head<D>().setConstant(lent_part * mean);
     lent.template tail<Size<D>::turns>().setConstant(lent_part * mean * model.length * model.length);

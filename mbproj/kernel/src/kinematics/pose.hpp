@@ -89,7 +89,7 @@ private:
 // Over which a violation of the velocities counts as one of the positions: the time in which the mechanism moves by its own
 // length or 1 rad. At rest, less than any.
 template <int D> double time_scale(const Model<D>& model, const double* y) {
-    constexpr double rest = 1e-6;  // 1 / s
+    const double rest = model.thresholds.rest_rate;
     double speed = 0.0;
     for (int b = 0; b < model.size(); ++b) {
         const Part<D> part(y, b);

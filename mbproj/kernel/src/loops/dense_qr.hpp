@@ -8,9 +8,6 @@
 
 namespace mbproj {
 
-// Beyond so many rows the dense factor would take longer than anybody waits.
-constexpr int most_dense_rows = 1000;
-
 class DenseQr {
 public:
     // Y P = Q R with the columns, which are the constraints' rows, in the order of their remaining lengths.

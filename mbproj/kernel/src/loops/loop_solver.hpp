@@ -11,11 +11,6 @@
 
 namespace mbproj {
 
-// A pivot of S below this part of its diagonal entry asks for further solutions on the residual, so many at most, until
-// they change λ by less than that part.
-constexpr double ill_conditioned = 1e-4, refined_part = 1e-13;
-constexpr int most_refining = 8;
-
 template <int D> class LoopSolver {
 public:
     static constexpr int F = Size<D>::freedoms;
@@ -46,7 +41,7 @@ public:
 
     // The factor of Y in place of that of S; false where it would be too large.
     bool factor_by_qr(const Pose<D>& pose) {
-        if (rows_.count() > most_dense_rows) return false;
+        if (rows_.count() > model_.thresholds.most_dense_rows) return false;
         rows_.fill(pose);
         const std::size_t bodies = F * work_.size();
         Eigen::MatrixXd Y = Eigen::MatrixXd::Zero(bodies + rows_.flywheels().size(), rows_.count());
@@ -70,7 +65,8 @@ public:
     // Holds rows that are as far from dependent as leaves out so many as are redundant; false, with those held before,
     // where more of them depend on the others at this pose.
     bool choose(const Pose<D>& pose, int redundant) {
-        for (double smallest = 0.5; smallest > 1e-14; smallest *= 0.5)
+        const Thresholds& from = model_.thresholds;
+        for (double smallest = from.choice_from; smallest > from.choice_to; smallest *= 0.5)
             if (const auto rows = all().independent(pose, smallest); left_out(rows) == redundant) {
                 rows_.hold(rows);
                 return true;
@@ -101,7 +97,7 @@ public:
         lambda_.assign(rhs_.size(), 0.0);
         step_.resize(rhs_.size());
         improve();
-        if (cholesky().smallest_pivot() < ill_conditioned && !shifted) refine();
+        if (cholesky().smallest_pivot() < model_.thresholds.ill_conditioned && !shifted) refine();
         const bool settled = light_.empty() || settle(shifted, std::max(driven, energy()));
         for (std::size_t b = 0; b < work_.size(); ++b) {
             half(b).backward(work_[b]);
@@ -175,14 +171,14 @@ private:
     // from Y itself, give the digits back (Björck 1996, sect. 6.6.5: corrected seminormal equations).
     void refine() {
         double before = std::numeric_limits<double>::infinity();
-        for (int pass = 0; pass < most_refining; ++pass) {
+        for (int pass = 0; pass < model_.thresholds.most_refining; ++pass) {
             improve();
             double change = 0.0, size = 0.0;
             for (std::size_t r = 0; r < lambda_.size(); ++r) {
                 change = std::max(change, std::abs(step_[r]));
                 size = std::max(size, std::abs(lambda_[r]));
             }
-            if (!(change > refined_part * size && change < 0.5 * before)) return;
+            if (!(change > model_.thresholds.refined_part * size && change < 0.5 * before)) return;
             before = change;
         }
     }
@@ -215,7 +211,7 @@ private:
     bool settle(bool shifted, double least) {
         double before = std::numeric_limits<double>::infinity();
         for (Light<D>& light : light_) light.moved.setZero();
-        for (int pass = 0; pass < most_settling; ++pass) {
+        for (int pass = 0; pass < model_.thresholds.most_settling; ++pass) {
             double change = 0.0, size = least;  // squares
             for (Light<D>& light : light_) {
                 Column<F> now = work_[light.body];
@@ -225,8 +221,8 @@ private:
                 change += light.change.dot(light.lent.cwiseProduct(light.change));
                 size += now.dot(light.lent.cwiseProduct(now));
             }
-            if (change <= settled_part * size) return true;
-            if (!(change < 0.5 * before)) return change <= settled_enough * size;
+            if (change <= model_.thresholds.settled_part * size) return true;
+            if (!(change < 0.5 * before)) return change <= model_.thresholds.settled_enough * size;
             before = change;
             // What is shifted keeps a residual, which must not be taken for an error: it begins anew, without forces.
             if (shifted) {

@@ -7,6 +7,7 @@
 
 #include "model/dimension.hpp"
 #include "model/programs.hpp"
+#include "model/thresholds.hpp"
 
 namespace mbproj {
 
@@ -94,6 +95,7 @@ template <int D> struct Model {
     // I of flywheels that coordinates turn, ½ I s'². Each is a joint after all others, with a row after those of C, which
     // holds the flywheel's own rate: s'(bodies) - s'(flywheel) = 0.
     std::vector<double> flywheels;
+    Thresholds thresholds;
 
     int joint_of(int row) const {
         int found = 0;

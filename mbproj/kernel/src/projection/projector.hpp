@@ -21,8 +21,9 @@ public:
     using S = Size<D>;
 
     Projector(EquationsOfMotion<D>& equations, const ProjectionSettings& settings, Phases& phases)
-        : equations_(equations), model_(equations.model()), settings_(settings), phases_(phases),
-          trust_region_(equations), metric_(metric_of(settings.correction)), length2_(model_.length * model_.length) {}
+        : equations_(equations), model_(equations.model()), thresholds_(model_.thresholds), settings_(settings),
+          phases_(phases), trust_region_(equations), metric_(metric_of(settings.correction)),
+          length2_(model_.length * model_.length) {}
 
     // The state y after step number `step` (from 1) with its orientations normalised, projected if the schedule says so:
     // every k-th step, and with a threshold only the levels that exceed it (velocities always after a moved position).
@@ -67,15 +68,6 @@ public:
     }
 
 private:
-    // A pass that leaves more than this part of it calls for a factor of the pose it has reached.
-    static constexpr double slow = 0.1;
-    // Default tolerances: in rad, and in the mechanism's length where that is less than 1 m; of the paper's test.
-    static constexpr double floor = 1e-13, paper_tolerance = 1e-12;
-    // What a row without a gradient may stay open by, lengths in the mechanism's own.
-    static constexpr double nearly_closed = 1e-8;
-    // Violations up to so many ε of the coordinates in a row may be round-off.
-    static constexpr double round_off = 64.0;
-
     static Metric metric_of(Correction correction) {
         if (correction == Correction::coordinates) return Metric::coordinates;
         return correction == Correction::penalty ? Metric::penalised : Metric::mass;
@@ -118,9 +110,9 @@ private:
             if (!(done.regular = trust_region_.solve(equations_.C()))) return;
             ++done.position_passes;
             const double before = left;
-            const bool last = fresh && within(equations_.C(), round_off);
+            const bool last = fresh && within(equations_.C(), thresholds_.round_off_grains);
             if (fresh && !last ? trust_region_.damped(y, left, metric) : trust_region_.whole(y, left)) {
-                fresh = !(left < slow * before) || !equations_.holds(metric);
+                fresh = !(left < thresholds_.slow * before) || !equations_.holds(metric);
             } else if (fresh) {
                 return last ? void() : close_in_full(y, left, done, metric);
             } else {
@@ -139,13 +131,13 @@ private:
             ++done.position_passes;
             if (!trust_region_.shortened(y, left)) break;
         }
-        if (!(done.near_singular && left < nearly_closed)) ++done.failures;
+        if (!(done.near_singular && left < thresholds_.nearly_closed)) ++done.failures;
     }
 
     // Until ΔqᵀMΔq + CᵀC <= tolerance, by Newton's method: the paper's test (sect. 5) in the metric of Eq. 72, since M
     // alone does not see every direction.
     void by_paper(double* y, Projected& done) {
-        const double tolerance = settings_.tolerance < 0.0 ? paper_tolerance : settings_.tolerance;
+        const double tolerance = settings_.tolerance < 0.0 ? thresholds_.paper_tolerance : settings_.tolerance;
         for (int pass = 0; pass < settings_.max_iterations; ++pass) {
             const double* C = equations_.constraint();
             if (!(done.regular = equations_.factor(metric_) && trust_region_.solve(C))) return;
@@ -179,11 +171,11 @@ private:
         done.speed_change = std::sqrt(change2);
     }
 
-    // Whether the velocity violation has come down to less than half of what was `left`.
+    // Whether the velocity violation has come down to less than a part of what was `left`.
     bool falls(double* y, double& left) {
         const double before = left;
         left = largest(equations_.constraint_velocity(y));
-        return left < 0.5 * before;
+        return left < thresholds_.stagnation * before;
     }
 
     // δᵀMδ of the correction at hand.
@@ -202,7 +194,7 @@ private:
     bool meets(const double* C) const {
         const double most = largest(C);
         if (settings_.tolerance >= 0.0) return most <= settings_.tolerance;
-        return most <= floor * std::min(1.0, model_.length) || within(C, 4.0, floor);
+        return most <= thresholds_.closed_to * std::min(1.0, model_.length) || within(C, 4.0, thresholds_.closed_to);
     }
 
     // Whether each row is at most `grains` ε of the largest coordinate that enters it, or `least`.
@@ -225,6 +217,7 @@ private:
 
     EquationsOfMotion<D>& equations_;
     const Model<D>& model_;
+    const Thresholds& thresholds_;
     const ProjectionSettings& settings_;
     Phases& phases_;
     TrustRegion<D> trust_region_;

@@ -14,14 +14,14 @@ namespace mbproj {
 template <int D> class TrustRegion {
 public:
     explicit TrustRegion(EquationsOfMotion<D>& equations)
-        : equations_(equations), model_(equations.model()), rhs_(model_.all_rows()), before_(equations.size()),
-          added_(model_.size()) {
+        : equations_(equations), model_(equations.model()), thresholds_(model_.thresholds), rhs_(model_.all_rows()),
+          before_(equations.size()), added_(model_.size()) {
         double sum = 0.0;
         for (const Body<D>& body : model_.bodies) {
             moment_.push_back(body.inertia.trace() / Size<D>::turns);
             sum += moment_.back();
         }
-        for (double& moment : moment_) moment = std::max(moment, lent_moment * sum / model_.size());
+        for (double& moment : moment_) moment = std::max(moment, thresholds_.lent_moment * sum / model_.size());
     }
 
     // The correction of a violation, with the factor at hand. False where it is not unique.
@@ -54,34 +54,24 @@ public:
 
     // The same with parts of it, of which none turns a body by more than `widest_turn`.
     bool shortened(double* y, double& left) {
-        for (double tried = std::min(1.0, widest_turn / widest()); tried >= shortest; tried *= 0.5)
+        for (double tried = std::min(1.0, thresholds_.widest_turn / widest()); tried >= thresholds_.shortest;
+             tried *= 0.5)
             if (part(y, left, tried)) return true;
         return false;
     }
 
     // The correction at hand, of a factor of this pose, whole; or those that turn bodies less and less; or shortened.
     bool damped(double* y, double& left, Metric metric) {
-        double limit = widest_turn;
+        double limit = thresholds_.widest_turn;
         if (widest() <= limit) {
             if (whole(y, left)) return true;
-            limit = tighter * widest();
+            limit = thresholds_.tighter * widest();
         }
         if (metric != Metric::coordinates && turning_less(y, left, metric, limit)) return true;
         return equations_.factor(metric) && solve(equations_.C()) && shortened(y, left);
     }
 
 private:
-    // No correction turns a body by more, rad; and by how much less from one trial to the next, how often.
-    static constexpr double widest_turn = 0.5, tighter = 0.25;
-    static constexpr int tightenings = 6;
-    // What a body's moment grows by where it turns too far, beyond the factor by which it does; at most so many times.
-    static constexpr double stiffer = 100.0;
-    static constexpr int stiffenings = 12;
-    // Bodies without inertia count with this part of the mean.
-    static constexpr double lent_moment = 1e-6;
-    // The smallest part of a correction that is tried.
-    static constexpr double shortest = 1e-3;
-
     bool part(double* y, double& left, double part_of_it) {
         std::copy(y, y + before_.size(), before_.begin());
         move(y, part_of_it);
@@ -98,9 +88,9 @@ private:
     bool turning_less(double* y, double& left, Metric metric, double limit) {
         std::fill(added_.begin(), added_.end(), 0.0);
         bool found = false;
-        for (int trial = 0; trial < tightenings && !found && stiffen(metric, limit); ++trial) {
+        for (int trial = 0; trial < thresholds_.tightenings && !found && stiffen(metric, limit); ++trial) {
             found = whole(y, left);
-            limit = tighter * std::min(limit, widest());
+            limit = thresholds_.tighter * std::min(limit, widest());
         }
         equations_.stiffen({});
         return found;
@@ -108,13 +98,13 @@ private:
 
     // A correction that turns no body by more than `limit`; false where moments of inertia do not keep bodies from it.
     bool stiffen(Metric metric, double limit) {
-        for (int pass = 0; pass < stiffenings; ++pass) {
+        for (int pass = 0; pass < thresholds_.stiffenings; ++pass) {
             equations_.stiffen(added_);
             if (!equations_.factor(metric) || !solve(equations_.C())) return false;
             if (widest() <= limit) return true;
             for (std::size_t b = 0; b < added_.size(); ++b)
                 if (const double turn = equations_.solver().turn(static_cast<int>(b)).norm(); turn > limit)
-                    added_[b] += stiffer * (moment_[b] + added_[b]) * turn / limit;
+                    added_[b] += thresholds_.stiffer * (moment_[b] + added_[b]) * turn / limit;
         }
         return false;
     }
@@ -128,6 +118,7 @@ private:
 
     EquationsOfMotion<D>& equations_;
     const Model<D>& model_;
+    const Thresholds& thresholds_;
     std::vector<double> rhs_, before_, moment_, added_;
 };
 

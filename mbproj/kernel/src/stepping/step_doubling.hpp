@@ -9,18 +9,6 @@
 
 namespace mbproj {
 
-// The smallest pivot of S is the square of the distance: where it is below the first and falls, within two steps, below the
-// second part of what it was, the step is checked.
-constexpr double passing = 0.01, nearing = 0.25;
-
-// Both may differ by this part, of the velocity or of the way made; with error control by so many tolerances, else the step
-// is tried so many times shorter, so that its stages lie elsewhere.
-constexpr double agreement = 0.05, agreed_tolerances = 100.0, shorter = 0.7;
-constexpr int most_shorter = 8;
-
-// What moves the mechanism by less than this part of its length in a step is at rest.
-constexpr double at_rest = 1e-10;
-
 // While it lives, evaluations are not looked at for what is near a singular pose or usual: those of samples inside a step,
 // so that recording does not change the steps.
 template <int D> class Aside {
@@ -51,7 +39,9 @@ public:
 
     // Whether the step that was just made, with these pivots at its stages, needs the check.
     bool is_near(const Pivots& pivots) const {
-        return pivots.smallest < passing && pivots.smallest < nearing * std::max(before_, pivots.largest);
+        const Thresholds& thresholds = equations_.model().thresholds;
+        return pivots.smallest < thresholds.passing &&
+               pivots.smallest < thresholds.nearing * std::max(before_, pivots.largest);
     }
     void accepted(const Pivots& pivots) { before_ = pivots.largest; }
 
@@ -82,7 +72,7 @@ public:
             speed += std::max(a.velocity().squaredNorm(), e.velocity().squaredNorm()) +
                      length * length * std::max(a.omega().squaredNorm(), e.omega().squaredNorm());
         }
-        if (std::sqrt(speed) * h <= at_rest * length) return 0.0;
+        if (std::sqrt(speed) * h <= equations_.model().thresholds.at_rest * length) return 0.0;
         return std::sqrt(std::max(way / (h * h), change) / speed);
     }
 

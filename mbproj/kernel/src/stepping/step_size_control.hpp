@@ -4,31 +4,35 @@
 #include <algorithm>
 #include <cmath>
 
+#include "model/thresholds.hpp"
+
 namespace mbproj {
 
 // PI controller: h_new = 0.9 h err^(-a) err_old^b with b = 0.2 / k, a = 1 / k - 0.75 b, k the estimate's order + 1.
 class StepSizeControl {
 public:
-    explicit StepSizeControl(int error_order) : k_(error_order + 1) {}
+    StepSizeControl(int error_order, const Thresholds& thresholds)
+        : thresholds_(thresholds), k_(error_order + 1), previous_(thresholds.least_error_before) {}
 
     double after_accepted(double error, double h) {
         const double integral = 0.2 / k_;
-        const double factor =
-            safety * std::pow(std::max(error, 1e-10), 0.75 * integral - 1.0 / k_) * std::pow(previous_, integral);
-        const double most = rejected_ ? 1.0 : 10.0;
+        const double factor = thresholds_.safety *
+                              std::pow(std::max(error, thresholds_.least_error), 0.75 * integral - 1.0 / k_) *
+                              std::pow(previous_, integral);
+        const double most = rejected_ ? 1.0 : thresholds_.largest_change;
         rejected_ = false;
-        previous_ = std::max(error, 1e-4);
-        return h * std::min(std::max(factor, 0.2), most);
+        previous_ = std::max(error, thresholds_.least_error_before);
+        return h * std::min(std::max(factor, thresholds_.smallest_change), most);
     }
     double after_rejected(double error, double h) {
         rejected_ = true;
-        const double factor = std::isfinite(error) ? safety * std::pow(error, 0.15 / k_ - 1.0 / k_) : 0.0;
-        return h * std::max(factor, 0.2);
+        const double factor = std::isfinite(error) ? thresholds_.safety * std::pow(error, 0.15 / k_ - 1.0 / k_) : 0.0;
+        return h * std::max(factor, thresholds_.smallest_change);
     }
 
 private:
-    static constexpr double safety = 0.9;
-    double k_, previous_ = 1e-4;
+    const Thresholds& thresholds_;
+    double k_, previous_;
     bool rejected_ = false;
 };
 

@@ -10,13 +10,6 @@
 
 namespace mbproj {
 
-// Violations, in rad or in units of the system's length, that no run goes on with: after a failed projection, and ever.
-constexpr double open_limit = 1e-6, lost_limit = 1.0;
-
-// A projection that changes the velocity by more than this part, where a pivot is below that, has met another branch of
-// the motion: velocities are continuous, but branches cross in singular poses at an angle.
-constexpr double branch_change = 0.05;
-
 template <int D> class TimeLoop {
 public:
     using S = Size<D>;
@@ -27,8 +20,8 @@ public:
         : model_(std::move(model)), tableau_(std::move(tableau)), projection_(projection), steps_(std::move(steps)),
           equations_(model_, projection_), projector_(equations_, projection_, phases_),
           method_(tableau_, equations_, model_.length), counter_(model_, equations_, method_),
-          doubling_(tableau_, equations_, projector_), control_(tableau_.error_order), t_(steps_.start),
-          y_(Vector::Zero(equations_.total())), y_new_(y_), slope_(y_), copy_(y_), copy_slope_(y_),
+          doubling_(tableau_, equations_, projector_), control_(tableau_.error_order, model_.thresholds),
+          t_(steps_.start), y_(Vector::Zero(equations_.total())), y_new_(y_), slope_(y_), copy_(y_), copy_slope_(y_),
           lambda_(model_.all_rows()), copy_lambda_(lambda_), counted_{{}, std::move(turns)} {
         std::copy(y.begin(), y.end(), y_.data());
     }
@@ -122,9 +115,10 @@ private:
         while (inside_ < steps_.times.size() && steps_.times[inside_] < t) ++inside_;
         const bool due = inside_ < steps_.times.size() && steps_.times[inside_] == t;
         if (!halve(t) || (halved_ && !extend(h))) return;
-        if (halved_ && shortened_ < most_shorter && off(h) > agreed_tolerances * steps_.tolerance) {
+        if (halved_ && shortened_ < model_.thresholds.most_shorter &&
+            off(h) > model_.thresholds.agreed_tolerances * steps_.tolerance) {
             ++shortened_;
-            return reject(shorter * h);
+            return reject(model_.thresholds.shorter * h);
         }
         shortened_ = 0;
         counted_before_ = counted_;
@@ -208,16 +202,17 @@ private:
         counters.projection_failures += done.failures;
         counters.projection_fallbacks += done.fallbacks;
         if (!done.regular) return stop_at(t), false;
-        const bool jumps =
-            done.velocity_change > branch_change && done.speed_change * (t - t_) > at_rest * model_.length;
+        const bool jumps = done.velocity_change > model_.thresholds.branch_change &&
+                           done.speed_change * (t - t_) > model_.thresholds.at_rest * model_.length;
         if (jumps && equations_.is_near_singular())
             return stop(Outcome::at_branch(Status::branch, t, done.velocity_change)), false;
         const double off = halved_ ? doubling_.off(doubling_.end(), y_new_, t - t_) : 0.0;
-        if (off > agreement && equations_.is_near_singular())
+        if (off > model_.thresholds.agreement && equations_.is_near_singular())
             return stop(Outcome::at_branch(Status::unresolved, t, off)), false;
         const double* C = equations_.constraint();
         equations_.set_velocities(y_new_.data(), true);
-        const int worst = model_.open_by_more(C, done.failures ? open_limit : lost_limit);
+        const int worst =
+            model_.open_by_more(C, done.failures ? model_.thresholds.open_limit : model_.thresholds.lost_limit);
         if (const Slip slip =
                 worst >= 0 ? counter_.far(counted_, t - t_) : counter_.advance(counted_, t_, y_, t, y_new_))
             return untold(slip, t), false;

@@ -11,9 +11,6 @@
 
 namespace mbproj {
 
-// A pose may be so far from where the rates lead, rad.
-constexpr double told = 0.5;
-
 template <int D> class TurnCounter {
 public:
     using Vector = Eigen::VectorXd;
@@ -69,13 +66,13 @@ public:
                 continue;  // far from ±π, where the value jumps, at both ends and in between
             double off = 0.0;
             long more = turns(before.value() + turned, now.value(), off);
-            if (off > told && !led) {
+            if (off > model_.thresholds.turns_told && !led) {
                 turned = model_.follows_angles ? y_new[equations_.followed() + i] - y[equations_.followed() + i]
                                                : rotation(each, t, y, t_new, y_new);
                 more = turns(before.value() + turned, now.value(), off);
             }
             counted.turns[i] += more;
-            if (!(off <= std::max(told, worst.off))) worst = {i, std::abs(turned), off};
+            if (!(off <= std::max(model_.thresholds.turns_told, worst.off))) worst = {i, std::abs(turned), off};
         }
         follow(counted, y_new);
         return worst;

@@ -1,0 +1,25 @@
+"""`info --thresholds`: every number that was chosen, as a table and as data."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any
+
+from mbproj.thresholds import table
+
+#: Who uses a threshold, in words.
+USERS = {"both": "NumPy and kernel", "kernel": "kernel", "numpy": "NumPy"}
+
+
+def facts() -> dict[str, Any]:
+    """Each threshold by its name."""
+    return {row.name: {key: value for key, value in row._asdict().items() if key != "name"} for row in table()}
+
+
+def lines() -> Iterator[str]:
+    """A line of numbers for each threshold, and below it what it decides and where it comes from."""
+    rows = table()
+    name, value = max(len(row.name) for row in rows), max(len(f"{row.value:g}") for row in rows)
+    for row in rows:
+        yield f"{row.name:<{name}}  {row.value:>{value}g} {row.unit} ({USERS[row.used_by]})"
+        yield f"  {row.why} [{row.source}]"

@@ -1,0 +1,85 @@
+// The numbers that were chosen, not derived. Their values, units, reasons and sources stand in `mbproj.thresholds`, which fills
+// this struct; `mbproj info --thresholds` prints them.
+#pragma once
+
+namespace mbproj {
+
+struct Thresholds {
+    // mbproj/thresholds/dependence.py
+    double smallest_pivot, near_dependent, near_branch, choice_from, choice_to, decline, usual_growth, clear_fall,
+        clear_margin;
+    int most_dense_rows;
+    // mbproj/thresholds/passages.py
+    double least_violation, passing, nearing, agreement, agreed_tolerances, shorter, branch_change, at_rest, rest_rate,
+        nearly_closed;
+    int most_shorter;
+    // mbproj/thresholds/elimination.py
+    double no_inertia, no_mass, asymmetry, most_cancelled, parallel, lent_part, settled_part, settled_enough,
+        ill_conditioned, refined_part;
+    int most_settling, most_refining;
+    // mbproj/thresholds/closing.py
+    double closed_to, paper_tolerance, round_off_grains, slow, stagnation, widest_turn, tighter, stiffer, lent_moment,
+        shortest, open_limit, lost_limit;
+    int tightenings, stiffenings;
+    // mbproj/thresholds/steps.py
+    double safety, smallest_change, largest_change, least_error, least_error_before, turns_told;
+};
+
+// Calls visit("name", member) for every threshold.
+template <class Visit> void each_threshold(Visit&& visit) {
+    visit("smallest_pivot", &Thresholds::smallest_pivot);
+    visit("near_dependent", &Thresholds::near_dependent);
+    visit("near_branch", &Thresholds::near_branch);
+    visit("choice_from", &Thresholds::choice_from);
+    visit("choice_to", &Thresholds::choice_to);
+    visit("decline", &Thresholds::decline);
+    visit("usual_growth", &Thresholds::usual_growth);
+    visit("clear_fall", &Thresholds::clear_fall);
+    visit("clear_margin", &Thresholds::clear_margin);
+    visit("most_dense_rows", &Thresholds::most_dense_rows);
+    visit("least_violation", &Thresholds::least_violation);
+    visit("passing", &Thresholds::passing);
+    visit("nearing", &Thresholds::nearing);
+    visit("agreement", &Thresholds::agreement);
+    visit("agreed_tolerances", &Thresholds::agreed_tolerances);
+    visit("shorter", &Thresholds::shorter);
+    visit("most_shorter", &Thresholds::most_shorter);
+    visit("branch_change", &Thresholds::branch_change);
+    visit("at_rest", &Thresholds::at_rest);
+    visit("rest_rate", &Thresholds::rest_rate);
+    visit("nearly_closed", &Thresholds::nearly_closed);
+    visit("no_inertia", &Thresholds::no_inertia);
+    visit("no_mass", &Thresholds::no_mass);
+    visit("asymmetry", &Thresholds::asymmetry);
+    visit("most_cancelled", &Thresholds::most_cancelled);
+    visit("parallel", &Thresholds::parallel);
+    visit("lent_part", &Thresholds::lent_part);
+    visit("most_settling", &Thresholds::most_settling);
+    visit("settled_part", &Thresholds::settled_part);
+    visit("settled_enough", &Thresholds::settled_enough);
+    visit("ill_conditioned", &Thresholds::ill_conditioned);
+    visit("refined_part", &Thresholds::refined_part);
+    visit("most_refining", &Thresholds::most_refining);
+    visit("closed_to", &Thresholds::closed_to);
+    visit("paper_tolerance", &Thresholds::paper_tolerance);
+    visit("round_off_grains", &Thresholds::round_off_grains);
+    visit("slow", &Thresholds::slow);
+    visit("stagnation", &Thresholds::stagnation);
+    visit("widest_turn", &Thresholds::widest_turn);
+    visit("tighter", &Thresholds::tighter);
+    visit("tightenings", &Thresholds::tightenings);
+    visit("stiffer", &Thresholds::stiffer);
+    visit("stiffenings", &Thresholds::stiffenings);
+    visit("lent_moment", &Thresholds::lent_moment);
+    visit("shortest", &Thresholds::shortest);
+    visit("open_limit", &Thresholds::open_limit);
+    visit("lost_limit", &Thresholds::lost_limit);
+    visit("safety", &Thresholds::safety);
+    visit("smallest_change", &Thresholds::smallest_change);
+    visit("largest_change", &Thresholds::largest_change);
+    visit("least_error", &Thresholds::least_error);
+    visit("least_error_before", &Thresholds::least_error_before);
+    visit("turns_told", &Thresholds::turns_told);
+}
+
+}  // namespace mbproj

@@ -1,0 +1,57 @@
+"""The one record of every number that was chosen, not derived: what counts as dependent, closed, near, at rest.
+
+Each has a value, a unit, a reason and a source. NumPy's code reads `THRESHOLDS`; the kernel gets those that it uses as
+one struct with each model. `mbproj info --thresholds` prints the table. Numbers that are mathematics stand where they
+are used: 4 ε, 2π, the coefficients of a method, and how many rows a message shows.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, fields
+from typing import Any, NamedTuple, final
+
+from mbproj.thresholds.closing import Closing
+from mbproj.thresholds.dependence import Dependence
+from mbproj.thresholds.elimination import Elimination
+from mbproj.thresholds.passages import Passages
+from mbproj.thresholds.searches import Searches
+from mbproj.thresholds.steps import Steps
+
+__all__ = ["THRESHOLDS", "Row", "Thresholds", "of_the_kernel", "table"]
+
+
+@final
+@dataclass(frozen=True)
+class Thresholds(Searches, Steps, Closing, Passages, Elimination, Dependence):
+    """All of them, each under its name."""
+
+
+THRESHOLDS = Thresholds()
+
+
+class Row(NamedTuple):
+    """One threshold; `used_by` says whether NumPy's code, the kernel's, or both have it."""
+
+    name: str
+    value: float
+    unit: str
+    used_by: str
+    why: str
+    source: str
+
+
+def table() -> list[Row]:
+    """All thresholds, group by group."""
+    return [
+        Row(
+            entry.name,
+            getattr(THRESHOLDS, entry.name),
+            **{key: entry.metadata[key] for key in ("unit", "used_by", "why", "source")},
+        )
+        for entry in fields(Thresholds)
+    ]
+
+
+def of_the_kernel(thresholds: Thresholds = THRESHOLDS) -> dict[str, Any]:
+    """Those that the kernel uses, by name."""
+    return {row.name: getattr(thresholds, row.name) for row in table() if row.used_by != "numpy"}

@@ -1,0 +1,57 @@
+"""When joints count as closed, and how far one correction may go."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from mbproj.thresholds.entry import threshold
+
+
+@dataclass(frozen=True)
+class Closing:
+    """Lengths are in m, or in the mechanism's own length where that is below 1 m."""
+
+    closed_to: float = threshold(
+        1e-13, "m, rad", "both", "the smallest default tolerance of the violation test", "450 ε"
+    )
+    paper_tolerance: float = threshold(
+        1e-12, "kg m²", "both", "the default of the paper's test ΔqᵀMΔq", "paper, sect. 5"
+    )
+    round_off_grains: float = threshold(
+        64.0, "ε", "both", "a violation of so many ε of a row's coordinates may be round-off", "chosen"
+    )
+    slow: float = threshold(
+        0.1, "1", "kernel", "a pass that leaves a larger part asks for a new factor", "simplified Newton"
+    )
+    stagnation: float = threshold(
+        0.5, "1", "both", "a velocity pass that leaves a larger part has reached round-off", "chosen"
+    )
+    widest_turn: float = threshold(
+        0.5, "rad", "both", "no correction turns a body by more", "Conn, Gould & Toint 2000, sect. 7"
+    )
+    tighter: float = threshold(0.25, "1", "both", "from one trial to the next turns are limited to this part", "chosen")
+    tightenings: int = threshold(6, "-", "both", "so many times", "0.25⁶ × 0.5 rad = 1e-4 rad")
+    stiffer: float = threshold(
+        100.0, "1", "both", "the moment of a body that turns too far grows by this, times how much too far", "chosen"
+    )
+    stiffenings: int = threshold(12, "-", "both", "so many times", "100¹²: beyond all masses")
+    lent_moment: float = threshold(
+        1e-6, "1", "both", "a body without moments counts with this part of the mean there", "as lent_part"
+    )
+    shortest: float = threshold(1e-3, "1", "both", "the smallest part of a correction that is tried", "1/2¹⁰")
+    open_limit: float = threshold(
+        1e-6, "length, rad", "both", "no run goes on with a larger violation after a failed projection", "chosen"
+    )
+    lost_limit: float = threshold(
+        1.0, "length, rad", "both", "no run goes on with a larger violation", "the mechanism itself"
+    )
+    assembled: float = threshold(
+        1e-10, "length, rad", "numpy", "a pose with a smaller violation is assembled", "chosen"
+    )
+    most_assembling: int = threshold(100, "-", "numpy", "passes of the assembly", "chosen")
+    large: int = threshold(
+        100, "bodies", "numpy", "dense factors of more bodies are not made to assemble or to diagnose", "seconds"
+    )
+    same_start: float = threshold(
+        1e-9, "m, rad", "numpy", "a motion may begin so far, over 1 + that, from a joint's own condition", "chosen"
+    )

@@ -1,0 +1,116 @@
+"""When rows of C_q depend on each other, and which of them a run holds."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from mbproj.thresholds.entry import threshold
+
+
+@dataclass(frozen=True)
+class Dependence:
+    """Distances are those of a row of unit length from the span of the others; the kernel sees their squares."""
+
+    dependent: float = threshold(
+        1e-9, "1", "numpy", "a row at a smaller distance from the span of the others depends on them", "√ε, with room"
+    )
+    singular: float = threshold(
+        1e-11, "1", "numpy", "the start is refused at a smaller distance: few digits would be left", "chosen"
+    )
+    no_share: float = threshold(
+        1e-7,
+        "1",
+        "numpy",
+        "a smaller coefficient of a dependent row, beside the largest, is round-off",
+        "ε / dependent",
+    )
+    smallest_pivot: float = threshold(
+        1e-13, "1", "kernel", "a smaller pivot of S, as a part of its diagonal entry, has no digits left", "450 ε"
+    )
+    near_dependent: float = threshold(
+        1e-8,
+        "1",
+        "kernel",
+        "a row at a smaller squared distance is left out at this pose: round-off leaves ε over "
+        "the square of the others' distance",
+        "√ε",
+    )
+    near_branch: float = threshold(
+        0.05,
+        "1",
+        "kernel",
+        "a pose with a smaller squared distance, beside the usual one, is looked at closely",
+        "tests/mechanisms/rank",
+    )
+    choice_from: float = threshold(
+        0.5, "1", "kernel", "the rows to hold are looked for from this squared distance on, halved each time", "chosen"
+    )
+    choice_to: float = threshold(
+        1e-14,
+        "1",
+        "kernel",
+        "down to this squared distance; below it, more rows are dependent than are redundant",
+        "100 ε / 2",
+    )
+    decline: float = threshold(
+        0.1,
+        "1",
+        "kernel",
+        "rows are chosen anew when a pivot of those held falls to this part of what it was",
+        "tests/mechanisms/rank: steps past a later pose err",
+    )
+    usual_growth: float = threshold(
+        2.0, "1", "kernel", "the usual pivot is taken anew when one is so many times larger", "chosen: seldom"
+    )
+    clear_fall: float = threshold(
+        0.5,
+        "1",
+        "kernel",
+        "a pose stays clear of singular ones while its pivot keeps this part of the last one seen",
+        "with clear_margin",
+    )
+    clear_margin: float = threshold(
+        0.25,
+        "1",
+        "kernel",
+        "so much of the squared distance seen last is counted on, as long as a pose stays clear",
+        "the square of clear_fall",
+    )
+    most_dense_rows: int = threshold(
+        1000, "-", "kernel", "the dense QR factor of more rows would take longer than anybody waits", "O(rows³)"
+    )
+    redundant_from: float = threshold(
+        1e-8,
+        "1",
+        "numpy",
+        "rows are looked for that follow from the others at this squared distance first",
+        "above what round-off leaves of rows that depend for good",
+    )
+    redundant_between: float = threshold(1e-10, "1", "numpy", "then at this one", "see redundant_from")
+    redundant_to: float = threshold(
+        1e-12, "1", "numpy", "and at this one; rows independent there are so everywhere", "see redundant_from"
+    )
+    redundant_moved: float = threshold(
+        0.05, "length, rad", "numpy", "the mechanism is moved so far to see whether rows stay dependent", "chosen"
+    )
+    redundant_open: float = threshold(
+        1e-9, "length, rad", "numpy", "rows left out that stay closed to this follow from the others", "chosen"
+    )
+    no_part: float = threshold(
+        1e-8, "1", "numpy", "a smaller part of a reaction that depends on the choice of rows is none", "√ε"
+    )
+    no_motion: float = threshold(
+        1e-7, "1", "numpy", "a smaller part of a motion without mass is round-off", "ε / dependent"
+    )
+    rows_agree: float = threshold(
+        1e-9, "1", "numpy", "right-hand sides of dependent rows agree to this part of their terms", "as dependent"
+    )
+    branch_root: float = threshold(
+        1e-9, "1", "numpy", "a quadratic form of unit directions is 0 below this", "as dependent"
+    )
+    conditioning_close: float = threshold(
+        1e-6, "1", "numpy", "`check` calls a start at a smaller distance all but singular", "chosen, words only"
+    )
+    conditioning_near: float = threshold(
+        1e-2, "1", "numpy", "`check` calls a start at a smaller distance near a singular pose", "chosen, words only"
+    )

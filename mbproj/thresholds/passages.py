@@ -1,0 +1,75 @@
+"""Passing near a singular pose: what is left out there, and which steps are not believed."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from mbproj.thresholds.entry import threshold
+
+
+@dataclass(frozen=True)
+class Passages:
+    """With c for the violation of a combination of rows at the distance σ from dependence."""
+
+    near_singular: float = threshold(
+        0.1, "1", "numpy", "a pose is near a singular one at this part of the largest distance", "tests/mechanisms/rank"
+    )
+    close_to_singular: float = threshold(
+        0.05,
+        "1",
+        "numpy",
+        "a step that comes nearer, beside the largest distance, is repeated as two halves",
+        "tests/mechanisms/rank",
+    )
+    look_ahead: float = threshold(
+        2.0, "steps", "numpy", "a step is looked at closely where the distance would fall so far in so many", "chosen"
+    )
+    apart: float = threshold(
+        10.0,
+        "1",
+        "numpy",
+        "positions leave a combination out where σ² < this × c: Newton's method may find the other branch",
+        "Kantorovich",
+    )
+    least_violation: float = threshold(
+        1e-12,
+        "length, rad",
+        "both",
+        "velocities leave a combination out where σ³ < c, which is at least this",
+        "what projections leave open",
+    )
+    passing: float = threshold(
+        0.01, "1", "kernel", "a step with a smaller pivot of S may need the check by halves", "tests/mechanisms/rank"
+    )
+    nearing: float = threshold(
+        0.25, "1", "kernel", "and does where the pivot falls below this part within two steps", "tests/mechanisms/rank"
+    )
+    agreement: float = threshold(
+        0.05, "1", "kernel", "step and halves may differ by this part of the velocity or of the way", "as branch_change"
+    )
+    agreed_tolerances: float = threshold(
+        100.0, "tolerances", "kernel", "and with error control by so many, or the step is made shorter", "chosen"
+    )
+    shorter: float = threshold(
+        0.7, "1", "kernel", "by this factor, so that its stages lie elsewhere", "no power of 1/2"
+    )
+    most_shorter: int = threshold(8, "-", "kernel", "so many times", "0.7⁸ = 0.06")
+    branch_change: float = threshold(
+        0.05,
+        "1",
+        "both",
+        "a projection that changes the velocity by more, near a singular pose, has met another branch",
+        "branches cross at an angle; truncation errors are far below",
+    )
+    at_rest: float = threshold(
+        1e-10, "length a step", "both", "what moves less is at rest, and its direction is round-off", "chosen"
+    )
+    rest_rate: float = threshold(
+        1e-6, "1/s", "kernel", "a mechanism that moves by less than its length times this is at rest", "chosen"
+    )
+    nearly_closed: float = threshold(
+        1e-8, "length, rad", "kernel", "a row that is left out may stay open by this", "√ε: it closes to second order"
+    )
+    left_open: float = threshold(
+        3e-13, "length, rad", "numpy", "what is left out may stay open by this, or branches are near", "measured: 1e-13"
+    )

@@ -1,0 +1,45 @@
+"""Searches around a pose: which other poses are looked at, and what counts as one plane or one point."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from mbproj.thresholds.entry import threshold
+
+
+@dataclass(frozen=True)
+class Searches:
+    """Lengths in parts of the mechanism's own unless a unit says otherwise."""
+
+    nearby_first: float = threshold(0.03, "length, rad", "numpy", "poses nearby are first sought so far away", "chosen")
+    nearby_second: float = threshold(0.15, "length, rad", "numpy", "and then so much further", "chosen")
+    nearby_closed: float = threshold(
+        1e-13, "length, rad", "numpy", "poses nearby are closed to this", "far below what makes rows independent"
+    )
+    few_bodies: int = threshold(20, "bodies", "numpy", "poses nearby are looked at for so many", "tens of milliseconds")
+    many_directions: int = threshold(
+        16, "directions", "numpy", "the forms of branches are not set up for more", "their number grows as the square"
+    )
+    most_branch_passes: int = threshold(60, "-", "numpy", "passes of Newton's method to a branch", "chosen")
+    locked_step: float = threshold(
+        0.05, "length, rad", "numpy", "motions are followed to a lock-up in steps of this", "chosen"
+    )
+    locked_steps: int = threshold(200, "-", "numpy", "of which there are so many at most", "seconds")
+    locked_far: float = threshold(
+        0.2, "length, rad", "numpy", "a motion that makes more in one of them jumps", "4 × locked_step"
+    )
+    locked_bodies: int = threshold(40, "bodies", "numpy", "a lock-up of more is not looked for", "minutes")
+    locked_closed: float = threshold(1e-12, "length, rad", "numpy", "what closes is closed to this", "chosen")
+    locked_open: float = threshold(
+        1e-5, "length, rad", "numpy", "what is open by more cannot be closed", "it misses by what the motions moved"
+    )
+    one_direction: float = threshold(1e-9, "rad", "numpy", "directions with a smaller sine are one", "chosen")
+    in_plane: float = threshold(
+        1e-12,
+        "1",
+        "numpy",
+        "vectors are parallel or normal, and depths equal, up to this",
+        "typed numbers have 15 digits",
+    )
+    largest_piece: int = threshold(500, "bodies", "numpy", "a larger piece is not tested for a plane", "seconds")
+    one_point: float = threshold(1e-14, "m", "numpy", "points that are nearer, over 1 m + their size, are one", "45 ε")

@@ -1,0 +1,60 @@
+"""Steps: how their size changes, what they can tell, and when a force is too stiff for them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from mbproj.thresholds.entry import threshold
+
+
+@dataclass(frozen=True)
+class Steps:
+    """Errors are in parts of the tolerance."""
+
+    safety: float = threshold(
+        0.9, "1", "both", "the step is this part of what the error estimate allows", "Hairer, Nørsett & Wanner, II.4"
+    )
+    smallest_change: float = threshold(0.2, "1", "both", "no step is a smaller part of the last", "DOPRI5's code")
+    largest_change: float = threshold(10.0, "1", "both", "nor a larger multiple", "DOPRI5's code")
+    least_error: float = threshold(
+        1e-10, "tolerances", "both", "a smaller error counts as this in the next step's size", "a guard against 0"
+    )
+    least_error_before: float = threshold(
+        1e-4, "tolerances", "both", "and as this in the memory of the controller", "DOPRI5's code"
+    )
+    turns_told: float = threshold(
+        0.5, "rad", "both", "a step tells turns where a pose is nearer to where the rates lead", "RK4 errs by 0.04 rad"
+    )
+    rests: float = threshold(
+        1e4,
+        "ε",
+        "numpy",
+        "energies that change by less, beside the largest, are those of a mechanism at rest",
+        "joints are closed no better",
+    )
+    growing: float = threshold(
+        0.05, "1", "numpy", "a mode grows where its rate exceeds this part of its frequency", "round-off is less"
+    )
+    spoilt: float = threshold(1e3, "1", "numpy", "errors that grow by this factor over a run spoil it", "chosen")
+    near_limit: float = threshold(
+        0.6, "1", "numpy", "stability holds the step at this part of its limit", "measured: error control ends there"
+    )
+    rather: float = threshold(0.5, "1", "numpy", "at so large a part of the samples", "chosen")
+    named: float = threshold(
+        0.5, "1", "numpy", "forces with this part of the largest share of a mode are named", "chosen, words only"
+    )
+    slow_mode: float = threshold(
+        0.25, "1/h", "numpy", "slower bodies, if nothing else held them, are not looked at", "far from any limit"
+    )
+    smooth_span: float = threshold(10.0, "steps", "numpy", "motion is looked at for smoothness over so many", "chosen")
+    below_tolerances: float = threshold(
+        50.0, "tolerances", "numpy", "a mode at the limit of stability leaves less", "measured: 0.1 to 50"
+    )
+    hardly_moves: float = threshold(
+        0.1, "1", "numpy", "and less than this part of what the motion ranges over", "chosen"
+    )
+    within_limit: float = threshold(0.9, "1", "numpy", "the step that a hint proposes, beside the limit", "chosen")
+    wild_growth: float = threshold(1e6, "1", "numpy", "larger growth is not told as a number", "words only")
+    stable_slack: float = threshold(
+        0.01, "1", "numpy", "an amplification up to 1 + this counts as stable in the scan of a boundary", "round-off"
+    )

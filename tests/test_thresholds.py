@@ -1,0 +1,109 @@
+"""Every number that was chosen stands in one record, with what it needs to be judged; the kernel has no others."""
+
+from __future__ import annotations
+
+import json
+import math
+import re
+
+import pytest
+
+from mbproj.kernel import core
+from mbproj.thresholds import THRESHOLDS, of_the_kernel, table
+from tests.cli.commands import mbproj
+from tests.support import ROOT
+
+KERNEL = ROOT / "mbproj" / "kernel" / "src"
+#: Constants of the kernel that are no thresholds, and what they are.
+NO_THRESHOLDS = {"not_a_number": "a name for NaN"}
+#: Folders and files whose numbers are thresholds where they are not coefficients, and how a constant begins there.
+NUMERICS = ("dynamics", "projection", "integrate", "model")
+FLOAT_CONSTANT = re.compile(r"^([A-Z_]+(?:, [A-Z_]+)*) *(?::.*)?= \(?-?\d.*?(?:\.\d|e-\d)", re.M)
+#: Module constants with a decimal number that are no thresholds, and what they are.
+COEFFICIENTS = {
+    "FARTHEST, SCAN, HALVINGS": "a scan of the complex plane, which bisection refines",
+    "FURTHER": "trial points",
+    "RETURN_SECONDS, RETURN_SAMPLES": "how often the screen is refreshed",
+    "BLOCK_SAMPLES, BLOCK_SECONDS": "how often the file is written",
+}
+
+
+def test_each_has_a_value_a_unit_a_reason_and_a_source():
+    rows = table()
+    assert len({row.name for row in rows}) == len(rows) > 80
+    for row in rows:
+        assert math.isfinite(row.value) and row.value > 0.0, row.name
+        assert row.unit and row.source and len(row.why) > 10, row.name
+        assert row.used_by in ("both", "kernel", "numpy"), row.name
+
+
+def test_each_is_used():
+    """By the code that it says uses it, and by no other."""
+    python = "".join(
+        path.read_text(encoding="utf-8") for path in (ROOT / "mbproj").rglob("*.py") if path.parent.name != "thresholds"
+    )
+    kernel = "".join(
+        path.read_text(encoding="utf-8") for path in KERNEL.rglob("*.?pp") if path.name != "thresholds.hpp"
+    )
+    for row in table():
+        in_python = re.search(rf"THRESHOLDS\.{row.name}\b", python) is not None
+        in_kernel = re.search(rf"(thresholds_?|from|below)\.{row.name}\b", kernel) is not None
+        assert (in_python, in_kernel) == (row.used_by != "kernel", row.used_by != "numpy"), row.name
+
+
+def test_headers_of_the_kernel_keep_no_number_of_their_own():
+    for path in sorted(KERNEL.rglob("*.?pp")):
+        for declared in re.findall(r"constexpr double ([^;]*);", path.read_text(encoding="utf-8")):
+            name = declared.split("=")[0].strip()
+            assert name in NO_THRESHOLDS, f"{path.relative_to(ROOT)}: '{name}' belongs into mbproj/thresholds"
+
+
+@pytest.mark.parametrize("folder", NUMERICS)
+def test_modules_keep_no_number_of_their_own(folder):
+    for path in sorted((ROOT / "mbproj" / folder).rglob("*.py")):
+        for match in FLOAT_CONSTANT.finditer(path.read_text(encoding="utf-8")):
+            name = match[1]
+            assert name in COEFFICIENTS, f"{path.relative_to(ROOT)}: '{name}' belongs into mbproj/thresholds"
+
+
+@pytest.mark.skipif(core() is None, reason="no compiled kernel")
+def test_the_kernel_has_exactly_those_of_the_record():
+    assert sorted(core().Thresholds.names()) == sorted(of_the_kernel())
+
+
+@pytest.mark.skipif(core() is None, reason="no compiled kernel")
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        ({"no_such_threshold": 1.0}, "names that the kernel does not have"),
+        ({"at_rest": math.nan}, "at_rest is not positive"),
+        ({"most_shorter": 0}, "most_shorter is not positive"),
+    ],
+)
+def test_the_kernel_refuses_what_it_does_not_know(change, words):
+    with pytest.raises(ValueError, match=words):
+        core().Thresholds(of_the_kernel() | change)
+    without = of_the_kernel()
+    del without["passing"]
+    with pytest.raises(ValueError, match="lack 'passing'"):
+        core().Thresholds(without)
+
+
+def test_info_prints_them(tmp_path):
+    text, data = (
+        mbproj("info", "--thresholds", folder=tmp_path),
+        mbproj("info", "--thresholds", "--json", folder=tmp_path),
+    )
+    assert (text.returncode, text.stderr, data.returncode, data.stderr) == (0, "", 0, "")
+    has = json.loads(data.stdout)
+    assert {name: entry["value"] for name, entry in has.items()} == vars(THRESHOLDS)
+    assert set(has["widest_turn"]) == {"value", "unit", "used_by", "why", "source"}
+    for row in table():
+        assert re.search(rf"^{row.name} +{re.escape(f'{row.value:g}')} {re.escape(row.unit)} \(", text.stdout, re.M)
+        assert row.why in text.stdout
+
+
+def test_info_takes_one_of_its_subjects(tmp_path):
+    done = mbproj("info", "--thresholds", "--build", folder=tmp_path)
+    assert done.returncode == 2
+    assert "--thresholds" in done.stderr
