@@ -23,8 +23,8 @@ FLOAT_CONSTANT = re.compile(r"^([A-Z_]+(?:, [A-Z_]+)*) *(?::.*)?= \(?-?\d.*?(?:\
 COEFFICIENTS = {
     "FARTHEST, SCAN, HALVINGS": "a scan of the complex plane, which bisection refines",
     "FURTHER": "trial points",
-    "RETURN_SECONDS, RETURN_SAMPLES": "how often the screen is refreshed",
-    "BLOCK_SAMPLES, BLOCK_SECONDS": "how often the file is written",
+    "RETURN_SECONDS": "how often the screen is refreshed",
+    "BLOCK_SECONDS": "how often the file is written",
 }
 
 
