@@ -18,38 +18,48 @@ from types import MappingProxyType
 @dataclass(frozen=True)
 class ProjectionEntry:
     """A projection method: its module in `mbproj.projection.methods`, the equations, one line on it, its own options;
-    whether it corrects the state after a step, and whether the compiled kernel has it too."""
+    whether it corrects the state after a step, and the kernel's correction that is the same. Without one, the method
+    runs in the full formulation alone."""
 
     module: str
     equations: str
     summary: str
     options: tuple[str, ...] = ()
     corrects: bool = True
-    compiled: bool = True
+    correction: str = ""
+
+    @property
+    def compiled(self) -> bool:
+        """Whether the kernel has it too."""
+        return bool(self.correction)
 
 
+#: In the kernel POPM and GPOPM are one: without masses in the way they are equal (Eq. 75).
 PROJECTIONS: Mapping[str, ProjectionEntry] = MappingProxyType(
     {
-        "none": ProjectionEntry("none", "14", "no correction: shows the drift", corrects=False),
+        "none": ProjectionEntry("none", "14", "no correction: shows the drift", corrects=False, correction="none"),
         "baumgarte": ProjectionEntry(
             "baumgarte",
             "ref. 9",
             "stabilised accelerations, C̈ + 2αĊ + β²C = 0; no correction",
             ("gains",),
             corrects=False,
+            correction="baumgarte",
         ),
-        "gopm": ProjectionEntry("gopm", "39, 41", "geometric: the smallest correction of the coordinates"),
-        "popm": ProjectionEntry("popm", "44, 45", "physical: weighted by M, which must be positive definite"),
+        "gopm": ProjectionEntry(
+            "gopm", "39, 41", "geometric: the smallest correction of the coordinates", correction="coordinates"
+        ),
+        "popm": ProjectionEntry(
+            "popm", "44, 45", "physical: weighted by M, which must be positive definite", correction="mass"
+        ),
         "mass-orthogonal": ProjectionEntry(
-            "mass_orthogonal", "52, 55", "penalty α on the violation, iterated", ("alpha",)
+            "mass_orthogonal", "52, 55", "penalty α on the violation, iterated", ("alpha",), correction="penalty"
         ),
-        "mmopm": ProjectionEntry(
-            "mmopm", "60, 61", "weighted by M + α C_qᵀC_q with a large α", ("alpha",), compiled=False
+        "mmopm": ProjectionEntry("mmopm", "60, 61", "weighted by M + α C_qᵀC_q with a large α", ("alpha",)),
+        "gpopm": ProjectionEntry(
+            "gpopm", "73, 74", "physical for singular M: the smallest correction in energy", correction="mass"
         ),
-        "gpopm": ProjectionEntry("gpopm", "73, 74", "physical for singular M: the smallest correction in energy"),
-        "gpopm-pinv": ProjectionEntry(
-            "gpopm_pinv", "62-66", "GPOPM by a rank-revealing pseudo-inverse", compiled=False
-        ),
+        "gpopm-pinv": ProjectionEntry("gpopm_pinv", "62-66", "GPOPM by a rank-revealing pseudo-inverse"),
     }
 )
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+from importlib import import_module
 
 import numpy as np
 import pytest
@@ -11,7 +12,8 @@ from mbproj.errors import InputError, MbprojWarning, warn_once
 from mbproj.integrate import simulate
 from mbproj.integrate.formulations import choice as module
 from mbproj.integrate.formulations.choice import Choice, choose
-from mbproj.registry import PROJECTIONS
+from mbproj.kernel import core
+from mbproj.registry import PROJECTIONS, ProjectionEntry
 from mbproj.scene import read_scene
 from mbproj.scene.records import ProjectionSettings, Scene, Settings
 from tests.kernel.scenes import assembled, needs_kernel, parallelogram
@@ -63,6 +65,21 @@ def mechanism(name: str) -> Scene:
 
 def test_every_mechanism_is_expected_here():
     assert sorted(EXPECTED) == [path.stem for path in MECHANISMS]
+
+
+def test_the_kernel_has_each_correction_that_the_registry_names():
+    assert {entry.correction for entry in PROJECTIONS.values()} - {""} == set(core().Correction.__members__)
+
+
+def test_a_new_method_runs_in_the_full_formulation(monkeypatch):
+    """It is one file and one entry, which need not say anything of the kernel."""
+    methods = dict(PROJECTIONS, mine=ProjectionEntry("gopm", "1", "a copy of gopm"))
+    for place in (module, "mbproj.projection", "mbproj.integrate.outcome.failures"):
+        monkeypatch.setattr(place if place is module else import_module(place), "PROJECTIONS", methods)
+    settings = Settings(duration=0.02, step=0.01, projection=ProjectionSettings(method="mine"))
+    system, state = assembled(mechanism("physical_pendulum"))
+    assert choose(system, state, settings).name == "full"
+    assert simulate(system, state, settings).position_violation.value < 1e-12
 
 
 @pytest.mark.parametrize("name", EXPECTED)

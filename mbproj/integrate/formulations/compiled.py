@@ -29,20 +29,12 @@ from mbproj.integrate.outcome.failures import (
 from mbproj.integrate.outcome.tally import Peak, Tally
 from mbproj.integrate.steppers.tableau import Tableau, load_tableau
 from mbproj.model.system import System
+from mbproj.registry import PROJECTIONS
 from mbproj.scene.records import ProjectionSettings, Settings
 from mbproj.scene.sampling import output_every, output_times, whole_steps
 
 #: The kernel comes back for Ctrl-C and for progress at least this often, s.
 RETURN_SECONDS = 0.1
-#: The kernel's corrections by the method's name; without masses in the way, POPM and GPOPM are one (Eq. 75).
-CORRECTIONS = {
-    "none": "none",
-    "baumgarte": "baumgarte",
-    "gopm": "coordinates",
-    "popm": "mass",
-    "gpopm": "mass",
-    "mass-orthogonal": "penalty",
-}
 PHASES = ("accelerations", "position projection", "velocity projection", "rest")
 
 
@@ -150,7 +142,7 @@ class Compiled(ABC):
 
     def projection(self, settings: ProjectionSettings) -> Any:
         """The settings as the kernel has them."""
-        found = self.core.Projection(getattr(self.core.Correction, CORRECTIONS[settings.method]))
+        found = self.core.Projection(getattr(self.core.Correction, PROJECTIONS[settings.method].correction))
         if settings.gains is not None:
             found.alpha, found.beta = settings.gains
         if settings.alpha is not None:
