@@ -93,7 +93,7 @@ def test_a_motion_that_cannot_be_predicted_is_cut_short(scene, monkeypatch):
     cut, notes = certain_reference(mechanism, 5.0, own, ("rk4",))
     assert cut.times[-1] == whole.certain_until(whole.uncertainty[500, 0]) < 5.0
     assert "the study ends at" in notes[1]
-    assert notes[1].endswith("(two fine solutions do not agree)")
+    assert "(errors grow from round-off: starts that differ by it are " in notes[1]
 
 
 def test_what_cannot_be_asked_for(scene):
