@@ -32,13 +32,13 @@ class Point:
     @property
     def slope(self) -> Array:
         """y'."""
-        n, (_, _, power) = len(self.found.acceleration), self.found
+        n, power = len(self.found.acceleration), self.found.power
         followed = len(self.y) - 2 * n - len(power)
         return np.concatenate([self.y[n : 2 * n], self.found.acceleration, power, self.turning.speed[:followed]])
 
     def sample(self, formulation: FullFormulation, step_size: float, tally: Tally) -> Sample:
         """This point as it is recorded."""
-        acceleration, multipliers, power = self.found
+        acceleration, multipliers, power, _ = self.found
         n = len(acceleration)
         q, v, work = self.y[:n], self.y[n : 2 * n], self.y[2 * n :][:2] if len(power) else np.zeros(2)
         rows = multipliers[n // 7 :]

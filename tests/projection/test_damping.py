@@ -8,7 +8,7 @@ import pytest
 from mbproj.dynamics.equations.constraint_equations import constraint_at, jacobian
 from mbproj.dynamics.equations.equations_of_motion import mass_matrix
 from mbproj.dynamics.equations.kinematics import pose_of
-from mbproj.dynamics.rank.row_span import RowSpan
+from mbproj.dynamics.rank.row_set import RowSet
 from mbproj.integrate.formulations.planar import InPlane
 from mbproj.integrate.formulations.reduced import Reduced
 from mbproj.kernel import core
@@ -32,7 +32,7 @@ def closed(method: str, ratio: float, seed: int):
     """The chain's projection and what it leaves open."""
     system, _, q = uneven_chain(ratio, seed)
     settings = suited(method, ratio)
-    found = correct_position(system, make_method(settings), settings, RowSpan(system, watching=False), q)
+    found = correct_position(system, make_method(settings), settings, RowSet.regular(system), q)
     return found, np.abs(constraint_at(system, found.q)).max()
 
 

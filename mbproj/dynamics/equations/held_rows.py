@@ -14,13 +14,15 @@ class Held:
     """Rows that are independent: `C_q` (r, 7n), combinations of all rows by `weights` (m, r), or all as they are, None.
 
     Near a singular pose some combinations are not held: `left_out` (m, k), with the rows `weak` (k, 7n) that they make
-    of C_q, and `unseen` (m, k), what the rows held do not see of a violation for each."""
+    of C_q, and `unseen` (m, k), what the rows held do not see of a violation for each. `nearness`: the distance from
+    dependence, as a part of the largest of the run; 1 where nobody has looked."""
 
     C_q: Array
     weights: Array | None = None
     left_out: Array | None = None
     unseen: Array | None = None
     weak: Array | None = None
+    nearness: float = 1.0
 
     def combined(self, rows: Array) -> Array:
         """γ, C or C' (m,) of the rows held, (r,)."""

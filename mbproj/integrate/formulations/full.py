@@ -24,7 +24,8 @@ from mbproj.dynamics.equations.reflected import with_flywheels
 from mbproj.dynamics.equations.teeth import Teeth, sums_at_start
 from mbproj.dynamics.equations.turning import driven_to
 from mbproj.dynamics.rank.mobility import row_distances, scaled_jacobian
-from mbproj.dynamics.rank.row_span import RowSpan
+from mbproj.dynamics.rank.row_policy import RowPolicy
+from mbproj.dynamics.rank.row_set import RowSet, in_lengths
 from mbproj.errors import InputError, SimulationError
 from mbproj.integrate.outcome.failures import branches_near, ill_conditioned, not_finite, other_branch, singular
 from mbproj.model.system import System
@@ -34,11 +35,13 @@ from mbproj.thresholds import THRESHOLDS
 
 
 class Accelerations(NamedTuple):
-    """q'' (7n,), λ (m,), and the power of forces and motions and that of dampers in W, (2,); empty without any."""
+    """q'' (7n,), λ (m,), and the power of forces and motions and that of dampers in W, (2,); empty without any.
+    `nearness`: the pose's distance from a singular one, as a part of the largest of the run."""
 
     acceleration: Array
     multipliers: Array
     power: Array
+    nearness: float
 
 
 @final
@@ -50,7 +53,7 @@ class FullFormulation:
     system: System
     settings: Settings
     method: Method
-    span: RowSpan
+    policy: RowPolicy
     sums: Array
     bodies: System  # without what its joints' coordinates turn
 
@@ -65,7 +68,7 @@ class FullFormulation:
         pose = pose_of(state.q)
         counted = coordinate_values(system, pose) + 2.0 * np.pi * state.turns
         sums = sums_at_start(system, pose, counted)
-        return cls(system, settings, method, RowSpan(system, redundant), sums, replace(system, reflected=None))
+        return cls(system, settings, method, RowPolicy(system, redundant), sums, replace(system, reflected=None))
 
     @property
     def quadratures(self) -> int:
@@ -89,15 +92,26 @@ class FullFormulation:
         return drive_at(self.system, t, Teeth(self.sums, expected) if self.system.meshes.size else None)
 
     def derivative(self, t: float, y: Array) -> Array:
-        """y' of y, (14n + integrals + followed,)."""
+        """y' of y, (14n + integrals + followed,), with the rows of the step at hand."""
+        return self._derivative(t, y)[0]
+
+    def watched_derivative(self, t: float, y: Array) -> Array:
+        """The same, where the policy takes note of how near the pose is to a singular one: a stage of a step."""
+        slope, nearness = self._derivative(t, y)
+        self.policy.see(nearness)
+        return slope
+
+    def _derivative(self, t: float, y: Array) -> tuple[Array, float]:
         q, v, _, expected = self.parts(y)
         found = self.accelerations(t, q, v, expected)
         rates = coordinates(self.system, q, v)[1] if self.followed else expected
-        return np.concatenate([v, found.acceleration, found.power, rates])
+        return np.concatenate([v, found.acceleration, found.power, rates]), found.nearness
 
-    def accelerations(self, t: float, q: Array, v: Array, expected: Array) -> Accelerations:
-        """`expected` (nc,): the joints' coordinates, each angle to less than half a turn; needed where they are
-        followed. Raises SimulationError where the equations have no unique solution, or an expression no value."""
+    def accelerations(self, t: float, q: Array, v: Array, expected: Array, rows: RowSet | None = None) -> Accelerations:
+        """With these rows, those of the step at hand where none are given: equal input has equal bits, whatever was
+        asked before. `expected` (nc,): the joints' coordinates, each angle to less than half a turn; needed where they
+        are followed. Raises SimulationError where the equations have no unique solution, or an expression no value."""
+        rows = rows or self.policy.rows
         system, pose, drive = self.system, pose_of(q), self.drive(t, expected)
         twist = twist_of(pose, v)
         rhs = gamma(system, pose, twist, drive)
@@ -111,8 +125,8 @@ class FullFormulation:
             force = force + generalised(pose, loads.force, loads.torque)
             power += [loads.power, loads.dissipation]
         try:
-            held = self.span.to_move(pose, drive, v)
-            lasting, exerted = held.lasting(self.span.multipliers)
+            held = rows.to_move(pose, drive, v)
+            lasting, exerted = held.lasting(rows.multipliers)
             terms = mass_matrix(self.bodies, pose), held.C_q, force + exerted, held.combined(rhs)
             if system.reflected is not None:
                 terms = with_flywheels(system.reflected, pose, twist, *terms)
@@ -122,7 +136,7 @@ class FullFormulation:
         multipliers = held.multipliers(found) + lasting
         if drive is not None and system.driven:
             power[0] -= multipliers[-system.driven :] @ drive.rate
-        return Accelerations(acceleration, multipliers, power)
+        return Accelerations(acceleration, multipliers, power, held.nearness)
 
     def project(self, step: int, t: float, y: Array) -> Projected:
         """The state after step number `step`, projected as the settings say."""
@@ -131,9 +145,12 @@ class FullFormulation:
             return Projected(q, v)
         try:
             drive = self.drive(t, expected)
-            return project_after(step, self.system, self.method, self.settings.projection, q, v, drive, self.span)
+            rows, settings = self.policy.rows, self.settings.projection
+            projected = project_after(step, self.system, self.method, settings, q, v, drive, rows)
         except np.linalg.LinAlgError as error:
             raise self._singular(t, q, v) from error
+        self.policy.see(projected.nearest)
+        return projected
 
     def project_copy(self, t: float, y: Array) -> Array:
         """A state between two steps moved to the constraints, both levels that the settings switch on."""
@@ -142,7 +159,8 @@ class FullFormulation:
         always = replace(self.settings.projection, every=1, threshold=None)
         q, v, integrals, expected = self.parts(y)
         try:
-            projected = project_after(1, self.system, self.method, always, q, v, self.drive(t, expected), self.span)
+            drive = self.drive(t, expected)
+            projected = project_after(1, self.system, self.method, always, q, v, drive, self.policy.rows)
         except np.linalg.LinAlgError as error:
             raise self._singular(t, q, v) from error
         return np.concatenate([projected.q, projected.v, integrals, expected])
@@ -166,31 +184,31 @@ class FullFormulation:
         or left open what has lost its gradient."""
         v = self.parts(y)[1]
         part = self.change(v, projected.v)
-        moved = float(np.linalg.norm(self.span.in_lengths(projected.v - v))) * h
+        moved = float(np.linalg.norm(in_lengths(self.system, projected.v - v))) * h
         if (
-            self.span.nearest < THRESHOLDS.near_singular
+            self.policy.nearest < THRESHOLDS.near_singular
             and part > THRESHOLDS.branch_change
             and moved > THRESHOLDS.at_rest
         ):
             raise other_branch(t, part)
         if projected.left_open > THRESHOLDS.left_open or (
-            projected.failures and self.span.nearest < THRESHOLDS.near_singular
+            projected.failures and self.policy.nearest < THRESHOLDS.near_singular
         ):
             raise branches_near(t)
 
     def change(self, v: Array, to: Array) -> float:
         """By how much a velocity differs from another, as a part of it; lengths in the mechanism's own."""
-        size = np.linalg.norm(self.span.in_lengths(v))
-        return float(np.linalg.norm(self.span.in_lengths(to - v)) / max(size, np.finfo(float).tiny))
+        size = np.linalg.norm(in_lengths(self.system, v))
+        return float(np.linalg.norm(in_lengths(self.system, to - v)) / max(size, np.finfo(float).tiny))
 
     def arrive(self, q: Array) -> float:
         """Takes note of an accepted pose; how near the way there came to a singular one."""
-        return self.span.arrive(jacobian(self.system, pose_of(q)))
+        return self.policy.after(jacobian(self.system, pose_of(q)))
 
     def check_regular(self, t: float, q: Array) -> None:
         """Raises SimulationError that names the joint where C_q has lost its rank at the start."""
         distances = row_distances(scaled_jacobian(self.system, pose_of(q)))
-        if not self.span.redundant and distances.min(initial=1.0) < THRESHOLDS.singular:
+        if not self.policy.rows.redundant and distances.min(initial=1.0) < THRESHOLDS.singular:
             raise self._singular(t, q)
 
     def _singular(self, t: float, q: Array, v: Array | None = None) -> SimulationError:
@@ -199,6 +217,6 @@ class FullFormulation:
         if not np.all(np.isfinite(rows)) or not (v is None or np.all(np.isfinite(v))):
             return not_finite(t)
         distances = row_distances(rows)
-        if distances.min(initial=1.0) > THRESHOLDS.dependent and not self.span.redundant:
+        if distances.min(initial=1.0) > THRESHOLDS.dependent and not self.policy.rows.redundant:
             return ill_conditioned(t, penalty=self.settings.projection.alpha)
         return singular(t, self.system.row_owner(int(np.argmin(distances))))

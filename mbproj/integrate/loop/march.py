@@ -44,7 +44,7 @@ def _fixed(formulation: FullFormulation, tableau: Tableau, point: Point, tally: 
     yield point.sample(formulation, h, tally)
     for k in range(1, steps + 1):
         t = end if k == steps else start + k * h
-        step = rk_step(formulation.derivative, tableau, point.t, point.y, t - point.t, point.slope)
+        step = rk_step(formulation.watched_derivative, tableau, point.t, point.y, t - point.t, point.slope)
         tally.count_evaluations(tableau.stages - 1)
         point = _accept(formulation, tableau, tally, point, t, step)
         if k % every == 0 or k == steps:
@@ -53,7 +53,7 @@ def _fixed(formulation: FullFormulation, tableau: Tableau, point: Point, tally: 
 
 def _by_error(formulation: FullFormulation, tableau: Tableau, point: Point, tally: Tally) -> Iterator[Sample]:
     """Steps as large as the error estimate allows; outputs in between by the continuous extension."""
-    settings, f = formulation.settings, formulation.derivative
+    settings, f = formulation.settings, formulation.watched_derivative
     end, tolerance = point.t + _required(settings.duration), _required(settings.tolerance)
     scale, times = _absolute_scale(formulation), output_times(settings, point.t)
     h = first_step(f, tableau.order, point.t, point.y, point.slope, tolerance, scale, end - point.t)
@@ -66,6 +66,7 @@ def _by_error(formulation: FullFormulation, tableau: Tableau, point: Point, tall
             raise lost or step_vanished(point.t)
         h = _fitted(h, point.t, end)
         t = end if h == end - point.t else point.t + h
+        formulation.policy.begin()
         tried = _attempt(f, tableau, point, h, t, tolerance, scale)
         tally.count_evaluations(tableau.stages)
         if isinstance(tried, SimulationError) or not tried.error <= 1.0:
@@ -176,7 +177,9 @@ def _accepted(
     y = np.concatenate([projected.q, projected.v, integrals, turning.coordinate[: formulation.followed]])
     if formulation.arrive(projected.q) < THRESHOLDS.close_to_singular:
         _check_by_halves(formulation, tableau, before, t, y)
-    return _point(formulation, y, coordinate, turning)
+    found = _point(formulation, y, coordinate, turning)
+    formulation.policy.keep(found.found.multipliers)
+    return found
 
 
 def _check_by_halves(formulation: FullFormulation, tableau: Tableau, before: Point, t: float, y: Array) -> None:
@@ -215,8 +218,6 @@ def _point(formulation: FullFormulation, y: Array, coordinate: Array, turning: T
     """The point at y at the time of `turning`."""
     q, v, *_ = formulation.parts(y)
     found = formulation.accelerations(turning.t, q, v, turning.coordinate)
-    if formulation.span.nearest >= THRESHOLDS.close_to_singular:
-        formulation.span.multipliers = found.multipliers
     return Point(turning.t, y, found, coordinate, turning)
 
 

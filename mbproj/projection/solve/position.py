@@ -12,7 +12,7 @@ from mbproj.dynamics.equations.equations_of_motion import mass_matrix
 from mbproj.dynamics.equations.kinematics import pose_of
 from mbproj.dynamics.equations.motions import Drive
 from mbproj.dynamics.equations.round_off import position_grain
-from mbproj.dynamics.rank.row_span import RowSpan
+from mbproj.dynamics.rank.row_set import RowSet
 from mbproj.model.system import System
 from mbproj.projection.methods.gopm import Gopm
 from mbproj.projection.methods.method import Projection
@@ -25,47 +25,50 @@ from mbproj.thresholds import THRESHOLDS
 @dataclass(frozen=True, eq=False)
 class Position:
     """q after a projection, the passes taken, whether the stop test was met, and whether the fallback was needed.
-    `left_open`: what rows violate that were not held, near a singular pose."""
+    `left_open`: what rows violate that were not held, near a singular pose; `nearest`: how near the way came to one."""
 
     q: Array
     passes: int
     met: bool
     fell_back: bool = False
     left_open: float = 0.0
+    nearest: float = 1.0
 
 
 def correct_position(
     system: System,
     method: Projection,
     settings: ProjectionSettings,
-    span: RowSpan,
+    rows: RowSet,
     q: Array,
     drive: Drive | None = None,
 ) -> Position:
     """q with C(q) = 0 by the test that is set; where that does not converge, in GOPM's metric, if that is allowed."""
     correct = _by_violation if settings.test == "violation" else _by_paper
-    found = correct(system, method, settings, span, q, drive)
+    found = correct(system, method, settings, rows, q, drive)
     if found.met or settings.fallback == "none":
         return found
-    again = _by_violation(system, Gopm(), settings, span, q, drive)
-    return replace(again, passes=found.passes + again.passes, fell_back=True)
+    again = _by_violation(system, Gopm(), settings, rows, q, drive)
+    nearest = min(found.nearest, again.nearest)
+    return replace(again, passes=found.passes + again.passes, fell_back=True, nearest=nearest)
 
 
 def _by_violation(
-    system: System, method: Projection, settings: ProjectionSettings, span: RowSpan, q: Array, drive: Drive | None
+    system: System, method: Projection, settings: ProjectionSettings, rows: RowSet, q: Array, drive: Drive | None
 ) -> Position:
     """Until |C| <= tolerance in every row. Of the corrections to try, the first is taken that brings the violation down
     by half of what Newton's method promises; where none does, round-off is reached, or it does not converge."""
     pose = pose_of(q)
-    C, left_open = constraint(system, pose, drive), 0.0
+    C, left_open, nearest = constraint(system, pose, drive), 0.0, 1.0
     tolerances = row_tolerances(system, settings, pose)
     for passes in range(settings.max_iterations):
         if np.all(np.abs(C) <= tolerances):
-            return Position(q, passes, met=True)
-        held = span.to_close(pose, C)
+            return Position(q, passes, met=True, nearest=nearest)
+        held = rows.to_close(pose, C)
+        nearest = min(nearest, held.nearness)
         left_open = held.open(C)
         if left_open and np.all(np.abs(held.closes(C)) <= tolerances):
-            return Position(q, passes, met=True, left_open=left_open)
+            return Position(q, passes, met=True, left_open=left_open, nearest=nearest)
         last = bool(np.all(np.abs(C) <= THRESHOLDS.round_off_grains * position_grain(system, pose)))
         left = _scaled(system, held.closes(C))
         for change, part in damped(method, mass_matrix(system, pose), held.C_q, held.combined(C), q):
@@ -74,12 +77,12 @@ def _by_violation(
             if _scaled(system, held.closes(C)) < (1.0 - 0.5 * part) * left:
                 break
             if last:
-                return Position(q, passes + 1, met=True, left_open=left_open)
+                return Position(q, passes + 1, met=True, left_open=left_open, nearest=nearest)
         else:
-            return Position(q, passes + 1, met=False, left_open=left_open)
+            return Position(q, passes + 1, met=False, left_open=left_open, nearest=nearest)
         q = q + change
     met = bool(np.all(np.abs(C) <= tolerances))
-    return Position(q, settings.max_iterations, met=met, left_open=left_open)
+    return Position(q, settings.max_iterations, met=met, left_open=left_open, nearest=nearest)
 
 
 def _scaled(system: System, C: Array) -> float:
@@ -88,17 +91,19 @@ def _scaled(system: System, C: Array) -> float:
 
 
 def _by_paper(
-    system: System, method: Projection, settings: ProjectionSettings, span: RowSpan, q: Array, drive: Drive | None
+    system: System, method: Projection, settings: ProjectionSettings, rows: RowSet, q: Array, drive: Drive | None
 ) -> Position:
     """Until ΔqᵀMΔq + CᵀC <= tolerance: the paper's test (sect. 5) in the metric of Eq. 72, because M alone is singular
     along Λ and would not see its length."""
     tolerance = THRESHOLDS.paper_tolerance if settings.tolerance is None else settings.tolerance
+    nearest = 1.0
     for passes in range(settings.max_iterations):
         pose = pose_of(q)
         M, C = mass_matrix(system, pose), constraint(system, pose, drive)
-        held = span.to_close(pose, C)
+        held = rows.to_close(pose, C)
+        nearest = min(nearest, held.nearness)
         change = method.correction(M, held.C_q, held.combined(C))
         q = q + change
         if change @ M @ change + C @ C <= tolerance:
-            return Position(q, passes + 1, met=True, left_open=held.open(C))
-    return Position(q, settings.max_iterations, met=False)
+            return Position(q, passes + 1, met=True, left_open=held.open(C), nearest=nearest)
+    return Position(q, settings.max_iterations, met=False, nearest=nearest)

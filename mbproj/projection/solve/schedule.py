@@ -11,7 +11,7 @@ from mbproj.dynamics.equations.constraint_equations import constraint, jacobian,
 from mbproj.dynamics.equations.equations_of_motion import mass_matrix
 from mbproj.dynamics.equations.kinematics import Pose, pose_of
 from mbproj.dynamics.equations.motions import Drive
-from mbproj.dynamics.rank.row_span import RowSpan
+from mbproj.dynamics.rank.row_set import RowSet
 from mbproj.model.system import System
 from mbproj.projection.methods.method import Projection
 from mbproj.projection.solve.position import Position, correct_position
@@ -22,7 +22,8 @@ from mbproj.thresholds import THRESHOLDS
 @dataclass(frozen=True, eq=False)
 class Projected:
     """The state after a projection, the passes it took, whether the position met its test, and whether the fallback was
-    needed; `left_open`: what rows without a gradient violate near a singular pose, in the mechanism's own lengths."""
+    needed; `left_open`: what rows without a gradient violate near a singular pose, in the mechanism's own lengths;
+    `nearest`: how near the poses of the projection came to one, as a part of the run's largest distance."""
 
     q: Array
     v: Array
@@ -32,6 +33,7 @@ class Projected:
     failures: int = 0
     fallbacks: int = 0
     left_open: float = 0.0
+    nearest: float = 1.0
 
 
 def project_after(
@@ -42,14 +44,14 @@ def project_after(
     q: Array,
     v: Array,
     drive: Drive | None = None,
-    span: RowSpan | None = None,
+    rows: RowSet | None = None,
 ) -> Projected:
     """The state (q, v) after step number `step` (from 1), projected if the schedule says so: every k-th step, and
     with a threshold only the levels whose violation exceeds it (velocities always after a moved position).
 
-    `drive` is what the motions prescribe at the time of the state, where the system has any; `span` the rows to hold,
-    all of them where it is not given."""
-    span = span or RowSpan(system, watching=False)
+    `drive` is what the motions prescribe at the time of the state, where the system has any; `rows` decides which rows
+    are held, all of them where it is not given."""
+    rows = rows or RowSet.regular(system)
     if step % settings.every:
         return Projected(q, v)
     position, velocity = settings.position, settings.velocity
@@ -60,29 +62,33 @@ def project_after(
         velocity = velocity and (position or excess)
     if not (position or velocity):
         return Projected(q, v)
-    found = correct_position(system, method, settings, span, q, drive) if position else Position(q, 0, met=True)
-    passes = 0
+    found = correct_position(system, method, settings, rows, q, drive) if position else Position(q, 0, met=True)
+    passes, nearest = 0, found.nearest
     if velocity:
-        v, passes = correct_velocity(system, method, settings, span, pose_of(found.q), v, drive)
-    return Projected(found.q, v, 1, found.passes, passes, int(not found.met), int(found.fell_back), found.left_open)
+        v, passes, nearness = correct_velocity(system, method, settings, rows, pose_of(found.q), v, drive)
+        nearest = min(nearest, nearness)
+    return Projected(
+        found.q, v, 1, found.passes, passes, int(not found.met), int(found.fell_back), found.left_open, nearest
+    )
 
 
 def correct_velocity(
     system: System,
     method: Projection,
     settings: ProjectionSettings,
-    span: RowSpan,
+    rows: RowSet,
     pose: Pose,
     v: Array,
     drive: Drive | None = None,
-) -> tuple[Array, int]:
-    """v with C_q v + C_t = 0 at this pose, and the passes taken: one (Eq. 46), more where the method is a penalty."""
-    M, held, C_t = mass_matrix(system, pose), span.to_move(pose, drive), time_derivative(system, drive)
+) -> tuple[Array, int, float]:
+    """v with C_q v + C_t = 0 at this pose, the passes taken, one (Eq. 46), more where the method is a penalty, and how
+    near the pose is to a singular one."""
+    M, held, C_t = mass_matrix(system, pose), rows.to_move(pose, drive), time_derivative(system, drive)
     C_t = held.combined(C_t)
     C_dot = held.C_q @ v + C_t
     for passes in range(settings.max_iterations):
         v = v + method.correction(M, held.C_q, C_dot)
         previous, C_dot = C_dot, held.C_q @ v + C_t
         if not method.iterates_velocity or not np.abs(C_dot).max() < THRESHOLDS.stagnation * np.abs(previous).max():
-            return v, passes + 1
-    return v, settings.max_iterations
+            return v, passes + 1, held.nearness
+    return v, settings.max_iterations, held.nearness

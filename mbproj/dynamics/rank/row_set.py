@@ -1,0 +1,141 @@
+"""Solve with these rows: which combinations of the rows of C_q are held at a pose, a function of what a step is given.
+
+All rows where they are independent, as many combinations as there are independent rows where some follow from the
+others, and near a singular pose those that still have a gradient. A `RowSet` is constant within a step: equal input has
+equal bits in any order of calls. Which set a step is given is the answer of the `RowPolicy`.
+
+Near a singular pose a combination at the distance σ from dependence closes σ w + ½ κ w² = -c for the violation c:
+Newton's method finds the root of the branch that the motion is on only where c is small against σ² (Kantorovich), and
+an acceleration that divides what a stage violates by σ errs without bound. Its multiplier stays finite where the motion
+goes on, so that leaving the combination out errs by σ at most.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from mbproj.arrays import Array
+from mbproj.dynamics.equations.constraint_equations import constraint, jacobian, time_derivative
+from mbproj.dynamics.equations.held_rows import Held
+from mbproj.dynamics.equations.kinematics import Pose
+from mbproj.dynamics.equations.motions import Drive
+from mbproj.dynamics.rank.row_space import row_distances
+from mbproj.model.system import System
+from mbproj.thresholds import THRESHOLDS
+
+
+@dataclass(frozen=True, eq=False)
+class RowSet:
+    """What decides which rows a step holds: how many are `redundant`, whether poses are looked at closely (`watching`),
+    and the `largest` distances from dependence so far, (m,), or (1,) with redundant rows. `multipliers` (m,) are those
+    of the last pose that was far from singular ones; rows that are left out keep theirs."""
+
+    system: System
+    redundant: int
+    watching: bool
+    largest: Array
+    multipliers: Array
+
+    @classmethod
+    def regular(cls, system: System, redundant: int = 0) -> RowSet:
+        """All independent rows, without a look at singular poses."""
+        largest = np.full(system.constraints if not redundant else 1, THRESHOLDS.dependent)
+        return cls(system, redundant, False, largest, np.zeros(system.constraints))
+
+    def to_close(self, pose: Pose, C: Array) -> Held:
+        """The rows that correct a position which violates them by C."""
+        C_q = jacobian(self.system, pose)
+        return self._held(C_q, lambda sigma, weights: sigma**2 < THRESHOLDS.apart * abs(float(weights @ C)))
+
+    def to_move(self, pose: Pose, drive: Drive | None, v: Array | None = None) -> Held:
+        """The rows that velocities are to meet at a pose, or accelerations, where the velocity v counts as well."""
+        C_q = jacobian(self.system, pose)
+        C = rates = np.zeros(self.system.constraints)
+        if self.watching:
+            C = constraint(self.system, pose, drive)
+        if self.watching and v is not None:
+            speed = float(np.linalg.norm(in_lengths(self.system, v)))
+            rates = (C_q @ v + time_derivative(self.system, drive)) / max(speed, np.finfo(float).tiny)
+
+        def is_blind(sigma: float, weights: Array) -> bool:
+            return sigma**3 < max(abs(float(weights @ C)) + abs(float(weights @ rates)), THRESHOLDS.least_violation)
+
+        return self._held(C_q, is_blind)
+
+    def distances(self, C_q: Array) -> Array:
+        """Of the rows from the span of those before them, (m,); with redundant rows that of all together, (1,)."""
+        rows, _ = self._scaled(C_q)
+        if not self.redundant:
+            return row_distances(rows)
+        rank = len(rows) - self.redundant
+        return np.asarray(np.linalg.svd(rows, compute_uv=False)[rank - 1 : rank])
+
+    def part(self, distances: Array) -> tuple[float, float]:
+        """The smallest distance, as a part of the largest, and that."""
+        parts = distances / self.largest
+        row = int(np.argmin(parts))
+        return float(parts[row]), float(self.largest[row])
+
+    def _held(self, C_q: Array, is_blind: Callable[[float, Array], bool]) -> Held:
+        """All rows where they are independent, or their combinations."""
+        if not self.redundant and not self.watching:
+            return Held(C_q)
+        rows, factors = self._scaled(C_q)
+        part, largest = 1.0, 1.0
+        if not self.redundant:
+            part, largest = self.part(row_distances(rows))
+            if part >= THRESHOLDS.near_singular:
+                return Held(C_q, nearness=part)
+        return self._combined(C_q, rows, factors, part, largest, is_blind)
+
+    def _combined(
+        self,
+        C_q: Array,
+        rows: Array,
+        factors: Array,
+        part: float,
+        largest: float,
+        is_blind: Callable[[float, Array], bool],
+    ) -> Held:
+        """Combinations by singular values, of which those are left out near a singular pose that are blind."""
+        U, sigma, _ = np.linalg.svd(rows)
+        rank, weights = len(rows) - self.redundant, factors[:, None] * U
+        if self.redundant:
+            part, largest = self.part(sigma[rank - 1 : rank])
+            # The smallest λ of joints and motions, forces times the mechanism's length: less what acts on no body.
+            n, idle = self.system.bodies, weights[:, rank:]
+            weighed = self.system.row_scale[n:, None] * weights[n:]
+            weights = weights - idle @ np.linalg.lstsq(weighed[:, rank:], weighed, rcond=None)[0]
+        kept = rank
+        while part < THRESHOLDS.near_singular and kept and sigma[kept - 1] < THRESHOLDS.near_singular * largest:
+            if not is_blind(float(sigma[kept - 1]), weights[:, kept - 1]):
+                break
+            kept -= 1
+        if kept == len(rows):
+            return Held(C_q, nearness=part)
+        held = weights[:, :kept] / np.median(factors)
+        if kept == rank:
+            return Held(held.T @ C_q, held, nearness=part)
+        out = weights[:, kept:rank]
+        return Held(held.T @ C_q, held, out, U[:, kept:rank] / factors[:, None], out.T @ C_q, nearness=part)
+
+    def _scaled(self, C_q: Array) -> tuple[Array, Array]:
+        """Rows of unit length, lengths in the mechanism's own, and the factors that make them so."""
+        rows = C_q * lengths(self.system)
+        length = np.linalg.norm(rows, axis=1)
+        counts = length > THRESHOLDS.dependent * self.system.row_scale
+        factors = np.where(counts, 1.0 / np.maximum(length, np.finfo(float).tiny), 0.0)
+        return rows * factors[:, None], factors
+
+
+def lengths(system: System) -> Array:
+    """The units of a change of q, (7n,): the mechanism's length of r, 1 of Λ."""
+    return np.tile([system.length] * 3 + [1.0] * 4, system.bodies)
+
+
+def in_lengths(system: System, v: Array) -> Array:
+    """A change of q with the mechanism's own lengths as unit: r / length and Λ."""
+    return v / lengths(system)
