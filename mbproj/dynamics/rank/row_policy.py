@@ -1,12 +1,12 @@
 """Which rows the next step holds, and whether a pose is near a singular one: what a run remembers of the poses passed.
 
-The loop owns one policy. Within a step its answer, the `rows`, does not change; it only takes note of how near the poses
-of the step come to singular ones (`see`). Between steps `after` makes the next answer. `save` and `restore` carry it from
-one run to the next.
+The loop owns one policy. Within a step its answer, the `rows`, does not change; it only takes note of how near the
+poses of the step come to singular ones (`see`). Between steps `after` makes the next answer. `save` and `restore` carry
+it from one run to the next.
 
-This is the reference. The kernel's policy, kernel/src/loops/row_policy.hpp, looks at pivots of S, which are squares of
-distances in the metric of the masses, and leaves single rows out where this one leaves combinations out: near a singular
-pose both err by the distance σ of what is left out, and so may differ by that.
+This is the reference. The kernel decides in kernel/src/dynamics/kkt_solver.hpp by pivots of S, which are squares of
+distances in the metric of the masses, and leaves single rows out where this one leaves combinations out: near a
+singular pose both err by the distance σ of what is left out, and so may differ by that.
 """
 
 from __future__ import annotations
