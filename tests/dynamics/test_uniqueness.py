@@ -9,7 +9,7 @@ import pytest
 
 from mbproj.dynamics.equations.constraint_equations import tangent_jacobian
 from mbproj.dynamics.equations.kinematics import pose_of
-from mbproj.dynamics.rank.self_stress import self_stresses
+from mbproj.dynamics.rank.row_space import self_stresses
 from mbproj.dynamics.rank.uniqueness import indeterminate, unique_components
 from tests.dynamics import linkages
 from tests.dynamics.four_bar import parallelogram

@@ -12,7 +12,7 @@ import numpy as np
 from mbproj.arrays import Array
 from mbproj.dynamics.equations.kinematics import Pose, twist_of
 from mbproj.dynamics.rank.right_hand_sides import tangent_gamma
-from mbproj.dynamics.rank.self_stress import self_stresses
+from mbproj.dynamics.rank.row_space import self_stresses
 from mbproj.model.system import System
 from mbproj.thresholds import THRESHOLDS
 

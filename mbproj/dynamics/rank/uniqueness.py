@@ -10,7 +10,7 @@ from mbproj.dynamics.equations.kinematics import Pose, pose_of
 from mbproj.dynamics.observe.reactions import reactions
 from mbproj.dynamics.rank.blocks import loops_of
 from mbproj.dynamics.rank.nearby import nearby
-from mbproj.dynamics.rank.self_stress import self_stresses
+from mbproj.dynamics.rank.row_space import self_stresses
 from mbproj.model.system import System
 from mbproj.thresholds import THRESHOLDS
 
