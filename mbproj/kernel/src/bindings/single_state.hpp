@@ -100,7 +100,7 @@ public:
     // Rows that follow from the others at this state, up to a distance of √smallest.
     int dependent_rows(double t, const double* y, double smallest) {
         place(t, y);
-        return equations_.solver().dependent_rows(equations_.pose(), smallest);
+        return equations_.solver().hold_independent_rows(equations_.pose(), smallest);
     }
 
     int singular_joint() { return equations_.solver().singular_joint(); }

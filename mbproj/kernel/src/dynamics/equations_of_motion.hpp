@@ -137,8 +137,8 @@ public:
     // At a closed pose: whether the equations have a unique solution there, with other rows held where that is better.
     bool factor_closed() {
         if (!factor(Metric::mass)) return false;
-        if (!solver_.weak()) return true;
-        solver_.leave_out(pose_);
+        if (!solver_.held_rows_decline()) return true;
+        solver_.hold_best_rows(pose_);
         factored_ = false;
         return factor(Metric::mass);
     }

@@ -27,11 +27,11 @@ public:
     }
 
     // Factors at a pose; rows whose squared distance from the span of the others is below `near`, of what it is elsewhere,
-    // are left out for now. False where a joint's rows are dependent or a motion carries no mass: `singular_joint`. Where
-    // the model has redundant rows, some are left out for good: those that follow from the others best.
+    // are left out of this factor. False where a joint's rows are dependent or a motion carries no mass: `singular_joint`. Where
+    // the model has redundant rows, as many are left out of the run.
     bool factor(const Pose<D>& pose, Metric metric) { return factor(pose, metric, thresholds_.near_dependent); }
     bool factor(const Pose<D>& pose, Metric metric, double near) {
-        if (model_.redundant > left_out_) leave_out(pose);
+        if (model_.redundant > left_out_) hold_best_rows(pose);
         const bool found = factor_held(pose, metric, near);
         const bool regular = left_out_ == 0 || (found && !near_singular());
         if ((!learns || !stiff_.empty()) && found) return true;
@@ -39,7 +39,7 @@ public:
             others_may_serve_ = others_may_serve_ || regular;
             return found;
         }
-        leave_out(pose);
+        hold_best_rows(pose);
         const bool now = factor_held(pose, metric, near);
         others_may_serve_ = !near_singular();
         return now;
@@ -81,28 +81,28 @@ public:
 
     // Whether rows are nearer to dependent than √near, where all bodies weigh the same: masses have no say in it.
     bool is_near_singular(const Pose<D>& pose, double near) {
-        return loops_.dependent(pose, near * usual_even_) > model_.redundant;
+        return loops_.count_dependent(pose, near * usual_even_) > model_.redundant;
     }
 
-    // Whether other rows than those held now may determine the motion better.
-    bool weak() const {
-        if (chosen_.empty()) return false;
+    // Whether a pivot of the rows held has fallen so far that others may be better.
+    bool held_rows_decline() const {
+        if (pivots_when_held_.empty()) return false;
         const std::vector<double> now = loops_.cholesky().pivots();
-        return !std::equal(now.begin(), now.end(), chosen_.begin(),
+        return !std::equal(now.begin(), now.end(), pivots_when_held_.begin(),
                            [this](double a, double b) { return a >= thresholds_.decline * b; });
     }
 
-    // Chooses the rows to hold at a pose, as far from dependent as leaves so many out as are redundant.
-    void leave_out(const Pose<D>& pose) {
-        if (!loops_.choose(pose, model_.redundant)) return;
+    // Holds the best-conditioned rows of a pose from here on; leaves out exactly as many as are redundant.
+    void hold_best_rows(const Pose<D>& pose) {
+        if (!loops_.hold_best(pose, model_.redundant)) return;
         left_out_ = model_.redundant;
-        forget_rows();
+        forget_pivots();
     }
 
-    // How many rows follow from the others at a pose, up to a distance of √smallest.
-    int dependent_rows(const Pose<D>& pose, double smallest) {
-        forget_rows();
-        return left_out_ = loops_.select(pose, smallest);
+    // Holds only rows that are independent at a pose, up to a distance of √smallest. How many are left out.
+    int hold_independent_rows(const Pose<D>& pose, double smallest) {
+        forget_pivots();
+        return left_out_ = loops_.hold_independent(pose, smallest);
     }
 
     // Moments of inertia that factors to come add to the bodies', or none.
@@ -151,8 +151,8 @@ public:
 private:
     bool fails(int joint) { return singular_joint_ = joint, false; }
 
-    void forget_rows() {
-        chosen_.clear();
+    void forget_pivots() {
+        pivots_when_held_.clear();
         clear_pivot_ = std::numeric_limits<double>::infinity();
     }
 
@@ -160,7 +160,7 @@ private:
     // the largest that was seen. The same of bodies that weigh alike.
     void learn(const Pose<D>& pose) {
         const double pivot = loops_.cholesky().smallest_pivot();
-        if (left_out_ > 0 && chosen_.empty()) chosen_ = loops_.cholesky().pivots();
+        if (left_out_ > 0 && pivots_when_held_.empty()) pivots_when_held_ = loops_.cholesky().pivots();
         if (pivot <= thresholds_.usual_growth * usual_pivot_) return;
         usual_pivot_ = pivot;
         usual_even_ = 1.0;
@@ -184,7 +184,7 @@ private:
     // leaving them out errs by their distance from the span of the others, dividing by that errs without bound. Where no
     // row is near to dependent, it is the masses that leave S few digits, or none.
     bool factor_near_singular(const Pose<D>& pose, Metric metric, double shift, int failed, double near) {
-        const int dependent = loops_.leave_out(pose, near * usual_even_);
+        const int dependent = loops_.leave_out_dependent(pose, near * usual_even_);
         if (!set_halves(pose, metric)) return false;
         if (dependent == 0 && failed >= 0) return loops_.factor_by_qr(pose);
         return loops_.factor(pose, thresholds_.smallest_pivot, shift) < 0;
@@ -237,7 +237,7 @@ private:
     bool others_may_serve_ = true;  // where rows become dependent
     double usual_pivot_ = 0.0, usual_even_ = 1.0;
     double clear_pivot_ = std::numeric_limits<double>::infinity(), clear_even_ = 0.0;
-    std::vector<double> chosen_;  // the pivots when they were chosen; empty until they are known
+    std::vector<double> pivots_when_held_;  // the pivots when they were chosen; empty until known
     Metric metric_ = Metric::mass;
     long factorisations_ = 0;
 };

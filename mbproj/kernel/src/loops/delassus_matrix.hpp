@@ -1,5 +1,5 @@
 // The rows of the loops' joints, as columns Y = Zᵀ Gᵀ of the half-inverted inertias of their bodies, and S = YᵀY: which of
-// them are held, and which are left out for good because they follow from these.
+// them are held, and which are left out of the run because they follow from these.
 #pragma once
 
 #include <numeric>
@@ -17,11 +17,11 @@ public:
     using S = Size<D>;
     static constexpr int F = S::freedoms;
 
-    // A joint, and which of its rows count.
-    struct Held {
+    // A joint and some of its rows: those that are held, or those that are left out.
+    struct JointRows {
         int joint, count;
         int rows[F];
-        bool operator==(const Held& other) const {
+        bool operator==(const JointRows& other) const {
             return joint == other.joint && count == other.count && std::equal(rows, rows + count, other.rows);
         }
     };
@@ -55,10 +55,10 @@ public:
     const std::vector<Flywheel>& flywheels() const { return flywheels_; }
     double y(const Flywheel& flywheel) const { return flywheels_turn ? flywheel.y : 0.0; }
 
-    const std::vector<Held>& held() const { return held_; }
+    const std::vector<JointRows>& held() const { return held_; }
+    const std::vector<JointRows>& left_out() const { return left_out_; }
     const std::vector<Incidence>& incidences() const { return incidences_; }
     int count() const { return count_; }
-    const std::vector<Held>& spare() const { return spare_; }
 
     // Y and S at a pose, with a shift of the diagonal entries of C's rows.
     void fill(const Pose<D>& pose, double shift = 0.0) {
@@ -87,28 +87,28 @@ public:
         flywheels_turn = turn;
     }
 
-    // Columns of Y of the rows that are left out for good, at the pose of the last `fill`.
-    std::vector<Incidence> spare_incidences(const Pose<D>& pose) const {
+    // Columns of Y of the rows that are left out of the run, at the pose of the last `fill`.
+    std::vector<Incidence> left_out_incidences(const Pose<D>& pose) const {
         std::vector<Incidence> found;
-        for (std::size_t h = 0; h < spare_.size(); ++h)
-            for (const int body : model_.joints[spare_[h].joint].bodies) {
+        for (std::size_t h = 0; h < left_out_.size(); ++h)
+            for (const int body : model_.joints[left_out_[h].joint].bodies) {
                 found.push_back({static_cast<int>(h), place_[body], Matrix<F, F>::Zero()});
-                fill_incidence(pose, spare_[h], found.back());
+                fill_incidence(pose, left_out_[h], found.back());
             }
         return found;
     }
 
     // Of each joint that is held, the rows that are independent at a pose: those whose distance from the span of the rows
     // before them exceeds √smallest, where all bodies weigh the same and lengths count in the mechanism's own. Overwrites S.
-    std::vector<std::vector<int>> independent(const Pose<D>& pose, double smallest) {
+    std::vector<std::vector<int>> independent_rows(const Pose<D>& pose, double smallest) {
         fill_evenly(pose);
         return cholesky.independent_rows(smallest);
     }
 
     // Leaves out of the factors to come the rows that depend on the others at this pose, up to a distance of √smallest, or
     // none again. How many; overwrites the factor.
-    int mark_dependent(const Pose<D>& pose, double smallest) {
-        const auto found = independent(pose, smallest);
+    int leave_out_dependent(const Pose<D>& pose, double smallest) {
+        const auto found = independent_rows(pose, smallest);
         std::vector<char> dependent(count_, 1);
         for (std::size_t h = 0; h < held_.size(); ++h)
             for (const int r : found[h]) dependent[cholesky.row(static_cast<int>(h)) + r] = 0;
@@ -117,21 +117,21 @@ public:
         return static_cast<int>(count);
     }
 
-    // Of all rows of the loops' joints, in their order, holds those given; the others are spare.
+    // Of all rows of the loops' joints, in their order, holds those given; leaves the others out of the run.
     void hold(const std::vector<std::vector<int>>& rows) {
-        std::vector<Held> held, spare;
+        std::vector<JointRows> held, left_out;
         for (std::size_t h = 0; h < rows.size(); ++h) {
-            Held some{order_.loop_joints[h], 0, {}}, rest = some;
+            JointRows some{order_.loop_joints[h], 0, {}}, rest = some;
             for (int r = 0; r < model_.joints[some.joint].rows; ++r) {
-                Held& to = std::find(rows[h].begin(), rows[h].end(), r) == rows[h].end() ? rest : some;
+                JointRows& to = std::find(rows[h].begin(), rows[h].end(), r) == rows[h].end() ? rest : some;
                 to.rows[to.count++] = r;
             }
             if (some.count) held.push_back(some);
-            if (rest.count) spare.push_back(rest);
+            if (rest.count) left_out.push_back(rest);
         }
         if (held == held_) return;
         held_ = std::move(held);
-        spare_ = std::move(spare);
+        left_out_ = std::move(left_out);
         arrange();
     }
 
@@ -186,7 +186,7 @@ private:
         products_.push_back(target.transposed ? Product{b, a, target.offset} : Product{a, b, target.offset});
     }
 
-    void fill_incidence(const Pose<D>& pose, const Held& held, Incidence& at) const {
+    void fill_incidence(const Pose<D>& pose, const JointRows& held, Incidence& at) const {
         Matrix<F, F> G;
         if (!flywheels_turn && model_.holds_flywheel(held.joint)) return at.Y.setZero(), void();
         jacobian<D>(model_, pose, model_.joints[held.joint], order_.loop_bodies[at.body], G);
@@ -199,7 +199,7 @@ private:
 
     const Model<D>& model_;
     const EliminationOrder<D>& order_;
-    std::vector<Held> held_, spare_;
+    std::vector<JointRows> held_, left_out_;
     std::vector<Incidence> incidences_;
     std::vector<Product> products_;
     std::vector<Flywheel> flywheels_;

@@ -53,7 +53,7 @@ public:
 
     // Leaves out of the factors to come the rows that depend on the others at this pose, up to a distance of √smallest, or
     // none again. How many; overwrites the factor.
-    int leave_out(const Pose<D>& pose, double smallest) { return rows_.mark_dependent(pose, smallest); }
+    int leave_out_dependent(const Pose<D>& pose, double smallest) { return rows_.leave_out_dependent(pose, smallest); }
     // The smallest pivot where all bodies weigh the same; overwrites the factor.
     double even_pivot(const Pose<D>& pose) {
         rows_.fill_evenly(pose);
@@ -62,24 +62,26 @@ public:
     }
     void leave_none_out() { rows_.cholesky.leave_out({}); }
 
-    // Holds rows that are as far from dependent as leaves out so many as are redundant; false, with those held before,
-    // where more of them depend on the others at this pose.
-    bool choose(const Pose<D>& pose, int redundant) {
+    // Holds the best-conditioned rows of a pose and leaves out exactly `redundant` of them; false, with those held before,
+    // where more of them depend on the others there.
+    bool hold_best(const Pose<D>& pose, int redundant) {
         const Thresholds& from = model_.thresholds;
         for (double smallest = from.choice_from; smallest > from.choice_to; smallest *= 0.5)
-            if (const auto rows = all().independent(pose, smallest); left_out(rows) == redundant) {
+            if (const auto rows = all().independent_rows(pose, smallest); count_left_out(rows) == redundant) {
                 rows_.hold(rows);
                 return true;
             }
         return false;
     }
     // How many of all rows depend on the others at a pose, up to a distance of √smallest.
-    int dependent(const Pose<D>& pose, double smallest) { return left_out(all().independent(pose, smallest)); }
+    int count_dependent(const Pose<D>& pose, double smallest) {
+        return count_left_out(all().independent_rows(pose, smallest));
+    }
     // Holds only rows that are independent at a pose, up to a distance of √smallest. How many are left out.
-    int select(const Pose<D>& pose, double smallest) {
-        const auto rows = all().independent(pose, smallest);
+    int hold_independent(const Pose<D>& pose, double smallest) {
+        const auto rows = all().independent_rows(pose, smallest);
         rows_.hold(rows);
-        return left_out(rows);
+        return count_left_out(rows);
     }
 
     // δ of the loops' bodies from their forces f, with G δ = c; the multipliers stay for `multipliers`. False where the
@@ -116,7 +118,7 @@ public:
         }
         each_row([&](int own, int of_model) { lambda[of_model] = lambda_[own]; });
     }
-    // The same, spread over rows that are left out for good so that they are smallest.
+    // The same, spread over rows that are left out of the run so that they are smallest.
     void smallest_multipliers(const Pose<D>& pose, double* lambda) const {
         multipliers(lambda);
         spread(rows_, model_, pose, lambda);
@@ -141,7 +143,7 @@ private:
         if (!all_) all_ = std::make_unique<DelassusMatrix<D>>(model_, order_);
         return *all_;
     }
-    int left_out(const std::vector<std::vector<int>>& rows) {
+    int count_left_out(const std::vector<std::vector<int>>& rows) {
         int count = all().count();
         for (const auto& some : rows) count -= static_cast<int>(some.size());
         return count;

@@ -14,10 +14,10 @@ template <int D> Eigen::MatrixXd combinations(const DelassusMatrix<D>& rows, con
     using Y = Eigen::Matrix<double, Size<D>::freedoms, 1>;
     Eigen::MatrixXd T = Eigen::MatrixXd::Zero(left_out, rows.count());
     std::vector<int> begin(1, 0);
-    for (const auto& spare : rows.spare()) begin.push_back(begin.back() + spare.count);
+    for (const auto& some : rows.left_out()) begin.push_back(begin.back() + some.count);
     std::vector<std::vector<Y>> open(left_out, std::vector<Y>(rows.halves.size(), Y::Zero()));
-    for (const auto& at : rows.spare_incidences(pose))
-        for (int r = 0; r < rows.spare()[at.held].count; ++r) open[begin[at.held] + r][at.body] = at.Y.col(r);
+    for (const auto& at : rows.left_out_incidences(pose))
+        for (int r = 0; r < rows.left_out()[at.held].count; ++r) open[begin[at.held] + r][at.body] = at.Y.col(r);
     Eigen::VectorXd share(rows.count());
     std::vector<double> turned(rows.flywheels().size());
     for (int left = 0; left < left_out; ++left) {
@@ -46,17 +46,17 @@ template <int D>
 void spread(const DelassusMatrix<D>& rows, const Model<D>& model, const Pose<D>& pose, double* lambda) {
     const auto numbers = [&model](const auto& list) {
         std::vector<int> found;
-        for (const auto& held : list)
-            for (int r = 0; r < held.count; ++r) found.push_back(model.joints[held.joint].row + held.rows[r]);
+        for (const auto& some : list)
+            for (int r = 0; r < some.count; ++r) found.push_back(model.joints[some.joint].row + some.rows[r]);
         return found;
     };
-    const std::vector<int> kept = numbers(rows.held()), left_out = numbers(rows.spare());
+    const std::vector<int> held = numbers(rows.held()), left_out = numbers(rows.left_out());
     if (left_out.empty()) return;
     const Eigen::MatrixXd T = combinations(rows, pose, static_cast<int>(left_out.size()));
-    Eigen::VectorXd weight(kept.size()), own(kept.size());
-    for (std::size_t k = 0; k < kept.size(); ++k) {
-        weight[k] = model.row_scale[kept[k]] * model.row_scale[kept[k]];
-        own[k] = lambda[kept[k]];
+    Eigen::VectorXd weight(held.size()), own(held.size());
+    for (std::size_t k = 0; k < held.size(); ++k) {
+        weight[k] = model.row_scale[held[k]] * model.row_scale[held[k]];
+        own[k] = lambda[held[k]];
     }
     const Eigen::MatrixXd weighed = T * weight.asDiagonal();
     Eigen::MatrixXd A = weighed * T.transpose();
@@ -64,7 +64,7 @@ void spread(const DelassusMatrix<D>& rows, const Model<D>& model, const Pose<D>&
         A(r, r) += model.row_scale[left_out[r]] * model.row_scale[left_out[r]];
     const Eigen::VectorXd mu = A.llt().solve(weighed * own);
     own -= T.transpose() * mu;
-    for (std::size_t k = 0; k < kept.size(); ++k) lambda[kept[k]] = own[k];
+    for (std::size_t k = 0; k < held.size(); ++k) lambda[held[k]] = own[k];
     for (std::size_t r = 0; r < left_out.size(); ++r) lambda[left_out[r]] = mu[r];
 }
 
