@@ -29,7 +29,7 @@ MAY_IMPORT = {
     "model": {"constraints", "functions", "joints", "scene"},
     "dynamics": {"constraints", "functions", "joints", "scene", "model"},
     "projection": {"scene", "model", "dynamics"},
-    "integrate": {"scene", "model", "dynamics", "projection", "kernel"},
+    "integrate": {"functions", "scene", "model", "dynamics", "projection", "kernel"},
     "results": {"outputs", "scene"},
     "analysis": {"results", "scene"},
     "templates": {"scene"},
@@ -70,7 +70,7 @@ FOLDERS = {
     "model": ("compile", "planar"),
     "dynamics": ("equations", "assembly", "observe", "rank"),
     "projection": ("methods", "solve"),
-    "integrate": ("steppers", "outcome", "formulations", "loop"),
+    "integrate": ("steppers", "outcome", "events", "formulations", "loop"),
     "results": ("file", "crash_safety"),
     "studies": (
         "store",

@@ -42,8 +42,16 @@ def tables(results: Results) -> Iterator[Table]:
     diagnostics = [entry for entry in DATASETS if entry.path.startswith("diagnostics/")]
     blocks = [(entry.path.partition("/")[2], entry.unit, results[entry.path]) for entry in diagnostics]
     yield _table(results, "diagnostics", blocks)
+    if results.events:
+        yield _events(results)
     if results.trust is not None:
         yield _trust(results.trust)
+
+
+def _events(results: Results) -> Table:
+    """When steps ended because of an event; whose and what it was is in the results file."""
+    values = np.array([[event.time, event.direction] for event in results.events])
+    return Table("events", ("time (s)", "direction"), values)
 
 
 def _trust(trust: Trust) -> Table:

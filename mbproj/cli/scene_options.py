@@ -61,6 +61,7 @@ _OPTIONS: tuple[tuple[Part, str, str, str], ...] = (
     (Part.PROJECTION, "--max-iterations", "N", "Largest number of iterations of one projection."),
     (Part.PROJECTION, "--alpha", "NUMBER", "Penalty factor of mass-orthogonal and mmopm."),
     (Part.PROJECTION, "--gains", "A[,B]", "Baumgarte's gains α and β in 1/s."),
+    (Part.INTEGRATION, "--break-times", "T[,T..]", "Times at which steps end besides those that the scene has."),
     (Part.OUTPUT, "--output-step", "TIME", "Time between recorded samples, a multiple of the step."),
 )
 #: The names of these options.

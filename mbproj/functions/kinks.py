@@ -4,7 +4,7 @@ and whatever else makes a value or a slope jump (the root of a square, a branch 
 Kinks of the first kind follow from the program. Each such operation is on one of its branches at a time, and the time
 of a change is bisected between two samples down to the grain of time. Jumps of the second kind show between two samples
 as a change that the derivatives at both do not explain. Halving the interval makes that vanish where the function is
-smooth, and leaves it where it jumps. What changes twice between two of the `SAMPLES` times is not seen.
+smooth, and leaves it where it jumps. What changes twice between two of the times of `look_times` is not seen.
 """
 
 from __future__ import annotations
@@ -15,12 +15,13 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from mbproj.arrays import Array
+from mbproj.functions.look_times import SAMPLES, look_times
 from mbproj.functions.program import Op
 from mbproj.functions.program_set import ProgramSet
 from mbproj.functions.series import run, time_series, walk
 
-#: Times at which a function is looked at from the start of a run to its end, and how many kinks are counted at most.
-SAMPLES, MOST = 2**14 + 1, 1000
+#: How many kinks are counted at most.
+MOST = 1000
 #: Operations with several branches, and others that need not be smooth everywhere.
 BRANCHED = frozenset({Op.ABS, Op.SIGN, Op.MIN, Op.MAX, Op.FLOOR, Op.CEIL, Op.SMOOTH_STEP, Op.TABLE})
 UNEVEN = frozenset({Op.POWER, Op.POWER_OF, Op.SQRT, Op.HYPOT, Op.ATAN2, Op.ASIN, Op.ACOS})
@@ -44,7 +45,7 @@ def kinks(programs: ProgramSet, index: int, start: float, end: float) -> tuple[K
     branched, uneven = _suspects(programs, index)
     if not (branched or uneven) or not start < end:
         return ()
-    look = _Look(programs, index, np.linspace(start, end, SAMPLES))
+    look = _Look(programs, index, look_times(programs, index, start, end))
     smooth = look.changes(branched - {Op.TABLE})
     jumping = look.largest_of_each_interval(look.jumps()) if uneven else np.zeros(0)
     rows = look.changes(branched & {Op.TABLE})
@@ -122,9 +123,10 @@ class _Look:
             scores = score(low, high, before, after)
             kept = np.sort(np.argsort(-scores, kind="stable")[: min(2 * MOST, np.count_nonzero(scores))])
             low, high, before, after = low[kept], high[kept], before[:, kept], after[:, kept]
-            if not len(low) or high[0] - low[0] <= self.grain:
+            wide = high - low > self.grain
+            if not wide.any():
                 return high
-            middle = 0.5 * (low + high)
+            middle = np.where(wide, 0.5 * (low + high), high)
             between = look(middle)
             order = np.argsort(np.concatenate([low, middle]), kind="stable")
             low, high = np.concatenate([low, middle])[order], np.concatenate([middle, high])[order]
@@ -132,10 +134,11 @@ class _Look:
             after = np.concatenate([between, after], axis=1)[:, order]
 
     def largest_of_each_interval(self, times: Array) -> Array:
-        """Near such a place round-off may look like many of them: of those between two samples the largest counts."""
+        """Near such a place round-off may look like many: of those between two even times the largest counts."""
         jumps = self.jump(times - self.aside, times + self.aside)
         size = np.max(np.abs(jumps[:, :2]) / np.maximum(self.round_off[:2], 1e-300), axis=1, initial=0.0)
-        interval = np.searchsorted(self.times, times - self.aside)
+        even = np.linspace(self.times[0], self.times[-1], SAMPLES)
+        interval = np.searchsorted(even, times - self.aside)
         return np.array([times[interval == each][np.argmax(size[interval == each])] for each in np.unique(interval)])
 
     def apart(self, times: Array) -> Array:

@@ -14,8 +14,7 @@ from mbproj.dynamics.observe.samples import Sample
 from mbproj.integrate.formulations.full import Accelerations, FullFormulation
 from mbproj.integrate.outcome.failures import TurnsUntold
 from mbproj.integrate.outcome.tally import Tally
-from mbproj.integrate.steppers.runge_kutta import Step
-from mbproj.integrate.steppers.tableau import Tableau
+from mbproj.integrate.steppers.runge_kutta import ExplicitRungeKutta, Step
 
 
 @dataclass(frozen=True, eq=False)
@@ -47,7 +46,7 @@ class Point:
 
 
 def counted(
-    formulation: FullFormulation, tableau: Tableau, before: Point, t: float, step: Step, q: Array, v: Array
+    formulation: FullFormulation, stepper: ExplicitRungeKutta, before: Point, t: float, step: Step, q: Array, v: Array
 ) -> tuple[Array, Turning]:
     """The joints' coordinates at (q, v), where a step from `before` has led, and the same with turns. Raises
     TurnsUntold where the step is too coarse to count them."""
@@ -55,20 +54,19 @@ def counted(
     coordinate, speed = coordinates(system, q, v)
     counted, slip = before.turning.count(system, coordinate, before.turning.by_rates(t, speed), drive)
     if slip is not None:
-        counted, slip = before.turning.count(system, coordinate, _by_stages(formulation, tableau, before, step), drive)
+        counted, slip = before.turning.count(system, coordinate, _by_stages(formulation, stepper, before, step), drive)
     if slip is not None:
         raise untold(formulation, before, t, slip)
     return coordinate, Turning(t, counted, speed, np.zeros(0) if drive is None else drive.value)
 
 
-def _by_stages(formulation: FullFormulation, tableau: Tableau, before: Point, step: Step) -> Array:
+def _by_stages(formulation: FullFormulation, stepper: ExplicitRungeKutta, before: Point, step: Step) -> Array:
     """By how much the joints' coordinates change in a step by the rates of its stages, (nc,)."""
     if formulation.followed:
         return formulation.parts(step.y_new)[3] - before.turning.coordinate
     change = np.zeros_like(before.coordinate)
-    for stage in np.flatnonzero(tableau.b):
-        y = step.y + step.h * (tableau.a[stage, :stage] @ step.k[:stage])
-        change += step.h * tableau.b[stage] * coordinates(formulation.system, *formulation.parts(y)[:2])[1]
+    for weight, y in stepper.quadrature(step):
+        change += step.h * weight * coordinates(formulation.system, *formulation.parts(y)[:2])[1]
     return change
 
 

@@ -18,6 +18,7 @@ from mbproj.dynamics.observe.recorded import Block, Observer
 from mbproj.dynamics.observe.samples import Samples, block_samples, join, stack
 from mbproj.dynamics.rank.massless import swamped_motions
 from mbproj.errors import SimulationError
+from mbproj.integrate.events.time_events import crowded, events_of
 from mbproj.integrate.formulations.choice import Choice, choose
 from mbproj.integrate.formulations.compiled import march as march_compiled
 from mbproj.integrate.formulations.full import FullFormulation
@@ -78,6 +79,7 @@ def simulate(
     far was recorded.
     """
     choice = choose(system, state, settings)
+    events = events_of(system, state.t, settings)
     weight = float(np.sum(system.mass) * np.linalg.norm(system.gravity))
     reach = system.length + float(np.abs(pose_of(state.q).position).max(initial=0.0))
     moves = choice.degrees_of_freedom > 0 or system.driven > 0
@@ -126,6 +128,8 @@ def simulate(
         recording_seconds=recording.elapsed,
         phases=tally.phases,
         stiffness=stiffness.verdict(state.t + (settings.duration or 0.0)),
+        events=len({event.time for event in events}),
+        crowded=crowded(events),
     )
 
 

@@ -23,6 +23,7 @@ BESIDE_SAMPLES = (
     "settings",
     "gravity",
     "certified",
+    "events",
     "trust",
     "verification",
 )

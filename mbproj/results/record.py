@@ -14,8 +14,10 @@ import numpy as np
 import numpy.typing as npt
 
 from mbproj.arrays import Array, Integers
+from mbproj.results import events as happening
 from mbproj.results import trust as trusting
 from mbproj.results import verification as verifying
+from mbproj.results.events import RecordedEvent
 from mbproj.results.faults import no_such_name
 from mbproj.results.file.contents import Contents
 from mbproj.results.layout import CONSTANTS, DATASETS, NAMES, Dataset, trailing
@@ -250,6 +252,11 @@ class Results:
         """The limits (m) for which the run was to be certified, whether that came to its end or not; None: it was not
         asked for."""
         return trusting.asked_limits(self.contents)
+
+    @property
+    def events(self) -> tuple[RecordedEvent, ...]:
+        """What steps ended at, in the order of time, whatever was selected; none in files of older programs."""
+        return happening.read(self.contents)
 
     @property
     def verification(self) -> Verification | None:

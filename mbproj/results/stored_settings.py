@@ -22,6 +22,8 @@ class UnfitSettings(ValueError):
 def settings_from(values: Any) -> Settings:
     """The Settings that `dataclasses.asdict` turned into `values`, and JSON into text and back."""
     reading = Reading()
+    if isinstance(values, Mapping) and values.get("break_times") == []:
+        values = {key: value for key, value in values.items() if key != "break_times"}  # a scene names one or none
     node = _node(values)
     read = SIMULATION.read(node, ("simulation",), reading) if isinstance(node, MappingNode) else None
     if read is None or reading.problems:

@@ -19,13 +19,16 @@ import numpy as np
 import numpy.typing as npt
 
 from mbproj.errors import InputError, MbprojError
+from mbproj.results import events as happening
 from mbproj.results import trust as trusting
 from mbproj.results.crash_safety.claim import claim
 from mbproj.results.crash_safety.reserve import MARGIN, reserve, room_for, write_whole
+from mbproj.results.datasets import create_constant, create_dataset
+from mbproj.results.events import RecordedEvent
 from mbproj.results.faults import OutputError, cannot_write
-from mbproj.results.file.checksums import NOT_YET, crc32, stamp, stamp_attributes
+from mbproj.results.file.checksums import crc32, stamp, stamp_attributes
 from mbproj.results.files import check_output, part_path
-from mbproj.results.layout import CONSTANTS, DATASETS, NAMES, Constant, Dataset, trailing
+from mbproj.results.layout import CONSTANTS, DATASETS, NAMES, Dataset, trailing
 from mbproj.results.provenance import Attribute, as_text, create_text, root_attributes, write_scene
 from mbproj.results.trust import Trust
 from mbproj.scene.records import Scene
@@ -42,8 +45,6 @@ Constants: TypeAlias = Mapping[str, npt.NDArray[np.bool_]]
 VERSIONS = ("v110", "v110")
 FLUSH_SECONDS = 1.0
 FLUSH_BYTES = 2**23
-CHUNK_BYTES = 2**18
-CHUNK_SAMPLES = 512
 
 #: Data first and time last: where a kill falls between, the length of `time` counts the samples that are whole.
 WRITING_ORDER = (*DATASETS[1:], DATASETS[0])
@@ -78,6 +79,7 @@ class ResultsWriter:
         self.set_aside: Path | None = None
         self._certified = certified
         self._trust: Trust | None = None
+        self._events: tuple[RecordedEvent, ...] = ()
         self._constants = {path: self._constant(path, values) for path, values in (constants or {}).items()}
         self._summary: dict[str, Attribute] = {}
         self._pending: list[dict[str, npt.NDArray[Any]]] = []
@@ -129,6 +131,10 @@ class ResultsWriter:
         texts = {name: as_text(value) for name, value in values.items() if isinstance(value, str)}
         self._summary.update({**values, **texts})
 
+    def events(self, events: Sequence[RecordedEvent]) -> None:
+        """The events that the run is to meet, written at its end as far as it got."""
+        self._events = tuple(events)
+
     def trust(self, trust: Trust) -> None:
         """Add what a better solution says of the run, written at its end; the limits must be those announced."""
         self._trust = trust
@@ -160,12 +166,13 @@ class ResultsWriter:
             for kind, entry in NAMES.items():
                 create_text(file, entry.path, self._names[kind], entry.description)
             for dataset in DATASETS:
-                _create_dataset(file, dataset, trailing(dataset, self._sizes))
+                create_dataset(file, dataset, trailing(dataset, self._sizes))
+            happening.create(file)
             if self._certified is not None:
                 trusting.create(file, self._names["markers"] or self._names["bodies"], self._certified)
             for constant in CONSTANTS:
                 if constant.path in self._constants:
-                    _create_constant(file, constant, self._constants[constant.path])
+                    create_constant(file, constant, self._constants[constant.path])
             file.flush()
             image: bytes = file.id.get_file_image()
         return image
@@ -218,6 +225,9 @@ class ResultsWriter:
             if self._trust is not None:
                 reserve(self._descriptor, room_for(self._file, self._samples) + trusting.room(self._trust))
                 trusting.write(self._file, self._trust)
+            met = [event for event in self._events if event.time <= self._last_time]
+            reserve(self._descriptor, room_for(self._file, self._samples) + happening.room(met))
+            happening.write(self._file, met)
             self._file.attrs.update({name: value for name, value in self._summary.items() if value is not None})
             self._file.attrs["status"] = status
             stamp_attributes(self._file)
@@ -266,27 +276,3 @@ def _status(error: BaseException | None) -> str:
     if isinstance(error, MbprojError):
         return f"failed: {error}"
     return f"failed: internal error: {type(error).__name__}: {error}"
-
-
-def _create_dataset(file: h5py.File, dataset: Dataset, shape: tuple[int, ...]) -> None:
-    row_bytes = 8 * max(1, int(np.prod(shape)))
-    samples = min(CHUNK_SAMPLES, max(1, CHUNK_BYTES // row_bytes))
-    created = file.create_dataset(
-        dataset.path,
-        shape=(0, *shape),
-        # HDF5 wants chunks of at least one; an axis of none (no markers) must then be open.
-        maxshape=(None, *(size or None for size in shape)),
-        chunks=(samples, *(max(1, size) for size in shape)),
-        dtype=dataset.dtype,
-        fletcher32=True,
-    )
-    stamp(created, NOT_YET)
-    created.attrs.update({"units": dataset.unit, "description": dataset.description})
-    if dataset.frame:
-        created.attrs["frame"] = dataset.frame
-
-
-def _create_constant(file: h5py.File, constant: Constant, values: npt.NDArray[np.bool_]) -> None:
-    created = file.create_dataset(constant.path, data=values)
-    stamp(created, crc32(values))
-    created.attrs.update({"units": constant.unit, "description": constant.description, "frame": constant.frame})

@@ -196,7 +196,7 @@ class ProjectionSettings:
 @dataclass(frozen=True)
 class Settings:
     """The `simulation` block with defaults resolved. Exactly one of `step` and `tolerance` is set in a run; `duration`
-    and both may be None in a scene that leaves them to the command line."""
+    and both may be None in a scene that leaves them to the command line. Steps end at `break_times` (s) too."""
 
     duration: float | None = None
     step: float | None = None
@@ -205,6 +205,7 @@ class Settings:
     formulation: str = "auto"
     acceleration: str = "bordered"
     output_step: float | None = None
+    break_times: tuple[float, ...] = ()
     projection: ProjectionSettings = field(default_factory=ProjectionSettings)
 
 

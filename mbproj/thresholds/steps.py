@@ -22,6 +22,12 @@ class Steps:
     least_error_before: float = threshold(
         1e-4, "tolerances", "both", "and as this in the memory of the controller", "DOPRI5's code"
     )
+    part_after_break: float = threshold(
+        0.5, "1", "both", "the first step after an event takes this part of the way to the next at most", "chosen"
+    )
+    one_break: float = threshold(
+        64.0, "grains of time", "numpy", "events, samples and grid times that are nearer are one", "32 ε of bisection"
+    )
     turns_told: float = threshold(
         0.5, "rad", "both", "a step tells turns where a pose is nearer to where the rates lead", "RK4 errs by 0.04 rad"
     )

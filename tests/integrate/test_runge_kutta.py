@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from mbproj.integrate.steppers.runge_kutta import continuous_extension, error_estimates, rk_step
+from mbproj.integrate.steppers.runge_kutta import ExplicitRungeKutta
 from mbproj.integrate.steppers.tableau import load_tableau
 from mbproj.registry import integrators
 
@@ -32,7 +32,7 @@ def exact(t: float) -> np.ndarray:
 
 def one_step(name: str, h: float, t: float = 0.3):
     y = exact(t)
-    return rk_step(f, load_tableau(name), t, y, h, f(t, y))
+    return ExplicitRungeKutta(load_tableau(name)).attempt(f, t, y, h, f(t, y))
 
 
 def slope(errors: list[float], ratio: float = 2.0) -> float:
@@ -57,7 +57,7 @@ def test_order_of_convergence(name):
     for count in (steps, 2 * steps):
         t, y, h = 0.0, exact(0.0), 8.0 / count
         for k in range(count):
-            y = rk_step(f, tableau, t, y, h, f(t, y)).y_new
+            y = ExplicitRungeKutta(tableau).attempt(f, t, y, h, f(t, y)).y_new
             t = (k + 1) * h
         errors.append(float(np.abs(y - exact(8.0)).max()))
     assert slope(errors) == pytest.approx(tableau.order, abs=0.15)
@@ -70,7 +70,7 @@ def test_estimates_are_of_their_orders(name):
     estimates = []
     for h in (0.1, 0.05):
         step = one_step(name, h)
-        estimates.append(np.abs(error_estimates(tableau, step, f(0.3 + h, step.y_new))).max(axis=1))
+        estimates.append(np.abs(ExplicitRungeKutta(tableau).error(f, 0.3 + h, step)[1]).max(axis=1))
     for row, expected in enumerate({"bs32": [3], "dopri5": [5], "dop853": [6, 4]}[name]):
         assert slope([float(estimate[row]) for estimate in estimates]) == pytest.approx(expected, abs=0.3)
 
@@ -83,7 +83,8 @@ def test_continuous_extension(name):
     coarse = 0.25 if expected == 8 else 0.1
     for h in (coarse, coarse / 2):
         step = one_step(name, h)
-        at = continuous_extension(f, tableau, step, f(0.3 + h, step.y_new))
+        stepper = ExplicitRungeKutta(tableau)
+        at = stepper.extend(f, stepper.error(f, 0.3 + h, step)[0]).at
         np.testing.assert_allclose(at(0.0), step.y, rtol=1e-15)
         np.testing.assert_allclose(at(1.0), step.y_new, rtol=1e-13)
         middle = [np.abs(at(theta) - exact(0.3 + theta * h)).max() for theta in (0.2, 0.37, 0.5, 0.81)]

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from mbproj.integrate.steppers.runge_kutta import rk_step
+from mbproj.integrate.steppers.runge_kutta import ExplicitRungeKutta
 from mbproj.integrate.steppers.stability_region import amplification, reach, real_axis_limit
 from mbproj.integrate.steppers.tableau import load_tableau
 
@@ -24,7 +24,7 @@ def test_a_step_grows_by_the_stability_function(name, eigenvalue):
     tableau, h = load_tableau(name), 3.0
     matrix = np.array([[eigenvalue.real, -eigenvalue.imag], [eigenvalue.imag, eigenvalue.real]])
     y = np.array([1.0, 0.0])
-    stepped = rk_step(lambda t, y: matrix @ y, tableau, 0.0, y, h, matrix @ y).y_new
+    stepped = ExplicitRungeKutta(tableau).attempt(lambda t, y: matrix @ y, 0.0, y, h, matrix @ y).y_new
     assert np.linalg.norm(stepped) == pytest.approx(amplification(tableau, h * eigenvalue), rel=1e-12)
 
 

@@ -13,13 +13,31 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from mbproj.results import DATASETS, ResultsWriter, open_results
+from mbproj.results import DATASETS, ResultsWriter, check_results, open_results
+from mbproj.results.events import RecordedEvent
 from mbproj.results.faults import OutputError
 from mbproj.scene.records import ProjectionSettings, Settings
 from tests.results.pendulum_blocks import NAMES, NO_NAMES, PATHS, SETTINGS, block, part_of, record, scene, times
 
 #: Bodies, markers, joints and coordinates of the pendulum, by the layout's symbols.
 SIZES = {"n": 1, "k": 2, "nj": 2, "nc": 1, "nf": 1, "nm": 1}
+
+
+def test_events_are_kept_as_far_as_the_run_got(tmp_path):
+    path, whole = tmp_path / "out.h5", block(times())
+    told = [
+        RecordedEvent(float(whole["time"][3]), "force 'ä'", "jump"),
+        RecordedEvent(float(whole["time"][-1]), "stop", "kink", -1),
+    ]
+    with ResultsWriter(path, scene(), NAMES) as recorder:
+        recorder.events([*told, RecordedEvent(1e6, "too late", "kink")])
+        recorder.write(whole)
+    with open_results(path) as results:
+        assert list(results.events) == told
+        assert check_results(results).faults == ()
+    with h5py.File(path) as file:
+        assert file["events/time"].attrs["units"] == "s" and file["events/name"].attrs["description"]
+    assert open_results(record(tmp_path / "none.h5", whole)).events == ()
 
 
 def assert_equal(path: Path, expected: dict) -> None:

@@ -13,6 +13,7 @@ from mbproj.studies.measure.mechanism import Mechanism
 from mbproj.studies.measure.perturbed import perturbed
 from mbproj.studies.measure.setting import Setting
 from mbproj.studies.measure.solve import sample_times, solve
+from tests.integrate.time_scenes import TROLLEY
 from tests.support import ROOT, Recorder
 
 EXACT = np.genfromtxt(ROOT / "tests" / "data" / "five_bar.csv", delimiter=",", skip_header=1)
@@ -144,3 +145,16 @@ def test_where_the_better_solution_fails_nothing_is_certified_after_it():
     assert trust.horizon_low[0, 0] == pytest.approx(1.5, abs=0.011)
     assert trust.horizon_high[0, 0] == np.inf
     assert trust.untrusted_from(100.0) == trust.horizon_low[0, 0]
+
+
+def test_a_move_between_two_rests_is_right_and_certified():
+    """The load rests until 3 s. The better solution and its check do not pass over the move of 0.2 s either."""
+    mechanism = Mechanism.of(read_scene_text(TROLLEY))
+    settings, times = settings_to_run(mechanism.scene), sample_times(10.0, 10)
+    _, trust = simulate_certified(mechanism, settings)
+    own = solve(mechanism, Setting.of(settings), times)
+    fine = solve(mechanism, Setting(integrator="rk4", step=2e-3), times)
+    off = np.abs(own.marker_position - fine.marker_position).max()
+    assert 0.2 < np.abs(fine.marker_position[5:, 0, 0] - 0.5).max() < 0.5
+    assert off < 1e-7
+    assert trust.error.max() < 1e-7 and trust.uncertainty.max() < 1e-9

@@ -21,6 +21,8 @@ if TYPE_CHECKING:
 
 #: Attributes that the text shows in words, as it does what is computed from the samples.
 SHOWN_ELSEWHERE = ("format", "date", "host")
+#: Events that are listed, at most.
+SHOWN_EVENTS = 20
 EXAMPLES = (
     ("Say what a results file holds.", "mbproj info results.h5"),
     ("Say whether the compiled kernel is there.", "mbproj info --build"),
@@ -109,6 +111,7 @@ def _contents(results: Results) -> dict[str, Any]:
         "overrides": results.overrides,
         "attributes": dict(results.attributes),
         "names": {kind: list(results.names(kind)) for kind in ("bodies", "markers", "joints", "coordinates")},
+        "events": [event._asdict() for event in results.events],
         **({} if results.trust is None else {"trust": as_numbers(results.trust)}),
         **({} if results.verification is None else {"verification": verification_as_json(results.verification)}),
         "datasets": {
@@ -150,6 +153,9 @@ def _lines(results: Results) -> Iterator[str]:
             **_reactions(has),
         }
     )
+    if results.events:
+        yield "\nevents"
+        yield from _events(results)
     if results.trust is not None:
         yield "\ntrust"
         yield from lines_on(results.trust)
@@ -161,6 +167,14 @@ def _lines(results: Results) -> Iterator[str]:
     for title, values in (("settings", _settings(has)), ("attributes", _attributes(has)), ("datasets", _datasets(has))):
         yield f"\n{title}"
         yield from table(values, "  ")
+
+
+def _events(results: Results) -> Iterator[str]:
+    """The first of them."""
+    events = results.events
+    yield from (f"  t = {event.time:.9g} s: {event.name}, {event.kind}" for event in events[:SHOWN_EVENTS])
+    if len(events) > SHOWN_EVENTS:
+        yield f"  and {len(events) - SHOWN_EVENTS} more"
 
 
 def _numbers(has: Mapping[str, Any]) -> dict[str, str]:

@@ -11,6 +11,7 @@ from mbproj.cli.report.expectations import summary_lines
 from mbproj.cli.report.trust import lines_on
 from mbproj.dynamics.equations.round_off import EPSILON
 from mbproj.dynamics.rank.massless import SHOWN
+from mbproj.integrate.events.time_events import COUNTED
 from mbproj.integrate.outcome.report import Report, Worst
 from mbproj.model.system import System
 from mbproj.results.trust import Trust
@@ -69,6 +70,11 @@ def print_summary(
 def warnings(report: Report) -> list[str]:
     """What a user should not overlook."""
     found = [report.stiffness] if report.stiffness else []
+    if report.crowded:
+        found.append(
+            f"{', '.join(report.crowded)}: more kinks in time than count; steps end at the first {COUNTED:,} of each, "
+            "and meet later ones anywhere"
+        )
     if report.energy_drift_relative > SUSPICIOUS_DRIFT:
         found.append(
             f"the energy drifted by {100 * report.energy_drift_relative:.2g} %: the motion may be wrong "

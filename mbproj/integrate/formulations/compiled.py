@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from types import ModuleType
 from typing import Any, ClassVar
@@ -17,6 +17,7 @@ from mbproj.dynamics.equations.kinematics import pose_of, twist_of
 from mbproj.dynamics.equations.motions import drive_at
 from mbproj.dynamics.observe.samples import Samples, block_samples
 from mbproj.errors import SimulationError
+from mbproj.integrate.events.breaks import Break, breaks_of
 from mbproj.integrate.outcome.failures import (
     TurnsUntold,
     left_open,
@@ -135,7 +136,7 @@ class Compiled(ABC):
             self.model,
             _tableau(self.core, load_tableau(settings.integrator)),
             self.projection(settings.projection),
-            _steps(self.core, settings, state.t),
+            _steps(self.core, settings, state.t, breaks_of(self.system, state.t, settings)),
             self.state(state.q, state.v),
             turns,
         )
@@ -244,8 +245,10 @@ def _tableau(core: ModuleType, tableau: Tableau) -> Any:
     return core.Tableau(tableau.order, tableau.error_order, *(np.ascontiguousarray(part) for part in parts))
 
 
-def _steps(core: ModuleType, settings: Settings, start: float) -> Any:
+def _steps(core: ModuleType, settings: Settings, start: float, breaks: Sequence[Break]) -> Any:
+    given = [tuple(each) for each in breaks]
     if settings.step is not None:
         steps, every = whole_steps(settings), output_every(settings)
-        return core.Steps.fixed(start, settings.duration, settings.step, steps, every)
-    return core.Steps.by_error(start, settings.duration, settings.tolerance, output_times(settings, start))
+        return core.Steps.fixed(start, settings.duration, settings.step, steps, every, given)
+    times = output_times(settings, start)
+    return core.Steps.by_error(start, settings.duration, settings.tolerance, times, given)

@@ -27,6 +27,7 @@ from mbproj.dynamics.rank.mobility import row_distances, scaled_jacobian
 from mbproj.dynamics.rank.row_policy import RowPolicy
 from mbproj.dynamics.rank.row_set import RowSet, in_lengths
 from mbproj.errors import InputError, SimulationError
+from mbproj.integrate.events.breaks import TimeWindow
 from mbproj.integrate.outcome.failures import branches_near, ill_conditioned, not_finite, other_branch, singular
 from mbproj.model.system import System
 from mbproj.projection import Method, Projected, Projection, make_method, project_after
@@ -47,8 +48,8 @@ class Accelerations(NamedTuple):
 @final
 @dataclass(frozen=True, eq=False)
 class FullFormulation:
-    """Constants of a run: the system, the settings, the projection method that they name, and what gears and screws
-    count from."""
+    """Constants of a run: the system, the settings, the projection method that they name, what gears and screws count
+    from, and the window from within which functions of time are seen."""
 
     system: System
     settings: Settings
@@ -56,6 +57,7 @@ class FullFormulation:
     policy: RowPolicy
     sums: Array
     bodies: System  # without what its joints' coordinates turn
+    window: TimeWindow
 
     @classmethod
     def of(cls, system: System, state: State, settings: Settings, redundant: int = 0) -> FullFormulation:
@@ -68,7 +70,8 @@ class FullFormulation:
         pose = pose_of(state.q)
         counted = coordinate_values(system, pose) + 2.0 * np.pi * state.turns
         sums = sums_at_start(system, pose, counted)
-        return cls(system, settings, method, RowPolicy(system, redundant), sums, replace(system, reflected=None))
+        bodies = replace(system, reflected=None)
+        return cls(system, settings, method, RowPolicy(system, redundant), sums, bodies, TimeWindow())
 
     @property
     def quadratures(self) -> int:
@@ -88,8 +91,18 @@ class FullFormulation:
         return y[:n], y[n : 2 * n], y[2 * n : end], y[end:]
 
     def drive(self, t: float, expected: Array) -> Drive | None:
-        """What motions prescribe, and the teeth in mesh where the joints' coordinates are `expected`, (nc,)."""
-        return drive_at(self.system, t, Teeth(self.sums, expected) if self.system.meshes.size else None)
+        """What motions prescribe, and the teeth in mesh where the joints' coordinates are `expected`, (nc,).
+        Accelerations, which may jump, are seen from within the window; positions and rates belong to t itself."""
+        drive = drive_at(self.system, t, Teeth(self.sums, expected) if self.system.meshes.size else None)
+        seen = self.window.seen(t)
+        if drive is None or seen == t:
+            return drive
+        inside = drive_at(self.system, seen, drive.teeth)
+        return drive if inside is None else replace(drive, acceleration=inside.acceleration)
+
+    def seen_within(self, window: TimeWindow) -> FullFormulation:
+        """The same with another window."""
+        return replace(self, window=window)
 
     def derivative(self, t: float, y: Array) -> Array:
         """y' of y, (14n + integrals + followed,), with the rows of the step at hand."""
@@ -121,7 +134,7 @@ class FullFormulation:
         solve = SOLVERS[self.settings.acceleration]
         force, power = generalised_force(self.bodies, pose, twist), np.zeros(self.quadratures)
         if system.forces is not None:
-            loads = applied(system, pose, twist, t, expected)
+            loads = applied(system, pose, twist, self.window.seen(t), expected)
             force = force + generalised(pose, loads.force, loads.torque)
             power += [loads.power, loads.dissipation]
         try:

@@ -33,7 +33,8 @@ class Report:
     largest kinetic energy + |ΔV|. `integration_seconds` went into the steps (`integration_cpu_seconds` of them
     with the processor, by the thread's own clock), `recording_seconds` into observing and writing the samples.
     `phases`: seconds by phase in a sample of the steps; empty where they were not measured. `stiffness`: which force
-    was too stiff for the step, and what to do; "" where none was.
+    was too stiff for the step, and what to do; "" where none was. `events`: at how many times steps ended because of
+    what happens there; `crowded` names functions with so many kinks that not all count.
     """
 
     formulation: str
@@ -55,6 +56,8 @@ class Report:
     recording_seconds: float
     phases: dict[str, float]
     stiffness: str
+    events: int = 0
+    crowded: tuple[str, ...] = ()
 
 
 def worst(system: System, peak: Peak) -> Worst:
@@ -90,6 +93,7 @@ def summary(scene: str, output: str, report: Report, total_seconds: float) -> di
         "energy_drift": report.energy_drift,
         "energy_drift_relative": report.energy_drift_relative,
         "stiffness": report.stiffness,
+        "events": report.events,
         "status": "complete",
     }
 

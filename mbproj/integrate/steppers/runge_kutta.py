@@ -1,9 +1,12 @@
-"""One explicit Runge-Kutta step, its error estimate, and its continuous extension, for y' = f(t, y)."""
+"""Explicit Runge-Kutta steps for y' = f(t, y), their error estimates and continuous extensions: the first stepper.
+
+A stepper has {attempt, error, extend, at} and says what they cost. The time loop knows no more of it.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -15,41 +18,80 @@ RightHandSide = Callable[[float, Array], Array]
 
 @dataclass(frozen=True, eq=False)
 class Step:
-    """A step from (t, y) over h to `y_new` (N,), with its stages k (s, N)."""
+    """A step from (t, y) over h to `y_new` (N,), with its stages k (s, N), and f at the new point where its error was
+    estimated."""
 
     t: float
     h: float
     y: Array
     y_new: Array
     k: Array
+    last: Array | None = None
 
 
-def rk_step(f: RightHandSide, tableau: Tableau, t: float, y: Array, h: float, first: Array) -> Step:
-    """One step of size h; `first` is f(t, y)."""
-    k = np.empty((tableau.stages, len(y)))
-    k[0] = first
-    with may_overflow():
-        for stage in range(1, tableau.stages):
-            k[stage] = f(t + tableau.c[stage] * h, y + h * (tableau.a[stage, :stage] @ k[:stage]))
-        return Step(t, h, y, y + h * (tableau.b @ k), k)
+@dataclass(frozen=True, eq=False)
+class Extension:
+    """The continuous extension of a step, by the coefficients of θ, θ², … (d, N)."""
 
+    step: Step
+    slopes: Array
 
-def error_estimates(tableau: Tableau, step: Step, last: Array) -> Array:
-    """The estimates of the local error, (e, N); `last` is f at the new point."""
-    return step.h * (tableau.error[:, :-1] @ step.k + tableau.error[:, -1:] * last)
-
-
-def continuous_extension(f: RightHandSide, tableau: Tableau, step: Step, last: Array) -> Callable[[float], Array]:
-    """y(t + θh) as a function of θ in [0, 1]; `last` is f at the new point. May evaluate f for its extra stages."""
-    k = np.concatenate([step.k, last[None]])
-    for row, c in zip(tableau.extra_a, tableau.extra_c, strict=True):
-        k = np.concatenate([k, f(step.t + c * step.h, step.y + step.h * (row[: len(k)] @ k))[None]])
-    slopes = tableau.dense.T @ k
-
-    def at(theta: float) -> Array:
-        total = np.zeros_like(step.y)
-        for slope in slopes[::-1]:
+    def at(self, theta: float) -> Array:
+        """y(t + θh), θ in [0, 1]."""
+        total = np.zeros_like(self.step.y)
+        for slope in self.slopes[::-1]:
             total = theta * (slope + total)
-        return step.y + step.h * total
+        return self.step.y + self.step.h * total
 
-    return at
+
+@dataclass(frozen=True, eq=False)
+class ExplicitRungeKutta:
+    """A method by its tableau. `*_cost`: evaluations of f beyond the first, which the step before has left."""
+
+    tableau: Tableau
+
+    @property
+    def order(self) -> int:
+        return self.tableau.order
+
+    @property
+    def error_order(self) -> int:
+        return self.tableau.error_order
+
+    @property
+    def attempt_cost(self) -> int:
+        return self.tableau.stages - 1
+
+    @property
+    def extend_cost(self) -> int:
+        return len(self.tableau.extra_c)
+
+    def attempt(self, f: RightHandSide, t: float, y: Array, h: float, first: Array) -> Step:
+        """One step of size h; `first` is f(t, y)."""
+        tableau = self.tableau
+        k = np.empty((tableau.stages, len(y)))
+        k[0] = first
+        with may_overflow():
+            for stage in range(1, tableau.stages):
+                k[stage] = f(t + tableau.c[stage] * h, y + h * (tableau.a[stage, :stage] @ k[:stage]))
+            return Step(t, h, y, y + h * (tableau.b @ k), k)
+
+    def error(self, f: RightHandSide, t: float, step: Step) -> tuple[Step, Array]:
+        """The step to t with f at its end, and the estimates of its local error, (e, N)."""
+        last, weights = f(t, step.y_new), self.tableau.error
+        return replace(step, last=last), step.h * (weights[:, :-1] @ step.k + weights[:, -1:] * last)
+
+    def extend(self, f: RightHandSide, step: Step) -> Extension:
+        """The continuous extension of a step whose error was estimated."""
+        tableau = self.tableau
+        assert step.last is not None
+        k = np.concatenate([step.k, step.last[None]])
+        for row, c in zip(tableau.extra_a, tableau.extra_c, strict=True):
+            k = np.concatenate([k, f(step.t + c * step.h, step.y + step.h * (row[: len(k)] @ k))[None]])
+        return Extension(step, tableau.dense.T @ k)
+
+    def quadrature(self, step: Step) -> Iterator[tuple[float, Array]]:
+        """Where a step has evaluated f, with the weights of its quadrature."""
+        a, b = self.tableau.a, self.tableau.b
+        for stage in np.flatnonzero(b):
+            yield float(b[stage]), step.y + step.h * (a[stage, :stage] @ step.k[:stage])

@@ -82,6 +82,7 @@ def draw(kind: str, results: Sequence[Results], labels: Sequence[str], limit: fl
     below a thousandth of the markers' travel."""
     module = import_module(f"mbproj.plot.kinds.{KINDS[kind].module}")
     figure: Figure = getattr(module, KINDS[kind].function)(results, labels)
+    import_module("mbproj.plot.events").mark(figure, results)
     if KINDS[kind].of_motion and any(result.trust for result in results):
         untrusted = import_module("mbproj.plot.untrusted")
         mark = getattr(module, "mark_untrusted", untrusted.mark)

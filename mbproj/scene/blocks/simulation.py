@@ -50,6 +50,7 @@ SIMULATION: Record[dict[str, Any]] = Record(
         "formulation": Choice("formulation", lambda: registry.FORMULATIONS),
         "acceleration": Choice("acceleration", lambda: registry.ACCELERATIONS),
         "output_step": Number("s", above=0.0),
+        "break_times": List(Number("s"), None, "times"),
         "projection": PROJECTION,
     },
     dict,
@@ -57,7 +58,7 @@ SIMULATION: Record[dict[str, Any]] = Record(
 )
 
 #: The options whose text may be a list, A,B.
-LIST_OPTIONS = frozenset({"gains"})
+LIST_OPTIONS = frozenset({"gains", "break_times"})
 #: The way through the block to the value that an option changes, by the option's name in Python.
 OPTIONS: Mapping[str, KeyPath] = MappingProxyType(
     {

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import astuple
 from time import perf_counter
 
 from mbproj.analysis import Outcome, outcomes
@@ -9,9 +10,11 @@ from mbproj.dynamics import assemble, unique_components
 from mbproj.ending import ending
 from mbproj.errors import ExitCode, MbprojError, SimulationError
 from mbproj.integrate import simulate
+from mbproj.integrate.events.time_events import events_of
 from mbproj.integrate.outcome.report import summary
 from mbproj.model import compile_system, initial_guess
 from mbproj.results import ResultsWriter, open_results
+from mbproj.results.events import RecordedEvent
 from mbproj.scene import read_scene, settings_to_run
 from mbproj.scene.problem_places import placed_in
 from mbproj.studies.batch.result import SceneResult, Task
@@ -49,6 +52,7 @@ def _outcomes(task: Task) -> tuple[tuple[Outcome, ...], str]:
         ResultsWriter(task.output, scene, system.names.as_mapping(), constants=unique) as recorder,
         placed_in(scene),
     ):
+        recorder.events([RecordedEvent(*astuple(event)) for event in events_of(system, state.t, settings)])
         report = simulate(system, state, settings, recorder)
         seconds = perf_counter() - started
         recorder.attributes(summary(str(task.scene), str(task.output), report, total_seconds=seconds))

@@ -86,7 +86,7 @@ def _energies(mechanism: Mechanism, states: list[State]) -> Array:
 
 def _steps(mechanism: Mechanism, setting: Setting, ends: Array) -> Iterator[tuple[_End, _End]]:
     """The end of each step without and with projection; the next one starts from the second."""
-    settings = setting.settings(float(ends[-1]), float(ends[-1]))
+    settings = mechanism.settings(setting, float(ends[-1]), float(ends[-1]))
     every, state = settings.projection.every, mechanism.state
     choice = choose(mechanism.system, state, settings)
     always = replace(settings, projection=replace(settings.projection, every=1))
@@ -136,7 +136,7 @@ def _step_ends(mechanism: Mechanism, setting: Setting, until: float) -> Array:
     samples = SAMPLES
     while samples <= MOST_SAMPLES:
         kept = _StepSizes()
-        simulate(mechanism.system, mechanism.state, setting.settings(until, until / samples), kept)
+        simulate(mechanism.system, mechanism.state, mechanism.settings(setting, until, until / samples), kept)
         number, size = np.concatenate(kept.number)[1:], np.concatenate(kept.size)[1:]
         steps, first = np.unique(number, return_index=True)
         if len(steps) == steps[-1]:  # no step without a sample in it

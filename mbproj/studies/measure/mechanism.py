@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 from mbproj.dynamics import State, assemble
 from mbproj.errors import InputError, Problem
 from mbproj.model import System, compile_system, initial_guess
-from mbproj.scene.records import Scene
+from mbproj.scene.records import Scene, Settings
 from mbproj.scene.text.suggestions import choose_from
+from mbproj.studies.measure.setting import Setting
 
 
 @dataclass(frozen=True, eq=False)
@@ -47,7 +48,17 @@ class Mechanism:
                 raise InputError(problem)
         return tuple(k for k, name in enumerate(self.points) if not names or name in names)
 
+    def settings(self, setting: Setting, duration: float, output_step: float) -> Settings:
+        """Those of a run with `setting`, whose steps end where the scene asks for it. Raises InputError like it."""
+        return with_breaks(self.scene, setting.settings(duration, output_step))
+
     @property
     def identity(self) -> dict[str, Any]:
         """What it follows from, for the store."""
-        return {"scene": self.scene.text, "parameters": dict(self.scene.overrides)}
+        times = self.scene.settings.break_times
+        return {"scene": self.scene.text, "parameters": dict(self.scene.overrides), "break_times": list(times)}
+
+
+def with_breaks(scene: Scene, settings: Settings) -> Settings:
+    """The settings with the break times of the scene: they belong to it, whatever it is run with."""
+    return replace(settings, break_times=scene.settings.break_times)

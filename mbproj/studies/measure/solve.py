@@ -86,7 +86,7 @@ def solve(mechanism: Mechanism | Scene, setting: Setting, times: Array) -> Solut
     ready = mechanism if isinstance(mechanism, Mechanism) else Mechanism.of(mechanism)
     kept, report, failure = _Kept(ready, len(times)), None, None
     try:
-        settings = setting.settings(float(times[-1]), float(times[1]))
+        settings = ready.settings(setting, float(times[-1]), float(times[1]))
         report = simulate(ready.system, ready.state, settings, kept)
     except SimulationError as error:
         failure = Failure("failed", error.time, str(error))

@@ -68,7 +68,7 @@ def _violations(subject: Subject, mechanism: Mechanism) -> Array:
             kept.append(block)
 
     with np.errstate(all="ignore"):
-        simulate(system, mechanism.state, subject.setting.settings(span, span), Kept())
+        simulate(system, mechanism.state, mechanism.settings(subject.setting, span, span), Kept())
     times = np.concatenate([block["time"] for block in kept])
     q = np.concatenate([_coordinates(system, block) for block in kept])
     return np.asarray((constraint_at(system, q, times) / system.row_scale)[:, system.bodies :])

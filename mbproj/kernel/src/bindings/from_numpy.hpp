@@ -4,6 +4,7 @@
 
 #include <stdexcept>
 #include <string>
+#include <tuple>
 
 #include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
@@ -60,6 +61,19 @@ template <class Number, class... Sizes> nb::object array_of(std::vector<Number> 
 
 inline void require_positive(double value, const char* name) {
     if (!(value > 0.0 && std::isfinite(value))) refuse(name, "is not positive");
+}
+
+// Times at which steps end: (time, left, right) of each.
+using BreakNumbers = std::vector<std::tuple<double, double, double>>;
+
+inline std::vector<Break> breaks_of(const BreakNumbers& given) {
+    std::vector<Break> breaks;
+    for (const auto& [time, left, right] : given) {
+        const bool after_last = breaks.empty() || left >= breaks.back().right;
+        if (!(std::isfinite(time) && left < right && after_last)) refuse("breaks", "do not increase");
+        breaks.push_back({time, left, right});
+    }
+    return breaks;
 }
 
 // Settings that fit each other.

@@ -83,22 +83,28 @@ void add_settings(nb::module_& m) {
         .def_rw("max_iterations", &ProjectionSettings::max_iterations)
         .def_rw("fallback", &ProjectionSettings::fallback);
     nb::class_<Steps>(m, "Steps")
-        .def_static("fixed",
-                    [](double start, double duration, double step, long count, long every) {
-                        require_positive(duration, "duration");
-                        require_positive(step, "step");
-                        if (!std::isfinite(start) || count < 1 || every < 1)
-                            refuse("steps", "have a wrong start or count");
-                        return Steps{start, duration, step, 0.0, count, every, {}};
-                    })
-        .def_static("by_error", [](double start, double duration, double tolerance, std::vector<double> times) {
-            require_positive(duration, "duration");
-            require_positive(tolerance, "tolerance");
-            bool increasing = std::isfinite(start) && !times.empty() && times.front() == start;
-            for (std::size_t i = 1; i < times.size(); ++i) increasing = increasing && times[i] > times[i - 1];
-            if (!increasing) refuse("times", "do not increase from the start");
-            return Steps{start, duration, -1.0, tolerance, 0, 1, std::move(times)};
-        });
+        .def_static(
+            "fixed",
+            [](double start, double duration, double step, long count, long every, const BreakNumbers& breaks) {
+                require_positive(duration, "duration");
+                require_positive(step, "step");
+                if (!std::isfinite(start) || count < 1 || every < 1) refuse("steps", "have a wrong start or count");
+                return Steps{start, duration, step, 0.0, count, every, {}, breaks_of(breaks)};
+            },
+            nb::arg("start"), nb::arg("duration"), nb::arg("step"), nb::arg("count"), nb::arg("every"),
+            nb::arg("breaks") = BreakNumbers())
+        .def_static(
+            "by_error",
+            [](double start, double duration, double tolerance, std::vector<double> times, const BreakNumbers& breaks) {
+                require_positive(duration, "duration");
+                require_positive(tolerance, "tolerance");
+                bool increasing = std::isfinite(start) && !times.empty() && times.front() == start;
+                for (std::size_t i = 1; i < times.size(); ++i) increasing = increasing && times[i] > times[i - 1];
+                if (!increasing) refuse("times", "do not increase from the start");
+                return Steps{start, duration, -1.0, tolerance, 0, 1, std::move(times), breaks_of(breaks)};
+            },
+            nb::arg("start"), nb::arg("duration"), nb::arg("tolerance"), nb::arg("times"),
+            nb::arg("breaks") = BreakNumbers());
     nb::enum_<Status>(m, "Status")
         .value("running", Status::running)
         .value("finished", Status::finished)

@@ -3,10 +3,10 @@
 
 #include <limits>
 
+#include "dynamics/drive.hpp"
 #include "dynamics/kkt_solver.hpp"
 #include "kinematics/loads.hpp"
 #include "kinematics/teeth.hpp"
-#include "model/settings.hpp"
 
 namespace mbproj {
 
@@ -27,8 +27,7 @@ public:
     EquationsOfMotion(const Model<D>& model, const ProjectionSettings& projection)
         : model_(model), projection_(projection), pose_(model), motion_(model), solver_(model, penalty(projection)),
           gamma_(model.all_rows()), C_(model.all_rows()), C_dot_(model.all_rows()), lambda_(model.all_rows()),
-          drive_(model.driven.size()), applied_(model.loads ? model.size() : 0), teeth_(model),
-          expected_(model.followed()) {}
+          drive_(model), applied_(model.loads ? model.size() : 0), teeth_(model), expected_(model.followed()) {}
 
     // Numbers of the bodies' state, and of all that is integrated.
     int size() const { return S::state * model_.size(); }
@@ -109,12 +108,12 @@ public:
         factored_ = false;
         if (t == t_ && !broken_) return;
         t_ = t;
-        broken_ = false;
-        const Series time[3] = {{t, 1.0, 0.0}, {}, {}};
-        for (std::size_t k = 0; k < drive_.size(); ++k) {
-            drive_[k] = model_.motions->run(static_cast<int>(k), time);
-            if (!drive_[k].finite()) broken_ = true;
-        }
+        broken_ = !drive_.set(t, window_);
+    }
+    // Evaluations from now on see functions of time from within this window, until another is set.
+    void see(const TimeWindow& window) {
+        window_ = window;
+        broken_ = !drive_.set(t_, window_);
     }
     // Another state at the same time.
     void set_pose(const double* y) { set_pose(t_, y); }
@@ -192,7 +191,7 @@ public:
         return {cosine, sine, (cosine * sine_dot - sine * cosine_dot) / (cosine * cosine + sine * sine)};
     }
     // What motion k prescribes at the time in place.
-    double prescribed(std::size_t k) const { return model_.driven[k].start + drive_[k].x; }
+    double prescribed(std::size_t k) const { return drive_.prescribed(k); }
     // The state, at `time`, at which a function of the scene had no finite value; empty where none failed.
     const std::vector<double>& broken_state() const { return broken_state_; }
     void forget_broken_state() { broken_state_.clear(); }
@@ -245,7 +244,7 @@ private:
     }
 
     bool set_forces(const double* y) {
-        if (model_.loads && !applied_.update(*model_.loads, pose_, motion_, t_, expected_)) return false;
+        if (model_.loads && !applied_.update(*model_.loads, pose_, motion_, window_.seen(t_), expected_)) return false;
         for (int b = 0; b < model_.size(); ++b) {
             Point<D> force = model_.bodies[b].mass * model_.gravity;
             Turn<D> torque = Turn<D>::Zero();
@@ -287,7 +286,8 @@ private:
     Motion<D> motion_;
     KktSolver<D> solver_;
     std::vector<double> gamma_, C_, C_dot_, lambda_;
-    std::vector<Series> drive_;  // what the motions prescribe at t_
+    Drive<D> drive_;  // at t_
+    TimeWindow window_;
     Applied<D> applied_;
     Teeth<D> teeth_;
     std::vector<double> expected_;  // the joints' coordinates as they are followed, to less than half a turn

@@ -1,6 +1,7 @@
 // What a run is asked to do, as plain numbers: the tableau, the projection, the steps.
 #pragma once
 
+#include <limits>
 #include <vector>
 
 #include <Eigen/Core>
@@ -36,6 +37,18 @@ struct ProjectionSettings {
     bool corrects() const { return correction != Correction::none && correction != Correction::baumgarte; }
 };
 
+// A time at which functions of time have a kink or a jump, so that a step ends there. Until then they are seen at `left` at
+// the latest, from then on at `right` at the earliest, a few grains of time to either side.
+struct Break {
+    double time, left, right;
+};
+
+// Between two breaks: functions of time are seen from within.
+struct TimeWindow {
+    double first = -std::numeric_limits<double>::infinity(), last = std::numeric_limits<double>::infinity();
+    double seen(double t) const { return t < first ? first : t > last ? last : t; }
+};
+
 struct Steps {
     double start, duration;
     double step;                // fixed, or negative
@@ -43,7 +56,9 @@ struct Steps {
     long count;                 // fixed steps
     long every;                 // fixed steps between two samples
     std::vector<double> times;  // samples where the error controls the step
+    std::vector<Break> breaks;
     bool fixed() const { return step > 0.0; }
+    double end() const { return start + duration; }
 };
 
 }  // namespace mbproj

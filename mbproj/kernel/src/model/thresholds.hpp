@@ -22,7 +22,7 @@ struct Thresholds {
         shortest, open_limit, lost_limit;
     int tightenings, stiffenings;
     // mbproj/thresholds/steps.py
-    double safety, smallest_change, largest_change, least_error, least_error_before, turns_told;
+    double safety, smallest_change, largest_change, least_error, least_error_before, part_after_break, turns_told;
 };
 
 // Calls visit("name", member) for every threshold.
@@ -79,6 +79,7 @@ template <class Visit> void each_threshold(Visit&& visit) {
     visit("largest_change", &Thresholds::largest_change);
     visit("least_error", &Thresholds::least_error);
     visit("least_error_before", &Thresholds::least_error_before);
+    visit("part_after_break", &Thresholds::part_after_break);
     visit("turns_told", &Thresholds::turns_told);
 }
 

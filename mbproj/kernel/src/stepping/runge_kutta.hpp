@@ -1,6 +1,8 @@
-// One explicit Runge-Kutta step, its error estimate, and its continuous extension, from a tableau's coefficients.
+// Explicit Runge-Kutta steps: the first stepper. A stepper has {attempt, error, extend, at} and says what they cost; the
+// time loop, the turn counter and the step doubling know no more of it.
 #pragma once
 
+#include <optional>
 #include <vector>
 
 #include "dynamics/equations_of_motion.hpp"
@@ -26,12 +28,16 @@ public:
         }
     }
 
-    // What is integrated beside the bodies' state (work, dissipation) has no say in the step size.
     // The step's first stage, f(y).
     Vector& first() { return k_[0]; }
 
+    // Evaluations that an attempt takes beyond the first stage, and an extension. An error takes one.
+    int attempt_cost() const { return tableau_.stages() - 1; }
+    int extend_cost() const { return static_cast<int>(tableau_.extra_c.size()); }
+    int error_order() const { return tableau_.error_order; }
+
     // y_new from y; false where a stage has no unique accelerations.
-    bool step(double t, const Vector& y, double h, Vector& y_new) {
+    bool attempt(double t, const Vector& y, double h, Vector& y_new) {
         for (int s = 1; s < tableau_.stages(); ++s) {
             combine(y, h, tableau_.a.row(s), s, stage_);
             if (!equations_.derivative(t + tableau_.c[s] * h, stage_.data(), k_[s].data())) return false;
@@ -40,31 +46,21 @@ public:
         return true;
     }
 
-    // The state at a stage of the last step, which was from y over h.
-    void stage(const Vector& y, double h, int s, Vector& state) const { combine(y, h, tableau_.a.row(s), s, state); }
-    const Tableau& tableau() const { return tableau_; }
-
-    // f at the new point, before any projection, for the estimate and the extension.
-    bool last(double t, const Vector& y_new) {
-        return equations_.derivative(t, y_new.data(), k_[tableau_.stages()].data());
+    // The states at which the last step, from y at t over h, has evaluated f: visit(weight, time, state).
+    template <class Visit> void quadrature(double t, const Vector& y, double h, Visit&& visit) const {
+        Vector state(y.size());
+        for (int s = 0; s < tableau_.stages(); ++s) {
+            if (tableau_.b[s] == 0.0) continue;
+            combine(y, h, tableau_.a.row(s), s, state);
+            visit(tableau_.b[s], t + tableau_.c[s] * h, state);
+        }
     }
 
-    // Hairer's norm of the estimated error: 1 is just acceptable. Of two estimates (DOP853) the combination of its authors.
-    double error(const Vector& y, const Vector& y_new, double h, double tolerance) const {
-        double norms[2] = {0.0, 0.0};
-        for (int e = 0; e < tableau_.error.rows(); ++e) {
-            double sum = 0.0;
-            for (int i = 0; i < equations_.size(); ++i) {
-                double estimate = 0.0;
-                for (int s = 0; s <= tableau_.stages(); ++s) estimate += tableau_.error(e, s) * k_[s][i];
-                const double part =
-                    h * estimate / (tolerance * (scale_[i] + std::max(std::abs(y[i]), std::abs(y_new[i]))));
-                sum += part * part;
-            }
-            norms[e] = std::sqrt(sum / equations_.size());
-        }
-        if (tableau_.error.rows() == 1 || norms[0] == 0.0) return norms[0];
-        return norms[0] * norms[0] / std::hypot(norms[0], 0.1 * norms[1]);
+    // Hairer's norm of the estimated error of the step to y_new at t: 1 is just acceptable; none where f fails there. It
+    // evaluates f before any projection, as the extension needs it too.
+    std::optional<double> error(double t, const Vector& y, const Vector& y_new, double h, double tolerance) {
+        if (!equations_.derivative(t, y_new.data(), k_[tableau_.stages()].data())) return std::nullopt;
+        return norm_of_error(y, y_new, h, tolerance);
     }
 
     // A first step size from f and an estimate of f' (Hairer's hinit), at most `longest`; negative where f fails or
@@ -113,6 +109,25 @@ public:
     }
 
 private:
+    // Of two estimates (DOP853) the combination of its authors. What is integrated beside the bodies' state (work,
+    // dissipation) has no say.
+    double norm_of_error(const Vector& y, const Vector& y_new, double h, double tolerance) const {
+        double norms[2] = {0.0, 0.0};
+        for (int e = 0; e < tableau_.error.rows(); ++e) {
+            double sum = 0.0;
+            for (int i = 0; i < equations_.size(); ++i) {
+                double estimate = 0.0;
+                for (int s = 0; s <= tableau_.stages(); ++s) estimate += tableau_.error(e, s) * k_[s][i];
+                const double part =
+                    h * estimate / (tolerance * (scale_[i] + std::max(std::abs(y[i]), std::abs(y_new[i]))));
+                sum += part * part;
+            }
+            norms[e] = std::sqrt(sum / equations_.size());
+        }
+        if (tableau_.error.rows() == 1 || norms[0] == 0.0) return norms[0];
+        return norms[0] * norms[0] / std::hypot(norms[0], 0.1 * norms[1]);
+    }
+
     // y + h Σ w k in one pass, without the stages of no weight.
     template <class Row> void combine(const Vector& y, double h, const Row& weights, int count, Vector& out) const {
         const double* stages[most_stages];
@@ -145,5 +160,8 @@ private:
     Vector stage_, scale_;
     std::vector<Vector> k_;
 };
+
+// What the loop steps with.
+template <int D> using Stepper = RungeKutta<D>;
 
 }  // namespace mbproj

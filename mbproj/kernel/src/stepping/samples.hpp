@@ -98,12 +98,6 @@ struct Slip {
     double shorter() const { return turned > 0.0 ? std::min(0.5, M_PI / turned) : 0.5; }
 };
 
-// A step that was accepted, to t over h, and whether a sample is due there.
-struct Reached {
-    double t, h;
-    bool due;
-};
-
 // Why and where a run stopped.
 struct Outcome {
     Status status = Status::running;
@@ -116,6 +110,7 @@ struct Outcome {
     double velocity_change = 0.0;
     Slip slip{};
     double step = 0.0;  // that would not slip, s
+    bool stops() const { return status != Status::running; }
 
     static Outcome left_open(double t, int row, double by, int passes, bool projection_failed) {
         Outcome found{Status::open, t};

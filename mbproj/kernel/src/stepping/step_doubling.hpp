@@ -33,9 +33,9 @@ public:
     using S = Size<D>;
     using Vector = Eigen::VectorXd;
 
-    StepDoubling(const Tableau& tableau, EquationsOfMotion<D>& equations, Projector<D>& projector)
-        : equations_(equations), projector_(projector), half_(tableau, equations, equations.model().length),
-          evaluations_(2 * tableau.stages() - 1), middle_(Vector::Zero(equations.total())), end_(middle_) {}
+    StepDoubling(const Stepper<D>& stepper, EquationsOfMotion<D>& equations, Projector<D>& projector)
+        : equations_(equations), projector_(projector), half_(stepper), evaluations_(2 * stepper.attempt_cost() + 1),
+          middle_(Vector::Zero(equations.total())), end_(middle_) {}
 
     // Whether the step that was just made, with these pivots at its stages, needs the check.
     bool is_near(const Pivots& pivots) const {
@@ -49,9 +49,9 @@ public:
     bool repeat(double t, const Vector& y, const Vector& slope, double h, long& evaluations) {
         evaluations += evaluations_;
         half_.first() = slope;
-        if (!half_.step(t, y, 0.5 * h, middle_) || !projector_.anywhere(t + 0.5 * h, middle_.data()).regular ||
+        if (!half_.attempt(t, y, 0.5 * h, middle_) || !projector_.anywhere(t + 0.5 * h, middle_.data()).regular ||
             !equations_.derivative(t + 0.5 * h, middle_.data(), half_.first().data()) ||
-            !half_.step(t + 0.5 * h, middle_, 0.5 * h, end_))
+            !half_.attempt(t + 0.5 * h, middle_, 0.5 * h, end_))
             return false;
         return projector_.anywhere(t + h, end_.data()).regular;
     }
@@ -85,7 +85,7 @@ private:
 
     EquationsOfMotion<D>& equations_;
     Projector<D>& projector_;
-    RungeKutta<D> half_;
+    Stepper<D> half_;
     const long evaluations_;
     Vector middle_, end_;
     double before_ = 0.0;

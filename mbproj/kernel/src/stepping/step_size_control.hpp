@@ -14,6 +14,12 @@ public:
     StepSizeControl(int error_order, const Thresholds& thresholds)
         : thresholds_(thresholds), k_(error_order + 1), previous_(thresholds.least_error_before) {}
 
+    // The next step is the first of its kind: after a jump, what went before says nothing.
+    void forget() {
+        previous_ = thresholds_.least_error_before;
+        rejected_ = false;
+    }
+
     double after_accepted(double error, double h) {
         const double integral = 0.2 / k_;
         const double factor = thresholds_.safety *

@@ -1,12 +1,10 @@
-// The time loop: step, project, check, record; with a fixed step, or with the step that the error allows.
+// The time loop: step, project, check, record; with a fixed step, or with the step that the error allows. Its parts have
+// their own headers: the stepper, the control of the step size, the schedule with its breaks, the end of a step, samples.
 #pragma once
 
-#include "projection/projector.hpp"
 #include "stepping/flush_to_zero.hpp"
-#include "stepping/samples.hpp"
-#include "stepping/step_doubling.hpp"
-#include "stepping/step_size_control.hpp"
-#include "stepping/turn_counter.hpp"
+#include "stepping/schedule.hpp"
+#include "stepping/step_end.hpp"
 
 namespace mbproj {
 
@@ -19,9 +17,10 @@ public:
              std::vector<long> turns)
         : model_(std::move(model)), tableau_(std::move(tableau)), projection_(projection), steps_(std::move(steps)),
           equations_(model_, projection_), projector_(equations_, projection_, phases_),
-          method_(tableau_, equations_, model_.length), counter_(model_, equations_, method_),
-          doubling_(tableau_, equations_, projector_), control_(tableau_.error_order, model_.thresholds),
-          t_(steps_.start), y_(Vector::Zero(equations_.total())), y_new_(y_), slope_(y_), copy_(y_), copy_slope_(y_),
+          stepper_(tableau_, equations_, model_.length), turns_(model_, equations_, stepper_),
+          doubling_(stepper_, equations_, projector_), step_end_(model_, equations_, projector_, turns_),
+          control_(stepper_.error_order(), model_.thresholds), schedule_(steps_), t_(steps_.start),
+          y_(Vector::Zero(equations_.total())), y_new_(y_), slope_(y_), copy_(y_), copy_slope_(y_),
           lambda_(model_.all_rows()), copy_lambda_(lambda_), counted_{{}, std::move(turns)} {
         std::copy(y.begin(), y.end(), y_.data());
     }
@@ -38,12 +37,10 @@ public:
             if (done % look == look - 1 && std::chrono::steady_clock::now() > until) break;
             if (!started_)
                 begin();
-            else if (next_sample_ < inside_)
+            else if (schedule_.inside())
                 sample_inside();
-            else if (steps_.fixed())
-                fixed_step();
             else
-                controlled_step();
+                step();
         }
         counters.factorisations = equations_.solver().factorisations();
     }
@@ -64,170 +61,162 @@ private:
         ++counters.evaluations;
         equations_.set_pose(t_, y_.data());
         equations_.set_velocities(y_.data(), true);
-        watch(equations_.constraint(), equations_.C_dot(), t_);
-        counted_ = counter_.start(counted_.turns, t_, y_);
+        peaks.watch(equations_.constraint(), equations_.C_dot(), model_.constraints.rows, model_.driven.size(), t_);
+        counted_ = turns_.start(counted_.turns, t_, y_);
         if (!evaluate(y_, true)) return stop_at(t_);
-        method_.first() = slope_;
+        stepper_.first() = slope_;
         h_ = steps_.step;
-        if (!steps_.fixed()) {
-            h_ = method_.first_step(t_, y_, steps_.tolerance, steps_.duration);
-            ++counters.evaluations;
-            next_sample_ = 1;
-            if (h_ < 0.0) return stop_at(t_);
-        }
+        if (!steps_.fixed() && !choose_step(schedule_.left(t_))) return;
         sample(t_, y_, slope_, lambda_, h_, counted_.turns);
+        equations_.see(schedule_.window());
+        if (schedule_.is_after_break()) cross_break();
     }
 
-    // Steps of one size; the time of step k is t0 + k h, so that it does not drift. The last step may be shorter.
-    void fixed_step() {
-        const long k = counters.steps + 1;
-        const bool last = k == steps_.count;
-        const double t = last ? steps_.start + steps_.duration : steps_.start + static_cast<double>(k) * steps_.step;
-        const double h = t - t_;
-        phases_.begin(k);
-        if (!method_.step(t_, y_, h, y_new_)) return stop_at(t);
-        counters.evaluations += tableau_.stages() - 1;
-        phases_.mark(Phase::evaluation);
-        const bool due = k % steps_.every == 0 || last;
-        if (!halve(t) || !accept(t, due)) return;
-        take_over({t, h, due});
-        if (last) stop({Status::finished, t_});
-        phases_.mark(Phase::rest);
-    }
-
-    // Steps as large as the error estimate allows; outputs in between by the continuous extension.
-    void controlled_step() {
-        const double end = steps_.start + steps_.duration;
-        if (h_ < 16.0 * std::numeric_limits<double>::epsilon() * std::max(std::abs(t_), std::abs(end)))
-            return stop(lost_.status == Status::running ? Outcome{Status::vanished, t_} : lost_);
-        const double h = fitted(h_, end - t_);
-        const double t = h == end - t_ ? end : t_ + h;
+    // A step is attempted, and taken where its error allows it. Its end is closed and counted; samples that lie inside follow
+    // one by one, before the step is taken over.
+    void step() {
+        if (!steps_.fixed() && !schedule_.resolves(t_, h_))
+            return stop(lost_.stops() ? lost_ : Outcome{Status::vanished, t_});
+        to_ = schedule_.target(t_, h_);
         phases_.begin(counters.steps + 1);
+        if (!attempt()) return;
+        schedule_.enter(to_);
+        if (!agrees_with_halves()) return;
+        if (to_.at_break) equations_.see({});  // what is recorded there belongs to that time itself
+        const bool goes_on = accept();
+        if (to_.at_break) equations_.see(schedule_.window());
+        if (!goes_on || (!halved_ && schedule_.inside() && !extend())) return;
+        if (!steps_.fixed()) h_ = control_.after_accepted(error_, to_.h);
+        phases_.mark(Phase::rest);
+        if (!schedule_.inside()) finish_step();
+    }
+
+    // From y_ to y_new_, by the stepper alone; false where the run stops, or where the step is to be tried again.
+    bool attempt() {
+        if (steps_.fixed()) {
+            if (!stepper_.attempt(t_, y_, to_.h, y_new_)) return stop_at(to_.t), false;
+            counters.evaluations += stepper_.attempt_cost();
+            phases_.mark(Phase::evaluation);
+            return true;
+        }
         equations_.forget_broken_state();
-        const bool made = method_.step(t_, y_, h, y_new_) && method_.last(t, y_new_);
-        counters.evaluations += tableau_.stages();
-        const double error = made ? method_.error(y_, y_new_, h, steps_.tolerance) : not_a_number;
+        std::optional<double> error;
+        if (stepper_.attempt(t_, y_, to_.h, y_new_)) error = stepper_.error(to_.t, y_, y_new_, to_.h, steps_.tolerance);
+        counters.evaluations += stepper_.attempt_cost() + 1;
         phases_.mark(Phase::evaluation);
         lost_ = {};
-        if (!std::isfinite(error)) lost_ = made ? Outcome{Status::not_finite, t} : failed_at(t);
-        if (!(error <= 1.0)) return reject(control_.after_rejected(error, h));
-        inside_ = next_sample_;
-        while (inside_ < steps_.times.size() && steps_.times[inside_] < t) ++inside_;
-        const bool due = inside_ < steps_.times.size() && steps_.times[inside_] == t;
-        if (!halve(t) || (halved_ && !extend(h))) return;
-        if (halved_ && shortened_ < model_.thresholds.most_shorter &&
-            off(h) > model_.thresholds.agreed_tolerances * steps_.tolerance) {
-            ++shortened_;
-            return reject(model_.thresholds.shorter * h);
-        }
-        shortened_ = 0;
-        counted_before_ = counted_;
-        if (!accept(t, due) || (!halved_ && next_sample_ < inside_ && !extend(h))) return;
-        reached_ = {t, h, due};
-        h_ = control_.after_accepted(error, h);
-        phases_.mark(Phase::rest);
-        if (next_sample_ == inside_) finish_step();
+        if (!error || !std::isfinite(*error)) lost_ = error ? Outcome{Status::not_finite, to_.t} : failed_at(to_.t);
+        error_ = error.value_or(not_a_number);
+        if (!(error_ <= 1.0)) return reject(control_.after_rejected(error_, to_.h)), false;
+        return true;
     }
 
     void reject(double h) {
         ++counters.rejected_steps;
         equations_.pivots = {};
-        inside_ = 0;
+        schedule_.leave();
         h_ = h;
     }
 
-    // The continuous extension: after the projection, which uses the last stage's factor; to be checked, before it.
-    bool extend(double h) {
-        counters.evaluations += static_cast<long>(tableau_.extra_c.size() + inside_ - next_sample_);
-        const Aside aside(equations_);
-        if (!method_.extend(t_, y_, h)) return stop_at(t_), false;
+    // Near a singular pose, the same step in two halves. False where these cannot be made, or where they are so far off
+    // that the step is to be tried again.
+    bool agrees_with_halves() {
+        halved_ = doubling_.is_near(equations_.pivots);
+        if (halved_) {
+            if (!doubling_.repeat(t_, y_, stepper_.first(), to_.t - t_, counters.evaluations))
+                return stop_at(to_.t), false;
+            if (!steps_.fixed()) {
+                if (!extend()) return false;
+                if (shortened_ < model_.thresholds.most_shorter &&
+                    off() > model_.thresholds.agreed_tolerances * steps_.tolerance)
+                    return ++shortened_, reject(model_.thresholds.shorter * to_.h), false;
+            }
+        }
+        shortened_ = 0;
         return true;
     }
 
     // How far the step and its extension are from its halves.
-    double off(double h) {
-        method_.at(y_, h, 0.5, copy_);
-        return std::max(doubling_.off(doubling_.end(), y_new_, h), doubling_.off(doubling_.middle(), copy_, h));
+    double off() {
+        stepper_.at(y_, to_.h, 0.5, copy_);
+        return std::max(doubling_.off(doubling_.end(), y_new_, to_.h), doubling_.off(doubling_.middle(), copy_, to_.h));
     }
 
-    // One sample inside a step: the extension's value, of which a copy is projected; the integration does not see it.
-    void sample_inside() {
-        const double time = steps_.times[next_sample_++];
-        method_.at(y_, reached_.h, (time - t_) / reached_.h, copy_);
+    // The continuous extension: after the projection, which uses the last stage's factor; to be checked, before it.
+    bool extend() {
+        counters.evaluations += stepper_.extend_cost() + static_cast<long>(schedule_.count_inside());
         const Aside aside(equations_);
-        counter_.lead(time, copy_);
-        projector_.anywhere(time, copy_.data());
-        if (!equations_.factor(Metric::mass)) return stop_at(time);
-        equations_.set_velocities(copy_.data(), false);
-        if (!equations_.slope_at(copy_.data(), copy_slope_.data(), copy_lambda_.data())) return stop_at(time);
-        const auto turns = counter_.inside(counted_before_, t_, counted_, reached_.t, time, copy_);
-        sample(time, copy_, copy_slope_, copy_lambda_, reached_.h, turns);
-        if (next_sample_ == inside_) finish_step();
-    }
-
-    void finish_step() {
-        take_over(reached_);
-        if (reached_.due) ++next_sample_;
-        inside_ = 0;
-        if (next_sample_ == steps_.times.size()) stop({Status::finished, t_});
-    }
-
-    void take_over(const Reached& reached) {
-        y_.swap(y_new_);
-        method_.first().swap(slope_);
-        t_ = reached.t;
-        if (reached.due) sample(t_, y_, method_.first(), lambda_, reached.h, counted_.turns);
-    }
-
-    // Near a singular pose, the same step in two halves. False where these cannot be made.
-    bool halve(double t) {
-        halved_ = doubling_.is_near(equations_.pivots);
-        if (halved_ && !doubling_.repeat(t_, y_, method_.first(), t - t_, counters.evaluations))
-            return stop_at(t), false;
+        if (!stepper_.extend(t_, y_, to_.h)) return stop_at(t_), false;
         return true;
     }
 
-    // The state y_new after a step: projected, checked, counted, and its slope evaluated.
-    bool accept(double t, bool with_multipliers) {
-        if (!y_new_.allFinite()) return stop({Status::not_finite, t}), false;
+    // The state y_new_ after a step: closed, counted, and its slope evaluated.
+    bool accept() {
+        if (!y_new_.allFinite()) return stop({Status::not_finite, to_.t}), false;
         ++counters.steps;
         ++counters.evaluations;
         doubling_.accepted(equations_.pivots);
         equations_.pivots = {};
-        counter_.lead(t, y_new_);
-        const Projected done = projector_.after_step(counters.steps, t, y_new_.data());
-        counters.projections += done.projections;
-        counters.projection_iterations += done.position_passes;
-        counters.velocity_iterations += done.velocity_passes;
-        counters.projection_failures += done.failures;
-        counters.projection_fallbacks += done.fallbacks;
-        if (!done.regular) return stop_at(t), false;
-        const bool jumps = done.velocity_change > model_.thresholds.branch_change &&
-                           done.speed_change * (t - t_) > model_.thresholds.at_rest * model_.length;
-        if (jumps && equations_.is_near_singular())
-            return stop(Outcome::at_branch(Status::branch, t, done.velocity_change)), false;
-        const double off = halved_ ? doubling_.off(doubling_.end(), y_new_, t - t_) : 0.0;
-        if (off > model_.thresholds.agreement && equations_.is_near_singular())
-            return stop(Outcome::at_branch(Status::unresolved, t, off)), false;
-        const double* C = equations_.constraint();
-        equations_.set_velocities(y_new_.data(), true);
-        const int worst =
-            model_.open_by_more(C, done.failures ? model_.thresholds.open_limit : model_.thresholds.lost_limit);
-        if (const Slip slip =
-                worst >= 0 ? counter_.far(counted_, t - t_) : counter_.advance(counted_, t_, y_, t, y_new_))
-            return untold(slip, t), false;
-        watch(C, equations_.C_dot(), t);
-        if (worst >= 0 && done.near_singular) {
-            stop_at(t);
-            outcome.joint = model_.joint_of(worst);
-            return false;
-        }
-        if (worst >= 0) {
-            return stop(Outcome::left_open(t, worst, std::abs(C[worst]), done.position_passes, done.failures > 0)),
-                   false;
-        }
-        if (!evaluate(y_new_, with_multipliers)) return stop_at(t), false;
-        if (!slope_.allFinite()) return stop({Status::not_finite, t}), false;
+        if (!steps_.fixed()) counted_before_ = counted_;
+        const Outcome closed =
+            step_end_.close(t_, y_, to_.t, y_new_, counted_, halved_ ? &doubling_ : nullptr, counters, peaks);
+        if (closed.status == Status::untold && !steps_.fixed()) return tell_turns(closed), false;
+        if (closed.stops()) return stop(closed), false;
+        if (!evaluate(y_new_, to_.due)) return stop_at(to_.t), false;
+        if (!slope_.allFinite()) return stop({Status::not_finite, to_.t}), false;
+        return true;
+    }
+
+    // A step that cannot tell turns is made again, shorter.
+    void tell_turns(const Outcome& untold) {
+        --counters.steps;
+        counted_ = counted_before_;
+        reject(untold.step);
+    }
+
+    // One sample inside a step: the extension's value, of which a copy is projected; the integration does not see it.
+    void sample_inside() {
+        const double time = schedule_.take();
+        stepper_.at(y_, to_.h, (time - t_) / to_.h, copy_);
+        const Aside aside(equations_);
+        turns_.lead(time, copy_);
+        projector_.anywhere(time, copy_.data());
+        if (!equations_.factor(Metric::mass)) return stop_at(time);
+        equations_.set_velocities(copy_.data(), false);
+        if (!equations_.slope_at(copy_.data(), copy_slope_.data(), copy_lambda_.data())) return stop_at(time);
+        const auto turned = turns_.inside(counted_before_, t_, counted_, to_.t, time, copy_);
+        sample(time, copy_, copy_slope_, copy_lambda_, to_.h, turned);
+        if (!schedule_.inside()) finish_step();
+    }
+
+    void finish_step() {
+        y_.swap(y_new_);
+        stepper_.first().swap(slope_);
+        t_ = to_.t;
+        if (to_.due) sample(t_, y_, stepper_.first(), lambda_, to_.h, counted_.turns);
+        schedule_.reach(to_);
+        if (schedule_.finished()) return stop({Status::finished, t_});
+        if (to_.at_break) cross_break();
+    }
+
+    // From a break on functions of time are seen from its other side, and the step is chosen anew.
+    void cross_break() {
+        schedule_.pass_break(t_);
+        equations_.see(schedule_.window());
+        equations_.set_pose(t_, y_.data());
+        equations_.set_velocities(y_.data(), false);
+        ++counters.evaluations;
+        if (!evaluate(y_, false)) return stop_at(t_);
+        stepper_.first() = slope_;
+        if (steps_.fixed()) return;
+        control_.forget();
+        choose_step(model_.thresholds.part_after_break * schedule_.left(t_));
+    }
+
+    bool choose_step(double longest) {
+        h_ = stepper_.first_step(t_, y_, steps_.tolerance, longest);
+        ++counters.evaluations;
+        if (h_ < 0.0) return stop_at(t_), false;
         return true;
     }
 
@@ -237,36 +226,16 @@ private:
         return equations_.slope_at(y.data(), slope_.data(), with_multipliers ? lambda_.data() : nullptr);
     }
 
-    void watch(const double* C, const double* C_dot, double t) {
-        peaks.watch(C, C_dot, model_.constraints.rows, model_.driven.size(), t);
-    }
-
-    // A step to t that cannot tell turns is made again, shorter; one of fixed size ends the run.
-    void untold(const Slip& slip, double t) {
-        if (steps_.fixed()) return stop(Outcome::untold(slip, t, t - t_));
-        --counters.steps;
-        counted_ = counted_before_;
-        reject(slip.shorter() * (t - t_));
-    }
-
     void sample(double t, const Vector& y, const Vector& slope, const std::vector<double>& lambda, double h,
-                const std::vector<long>& turns) {
+                const std::vector<long>& turned) {
         counters.factorisations = equations_.solver().factorisations();
-        block.add<D>(t, y, slope, model_.size(), lambda, model_.constraints.rows, h, turns, counters,
+        block.add<D>(t, y, slope, model_.size(), lambda, model_.constraints.rows, h, turned, counters,
                      model_.integrals());
     }
 
     void stop(const Outcome& reached) { outcome = reached; }
     void stop_at(double t) { stop(failed_at(t)); }
-
-    // Why the equations have just had no solution.
-    Outcome failed_at(double t) {
-        if (!equations_.broken_state().empty()) return {Status::broken, equations_.time()};
-        if (!equations_.finite()) return {Status::not_finite, t};
-        Outcome found{Status::singular, t};
-        found.joint = equations_.solver().singular_joint();
-        return found;
-    }
+    Outcome failed_at(double t) { return step_end_.failed_at(t); }
 
     const Model<D> model_;
     const Tableau tableau_;
@@ -275,18 +244,20 @@ private:
     Phases phases_;
     EquationsOfMotion<D> equations_;
     Projector<D> projector_;
-    RungeKutta<D> method_;
-    TurnCounter<D> counter_;
+    Stepper<D> stepper_;
+    TurnCounter<D> turns_;
     StepDoubling<D> doubling_;
+    StepEnd<D> step_end_;
     StepSizeControl control_;
+    Schedule schedule_;
     double t_, h_ = 0.0;
     Vector y_, y_new_, slope_;  // slope_ at y_new_, until the step is taken over
     Vector copy_, copy_slope_;  // of a sample inside a step
     std::vector<double> lambda_, copy_lambda_;
     typename TurnCounter<D>::Counted counted_, counted_before_;
-    Reached reached_{};
-    Outcome lost_{};  // why the last step that was tried overflowed or had no solution; running where it did not
-    std::size_t next_sample_ = 0, inside_ = 0;  // samples up to `inside_` lie in the step that was just accepted
+    Target to_{};         // of the step at hand
+    double error_ = 0.0;  // its norm
+    Outcome lost_{};      // why the last step that was tried overflowed or had no solution; running where it did not
     bool started_ = false, halved_ = false;
     int shortened_ = 0;  // times the step at hand, near a singular pose
 };

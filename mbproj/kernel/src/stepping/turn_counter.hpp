@@ -25,8 +25,8 @@ public:
         double value(int i) const { return angles[i].value() + 2.0 * M_PI * static_cast<double>(turns[i]); }
     };
 
-    TurnCounter(const Model<D>& model, EquationsOfMotion<D>& equations, const RungeKutta<D>& method)
-        : model_(model), equations_(equations), method_(method) {
+    TurnCounter(const Model<D>& model, EquationsOfMotion<D>& equations, const Stepper<D>& stepper)
+        : model_(model), equations_(equations), stepper_(stepper) {
         std::vector<int> motion(model.coordinates.instances.size(), -1);
         for (std::size_t k = 0; k < model.driven.size(); ++k) motion[model.driven[k].coordinate] = static_cast<int>(k);
         for (std::size_t i = 0; i < motion.size(); ++i)
@@ -129,17 +129,13 @@ private:
 
     // How far an angle turns in a step by the rates at its stages. Leaves y_new in place.
     double rotation(const Counting& each, double t, const Vector& y, double t_new, const Vector& y_new) const {
-        const Tableau& tableau = method_.tableau();
         const double h = t_new - t;
         double total = 0.0;
-        Vector stage(y.size());
-        for (int s = 0; s < tableau.stages(); ++s) {
-            if (tableau.b[s] == 0.0) continue;
-            method_.stage(y, h, s, stage);
-            equations_.set_pose(t + tableau.c[s] * h, stage.data());
-            equations_.set_velocities(stage.data(), false);
-            total += h * tableau.b[s] * look(each).speed;
-        }
+        stepper_.quadrature(t, y, h, [&](double weight, double time, const Vector& state) {
+            equations_.set_pose(time, state.data());
+            equations_.set_velocities(state.data(), false);
+            total += h * weight * look(each).speed;
+        });
         equations_.set_pose(t_new, y_new.data());
         equations_.set_velocities(y_new.data(), false);
         return total;
@@ -151,7 +147,7 @@ private:
 
     const Model<D>& model_;
     EquationsOfMotion<D>& equations_;
-    const RungeKutta<D>& method_;
+    const Stepper<D>& stepper_;
     std::vector<Counting> counting_;
 };
 

@@ -1,0 +1,43 @@
+"""The times at which functions of time are looked at: evenly spaced, and ever closer to where something in them
+changes its sign, because what is narrow is narrow there: the peak of exp(-((t - 1)/1e-4)²), the pulse
+max(0, 1 - abs(t - 1)/1e-4)."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from mbproj.arrays import Array
+from mbproj.functions.program_set import ProgramSet
+from mbproj.functions.series import time_series, walk
+
+#: Times from the start of a run to its end.
+SAMPLES = 2**14 + 1
+#: What changes its sign more often is seen well enough at these times. Near each of fewer changes so many times follow
+#: on either side, each at half the distance of the one before.
+MOST_CHANGES, CLOSER = 50, 40
+
+
+def look_times(programs: ProgramSet, index: int, start: float, end: float) -> Array:
+    """In their order, for program `index`, a function of time alone."""
+    even = np.linspace(start, end, SAMPLES)
+    zeros = _zeros(programs, index, even)
+    if not len(zeros):
+        return even
+    near = (even[1] - even[0]) * 0.5 ** np.arange(CLOSER)
+    closer = np.add.outer(zeros, np.concatenate([-near, near])).ravel()
+    return np.unique(np.concatenate([even, closer[(closer > start) & (closer < end)]]))
+
+
+def _zeros(programs: ProgramSet, index: int, times: Array) -> Array:
+    """Where a value that the program passes through changes its sign, by linear interpolation."""
+    found = [np.zeros(0)]
+    with np.errstate(all="ignore"):
+        for _, stack in walk(programs, index, [time_series(times)]):
+            if not stack:
+                continue
+            x = np.broadcast_to(stack[-1][0], times.shape)
+            at = np.flatnonzero((x[:-1] < 0.0) & (x[1:] >= 0.0) | (x[:-1] > 0.0) & (x[1:] <= 0.0))
+            if len(at) <= MOST_CHANGES:
+                found.append(times[at] - x[at] * (times[at + 1] - times[at]) / (x[at + 1] - x[at]))
+    zeros = np.concatenate(found)
+    return np.unique(zeros[np.isfinite(zeros)])

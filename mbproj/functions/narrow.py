@@ -1,0 +1,89 @@
+"""Where functions of time are smooth but narrow: a pulse, a step by tanh, that a long step would pass over.
+
+A function is quiet where it hardly changes from one of the evenly spaced times to the next. Where it begins to change
+after a quiet stretch that is longer than the change, it has a feature. A vibration is none: error control finds it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from mbproj.arrays import Array
+from mbproj.functions.kinks import Kink
+from mbproj.functions.look_times import SAMPLES, look_times
+from mbproj.functions.program import Op
+from mbproj.functions.program_set import ProgramSet
+from mbproj.functions.series import run, time_series
+
+#: Of what a function ranges over: a change between two times that is much, one that is quiet, one that is nothing.
+MUCH, QUIET, NOTHING = 5e-4, 2e-4, 1e-4
+#: Fewer quiet intervals between two changes part them no more.
+APART = 8
+#: Functions of these operations alone have no narrow features.
+PLAIN = frozenset({Op.CONSTANT, Op.VARIABLE, Op.NEGATE, Op.ADD, Op.SUBTRACT, Op.MULTIPLY})
+
+
+class Feature(NamedTuple):
+    """From when to when."""
+
+    start: float
+    end: float
+
+
+def features(
+    programs: ProgramSet, index: int, start: float, end: float, kinks: Sequence[Kink], orders: int = 1
+) -> tuple[Feature, ...]:
+    """The narrow features of program `index`, a function of time alone with these kinks; with three `orders` those of
+    its derivatives too. What kinks bound, or one begins, is left out; what one ends, ends there."""
+    code = programs.op[programs.start[index] : programs.start[index + 1]]
+    if not start < end or all(Op(int(op)) in PLAIN for op in code):
+        return ()
+    times = look_times(programs, index, start, end)
+    bounds = np.array([kink.t for kink in kinks])
+    found: list[Feature] = []
+    for values in run(programs, index, [time_series(times)])[:orders]:
+        found += _of(times, np.asarray(values), bounds)
+    return tuple(sorted(set(found)))
+
+
+def _of(times: Array, values: Array, kinks: Array) -> list[Feature]:
+    if not np.all(np.isfinite(values)) or not np.ptp(values) > 0.0:
+        return []
+    jumps = np.unique(np.searchsorted(times, kinks))
+    change = np.abs(np.diff(values)) / np.ptp(values)
+    change[np.clip(np.concatenate([jumps - 1, jumps]), 0, len(change) - 1)] = 0.0
+    spacing = (times[-1] - times[0]) / (SAMPLES - 1)
+    cell = np.minimum(((times[:-1] - times[0]) / spacing + 1e-9).astype(int), SAMPLES - 2)
+    in_cell = np.bincount(cell, change, SAMPLES - 1).astype(float)
+    found = []
+    for first, last in _loud(in_cell):
+        inside = np.flatnonzero((cell >= first) & (cell <= last) & (change > NOTHING))
+        feature = Feature(float(times[inside[0]]), float(times[inside[-1] + 1]))
+        length = feature.end - feature.start
+        near_start, near_end = kinks - feature.start, kinks - feature.end
+        bounded = np.any((-length <= near_start) & (near_start <= spacing)) and np.any(
+            (-spacing <= near_end) & (near_end <= length)
+        )
+        if bounded or np.any(np.abs(near_start) <= spacing):
+            continue
+        ending = kinks[np.abs(near_end) <= spacing]
+        found.append(feature._replace(end=float(ending[0])) if len(ending) else feature)
+    return found
+
+
+def _loud(change: Array) -> list[tuple[int, int]]:
+    """First and last interval of each stretch with much change after a longer quiet one."""
+    loud = np.flatnonzero(change > QUIET)
+    if not len(loud):
+        return []
+    breaks = np.flatnonzero(np.diff(loud) > APART)
+    firsts, lasts = loud[np.concatenate([[0], breaks + 1])], loud[np.concatenate([breaks, [len(loud) - 1]])]
+    before = np.concatenate([[-1], lasts[:-1]])
+    return [
+        (int(first), int(last))
+        for first, last, quiet in zip(firsts, lasts, firsts - before - 1, strict=True)
+        if quiet > last - first and change[first : last + 1].max() >= MUCH
+    ]

@@ -1,0 +1,110 @@
+"""Breaks: the times at which steps end. Steps before and after see functions of time from their own side."""
+
+from __future__ import annotations
+
+from bisect import bisect_left
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from mbproj.functions.kinks import ASIDE
+from mbproj.integrate.events.time_events import events_of
+from mbproj.model.system import System
+from mbproj.scene.records import Settings
+from mbproj.scene.sampling import output_times
+from mbproj.thresholds import THRESHOLDS
+
+
+class Break(NamedTuple):
+    """When a step ends; until then functions of time are seen at `left` at the latest, from then on at `right` at the
+    earliest."""
+
+    time: float
+    left: float
+    right: float
+
+
+@dataclass(frozen=True)
+class TimeWindow:
+    """Between two breaks: functions of time are seen from within."""
+
+    first: float = -np.inf
+    last: float = np.inf
+
+    def seen(self, t: float) -> float:
+        """The time at which they are seen at t."""
+        return min(max(t, self.first), self.last)
+
+
+def breaks_of(system: System, start: float, settings: Settings) -> tuple[Break, ...]:
+    """The breaks of a run, in their order; one at its start or end says from which side that is seen."""
+    assert settings.duration is not None
+    end = start + settings.duration
+    grain = float(np.spacing(max(abs(start), abs(end))))
+    found: list[Break] = []
+    grid = None
+    for event in events_of(system, start, settings):
+        grid = _grid(settings, start) if grid is None else grid
+        left, right = event.time - ASIDE * grain, event.time + ASIDE * grain
+        if found and event.time - found[-1].time <= THRESHOLDS.one_break * grain:
+            found[-1] = found[-1]._replace(right=max(right, found[-1].right))
+        else:
+            found.append(Break(_snapped(event.time, grid, settings, THRESHOLDS.one_break * grain), left, right))
+    return tuple(found)
+
+
+def _grid(settings: Settings, start: float) -> Sequence[float]:
+    """The times of samples with error control; of fixed steps, the start."""
+    return output_times(settings, start) if settings.step is None else [start]
+
+
+def _snapped(t: float, grid: Sequence[float], settings: Settings, slack: float) -> float:
+    """t, or the time of a step or a sample that is as good as the same."""
+    if settings.step is not None:
+        assert settings.duration is not None
+        near = [grid[0] + round((t - grid[0]) / settings.step) * settings.step, grid[0] + settings.duration]
+    else:
+        at = bisect_left(grid, t)
+        near = [*grid[max(at - 1, 0) : at + 1]]
+    closest = min(near, key=lambda time: abs(time - t))
+    return closest if abs(closest - t) <= slack else t
+
+
+class BreakCursor:
+    """Scratch of a run: which of its breaks are passed."""
+
+    def __init__(self, breaks: Sequence[Break], start: float, end: float) -> None:
+        self._breaks, self._passed = breaks, 0
+        self._grain = 16.0 * np.finfo(float).eps * max(abs(start), abs(end))
+        self.pass_break(start)
+
+    @property
+    def next(self) -> float:
+        """When the next step must end; infinite where no break follows."""
+        return self._breaks[self._passed].time if self._passed < len(self._breaks) else np.inf
+
+    @property
+    def passed(self) -> int:
+        """How many."""
+        return self._passed
+
+    @property
+    def window(self) -> TimeWindow:
+        """From the last break to the next one."""
+        before, after = self._breaks[: self._passed][-1:], self._breaks[self._passed :][:1]
+        return TimeWindow(before[0].right if before else -np.inf, after[0].left if after else np.inf)
+
+    def is_at(self, t: float) -> bool:
+        """Whether a step that ends at t ends at the next break."""
+        return bool(self.next <= t + self._grain)
+
+    def cuts(self, t: float) -> bool:
+        """Whether a step to t would pass over the next break."""
+        return bool(self.next < t - self._grain)
+
+    def pass_break(self, t: float) -> None:
+        """Breaks up to t are passed."""
+        while self.is_at(t):
+            self._passed += 1

@@ -1,0 +1,131 @@
+"""The end of a step: the state there is projected, checked, counted in turns, and evaluated."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from mbproj.arrays import Array, may_overflow
+from mbproj.dynamics.assembly.assemble import State, coordinates
+from mbproj.dynamics.equations.motions import drive_at
+from mbproj.dynamics.equations.turning import Turning
+from mbproj.errors import SimulationError
+from mbproj.integrate.formulations.full import FullFormulation
+from mbproj.integrate.outcome.failures import left_open, not_finite, unresolved
+from mbproj.integrate.outcome.tally import Tally
+from mbproj.integrate.point import Point, counted, untold
+from mbproj.integrate.steppers.runge_kutta import ExplicitRungeKutta, Step
+from mbproj.model.system import System
+from mbproj.projection import Projected
+from mbproj.thresholds import THRESHOLDS
+
+
+def accept(
+    inside: FullFormulation,
+    at_end: FullFormulation,
+    stepper: ExplicitRungeKutta,
+    tally: Tally,
+    before: Point,
+    t: float,
+    step: Step,
+) -> Point:
+    """The point after a step that was made `inside` its window, seen by `at_end`: projected, checked, counted. Raises
+    SimulationError where it overflows."""
+    y = inside.lead(t, step.y_new)
+    if not np.all(np.isfinite(y)):
+        raise not_finite(t)
+    with may_overflow():
+        y, coordinate, turning = _closed(inside, stepper, tally, before, t, step, y)
+        if inside.arrive(y[: 7 * inside.system.bodies]) < THRESHOLDS.close_to_singular:
+            _check_by_halves(inside, stepper, before, t, y)
+        found = point_at(at_end, y, coordinate, turning)
+        inside.policy.keep(found.found.multipliers)
+    if not np.all(np.isfinite(found.slope)):
+        raise not_finite(t)
+    return found
+
+
+def _closed(
+    formulation: FullFormulation,
+    stepper: ExplicitRungeKutta,
+    tally: Tally,
+    before: Point,
+    t: float,
+    step: Step,
+    y: Array,
+) -> tuple[Array, Array, Turning]:
+    """The state after a step, on the constraints, and the joints' coordinates there, without turns and with."""
+    tally.steps += 1
+    tally.count_evaluations(1)
+    projected = formulation.project(tally.steps, t, y)
+    tally.count_projection(projected)
+    formulation.check_branch(t, t - before.t, y, projected)
+    *_, integrals, expected = formulation.parts(y)
+    position, velocity = formulation.violations(t, projected.q, projected.v, expected)
+    limit = THRESHOLDS.open_limit if projected.failures else THRESHOLDS.lost_limit
+    if not np.all(position <= limit * formulation.system.row_scale):
+        raise _open(formulation, before, t, position, projected)
+    coordinate, turning = counted(formulation, stepper, before, t, step, projected.q, projected.v)
+    tally.watch(position, velocity, _joint_rows(formulation.system), t)
+    y = np.concatenate([projected.q, projected.v, integrals, turning.coordinate[: formulation.followed]])
+    return y, coordinate, turning
+
+
+def _open(
+    formulation: FullFormulation, before: Point, t: float, position: Array, projected: Projected
+) -> SimulationError:
+    """Why a step to t has left |C| at `position`."""
+    far = before.turning.far(formulation.system, t)
+    if far is not None:
+        return untold(formulation, before, t, far)
+    system, row = formulation.system, int(np.argmax(position / formulation.system.row_scale))
+    if not np.isfinite(position[row]):
+        return not_finite(t)
+    where, method = system.row_owner(row), formulation.settings.projection
+    passes, failed = projected.position_iterations, projected.failures > 0
+    return left_open(t, where, position[row], passes, projection=method, failed=failed)
+
+
+def _check_by_halves(
+    formulation: FullFormulation, stepper: ExplicitRungeKutta, before: Point, t: float, y: Array
+) -> None:
+    """Raises SimulationError where a step that came near a singular pose reaches other velocities than two half steps:
+    it may have left its branch of the motion with velocities that belong to another one."""
+    h, half = 0.5 * (t - before.t), before
+    for time in (before.t + h, t):
+        step = stepper.attempt(formulation.derivative, half.t, half.y, time - half.t, half.slope)
+        closed = formulation.project_copy(time, formulation.lead(time, step.y_new))
+        turned = counted(formulation, stepper, half, time, step, *formulation.parts(closed)[:2])
+        half = point_at(formulation, closed, *turned)
+    v = formulation.parts(y)[1]
+    off = formulation.change(v, formulation.parts(half.y)[1])
+    if not off <= THRESHOLDS.branch_change:
+        raise unresolved(t, off)
+
+
+def first_point(formulation: FullFormulation, state: State, tally: Tally) -> Point:
+    """The start as a point: its turns are those of the state."""
+    tally.count_evaluations(1)
+    system, drive = formulation.system, drive_at(formulation.system, state.t)
+    coordinate, speed = coordinates(system, state.q, state.v)
+    prescribed = np.zeros(0) if drive is None else drive.value
+    turning = Turning(state.t, coordinate + 2.0 * np.pi * state.turns, speed, prescribed)
+    violations = formulation.violations(state.t, state.q, state.v, turning.coordinate)
+    tally.watch(*violations, _joint_rows(system), state.t)
+    formulation.check_regular(state.t, state.q)
+    formulation.arrive(state.q)
+    found = formulation.accelerations(state.t, state.q, state.v, turning.coordinate)
+    followed = turning.coordinate[: formulation.followed]
+    y = np.concatenate([state.q, state.v, np.zeros(formulation.quadratures), followed])
+    return Point(state.t, y, found, coordinate, turning)
+
+
+def point_at(formulation: FullFormulation, y: Array, coordinate: Array, turning: Turning) -> Point:
+    """The point at y at the time of `turning`."""
+    q, v, *_ = formulation.parts(y)
+    found = formulation.accelerations(turning.t, q, v, turning.coordinate)
+    return Point(turning.t, y, found, coordinate, turning)
+
+
+def _joint_rows(system: System) -> slice:
+    """The rows of C that are the joints'."""
+    return slice(system.bodies, system.bodies + system.joints.size)

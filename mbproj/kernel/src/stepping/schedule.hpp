@@ -1,0 +1,102 @@
+// When steps end and samples are due: on the grid of fixed steps, or where error control takes them; and at breaks.
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "model/settings.hpp"
+#include "stepping/step_size_control.hpp"
+
+namespace mbproj {
+
+// Where a step ends, how long it is, whether that is on the grid and a sample is due there, and whether it is at a break.
+struct Target {
+    double t, h;
+    bool on_grid, due, at_break;
+};
+
+class Schedule {
+public:
+    explicit Schedule(const Steps& steps)
+        : steps_(steps), grain_(16.0 * std::numeric_limits<double>::epsilon() *
+                                std::max(std::abs(steps.start), std::abs(steps.end()))) {
+        pass_break(steps.start);
+        if (!steps.fixed()) next_sample_ = 1;
+    }
+
+    // Where the next step from t ends; with error control it takes at most h.
+    Target target(double t, double h) const { return steps_.fixed() ? on_grid(t) : within(t, h); }
+    // The step to a target is taken.
+    void reach(const Target& target) {
+        grid_ += target.on_grid;
+        next_sample_ += target.due;
+        inside_ = 0;
+    }
+    bool finished() const { return steps_.fixed() ? grid_ == steps_.count : next_sample_ == steps_.times.size(); }
+
+    // Samples that lie inside a step, one by one.
+    void enter(const Target& target) { inside_ = std::max(next_sample_, first_from(target.t)); }
+    void leave() { inside_ = 0; }
+    bool inside() const { return next_sample_ < inside_; }
+    std::size_t count_inside() const { return inside_ - next_sample_; }
+    double take() { return steps_.times[next_sample_++]; }
+
+    // Time does not resolve steps below `grain`; at t even shorter ones, on the way to a time farther off.
+    bool resolves(double t, double h) const {
+        return !(h < 16.0 * std::numeric_limits<double>::epsilon() * std::max(std::abs(t), std::abs(steps_.end())));
+    }
+
+    // Breaks up to t are passed.
+    void pass_break(double t) {
+        while (next_break() <= t + grain_) ++passed_;
+    }
+    // How far it is from t to where steps must end.
+    double left(double t) const { return std::min(next_break(), steps_.end()) - t; }
+    bool is_after_break() const { return passed_ > 0; }
+    TimeWindow window() const {
+        TimeWindow window;
+        if (passed_ > 0) window.first = steps_.breaks[passed_ - 1].right;
+        if (passed_ < steps_.breaks.size()) window.last = steps_.breaks[passed_].left;
+        return window;
+    }
+
+private:
+    double next_break() const {
+        return passed_ < steps_.breaks.size() ? steps_.breaks[passed_].time : std::numeric_limits<double>::infinity();
+    }
+
+    // The time of step k is t0 + k h, so that it does not drift. The last may be shorter; one with a break in it is split.
+    Target on_grid(double t) const {
+        const long k = grid_ + 1;
+        const bool last = k == steps_.count;
+        const double time = last ? steps_.end() : steps_.start + static_cast<double>(k) * steps_.step;
+        if (next_break() < time - grain_) return {next_break(), next_break() - t, false, false, true};
+        return {time, time - t, true, k % steps_.every == 0 || last, next_break() <= time + grain_};
+    }
+
+    // At most h, and no farther than to the next break or the end.
+    Target within(double t, double h) const {
+        const double left_over = left(t), size = fitted(h, left_over);
+        const double stop = std::min(next_break(), steps_.end());
+        const double time = size == left_over ? stop : t + size;
+        const std::size_t next = std::max(next_sample_, first_from(time));
+        return {time, size, false, next < steps_.times.size() && steps_.times[next] == time,
+                time == stop && next_break() <= time};
+    }
+
+    // The first sample that is not before t.
+    std::size_t first_from(double t) const {
+        std::size_t found = next_sample_;
+        while (found < steps_.times.size() && steps_.times[found] < t) ++found;
+        return found;
+    }
+
+    const Steps& steps_;
+    const double grain_;
+    long grid_ = 0;                             // steps of the grid that are made
+    std::size_t next_sample_ = 0, inside_ = 0;  // samples up to `inside_` lie in the step that was just accepted
+    std::size_t passed_ = 0;                    // breaks
+};
+
+}  // namespace mbproj

@@ -1,0 +1,80 @@
+// The end of a step: the state there is projected, checked, and its turns are counted.
+#pragma once
+
+#include "projection/projector.hpp"
+#include "stepping/samples.hpp"
+#include "stepping/step_doubling.hpp"
+#include "stepping/turn_counter.hpp"
+
+namespace mbproj {
+
+template <int D> class StepEnd {
+public:
+    using Vector = Eigen::VectorXd;
+    using Counted = typename TurnCounter<D>::Counted;
+
+    StepEnd(const Model<D>& model, EquationsOfMotion<D>& equations, Projector<D>& projector,
+            const TurnCounter<D>& turns)
+        : model_(model), equations_(equations), projector_(projector), turns_(turns) {}
+
+    // The step number `counters.steps` from y at t led to y_new at t_new. Closes and counts it in place; `halves` is the
+    // check by step doubling, null where none is due. Says why the run cannot go on from there: running where it can.
+    Outcome close(double t, const Vector& y, double t_new, Vector& y_new, Counted& counted,
+                  const StepDoubling<D>* halves, Counters& counters, Peaks& peaks) {
+        turns_.lead(t_new, y_new);
+        const Projected done = projector_.after_step(counters.steps, t_new, y_new.data());
+        count(done, counters);
+        if (!done.regular) return failed_at(t_new);
+        if (const Outcome other = other_branch(done, t_new, y_new, t_new - t, halves); other.stops()) return other;
+        const double* C = equations_.constraint();
+        equations_.set_velocities(y_new.data(), true);
+        const int worst =
+            model_.open_by_more(C, done.failures ? model_.thresholds.open_limit : model_.thresholds.lost_limit);
+        if (const Slip slip = worst >= 0 ? turns_.far(counted, t_new - t) : turns_.advance(counted, t, y, t_new, y_new))
+            return Outcome::untold(slip, t_new, t_new - t);
+        peaks.watch(C, equations_.C_dot(), model_.constraints.rows, model_.driven.size(), t_new);
+        if (worst < 0) return {};
+        if (!done.near_singular)
+            return Outcome::left_open(t_new, worst, std::abs(C[worst]), done.position_passes, done.failures > 0);
+        Outcome found = failed_at(t_new);
+        found.joint = model_.joint_of(worst);
+        return found;
+    }
+
+    // Why the equations have just had no solution.
+    Outcome failed_at(double t) {
+        if (!equations_.broken_state().empty()) return {Status::broken, equations_.time()};
+        if (!equations_.finite()) return {Status::not_finite, t};
+        Outcome found{Status::singular, t};
+        found.joint = equations_.solver().singular_joint();
+        return found;
+    }
+
+private:
+    static void count(const Projected& done, Counters& counters) {
+        counters.projections += done.projections;
+        counters.projection_iterations += done.position_passes;
+        counters.velocity_iterations += done.velocity_passes;
+        counters.projection_failures += done.failures;
+        counters.projection_fallbacks += done.fallbacks;
+    }
+
+    // Whether a step past a singular pose has met another branch of the motion: velocities are continuous, but branches cross
+    // in singular poses at an angle. Or whether its halves have.
+    Outcome other_branch(const Projected& done, double t, const Vector& y, double h, const StepDoubling<D>* halves) {
+        const bool jumps = done.velocity_change > model_.thresholds.branch_change &&
+                           done.speed_change * h > model_.thresholds.at_rest * model_.length;
+        if (jumps && equations_.is_near_singular()) return Outcome::at_branch(Status::branch, t, done.velocity_change);
+        const double off = halves ? halves->off(halves->end(), y, h) : 0.0;
+        if (off > model_.thresholds.agreement && equations_.is_near_singular())
+            return Outcome::at_branch(Status::unresolved, t, off);
+        return {};
+    }
+
+    const Model<D>& model_;
+    EquationsOfMotion<D>& equations_;
+    Projector<D>& projector_;
+    const TurnCounter<D>& turns_;
+};
+
+}  // namespace mbproj

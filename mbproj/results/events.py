@@ -1,0 +1,74 @@
+"""The /events group of a results file: when steps ended because of what happens there, and whose event it is."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import h5py
+import numpy as np
+
+from mbproj.results.file.checksums import NOT_YET, crc32, stamp
+from mbproj.results.file.contents import Contents
+
+GROUP = "events"
+#: Bytes of the longest name and kind that are kept.
+LONGEST = 200
+TEXT = h5py.string_dtype("utf-8", LONGEST)
+#: By dataset: what an entry is in HDF5 and in NumPy, its unit, what it is.
+LAYOUT = {
+    "time": ("f8", "s", "when"),
+    "name": (TEXT, "", "whose: a force, a motion, or the scene's break_times"),
+    "kind": (TEXT, "", "what: a jump, a kink, where a narrow feature begins or ends, asked for"),
+    "direction": ("i8", "1", "1 where what it depends on rises, -1 where it falls, 0 for events in time"),
+}
+
+
+class RecordedEvent(NamedTuple):
+    """One event; `direction` is 0 in time."""
+
+    time: float
+    name: str
+    kind: str
+    direction: int = 0
+
+
+def create(file: h5py.File) -> None:
+    """The group without events. They come at the end, and the file's structure must be there from the start."""
+    for name, (dtype, unit, description) in LAYOUT.items():
+        data = file.create_dataset(f"{GROUP}/{name}", (0,), dtype, maxshape=(None,), chunks=(64,), fletcher32=True)
+        data.attrs.update({"units": unit, "description": description} if unit else {"description": description})
+        stamp(data, NOT_YET)
+
+
+def room(events: Sequence[RecordedEvent]) -> int:
+    """What `write` adds to the file at most, in bytes."""
+    return (len(events) + 64) * 2 * (LONGEST + 64)
+
+
+def write(file: h5py.File, events: Sequence[RecordedEvent]) -> None:
+    """Fill the group."""
+    for name, (dtype, _, _) in LAYOUT.items():
+        values = [getattr(event, name) for event in events]
+        data = np.array([_cut(value) for value in values] if dtype is TEXT else values, dtype=dtype)
+        file[GROUP][name].resize(data.shape)
+        file[GROUP][name][...] = data
+        stamp(file[GROUP][name], crc32(data))
+
+
+def _cut(text: str) -> bytes:
+    """As much of it as fits, no character in parts."""
+    return text.encode()[:LONGEST].decode(errors="ignore").encode()
+
+
+def read(contents: Contents) -> tuple[RecordedEvent, ...]:
+    """The group's content; none where there is none."""
+    if not contents.has(GROUP):
+        return ()
+    names, kinds = (contents.texts(f"{GROUP}/{name}") for name in ("name", "kind"))
+    count = len(names)
+    times = contents.array(f"{GROUP}/time", (count,))
+    directions = contents.array(f"{GROUP}/direction", (count,), np.int64)
+    if len(kinds) != count or not np.isfinite(times).all() or not np.isin(directions, (-1, 0, 1)).all():
+        raise contents.damaged(GROUP, "does not fit together")
+    return tuple(map(RecordedEvent, times.tolist(), names, kinds, directions.tolist()))

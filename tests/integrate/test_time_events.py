@@ -1,0 +1,123 @@
+"""Events in time: steps end where functions of time have kinks, jumps or narrow features, in every formulation."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from mbproj.integrate.events.time_events import time_events
+from mbproj.model import compile_system
+from mbproj.scene import read_scene_text
+from tests.integrate.time_scenes import INERTIA, TROLLEY, rotor, run
+
+FORMULATIONS = ("full", "reduced", "planar")
+#: Torques of 0.4 ms or less, with their impulses in N m s.
+PULSES = {
+    "500*(sign(t - 1) - sign(t - 1.0004))": 0.4,
+    "1000*max(0, 1 - abs(t - 1)/2e-4)": 0.2,
+    "1000*exp(-((t - 1)/1e-4)**2)": 0.1 * np.sqrt(np.pi),
+    "500*(sign(t - 1) - sign(t - 1.0004))*(1 + 0*angle)": 0.4,
+}
+#: A jump, a kink, and what is smooth.
+TORQUE = "sin(3*t) - 2*sin(angle) + 2*sign(t - 0.513) + 3*abs(t - 1.137)"
+
+
+def events(text: str, end: float) -> list[tuple[float, str, str]]:
+    system = compile_system(read_scene_text(text))
+    return [(event.time, event.name, event.kind) for event in time_events(system, 0.0, end)]
+
+
+def last_angle(torque: str, **options: str) -> float:
+    return float(run(rotor(torque), **options)[0]["joints/coordinate"][-1, 0])
+
+
+@pytest.mark.parametrize("torque", PULSES)
+@pytest.mark.parametrize("integrator", ["bs32", "dopri5", "dop853"])
+@pytest.mark.parametrize("formulation", FORMULATIONS)
+def test_a_short_pulse_is_not_lost(formulation, integrator, torque):
+    """I ω = ∫τ dt after it, at a tolerance of 1e-8 with steps that would pass over it."""
+    recorder, _ = run(rotor(torque), formulation=formulation, integrator=integrator, tolerance="1e-8", output_step="1")
+    assert recorder["joints/speed"][-1, 0] == pytest.approx(PULSES[torque] / INERTIA, rel=3e-5)
+
+
+@pytest.mark.parametrize(
+    ("integrator", "order", "steps"), [("rk4", 4, ("0.01", "0.005")), ("dop853", 8, ("0.25", "0.125"))]
+)
+@pytest.mark.parametrize("formulation", FORMULATIONS)
+def test_fixed_steps_keep_their_order_across_a_jump_and_a_kink(formulation, integrator, order, steps):
+    exact = last_angle(TORQUE, integrator="dop853", tolerance="1e-14", output_step="2")
+    coarse, fine = (
+        abs(last_angle(TORQUE, integrator=integrator, step=step, formulation=formulation) - exact) for step in steps
+    )
+    assert np.log2(coarse / fine) > order - 0.4
+
+
+@pytest.mark.parametrize("formulation", FORMULATIONS)
+def test_the_grid_of_fixed_steps_stays(formulation):
+    """The step with the jump in it is split; its second part ends where it would have ended."""
+    recorder, report = run(rotor("sign(t - 0.513)"), formulation=formulation, integrator="rk4", step="0.1")
+    np.testing.assert_array_equal(recorder["time"], [*(0.1 * np.arange(20)), 2.0])
+    assert report.counters["steps"] == 21
+    assert recorder["diagnostics/step_size"][6] == pytest.approx(0.087)
+
+
+@pytest.mark.parametrize("how", [{"integrator": "rk4", "step": "0.1"}, {"integrator": "dopri5", "tolerance": "1e-9"}])
+@pytest.mark.parametrize("formulation", FORMULATIONS)
+def test_a_sample_at_a_jump_belongs_to_its_time(formulation, how):
+    """sign(0) = 0: no torque at t = 1 itself; before it one, after it another, so that the speed is |t - 1| - 1."""
+    recorder, _ = run(rotor("0.5*sign(t - 1)"), formulation=formulation, output_step="0.1", **how)
+    time = recorder["time"]
+    np.testing.assert_allclose(recorder["bodies/angular_acceleration"][:, 0, 1], np.sign(time - 1.0), atol=1e-9)
+    np.testing.assert_allclose(recorder["joints/speed"][:, 0], np.abs(time - 1.0) - 1.0, atol=1e-5)
+
+
+@pytest.mark.parametrize("formulation", FORMULATIONS)
+def test_a_jump_at_the_start_is_seen_from_the_right(formulation):
+    """sign(t) is 0 at the start alone: a first stage that saw it would lose a sixth of the first step's impulse."""
+    recorder, _ = run(rotor("0.5*sign(t)"), formulation=formulation, integrator="rk4", step="0.05")
+    np.testing.assert_allclose(recorder["joints/speed"][:, 0], recorder["time"], rtol=1e-3)
+
+
+@pytest.mark.parametrize(
+    "how",
+    [
+        {"integrator": "bs32", "tolerance": "1e-7"},
+        {"integrator": "dopri5", "tolerance": "1e-8"},
+        {"integrator": "dop853", "tolerance": "1e-8"},
+        {"integrator": "rk4", "step": "10 ms"},
+    ],
+)
+def test_a_move_between_two_rests_is_not_passed_over(how):
+    """The load swings by 0.41 m about where the trolley has brought it."""
+    fine, _ = run(TROLLEY, integrator="dop853", step="5 ms", tolerance=None, output_step="1")
+    recorder, report = run(TROLLEY, **how, output_step="1")
+    np.testing.assert_allclose(recorder["markers/position"], fine["markers/position"], atol=2e-5)
+    assert fine["markers/position"][-1, 0, 0] == pytest.approx(0.9085, abs=1e-4)
+    assert report.position_violation.value < 2e-13 and report.velocity_violation.value < 1e-13
+
+
+def test_what_counts_as_an_event():
+    found = events(TROLLEY, 10.0)
+    assert [(round(time, 9), kind) for time, _, kind in found] == [(3.0, "kink"), (3.2, "kink")]
+    assert {name for _, name, _ in found} == {"motion 'move'"}
+    (pulse,) = (torque for torque in PULSES if "exp" in torque)
+    (begins, ends) = events(rotor(pulse), 2.0)
+    assert begins[2] == "narrow feature begins" and ends[2] == "narrow feature ends"
+    assert 0.999 < begins[0] < 0.9998 and 1.0002 < ends[0] < 1.001
+    assert 1.0 in [round(time, 9) for time, _, _ in events(rotor("sqrt(abs(t - 1))"), 2.0)]
+    assert events(rotor("sqrt(0.2 - t)"), 2.0) == []  # it has no value from there on
+    assert events(rotor("sin(40*t) + t**3 - exp(-2*t)*cos(7*t)"), 2.0) == []
+
+
+def test_break_times_are_steps_ends():
+    recorder, report = run(rotor("sin(t)"), integrator="dopri5", tolerance="1e-6", break_times="0.25,0.5 s,7")
+    assert report.events == 2
+    same, _ = run(rotor("sin(t)"), integrator="dopri5", tolerance="1e-6")
+    assert recorder["joints/speed"][-1, 0] == pytest.approx(same["joints/speed"][-1, 0], abs=1e-5)
+    _, fixed = run(rotor("sin(t)"), integrator="rk4", step="0.1", break_times="0.25,0.5")
+    assert fixed.counters["steps"] == 21
+
+
+def test_very_many_kinks_count_up_to_a_bound_and_are_named():
+    _, report = run(rotor("abs(sin(5000*t))"), integrator="rk4", step="0.01")
+    assert report.crowded == ("force 'push'",) and 1000 <= report.events <= 1002
