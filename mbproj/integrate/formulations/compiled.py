@@ -208,7 +208,6 @@ def march(compiled: Compiled, state: State, settings: Settings, tally: Tally) ->
         tally.joint_peak = replace(joint_peak, row=max(joint_peak.row - compiled.system.bodies, 0))
         tally.velocity_peak = _peak(compiled, run.velocity_peak)
         counters = dict(zip(tally.counters(), block["counters"].T, strict=True))
-        require_finite(block)
         yield _samples(compiled, block, counters) if len(block["t"]) else None
     failure = compiled.failure(run, settings)
     if failure is not None:
@@ -219,14 +218,6 @@ def _samples(compiled: Compiled, block: Mapping[str, Any], counters: Mapping[str
     """A block in the coordinates of all formulations; of a run that is lost it may overflow there."""
     with may_overflow():
         return compiled.samples(block, counters)
-
-
-def require_finite(block: Mapping[str, Any]) -> None:
-    """Raises SimulationError at the first sample that is not finite: inside a step much too long for the motion the
-    continuous extension may be so far from every pose of the mechanism that no correction leads back to one."""
-    finite = np.isfinite(block["y"]).all(axis=(1, 2))
-    if not finite.all():
-        raise not_finite(float(block["t"][~finite][0]))
 
 
 def work_of(block: Mapping[str, Any]) -> Array:

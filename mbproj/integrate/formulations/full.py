@@ -165,10 +165,10 @@ class FullFormulation:
         self.policy.see(projected.nearest)
         return projected
 
-    def project_copy(self, t: float, y: Array) -> Array:
-        """A state between two steps moved to the constraints, both levels that the settings switch on."""
+    def project_copy(self, t: float, y: Array) -> tuple[Array, Projected]:
+        """A state between two steps moved to the constraints, both levels that the settings switch on, and how."""
         if not isinstance(self.method, Projection):
-            return y
+            return y, Projected(*self.parts(y)[:2])
         always = replace(self.settings.projection, every=1, threshold=None)
         q, v, integrals, expected = self.parts(y)
         try:
@@ -176,7 +176,7 @@ class FullFormulation:
             projected = project_after(1, self.system, self.method, always, q, v, drive, self.policy.rows)
         except np.linalg.LinAlgError as error:
             raise self._singular(t, q, v) from error
-        return np.concatenate([projected.q, projected.v, integrals, expected])
+        return np.concatenate([projected.q, projected.v, integrals, expected]), projected
 
     def lead(self, t: float, y: Array) -> Array:
         """y at a time, with those of its joint coordinates that are driven where their motions are."""

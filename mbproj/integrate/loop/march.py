@@ -19,7 +19,7 @@ from mbproj.dynamics.observe.samples import Sample
 from mbproj.errors import SimulationError
 from mbproj.integrate.events.breaks import BreakCursor, breaks_of
 from mbproj.integrate.formulations.full import FullFormulation
-from mbproj.integrate.loop.step_end import accept, first_point, point_at
+from mbproj.integrate.loop.step_end import accept, first_point, is_closed, left_open_at, point_at
 from mbproj.integrate.loop.step_size import Controller, error_norm, first_step
 from mbproj.integrate.outcome.failures import TurnsUntold, not_finite, step_vanished
 from mbproj.integrate.outcome.tally import Tally
@@ -168,9 +168,12 @@ class _Run:
         formulation, system = self.inside, self.inside.system
         extension = self.stepper.extend(formulation.derivative, step)
         for t in times:
-            y = formulation.project_copy(t, formulation.lead(t, extension.at((t - step.t) / step.h)))
-            coordinate, speed = coordinates(system, *formulation.parts(y)[:2])
-            expected = formulation.parts(y)[3]
+            y, projected = formulation.project_copy(t, formulation.lead(t, extension.at((t - step.t) / step.h)))
+            q, v, _, expected = formulation.parts(y)
+            position, _ = formulation.violations(t, q, v, expected)
+            if not is_closed(formulation, position, projected):
+                raise left_open_at(formulation, t, position, projected)
+            coordinate, speed = coordinates(system, q, v)
             if not formulation.followed:
                 expected = before.turning.between(system, after.turning, t, drive_at(system, t))
             turning = Turning(t, near(system, coordinate, expected), speed, after.turning.prescribed)

@@ -61,8 +61,7 @@ def _closed(
     formulation.check_branch(t, t - before.t, y, projected)
     *_, integrals, expected = formulation.parts(y)
     position, velocity = formulation.violations(t, projected.q, projected.v, expected)
-    limit = THRESHOLDS.open_limit if projected.failures else THRESHOLDS.lost_limit
-    if not np.all(position <= limit * formulation.system.row_scale):
+    if not is_closed(formulation, position, projected):
         raise _open(formulation, before, t, position, projected)
     coordinate, turning = counted(formulation, stepper, before, t, step, projected.q, projected.v)
     tally.watch(position, velocity, _joint_rows(formulation.system), t)
@@ -75,8 +74,17 @@ def _open(
 ) -> SimulationError:
     """Why a step to t has left |C| at `position`."""
     far = before.turning.far(formulation.system, t)
-    if far is not None:
-        return untold(formulation, before, t, far)
+    return left_open_at(formulation, t, position, projected) if far is None else untold(formulation, before, t, far)
+
+
+def is_closed(formulation: FullFormulation, position: Array, projected: Projected) -> bool:
+    """Whether |C| at `position`, as a projection has left it, is that of closed joints; of no number it is not."""
+    limit = THRESHOLDS.open_limit if projected.failures else THRESHOLDS.lost_limit
+    return bool(np.all(position <= limit * formulation.system.row_scale))
+
+
+def left_open_at(formulation: FullFormulation, t: float, position: Array, projected: Projected) -> SimulationError:
+    """The joint that a projection has left open most."""
     system, row = formulation.system, int(np.argmax(position / formulation.system.row_scale))
     if not np.isfinite(position[row]):
         return not_finite(t)
@@ -93,7 +101,7 @@ def _check_by_halves(
     h, half = 0.5 * (t - before.t), before
     for time in (before.t + h, t):
         step = stepper.attempt(formulation.derivative, half.t, half.y, time - half.t, half.slope)
-        closed = formulation.project_copy(time, formulation.lead(time, step.y_new))
+        closed, _ = formulation.project_copy(time, formulation.lead(time, step.y_new))
         turned = counted(formulation, stepper, half, time, step, *formulation.parts(closed)[:2])
         half = point_at(formulation, closed, *turned)
     v = formulation.parts(y)[1]

@@ -239,7 +239,7 @@ private:
     // The largest row, lengths in the mechanism's own.
     double largest(const std::vector<double>& rows) const {
         double most = 0.0;
-        for (std::size_t r = 0; r < rows.size(); ++r) most = std::max(most, std::abs(rows[r]) / model_.row_scale[r]);
+        for (std::size_t r = 0; r < rows.size(); ++r) most = larger(most, std::abs(rows[r]) / model_.row_scale[r]);
         return most;
     }
 

@@ -89,4 +89,7 @@ inline Column<1> turned(const Column<1>& angle, const Column<1>& by) { return no
 inline Matrix<3, 3> inertia_in_global(const Rotation<3>& A, const Matrix<3, 3>& J) { return A * J * A.transpose(); }
 inline Matrix<1, 1> inertia_in_global(const Rotation<2>&, const Matrix<1, 1>& J) { return J; }
 
+// The larger of two values; not a number where one of them is none, which std::max would pass over.
+inline double larger(double most, double value) { return most >= value || most != most ? most : value; }
+
 }  // namespace mbproj

@@ -75,7 +75,7 @@ private:
 
     double largest(const double* rows) const {
         double most = 0.0;
-        for (int r = 0; r < model_.constraints.rows; ++r) most = std::max(most, std::abs(rows[r]));
+        for (int r = 0; r < model_.constraints.rows; ++r) most = larger(most, std::abs(rows[r]));
         return most;
     }
 

@@ -45,7 +45,7 @@ public:
     // The largest row, lengths in the mechanism's own.
     double scaled(const double* C) const {
         double most = 0.0;
-        for (std::size_t r = 0; r < rhs_.size(); ++r) most = std::max(most, std::abs(C[r]) / model_.row_scale[r]);
+        for (std::size_t r = 0; r < rhs_.size(); ++r) most = larger(most, std::abs(C[r]) / model_.row_scale[r]);
         return most;
     }
 

@@ -28,8 +28,7 @@ public:
         if (const Outcome other = other_branch(done, t_new, y_new, t_new - t, halves); other.stops()) return other;
         const double* C = equations_.constraint();
         equations_.set_velocities(y_new.data(), true);
-        const int worst =
-            model_.open_by_more(C, done.failures ? model_.thresholds.open_limit : model_.thresholds.lost_limit);
+        const int worst = model_.open_by_more(C, limit(done));
         if (const Slip slip = worst >= 0 ? turns_.far(counted, t_new - t) : turns_.advance(counted, t, y, t_new, y_new))
             return Outcome::untold(slip, t_new, t_new - t);
         peaks.watch(C, equations_.C_dot(), model_.constraints.rows, model_.driven.size(), t_new);
@@ -39,6 +38,17 @@ public:
         Outcome found = failed_at(t_new);
         found.joint = model_.joint_of(worst);
         return found;
+    }
+
+    // A state inside a step, moved to the constraints. Says why it cannot be recorded: running where it can.
+    Outcome close_sample(double t, Vector& y) {
+        turns_.lead(t, y);
+        const Projected done = projector_.anywhere(t, y.data());
+        if (!done.regular) return failed_at(t);
+        const double* C = equations_.constraint();
+        const int worst = model_.open_by_more(C, limit(done));
+        if (worst < 0) return {};
+        return Outcome::left_open(t, worst, std::abs(C[worst]), done.position_passes, done.failures > 0);
     }
 
     // Why the equations have just had no solution.
@@ -51,6 +61,11 @@ public:
     }
 
 private:
+    // By how much a joint may be open.
+    double limit(const Projected& done) const {
+        return done.failures ? model_.thresholds.open_limit : model_.thresholds.lost_limit;
+    }
+
     static void count(const Projected& done, Counters& counters) {
         counters.projections += done.projections;
         counters.projection_iterations += done.position_passes;

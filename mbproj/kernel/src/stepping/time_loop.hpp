@@ -179,8 +179,7 @@ private:
         const double time = schedule_.take();
         stepper_.at(y_, to_.h, (time - t_) / to_.h, copy_);
         const Aside aside(equations_);
-        turns_.lead(time, copy_);
-        projector_.anywhere(time, copy_.data());
+        if (const Outcome closed = step_end_.close_sample(time, copy_); closed.stops()) return stop(closed);
         if (!equations_.factor(Metric::mass)) return stop_at(time);
         equations_.set_velocities(copy_.data(), false);
         if (!equations_.slope_at(copy_.data(), copy_slope_.data(), copy_lambda_.data())) return stop_at(time);
