@@ -39,9 +39,9 @@ def test_another_step_is_another_motion(runs: Path) -> None:
 
 
 def test_json(runs: Path) -> None:
-    done = mbproj("compare-results", "a.h5", "c.h5", "--absolute", "markers/position=1 um", "--json", folder=runs)
+    done = mbproj("compare-results", "a.h5", "c.h5", "--absolute", "markers/position=1 inch", "--json", folder=runs)
     assert done.returncode == 2  # no such unit
-    done = mbproj("compare-results", "a.h5", "c.h5", "--absolute", "markers/position=0.001 mm", "--json", folder=runs)
+    done = mbproj("compare-results", "a.h5", "c.h5", "--absolute", "markers/position=1 um", "--json", folder=runs)
     found = json.loads(done.stdout)
     assert (found["same"], done.returncode, found["samples_compared"], found["ends"]) == (False, 4, 101, [2.0, 2.0])
     marker = next(each for each in found["quantities"] if each["quantity"] == "markers/position")

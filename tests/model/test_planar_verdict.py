@@ -14,9 +14,9 @@ from mbproj.dynamics.rank.mobility import scaled_jacobian
 from mbproj.model import compile_system, initial_guess
 from mbproj.model.planar import NotPlanar, Plane, planar_reduction
 from mbproj.model.planar.equations import planar_jacobian
-from mbproj.model.planar.rank import LARGEST_PIECE
 from mbproj.scene import read_scene
 from mbproj.scene.records import Joint, Scene
+from mbproj.thresholds import THRESHOLDS
 from tests.model.planar_scenes import REFUSED, SCENES, Drawing, chain, planar, reduced, turns
 from tests.support import MECHANISMS
 
@@ -147,7 +147,7 @@ def test_bodies_that_hold_each_other_are_tested_together(second, verdict):
 
 def test_a_large_piece_that_hangs_together_is_not_tested():
     """A row of flaps, each hinged to the ground and resting on the next at one point, the last pair at two."""
-    drawing, count = Drawing(8), LARGEST_PIECE + 1
+    drawing, count = Drawing(8), THRESHOLDS.largest_piece + 1
     angle = drawing.rng.uniform(0.0, np.pi, size=count)
     names = [f"flap{number}" for number in range(count)]
     joints = [
