@@ -163,7 +163,7 @@ def _march(
 
 
 def _blocks(run: Iterator[Samples | None], asked: Interruption, most: int) -> Iterator[Samples]:
-    """The samples in blocks of at most so many; when the run fails or is interrupted, first what it had computed."""
+    """The samples in blocks of about so many; when the run fails or is interrupted, first what it had computed."""
     pending: list[Samples] = []
     opened = perf_counter()
     try:

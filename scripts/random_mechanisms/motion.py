@@ -11,7 +11,7 @@ from mbproj import State, System
 from mbproj.arrays import Array, Integers
 from mbproj.dynamics.assembly.assemble import coordinate_values
 from mbproj.dynamics.equations.kinematics import pose_of
-from mbproj.dynamics.observe.recorded import Block, observe
+from mbproj.dynamics.observe.recorded import Block, Observer
 from mbproj.dynamics.observe.samples import Samples, join, stack
 from mbproj.integrate.formulations.choice import Choice, choose
 from mbproj.integrate.formulations.compiled import march as march_compiled
@@ -46,7 +46,7 @@ def _run(system: System, state: State, settings: Settings, finer: Motion | None)
         samples = join([part for part in march_compiled(choice.compiled, state, settings, tally) if part is not None])
     else:
         samples = stack(list(march(FullFormulation.of(system, state, settings, choice.redundant), state, tally)))
-    return Motion(choice, samples, observe(system, samples, state), tally, finer)
+    return Motion(choice, samples, Observer(system, state).at(samples), tally, finer)
 
 
 def full_equations(

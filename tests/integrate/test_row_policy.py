@@ -16,30 +16,11 @@ from mbproj.integrate.formulations.full import FullFormulation
 from mbproj.integrate.loop.march import march
 from mbproj.integrate.outcome.tally import Tally
 from mbproj.scene import read_scene_text
+from tests.mechanisms.exact.parallelogram import PARALLELOGRAM
 from tests.support import REDUNDANT, ROOT
 
 #: Chains of loops that pass singular poses, rows that follow from others, and a scene with neither.
 SCENES = (1e-6, 1e-3, "inline_four", "n_four_bar", "bennett", "locomotive", "planar_four_bar", "spatial_slider_crank")
-#: All bars are in line at the angle 0, where the cranks may part.
-PARALLELOGRAM = """
-mbproj: 1
-gravity: [0, 0, 0]
-parameters: {crank: 0.2 m, coupler: 0.5 m, start: -1, x: crank*cos(start), z: crank*sin(start)}
-simulation: {duration: 2, step: 0.05}
-bodies:
-  left: {mass: 1, inertia: [0.01, 0.02, 0.02], position: [x/2, 0, z/2], orientation: {axis: [0, -1, 0], angle: start}}
-  right:
-    mass: 2
-    inertia: [0.01, 0.03, 0.03]
-    position: [coupler + x/2, 0, z/2]
-    orientation: {axis: [0, -1, 0], angle: start}
-  coupler: {mass: 0.5, inertia: [0.01, 0.02, 0.02], position: [coupler/2 + x, 0, z]}
-joints:
-  A: {type: revolute, bodies: [ground, left], location: [0, 0, 0], axis: [0, -1, 0], speed: 1}
-  B: {type: revolute, bodies: [left, coupler], location: [x, 0, z], axis: [0, -1, 0]}
-  C: {type: point_on_line, bodies: [right, coupler], location: [coupler + x, 0, z], axis: [0, -1, 0]}
-  D: {type: revolute, bodies: [ground, right], location: [coupler, 0, 0], axis: [0, -1, 0]}
-"""
 #: Shipped mechanisms whose rows are independent at every pose of their first steps.
 REGULAR = ("five_bar", "spatial_slider_crank", "double_pendulum", "heavy_top", "stewart_platform", "delta_robot")
 
@@ -53,7 +34,7 @@ def formulation_of(name, **options):
     scene = (
         read_scene(ROOT / "mechanisms" / f"{name}.yaml", {}, keys)
         if isinstance(name, str)
-        else read_scene_text(PARALLELOGRAM, "scene.yaml", {"start": name}, keys)
+        else read_scene_text(PARALLELOGRAM.replace("CLOSURE", "point_on_line"), "scene.yaml", {"start": name}, keys)
     )
     system = compile_system(scene)
     state = assemble(system, initial_guess(scene, system))

@@ -63,11 +63,6 @@ class Observer:
         return Observation(self, samples)
 
 
-def observe(system: System, samples: Samples, start: State) -> Block:
-    """Everything at these samples of a run from `start`."""
-    return Observer(system, start).at(samples)
-
-
 @final
 class Observation(Mapping[str, npt.NDArray[Any]]):
     """Everything that is recorded at T samples, by the path of its dataset. What overflows, in a run that is lost, is

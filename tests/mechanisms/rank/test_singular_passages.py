@@ -17,6 +17,7 @@ from mbproj.errors import InputError, SimulationError
 from mbproj.model.euler_parameters import rotation_matrix
 from mbproj.registry import integrators
 from mbproj.scene import read_scene_text
+from tests.mechanisms.exact.parallelogram import PARALLELOGRAM
 from tests.mechanisms.running import assert_close
 from tests.support import Recorder
 
@@ -95,26 +96,6 @@ def allowed(departure: np.ndarray) -> np.ndarray:
     return np.minimum(SEEN / np.maximum(np.abs(departure), 1e-30), np.sqrt(SEEN))
 
 
-#: A parallelogram without gravity turns evenly; φ is counted from the line of all bars.
-PARALLELOGRAM = """
-mbproj: 1
-gravity: [0, 0, 0]
-parameters: {crank: 0.2 m, coupler: 0.5 m, start: -1, speed: 1, x: crank*cos(start), z: crank*sin(start)}
-simulation: {duration: 2, step: 0.05}
-bodies:
-  left: {mass: 1, inertia: [0.01, 0.02, 0.02], position: [x/2, 0, z/2], orientation: {axis: [0, -1, 0], angle: start}}
-  right:
-    mass: 2
-    inertia: [0.01, 0.03, 0.03]
-    position: [coupler + x/2, 0, z/2]
-    orientation: {axis: [0, -1, 0], angle: start}
-  coupler: {mass: 0.5, inertia: [0.01, 0.02, 0.02], position: [coupler/2 + x, 0, z]}
-joints:
-  A: {type: revolute, bodies: [ground, left], location: [0, 0, 0], axis: [0, -1, 0], speed: speed}
-  B: {type: revolute, bodies: [left, coupler], location: [x, 0, z], axis: [0, -1, 0]}
-  C: {type: CLOSURE, bodies: [right, coupler], location: [coupler + x, 0, z], axis: [0, -1, 0]}
-  D: {type: revolute, bodies: [ground, right], location: [coupler, 0, 0], axis: [0, -1, 0]}
-"""
 #: How the loop may be closed: with three redundant rows in space, or with none.
 FORMS = (("revolute", "planar"), ("revolute", "reduced"), ("point_on_line", "reduced"), ("point_on_line", "full"))
 
