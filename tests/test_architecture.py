@@ -66,7 +66,7 @@ MAY_IMPORT = {
 }
 #: The folders of the packages that have some: each imports only those that stand before it.
 FOLDERS = {
-    "scene": ("text", "expressions", "fields", "blocks"),
+    "scene": ("text", "expressions", "fields", "ranges", "blocks"),
     "model": ("compile", "planar"),
     "dynamics": ("equations", "assembly", "observe", "rank"),
     "projection": ("methods", "solve"),

@@ -124,12 +124,15 @@ _NAMES: Mapping[Dimension, str] = MappingProxyType(
 
 def describe(dimension: Dimension) -> str:
     """The dimension in words: "a length", or "in m^2/s" where it has no name."""
-    if dimension in _NAMES:
-        return _NAMES[dimension]
+    return _NAMES[dimension] if dimension in _NAMES else f"in {symbol_of(dimension)}"
+
+
+def symbol_of(dimension: Dimension) -> str:
+    """The SI unit, put together: "kg*m/s^2"; "1" for a number without unit."""
     powers = [(symbol, power) for symbol, power in zip(_SYMBOLS, dimension, strict=True) if power]
     above = "*".join(_power(symbol, power) for symbol, power in powers if power > 0)
     below = "".join("/" + _power(symbol, -power) for symbol, power in powers if power < 0)
-    return f"in {above or '1'}{below}"
+    return f"{above or '1'}{below}"
 
 
 def _power(symbol: str, power: float) -> str:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import json
+import re
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TypeAlias
@@ -70,3 +72,22 @@ def from_value(value: object, place: Place) -> Node:
     if isinstance(value, bool):
         return ScalarNode(str(value).lower(), place)
     return ScalarNode(value if isinstance(value, str) else repr(value), place)
+
+
+#: Text that YAML reads as text in a list or mapping, without quotes.
+_PLAIN = re.compile(r"[^\s\[\]{},:#&*!|>'\"%@`?-][^\[\]{},:#\n]*|-?[\w.]+")
+
+
+def flow(node: Node) -> str:
+    """The node as YAML in one line, which reads the same; a scalar as its text."""
+    return node.text if isinstance(node, ScalarNode) else _inner(node)
+
+
+def _inner(node: Node) -> str:
+    match node:
+        case ScalarNode():
+            return node.text if _PLAIN.fullmatch(node.text) else json.dumps(node.text)
+        case SequenceNode():
+            return f"[{', '.join(map(_inner, node.items))}]"
+        case MappingNode():
+            return "{" + ", ".join(f"{key}: {_inner(value)}" for key, value in node.values.items()) + "}"

@@ -1,0 +1,110 @@
+"""Ranges as records: those that have values to count, and distributions, which are sampled."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from dataclasses import dataclass, field
+from math import exp, log
+from statistics import NormalDist
+from typing import TypeAlias
+
+from mbproj.scene.expressions.units import Dimension
+from mbproj.scene.text.nodes import Node
+
+#: A value: a number in SI, or a word, or a list or mapping in YAML's flow style.
+Item: TypeAlias = "float | str"
+
+
+@dataclass(frozen=True)
+class Range(ABC):
+    """`nodes` are its values as they were written, so that whoever knows the quantity can read and so check them;
+    `dimension` is that of the numbers, None where it is not known."""
+
+    nodes: tuple[Node, ...] = field(repr=False, compare=False)
+    dimension: Dimension | None
+
+    @abstractmethod
+    def quantile(self, share: float) -> Item:
+        """The value below which this share of samples lies, 0 < share < 1; values to count are sampled evenly."""
+
+
+@dataclass(frozen=True)
+class Points(Range):
+    """Values that can be counted."""
+
+    @property
+    @abstractmethod
+    def count(self) -> int:
+        """How many they are."""
+
+    @abstractmethod
+    def item(self, number: int) -> Item:
+        """One of them."""
+
+    @property
+    def items(self) -> tuple[Item, ...]:
+        """All of them."""
+        return tuple(map(self.item, range(self.count)))
+
+
+@dataclass(frozen=True)
+class Listed(Points):
+    """Values one by one."""
+
+    given: tuple[Item, ...]
+
+    @property
+    def count(self) -> int:
+        return len(self.given)
+
+    def item(self, number: int) -> Item:
+        return self.given[number]
+
+    def quantile(self, share: float) -> Item:
+        return self.given[min(int(share * len(self.given)), len(self.given) - 1)]
+
+
+@dataclass(frozen=True)
+class Spaced(Points):
+    """`count` values from `first` to `last`, evenly spaced, or evenly by their logarithms."""
+
+    first: float
+    last: float
+    steps: int
+    logarithmic: bool = False
+
+    @property
+    def count(self) -> int:
+        return self.steps
+
+    def item(self, number: int) -> float:
+        if number == self.steps - 1:
+            return self.last
+        return self.quantile(number / (self.steps - 1)) if number else self.first
+
+    def quantile(self, share: float) -> float:
+        if self.logarithmic:
+            return exp(log(self.first) + share * (log(self.last) - log(self.first)))
+        return self.first + share * (self.last - self.first)
+
+
+@dataclass(frozen=True)
+class Uniform(Range):
+    """Every value between `low` and `high` is as likely as another."""
+
+    low: float
+    high: float
+
+    def quantile(self, share: float) -> float:
+        return self.low + share * (self.high - self.low)
+
+
+@dataclass(frozen=True)
+class Normal(Range):
+    """The normal distribution of this mean and standard deviation."""
+
+    mean: float
+    deviation: float
+
+    def quantile(self, share: float) -> float:
+        return NormalDist(self.mean, self.deviation).inv_cdf(share)
