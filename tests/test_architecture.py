@@ -32,6 +32,7 @@ MAY_IMPORT = {
     "integrate": {"functions", "scene", "model", "dynamics", "projection", "kernel"},
     "results": {"outputs", "scene"},
     "analysis": {"results", "scene"},
+    "linear": {"functions", "scene", "model", "dynamics", "integrate", "results"},
     "templates": {"scene"},
     "guide": set(),
     "studies": {
@@ -59,6 +60,7 @@ MAY_IMPORT = {
         "outputs",
         "results",
         "analysis",
+        "linear",
         "studies",
         "plot",
         "templates",
@@ -68,10 +70,10 @@ MAY_IMPORT = {
 FOLDERS = {
     "scene": ("text", "expressions", "fields", "ranges", "blocks"),
     "model": ("compile", "planar"),
-    "dynamics": ("equations", "assembly", "observe", "rank"),
+    "dynamics": ("equations", "derivatives", "assembly", "observe", "rank"),
     "projection": ("methods", "solve"),
     "integrate": ("steppers", "outcome", "events", "formulations", "loop"),
-    "results": ("file", "crash_safety"),
+    "results": ("file", "crash_safety", "linear"),
     "studies": (
         "store",
         "parallel",
@@ -88,7 +90,7 @@ FOLDERS = {
         "verify",
     ),
     "plot": ("pages", "kinds"),
-    "cli": ("report", "commands", "studies"),
+    "cli": ("report", "studies", "linear", "commands"),
 }
 #: The kernel's folders: a header includes only headers of its own folder and of those that stand before it.
 KERNEL_FOLDERS = ("model", "kinematics", "elimination", "loops", "dynamics", "projection", "stepping", "bindings")

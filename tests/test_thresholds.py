@@ -17,7 +17,7 @@ KERNEL = ROOT / "mbproj" / "kernel" / "src"
 #: Constants of the kernel that are no thresholds, and what they are.
 NO_THRESHOLDS = {"not_a_number": "a name for NaN"}
 #: Folders and files whose numbers are thresholds where they are not coefficients, and how a constant begins there.
-NUMERICS = ("dynamics", "projection", "integrate", "model")
+NUMERICS = ("dynamics", "projection", "integrate", "model", "linear")
 FLOAT_CONSTANT = re.compile(r"^([A-Z_]+(?:, [A-Z_]+)*) *(?::.*)?= \(?-?\d.*?(?:\.\d|e-\d)", re.M)
 #: Module constants with a decimal number that are no thresholds, and what they are.
 COEFFICIENTS = {
@@ -25,6 +25,8 @@ COEFFICIENTS = {
     "FURTHER": "trial points",
     "RETURN_SECONDS": "how often the screen is refreshed",
     "BLOCK_SECONDS": "how often the file is written",
+    "COMPLEX_STEP": "its square is nothing beside 1",
+    "TINY": "not 0",
 }
 
 

@@ -35,6 +35,9 @@ GROUPS: Mapping[str, Mapping[str, str]] = MappingProxyType(
             "stability": "Finds where each projection method fails.",
             "compare-results": "Says whether two results are the same motion.",
         },
+        "Linearise": {
+            "modes": "Finds the frequencies and shapes of small motions.",
+        },
         "Choose a setting": {
             "recommend": "Finds the cheapest setting that keeps an error.",
             "compare": "Puts methods on one scene side by side.",
@@ -57,6 +60,9 @@ COMMANDS = tuple(name for names in GROUPS.values() for name in names)
 #: Commands that run many simulations, in `mbproj.cli.studies`; the others are in `mbproj.cli.commands`.
 STUDIES = frozenset({"batch", "compare", "paper", "recommend", "stability", "threshold", "tradeoff", "verify"})
 
+#: Commands on equilibria, modes and linear models, in `mbproj.cli.linear`.
+LINEAR = frozenset({"modes"})
+
 
 class CommandsOnDemand(click.Group):
     """A group that imports a command's module when the command is used or listed."""
@@ -67,7 +73,7 @@ class CommandsOnDemand(click.Group):
     def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
         if cmd_name not in COMMANDS:
             return None
-        folder = "studies" if cmd_name in STUDIES else "commands"
+        folder = "studies" if cmd_name in STUDIES else "linear" if cmd_name in LINEAR else "commands"
         module = import_module(f"mbproj.cli.{folder}.{cmd_name.replace('-', '_')}")
         command: click.Command = module.command
         return command

@@ -13,12 +13,11 @@ import numpy as np
 
 from mbproj.arrays import Array, Integers, cross, distinct_rows
 from mbproj.dynamics.assembly.assemble import State, coordinate_values
+from mbproj.dynamics.derivatives.law_derivatives import law_slopes
 from mbproj.dynamics.equations.equations_of_motion import mass_matrix
 from mbproj.dynamics.equations.forces import generalised, law_state, unit_pull
 from mbproj.dynamics.equations.kinematics import Pose, attached, pose_of, slots_of, twist_of
 from mbproj.dynamics.rank.row_space import scaled_jacobian
-from mbproj.functions.program import COORDINATE, RATE
-from mbproj.functions.series import slope
 from mbproj.model.system import System
 from mbproj.thresholds import THRESHOLDS
 
@@ -51,12 +50,8 @@ def slopes(system: System, state: State) -> Slopes:
     pose = pose_of(state.q)
     reference = coordinate_values(system, pose) + 2.0 * np.pi * state.turns
     laws = law_state(forces, pose, twist_of(pose, state.v), state.t, reference)
-    stiffness, damping = forces.laws.stiffness.copy(), forces.laws.damping.copy()
-    for law in np.flatnonzero(forces.laws.program >= 0):
-        at = [np.asarray(state.t), laws.value[law], laws.rate[law]]
-        stiffness[law] -= slope(forces.programs, int(forces.laws.program[law]), at, COORDINATE)
-        damping[law] -= slope(forces.programs, int(forces.laws.program[law]), at, RATE)
-    return Slopes(*(np.nan_to_num(part, nan=0.0, posinf=0.0, neginf=0.0) for part in (stiffness, damping)))
+    found = (np.nan_to_num(-part, nan=0.0, posinf=0.0, neginf=0.0) for part in law_slopes(forces, laws, state.t))
+    return Slopes(*found)
 
 
 def speeds_of_free_bodies(system: System, pose: Pose, slopes: Slopes) -> Array:

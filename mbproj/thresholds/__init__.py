@@ -13,6 +13,7 @@ from typing import Any, NamedTuple, final
 from mbproj.thresholds.closing import Closing
 from mbproj.thresholds.dependence import Dependence
 from mbproj.thresholds.elimination import Elimination
+from mbproj.thresholds.linear import Linear
 from mbproj.thresholds.passages import Passages
 from mbproj.thresholds.searches import Searches
 from mbproj.thresholds.steps import Steps
@@ -22,7 +23,7 @@ __all__ = ["THRESHOLDS", "Row", "Thresholds", "of_the_kernel", "table"]
 
 @final
 @dataclass(frozen=True)
-class Thresholds(Searches, Steps, Closing, Passages, Elimination, Dependence):
+class Thresholds(Linear, Searches, Steps, Closing, Passages, Elimination, Dependence):
     """All of them, each under its name."""
 
 

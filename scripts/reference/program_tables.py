@@ -16,6 +16,7 @@ from mbproj.cli.scene_options import SCENE_OPTIONS
 from mbproj.errors import ExitCode
 from mbproj.plot.kinds import KINDS
 from mbproj.results.layout import CONSTANTS, DATASETS, NAMES
+from mbproj.results.linear.modes_file import LAYOUT as MODES
 from mbproj.studies.stability.quantities import QUANTITIES
 from mbproj.studies.verify.checks import CHECKS
 from mbproj.thresholds import table as threshold_table
@@ -40,6 +41,15 @@ def thresholds() -> str:
         for row in threshold_table()
     ]
     return table(("name", "value", "unit", "used by", "what it decides", "source"), rows)
+
+
+def modes_file() -> str:
+    """What a file of modes holds."""
+    rows = [
+        (code(part.path), " × ".join(map(str, part.shape)), part.unit, part.kind, part.description)
+        for part in MODES.parts
+    ]
+    return table(("dataset", "shape", "unit", "kind", "what it is"), rows)
 
 
 def commands() -> str:

@@ -10,6 +10,7 @@ import click
 
 from mbproj.cli.completion import Folder, one_of, results_file
 from mbproj.cli.explained import Part, explained, option
+from mbproj.cli.linear.pictures import draw_linear, is_linear
 from mbproj.cli.quantity import Positive
 from mbproj.cli.study_options import force as force_option
 from mbproj.errors import InputError, Problem
@@ -90,13 +91,25 @@ def command(
     """Draws pictures of RESULTS; several files go into the same pictures.
 
     Writes DIR/<first file>-<kind>.<format> and prints the paths. All kinds that apply are drawn unless --kind names
-    some.
+    some. A file of modes has kinds of its own: eigenvalues, shapes, traces.
     """
     from mbproj.outputs import check_replaceable, make_folder, picture
     from mbproj.plot.kinds import draw, nothing_to_see, why_not
     from mbproj.plot.labels import derive_labels, stem
     from mbproj.plot.save import save
 
+    if any(map(is_linear, results)):
+        given = {
+            "--label": labels,
+            "--from": start,
+            "--to": stop,
+            "--marker": markers,
+            "--joint": joints,
+            "--error": limit,
+        }
+        unfit = [name for name, value in given.items() if value not in (None, ())]
+        draw_linear(results, kinds, directory, file_format, unfit=unfit, force=force)
+        return
     _check(results, kinds, labels)
     opened = [_open(path) for path in results]
     names = list(labels) or derive_labels(opened)

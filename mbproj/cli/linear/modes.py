@@ -1,0 +1,225 @@
+"""`mbproj modes`: at which frequencies a mechanism rings, and in which shapes."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from mbproj.cli.completion import results_file
+from mbproj.cli.explained import Part, explained, option
+from mbproj.cli.linear.options import at_options, reference_of, scene_argument
+from mbproj.cli.scene_options import parameters
+from mbproj.cli.study_options import force as force_option
+from mbproj.errors import InputError, Place, Problem, placed_at
+
+if TYPE_CHECKING:
+    from mbproj.linear.modes import Modes
+    from mbproj.linear.traces import Trace
+    from mbproj.scene import Scene
+
+#: Joint coordinates of a mode in the table, and modes.
+SHOWN_COORDINATES, SHOWN_MODES = 3, 40
+EXAMPLES = (
+    ("List the modes at the start, and write modes.h5.", "mbproj modes five_bar.yaml"),
+    ("The three slowest at a time of a run.", "mbproj modes five_bar.yaml --at 0.5 --from results.h5 --count 3"),
+    ("Trace the modes over a parameter.", 'mbproj modes five_bar.yaml --at "0.5 s" --vary mass=1:4:4 -o traces.h5'),
+)
+
+
+@explained("modes", EXAMPLES)
+@scene_argument
+@at_options
+@option(
+    Part.WHAT, "--count", type=click.IntRange(1), metavar="N", help="Only the N slowest [default: all, 10 of many]."
+)
+@option(Part.WHAT, "--vary", metavar="NAME=RANGE", help="Trace the modes over a parameter: length=0.5:2:20.")
+@option(
+    Part.OUTPUT,
+    "-o",
+    "--output",
+    default="modes.h5",
+    show_default=True,
+    type=results_file(path_type=Path),
+    help="File of modes.",
+)
+@option(Part.OUTPUT, "--json", "as_json", is_flag=True, help="Print one JSON object instead of the table.")
+@option(Part.OUTPUT, "-q", "--quiet", is_flag=True, help="Print nothing but errors.")
+@force_option
+def command(
+    scene: str,
+    settings: tuple[str, ...],
+    where: str,
+    results: str | None,
+    count: int | None,
+    vary: str | None,
+    output: Path,
+    as_json: bool,
+    quiet: bool,
+    force: bool,
+) -> None:
+    """Finds the modes of SCENE: frequencies, damping and shapes of small motions.
+
+    Linearises the equations of motion with exact derivatives, damping and gyroscopic terms included, on what the joints
+    allow. Motions hold what they drive.
+    """
+    from mbproj.linear.stored import stored
+    from mbproj.outputs import check_replaceable, hdf5
+    from mbproj.results.linear.modes_file import LAYOUT, write_modes
+
+    with placed_at(Place("--output")):
+        check_replaceable(output, hdf5(LAYOUT.format), force=force)
+    changed = parameters(settings)
+    trace: Trace | None = None
+    if vary is None:
+        what, found = _modes(scene, changed, where, results, count)
+    else:
+        what, found, trace = _traced(scene, changed, where, results, count, vary)
+    write_modes(output, stored(found, what.title, trace), what, force=force)
+    if as_json:
+        click.echo(json.dumps(numbers(found, scene, str(output), trace)))
+    elif not quiet:
+        click.echo(report(found, what.title or scene, trace))
+        click.echo(output)
+
+
+def _modes(
+    scene: str, changed: dict[str, str], where: str, results: str | None, count: int | None
+) -> tuple[Scene, Modes]:
+    from mbproj.linear.modes import modes
+    from mbproj.model import compile_system
+    from mbproj.scene import read_scene
+    from mbproj.scene.problem_places import placed_in
+
+    what = read_scene(scene, changed)
+    with placed_in(what):
+        return what, modes(reference_of(what, compile_system(what), where, results), count)
+
+
+def _traced(
+    scene: str, changed: dict[str, str], where: str, results: str | None, count: int | None, vary: str
+) -> tuple[Scene, Modes, Trace]:
+    """The modes at each value of a parameter; the file and the table have those of the last one."""
+    from mbproj.linear.traces import trace
+    from mbproj.scene.ranges import Points, named_range
+
+    name, span = named_range(vary, "--vary")
+    if not isinstance(span, Points) or any(isinstance(item, str) for item in span.items):
+        hint = f"give first:last:count, as in --vary {name}=1:2:11, or numbers one by one"
+        raise InputError(Problem("it takes numbers that can be counted", Place(f"--vary {name}"), hint))
+    scenes: list[Scene] = []
+
+    def at(value: float) -> Modes:
+        what, found = _modes(scene, {**changed, name: repr(value)}, where, results, count)
+        scenes.append(what)
+        return found
+
+    traced, last = trace(name, [float(item) for item in span.items], at)
+    return scenes[-1], last, traced
+
+
+def numbers(found: Modes, scene: str, output: str, trace: Trace | None) -> dict[str, Any]:
+    """One object with stable keys."""
+    from mbproj.linear.words import is_balanced, name_of, notes_on
+
+    reference, names = found.reference, found.reference.system.names
+    every = range(len(found.eigenvalues))
+    traced = {} if trace is None else {"vary": _trace_numbers(trace)}
+    return {
+        "scene": scene,
+        "output": output,
+        "at": reference.where,
+        "time": reference.motion.t,
+        "degrees_of_freedom": found.freedom,
+        "balanced": is_balanced(reference),
+        "imbalance": vars(reference.imbalance),
+        "frequencies_hz": found.frequencies.tolist(),
+        "damping_ratios": found.damping_ratios.tolist(),
+        "growth_rates": found.eigenvalues.real.tolist(),
+        "angular_frequencies": found.eigenvalues.imag.tolist(),
+        "modes": [
+            {
+                "name": name_of(found, mode),
+                "kinetic_energy": dict(zip(found.kinetic_names, found.kinetic[mode].tolist(), strict=True)),
+                "potential_energy": dict(zip(found.strain_names, found.strain[mode].tolist(), strict=True)),
+                "coordinates": {
+                    name: [value.real, value.imag]
+                    for name, value in zip(names.coordinates, found.coordinates[mode].tolist(), strict=True)
+                },
+            }
+            for mode in every
+        ],
+        "notes": notes_on(found),
+        **traced,
+    }
+
+
+def _trace_numbers(trace: Trace) -> dict[str, Any]:
+    def plain(values: Any) -> list[list[float | None]]:
+        return [[None if value != value else value for value in row] for row in values.tolist()]
+
+    return {
+        "parameter": trace.name,
+        "values": trace.values.tolist(),
+        "growth_rates": plain(trace.eigenvalues.real),
+        "angular_frequencies": plain(trace.eigenvalues.imag),
+    }
+
+
+def report(found: Modes, title: str, trace: Trace | None) -> str:
+    """The table, and what has to be known of it."""
+    from mbproj.cli.studies.shared import columns
+    from mbproj.linear.words import name_of, notes_on
+
+    reference = found.reference
+    shown = range(min(len(found.eigenvalues), SHOWN_MODES))
+    head = ["mode", "Hz", "damping", "growth 1/s", "time s"]
+    rows = [[str(mode + 1), *_cells(found, mode)] for mode in shown]
+    lines = columns(head, rows).splitlines() if rows else []
+    told = [f"{_coordinates(found, mode)}  {name_of(found, mode)}".strip() for mode in shown]
+    width = max((len(line) for line in lines), default=0)
+    table = (
+        [lines[0], *(f"{line:{width}}  {words}" for line, words in zip(lines[1:], told, strict=True))] if lines else []
+    )
+    left = len(found.eigenvalues) - len(shown)
+    more = [f"    ... and {left} more in the file"] if left else []
+    where = reference.where if reference.where.isalpha() else f"t = {reference.motion.t:.6g} s"
+    traced = (
+        []
+        if trace is None
+        else [f"{len(trace.values)} values of {trace.name}; the table is of the last, {trace.values[-1]:.6g}"]
+    )
+    notes = [f"note: {note}" for note in notes_on(found)]
+    return "\n".join([f"{title}: {found.freedom} degrees of freedom, at {where}", *traced, "", *table, *more, *notes])
+
+
+def _cells(found: Modes, mode: int) -> list[str]:
+    value = found.eigenvalues[mode]
+    time = "-" if value.real == 0.0 else f"{1.0 / abs(value.real):.4g}"
+    damping = "-" if value == 0.0 else f"{found.damping_ratios[mode]:.4g}"
+    return [f"{found.frequencies[mode]:.6g}", damping, f"{value.real:.4g}", time]
+
+
+def _coordinates(found: Modes, mode: int) -> str:
+    """The joint coordinates that move most, relative to the largest, with the phase where there is one."""
+    import numpy as np
+
+    names, units = found.reference.system.names.coordinates, found.reference.system.names.coordinate_units
+    length = found.reference.system.length
+    parts = found.coordinates[mode] / np.array([1.0 if unit == "rad" else length for unit in units])
+    order = np.argsort(-np.abs(parts), kind="stable")[:SHOWN_COORDINATES]
+    if not len(order) or not abs(parts[order[0]]) > 0.0:
+        return ""
+    relative = parts / parts[order[0]]
+    told = [(names[index], relative[index]) for index in order if abs(relative[index]) > 0.01]
+    return ", ".join(f"{name} {_phasor(value)}" for name, value in told)
+
+
+def _phasor(value: complex) -> str:
+    if abs(value.imag) <= 1e-6 * abs(value):
+        return f"{value.real:+.2g}"
+    from math import atan2, degrees
+
+    return f"{abs(value):.2g}∠{degrees(atan2(value.imag, value.real)):.0f}°"

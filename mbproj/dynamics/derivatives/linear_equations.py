@@ -1,0 +1,171 @@
+"""The equations of motion near a motion, to first order and exactly: for virtual displacements ξ that change in time,
+
+    M ξ'' + D ξ' + K ξ + Gᵀ δλ = 0,      (G ξ)'' = 0.
+
+The residual M u' + ω × Jω + Gᵀλ - f is varied with δω = ξθ' + ω × ξθ and δω' = ξθ'' + ω × ξθ' + ω' × ξθ in body axes,
+and with δs = gξ, δs' = gξ' + g'ξ and δs'' = gξ'' + 2 g'ξ' + g''ξ of any coordinate s. K holds the geometric stiffness
+∂(Gᵀλ)/∂ξ, without which a pendulum has no frequency.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from mbproj.arrays import Array
+from mbproj.dynamics.derivatives.blocks import Blocks, Rows, added, on_diagonal, products, stacked
+from mbproj.dynamics.derivatives.law_derivatives import given_derivative, law_slopes
+from mbproj.dynamics.derivatives.row_derivatives import Carried, RowMotion, force_derivative, row_motion, tilde
+from mbproj.dynamics.derivatives.tangent import accelerations, velocities
+from mbproj.dynamics.equations.constraint_equations import set_bias, set_velocity
+from mbproj.dynamics.equations.forces import applied, law_state
+from mbproj.dynamics.equations.kinematics import Pose, Twist, body_rates, pose_of, twist_of
+from mbproj.model.system import System
+
+
+@dataclass(frozen=True, eq=False)
+class Motion:
+    """A mechanism at one time: t in s, coordinates q (7n,), u = (r', ω) and u' (6n,), and the joints' coordinates
+    (nc,), each angle to less than half a turn: from them angles in forces take their turns."""
+
+    t: float
+    q: Array
+    u: Array
+    change: Array
+    expected: Array
+
+    @property
+    def pose(self) -> Pose:
+        """Where the bodies are."""
+        return pose_of(self.q)
+
+    def twist(self, pose: Pose) -> Twist:
+        """How they move."""
+        return twist_of(pose, velocities(pose, self.u))
+
+    def change_of(self, pose: Pose) -> Twist:
+        """How that changes: q'' as a twist holds q'."""
+        return twist_of(pose, accelerations(pose, self.u, self.change))
+
+    def carried(self) -> Carried:
+        """Where the bodies carry what is fixed in them."""
+        pose = self.pose
+        return Carried.along(pose, self.twist(pose), self.change_of(pose))
+
+
+@dataclass(frozen=True, eq=False)
+class LinearEquations:
+    """M, D and K (6n, 6n), and the rows of the joints and motions along the motion: G, G' and G'', (m, 6n)."""
+
+    M: Blocks
+    D: Blocks
+    K: Blocks
+    rows: RowMotion
+
+
+def linear_equations(system: System, motion: Motion, multipliers: Array) -> LinearEquations:
+    """Near a motion with multipliers λ of the joints' rows and then the motions', (m,)."""
+    carried, n, joints = motion.carried(), system.bodies, system.joints.size
+    parts = [_inertia(system, motion), _reflected(system, motion, carried), _forces(system, motion, carried)]
+    constraint = [force_derivative(system.joints, carried, multipliers[:joints])]
+    rows = row_motion(system.joints, carried)
+    if system.motions is not None:
+        constraint.append(force_derivative(system.motions.rows, carried, multipliers[joints:]))
+        driven = row_motion(system.motions.rows, carried)
+        pairs = zip(vars(rows).values(), vars(driven).values(), strict=True)
+        rows = RowMotion(*(stacked(n, pair) for pair in pairs))
+    M, D, K = (added(n, [part[order] for part in parts]) for order in range(3))
+    return LinearEquations(M, D, added(n, [K, *constraint]), rows)
+
+
+def constraint_rows(system: System, motion: Motion) -> Rows:
+    """G of the joints' rows and then the motions', (m, 6n)."""
+    bounds = [system.joints] if system.motions is None else [system.joints, system.motions.rows]
+    carried = motion.carried()
+    return stacked(system.bodies, [row_motion(bound, carried).G for bound in bounds])
+
+
+def mass_blocks(system: System, motion: Motion) -> Blocks:
+    """diag(m I, J) in (δr, δθ in body axes), with what reflected inertias add, (6n, 6n)."""
+    parts = [_inertia(system, motion)[0], _reflected(system, motion, motion.carried())[0]]
+    return added(system.bodies, parts)
+
+
+def tangent_force(system: System, motion: Motion) -> Array:
+    """f - M u' less all that is quadratic in the velocities, (6n,), in (N, N m in body axes) of each body: what the
+    constraints have to balance. Raises SimulationError where a force has no finite value."""
+    pose = motion.pose
+    twist, change = motion.twist(pose), motion.change_of(pose)
+    ω, ω_dot = (body_rates(pose, moving)[:-1] for moving in (twist, change))
+    J = system.inertia
+    momentum = (J @ ω[..., None])[..., 0]
+    force = system.mass[:, None] * (system.gravity - change.velocity[:-1])
+    torque = -(J @ ω_dot[..., None])[..., 0] - np.cross(ω, momentum)
+    if system.forces is not None:
+        loads = applied(system, pose, twist, motion.t, motion.expected)
+        force, torque = force + loads.force[:-1], torque + loads.torque[:-1]
+    found = np.concatenate([force, torque], axis=1).ravel()
+    if system.reflected is not None:
+        rows = system.reflected.rows
+        s_ddot = set_velocity(rows, pose, change) + set_bias(rows, pose, twist)
+        g = row_motion(rows, motion.carried()).G.dense()
+        found = found - g.T @ (system.reflected.inertia * s_ddot)
+    return found
+
+
+def _inertia(system: System, motion: Motion) -> tuple[Blocks, Blocks, Blocks]:
+    """M, D and K of the bodies' own inertia."""
+    n, J = system.bodies, system.inertia
+    ω, ω_dot = (part.reshape(n, 6)[:, 3:] for part in (motion.u, motion.change))
+    spin = tilde(ω)
+    gyroscopic = spin @ J - tilde((J @ ω[..., None])[..., 0])
+    M, D, K = np.zeros((n, 6, 6)), np.zeros((n, 6, 6)), np.zeros((n, 6, 6))
+    M[:, :3, :3] = system.mass[:, None, None] * np.eye(3)
+    M[:, 3:, 3:] = J
+    D[:, 3:, 3:] = J @ spin + gyroscopic
+    K[:, 3:, 3:] = J @ tilde(ω_dot) + gyroscopic @ spin
+    return on_diagonal(M), on_diagonal(D), on_diagonal(K)
+
+
+def _reflected(system: System, motion: Motion, carried: Carried) -> tuple[Blocks, Blocks, Blocks]:
+    """The same of reflected inertias, which exert -I s'' on their coordinates."""
+    none = added(system.bodies, [])
+    if system.reflected is None:
+        return none, none, none
+    reflected, pose = system.reflected, motion.pose
+    g = row_motion(reflected.rows, carried)
+    s_ddot = set_velocity(reflected.rows, pose, motion.change_of(pose))
+    s_ddot = s_ddot + set_bias(reflected.rows, pose, motion.twist(pose))
+    inertia = reflected.inertia
+    bent = force_derivative(reflected.rows, carried, inertia * s_ddot)
+    return (
+        products(g.G, g.G, inertia),
+        products(g.G, g.G_dot, 2.0 * inertia),
+        added(system.bodies, [products(g.G, g.G_ddot, inertia), bent]),
+    )
+
+
+def _forces(system: System, motion: Motion, carried: Carried) -> tuple[Blocks, Blocks, Blocks]:
+    """The same of the scene's forces; gravity is constant in these coordinates."""
+    none = added(system.bodies, [])
+    if system.forces is None:
+        return none, none, none
+    forces, pose = system.forces, motion.pose
+    bound = forces.laws.coordinates
+    state = law_state(forces, pose, motion.twist(pose), motion.t, motion.expected)
+    stiffness, damping = law_slopes(forces, state, motion.t)
+    g = row_motion(bound, carried)
+    return (
+        none,
+        products(g.G, g.G, -damping),
+        added(
+            system.bodies,
+            [
+                products(g.G, g.G, -stiffness),
+                products(g.G, g.G_dot, -damping),
+                force_derivative(bound, carried, state.force).scaled(-1.0),
+                given_derivative(forces, pose, motion.t).scaled(-1.0),
+            ],
+        ),
+    )

@@ -1,0 +1,162 @@
+"""Eigenvalues λ of λ² M + λ D + K on the tangent space, dense: what is massless condensed, what is neutral split off.
+
+Without damping and gyroscopic terms the problem is symmetric, and LAPACK's symmetric solver keeps repeated modes apart;
+Rayleigh's quotients then restore the digits of the slow modes beside the fast ones. Otherwise QZ solves the pencil of
+the first order (Moler and Stewart 1973). A neutral direction, K z = 0, would be a double eigenvalue 0, which round-off
+splits into ±√ε: its position is taken out, and its velocity is the unknown.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from mbproj.arrays import Array, Numbers
+from mbproj.errors import InputError, Problem
+from mbproj.thresholds import THRESHOLDS
+
+#: Not 0: what nothing is divided by instead.
+TINY = 1e-150
+
+
+@dataclass(frozen=True, eq=False)
+class Reduced:
+    """M, D and K on the tangent space, (f, f), with K_size: what K's terms sum up to without their signs, so that what
+    is left of them can be told from round-off. `weighs` (w, f): rows that vanish on motions without mass."""
+
+    M: Array
+    D: Array
+    K: Array
+    D_size: Array
+    K_size: Array
+    weighs: Array
+
+
+@dataclass(frozen=True, eq=False)
+class Eigen:
+    """Eigenvalues (k,) in 1/s, one of each conjugate pair, and their vectors (f, k) in the coordinates of `Reduced`.
+    Those of neutral directions are 0, one for each direction."""
+
+    values: Numbers
+    vectors: Numbers
+
+
+def eigen(reduced: Reduced) -> Eigen:
+    """All finite eigenvalues, the slowest first. Raises InputError where a motion without mass is held by nothing."""
+    reduced, back = _condensed(reduced)
+    if not len(reduced.M):
+        return Eigen(np.zeros(0, dtype=complex), np.zeros((len(back), 0), dtype=complex))
+    found = _symmetric(reduced) if is_symmetric(reduced) else _by_qz(reduced)
+    order = np.argsort(np.abs(found.values), kind="stable")
+    return Eigen(found.values[order], back @ found.vectors[:, order])
+
+
+def is_symmetric(reduced: Reduced) -> bool:
+    """Whether there is neither damping nor gyroscopic force, and K is symmetric, but for round-off."""
+    limit = THRESHOLDS.linear_round_off
+    still = np.all(np.abs(reduced.D) <= limit * reduced.D_size)
+    return bool(still and np.abs(reduced.K - reduced.K.T).max() <= limit * max(reduced.K_size.max(), TINY))
+
+
+def _condensed(reduced: Reduced) -> tuple[Reduced, Array]:
+    """The same without motions that move no mass and lose no energy, which follow the others as K says; and how all
+    coordinates follow from those that are left."""
+    f = len(reduced.M)
+    _, σ, V = np.linalg.svd(reduced.weighs, full_matrices=True)
+    rank = int(np.count_nonzero(σ > THRESHOLDS.dependent))
+    U, light = V[:rank].T, V[rank:].T
+    limit = THRESHOLDS.linear_round_off * max(float(reduced.D_size.max(initial=0.0)), TINY)
+    if rank == f or max(np.abs(reduced.D @ light).max(), np.abs(light.T @ reduced.D).max()) > limit:
+        return reduced, np.eye(f)
+    held = light.T @ reduced.K @ light
+    sizes = np.abs(light).T @ reduced.K_size @ np.abs(light)
+    if np.linalg.svd(held, compute_uv=False)[-1] <= THRESHOLDS.linear_round_off * max(sizes.max(), TINY):
+        raise massless_and_free()
+    back = U - light @ np.linalg.solve(held, light.T @ reduced.K @ U)
+    left = U.T - (U.T @ reduced.K @ light) @ np.linalg.solve(held, light.T)
+    size = np.abs(left), np.abs(back)
+    return (
+        Reduced(
+            left @ reduced.M @ back,
+            left @ reduced.D @ back,
+            left @ reduced.K @ back,
+            size[0] @ reduced.D_size @ size[1],
+            size[0] @ reduced.K_size @ size[1],
+            np.eye(rank),
+        ),
+        back,
+    )
+
+
+def massless_and_free() -> InputError:
+    """A motion without mass that no force holds has no frequency, and no equation of motion."""
+    return InputError(
+        Problem(
+            "a motion moves no mass, and no force holds it: it has no frequency",
+            hint="`mbproj check` names it; give it mass, a spring, or joints that hold it",
+        )
+    )
+
+
+def _symmetric(reduced: Reduced) -> Eigen:
+    """λ² = -κ of K x = κ M x: a pair of imaginary eigenvalues, of which one is listed, or two real ones."""
+    from scipy.linalg import eigh
+
+    M, K = 0.5 * (reduced.M + reduced.M.T), 0.5 * (reduced.K + reduced.K.T)
+    _, vectors = eigh(K, M)
+    strain = np.einsum("ik,ij,jk->k", vectors, K, vectors, optimize=True)
+    κ = strain / np.einsum("ik,ij,jk->k", vectors, M, vectors, optimize=True)
+    size = np.einsum("ik,ij,jk->k", np.abs(vectors), reduced.K_size, np.abs(vectors), optimize=True)
+    none = np.abs(strain) <= THRESHOLDS.linear_round_off * size
+    κ = np.where(none | (np.abs(κ) <= THRESHOLDS.no_eigenvalue * np.abs(κ).max()), 0.0, κ)
+    grows = κ < 0.0
+    values = np.concatenate([np.where(grows, -1.0, 1j) * np.sqrt(np.abs(κ)), np.sqrt(-κ[grows])])
+    return Eigen(values.astype(complex), np.concatenate([vectors, vectors[:, grows]], axis=1).astype(complex))
+
+
+def _by_qz(reduced: Reduced) -> Eigen:
+    """With x = Z a + Y y, Z the neutral directions: the unknowns are y, y' and a'. Conjugates are left out."""
+    from scipy.linalg import eig
+
+    M, D, K = reduced.M, reduced.D, reduced.K
+    f = len(M)
+    Z, Y, conserved = _neutral(reduced)
+    z, y = Z.shape[1], Y.shape[1]
+    mass = max(float(np.abs(M).max()), TINY)
+    speed = max(float(np.sqrt(np.abs(K).max() / mass)), float(np.abs(D).max()) / mass, TINY)
+    E, A = np.zeros((2 * f - z, 2 * f - z)), np.zeros((2 * f - z, 2 * f - z))
+    E[:y, :y] = A[:y, y : 2 * y] = np.eye(y)
+    E[y:, y:] = speed * np.concatenate([M @ Y, M @ Z], axis=1)
+    A[y:, :y] = -K @ Y / speed
+    A[y:, y:] = -np.concatenate([D @ Y, D @ Z], axis=1)
+    (α, β), vectors = eig(A, E, homogeneous_eigvals=True)
+    finite = np.abs(β) > THRESHOLDS.linear_round_off * np.abs(α)
+    values = speed * α[finite] / β[finite]
+    vectors = vectors[:, finite]
+    kept = np.argsort(np.abs(values), kind="stable")[conserved:]
+    kept = kept[values[kept].imag >= -THRESHOLDS.linear_round_off * np.abs(values[kept])]
+    values, vectors = values[kept], vectors[:, kept]
+    grain = THRESHOLDS.linear_round_off * np.abs(values) + THRESHOLDS.no_eigenvalue * np.abs(values).max(initial=0.0)
+    values = np.where(np.abs(values.imag) <= grain, 0.0, 1j * values.imag) + np.where(
+        np.abs(values.real) <= grain, 0.0, values.real
+    )
+    with np.errstate(divide="ignore", invalid="ignore"):
+        drift = np.where(values == 0.0, 0.0, speed * vectors[2 * y :] / values)
+    moved = Y @ vectors[:y] + Z @ drift
+    zeros = np.zeros(z, dtype=complex)
+    return Eigen(np.concatenate([zeros, values]), np.concatenate([Z.astype(complex), moved], axis=1))
+
+
+def _neutral(reduced: Reduced) -> tuple[Array, Array, int]:
+    """Directions Z with K Z = 0 and those normal to them, and how many momenta along uᵀK = 0 nothing changes."""
+    U, σ, V = np.linalg.svd(reduced.K)
+    sizes = np.einsum("ik,ij,kj->k", np.abs(U), reduced.K_size, np.abs(V), optimize=True)
+    none = σ <= np.maximum(THRESHOLDS.linear_round_off * sizes, THRESHOLDS.no_eigenvalue * σ[0])
+    left = U[:, none]
+    momenta = left.T @ reduced.D
+    size = np.abs(left).T @ reduced.D_size
+    σ = np.linalg.svd(momenta, compute_uv=False)
+    limit = THRESHOLDS.linear_round_off * max(float(size.max(initial=0.0)), TINY)
+    conserved = left.shape[1] - int(np.count_nonzero(σ > limit))
+    return V[none].T, V[~none].T, conserved

@@ -1,0 +1,59 @@
+"""Linear equations in global axes, or in axes that turn with a rotating mechanism: coordinates in which a steady motion
+has constant coefficients.
+
+With ξ = P(t) η, P = diag(R, AᵀR) of each body and R' = Ω~ R, the equations in η follow with ξ' = P η' + P' η and ξ'' =
+ P η'' + 2 P' η' + P'' η. At the time at hand the axes are the global ones, R = 1.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from mbproj.arrays import Array
+from mbproj.dynamics.derivatives.blocks import Blocks, Rows, added, stacked
+from mbproj.dynamics.derivatives.linear_equations import LinearEquations, Motion
+from mbproj.dynamics.derivatives.row_derivatives import RowMotion, tilde
+
+
+def in_axes(equations: LinearEquations, motion: Motion, turning: Array) -> LinearEquations:
+    """The equations of virtual displacements (δr, δπ) in global axes, which turn with Ω (3,) in rad/s."""
+    P, P_dot, P_ddot = _axes(motion, turning)
+    M, D, K = equations.M, equations.D, equations.K
+    bodies, rows = M.bodies, equations.rows
+    return LinearEquations(
+        _between(M, P, P),
+        added(bodies, [_between(D, P, P), _between(M, P, P_dot).scaled(2.0)]),
+        added(bodies, [_between(K, P, P), _between(D, P, P_dot), _between(M, P, P_ddot)]),
+        RowMotion(
+            _on(rows.G, P),
+            _sum([_on(rows.G_dot, P), _on(rows.G, P_dot)]),
+            _sum([_on(rows.G_ddot, P), _on(rows.G_dot, 2.0 * P_dot), _on(rows.G, P_ddot)]),
+        ),
+    )
+
+
+def _axes(motion: Motion, turning: Array) -> tuple[Array, Array, Array]:
+    """P, P' and P'' of each body, (n, 6, 6)."""
+    A, A_dot, A_ddot = (np.swapaxes(part[:-1], -1, -2) for part in motion.carried().rotation)
+    spin = tilde(turning)
+    P, P_dot, P_ddot = np.zeros((3, len(A), 6, 6))
+    P[:, :3, :3], P_dot[:, :3, :3], P_ddot[:, :3, :3] = np.eye(3), spin, spin @ spin
+    P[:, 3:, 3:], P_dot[:, 3:, 3:] = A, A_dot + A @ spin
+    P_ddot[:, 3:, 3:] = A_ddot + 2.0 * A_dot @ spin + A @ spin @ spin
+    return P, P_dot, P_ddot
+
+
+def _between(matrix: Blocks, left: Array, right: Array) -> Blocks:
+    value = np.swapaxes(left, -1, -2)[matrix.row] @ matrix.value @ right[matrix.column]
+    return Blocks(matrix.bodies, matrix.row, matrix.column, value)
+
+
+def _on(rows: Rows, right: Array) -> Rows:
+    value = (rows.value[:, None, :] @ right[rows.body])[:, 0]
+    return Rows(rows.count, rows.bodies, rows.row, rows.body, value)
+
+
+def _sum(parts: list[Rows]) -> Rows:
+    """Rows of the same places, added."""
+    joined = stacked(parts[0].bodies, parts)
+    return Rows(parts[0].count, joined.bodies, joined.row % parts[0].count, joined.body, joined.value)

@@ -1,0 +1,176 @@
+"""Modes of a mechanism at a reference: eigenvalues with their shapes on the bodies, joint coordinates and energies."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from mbproj.arrays import Array, Numbers
+from mbproj.dynamics.derivatives.law_derivatives import law_slopes
+from mbproj.dynamics.derivatives.row_derivatives import row_motion
+from mbproj.dynamics.equations.forces import law_state
+from mbproj.errors import InputError, Problem
+from mbproj.linear.eigenvalues import eigen
+from mbproj.linear.reduction import projected
+from mbproj.linear.reference import Reference
+from mbproj.linear.sparse_modes import sparse_eigen
+from mbproj.model.primitive_set import PrimitiveSet
+from mbproj.model.system import System
+from mbproj.thresholds import THRESHOLDS
+
+#: What keeps potential energy beside the forces: weight, and forces that turn with their bodies.
+GRAVITY = "gravity and preload"
+
+
+@dataclass(frozen=True, eq=False)
+class Modes:
+    """k modes, the slowest first: eigenvalues λ (k,) in 1/s, one of each conjugate pair, those of neutral directions 0;
+    `shapes` (k, n, 6): the shift and small turn of each carrier in global axes, as large as the mechanism's length or
+    1 rad; `coordinates` (k, nc): what the joint coordinates do.
+
+    `kinetic` (k, b) and `strain` (k, e): parts of the modes' energies, of what `kinetic_names` and `strain_names` say.
+    `freedom` is the number of degrees of freedom, `turns` whether the tangent space turns along the motion."""
+
+    reference: Reference
+    eigenvalues: Numbers
+    shapes: Numbers
+    coordinates: Numbers
+    kinetic_names: tuple[str, ...]
+    kinetic: Array
+    strain_names: tuple[str, ...]
+    strain: Array
+    freedom: int
+    turns: bool
+
+    @property
+    def frequencies(self) -> Array:
+        """|Im λ| / 2π in Hz, (k,)."""
+        return np.abs(self.eigenvalues.imag) / (2.0 * np.pi)
+
+    @property
+    def damping_ratios(self) -> Array:
+        """-Re λ / |λ|, (k,); 0 of neutral directions."""
+        size = np.abs(self.eigenvalues)
+        return 0.0 - self.eigenvalues.real / np.where(size > 0.0, size, 1.0)
+
+    def slowest(self, count: int) -> Modes:
+        """The first so many."""
+        parts = ("eigenvalues", "shapes", "coordinates", "kinetic", "strain")
+        return replace(self, **{name: getattr(self, name)[:count] for name in parts})
+
+
+def modes(reference: Reference, count: int | None = None) -> Modes:
+    """All modes, or the `count` slowest. Raises InputError where a force has no slope there, or nothing holds a motion
+    without mass."""
+    refuse_kinks(reference)
+    if reference.system.bodies > THRESHOLDS.dense_modes:
+        few = sparse_eigen(reference, count or FEW)
+        return described(reference, few.values, few.vectors, few.freedom, turns=False)
+    here = projected(reference)
+    found = eigen(here.reduced)
+    size = float(np.abs(here.space.N).max(initial=0.0))
+    turns = bool(np.abs(here.N_dot).max(initial=0.0) > THRESHOLDS.linear_round_off * size)
+    every = described(reference, found.values, here.space.N @ found.vectors, here.space.freedom, turns=turns)
+    return every if count is None else every.slowest(count)
+
+
+#: Modes of a large mechanism, unless more are asked for.
+FEW = 10
+
+
+def described(reference: Reference, values: Numbers, ξ: Numbers, freedom: int, *, turns: bool) -> Modes:
+    """Modes from eigenvalues (k,) and virtual displacements (6n, k) in global axes, of any size."""
+    system, motion = reference.system, reference.motion
+    shapes = ξ.T.reshape(len(values), system.bodies, 6)
+    size = np.abs(shapes / ([system.length] * 3 + [1.0] * 3))
+    largest = size.reshape(len(values), -1).argmax(axis=1)
+    scale = np.take_along_axis(shapes.reshape(len(values), -1), largest[:, None], axis=1)[:, 0]
+    length = np.where(largest % 6 < 3, system.length, 1.0)
+    shapes = shapes * (length / np.where(scale == 0.0, 1.0, scale))[:, None, None]
+    in_body = shapes.copy()
+    in_body[..., 3:] = np.einsum("bji,kbj->kbi", motion.pose.rotation[:-1], shapes[..., 3:])
+    kinetic_names, kinetic = _kinetic(system, reference, in_body)
+    strain_names, strain = _strain(system, reference, in_body, values, kinetic)
+    return Modes(
+        reference,
+        values,
+        shapes,
+        _changes(system.coordinates, reference, in_body),
+        kinetic_names,
+        _shares(kinetic),
+        strain_names,
+        _shares(strain),
+        freedom,
+        turns,
+    )
+
+
+def _changes(bound: PrimitiveSet, reference: Reference, in_body: Numbers) -> Numbers:
+    """What the coordinates of a set do in each mode, (k, m)."""
+    g = row_motion(bound, reference.motion.carried()).G
+    found = np.zeros((bound.size, len(in_body)), dtype=complex)
+    np.add.at(found, g.row, np.einsum("eu,keu->ek", g.value, in_body[:, g.body]))
+    return found.T
+
+
+def _kinetic(system: System, reference: Reference, in_body: Numbers) -> tuple[tuple[str, ...], Array]:
+    """Twice the mean kinetic energy at unit speed, (k, b), and whose it is."""
+    shift, turn = in_body[..., :3], in_body[..., 3:]
+    own = system.mass * np.sum(np.abs(shift) ** 2, axis=-1)
+    own = own + np.einsum("kbi,bij,kbj->kb", turn.conj(), system.inertia, turn).real
+    if system.reflected is None:
+        return system.names.carriers, own
+    added = system.reflected.inertia * np.abs(_changes(system.reflected.rows, reference, in_body)) ** 2
+    names = system.names.forces[len(system.names.forces) - len(system.reflected.inertia) :]
+    return (*system.names.carriers, *names), np.concatenate([own, added], axis=1)
+
+
+def _strain(
+    system: System, reference: Reference, in_body: Numbers, values: Numbers, kinetic: Array
+) -> tuple[tuple[str, ...], Array]:
+    """The same of what forces along coordinates keep, (k, e); the rest is of gravity and of preload. Of a mode that
+    oscillates both energies have one mean, ½ |λ|² of the kinetic one at unit speed."""
+    total = np.abs(values) ** 2 * kinetic.sum(axis=1)
+    if system.forces is None or not system.forces.laws.size:
+        return (GRAVITY,), total[:, None]
+    laws = law_slopes_at(reference)[0]
+    change = _changes(system.forces.laws.coordinates, reference, in_body)
+    kept = -laws * np.abs(change) ** 2
+    rest = total - kept.sum(axis=1)
+    rest = np.where(np.abs(rest) <= 1e3 * THRESHOLDS.linear_round_off * np.abs(kept).sum(axis=1), 0.0, rest)
+    return (*system.forces.law_owners, GRAVITY), np.concatenate([kept, rest[:, None]], axis=1)
+
+
+def law_slopes_at(reference: Reference) -> tuple[Array, Array]:
+    """∂F/∂s and ∂F/∂s' of each law, (E,)."""
+    forces, motion = reference.system.forces, reference.motion
+    assert forces is not None
+    pose = motion.pose
+    return law_slopes(forces, law_state(forces, pose, motion.twist(pose), motion.t, motion.expected), motion.t)
+
+
+def refuse_kinks(reference: Reference) -> None:
+    """Raises InputError that names the forces which have no slope at the reference: two points that have met, say, or
+    the root of a square."""
+    forces = reference.system.forces
+    if forces is None:
+        return
+    slopes = law_slopes_at(reference)
+    bad = ~(np.isfinite(slopes[0]) & np.isfinite(slopes[1]))
+    problems = [
+        Problem(
+            f"force '{owner}' has no slope at this pose: it has no linear part",
+            hint="linearise beside the kink, or smooth the force",
+        )
+        for owner, is_bad in zip(forces.law_owners, bad, strict=True)
+        if is_bad
+    ]
+    if problems:
+        raise InputError(problems)
+
+
+def _shares(parts: Array) -> Array:
+    """Sizes as parts of their sum, row by row."""
+    size = np.abs(parts)
+    return np.asarray(size / np.maximum(size.sum(axis=1, keepdims=True), np.finfo(float).tiny), dtype=float)

@@ -1,0 +1,93 @@
+"""The motion that is linearised: its accelerations and multipliers, and by how much forces do not balance there."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from mbproj.arrays import Array
+from mbproj.dynamics.assembly.assemble import State, coordinate_values
+from mbproj.dynamics.derivatives.linear_equations import Motion, constraint_rows, mass_blocks, tangent_force
+from mbproj.dynamics.derivatives.tangent import tangent_velocities
+from mbproj.dynamics.equations.equations_of_motion import tangent_mass_matrix
+from mbproj.dynamics.equations.kinematics import pose_of, twist_of
+from mbproj.dynamics.equations.motions import drive_at
+from mbproj.dynamics.rank.right_hand_sides import tangent_gamma
+from mbproj.linear.bordered import Bordered, independent_rows
+from mbproj.linear.tangent_space import tangent_lengths, tangent_space
+from mbproj.model.system import System
+from mbproj.thresholds import THRESHOLDS
+
+
+@dataclass(frozen=True)
+class Imbalance:
+    """The largest force in N and torque in N m on a body that neither constraints nor a steady motion balance, and the
+    larger of both beside the largest that acts."""
+
+    force: float
+    torque: float
+    relative: float
+
+
+@dataclass(frozen=True, eq=False)
+class Reference:
+    """A motion with its multipliers λ (m,) of the joints' rows and then the motions'. `turning` (3,): Ω in rad/s of the
+    axes that turn with it. `where` it is: "start", "equilibrium", "steady", or a time."""
+
+    system: System
+    motion: Motion
+    multipliers: Array
+    imbalance: Imbalance
+    where: str
+    turning: Array
+
+    @property
+    def moves(self) -> bool:
+        """Whether anything moves faster than round-off."""
+        return bool(np.abs(self.motion.u).max(initial=0.0) > 0.0)
+
+
+def reference_at(system: System, state: State, where: str) -> Reference:
+    """The motion through a consistent state: the accelerations and multipliers are those of the equations of motion."""
+    pose = pose_of(state.q)
+    twist, u = twist_of(pose, state.v), tangent_velocities(pose, state.v)
+    expected = coordinate_values(system, pose) + 2.0 * np.pi * state.turns
+    still = Motion(state.t, state.q, u, np.zeros_like(u), expected)
+    γ = tangent_gamma(system, pose, twist, drive_at(system, state.t))
+    force = tangent_force(system, still)
+    solve = _by_bordered if system.bodies > THRESHOLDS.dense_modes else _by_tangent_space
+    change, multipliers, left = solve(system, still, force, γ)
+    motion = Motion(state.t, state.q, u, change, expected)
+    return Reference(system, motion, multipliers, imbalance(system, force, left), where, np.zeros(3))
+
+
+def _by_tangent_space(system: System, still: Motion, force: Array, γ: Array) -> tuple[Array, Array, Array]:
+    """u' (6n,), λ (m,), and the forces (6n,) that the tangent space leaves."""
+    space = tangent_space(system, constraint_rows(system, still).dense())
+    M, lengths = tangent_mass_matrix(system, still.pose), tangent_lengths(system)
+    held = space.pseudoinverse @ γ
+    free = space.N.T @ (force - M @ held)
+    change = held + space.N @ np.linalg.lstsq(space.N.T @ M @ space.N, free, rcond=1e-13)[0]
+    multipliers = space.pseudoinverse.T @ (force - M @ change)
+    return change, multipliers, space.N @ free / lengths**2
+
+
+def _by_bordered(system: System, still: Motion, force: Array, γ: Array) -> tuple[Array, Array, Array]:
+    """The same for large mechanisms, by sparse matrices."""
+    from scipy.sparse import diags
+
+    lengths, G, pose = tangent_lengths(system), constraint_rows(system, still), still.pose
+    rows = independent_rows(system, pose)
+    change, multipliers = Bordered(system, mass_blocks(system, still).sparse(), G, rows).solve(force, γ)
+    left = Bordered(system, diags(lengths**-2), G, rows).solve(force)[0]
+    return change, multipliers, left / lengths**2
+
+
+def imbalance(system: System, force: Array, left: Array) -> Imbalance:
+    """Of the forces (6n,) that act, of which constraints and a steady motion leave some, (6n,)."""
+    acting, left = np.abs(force.reshape(-1, 6)), left.reshape(-1, 6)
+    largest = max(float((acting[:, :3] * system.length).max(initial=0.0)), float(acting[:, 3:].max(initial=0.0)))
+    sizes = np.linalg.norm(left[:, :3], axis=1).max(initial=0.0), np.linalg.norm(left[:, 3:], axis=1).max(initial=0.0)
+    relative = max(float(sizes[0]) * system.length, float(sizes[1])) / max(largest, np.finfo(float).tiny)
+    return Imbalance(float(sizes[0]), float(sizes[1]), relative)

@@ -1,0 +1,56 @@
+"""The tangent space of the constraints at a pose: a null space matrix N of G, and how it changes along a motion.
+
+Lengths are measured in the mechanism's own. Rows may depend on each other: N is what all of them allow.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from mbproj.arrays import Array
+from mbproj.model.system import System
+from mbproj.thresholds import THRESHOLDS
+
+
+@dataclass(frozen=True, eq=False)
+class TangentSpace:
+    """N (6n, f), G N = 0, orthonormal where lengths are in units of the mechanism's length; and G⁺ (6n, m), which gives
+    the smallest ξ with Gξ = c, so that λ = (G⁺)ᵀ f is the smallest with Gᵀλ = f. `lengths` (6n,) are those units."""
+
+    N: Array
+    pseudoinverse: Array
+    lengths: Array
+
+    @property
+    def freedom(self) -> int:
+        """f, the degrees of freedom at this pose."""
+        return int(self.N.shape[1])
+
+    def along(self, G_dot: Array, G_ddot: Array) -> tuple[Array, Array]:
+        """N' and N'' where N changes as little as can be: G N' = -G' N and G N'' = -G'' N - 2 G' N', with N' normal to
+        N at all times, so that NᵀN'' = -N'ᵀN', lengths in the mechanism's own."""
+        N_dot = -self.pseudoinverse @ (G_dot @ self.N)
+        scaled = N_dot / self.lengths[:, None]
+        normal = -self.pseudoinverse @ (G_ddot @ self.N + 2.0 * G_dot @ N_dot)
+        return N_dot, normal - self.N @ (scaled.T @ scaled)
+
+
+def tangent_space(system: System, G: Array) -> TangentSpace:
+    """Of rows G (m, 6n) of the joints and then the motions."""
+    lengths = tangent_lengths(system)
+    scale = system.row_scale[system.bodies :]
+    rows = G * lengths / scale[:, None]
+    size = np.linalg.norm(rows, axis=1)
+    factor = np.where(size > THRESHOLDS.dependent, 1.0 / np.maximum(size, THRESHOLDS.dependent), 0.0)
+    U, σ, V = np.linalg.svd(rows * factor[:, None], full_matrices=True)
+    rank = int(np.count_nonzero(σ > THRESHOLDS.dependent))
+    N = lengths[:, None] * V[rank:].T
+    pseudoinverse = lengths[:, None] * (V[:rank].T / σ[:rank]) @ (U[:, :rank].T * (factor / scale))
+    return TangentSpace(N, np.asarray(pseudoinverse, dtype=float), lengths)
+
+
+def tangent_lengths(system: System) -> Array:
+    """The units of tangent coordinates, (6n,): the mechanism's length of shifts, 1 of turns."""
+    return np.tile([system.length] * 3 + [1.0] * 3, system.bodies)

@@ -1,0 +1,61 @@
+"""Modes traced over a parameter: root loci and Campbell diagrams. Each mode is followed from value to value."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from mbproj.arrays import Array, Numbers
+from mbproj.linear.modes import Modes
+
+
+@dataclass(frozen=True, eq=False)
+class Trace:
+    """Eigenvalues (p, j) at the p `values` of the parameter `name`, a column a mode; nan where it has none."""
+
+    name: str
+    values: Array
+    eigenvalues: Numbers
+
+
+def trace(name: str, values: Sequence[float], at: Callable[[float], Modes]) -> tuple[Trace, Modes]:
+    """The modes at each value, of which `at` computes them, and those of the last value."""
+    columns: list[list[complex]] = []
+    place: list[int] = []
+    before: Modes | None = None
+    for number, value in enumerate(values):
+        here = at(value)
+        place = _places(before, here, place, len(columns))
+        columns += [[np.nan] * number for _ in range(max(place, default=-1) + 1 - len(columns))]
+        found = dict(zip(place, here.eigenvalues.tolist(), strict=True))
+        for column, entries in enumerate(columns):
+            entries.append(found.get(column, complex(np.nan, np.nan)))
+        before = here
+    assert before is not None
+    eigenvalues = np.array(columns, dtype=complex).reshape(len(columns), len(values)).T
+    return Trace(name, np.array(values, dtype=float), eigenvalues), before
+
+
+def _places(before: Modes | None, here: Modes, place: list[int], columns: int) -> list[int]:
+    """The column of each mode: that of the mode before which it is most like, in its eigenvalue and its shape."""
+    if before is None:
+        return list(range(len(here.eigenvalues)))
+    from scipy.optimize import linear_sum_assignment
+
+    speed = np.abs(before.eigenvalues[:, None]) + np.abs(here.eigenvalues) + np.finfo(float).tiny
+    unlike = np.abs(before.eigenvalues[:, None] - here.eigenvalues) / speed + 1.0 - _likeness(before, here)
+    rows, chosen = linear_sum_assignment(unlike)
+    found = dict(zip(chosen.tolist(), (place[row] for row in rows), strict=True))
+    fresh = iter(range(columns, columns + len(here.eigenvalues)))
+    return [found[mode] if mode in found else next(fresh) for mode in range(len(here.eigenvalues))]
+
+
+def _likeness(before: Modes, here: Modes) -> Array:
+    """The modal assurance criterion of all pairs, 1 where shapes are alike (Allemang 2003)."""
+    length = here.reference.system.length
+    shapes = [each.shapes.reshape(len(each.shapes), -1, 6) / ([length] * 3 + [1.0] * 3) for each in (before, here)]
+    old, new = (shape.reshape(len(shape), -1) for shape in shapes)
+    sizes = np.sum(np.abs(old) ** 2, axis=1)[:, None] * np.sum(np.abs(new) ** 2, axis=1)
+    return np.asarray(np.abs(old.conj() @ new.T) ** 2 / np.maximum(sizes, np.finfo(float).tiny), dtype=float)

@@ -1,0 +1,105 @@
+"""The file of modes: the pose that is linearised, and of each mode its eigenvalue, shape and energies.
+
+A mode moves the bodies from the pose by Re(displacement · exp(λ t)): three shifts of a body's centre of mass in m and
+three components of a small turn in rad, in global axes.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, fields
+from pathlib import Path
+
+from mbproj.arrays import Array, Numbers
+from mbproj.results.linear.parts import Layout, Part, read, write
+from mbproj.results.provenance import Attribute
+from mbproj.scene.records import Scene
+
+GLOBAL = "global axes"
+LAYOUT = Layout(
+    "mbproj modes",
+    "a file of modes",
+    "mbproj modes SCENE",
+    (
+        Part("bodies", "bodies/names", ("n",), "1", "names of the bodies", kind="text"),
+        Part("position", "bodies/position", ("n", 3), "m", "centre of mass at the pose that is linearised", GLOBAL),
+        Part(
+            "orientation", "bodies/orientation", ("n", 4), "1", "Euler parameters there, scalar first, body to global"
+        ),
+        Part("coordinates", "joints/coordinate_names", ("nc",), "1", "names of the joint coordinates", kind="text"),
+        Part("coordinate_units", "joints/coordinate_units", ("nc",), "1", "their units, rad or m", kind="text"),
+        Part("coordinate", "joints/coordinate", ("nc",), "rad, m", "joint coordinates at the pose, turns counted"),
+        Part("names", "modes/names", ("k",), "1", "what moves most in each mode", kind="text"),
+        Part("eigenvalue", "modes/eigenvalue", ("k",), "1/s", "λ, one of each conjugate pair", kind="complex"),
+        Part("frequency", "modes/frequency", ("k",), "Hz", "|Im λ| / 2π"),
+        Part("damping_ratio", "modes/damping_ratio", ("k",), "1", "-Re λ / |λ|"),
+        Part(
+            "displacement",
+            "modes/displacement",
+            ("k", "n", 6),
+            "m, rad",
+            "shift and small turn of each body: it moves by Re(displacement · exp(λ t))",
+            GLOBAL,
+            "complex",
+        ),
+        Part(
+            "coordinate_shape",
+            "modes/coordinate",
+            ("k", "nc"),
+            "rad, m",
+            "change of each joint coordinate",
+            kind="complex",
+        ),
+        Part("kinetic_names", "modes/kinetic_names", ("b",), "1", "what has kinetic energy", kind="text"),
+        Part("kinetic_share", "modes/kinetic_share", ("k", "b"), "1", "share of each in the mode's kinetic energy"),
+        Part("strain_names", "modes/strain_names", ("e",), "1", "what keeps energy, and gravity", kind="text"),
+        Part("strain_share", "modes/strain_share", ("k", "e"), "1", "share of each in the mode's potential energy"),
+        Part("varied", "traces/parameter", ("v",), "1", "the parameter that was varied; none without", kind="text"),
+        Part("trace_value", "traces/value", ("p",), "1", "its values"),
+        Part("trace", "traces/eigenvalue", ("p", "j"), "1/s", "λ at each, a column a mode; nan: none", kind="complex"),
+    ),
+)
+
+
+@dataclass(frozen=True, eq=False)
+class StoredModes:
+    """What the file holds, field by field as in `LAYOUT`: n bodies, nc joint coordinates, k modes. `where` it is
+    linearised, at `time` in s; `axes` names the coordinates; `notes` are for the reader; `title` is the scene's."""
+
+    bodies: Sequence[str]
+    position: Array
+    orientation: Array
+    coordinates: Sequence[str]
+    coordinate_units: Sequence[str]
+    coordinate: Array
+    names: Sequence[str]
+    eigenvalue: Numbers
+    frequency: Array
+    damping_ratio: Array
+    displacement: Numbers
+    coordinate_shape: Numbers
+    kinetic_names: Sequence[str]
+    kinetic_share: Array
+    strain_names: Sequence[str]
+    strain_share: Array
+    varied: Sequence[str]
+    trace_value: Array
+    trace: Numbers
+    where: str
+    time: float
+    title: str
+    notes: str = ""
+
+
+def write_modes(path: Path, modes: StoredModes, scene: Scene, *, force: bool = False) -> Path:
+    """Writes `modes.h5`."""
+    attributes: dict[str, Attribute] = {name: getattr(modes, name) for name in ("where", "time", "title", "notes")}
+    values = {field.name: getattr(modes, field.name) for field in fields(StoredModes)}
+    return write(path, LAYOUT, values, attributes, scene, force=force)
+
+
+def read_modes(path: Path) -> StoredModes:
+    """Reads `modes.h5`. Raises InputError where it is not one, or damaged."""
+    values, attributes = read(path, LAYOUT)
+    where, title, notes = (str(attributes.get(name, "")) for name in ("where", "title", "notes"))
+    return StoredModes(**values, where=where, time=float(attributes.get("time", 0.0)), title=title, notes=notes)

@@ -1,0 +1,142 @@
+"""A file as a table of parts: each a field of a record, with where it stands, its shape, its unit and what it is.
+
+What is complex stands in two datasets, "<path>_real" and "<path>_imag", which every reader of HDF5 knows.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import h5py
+import numpy as np
+import numpy.typing as npt
+
+from mbproj.errors import InputError, Problem
+from mbproj.outputs import hdf5, replacing
+from mbproj.results.file.checksums import crc32, stamp, stamp_attributes
+from mbproj.results.file.contents import Contents
+from mbproj.results.file.opening import open_rehearsed
+from mbproj.results.provenance import Attribute, create_text, root_attributes, write_scene
+from mbproj.scene.records import Scene
+
+VERSION = 1
+
+
+@dataclass(frozen=True)
+class Part:
+    """The field `name` of a record at `path`. `shape`: numbers, or symbols, which mean one number throughout the file;
+    a `kind` "text" is a list of texts."""
+
+    name: str
+    path: str
+    shape: tuple[str | int, ...]
+    unit: str
+    description: str
+    frame: str | None = None
+    kind: str = "real"
+
+
+@dataclass(frozen=True)
+class Layout:
+    """What a file of this `format` holds, `what` it is called, and what writes it."""
+
+    format: str
+    what: str
+    writer: str
+    parts: tuple[Part, ...]
+
+
+def write(
+    path: Path,
+    layout: Layout,
+    values: Mapping[str, Any],
+    attributes: Mapping[str, Attribute],
+    scene: Scene,
+    *,
+    force: bool = False,
+) -> Path:
+    """Writes the parts; a file of the same format is replaced."""
+    with (
+        replacing(path, hdf5(layout.format), force=force) as draft,
+        h5py.File(draft, "w", libver=("v110",) * 2) as file,
+    ):
+        file.attrs.update({**root_attributes(), "format": layout.format, "schema_version": VERSION})
+        file.attrs.update(
+            {"status": "complete", **{key: value for key, value in attributes.items() if value is not None}}
+        )
+        write_scene(file, scene)
+        for part in layout.parts:
+            _write_part(file, part, values[part.name])
+        stamp_attributes(file)
+    return path
+
+
+def _write_part(file: h5py.File, part: Part, value: Any) -> None:
+    if part.kind == "text":
+        create_text(file, part.path, list(value), part.description)
+        return
+    numbers = np.asarray(value)
+    halves = {"": numbers} if part.kind == "real" else {"_real": numbers.real, "_imag": numbers.imag}
+    for ending, half in halves.items():
+        data = np.ascontiguousarray(half, dtype="f8")
+        created = file.create_dataset(part.path + ending, data=data)
+        stamp(created, crc32(data))
+        created.attrs.update({"units": part.unit, "description": part.description})
+        if part.frame:
+            created.attrs["frame"] = part.frame
+
+
+def read(path: Path, layout: Layout) -> tuple[dict[str, Any], dict[str, Any]]:
+    """The parts by their names, and the attributes. Raises InputError where the file is not of this format, damaged, or
+    holds names that are not."""
+    if not path.exists():
+        raise InputError(Problem(f"there is no file '{path}'", hint=f"write it with: {layout.writer} -o {path}"))
+    with open_rehearsed(path, lambda contents: _read(contents, layout)) as contents:
+        return _read(contents, layout), dict(contents.attributes())
+
+
+def format_of(path: Path) -> object:
+    """The format that an HDF5 file names; None where it is not a file of ours."""
+    with open_rehearsed(path) as contents:
+        return contents.attributes().get("format")
+
+
+def _read(contents: Contents, layout: Layout) -> dict[str, Any]:
+    attributes = contents.attributes()
+    if attributes.get("format") != layout.format:
+        hint = f"write it with: {layout.writer}"
+        raise InputError(Problem(f"'{contents.path}' is not {layout.what} of mbproj", hint=hint))
+    if attributes.get("schema_version") != VERSION:
+        said = (
+            f"'{contents.path}' has schema version {attributes.get('schema_version')}, and this mbproj reads {VERSION}"
+        )
+        raise InputError(Problem(said, hint=f"write it again with: {layout.writer}"))
+    sizes: dict[str, int] = {}
+    return {part.name: _read_part(contents, part, sizes) for part in layout.parts}
+
+
+def _read_part(contents: Contents, part: Part, sizes: dict[str, int]) -> Any:
+    if part.kind == "text":
+        texts = contents.texts(part.path)
+        _check(contents, part, (len(texts),), sizes)
+        for text in texts:
+            if not text.isprintable():
+                raise contents.damaged(part.path, f"has {text!r}, which is no name")
+        return texts
+    wanted = tuple(sizes.get(axis) if isinstance(axis, str) else axis for axis in part.shape)
+    if part.kind == "real":
+        value: npt.NDArray[Any] = contents.array(part.path, wanted)
+    else:
+        value = contents.array(f"{part.path}_real", wanted) + 1j * contents.array(f"{part.path}_imag", wanted)
+    _check(contents, part, value.shape, sizes)
+    return value
+
+
+def _check(contents: Contents, part: Part, shape: Sequence[int], sizes: dict[str, int]) -> None:
+    """One symbol means one number."""
+    for axis, found in zip(part.shape, shape, strict=True):
+        if isinstance(axis, str) and sizes.setdefault(axis, found) != found:
+            raise contents.damaged(part.path, f"has {found} entries where {sizes[axis]} are due")
