@@ -80,6 +80,7 @@ FOLDERS = {
         "measure",
         "variants",
         "batch",
+        "sweep",
         "certify",
         "compare",
         "paper",
@@ -107,7 +108,6 @@ FEWEST_LINES = 25
 #: Files of the package that may be shorter, and why.
 SHORT_FILES = {
     "cli/report/notes.py": "the notes of all commands on a scene",
-    "cli/report/table.py": "the one table that every report prints",
     "dynamics/equations/energy.py": "one equation of the paper, Eq. 16",
     "outputs/escapes.py": "a rule of safety, imported alone",
     "projection/methods/gopm.py": "a method is a file",

@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from math import inf
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from mbproj.analysis.observed import is_unique, series
+from mbproj.analysis.observed import Samples, is_unique, series
 from mbproj.arrays import Array
 from mbproj.results import Results
 from mbproj.scene.records import Expectation
@@ -70,20 +70,33 @@ def outcomes(expectations: Iterable[Expectation], results: Results) -> list[Outc
 
 def outcome(expectation: Expectation, results: Results) -> Outcome:
     """The outcome of one expectation on the samples of `results`."""
-    time = results.time
-    if not len(time):
+    found = measured(expectation, results, results.settings.duration)
+    if found is None:
         return Outcome(expectation)
-    values = _components(expectation, series(expectation, results))
-    row = _row(expectation, time, values, results.settings.duration)
-    if row is None:
-        return Outcome(expectation)
-    measured, unique = values[row], is_unique(expectation, results)
+    values, time, unique = found.values, found.time, is_unique(expectation, results)
     if expectation.value is None:
-        return Outcome(expectation, _plain(measured), float(time[row]), unique=unique)
+        return Outcome(expectation, _plain(values), time, unique=unique)
     exact = np.array(expectation.value)
-    if expectation.quantity == "orientation" and measured @ exact < 0.0:  # q and -q are one orientation
-        measured = -measured
-    return Outcome(expectation, _plain(measured), float(time[row]), float(np.abs(measured - exact).max()), unique)
+    if expectation.quantity == "orientation" and values @ exact < 0.0:  # q and -q are one orientation
+        values = -values
+    return Outcome(expectation, _plain(values), time, float(np.abs(values - exact).max()), unique)
+
+
+class Measured(NamedTuple):
+    """The components (k,) that an expectation or a measure asks for, and the time (s) of their sample."""
+
+    values: Array
+    time: float
+
+
+def measured(expectation: Expectation, samples: Samples, duration: float | None) -> Measured | None:
+    """What the samples of a run over `duration` in s have of it; None where they have no sample at that time."""
+    time = samples["time"]
+    if not len(time):
+        return None
+    values = _components(expectation, series(expectation, samples))
+    row = _row(expectation, time, values, duration)
+    return None if row is None else Measured(values[row], float(time[row]))
 
 
 def _components(expectation: Expectation, values: Array) -> Array:

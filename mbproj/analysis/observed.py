@@ -1,11 +1,14 @@
-"""The quantity that an expectation is about, over all samples of a run."""
+"""The quantity that an expectation or a measure is about, over all samples of a run: recorded in a file, or kept in
+memory."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Sequence
 from math import inf
+from typing import Any, Protocol
 
 import numpy as np
+import numpy.typing as npt
 
 from mbproj.analysis.energy import exchanged
 from mbproj.analysis.reactions import REACTIONS
@@ -13,11 +16,36 @@ from mbproj.arrays import Array
 from mbproj.results import Results
 from mbproj.scene.records import Expectation
 
+#: The names of the columns by what is observed, and where its samples stand.
+PLACES = {"marker": "markers", "body": "bodies", "joint": "joints", "force": "forces", "motion": "motions"}
+ENERGIES = ("diagnostics/kinetic_energy", "diagnostics/potential_energy")
+BALANCE = "diagnostics/energy_balance"
 
-def series(expectation: Expectation, results: Results) -> Array:
+
+class Samples(Protocol):
+    """What has the samples of a run: `Results`, for example."""
+
+    def __getitem__(self, path: str, /) -> npt.NDArray[Any]:
+        """The array of a dataset of the results' layout."""
+
+    def names(self, kind: str) -> Sequence[str]:
+        """The names of the columns by kind, as "markers"."""
+
+
+def series(expectation: Expectation, samples: Samples) -> Array:
     """All samples of the quantity that the expectation names: (T, k), k components."""
-    found = _SERIES[expectation.of](results, expectation.item, expectation.quantity)
-    return np.asarray(found, dtype=float).reshape(len(results.time), -1)
+    time = samples["time"]
+    found = _diagnostic(expectation, samples) if expectation.of == "diagnostic" else _column(expectation, samples)
+    return np.asarray(found, dtype=float).reshape(len(time), -1)
+
+
+def datasets(expectation: Expectation, coordinates: Sequence[str]) -> tuple[str, ...]:
+    """The paths of the datasets that `series` needs beside the time; `coordinates` are the names of the joints'."""
+    if expectation.of != "diagnostic":
+        return (_place(expectation, coordinates)[0],)
+    if expectation.quantity == "energy_drift_relative":
+        return (BALANCE, *ENERGIES)
+    return (BALANCE if expectation.quantity == "energy_drift" else f"diagnostics/{expectation.quantity}",)
 
 
 def is_unique(expectation: Expectation, results: Results) -> bool:
@@ -27,36 +55,39 @@ def is_unique(expectation: Expectation, results: Results) -> bool:
     marks = results.constant(f"joints/{expectation.quantity}_unique")
     if marks is None:
         return True
-    mine = marks[results.names("joints").index(expectation.item)]
-    return bool(mine["xyz".index(expectation.component)] if expectation.component in ("x", "y", "z") else mine.all())
+    return unique_in(expectation, marks[results.names("joints").index(expectation.item)])
 
 
-def _of_joint(results: Results, joint: str, quantity: str) -> Array:
-    for name in results.names("coordinates"):
-        if name == f"{joint}.{quantity}":
-            return results.coordinate(name).value
-        if f"{name}_speed" == f"{joint}.{quantity}":
-            return results.coordinate(name).speed
-    values: Array = getattr(results.joint(joint), quantity)
-    return values
+def unique_in(expectation: Expectation, marks: npt.NDArray[np.bool_]) -> bool:
+    """Whether it is among the components of its joint's reaction (3,) that are unique."""
+    return bool(marks["xyz".index(expectation.component)] if expectation.component in ("x", "y", "z") else marks.all())
 
 
-def _diagnostic(results: Results, name: str, _: str) -> Array:
-    """A series of the file, or the energy balance's size, in J or as a part of the energy that the run exchanged."""
+def _place(expectation: Expectation, coordinates: Sequence[str]) -> tuple[str, str, str]:
+    """The path of the dataset, and the kind and the name of the column."""
+    item, quantity = expectation.item, expectation.quantity
+    if expectation.of == "joint":
+        for name in coordinates:
+            if f"{item}.{quantity}" in (name, f"{name}_speed"):
+                path = "joints/coordinate" if name == f"{item}.{quantity}" else "joints/speed"
+                return path, "coordinates", name
+    kind = PLACES[expectation.of]
+    return f"{kind}/{quantity}", kind, item
+
+
+def _column(expectation: Expectation, samples: Samples) -> npt.NDArray[Any]:
+    path, kind, name = _place(expectation, samples.names("coordinates"))
+    found: npt.NDArray[Any] = samples[path][:, list(samples.names(kind)).index(name)]
+    return found
+
+
+def _diagnostic(expectation: Expectation, samples: Samples) -> Array:
+    """A series of the run, or the energy balance's size, in J or as a part of the energy that the run exchanged."""
+    name = expectation.quantity
     if not name.startswith("energy_drift"):
-        return results[f"diagnostics/{name}"]
-    balance: Array = np.abs(results["diagnostics/energy_balance"])
+        return samples[f"diagnostics/{name}"]
+    balance: Array = np.abs(samples[BALANCE])
     if name == "energy_drift":
         return balance
-    size = exchanged(results["diagnostics/kinetic_energy"], results["diagnostics/potential_energy"])
+    size = exchanged(*(samples[path] for path in ENERGIES))
     return np.where(balance == 0.0, 0.0, balance / size if size else inf)
-
-
-_SERIES: Mapping[str, Callable[[Results, str, str], Array]] = {
-    "marker": lambda results, name, quantity: getattr(results.marker(name), quantity),
-    "body": lambda results, name, quantity: getattr(results.body(name), quantity),
-    "joint": _of_joint,
-    "force": lambda results, name, quantity: getattr(results.force(name), quantity),
-    "motion": lambda results, name, quantity: getattr(results.motion(name), quantity),
-    "diagnostic": _diagnostic,
-}

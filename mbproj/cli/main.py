@@ -46,6 +46,7 @@ GROUPS: Mapping[str, Mapping[str, str]] = MappingProxyType(
         },
         "Automate": {
             "batch": "Runs many scenes and checks what they expect.",
+            "sweep": "Runs a family of mechanisms and tabulates it.",
             "schema": "Prints the JSON Schema of scenes for editors.",
         },
         "Learn": {
@@ -58,7 +59,7 @@ GROUPS: Mapping[str, Mapping[str, str]] = MappingProxyType(
 )
 COMMANDS = tuple(name for names in GROUPS.values() for name in names)
 #: Commands that run many simulations, in `mbproj.cli.studies`; the others are in `mbproj.cli.commands`.
-STUDIES = frozenset({"batch", "compare", "paper", "recommend", "stability", "threshold", "tradeoff", "verify"})
+STUDIES = frozenset({"batch", "compare", "paper", "recommend", "stability", "sweep", "threshold", "tradeoff", "verify"})
 
 #: Commands on equilibria, modes and linear models, in `mbproj.cli.linear`.
 LINEAR = frozenset({"modes"})

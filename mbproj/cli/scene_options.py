@@ -73,7 +73,12 @@ def scene_options(command: Command) -> Command:
     for part, name, metavar, text in reversed(_OPTIONS):
         command = option(part, name, metavar=metavar, help=text, shell_complete=one_of(_words(metavar)))(command)
     command = option(
-        Part.WHAT, "--set", "settings", multiple=True, metavar="NAME=VALUE", help="Change a parameter of the scene."
+        Part.WHAT,
+        "--set",
+        "settings",
+        multiple=True,
+        metavar="NAME=VALUE",
+        help="Change a parameter, or any value by its path.",
     )(command)
     return click.argument("scene", type=scene_file())(command)
 

@@ -27,7 +27,12 @@ until = option(
     Part.WHAT, "--until", type=Positive("s"), metavar="TIME", help="End of the study [default: the duration]."
 )
 changes = option(
-    Part.WHAT, "--set", "changes", multiple=True, metavar="NAME=VALUE", help="Change a parameter of the scene."
+    Part.WHAT,
+    "--set",
+    "changes",
+    multiple=True,
+    metavar="NAME=VALUE",
+    help="Change a parameter, or any value by its path.",
 )
 repeat = option(
     Part.EFFORT,
@@ -36,6 +41,14 @@ repeat = option(
     show_default=True,
     type=click.IntRange(1),
     help="How often each setting is timed.",
+)
+jobs = option(
+    Part.EFFORT,
+    "-j",
+    "--jobs",
+    type=click.IntRange(min=1),
+    metavar="N",
+    help="Processes at the same time [default: one per processor].",
 )
 fresh = option(Part.EFFORT, "--fresh", is_flag=True, help="Start over: use nothing of an earlier study.")
 

@@ -99,7 +99,7 @@ def _ends(path: Path) -> tuple[bytes, bytes]:
         return head, file.read(END)
 
 
-JUNIT = Kind("a JUnit report", _begins_with(b'<testsuites name="mbproj batch"'))
+JUNIT = Kind("a JUnit report", _begins_with(b'<testsuites name="mbproj '))
 SCENE_SCHEMA = Kind("a schema", _begins_with(b'"title": "mbproj scene"'))
 #: A scene is its author's, whoever wrote its first version: it is never ours to replace.
 SCENE = Kind("a scene to replace", lambda path: False)

@@ -10,14 +10,14 @@ from typing import Any
 from mbproj.errors import InputError, Place, Problem
 from mbproj.scene.blocks.coordinates import coordinates_in
 from mbproj.scene.blocks.expectation_checks import expectations_of, unsampled
-from mbproj.scene.blocks.parameters import override
 from mbproj.scene.blocks.simulation import SIMULATION
 from mbproj.scene.fields.reading import Reading, in_text_order
 from mbproj.scene.grammar import SCENE
 from mbproj.scene.records import Force, Joint, JointForce, KeyPath, Scene, Settings
 from mbproj.scene.settings import Merged, check_settings, flatten, merge, read_options, settings_of
+from mbproj.scene.text.changes import Change, changed
 from mbproj.scene.text.document import compose
-from mbproj.scene.text.nodes import MappingNode, ScalarNode, as_mapping, describe
+from mbproj.scene.text.nodes import MappingNode, ScalarNode, as_mapping, describe, flow
 from mbproj.scene.text.source import MAX_BYTES, read_text
 
 #: The blocks whose items other items name.
@@ -30,10 +30,11 @@ def read_scene(
 ) -> Scene:
     """The scene in the file at `path`.
 
-    `parameters` replaces parameters of the scene (text of an expression, or a number). `simulation` replaces settings,
-    by the names in `simulation.OPTIONS`; None is as if not given. Raises InputError with every problem, in text order.
+    `parameters` replaces parameters of the scene, or any value by its path, as "bodies.bar1.mass" (text of an
+    expression, or a number). `simulation` replaces settings, by the names in `simulation.OPTIONS`; None is as if not
+    given. Raises InputError with every problem, in text order.
     """
-    return _read(read_text(Path(path)), str(path), Path(path), parameters, simulation)
+    return SceneText(read_text(Path(path)), str(path), Path(path)).scene(parameters, simulation)
 
 
 def read_scene_text(
@@ -45,41 +46,55 @@ def read_scene_text(
     """The scene in `text`, which messages call `name`; otherwise as `read_scene`."""
     if len(text) > MAX_BYTES:
         raise InputError(Problem(f"the text is longer than {MAX_BYTES // 1_000_000} million characters", Place(name)))
-    return _read(text.removeprefix("\ufeff"), name, None, parameters, simulation)
+    return SceneText(text.removeprefix("\ufeff"), name).scene(parameters, simulation)
 
 
-def _read(
-    text: str, name: str, path: Path | None, parameters: Mapping[str, object], simulation: Mapping[str, object]
-) -> Scene:
-    root, problems = compose(text, name)
-    if not isinstance(root, MappingNode):
-        wrong = f"a scene is a mapping of keys, found {describe(root)}"
-        raise InputError(in_text_order([*problems, Problem(wrong, root.place, "it begins with 'mbproj: 1'")]))
-    root, wrong_overrides = override(root, parameters)
-    reading = Reading(items=_items(root), places={(): root.place}, problems=[*problems, *wrong_overrides])
-    found = SCENE.read(root, (), reading)
-    settings = _settings(root, simulation, reading)
-    if found is not None:
-        _check_times(found, reading)
-    if reading.problems or found is None or settings is None:
-        raise InputError(in_text_order(reading.problems))
-    return Scene(
-        title=found.get("title", ""),
-        gravity=found["gravity"],
-        bodies=tuple(found["bodies"].values()),
-        joints=tuple(_connected(found.get("joints", {}))),
-        forces=tuple(_on_coordinates(found.get("forces", {}), found.get("joints", {}))),
-        motions=tuple(found.get("motions", {}).values()),
-        markers=tuple(found.get("markers", {}).values()),
-        expectations=tuple(expectations_of(found)),
-        parameters=found.get("parameters", {}),
-        settings=settings,
-        text=text,
-        path=path,
-        overrides={key: _written(value) for key, value in parameters.items()},
-        places=reading.places,
-        notes=tuple(in_text_order(reading.notes)),
-    )
+class SceneText:
+    """A scene's text, taken apart once, from which scenes with other values are read: `scene` reads no YAML again.
+
+    Messages call it `name`. Raises InputError where it is no YAML, or no mapping."""
+
+    def __init__(self, text: str, name: str, path: Path | None = None) -> None:
+        root, self._problems = compose(text, name)
+        if not isinstance(root, MappingNode):
+            wrong = f"a scene is a mapping of keys, found {describe(root)}"
+            problem = Problem(wrong, root.place, "it begins with 'mbproj: 1'")
+            raise InputError(in_text_order([*self._problems, problem]))
+        self.root, self.text, self.path = root, text, path
+
+    def units(self) -> Mapping[KeyPath, str]:
+        """The SI units of the scene's numbers, by their paths, where they are known."""
+        reading = Reading(items=_items(self.root), places={(): self.root.place})
+        SCENE.read(self.root, (), reading)
+        return reading.units
+
+    def scene(self, parameters: Mapping[str, object] = _NOTHING, simulation: Mapping[str, object] = _NOTHING) -> Scene:
+        """The scene with these changes, as `read_scene` takes them."""
+        root, wrong_changes = changed(self.root, parameters)
+        reading = Reading(items=_items(root), places={(): root.place}, problems=[*self._problems, *wrong_changes])
+        found = SCENE.read(root, (), reading)
+        settings = _settings(root, simulation, reading)
+        if found is not None and not any(path.split(".")[0] == "simulation" for path in parameters):
+            _check_times(found, reading)
+        if reading.problems or found is None or settings is None:
+            raise InputError(in_text_order(reading.problems))
+        return Scene(
+            title=found.get("title", ""),
+            gravity=found["gravity"],
+            bodies=tuple(found["bodies"].values()),
+            joints=tuple(_connected(found.get("joints", {}))),
+            forces=tuple(_on_coordinates(found.get("forces", {}), found.get("joints", {}))),
+            motions=tuple(found.get("motions", {}).values()),
+            markers=tuple(found.get("markers", {}).values()),
+            expectations=tuple(expectations_of(found)),
+            parameters=found.get("parameters", {}),
+            settings=settings,
+            text=self.text,
+            path=self.path,
+            overrides={key: _written(value) for key, value in parameters.items()},
+            places=reading.places,
+            notes=tuple(in_text_order(reading.notes)),
+        )
 
 
 def _connected(joints: Mapping[str, Joint]) -> Iterator[Joint]:
@@ -131,5 +146,7 @@ def _settings(root: MappingNode, options: Mapping[str, object], reading: Reading
 
 
 def _written(value: object) -> str:
-    """An override as text that reads the same."""
+    """A change as text that reads the same."""
+    if isinstance(value, Change):
+        return flow(value.node)
     return value if isinstance(value, str) else repr(value)

@@ -8,6 +8,7 @@ are used: 4 ε, 2π, the coefficients of a method, and how many rows a message s
 from __future__ import annotations
 
 from dataclasses import dataclass, fields
+from functools import cache
 from typing import Any, NamedTuple, final
 
 from mbproj.thresholds.closing import Closing
@@ -55,4 +56,9 @@ def table() -> list[Row]:
 
 def of_the_kernel(thresholds: Thresholds = THRESHOLDS) -> dict[str, Any]:
     """Those that the kernel uses, by name."""
-    return {row.name: getattr(thresholds, row.name) for row in table() if row.used_by != "numpy"}
+    return {name: getattr(thresholds, name) for name in _kernel_names()}
+
+
+@cache
+def _kernel_names() -> tuple[str, ...]:
+    return tuple(row.name for row in table() if row.used_by != "numpy")

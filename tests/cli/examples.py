@@ -16,7 +16,7 @@ from mbproj.mechanisms_folder import mechanism, validation_scenes
 from tests.cli.commands import mbproj
 
 #: These run many simulations: scripts/run_guide.py runs their examples, the tests only read them.
-LONG = ("stability", "recommend", "compare", "tradeoff", "threshold", "batch", "paper")
+LONG = ("stability", "recommend", "compare", "tradeoff", "threshold", "batch", "sweep", "paper")
 
 
 def named(name: str) -> tuple[Command, click.Context]:
@@ -35,9 +35,19 @@ def examples(*, long: bool) -> Iterator[tuple[str, list[str]]]:
                 yield name, shlex.split(line)[1:]
 
 
+#: What `sweep` runs.
+SWEEP = """\
+sweep: 1
+scene: five_bar.yaml
+vary: {length: [0.9, 1.1], simulation.duration: 1 s}
+measure: {tip: {marker: tip, quantity: position, at: end, component: z}}
+"""
+
+
 def fill(folder: Path) -> None:
-    """Writes the files: a copy of the five-bar and of two scenes of the validation, and results of runs."""
+    """Writes the files: a copy of the five-bar and of two scenes of the validation, a sweep, and results of runs."""
     shutil.copy(mechanism("five_bar"), folder)
+    (folder / "lengths.yaml").write_text(SWEEP, encoding="utf-8")
     (folder / "validation").mkdir()
     for scene in validation_scenes()[:2]:
         shutil.copy(scene, folder / "validation")

@@ -1,6 +1,6 @@
 """The fenced blocks of a page of the guide, and running them in the order in which a reader meets them.
 
-- ```` ```yaml NAME.yaml ````: saved as NAME.yaml; it has to be read as a scene.
+- ```` ```yaml NAME.yaml ````: saved as NAME.yaml; it has to be read as a scene, or as a sweep where it is one.
 - ```` ```yaml ````: a part of a scene; with the last scene saved before, or a pendulum, it has to be read.
 - ```` ```console ````: lines that begin with `$ ` are commands; what follows is what they print, where `...` stands
   for what is left out. Numbers may differ. `exit N` after the language: the exit code of the last command, 0 otherwise.
@@ -23,6 +23,7 @@ import yaml
 
 from mbproj.guide.pages import Page
 from mbproj.scene import read_scene_text
+from mbproj.studies.sweep.spec import read_spec
 from tests.cli.commands import mbproj
 from tests.support import ROOT
 
@@ -64,7 +65,10 @@ def run_page(page: Page, folder: Path, *, slow: bool = False) -> None:
         assert fence.language in LANGUAGES, f"{where}: no known language"
         if "slow" in fence.words and not slow:
             continue
-        if fence.language == "yaml" and fence.words:
+        if fence.language == "yaml" and fence.text.startswith("sweep:"):
+            (folder / fence.words[0]).write_text(fence.text, encoding="utf-8")
+            read_spec(folder / fence.words[0])
+        elif fence.language == "yaml" and fence.words:
             (folder / fence.words[0]).write_text(fence.text, encoding="utf-8")
             read_scene_text(scene := fence.text)
         elif fence.language == "yaml":

@@ -38,3 +38,11 @@ def keep(study: str, item: int) -> None:
 
     for part in range(20):
         database.write(study, f"{item}-{part}", encoded([item, part]))
+
+
+def fragile(shared: float, item: int) -> int:
+    """The item's square; 13 ends the process, 17 takes `shared` s, others take a hundredth of a second."""
+    if item == 13:
+        os._exit(1)
+    time.sleep(shared if item == 17 else 0.005)
+    return item * item

@@ -170,7 +170,7 @@ def _trace_numbers(trace: Trace) -> dict[str, Any]:
 
 def report(found: Modes, title: str, trace: Trace | None) -> str:
     """The table, and what has to be known of it."""
-    from mbproj.cli.studies.shared import columns
+    from mbproj.cli.report.table import columns
     from mbproj.linear.words import name_of, notes_on
 
     reference = found.reference

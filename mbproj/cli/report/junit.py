@@ -1,5 +1,5 @@
 """JUnit XML as Jenkins, GitLab and GitHub's actions read it: one testsuite for each scene, one testcase for each
-expectation.
+expectation; of a sweep one testsuite, and one testcase for each case.
 
 GitLab shows a testcase's `classname` as its suite, and Jenkins groups by it, so it names the scene too. The property
 `formulation` of a testsuite is the one that ran.
@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Sequence
+from dataclasses import dataclass
 from datetime import datetime, timezone
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -36,9 +37,41 @@ def junit(results: Sequence[SceneResult], not_run: Sequence[Path] = ()) -> str:
         suite = _new_suite(scene, tests=1, skipped=1)
         Xml.SubElement(_case(suite, scene, "runs", 0.0), "skipped", message="interrupted")
         root.append(suite)
+    root.set("time", f"{sum(result.seconds for result in results):.3f}")
+    return _whole_text(root)
+
+
+@dataclass(frozen=True)
+class Case:
+    """A case of a sweep: what it is called, how it ended, why it failed, how long it took in s."""
+
+    name: str
+    status: str
+    message: str
+    seconds: float
+
+
+def cases_as_xml(spec: Path, cases: Sequence[Case]) -> str:
+    """The cases of a sweep as XML: one that failed is an error, one that did not run is skipped."""
+    root = Xml.Element("testsuites", name="mbproj sweep")
+    skipped = sum(case.status == "not run" for case in cases)
+    errors = sum(case.status not in ("done", "not run") for case in cases)
+    suite = _new_suite(spec, len(cases), 0, errors, skipped, sum(case.seconds for case in cases))
+    for case in cases:
+        made = _case(suite, spec, case.name, case.seconds)
+        if case.status == "not run":
+            Xml.SubElement(made, "skipped", message="not run")
+        elif case.status != "done":
+            first, _, _ = case.message.partition("\n")
+            Xml.SubElement(made, "error", message=_text(first), type=case.status).text = _text(case.message)
+    root.append(suite)
+    root.set("time", suite.get("time", "0"))
+    return _whole_text(root)
+
+
+def _whole_text(root: Xml.Element) -> str:
     for key in ("tests", "failures", "errors"):  # Jenkins' schema knows no `skipped` here
         root.set(key, str(sum(int(suite.get(key, "0")) for suite in root)))
-    root.set("time", f"{sum(result.seconds for result in results):.3f}")
     Xml.indent(root)
     return f'<?xml version="1.0" encoding="UTF-8"?>\n{Xml.tostring(root, encoding="unicode")}\n'
 

@@ -68,7 +68,7 @@ class Line:
 
 
 @contextmanager
-def _line() -> Iterator[Line]:
+def line() -> Iterator[Line]:
     """A line on stderr, shown for as long as the work takes."""
     shown, over = Line(commanding(sys.stderr)), Event()
 
@@ -107,8 +107,8 @@ def telling(hidden: bool) -> Iterator[Tell]:
     if hidden:
         yield silent
         return
-    with _line() as line:
-        yield Telling(line)
+    with line() as shown:
+        yield Telling(shown)
 
 
 @contextmanager
@@ -121,9 +121,9 @@ def progress_bar(duration: float | None, hidden: bool) -> Iterator[Progress | No
         with click.progressbar(length=STEPS, file=commanding(sys.stderr), label="simulating", show_percent=True) as bar:
             yield lambda time: bar.update(max(0, int(STEPS * time / duration) - bar.pos))
     else:
-        with _line() as line:
+        with line() as shown:
             done = f"of {duration:.4g} s simulated"
-            yield lambda time: line.say(f"{time:.4g} {done}") if time < duration else line.clear()
+            yield lambda time: shown.say(f"{time:.4g} {done}") if time < duration else shown.clear()
 
 
 def _duration(seconds: float) -> str:

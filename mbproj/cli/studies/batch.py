@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING
 
 import click
 
+from mbproj.cli import study_options
 from mbproj.cli.completion import Folder, scene_file
 from mbproj.cli.explained import Part, explained, option
-from mbproj.cli.study_options import force as force_option
 
 if TYPE_CHECKING:
     from mbproj.studies.batch import SceneResult, Task
@@ -27,20 +27,13 @@ EXAMPLES = (
 
 @explained("batch", EXAMPLES)
 @click.argument("paths", nargs=-1, required=True, type=scene_file(path_type=Path))
-@option(
-    Part.EFFORT,
-    "-j",
-    "--jobs",
-    type=click.IntRange(min=1),
-    metavar="N",
-    help="Scenes run at the same time [default: one per processor].",
-)
+@study_options.jobs
 @option(
     Part.EFFORT, "--timeout", default="5 min", show_default=True, metavar="TIME", help="Stop a scene that runs longer."
 )
 @option(Part.OUTPUT, "--junit", "xml", type=click.Path(path_type=Path), metavar="FILE", help="Write JUnit XML.")
 @option(Part.OUTPUT, "--keep", type=Folder(path_type=Path), metavar="DIR", help="Keep the results files in DIR.")
-@force_option
+@study_options.force
 @option(Part.OUTPUT, "--json", "as_json", is_flag=True, help="Print one JSON object instead of the table.")
 def command(
     paths: tuple[Path, ...],

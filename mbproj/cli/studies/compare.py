@@ -96,7 +96,8 @@ def command(
 
 
 def _table(found: Comparison, rows: Sequence[Mapping[str, Any]]) -> str:
-    from mbproj.cli.studies.shared import columns, milliseconds, number
+    from mbproj.cli.report.table import columns
+    from mbproj.cli.studies.shared import milliseconds, number
 
     headings = ["", "|C|", "|C'|", "|C''|", "error, m", "drift, J", "integrator", "projection"]
     cost = ["CPU, ms", "spread"] if found.cost_in_time else []

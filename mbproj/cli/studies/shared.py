@@ -15,20 +15,6 @@ if TYPE_CHECKING:
 OTHER_FOLDER = "choose another folder with -o"
 
 
-def columns(headings: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
-    """A table in plain text: the first column and settings to the left, the others to the right."""
-    table = [list(headings), *map(list, rows)]
-    widths = [max(len(row[column]) for row in table) for column in range(len(headings))]
-    lines = [
-        "  ".join(
-            cell.ljust(width) if heading == "setting" or heading is headings[0] else cell.rjust(width)
-            for cell, width, heading in zip(row, widths, headings, strict=True)
-        ).rstrip()
-        for row in table
-    ]
-    return "\n".join(lines)
-
-
 def number(value: float, form: str = ".1e") -> str:
     """A number of a table; a dash where there is none."""
     return "-" if value != value else format(value, form)

@@ -162,7 +162,7 @@ def _numbers(found: StabilityMap) -> dict[str, Any]:
 
 
 def _report(found: StabilityMap) -> str:
-    from mbproj.cli.studies.shared import columns
+    from mbproj.cli.report.table import columns
 
     lines = [line for track in found.tracks for line in _intervals(track)]
     table = columns(["method", "from", "to", "state", "first bad"], [line[:-1] for line in lines]).splitlines()

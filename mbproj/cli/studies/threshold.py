@@ -100,7 +100,8 @@ def _rows(found: ThresholdStudy, points: tuple[str, ...]) -> list[dict[str, Any]
 
 
 def _report(found: ThresholdStudy, points: tuple[str, ...]) -> str:
-    from mbproj.cli.studies.shared import columns, milliseconds, number
+    from mbproj.cli.report.table import columns
+    from mbproj.cli.studies.shared import milliseconds, number
 
     lines = []
     for index, row in enumerate(_rows(found, points)):

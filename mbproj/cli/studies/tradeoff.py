@@ -101,7 +101,7 @@ def _report(found: Tradeoff) -> Iterator[str]:
     """The tables."""
     import numpy as np
 
-    from mbproj.cli.studies.shared import columns
+    from mbproj.cli.report.table import columns
     from mbproj.studies.tradeoff.near_front import CLOSED
 
     failed = sum(trial.failure is not None for trial in found.trials)

@@ -19,6 +19,7 @@ from mbproj.dynamics.observe.samples import Sample
 from mbproj.errors import SimulationError
 from mbproj.integrate.events.breaks import BreakCursor, breaks_of
 from mbproj.integrate.formulations.full import FullFormulation
+from mbproj.integrate.loop.interruption import look
 from mbproj.integrate.loop.step_end import accept, first_point, is_closed, left_open_at, point_at
 from mbproj.integrate.loop.step_size import Controller, error_norm, first_step
 from mbproj.integrate.outcome.failures import TurnsUntold, not_finite, step_vanished
@@ -147,6 +148,7 @@ class _Run:
 
     def accept(self, before: Point, t: float, step: Step) -> Point:
         """The point after a step; what is recorded at a break belongs to that time itself."""
+        look()
         return accept(
             self.inside, self.exact if self.breaks.is_at(t) else self.inside, self.stepper, self.tally, before, t, step
         )

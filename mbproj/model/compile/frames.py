@@ -6,7 +6,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from mbproj.arrays import Array
+from mbproj.arrays import Array, cross
 from mbproj.model.euler_parameters import rotation_matrix
 from mbproj.scene.records import Joint, Pair
 
@@ -32,7 +32,7 @@ def local_frames(joint: Joint, frame: str, poses: Mapping[str, Pose]) -> Mapping
         x2 = _turned(x1, z1, z2)
     symbols = {"p1": first[1].T @ (p1 - first[0]), "p2": second[1].T @ (p2 - second[0])}
     for side, x, z, (_, rotation) in (("1", x1, z1, first), ("2", x2, z2, second)):
-        triad = {"x": x, "y": np.cross(z, x), "z": z}
+        triad = {"x": x, "y": cross(z, x), "z": z}
         symbols.update({name + side: rotation.T @ vector for name, vector in triad.items()})
     return symbols
 
@@ -71,7 +71,8 @@ def _any_normal(axis: Array) -> Array:
 
 def _turned(vector: Array, start: Array, end: Array) -> Array:
     """`vector`, normal to the unit vector `start`, by the shortest rotation that takes `start` to `end`."""
-    cross, cosine = np.cross(start, end), float(start @ end)
-    if cosine < -1.0 + 1e-12:
+    axis, cosine = cross(start, end), float(start @ end)
+    if cosine < -1.0 + 1e-12 or not axis.any():
         return vector
-    return vector + np.cross(cross, vector) + np.cross(cross, np.cross(cross, vector)) / (1.0 + cosine)
+    once: Array = cross(axis, vector)
+    return vector + once + cross(axis, once) / (1.0 + cosine)

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from mbproj.arrays import Array
+from mbproj.arrays import Array, cross
 from mbproj.joints import JOINTS
 from mbproj.model.compile.frames import Pose, pose
 from mbproj.scene.records import GROUND, Body, Joint, Scene
@@ -149,5 +149,5 @@ def _composite(bodies: list[Body], group: Mapping[str, Pose]) -> Carrier:
         inertia += local @ np.array(body.inertia) @ local.T
         inertia += body.mass * (arm @ arm * np.eye(3) - np.outer(arm, arm))
     omega = np.array(first.angular_velocity)
-    velocity = np.array(first.velocity) + np.cross(axes @ omega, centre - start)
+    velocity = np.array(first.velocity) + cross(axes @ omega, centre - start)
     return Carrier(first.name, mass, 0.5 * (inertia + inertia.T), centre, np.array(first.orientation), velocity, omega)

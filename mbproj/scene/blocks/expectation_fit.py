@@ -42,8 +42,9 @@ def _component_fits(given: Given, observable: Observable, what: str) -> Complain
     if component and observable.components == 4:
         return Complaint(("component",), "the sign of an orientation means nothing", "give all four as 'value'")
     if observable.components > 1 and not component and not of_one:
-        key = "at" if "value" in given else next(bound for bound in BOUNDS if bound in given)
-        hint = "add component: x, y, z or norm" if observable.components == 3 else "expect it at a time"
+        key = "at" if "value" in given else next((bound for bound in BOUNDS if bound in given), "quantity")
+        otherwise = "measure another quantity" if key == "quantity" else "expect it at a time"
+        hint = "add component: x, y, z or norm" if observable.components == 3 else otherwise
         return Complaint((key,), f"'{what}' has {observable.components} components, and this is about one number", hint)
     return None
 

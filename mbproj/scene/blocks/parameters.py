@@ -9,17 +9,16 @@ from dataclasses import replace
 from graphlib import CycleError, TopologicalSorter
 from typing import ClassVar
 
-from mbproj.errors import Place, Problem
+from mbproj.errors import Place
 from mbproj.scene.expressions.evaluate import RESERVED, Value
 from mbproj.scene.expressions.syntax_tree import Expression, names
 from mbproj.scene.expressions.units import BARE
 from mbproj.scene.fields.containers import mapping_schema, names_schema
 from mbproj.scene.fields.fields import Field, Schema
-from mbproj.scene.fields.quantities import Number
+from mbproj.scene.fields.quantities import Number, unit_text
 from mbproj.scene.fields.reading import Reading
 from mbproj.scene.records import KeyPath
-from mbproj.scene.text.nodes import MappingNode, Node, ScalarNode, as_mapping, describe, from_value
-from mbproj.scene.text.suggestions import did_you_mean
+from mbproj.scene.text.nodes import MappingNode, Node, ScalarNode, as_mapping, describe
 
 NAME = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")
 
@@ -47,9 +46,11 @@ class Parameters(Field[Mapping[str, float]]):
             if tree is not None:
                 trees[name] = tree
         for name in _in_order(trees, mapping, reading):
-            scalar = mapping.values[name]
+            scalar, key = mapping.values[name], (*path, name)
             assert isinstance(scalar, ScalarNode)
-            reading.names[name] = _without_unit_unknown(reading.value(scalar, trees[name]))
+            found = reading.value(scalar, trees[name])
+            reading.names[name] = _without_unit_unknown(found)
+            reading.units[key] = unit_text(None, None if found is None else found.dimension)
         known = {name: found.number for name in mapping.values if (found := reading.names[name]) is not None}
         return known if len(known) == len(mapping.values) else None
 
@@ -116,21 +117,3 @@ def _cycles(uses: Mapping[str, list[str]], blocked: Mapping[str, None]) -> list[
         if name in walk:
             cycles.append(walk[walk.index(name) :])
     return cycles
-
-
-def override(root: MappingNode, changes: Mapping[str, object]) -> tuple[MappingNode, list[Problem]]:
-    """The document with parameters changed as --set says, and what is wrong with that."""
-    given = as_mapping(root.values["parameters"]) if "parameters" in root.values else None
-    values, problems = dict(given.values) if given else {}, []
-    for name, value in changes.items():
-        place = Place(f"--set {name}")
-        if name in values:
-            values[name] = from_value(value, place)
-        else:
-            hint = did_you_mean(name, values) or (
-                f"parameters are: {', '.join(values)}" if values else "the scene has no parameters"
-            )
-            problems.append(Problem(f"unknown parameter '{name}'", place, hint))
-    if given is None or not changes:
-        return root, problems
-    return replace(root, values={**root.values, "parameters": replace(given, values=values)}), problems

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from mbproj.errors import Problem
 from mbproj.scene.expressions.syntax_tree import Binary, Expression, Quantity
 from mbproj.scene.expressions.unit_text import unit_of
-from mbproj.scene.expressions.units import BARE, Dimension, describe
+from mbproj.scene.expressions.units import BARE, Dimension, describe, symbol_of
 from mbproj.scene.fields.fields import Field, Schema
 from mbproj.scene.fields.reading import Reading, label
 from mbproj.scene.records import KeyPath
@@ -50,6 +50,7 @@ class Number(Field[float]):
             found = f"{label(path)} {mine}, this is {describe(value.dimension)}"
             reading.report(found, node.place, unit_hint(node.text, tree))
             return None
+        reading.units[path] = unit_text(self.unit, value.dimension)
         return self._bounded(value.number, node, path, reading)
 
     def _bounded(self, number: float, node: Node, path: KeyPath, reading: Reading) -> float | None:
@@ -117,6 +118,13 @@ def agrees(unit: str, found: Dimension | None) -> bool:
 def dimension_of(unit: str) -> Dimension:
     """The dimension of a unit ("": of a number without)."""
     return unit_of(unit).dimension if unit else BARE
+
+
+def unit_text(unit: str | None, found: Dimension | None) -> str:
+    """The SI unit of a number where `unit` is wanted (None: any), or else that of its own dimension; "" without."""
+    if unit is not None:
+        return unit
+    return symbol_of(found) if found is not None and found != BARE else ""
 
 
 def unit_hint(text: str, tree: Expression | None) -> str | None:

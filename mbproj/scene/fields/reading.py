@@ -27,13 +27,15 @@ class Unfit(Exception):
 @dataclass
 class Reading:
     """`names` are the parameters (None: wrong, and reported), `items` the names of each block's items; `notes` are on
-    what is legal but may be a mistake."""
+    what is legal but may be a mistake; `units` are the SI units of the numbers, by their paths, where they are known.
+    """
 
     items: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
     names: dict[str, Value | None] = field(default_factory=dict)
     places: dict[KeyPath, Place] = field(default_factory=dict)
     problems: list[Problem] = field(default_factory=list)
     notes: list[Problem] = field(default_factory=list)
+    units: dict[KeyPath, str] = field(default_factory=dict)
 
     def report(self, message: str, place: Place | None, hint: str | None = None) -> None:
         """Take down a problem; reading goes on."""

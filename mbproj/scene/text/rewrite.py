@@ -7,12 +7,12 @@ from typing import TypeAlias
 
 import yaml
 
+from mbproj.scene.text.changes import EITHER
+
 #: New texts by key; None removes a key, a mapping changes the keys inside of one.
 Changes: TypeAlias = Mapping[str, "str | Changes | None"]
 #: Characters from, to, and what takes their place.
 Edit = tuple[int, int, str]
-#: Keys of which a scene has one: the new one takes the other's place.
-EITHER = {"step": "tolerance", "tolerance": "step"}
 
 
 def with_simulation(text: str, changes: Changes) -> str:

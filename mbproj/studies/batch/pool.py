@@ -8,7 +8,7 @@ from mbproj.errors import ExitCode
 from mbproj.results.files import part_path
 from mbproj.studies.batch.result import SceneResult, Task
 from mbproj.studies.batch.run import run_task
-from mbproj.studies.parallel.workers import in_parallel
+from mbproj.studies.parallel.hand_out import in_parallel
 
 
 def run_batch(

@@ -22,8 +22,8 @@ from mbproj.studies.measure.setting import Setting, only_full
 from mbproj.studies.measure.solve import SOLUTION_RECORDS, Solution, sample_times, solve
 from mbproj.studies.measure.spans import common_times, span
 from mbproj.studies.measure.timing import REPETITIONS, Timing, time_settings
+from mbproj.studies.parallel.hand_out import in_parallel
 from mbproj.studies.parallel.progress import Tell, silent
-from mbproj.studies.parallel.workers import in_parallel
 from mbproj.studies.store import cached
 
 #: What is compared unless something else is asked for: one of each kind that every formulation has.

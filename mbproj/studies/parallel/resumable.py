@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from typing import Any
 
+from mbproj.studies.parallel.hand_out import in_parallel
 from mbproj.studies.parallel.progress import Tell
-from mbproj.studies.parallel.workers import in_parallel
 from mbproj.studies.store import Kept
 
 

@@ -12,16 +12,21 @@ from typing import Any
 
 from mbproj.errors import MbprojWarning
 
+#: The first answer: what an item takes counts from there, not from the start of the process.
+READY = "ready"
+
 
 def main() -> None:
-    """Answers each item with (result, None, notes), or (None, the exception, notes); notes are what mbproj warns of,
-    which is for the caller to say."""
+    """Says READY, and answers each item with (result, None, notes), or (None, the exception, notes); notes are what
+    mbproj warns of, which is for the caller to say."""
     notes = _kept_warnings()
     answers = os.fdopen(os.dup(sys.stdout.fileno()), "wb")
     os.dup2(sys.stderr.fileno(), sys.stdout.fileno())  # what a function prints is no answer
     messages: SimpleQueue[Any] = SimpleQueue()
     Thread(target=_listen, args=(messages,), daemon=True).start()
     function, shared = messages.get()
+    pickle.dump(READY, answers)
+    answers.flush()
     while True:
         item = messages.get()
         result, fault = None, None

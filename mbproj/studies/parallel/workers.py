@@ -1,4 +1,4 @@
-"""Many runs at once: processes of one BLAS thread each, to which a function and its arguments are sent.
+"""Workers: processes of one BLAS thread each, to which a function and its arguments are sent.
 
 They are programs of their own (`mbproj.studies.parallel.worker`), so that a script or a notebook that starts a study
 needs no guard of its main module, and numbers do not depend on what the caller's process has loaded. They run the
@@ -13,23 +13,14 @@ import pickle
 import subprocess
 import sys
 from collections import deque
-from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
+from collections.abc import Callable
 from contextlib import suppress
 from pathlib import Path
-from queue import SimpleQueue
 from threading import Event, Timer
-from time import monotonic
-from typing import Any, TypeVar
+from typing import Any
 
-from mbproj.errors import warn_once
-from mbproj.integrate.loop.interruption import interruption
+from mbproj.studies.parallel.worker import READY
 
-Item = TypeVar("Item")
-Result = TypeVar("Result")
-
-#: How often Ctrl-C is looked for, s.
-LOOK = 0.1
 #: One BLAS thread: matrices are small, and each process has a processor of its own.
 THREADS = dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"), "1")
 #: A worker's program; its arguments are the folder of the caller's package and the caller's `sys.path`. `python -m`
@@ -42,65 +33,8 @@ PROGRAM = (
 FLAGS = {"isolated": "-I", "ignore_environment": "-E", "no_user_site": "-s", "no_site": "-S"}
 
 
-def processors() -> int:
-    """How many this process may use."""
-    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
-
-
-def in_parallel(
-    function: Callable[[Any, Item], Result],
-    shared: Any,
-    items: Sequence[Item],
-    processes: int | None = None,
-    lost: Callable[[Item, str, float], Result] | None = None,
-    timeout: float | None = None,
-) -> Iterator[tuple[int, Result]]:
-    """(index, function(shared, item)) for every item, in the order in which they come to an end.
-
-    `function` is a module's own; `shared` is sent to each process once. Where one process is enough everything happens
-    in this one. With `lost`, all items run elsewhere, and `lost(item, why, seconds)` is the result of one whose process
-    dies, or takes longer than `timeout` in s; without, that is a RuntimeError. Leaving the iterator early ends the
-    processes; SIGINT and SIGTERM raise KeyboardInterrupt.
-    """
-    count = min(processes or processors(), len(items))
-    if lost is None and count <= 1:
-        for index, item in enumerate(items):
-            yield index, function(shared, item)
-        return
-    notes: deque[str] = deque()
-    workers = [Worker(function, shared, notes) for _ in range(count)]
-    idle: SimpleQueue[Worker] = SimpleQueue()
-    for worker in workers:
-        idle.put(worker)
-
-    def run(item: Item) -> Result:
-        worker, begun = idle.get(), monotonic()
-        try:
-            result: Result = worker.ask(item, timeout)
-            return result
-        except WorkerLost as reason:
-            if lost is None:
-                raise
-            worker.start()
-            return lost(item, str(reason), monotonic() - begun)
-        finally:
-            idle.put(worker)
-
-    pool = ThreadPoolExecutor(max(count, 1))
-    try:
-        with interruption() as asked:
-            waiting: dict[Future[Result], int] = {pool.submit(run, item): index for index, item in enumerate(items)}
-            while waiting:
-                asked.check()
-                ended = wait(waiting, LOOK, FIRST_COMPLETED).done
-                while notes:
-                    warn_once(notes.popleft())
-                for done in ended:
-                    yield waiting.pop(done), done.result()
-    finally:
-        pool.shutdown(wait=False, cancel_futures=True)
-        for worker in workers:
-            worker.stop()
+#: How the message of a WorkerLost begins whose time was up.
+OVERDUE = "stopped: it took longer than"
 
 
 class WorkerLost(RuntimeError):
@@ -130,6 +64,7 @@ class Worker:
             start_new_session=True,  # Ctrl-C is for the study, which then stops its workers
         )
         self._send(self._task)
+        self._ready = False
 
     def _send(self, message: Any) -> None:
         assert self.process.stdin is not None
@@ -146,15 +81,17 @@ class Worker:
             self.process.kill()
 
         clock = Timer(timeout or 0.0, end)
-        if timeout is not None:
-            clock.start()
         try:
+            if not self._ready:
+                self._ready = pickle.load(self.process.stdout) == READY
+            if timeout is not None:
+                clock.start()
             self._send(item)
             result, error, notes = pickle.load(self.process.stdout)
         except (EOFError, OSError, pickle.UnpicklingError) as broken:
             code = self.process.wait()
             if overdue.is_set():
-                raise WorkerLost(f"stopped: it took longer than {timeout:g} s") from broken
+                raise WorkerLost(f"{OVERDUE} {timeout:g} s") from broken
             raise WorkerLost(f"its process ended with code {code}: killed, or out of memory?") from broken
         finally:
             clock.cancel()

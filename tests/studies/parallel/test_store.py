@@ -15,7 +15,7 @@ import numpy as np
 import pytest
 
 from mbproj.errors import MbprojWarning, warn_once
-from mbproj.studies.parallel.workers import in_parallel
+from mbproj.studies.parallel.hand_out import in_parallel
 from mbproj.studies.store import Kept, cached, database
 from mbproj.studies.store.encoding import decoded
 from tests.studies.parallel.drawn import Drawn
@@ -177,7 +177,7 @@ def test_only_workers_pickle():
 
 
 def test_many_processes_write_at_once():
-    for _ in in_parallel(keep, "shared", list(range(8)), processes=4):
+    for _ in in_parallel(keep, "shared", list(range(8)), where=4):
         pass
     found = {name: decoded(data) for name, data in database.read("shared").items()}
     assert found == {f"{item}-{part}": [item, part] for item in range(8) for part in range(20)}

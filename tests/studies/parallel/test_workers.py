@@ -8,12 +8,12 @@ import time
 import pytest
 
 from mbproj.studies.parallel import workers
-from mbproj.studies.parallel.workers import in_parallel
+from mbproj.studies.parallel.hand_out import in_parallel
 from tests.studies.tasks import die, environment, module_file, place
 
 
 def test_items_run_elsewhere_and_each_once():
-    found = dict(in_parallel(place, "shared", [3, 0, 1, 2], processes=2))
+    found = dict(in_parallel(place, "shared", [3, 0, 1, 2], where=2))
     assert sorted(found) == [0, 1, 2, 3]
     assert {shared for shared, _ in found.values()} == {"shared"}
     pids = {pid for _, pid in found.values()}
@@ -25,13 +25,13 @@ def test_they_run_the_caller_s_mbproj_whatever_the_current_folder_holds(tmp_path
     (tmp_path / "mbproj").mkdir()
     (tmp_path / "mbproj" / "__init__.py").write_text("raise ImportError('the folder beside it')")
     monkeypatch.chdir(tmp_path)
-    found = dict(in_parallel(module_file, "mbproj.studies.parallel.workers", [0, 0], processes=2))
+    found = dict(in_parallel(module_file, "mbproj.studies.parallel.workers", [0, 0], where=2))
     assert set(found.values()) == {workers.__file__}
 
 
 def test_processes_have_one_thread_each(monkeypatch):
     monkeypatch.setenv("OMP_NUM_THREADS", "7")
-    found = dict(in_parallel(environment, ["OMP_NUM_THREADS", "MKL_NUM_THREADS"], [0, 0], processes=2))
+    found = dict(in_parallel(environment, ["OMP_NUM_THREADS", "MKL_NUM_THREADS"], [0, 0], where=2))
     assert found == {0: ["1", "1"], 1: ["1", "1"]}
 
 
@@ -43,11 +43,11 @@ def test_what_is_lost_has_a_result_too():
 
 
 def test_one_process_is_this_one():
-    assert list(in_parallel(place, "x", [0, 0], processes=1)) == [(0, ("x", os.getpid())), (1, ("x", os.getpid()))]
+    assert list(in_parallel(place, "x", [0, 0], where=1)) == [(0, ("x", os.getpid())), (1, ("x", os.getpid()))]
 
 
 def test_a_fault_is_raised_here_and_no_process_is_left():
-    results = in_parallel(place, "fault", [0, -1, 100, 100], processes=2)
+    results = in_parallel(place, "fault", [0, -1, 100, 100], where=2)
     with pytest.raises(ValueError, match="fault -1"):
         for _ in results:
             pass
@@ -55,11 +55,11 @@ def test_a_fault_is_raised_here_and_no_process_is_left():
 
 def test_a_process_that_dies_is_said_to():
     with pytest.raises(RuntimeError, match="its process ended with code 1"):
-        list(in_parallel(die, None, [1, 1], processes=2))
+        list(in_parallel(die, None, [1, 1], where=2))
 
 
 def test_leaving_early_ends_the_processes():
-    results = in_parallel(place, "early", [0, 0, 500, 500], processes=2)
+    results = in_parallel(place, "early", [0, 0, 500, 500], where=2)
     pids = {next(results)[1][1], next(results)[1][1]}
     started = time.monotonic()
     results.close()

@@ -1,0 +1,96 @@
+"""What a sweep says: before it runs, while it runs, and at its end."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import contextmanager
+from itertools import islice
+from time import monotonic
+from typing import TYPE_CHECKING, Any
+
+from mbproj.cli.report.junit import Case, cases_as_xml
+from mbproj.cli.report.progress import line
+from mbproj.cli.report.table import columns
+
+if TYPE_CHECKING:
+    from mbproj.scene.ranges import Item
+    from mbproj.studies.sweep.run import Progress
+    from mbproj.studies.sweep.spec import Spec
+    from mbproj.studies.sweep.summary import Entry
+
+#: Kinds of failure that are shown.
+KINDS = 10
+
+
+def preview(spec: Spec, shown: int) -> str:
+    """How many cases there are, and the first of them."""
+    from mbproj.studies.sweep.spec import column_of
+    from mbproj.studies.sweep.summary import with_unit
+
+    design = spec.design
+    count = f"{design.count} {'case' if design.count == 1 else 'cases'} ({design.name})"
+    names = [with_unit(column_of(path), spec.units[path]) for path in design.paths]
+    rows = [[str(number), *map(_item, design.case(number))] for number in range(min(design.count, shown))]
+    more = [] if design.count <= shown else ["..."]
+    measures = f"measured: {', '.join(with_unit(each.name, each.unit) for each in spec.measures)}"
+    return "\n".join([count, "", columns(["case", *names], rows), *more, "", measures])
+
+
+def _item(value: Item) -> str:
+    return f"{value:.10g}" if isinstance(value, float) else value
+
+
+@contextmanager
+def showing(hidden: bool) -> Iterator[Callable[[Progress], None]]:
+    """Shows how far a sweep is: how many cases, how many failed, the time left."""
+    if hidden:
+        yield lambda progress: None
+        return
+    begun = monotonic()
+    with line() as shown:
+
+        def tell(progress: Progress) -> None:
+            pace = (monotonic() - begun) / max(progress.computed, 1)
+            done = progress.whole - progress.left
+            failed = f", {progress.failed} failed" if progress.failed else ""
+            shown.say(f"cases: {done} of {progress.whole}{failed}", pace * progress.left if progress.computed else 0.0)
+
+        yield tell
+
+
+def failures(entries: Iterable[Entry]) -> list[dict[str, Any]]:
+    """The failed cases by what they say, most frequent first: each message with their number and the first of them."""
+    found: dict[str, dict[str, Any]] = {}
+    for number, entry in enumerate(entries):
+        if entry.row is None or entry.status == "done":
+            continue
+        known = found.setdefault(
+            entry.row.message, {"message": entry.row.message, "status": entry.status, "count": 0, "first_case": number}
+        )
+        known["count"] += 1
+    return sorted(found.values(), key=lambda kind: -int(kind["count"]))
+
+
+def said(reached: Progress, kinds: list[dict[str, Any]]) -> str:
+    """The counts, and what went wrong."""
+    left = f", {reached.left} left" if reached.left else ""
+    counts = f"{reached.computed} computed, {reached.reused} reused, {reached.failed} failed{left}"
+    lines = [f"{reached.whole} {'case' if reached.whole == 1 else 'cases'}: {counts}"]
+    for kind in islice(kinds, KINDS):
+        lines.append(f"  {kind['count']} {kind['status']}, the first is case {kind['first_case']}: {kind['message']}")
+    if len(kinds) > KINDS:
+        lines.append(f"  and {len(kinds) - KINDS} other messages, in summary.csv")
+    return "\n".join(lines)
+
+
+def junit(spec: Spec, entries: Iterable[Entry]) -> str:
+    """A testsuite with a testcase a case."""
+    found = []
+    for number, entry in enumerate(entries):
+        values = ", ".join(
+            f"{path}={_item(value)}" for path, value in zip(spec.design.paths, entry.values, strict=True)
+        )
+        message = "" if entry.row is None or entry.status == "done" else entry.row.message
+        seconds = 0.0 if entry.row is None else entry.row.seconds
+        found.append(Case(f"{number}: {values}", entry.status, message, seconds))
+    return cases_as_xml(spec.path, found)

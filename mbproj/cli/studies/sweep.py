@@ -1,0 +1,129 @@
+"""`mbproj sweep`: runs a family of mechanisms and tabulates what it measures."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from mbproj.cli import study_options
+from mbproj.cli.completion import Folder, scene_file
+from mbproj.cli.explained import Part, explained, option
+from mbproj.cli.quantity import Positive
+
+if TYPE_CHECKING:
+    from mbproj.studies.sweep.run import Progress
+    from mbproj.studies.sweep.spec import Spec
+
+#: Cases that --dry-run prints, and the number that nobody means by mistake.
+SHOWN, MANY = 8, 1_000_000
+OTHER_REPORT = "choose another file with --junit"
+EXAMPLES = (
+    ("See what would run.", "mbproj sweep lengths.yaml --dry-run"),
+    ("Run it, or go on with it where it was interrupted.", "mbproj sweep lengths.yaml"),
+    ("Give up when more than ten cases fail or hang.", "mbproj sweep lengths.yaml --max-failures 10 --timeout 30"),
+)
+
+
+@explained("sweep", EXAMPLES)
+@click.argument("spec", type=scene_file(path_type=Path))
+@study_options.jobs
+@option(Part.EFFORT, "--timeout", type=Positive("s"), metavar="TIME", help="Stop a case that runs longer.")
+@option(
+    Part.EFFORT,
+    "--max-failures",
+    "most_failures",
+    type=click.IntRange(0),
+    metavar="K",
+    help="Stop when more than K cases have failed.",
+)
+@option(Part.EFFORT, "--fresh", is_flag=True, help="Begin anew: forget what an earlier sweep has done in DIR.")
+@option(Part.EFFORT, "--dry-run", "dry", is_flag=True, help="Count the cases and print the first ones; run nothing.")
+@option(Part.EFFORT, "--yes", is_flag=True, help=f"Run more than {MANY} cases.")
+@option(
+    Part.OUTPUT,
+    "-o",
+    "--output",
+    type=Folder(path_type=Path),
+    metavar="DIR",
+    help="Directory of the sweep [default: <spec>-sweep].",
+)
+@option(Part.OUTPUT, "--junit", "xml", type=click.Path(path_type=Path), metavar="FILE", help="Write JUnit XML.")
+@option(Part.OUTPUT, "--json", "as_json", is_flag=True, help="Print one JSON object instead of the report.")
+@option(Part.OUTPUT, "-q", "--quiet", is_flag=True, help="Print nothing but errors.")
+def command(
+    spec: Path,
+    jobs: int | None,
+    timeout: float | None,
+    most_failures: int | None,
+    fresh: bool,
+    dry: bool,
+    yes: bool,
+    output: Path | None,
+    xml: Path | None,
+    as_json: bool,
+    quiet: bool,
+) -> int:
+    """Runs a family of mechanisms and tabulates what it measures.
+
+    SPEC is a YAML file: a scene, what varies in it, what is measured. Writes summary.csv and summary.h5 into DIR. What
+    was computed is kept there: the same command goes on where it was interrupted, and a changed SPEC computes what is
+    new in it.
+
+    Exit code 0: all cases ran; 3: some failed, and the table says why; 2: wrong input.
+    """
+    from mbproj.cli.report import sweep as report
+    from mbproj.errors import ExitCode
+    from mbproj.outputs import JUNIT, write_text
+    from mbproj.studies.sweep.arrays import write_arrays
+    from mbproj.studies.sweep.folder import Folder as SweepFolder
+    from mbproj.studies.sweep.run import run_sweep
+    from mbproj.studies.sweep.spec import read_spec
+    from mbproj.studies.sweep.summary import entries, write_table
+
+    what = read_spec(spec)
+    if dry:
+        click.echo(report.preview(what, SHOWN))
+        return int(ExitCode.DONE)
+    _require_meant(what, yes)
+    folder = SweepFolder(output or spec.with_name(f"{spec.stem}-sweep"), what, fresh)
+    with folder.store:
+        if xml is not None:
+            write_text(xml, report.junit(what, []), JUNIT, hint=OTHER_REPORT)  # before the work: whether it can be
+        with report.showing(hidden=as_json or quiet) as tell:
+            reached = run_sweep(what, folder, jobs, timeout=timeout, most_failures=most_failures, tell=tell)
+        written = [write_table(what, folder), write_arrays(what, folder)]
+        if xml is not None:
+            write_text(xml, report.junit(what, entries(what, folder)), JUNIT, hint=OTHER_REPORT)
+        failures = report.failures(entries(what, folder))
+    numbers = _numbers(reached, written)
+    if as_json:
+        click.echo(json.dumps({**numbers, "failures": failures}))
+    elif not quiet:
+        click.echo(report.said(reached, failures))
+        for path in written:
+            click.echo(path)
+    return int(ExitCode.FAILED if reached.failed else ExitCode.DONE)
+
+
+def _require_meant(spec: Spec, yes: bool) -> None:
+    """Raises InputError where there are more cases than anybody means by mistake."""
+    from mbproj.errors import InputError, Problem
+
+    count = spec.design.count
+    if count > MANY and not yes:
+        place = spec.place("samples") or spec.place("vary")
+        raise InputError(Problem(f"this makes {count} cases", place, "add --yes if you mean it, or vary less"))
+
+
+def _numbers(reached: Progress, written: list[Path]) -> dict[str, Any]:
+    return {
+        "cases": reached.whole,
+        "computed": reached.computed,
+        "reused": reached.reused,
+        "failed": reached.failed,
+        "left": reached.left,
+        "files": [str(path) for path in written],
+    }

@@ -1,0 +1,94 @@
+"""in_parallel(): the one function that hands out work, in this process, on this machine, or on a Dask cluster."""
+
+from __future__ import annotations
+
+import itertools
+import os
+from collections import deque
+from collections.abc import Callable, Generator, Iterable, Sized
+from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
+from itertools import islice
+from queue import SimpleQueue
+from time import monotonic
+from typing import Any, TypeAlias, TypeVar
+
+from mbproj.errors import warn_once
+from mbproj.integrate.loop.interruption import interruption
+from mbproj.studies.parallel.workers import Worker, WorkerLost
+
+Item = TypeVar("Item")
+Result = TypeVar("Result")
+#: How many processes of this machine; None: one a processor.
+Where: TypeAlias = "int | None"
+
+#: How often Ctrl-C is looked for, s.
+LOOK = 0.1
+#: Items that are out for each process: the one at work, and the next.
+AHEAD = 2
+
+
+def processors() -> int:
+    """How many this process may use."""
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+
+
+def in_parallel(
+    function: Callable[[Any, Item], Result],
+    shared: Any,
+    items: Iterable[Item],
+    where: Where = None,
+    lost: Callable[[Item, str, float], Result] | None = None,
+    timeout: Callable[[Item], float | None] | float | None = None,
+) -> Generator[tuple[int, Result], None, None]:
+    """(index, function(shared, item)) for every item, in the order in which they come to an end.
+
+    `function` is a module's own; `shared` is sent to each process once. Where one process is enough everything happens
+    in this one. With `lost`, all items run elsewhere, and `lost(item, why, seconds)` is the result of one whose process
+    dies, or takes longer than `timeout` in s (of the item); without, that is a RuntimeError. Few items are out at a
+    time, so that there may be any number; an iterator that had no more is asked again as long as some are out. Leaving
+    the iterator early ends the processes; SIGINT and SIGTERM raise KeyboardInterrupt.
+    """
+    count = min(where or processors(), len(items) if isinstance(items, Sized) else 1 << 30)
+    if lost is None and count <= 1:
+        for index, item in enumerate(items):
+            yield index, function(shared, item)
+        return
+    notes: deque[str] = deque()
+    workers = [Worker(function, shared, notes) for _ in range(count)]
+    idle: SimpleQueue[Worker] = SimpleQueue()
+    for worker in workers:
+        idle.put(worker)
+
+    def run(item: Item) -> Result:
+        worker, begun = idle.get(), monotonic()
+        try:
+            result: Result = worker.ask(item, timeout(item) if callable(timeout) else timeout)
+            return result
+        except WorkerLost as reason:
+            if lost is None:
+                raise
+            worker.start()
+            return lost(item, str(reason), monotonic() - begun)
+        finally:
+            idle.put(worker)
+
+    pool = ThreadPoolExecutor(max(count, 1))
+    given, numbers = iter(items), itertools.count()
+    try:
+        with interruption() as asked:
+            waiting: dict[Future[Result], int] = {}
+            while True:
+                for item, index in zip(islice(given, AHEAD * count - len(waiting)), numbers, strict=False):
+                    waiting[pool.submit(run, item)] = index
+                if not waiting:
+                    return
+                asked.check()
+                ended = wait(waiting, LOOK, FIRST_COMPLETED).done
+                while notes:
+                    warn_once(notes.popleft())
+                for done in ended:
+                    yield waiting.pop(done), done.result()
+    finally:
+        pool.shutdown(wait=False, cancel_futures=True)
+        for worker in workers:
+            worker.stop()

@@ -1,0 +1,123 @@
+"""summary.h5: arrays over what varies, an HDF5 file as netCDF-4 has it, which xarray, MATLAB and Panoply open."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import numpy.typing as npt
+
+from mbproj.outputs import hdf5, replacing
+from mbproj.studies.sweep.design import Grid, Sampled
+from mbproj.studies.sweep.folder import OTHER, Folder
+from mbproj.studies.sweep.spec import Spec, column_of
+from mbproj.studies.sweep.summary import Entry, entries
+from mbproj.version import __version__
+
+if TYPE_CHECKING:
+    import h5py
+
+FORMAT, SCHEMA_VERSION = "mbproj sweep", 1
+CASE = "case"
+#: What is said of each case beside its measures: a description, and how it is found.
+ENDINGS: Mapping[str, str] = {
+    "status": "how the case ended: done, failed, timeout, crashed, not run",
+    "message": "why it failed",
+    "time": "when it failed, in simulated time",
+    "joint": "where it failed",
+    "seconds": "how long it took, by the clock",
+}
+SECONDS = frozenset({"time", "seconds"})
+
+
+def write_arrays(spec: Spec, folder: Folder) -> Path:
+    """Writes summary.h5: a grid has a dimension for each quantity that varies, other designs have one for the cases."""
+    import h5py
+
+    path = folder.path / "summary.h5"
+    found = list(entries(spec, folder))
+    with (
+        replacing(path, hdf5(FORMAT), force=True, hint=OTHER) as draft,
+        h5py.File(draft, "w", track_order=True) as file,
+    ):
+        file.attrs.update(_about(spec))
+        axes = _axes(file, spec, found)
+        shape = tuple(len(axis) for axis in axes)
+        for number, measure in enumerate(spec.measures):
+            values = [np.nan if each.row is None or not each.row.values else each.row.values[number] for each in found]
+            words = (measure.of, measure.item, measure.quantity, measure.component, f"at {measure.at}")
+            said = " ".join(word for word in words if word)
+            _variable(file, measure.name, np.reshape(np.array(values), shape), axes, measure.unit or "1", said)
+        for name, said in ENDINGS.items():
+            column = np.reshape(_ending(name, found), shape)
+            _variable(file, name, column, axes, "s" if name in SECONDS else "", said)
+    return path
+
+
+def _about(spec: Spec) -> dict[str, Any]:
+    design = spec.design
+    sampled = {"samples": design.samples, "seed": design.seed} if isinstance(design, Sampled) else {}
+    return {
+        "format": FORMAT,
+        "schema_version": SCHEMA_VERSION,
+        "Conventions": "CF-1.8",
+        "title": f"Sweep of {spec.scene.path.name if spec.scene.path else 'a scene'}",
+        "source": f"mbproj {__version__}",
+        "combine": design.name,
+        "varied": [column_of(path) for path in design.paths],
+        "measured": [each.name for each in spec.measures],
+        "spec": spec.text,
+        "scene": spec.scene.text,
+        **sampled,
+    }
+
+
+def _axes(file: h5py.File, spec: Spec, found: Sequence[Entry]) -> list[h5py.Dataset]:
+    """The dimensions, and what varies as coordinates on them."""
+    design = spec.design
+    if isinstance(design, Grid):
+        axes = []
+        for path, each in design.ranges.items():
+            axis = _variable(file, column_of(path), _column(each.items), (), spec.units[path] or "1", path)
+            axis.make_scale(column_of(path))
+            axes.append(axis)
+        return axes
+    axis = _variable(file, CASE, np.arange(len(found)), (), "", "number of the case")
+    axis.make_scale(CASE)
+    for number, path in enumerate(design.paths):
+        values = _column([each.values[number] for each in found])
+        _variable(file, column_of(path), values, [axis], spec.units[path] or "1", path)
+    file.attrs["coordinates"] = " ".join(map(column_of, design.paths))
+    return [axis]
+
+
+def _ending(name: str, found: Sequence[Entry]) -> npt.NDArray[Any]:
+    if name == "status":
+        return _column([each.status for each in found])
+    missing = np.nan if name in SECONDS else ""
+    values = [missing if each.row is None else getattr(each.row, name) for each in found]
+    return _column([missing if value is None else value for value in values])
+
+
+def _column(values: Sequence[float | str]) -> npt.NDArray[Any]:
+    """Numbers, or else text."""
+    if all(isinstance(value, float) for value in values):
+        return np.array(values, dtype=float)
+    return np.array([str(value) for value in values], dtype=object)
+
+
+def _variable(
+    file: h5py.File, name: str, values: npt.NDArray[Any], axes: Sequence[h5py.Dataset], unit: str, said: str
+) -> h5py.Dataset:
+    import h5py
+
+    kind = h5py.string_dtype() if values.dtype == object else None
+    made = file.create_dataset(name, data=values, dtype=kind, track_order=True)
+    for number, axis in enumerate(axes):
+        made.dims[number].attach_scale(axis)
+    made.attrs["long_name"] = said
+    if unit:
+        made.attrs["units"] = unit
+    return made

@@ -1,0 +1,172 @@
+"""One case of a sweep: the scene with its values, run and measured. Whatever goes wrong is in its row."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import astuple, dataclass, replace
+from functools import lru_cache
+from pathlib import Path
+from time import perf_counter
+from typing import Any
+from uuid import uuid4
+
+import numpy as np
+import numpy.typing as npt
+
+from mbproj.analysis.expectations import measured
+from mbproj.analysis.observed import datasets
+from mbproj.dynamics import unique_components
+from mbproj.dynamics.observe.recorded import Block
+from mbproj.ending import ending
+from mbproj.errors import InputError, MbprojError, SimulationError
+from mbproj.integrate import simulate
+from mbproj.integrate.events.time_events import events_of
+from mbproj.integrate.loop.interruption import TimeIsUp, time_limit
+from mbproj.integrate.outcome.report import Report, summary
+from mbproj.integrate.simulate import Recorder
+from mbproj.results import ResultsWriter
+from mbproj.results.events import RecordedEvent
+from mbproj.results.files import part_path
+from mbproj.scene.read import SceneText
+from mbproj.scene.records import Expectation, Settings
+from mbproj.scene.sampling import whole_steps
+from mbproj.scene.settings import settings_to_run
+from mbproj.studies.measure.mechanism import Mechanism
+from mbproj.studies.sweep.row import Row, Status
+
+#: Scenes that a process keeps taken apart.
+SCENES = 4
+
+
+@dataclass(frozen=True)
+class Work:
+    """What all cases share: the scene's text and what messages call it, the paths of what varies, what is measured, for
+    how long (s) a case may run, what results files are kept of ("none", "failed", "all") and where."""
+
+    text: str
+    name: str
+    paths: tuple[str, ...]
+    measures: tuple[Expectation, ...]
+    timeout: float | None
+    keep: str
+    folder: Path | None
+
+
+@dataclass(frozen=True)
+class Task:
+    """A case: its key, which is the stem of its results file, and its values."""
+
+    key: str
+    values: tuple[float | str, ...]
+
+
+def run_case(work: Work, task: Task) -> Row:
+    """Runs a case. Its results file is written under a private name, and renamed when it is whole."""
+    started = perf_counter()
+    try:
+        with time_limit(work.timeout):
+            row = _run(work, task)
+    except TimeIsUp:
+        row = Row(Status.TIMEOUT, message=f"stopped: it took longer than {work.timeout:g} s")
+    except InputError as error:
+        row = Row(Status.FAILED, message="; ".join(problem.line() for problem in error.problems))
+    except MbprojError as error:
+        row = _failed(error)
+    except Exception as error:
+        row = Row(Status.FAILED, message=ending(error)[0])
+    return replace(row, seconds=perf_counter() - started)
+
+
+def _run(work: Work, task: Task) -> Row:
+    scene = _taken_apart(work.text, work.name).scene(dict(zip(work.paths, task.values, strict=True)))
+    mechanism, settings = Mechanism.of(scene), settings_to_run(scene)
+    if work.keep == "all":
+        return _recorded(work, task, mechanism, settings)
+    kept = _Kept(mechanism, work.measures)
+    try:
+        return _measured(work, mechanism, _sparse(settings, work.measures), kept)[0]
+    except SimulationError:
+        if work.keep != "failed":
+            raise
+        return _recorded(work, task, mechanism, settings)
+
+
+@lru_cache(SCENES)
+def _taken_apart(text: str, name: str) -> SceneText:
+    return SceneText(text, name, Path(name))
+
+
+def _sparse(settings: Settings, measures: Sequence[Expectation]) -> Settings:
+    """Without samples before the end where only that is measured. Of an error-controlled run they stay: what it
+    evaluates depends on them."""
+    late = all(each.at == "end" and each.quantity != "energy_drift_relative" for each in measures)
+    if not late or settings.step is None:
+        return settings
+    return replace(settings, output_step=whole_steps(settings) * settings.step)
+
+
+class _Kept:
+    """A recorder of the samples that some measures need; `recorder` records them all."""
+
+    def __init__(self, mechanism: Mechanism, measures: Sequence[Expectation], recorder: Recorder | None = None) -> None:
+        self._names: Mapping[str, tuple[str, ...]] = mechanism.system.names.as_mapping()
+        wanted = (path for each in measures for path in datasets(each, self.names("coordinates")))
+        self._parts: dict[str, list[npt.NDArray[Any]]] = {path: [] for path in ("time", *wanted)}
+        self._recorder = recorder
+
+    def names(self, kind: str) -> tuple[str, ...]:
+        """The names of the columns by kind."""
+        return self._names[kind]
+
+    def write(self, block: Block) -> None:
+        """Takes T samples."""
+        for path, parts in self._parts.items():
+            parts.append(block[path])
+        if self._recorder is not None:
+            self._recorder.write(block)
+
+    def __getitem__(self, path: str) -> npt.NDArray[Any]:
+        return np.concatenate(self._parts[path])
+
+
+def _measured(work: Work, mechanism: Mechanism, settings: Settings, kept: _Kept) -> tuple[Row, Report]:
+    report = simulate(mechanism.system, mechanism.state, settings, kept)
+    found = {each.name: measured(each, kept, settings.duration) for each in work.measures}
+    values = tuple(np.nan if one is None else float(one.values[0]) for one in found.values())
+    return Row(Status.DONE, values, formulation=report.formulation), report
+
+
+def _failed(error: MbprojError) -> Row:
+    if not isinstance(error, SimulationError):
+        return Row(Status.FAILED, message=str(error))
+    hint = f"; {error.hint}" if error.hint else ""
+    return Row(
+        Status.FAILED,
+        message=f"{error.cause}{hint}",
+        time=error.time,
+        joint=error.where or "",
+        formulation=error.formulation or "",
+    )
+
+
+def _recorded(work: Work, task: Task, mechanism: Mechanism, settings: Settings) -> Row:
+    """The case, with its results file."""
+    assert work.folder is not None
+    whole, private = work.folder / f"{task.key}.h5", work.folder / f".{task.key}-{uuid4().hex[:8]}.h5"
+    started, system = perf_counter(), mechanism.system
+    try:
+        constants = unique_components(system, mechanism.state)
+        with ResultsWriter(private, mechanism.scene, system.names.as_mapping(), constants) as recorder:
+            met = events_of(system, mechanism.state.t, settings)
+            recorder.events([RecordedEvent(*astuple(event)) for event in met])
+            row, report = _measured(work, mechanism, settings, _Kept(mechanism, work.measures, recorder))
+            seconds = perf_counter() - started
+            recorder.attributes(summary(work.name, str(whole), report, total_seconds=seconds))
+    except SimulationError as error:
+        row = _failed(error)
+    except BaseException:
+        private.unlink(missing_ok=True)
+        part_path(private).unlink(missing_ok=True)
+        raise
+    private.replace(whole)
+    return replace(row, kept=True)

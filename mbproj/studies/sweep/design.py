@@ -1,0 +1,155 @@
+"""The cases of a sweep: every combination of the values, one after another, or samples."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from math import prod
+from typing import TypeAlias
+
+import numpy as np
+
+from mbproj.arrays import Array
+from mbproj.scene.fields.reading import Reading
+from mbproj.scene.ranges import Item, Points, Range
+from mbproj.studies.sweep.samples import POWERS_OF_TWO, SALTELLI, SAMPLERS
+
+#: The values of a case, in the order of the design's paths.
+Case: TypeAlias = tuple[Item, ...]
+
+
+@dataclass(frozen=True)
+class Design(ABC):
+    """What varies, by path, and how it is combined; `name` is the word for that."""
+
+    name: str
+    ranges: Mapping[str, Range]
+
+    @property
+    def paths(self) -> tuple[str, ...]:
+        """What varies."""
+        return tuple(self.ranges)
+
+    @property
+    @abstractmethod
+    def count(self) -> int:
+        """How many cases there are."""
+
+    @abstractmethod
+    def case(self, number: int) -> Case:
+        """The values of one of them."""
+
+
+@dataclass(frozen=True)
+class Grid(Design):
+    """Every combination; the last quantity varies fastest."""
+
+    ranges: Mapping[str, Points]
+
+    @cached_property
+    def shape(self) -> tuple[int, ...]:
+        """How many values each quantity has."""
+        return tuple(each.count for each in self.ranges.values())
+
+    @property
+    def count(self) -> int:
+        return prod(self.shape)
+
+    def case(self, number: int) -> Case:
+        found = []
+        for each in reversed(tuple(self.ranges.values())):
+            number, index = divmod(number, each.count)
+            found.append(each.item(index))
+        return tuple(reversed(found))
+
+
+@dataclass(frozen=True)
+class Zip(Design):
+    """The first values of all, then the second ones; what has one value keeps it."""
+
+    ranges: Mapping[str, Points]
+
+    @property
+    def count(self) -> int:
+        return max(each.count for each in self.ranges.values())
+
+    def case(self, number: int) -> Case:
+        return tuple(each.item(number if each.count > 1 else 0) for each in self.ranges.values())
+
+
+@dataclass(frozen=True)
+class Sampled(Design):
+    """Samples in the unit cube, each coordinate taken for a share of its quantity's distribution. `samples` were asked
+    for; Saltelli's design makes more of them."""
+
+    samples: int
+    seed: int
+
+    @cached_property
+    def shares(self) -> Array:
+        """The samples (n, d), each above 0 and below 1."""
+        inner = np.nextafter(0.0, 1.0), np.nextafter(1.0, 0.0)
+        found = SAMPLERS[self.name](len(self.varying), self.samples, self.seed)
+        return np.clip(found, *inner)
+
+    @cached_property
+    def varying(self) -> tuple[str, ...]:
+        """The quantities that have more than one value."""
+        return tuple(path for path, each in self.ranges.items() if not (isinstance(each, Points) and each.count == 1))
+
+    @property
+    def count(self) -> int:
+        return self.samples * (len(self.varying) + 2 if self.name == SALTELLI else 1)
+
+    def case(self, number: int) -> Case:
+        shares = dict(zip(self.varying, self.shares[number].tolist(), strict=True))
+        return tuple(each.quantile(shares.get(path, 0.5)) for path, each in self.ranges.items())
+
+
+def design_of(
+    ranges: Mapping[str, Range], name: str, samples: int | None, seed: int | None, reading: Reading
+) -> Design | None:
+    """The design of this name; None where it cannot be made of these, which is reported."""
+    before = len(reading.problems)
+    if name in SAMPLERS:
+        _check_samples(name, samples, reading)
+        return Sampled(name, ranges, samples or 1, seed or 0) if len(reading.problems) == before else None
+    for key, given in (("samples", samples), ("seed", seed)):
+        if given is not None:
+            hint = f"leave it out, or combine: {', '.join(SAMPLERS)}"
+            reading.report(f"'{name}' takes no '{key}'", reading.places[(key,)], hint)
+    points = {path: each for path, each in ranges.items() if isinstance(each, Points)}
+    for path in ranges.keys() - points.keys():
+        hint = f"combine: {', '.join(SAMPLERS)}, or list its values"
+        reading.report(f"'{name}' cannot take a distribution", reading.places[("vary", path)], hint)
+    if len(reading.problems) > before:
+        return None
+    if name == "grid":
+        return Grid(name, points)
+    _check_lengths(points, reading)
+    return Zip(name, points) if len(reading.problems) == before else None
+
+
+#: How cases are made of ranges, by name; the first where nothing is said.
+COMBINATIONS = ("grid", "zip", *SAMPLERS)
+
+
+def _check_samples(name: str, samples: int | None, reading: Reading) -> None:
+    if samples is None:
+        place = reading.places.get(("combine",))
+        reading.report(f"'{name}' needs 'samples'", place, "add it: how many, a whole number")
+    elif name in POWERS_OF_TWO and samples & (samples - 1):
+        below = 1 << (samples.bit_length() - 1)
+        hint = f"take {below} or {2 * below}"
+        reading.report(f"'{name}' needs a power of 2 of samples, found {samples}", reading.places[("samples",)], hint)
+
+
+def _check_lengths(points: Mapping[str, Points], reading: Reading) -> None:
+    longest = max(points, key=lambda path: points[path].count)
+    most = points[longest].count
+    for path, each in points.items():
+        if each.count not in (1, most):
+            message = f"'{path}' has {each.count} values, and '{longest}' has {most}"
+            reading.report(message, reading.places[("vary", path)], "zip takes ranges of one length")

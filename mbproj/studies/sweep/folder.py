@@ -1,0 +1,83 @@
+"""The folder of a sweep: its spec and store, the results files that are kept, the summary."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+from time import strftime
+
+from mbproj.errors import InputError, Problem
+from mbproj.kernel import build_info
+from mbproj.outputs import make_folder
+from mbproj.studies.sweep.keys import identity
+from mbproj.studies.sweep.spec import Spec
+from mbproj.studies.sweep.store import Store
+from mbproj.version import __version__
+
+STORE, CASES = "store.sqlite", "cases"
+#: Names of the results files of cases.
+CASE_FILE = re.compile(r"\.?[0-9a-f]{32}(-[0-9a-f]{8})?\.h5(\.part)?")
+OTHER = "choose another folder with -o"
+
+
+class Folder:
+    """The folder at `path`. Raises InputError where it holds what is not this sweep's; `fresh` drops all that an
+    earlier one has done."""
+
+    def __init__(self, path: Path, spec: Spec, fresh: bool) -> None:
+        self.path = make_folder(path, OTHER)
+        self.cases = self.path / CASES
+        if not (self.path / STORE).exists():
+            self._require_empty()
+        self.store = Store(self.path / STORE, [identity(measure) for measure in spec.measures])
+        try:
+            self._take(spec, fresh)
+        except BaseException:
+            self.store.close()
+            raise
+
+    def _require_empty(self) -> None:
+        others = sorted(item.name for item in self.path.iterdir())
+        if others:
+            problem = Problem(f"'{self.path}' is not the folder of a sweep: it holds '{others[0]}'", hint=OTHER)
+            raise InputError(problem)
+
+    def _take(self, spec: Spec, fresh: bool) -> None:
+        about = self.store.about()
+        if not fresh and about and about["scene"] != _scene_of(spec):
+            hint = f"{OTHER}, or begin anew with --fresh"
+            message = f"'{self.path}' holds a sweep of '{about['scene']}', not of '{_scene_of(spec)}'"
+            raise InputError(Problem(message, hint=hint))
+        if fresh:
+            self.store.forget()
+            for file in self.cases.glob("*") if self.cases.is_dir() else ():
+                if CASE_FILE.fullmatch(file.name):
+                    file.unlink()
+        self.store.describe(_facts(spec) | ({} if "begun" in about and not fresh else {"begun": _now()}))
+        if spec.keep != "none":
+            make_folder(self.cases, OTHER)
+
+    def file_of(self, key: str) -> Path:
+        """The results file of a case."""
+        return self.cases / f"{key}.h5"
+
+
+def _scene_of(spec: Spec) -> str:
+    """What a sweep is of, wherever its folder is moved: the name of the scene's file."""
+    return spec.scene.path.name if spec.scene.path is not None else ""
+
+
+def _facts(spec: Spec) -> dict[str, str]:
+    return {
+        "scene": _scene_of(spec),
+        "scene_text": spec.scene.text,
+        "spec": spec.path.name,
+        "spec_text": spec.text,
+        "mbproj_version": __version__,
+        "kernel": str(build_info()),
+        "updated": _now(),
+    }
+
+
+def _now() -> str:
+    return strftime("%Y-%m-%dT%H:%M:%S%z")

@@ -1,0 +1,116 @@
+"""run_sweep(): computes the cases that nobody has computed yet, and keeps each as it comes."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import closing
+from dataclasses import dataclass, replace
+
+from mbproj.studies.parallel.bundles import in_bundles
+from mbproj.studies.parallel.hand_out import Where
+from mbproj.studies.parallel.workers import OVERDUE
+from mbproj.studies.sweep.case import Task, Work, run_case
+from mbproj.studies.sweep.folder import Folder
+from mbproj.studies.sweep.keys import Keys
+from mbproj.studies.sweep.row import Row, Status
+from mbproj.studies.sweep.spec import Spec
+
+#: A case that does not stop by itself when its time is up is given so many times as long, and so many s.
+PATIENCE, GRACE = 2.0, 5.0
+
+
+@dataclass(frozen=True)
+class Progress:
+    """How many cases there are, were computed now, are known from before, and have failed (of both)."""
+
+    whole: int
+    computed: int = 0
+    reused: int = 0
+    failed: int = 0
+
+    @property
+    def left(self) -> int:
+        """Cases that are to be computed yet."""
+        return self.whole - self.computed - self.reused
+
+
+def run_sweep(
+    spec: Spec,
+    folder: Folder,
+    where: Where = None,
+    *,
+    timeout: float | None = None,
+    most_failures: int | None = None,
+    tell: Callable[[Progress], None] = lambda progress: None,
+) -> Progress:
+    """Runs what is missing of a sweep; how far it came. More than `most_failures` failed cases end it. A case may take
+    `timeout` s. Raises KeyboardInterrupt after SIGINT or SIGTERM; what was computed is kept."""
+    work = Work(
+        spec.scene.text,
+        str(spec.scene.path),
+        spec.design.paths,
+        spec.measures,
+        timeout,
+        spec.keep,
+        None if spec.keep == "none" else folder.cases.absolute(),
+    )
+    keys, store = Keys(spec.scene.text, spec.design.paths), folder.store
+    tasks = _Missing(spec, keys, {key: row.status for key, row in store.rows() if _is_whole(key, row, spec, folder)})
+    progress = Progress(spec.design.count, 0, tasks.reused, tasks.failed)
+    tell(progress)
+    hard = None if timeout is None else PATIENCE * timeout + GRACE
+    ended = in_bundles(run_case, work, tasks, where, _lost, hard)
+    with closing(ended):
+        for rows in ended:
+            for task, row in rows:
+                store.add(task.key, dict(zip(spec.design.paths, task.values, strict=True)), row)
+            failed = sum(row.status != Status.DONE for _, row in rows)
+            computed = progress.computed + len(rows)
+            progress = replace(progress, computed=computed, reused=tasks.reused, failed=progress.failed + failed)
+            tell(progress)
+            if most_failures is not None and progress.failed > most_failures:
+                break
+    return progress
+
+
+def _lost(task: Task, why: str, seconds: float) -> Row:
+    """The row of a case whose process was lost, or ended because it did not stop by itself."""
+    status = Status.TIMEOUT if why.startswith(OVERDUE) else Status.CRASHED
+    return Row(status, message=why, seconds=seconds)
+
+
+class _Missing(Iterator[Task]):
+    """The cases that are not among the known ones, each once. `reused` counts the others as they are met, `failed`
+    those of them that have failed."""
+
+    def __init__(self, spec: Spec, keys: Keys, known: dict[str, Status]) -> None:
+        self._spec, self._keys, self._met = spec, keys, {*known}
+        self.reused = self.failed = 0
+        numbers: Iterable[int] = range(spec.design.count)
+        if known:  # the time that is left cannot be told before it is known what is missing
+            found = [(number, known.get(self._key(number))) for number in numbers]
+            numbers = [number for number, status in found if status is None]
+            self.reused = spec.design.count - len(numbers)
+            self.failed = sum(status not in (None, Status.DONE) for _, status in found)
+        self._numbers = iter(numbers)
+
+    def __next__(self) -> Task:
+        for number in self._numbers:
+            key = self._key(number)
+            if key not in self._met:
+                self._met.add(key)
+                return Task(key, self._spec.design.case(number))
+            self.reused += 1
+        raise StopIteration
+
+    def _key(self, number: int) -> str:
+        return self._keys.of(self._spec.design.case(number))
+
+
+def _is_whole(key: str, row: Row, spec: Spec, folder: Folder) -> bool:
+    """Whether a case need not run again. What was stopped or crashed may get to its end now."""
+    if row.status in (Status.TIMEOUT, Status.CRASHED):
+        return False
+    began = row.status == Status.DONE or row.time is not None
+    wanted = began and (spec.keep == "all" or (spec.keep == "failed" and row.status == Status.FAILED))
+    return not wanted or folder.file_of(key).exists()

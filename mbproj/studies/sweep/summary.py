@@ -1,0 +1,72 @@
+"""The summary of a sweep as tables: a row a case in CSV, and arrays over what varies in HDF5 as netCDF-4 has it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from mbproj.outputs import write_csv
+from mbproj.studies.sweep.design import Case
+from mbproj.studies.sweep.folder import OTHER, Folder
+from mbproj.studies.sweep.keys import Keys
+from mbproj.studies.sweep.row import Row, Status
+from mbproj.studies.sweep.spec import COLUMNS, Spec, column_of
+
+#: The status of a case that nobody has run yet.
+NOT_RUN = "not run"
+
+
+@dataclass(frozen=True)
+class Entry:
+    """A case, its row (None: it has not run), and its results file's name where that is kept."""
+
+    values: Case
+    row: Row | None
+    file: str
+
+    @property
+    def status(self) -> str:
+        """In a word."""
+        return NOT_RUN if self.row is None else self.row.status.value
+
+
+def entries(spec: Spec, folder: Folder) -> Iterator[Entry]:
+    """All cases in the order of the design."""
+    keys = Keys(spec.scene.text, spec.design.paths)
+    for number in range(spec.design.count):
+        values = spec.design.case(number)
+        key = keys.of(values)
+        row = folder.store.row(key)
+        file = folder.file_of(key)
+        kept = row is not None and row.kept and file.exists()
+        yield Entry(values, row, str(file.relative_to(folder.path)) if kept else "")
+
+
+def headings(spec: Spec) -> list[str]:
+    """The columns of the CSV table: what varies and what is measured, with units in brackets, and how cases ended."""
+    varied = [with_unit(column_of(path), spec.units[path]) for path in spec.design.paths]
+    measured = [with_unit(each.name, each.unit) for each in spec.measures]
+    first, *others = COLUMNS
+    return [first, *varied, *measured, *others]
+
+
+def write_table(spec: Spec, folder: Folder) -> Path:
+    """Writes summary.csv."""
+    path = folder.path / "summary.csv"
+    return write_csv(path, headings(spec), _cells(spec, folder), force=True, hint=OTHER)
+
+
+def _cells(spec: Spec, folder: Folder) -> Iterator[Sequence[Any]]:
+    for number, entry in enumerate(entries(spec, folder)):
+        row = entry.row or Row(Status.DONE)
+        numbers = row.values or (None,) * len(spec.measures)
+        known = [None if value is None or value != value else value for value in numbers]
+        ended = [entry.status, row.message, row.time, row.joint, row.formulation, row.seconds, entry.file]
+        yield [number, *entry.values, *known, *ended]
+
+
+def with_unit(name: str, unit: str) -> str:
+    """The heading of a column."""
+    return f"{name} ({unit})" if unit else name

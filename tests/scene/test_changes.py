@@ -1,0 +1,84 @@
+"""`--set`: parameters by name and any value by its path, and what is said of paths that lead nowhere."""
+
+from __future__ import annotations
+
+import pytest
+
+from mbproj.errors import InputError
+from mbproj.scene import read_scene, read_scene_text
+from tests.support import ROOT
+
+FIVE_BAR = ROOT / "mechanisms" / "five_bar.yaml"
+
+
+def changed(**values):
+    return read_scene(FIVE_BAR, {path.replace("__", "."): value for path, value in values.items()})
+
+
+def test_any_value_changes_by_its_path():
+    scene = changed(bodies__bar3__mass="2 kg", bodies__bar1__position__0="400 mm", gravity="[0, 0, -1.6]")
+    assert scene.bodies[2].mass == 2.0
+    assert scene.bodies[0].position == (0.4, 0.0, 0.0)
+    assert scene.bodies[1].mass == 1.0
+    assert changed(parameters__length=2).bodies[0].position == (1.0, 0.0, 0.0)
+
+
+def test_a_list_may_take_the_place_of_a_value():
+    scene = changed(bodies__bar3__inertia="[1, 2, 2.5]")
+    assert [scene.bodies[2].inertia[k][k] for k in range(3)] == [1.0, 2.0, 2.5]
+
+
+def test_what_an_item_leaves_out_may_be_given():
+    assert changed(bodies__bar1__velocity="[0, 0, 1]").bodies[0].velocity == (0.0, 0.0, 1.0)
+    settings = changed(simulation__projection__every="3").settings
+    assert (settings.projection.method, settings.projection.every) == ("gpopm", 3)
+
+
+def test_a_tolerance_takes_the_place_of_the_step():
+    settings = changed(simulation__tolerance="1e-8", simulation__integrator="dop853").settings
+    assert (settings.step, settings.tolerance) == (None, 1e-8)
+
+
+def test_changes_are_what_a_scene_that_says_so_itself_has():
+    text = FIVE_BAR.read_text(encoding="utf-8")
+    by_hand = read_scene_text(text.replace("bar2: {mass: mass", "bar2: {mass: 3 * mass"))
+    assert changed(bodies__bar2__mass="3 * mass").bodies == by_hand.bodies
+
+
+@pytest.mark.parametrize(
+    ("path", "value", "line"),
+    [
+        ("lenght", "2", "--set lenght: error: unknown parameter 'lenght'; did you mean 'length'?"),
+        (
+            "parameters.lenght",
+            "2",
+            "--set parameters.lenght: error: unknown parameter 'lenght'; did you mean 'length'?",
+        ),
+        ("bodys.bar1.mass", "2", "--set bodys.bar1.mass: error: the scene has no 'bodys'; did you mean 'bodies'?"),
+        (
+            "bodies.bar9.mass",
+            "2",
+            "--set bodies.bar9.mass: error: the scene has no 'bodies.bar9'; did you mean 'bar5'?",
+        ),
+        ("bodies.bar1.mas", "2", "--set bodies.bar1.mas: error: unknown key 'mas'; did you mean 'mass'?"),
+        (
+            "bodies.bar1.position.3",
+            "2",
+            "--set bodies.bar1.position.3: error: 'bodies.bar1.position' is a list and has no place '3'; its places "
+            "are 0 to 2",
+        ),
+        (
+            "bodies.bar1.mass.x",
+            "2",
+            "--set bodies.bar1.mass.x: error: 'bodies.bar1.mass' is 'mass' and has no keys; give a path to a value of "
+            "the scene",
+        ),
+        ("bodies.bar1.mass", "2 m", "--set bodies.bar1.mass: error: 'mass' is in kg, this is a length"),
+        ("bodies.bar1.mass", "-1", "--set bodies.bar1.mass: error: 'mass' must be at least 0, found -1"),
+        ("simulation.stpe", "1", "--set simulation.stpe: error: unknown key 'stpe'; did you mean 'step'?"),
+    ],
+)
+def test_a_path_that_leads_nowhere_says_so(path, value, line):
+    with pytest.raises(InputError) as caught:
+        read_scene(FIVE_BAR, {path: value})
+    assert [problem.line() for problem in caught.value.problems] == [line]

@@ -1,0 +1,140 @@
+"""Sweeps: the numbers of single runs, to the last bit; nothing is computed twice; what fails is a row."""
+
+from __future__ import annotations
+
+import sqlite3
+
+import pytest
+
+from mbproj.analysis.expectations import measured
+from mbproj.errors import InputError
+from mbproj.results import open_results
+from mbproj.studies.sweep.case import Task, Work, run_case
+from mbproj.studies.sweep.row import Status
+from mbproj.studies.sweep.spec import read_spec
+from tests.cli.commands import mbproj
+from tests.studies.sweep.specs import MEASURE, swept, write
+
+#: Measures at the end, over all samples, of several kinds.
+MEASURES = """\
+  drop: {marker: end, quantity: position, component: z, at: end}
+  load: {joint: pin, quantity: reaction_force, component: norm, at: maximum}
+  angle: {joint: pin, quantity: angle, at: 0.1}
+  speed: {body: bar, quantity: angular_velocity, component: y, at: largest}
+  drift: {diagnostic: energy_drift_relative, at: end}
+  cost: {diagnostic: evaluations, at: end}
+"""
+
+
+def work_of(spec, **changes):
+    given = {"timeout": None, "keep": "none", "folder": None, **changes}
+    return Work(spec.scene.text, str(spec.scene.path), spec.design.paths, spec.measures, **given)
+
+
+@pytest.mark.parametrize("measures", [MEASURES, MEASURE], ids=["many", "the end alone"])
+@pytest.mark.parametrize(
+    "more",
+    ["", "  simulation.tolerance: 1e-9\n  simulation.integrator: dop853\n", "  simulation.formulation: full\n"],
+    ids=["steps", "tolerance", "full"],
+)
+def test_a_case_has_the_numbers_of_a_run_with_set(tmp_path, measures, more):
+    """Read again from YAML, with all samples recorded in a file."""
+    vary = f"  length: 0.8:1.2:3\n  bodies.bar.mass: [1, 2.5 kg]\n  bodies.bar.inertia: [[0.1, 0.2, 0.15]]\n{more}"
+    spec = read_spec(write(tmp_path, vary, measures))
+    changes = [f"{path}={value}" for path, value in zip(spec.design.paths, spec.design.case(3), strict=True)]
+    sets = [word for change in changes for word in ("--set", change)]
+    done = mbproj("run", "pendulum.yaml", *sets, "-q", folder=tmp_path)
+    assert done.returncode == 0, done.stderr
+    with open_results(tmp_path / "results.h5") as results:
+        found = [measured(each, results, 0.2) for each in spec.measures]
+    row = run_case(work_of(spec), Task("key", spec.design.case(3)))
+    assert row.status == Status.DONE
+    assert row.values == tuple(float(each.values[0]) for each in found)
+
+
+def test_started_again_it_computes_what_is_missing(tmp_path):
+    path, output = write(tmp_path, "  length: 0.8:1.2:5\n", MEASURES), tmp_path / "out"
+    first, entries = swept(path, output)
+    again, same = swept(path, output)
+    assert (first.computed, first.reused, again.computed, again.reused) == (5, 0, 0, 5)
+    assert entries == same
+    more, _ = swept(write(tmp_path, "  length: 0.8:1.2:9\n", MEASURES), output)
+    assert (more.computed, more.reused) == (4, 5)
+    fewer, _ = swept(write(tmp_path, "  length: [1.0, 0.9, 7]\n"), output)  # another order, fewer measures
+    assert (fewer.computed, fewer.reused) == (1, 2)
+    other, _ = swept(write(tmp_path, "  length: [7]\n", MEASURES), output)  # a measure that was not taken
+    assert (other.computed, other.reused) == (1, 0)
+    anew, _ = swept(write(tmp_path, "  length: 0.8:1.2:5\n", MEASURES), output, fresh=True)
+    assert (anew.computed, anew.reused) == (5, 0)
+
+
+def test_a_case_that_fails_is_a_row_with_its_time_and_keeps_its_results(tmp_path):
+    path = write(tmp_path, "  fails: [0, 1]\n  length: [1, -1]\n  bodies.bar.mass: [1]\n", more="keep: failed\n")
+    reached, entries = swept(path, tmp_path / "out")
+    assert [entry.status for entry in entries] == ["done", "done", "failed", "failed"]
+    assert (reached.computed, reached.failed) == (4, 2)
+    row = entries[2].row
+    assert "square root" in row.message or "sqrt" in row.message
+    assert row.time == pytest.approx(0.1, abs=0.02)
+    with open_results(tmp_path / "out" / entries[2].file) as results:
+        assert results.status.startswith("failed")
+        assert results.overrides == {"fails": "1.0", "length": "1.0", "bodies.bar.mass": "1.0"}
+    again, _ = swept(path, tmp_path / "out")
+    assert (again.computed, again.reused, again.failed) == (0, 4, 2)
+    (tmp_path / "out" / entries[3].file).unlink()
+    assert swept(path, tmp_path / "out")[0].computed == 1
+
+
+def test_too_many_failures_end_it(tmp_path):
+    path = write(tmp_path, "  fails: [1]\n  length: 1:2:40\n")
+    reached, entries = swept(path, tmp_path / "out", most_failures=0)
+    assert 1 <= reached.failed < 40
+    assert sum(entry.status == "not run" for entry in entries) == reached.left
+
+
+@pytest.mark.parametrize("formulation", ["auto", "full"])
+def test_a_case_stops_when_its_time_is_up(tmp_path, formulation):
+    """Between two steps, though it records no sample for hours."""
+    slow = "  fails: -1e8\n  simulation.duration: 1e7\n  simulation.step: 1e-5\n  simulation.output_step: 1e6\n"
+    spec = read_spec(write(tmp_path, f"{slow}  simulation.formulation: {formulation}\n"))
+    row = run_case(work_of(spec, timeout=0.3), Task("key", spec.design.case(0)))
+    assert (row.status, row.message) == (Status.TIMEOUT, "stopped: it took longer than 0.3 s")
+    assert row.seconds < 3.0
+
+
+def test_all_results_may_be_kept_and_repeated(tmp_path):
+    path = write(tmp_path, "  bodies.bar.mass: [2]\n", more="keep: all\n")
+    _, (entry,) = swept(path, tmp_path / "out")
+    done = mbproj("rerun", f"out/{entry.file}", "-o", "again.h5", "-q", folder=tmp_path)
+    assert done.returncode == 0, done.stderr
+    with open_results(tmp_path / "again.h5") as results:
+        assert results.marker("end").position[-1, 2] == entry.row.values[0]
+
+
+def test_the_folder_of_another_sweep_is_left_alone(tmp_path):
+    path = write(tmp_path, "  length: [1]\n")
+    swept(path, tmp_path / "out")
+    other = tmp_path / "other.yaml"
+    (tmp_path / "pendulum.yaml").rename(tmp_path / "swing.yaml")
+    other.write_text(path.read_text().replace("pendulum.yaml", "swing.yaml"))
+    with pytest.raises(
+        InputError, match=r"holds a sweep of 'pendulum.yaml', not of 'swing.yaml'; choose another folder"
+    ):
+        swept(other, tmp_path / "out")
+    (tmp_path / "mine").mkdir()
+    (tmp_path / "mine" / "thesis.tex").write_text("")
+    with pytest.raises(InputError, match=r"is not the folder of a sweep: it holds 'thesis.tex'"):
+        swept(other, tmp_path / "mine")
+    (tmp_path / "foreign").mkdir()
+    with sqlite3.connect(tmp_path / "foreign" / "store.sqlite") as database:
+        database.execute("CREATE TABLE mine (x)")
+    with pytest.raises(InputError, match=r"is not the store of a sweep: it is that of another program"):
+        swept(other, tmp_path / "foreign")
+
+
+def test_two_sweeps_never_share_a_folder(tmp_path):
+    from mbproj.studies.sweep.folder import Folder
+
+    spec = read_spec(write(tmp_path, "  length: [1]\n"))
+    with Folder(tmp_path / "out", spec, False).store, pytest.raises(InputError, match="another sweep is at work in"):
+        Folder(tmp_path / "out", spec, False)
