@@ -48,7 +48,8 @@ MAY_IMPORT = {
         "results",
         "analysis",
     },
-    "plot": {"outputs", "results", "analysis", "scene"},
+    "animate": {"joints", "scene", "model", "dynamics", "results", "analysis"},
+    "plot": {"outputs", "results", "analysis", "scene", "animate"},
     "cli": {
         "guide",
         "joints",
@@ -62,6 +63,7 @@ MAY_IMPORT = {
         "analysis",
         "linear",
         "studies",
+        "animate",
         "plot",
         "templates",
     },
@@ -90,6 +92,7 @@ FOLDERS = {
         "tradeoff",
         "verify",
     ),
+    "animate": ("look", "data", "page"),
     "plot": ("pages", "kinds"),
     "cli": ("report", "studies", "linear", "commands"),
 }

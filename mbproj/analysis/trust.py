@@ -6,12 +6,16 @@ true error is between d - u and d + u, which gives a range of times.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from mbproj.arrays import Array, Flags
+from mbproj.results import Results
 
+#: Part of the distance that the markers travel which an error must stay below by default.
+PART = 1e-3
 #: A horizon is settled where its range is at most this part of it.
 SETTLED = 0.05
 
@@ -47,3 +51,10 @@ def _first_above(time: Array, values: Array, limit: float) -> Array:
     beyond = values > limit
     first: Array = np.where(beyond.any(axis=0), time[np.argmax(beyond, axis=0)], np.inf)
     return first
+
+
+def usual_limit(results: Sequence[Results]) -> float:
+    """The largest power of ten, in m, that is at most a thousandth of how far the markers, or the bodies, travel."""
+    kind = "markers" if results[0].names("markers") else "bodies"
+    travel = max(float(np.ptp(result[f"{kind}/position"], axis=0).max(initial=0.0)) for result in results)
+    return float(10.0 ** np.floor(np.log10(PART * travel))) if travel > 0.0 else PART

@@ -99,6 +99,8 @@ def _ends(path: Path) -> tuple[bytes, bytes]:
         return head, file.read(END)
 
 
+#: A page says so in its head.
+PAGE = Kind("a page", _begins_with(b'<meta name="generator" content="mbproj">'))
 JUNIT = Kind("a JUnit report", _begins_with(b'<testsuites name="mbproj '))
 SCENE_SCHEMA = Kind("a schema", _begins_with(b'"title": "mbproj scene"'))
 #: A scene is its author's, whoever wrote its first version: it is never ours to replace.

@@ -4,23 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
-import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from mbproj.plot.margins import small_print
 from mbproj.plot.style import SHADE
 from mbproj.results import Results
-
-#: Part of the distance that the markers travel which an error must stay below by default.
-PART = 1e-3
-
-
-def usual_limit(results: Sequence[Results]) -> float:
-    """The largest power of ten, in m, that is at most a thousandth of how far the markers, or the bodies, travel."""
-    kind = "markers" if results[0].names("markers") else "bodies"
-    travel = max(float(np.ptp(result[f"{kind}/position"], axis=0).max(initial=0.0)) for result in results)
-    return float(10.0 ** np.floor(np.log10(PART * travel))) if travel > 0.0 else PART
 
 
 def since(result: Results, limit: float, name: str | None = None) -> float | None:

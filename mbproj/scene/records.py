@@ -9,6 +9,7 @@ from typing import Any, TypeAlias
 
 from mbproj.errors import Place, Problem
 from mbproj.functions.program import Program
+from mbproj.scene.looks import Appearance, PlacedShape
 
 Vector = tuple[float, float, float]
 Quaternion = tuple[float, float, float, float]
@@ -25,6 +26,7 @@ class Body:
 
     `position` is the centre of mass in m, `orientation` the unit Euler parameters (scalar first, body to global),
     `velocity` global in m/s, `angular_velocity` in body axes in rad/s. Poses and velocities are the guess of assembly.
+    `shapes`, where its mass comes from some, and `appearance` are what it looks like.
     """
 
     name: str
@@ -34,6 +36,8 @@ class Body:
     orientation: Quaternion = (1.0, 0.0, 0.0, 0.0)
     velocity: Vector = (0.0, 0.0, 0.0)
     angular_velocity: Vector = (0.0, 0.0, 0.0)
+    shapes: tuple[PlacedShape, ...] = field(default=(), compare=False)
+    appearance: Appearance | None = field(default=None, compare=False)
 
 
 @dataclass(frozen=True)

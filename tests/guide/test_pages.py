@@ -11,7 +11,7 @@ from click.testing import CliRunner
 from mbproj.cli.main import COMMANDS, mbproj
 from mbproj.guide.pages import KINDS, ROOT, pages, search
 from mbproj.guide.terminal import WIDTH, rendered
-from mbproj.scene.blocks.shapes import SHAPES
+from mbproj.scene.solids.shapes import SHAPES
 from scripts.draw_guide import FIGURES
 from tests.guide.fences import fences, run_page
 from tests.support import ROOT as CHECKOUT

@@ -7,8 +7,8 @@ import pytest
 from matplotlib.patches import Rectangle
 
 from mbproj import read_scene
+from mbproj.analysis.trust import usual_limit
 from mbproj.plot.kinds import draw, why_not
-from mbproj.plot.untrusted import usual_limit
 from mbproj.results import ResultsWriter, open_results
 from mbproj.scene import settings_to_run
 from mbproj.studies.certify.certified import simulate_certified

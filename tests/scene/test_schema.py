@@ -17,9 +17,9 @@ from mbproj.errors import InputError
 from mbproj.joints import JOINTS
 from mbproj.registry import PROJECTIONS
 from mbproj.scene import read_scene_text
-from mbproj.scene.blocks.shapes import SHAPES
 from mbproj.scene.fields.containers import OneOf
 from mbproj.scene.schema import scene_schema
+from mbproj.scene.solids.shapes import SHAPES
 from tests.cli.commands import mbproj
 from tests.scene.good_scene import GOOD, changed, read
 from tests.scene.wrong_scenes import BLIND, IDS, ROWS

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import click
 
@@ -12,13 +11,11 @@ from mbproj.cli.completion import Folder, one_of, results_file
 from mbproj.cli.explained import Part, explained, option
 from mbproj.cli.linear.pictures import draw_linear, is_linear
 from mbproj.cli.quantity import Positive
+from mbproj.cli.results_shown import opened, selected
 from mbproj.cli.study_options import force as force_option
 from mbproj.errors import InputError, Problem
 from mbproj.plot.kinds import KINDS
 from mbproj.scene.text.suggestions import choose_from
-
-if TYPE_CHECKING:
-    from mbproj.results import Results
 
 OTHER_DIRECTORY = "choose another directory with -o"
 KINDS_HELP = "; ".join(f"{name}: {kind.summary}" for name, kind in KINDS.items())
@@ -111,10 +108,10 @@ def command(
         draw_linear(results, kinds, directory, file_format, unfit=unfit, force=force)
         return
     _check(results, kinds, labels)
-    opened = [_open(path) for path in results]
-    names = list(labels) or derive_labels(opened)
-    first = stem(opened[0])
-    shown = _select(opened, start, stop, markers, joints)
+    files = [opened(path) for path in results]
+    names = list(labels) or derive_labels(files)
+    first = stem(files[0])
+    shown = selected(files, start, stop, markers, joints)
     drawn = _applicable(kinds, {kind: why_not(kind, shown) for kind in KINDS})
     drawn = drawn if kinds else _worth_it(drawn, {kind: nothing_to_see(kind, shown) for kind in drawn})
     make_folder(directory, OTHER_DIRECTORY)
@@ -132,58 +129,6 @@ def _check(results: Sequence[Path], kinds: Sequence[str], labels: Sequence[str])
     if labels and len(labels) != len(results):
         message = f"--label: {len(labels)} for {len(results)} results"
         raise InputError(Problem(message, hint="give one for each file, in their order, or none"))
-
-
-def _open(path: Path) -> Results:
-    from mbproj.results import open_results
-
-    opened = open_results(path)
-    if opened.partial:
-        click.echo(f"note: '{opened.path}' is incomplete: its run was killed, or still goes on", err=True)
-    elif opened.status != "complete":
-        click.echo(f"note: '{opened.path}': {opened.status}", err=True)
-    return opened
-
-
-def _select(
-    opened: Sequence[Results],
-    start: float | None,
-    stop: float | None,
-    markers: Sequence[str],
-    joints: Sequence[str],
-) -> list[Results]:
-    """The time window and the names asked for. Each name must be in one of the results, and each result must have a
-    sample."""
-    from math import inf
-
-    from mbproj.results.faults import no_such_name
-
-    low, high = -inf if start is None else start, inf if stop is None else stop
-    if not low <= high:
-        raise InputError(Problem(f"--from {low:g} is not before --to {high:g}", hint="exchange them"))
-    for kind, wanted in (("markers", markers), ("joints", joints)):
-        present = list(dict.fromkeys(name for results in opened for name in results.names(kind)))
-        for name in wanted:
-            if name not in present:
-                raise no_such_name(kind, name, present, "the results")
-    selected = []
-    for results in opened:
-        chosen = {
-            kind: [name for name in dict.fromkeys(wanted) if name in results.names(kind)] if wanted else None
-            for kind, wanted in (("markers", markers), ("joints", joints))
-        }
-        selected.append(results.select(start=low, stop=high, markers=chosen["markers"], joints=chosen["joints"]))
-        if not len(selected[-1].time):
-            raise _nothing(results, low, high)
-    return selected
-
-
-def _nothing(results: Results, low: float, high: float) -> InputError:
-    if not len(results.time):
-        return InputError(Problem(f"'{results.path}' holds no samples", hint=f"its status: {results.status}"))
-    span = f"its samples go from {results.time[0]:g} s to {results.time[-1]:g} s"
-    window = "".join(f" {word} {at:g} s" for word, at in (("from", low), ("to", high)) if abs(at) < float("inf"))
-    return InputError(Problem(f"'{results.path}' has no sample{window}", hint=span))
 
 
 def _applicable(kinds: Sequence[str], reasons: dict[str, str | None]) -> list[str]:

@@ -86,7 +86,9 @@ def draw(kind: str, results: Sequence[Results], labels: Sequence[str], limit: fl
     if KINDS[kind].of_motion and any(result.trust for result in results):
         untrusted = import_module("mbproj.plot.untrusted")
         mark = getattr(module, "mark_untrusted", untrusted.mark)
-        untrusted.explain(figure, mark(figure, results, limit or untrusted.usual_limit(results)))
+        untrusted.explain(
+            figure, mark(figure, results, limit or import_module("mbproj.analysis.trust").usual_limit(results))
+        )
     import_module("mbproj.plot.margins").small_print(figure, caption(results))
     return figure
 

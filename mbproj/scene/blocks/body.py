@@ -15,19 +15,19 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import Any
 
-from mbproj.scene.blocks.shapes import SHAPE_FIELDS, Shape
-from mbproj.scene.blocks.solids import Part, Solid, alone, mass_of, together
 from mbproj.scene.fields import inertia, rotations
 from mbproj.scene.fields.alternatives import Alternatives
-from mbproj.scene.fields.checks import inertia_of, orientation_of, unit_quaternion
-from mbproj.scene.fields.choices import Choice
+from mbproj.scene.fields.checks import inertia_of
 from mbproj.scene.fields.containers import Check, Complaint, OneOf, Record
 from mbproj.scene.fields.fields import Converted, Field, List
-from mbproj.scene.fields.quantities import Angle, Number
-from mbproj.scene.fields.vectors import DIRECTION, POINT, rows, vector
+from mbproj.scene.fields.orientation import ORIENTATION
+from mbproj.scene.fields.quantities import Number
+from mbproj.scene.fields.vectors import POINT, rows, vector
+from mbproj.scene.looks import PlacedShape
 from mbproj.scene.records import Body, Matrix, Quaternion, Vector
-
-QUATERNION: Field[Quaternion] = Converted(List(Number(), 4), unit_quaternion)
+from mbproj.scene.solids.appearance import APPEARANCE
+from mbproj.scene.solids.composed import Part, Solid, alone, mass_of, together
+from mbproj.scene.solids.shapes import A_SHAPE, SHAPE_FIELDS, Shape
 
 INERTIA: Field[Matrix] = Converted(
     Alternatives(
@@ -40,24 +40,6 @@ INERTIA: Field[Matrix] = Converted(
     inertia_of,
 )
 
-ORIENTATION: Field[Quaternion] = Converted(
-    Alternatives(
-        (
-            Record("a rotation", {"axis": DIRECTION, "angle": Angle()}, rotations.from_axis_angle, ("axis", "angle")),
-            Record("a rotation", {"quaternion": QUATERNION}, lambda quaternion: quaternion, ("quaternion",)),
-            Record("a rotation", {"matrix": Converted(rows(""), orientation_of)}, lambda matrix: matrix, ("matrix",)),
-            Record(
-                "a rotation",
-                {"euler": List(Angle(), 3), "sequence": Choice("sequence of axes", lambda: rotations.SEQUENCES)},
-                lambda euler, sequence: rotations.from_euler(euler, sequence),
-                ("euler", "sequence"),
-            ),
-        )
-    ),
-    unit_quaternion,
-)
-
-A_SHAPE = OneOf(tuple(SHAPE_FIELDS), needed=True)
 DENSITY = Number("kg/m^3", above=0.0)
 
 
@@ -109,11 +91,18 @@ def _solid(given: dict[str, Any]) -> Solid:
 
 def _body(given: dict[str, Any]) -> Body:
     solid = _solid(given)
-    rest = {key: given[key] for key in ("orientation", "velocity", "angular_velocity") if key in given}
+    rest = {key: given[key] for key in ("orientation", "velocity", "angular_velocity", "appearance") if key in given}
     position = given.get("position")
     if position is None:
         position = _placed(given["origin"], given.get("orientation", Body.orientation), solid.centre)
-    return Body(given["name"], solid.mass, solid.inertia, position, **rest)
+    shapes = tuple(_seen(part, solid.centre) for part in solid.parts)
+    return Body(given["name"], solid.mass, solid.inertia, position, shapes=shapes, **rest)
+
+
+def _seen(part: Part, centre: Vector) -> PlacedShape:
+    """What a part looks like, from the centre of mass."""
+    x, y, z = (at - middle for at, middle in zip(part.position, centre, strict=True))
+    return PlacedShape(part.shape.kind, part.shape.sizes, part.shape.axis, (x, y, z), part.orientation)
 
 
 def _placed(origin: Vector, orientation: Quaternion, point: Vector) -> Vector:
@@ -139,6 +128,7 @@ BODY: Field[Body] = Converted(
             "orientation": ORIENTATION,
             "velocity": vector("m/s"),
             "angular_velocity": vector("rad/s"),
+            "appearance": APPEARANCE,
         },
         dict,
         checks=(Check(("shape", "density"), has_volume),),

@@ -23,7 +23,7 @@ from types import MappingProxyType
 from typing import Any
 
 from mbproj.scene.fields.choices import Choice
-from mbproj.scene.fields.containers import Check, Complaint, Record
+from mbproj.scene.fields.containers import Check, Complaint, OneOf, Record
 from mbproj.scene.fields.fields import Converted, Field, List
 from mbproj.scene.fields.quantities import Number
 from mbproj.scene.records import Vector
@@ -50,11 +50,14 @@ class ShapeType:
 
 @dataclass(frozen=True)
 class Shape:
-    """A shape of given dimensions: `spread` in m², `volume` in m³ or None."""
+    """A shape of given dimensions: `spread` in m², `volume` in m³ or None; `sizes` are the dimensions by name in m, and
+    `axis` is where z lies in them."""
 
     kind: str
     spread: Vector
     volume: float | None
+    sizes: Mapping[str, float]
+    axis: str
 
 
 def thick(outer: float, inner: float) -> Iterator[Complaint]:
@@ -117,11 +120,14 @@ SHAPES: Mapping[str, ShapeType] = MappingProxyType(
 def _shape(kind: str, dimensions: Mapping[str, Any]) -> Shape:
     entry = SHAPES[kind]
     sizes = {name: size for name, size in dimensions.items() if name != "axis"}
-    spread = _ALONG[dimensions.get("axis", "z")](entry.spread(**sizes))
-    return Shape(kind, spread, entry.volume(**sizes) if entry.volume else None)
+    axis = dimensions.get("axis", "z")
+    spread = _ALONG[axis](entry.spread(**sizes))
+    return Shape(kind, spread, entry.volume(**sizes) if entry.volume else None, sizes, axis)
 
 
 #: What reads each shape, by its name.
 SHAPE_FIELDS: Mapping[str, Field[Shape]] = MappingProxyType(
     {name: Converted(entry.dimensions, partial(_shape, name)) for name, entry in SHAPES.items()}
 )
+#: Of the keys that shapes are named by, exactly one is given.
+A_SHAPE = OneOf(tuple(SHAPE_FIELDS), needed=True)

@@ -5,12 +5,12 @@ from __future__ import annotations
 from collections.abc import Iterable
 from dataclasses import dataclass
 
-from mbproj.scene.blocks.shapes import Shape
 from mbproj.scene.fields import inertia, rotations
 from mbproj.scene.fields.checks import inertia_of
 from mbproj.scene.fields.quantities import LARGEST
 from mbproj.scene.fields.reading import Unfit
 from mbproj.scene.records import Matrix, Quaternion, Vector
+from mbproj.scene.solids.shapes import Shape
 
 _ELEMENTS = ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))
 
@@ -27,11 +27,12 @@ class Part:
 
 @dataclass(frozen=True)
 class Solid:
-    """Mass in kg, centre of mass in m and the inertia tensor about it in kg m², in the common axes of the parts."""
+    """Mass in kg, centre of mass in m and the inertia tensor about it in kg m², in the common axes of the `parts`."""
 
     mass: float
     centre: Vector
     inertia: Matrix
+    parts: tuple[Part, ...] = ()
 
 
 def mass_of(shape: Shape, mass: float | None, density: float | None) -> float:
@@ -50,7 +51,7 @@ def _possible(mass: float) -> float:
 
 def alone(part: Part) -> Solid:
     """The solid of one part, which may be without mass."""
-    return Solid(part.mass, part.position, _tensor([part], part.position))
+    return Solid(part.mass, part.position, _tensor([part], part.position), (part,))
 
 
 def together(parts: Iterable[Part]) -> Solid:
@@ -61,7 +62,7 @@ def together(parts: Iterable[Part]) -> Solid:
     parts = tuple(parts)
     mass = _possible(sum(part.mass for part in parts))
     x, y, z = (sum(part.mass * part.position[i] for part in parts) / mass for i in range(3))
-    return Solid(mass, (x, y, z), _tensor(parts, (x, y, z)))
+    return Solid(mass, (x, y, z), _tensor(parts, (x, y, z)), parts)
 
 
 def _tensor(parts: Iterable[Part], centre: Vector) -> Matrix:

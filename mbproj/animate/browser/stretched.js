@@ -1,0 +1,129 @@
+// What reaches from one point to another: rods, springs, dampers; and arrows of forces.
+
+const TURNS = 9;
+const Z = new THREE.Vector3(0, 0, 1);
+
+/** A spring of length 1 along z, with straight ends. */
+function coil(radius) {
+  class Helix extends THREE.Curve {
+    getPoint(t) {
+      const wound = Math.min(Math.max((t - 0.08) / 0.84, 0), 1);
+      const out = radius * Math.min(1, Math.min(t, 1 - t) / 0.08);
+      const angle = 2 * Math.PI * TURNS * wound;
+      return new THREE.Vector3(out * Math.cos(angle), out * Math.sin(angle), t - 0.5);
+    }
+  }
+  return new THREE.TubeGeometry(new Helix(), 40 * TURNS, 0.16 * radius, 6);
+}
+
+/** A rod of length 1 along z from `low` to `high`. */
+function rod(radius, low = -0.5, high = 0.5) {
+  return new THREE.CylinderGeometry(radius, radius, high - low, 20).rotateX(Math.PI / 2).translate(0, 0, (low + high) / 2);
+}
+
+const SPANS = {
+  rod: (radius) => [rod(radius)],
+  spring: (radius) => [coil(radius)],
+  damper: (radius) => [rod(0.25 * radius), rod(0.62 * radius, -0.3, 0.12)],
+  strut: (radius) => [coil(radius), rod(0.2 * radius), rod(0.45 * radius, -0.3, 0.12)],
+};
+
+class Spans {
+  constructor(run, ghost) {
+    this.run = run;
+    this.root = new THREE.Group();
+    this.scratch = new THREE.Object3D();
+    this.ends = [new THREE.Vector3(), new THREE.Vector3()];
+    this.items = run.look.spans.map((span) => {
+      const colour = ghost ? GHOST_COLOUR : span.kind === "rod" ? "#5d6875" : "#2f8f6b";
+      const material = new THREE.MeshPhongMaterial({ color: colour, transparent: ghost, opacity: ghost ? 0.28 : 1 });
+      const mesh = new THREE.Mesh(merged(SPANS[span.kind](span.radius)), material);
+      mesh.userData = { layer: "springs", kind: span.kind === "rod" ? "joints" : "forces", name: span.name, colour: new THREE.Color(colour), opacity: ghost ? 0.28 : 1 };
+      this.root.add(mesh);
+      return { span, mesh };
+    });
+  }
+
+  move(at) {
+    for (const { span, mesh } of this.items) {
+      this.ends.forEach((end, i) => this.run.point(span.carriers[i], span.points[i], at, end, this.scratch));
+      stretch(mesh, this.ends[0], this.ends[1]);
+    }
+  }
+}
+
+/** Puts what is 1 long along z between two points. */
+function stretch(object, from, to) {
+  const along = to.clone().sub(from);
+  const length = along.length();
+  object.position.addVectors(from, to).multiplyScalar(0.5);
+  object.quaternion.setFromUnitVectors(Z, length > 0 ? along.divideScalar(length) : Z);
+  object.scale.set(1, 1, Math.max(length, 1e-12));
+}
+
+/** Arrows of the reactions: a force one head, a torque two; as long as they are large, over the whole run. */
+class Arrows {
+  constructor(run, name, colour, heads, length, radius) {
+    this.run = run;
+    this.root = new THREE.Group();
+    this.scratch = new THREE.Object3D();
+    this.from = new THREE.Vector3();
+    this.group = run.groups.findIndex((group) => group.kind === "joints" && group.name === name);
+    this.length = length;
+    this.radius = radius;
+    this.items = [];
+    if (this.group < 0) return;
+    const { owners } = run.groups[this.group];
+    this.largest = this.#largest(owners.length);
+    owners.forEach((owner, number) => {
+      const joint = run.look.joints.find((each) => each.name === owner);
+      if (joint) this.items.push({ number, joint, object: this.#arrow(colour, heads, owner) });
+    });
+  }
+
+  /** The size that is drawn at full length: nearly the largest, so that one peak does not hide the others. */
+  #largest(count) {
+    const block = this.run.series[this.group];
+    const sizes = [];
+    for (let row = 0; row < block.rows; row += Math.ceil(block.rows / 200)) {
+      for (let owner = 0; owner < count; owner++) {
+        const size = Math.hypot(...[0, 1, 2].map((i) => block.at(row, 3 * owner + i)));
+        if (Number.isFinite(size)) sizes.push(size);
+      }
+    }
+    sizes.sort((a, b) => a - b);
+    return sizes[Math.floor(0.97 * (sizes.length - 1))] || 1;
+  }
+
+  #arrow(colour, heads, name) {
+    const material = new THREE.MeshPhongMaterial({ color: colour });
+    const object = new THREE.Group();
+    const shaft = new THREE.Mesh(rod(this.radius, 0, 1), material);
+    object.add(shaft);
+    for (let head = 0; head < heads; head++) {
+      const cone = new THREE.ConeGeometry(2.6 * this.radius, 6 * this.radius, 16).rotateX(Math.PI / 2);
+      const mesh = new THREE.Mesh(cone, material);
+      mesh.userData = { head };
+      object.add(mesh);
+    }
+    object.children.forEach((mesh) => Object.assign(mesh.userData, { kind: "joints", name }));
+    this.root.add(object);
+    return object;
+  }
+
+  move(at) {
+    if (!this.root.visible) return;
+    for (const { number, joint, object } of this.items) {
+      const force = new THREE.Vector3(...[0, 1, 2].map((i) => this.run.value(this.group, 3 * number + i, at)));
+      const length = Math.min(1.6, force.length() / this.largest) * this.length;
+      object.visible = length > 3 * this.radius;
+      if (!object.visible) continue;
+      this.run.point(joint.bodies[1], joint.point, at, this.from, this.scratch);
+      object.position.copy(this.from);
+      object.quaternion.setFromUnitVectors(Z, force.normalize());
+      const [shaft, ...cones] = object.children;
+      shaft.scale.z = Math.max(length - 3 * this.radius, 1e-12);
+      cones.forEach((cone) => cone.position.set(0, 0, length - (3 + 6 * cone.userData.head) * this.radius));
+    }
+  }
+}

@@ -1,0 +1,44 @@
+// Markers: a ball at each, the path that it has left, and faintly the path that it will take.
+
+class Trails {
+  constructor(run, radius, ghost) {
+    this.run = run;
+    this.root = new THREE.Group();
+    this.paths = new THREE.Group();
+    this.root.add(this.paths);
+    this.scratch = new THREE.Object3D();
+    this.at = new THREE.Vector3();
+    const ball = new THREE.SphereGeometry(radius, 20, 14);
+    this.items = run.look.markers.map((marker, number) => {
+      const colour = ghost ? GHOST_COLOUR : MARKER_COLOURS[number % MARKER_COLOURS.length];
+      const mesh = new THREE.Mesh(ball, new THREE.MeshPhongMaterial({ color: colour }));
+      mesh.userData = { kind: "markers", name: marker.name };
+      this.root.add(mesh);
+      return { marker, mesh, line: this.#path(marker, colour) };
+    });
+  }
+
+  #path(marker, colour) {
+    const points = new Float32Array(3 * this.run.frames);
+    for (let row = 0; row < this.run.frames; row++) {
+      this.run.point(marker.body, marker.point, { row, part: 0 }, this.at, this.scratch);
+      this.at.toArray(points, 3 * row);
+    }
+    const geometry = new THREE.BufferGeometry().setAttribute("position", new THREE.BufferAttribute(points, 3));
+    const faint = new THREE.LineBasicMaterial({ color: colour, transparent: true, opacity: 0.22 });
+    this.paths.add(new THREE.Line(geometry, faint));
+    const past = new THREE.Line(geometry.clone(), new THREE.LineBasicMaterial({ color: colour }));
+    past.frustumCulled = false;
+    this.paths.add(past);
+    return past;
+  }
+
+  move(at) {
+    for (const { marker, mesh, line } of this.items) {
+      this.run.point(marker.body, marker.point, at, mesh.position, this.scratch);
+      line.geometry.setDrawRange(0, at.row + 1);
+    }
+  }
+}
+
+const MARKER_COLOURS = ["#d55e00", "#7b3294", "#006d5b", "#b8860b", "#1f4e9c"];

@@ -1,0 +1,65 @@
+"""Which samples of a run a page shows: all that 60 frames a second can, and no more than a browser holds."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from mbproj.arrays import Array, Integers
+from mbproj.errors import InputError, Problem
+
+#: Frames a second of time, and those that a short run has at least: it is watched more slowly.
+RATE, FEWEST = 60.0, 600
+#: Numbers of poses (7 a body and frame) beyond which frames are left out, and beyond which there is no page: a browser
+#: holds them four bytes each, the file about two.
+THINNED, REFUSED = 10_000_000, 60_000_000
+
+
+@dataclass(frozen=True, eq=False)
+class Frames:
+    """The samples (F,) that are shown, and what is said where that is not all of them."""
+
+    rows: Integers
+    remark: str
+
+
+def frames_of(time: Array, whole: Integers, bodies: int, full: bool = False) -> Frames:
+    """The frames of a run with samples at `time` (T,), of which those in `whole` are finite. `full`: all of those.
+
+    Raises InputError where no browser would hold them."""
+    span = float(time[whole[-1]] - time[whole[0]]) if len(whole) else 0.0
+    wanted = len(whole) if full else min(len(whole), max(FEWEST, int(np.ceil(RATE * span))) + 1)
+    room = max(2, THINNED // (7 * max(bodies, 1)))
+    if full and 7 * bodies * wanted > REFUSED:
+        message = f"{wanted} frames of {bodies} bodies are {7e-6 * bodies * wanted:.0f} million numbers"
+        hint = f"leave --full out, or take a part with --from and --to; a page holds {REFUSED // 1_000_000} million"
+        raise InputError(Problem(f"{message}, more than a browser opens", hint=hint))
+    if 14 * bodies > REFUSED:
+        message = f"{bodies} bodies are more than a browser shows"
+        raise InputError(Problem(message, hint=f"a page holds {REFUSED // 14} bodies"))
+    count = wanted if full else min(wanted, room)
+    rows = whole if count >= len(whole) else whole[_spread(time[whole], count)]
+    return Frames(rows, _remark(len(rows), len(whole), count < wanted))
+
+
+def _spread(time: Array, count: int) -> Integers:
+    """Samples that are as even in time as there are: the nearest to `count` even times."""
+    even = np.linspace(time[0], time[-1], count)
+    after = np.clip(np.searchsorted(time, even), 1, len(time) - 1)
+    nearer = np.where(even - time[after - 1] < time[after] - even, after - 1, after)
+    return np.unique(nearer)
+
+
+def _remark(shown: int, recorded: int, cramped: bool) -> str:
+    if shown == recorded:
+        return ""
+    why = "the page would be too large for a browser with more" if cramped else "more than a screen can show"
+    return f"{shown} of {recorded} samples are shown: {why}"
+
+
+def largest_between(values: Array, whole: Integers, rows: Integers) -> Array:
+    """The largest of `values` (T, c) since the frame before, (F, c): a peak between two frames is not lost."""
+    starts = np.concatenate([[whole[0]], rows[:-1] + 1]) if len(rows) else rows
+    found = [np.fmax.reduce(values[start : row + 1], axis=0) for start, row in zip(starts, rows, strict=True)]
+    return np.array(found).reshape(len(rows), values.shape[1])

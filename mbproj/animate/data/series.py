@@ -1,0 +1,102 @@
+"""The series that a page charts: whatever the run recorded, as far as there is room."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from mbproj.arrays import Array
+from mbproj.results import Results
+
+#: Numbers of all series together; what comes later in `GROUPS` is left out first.
+ROOM = 1_200_000
+
+
+@dataclass(frozen=True, eq=False)
+class Group:
+    """Series of one quantity: of the run (`kind` ""), or of each of `owners`, in `components` ("" for a number alone).
+
+    `units`: one for the run, or one an owner. `logarithmic`: sizes that are shown on such a scale."""
+
+    name: str
+    kind: str
+    owners: tuple[str, ...]
+    components: tuple[str, ...]
+    units: tuple[str, ...]
+    path: str
+    logarithmic: bool = False
+
+    @property
+    def columns(self) -> int:
+        """c."""
+        return max(len(self.owners), 1) * len(self.components)
+
+    def values(self, results: Results) -> Array:
+        """The series over all samples (T, c)."""
+        read = np.asarray(results[self.path], dtype=float)
+        return read.reshape(len(read), -1)
+
+
+XYZ = ("x", "y", "z")
+_RUN = (
+    ("position violation", "m or rad", "diagnostics/position_violation", True),
+    ("velocity violation", "m/s or rad/s", "diagnostics/velocity_violation", True),
+    ("kinetic energy", "J", "diagnostics/kinetic_energy", False),
+    ("potential energy", "J", "diagnostics/potential_energy", False),
+    ("total energy", "J", "diagnostics/total_energy", False),
+    ("energy balance", "J", "diagnostics/energy_balance", False),
+    ("step size", "s", "diagnostics/step_size", True),
+)
+#: Whose, what, components, unit, dataset; vectors of bodies' turning are in body axes, all others global.
+_VECTORS = (
+    ("joints", "reaction force", "N", "joints/reaction_force"),
+    ("joints", "reaction torque", "N m", "joints/reaction_torque"),
+    ("markers", "velocity", "m/s", "markers/velocity"),
+    ("bodies", "velocity", "m/s", "bodies/velocity"),
+    ("bodies", "angular velocity", "rad/s", "bodies/angular_velocity"),
+    ("markers", "acceleration", "m/s²", "markers/acceleration"),
+    ("bodies", "acceleration", "m/s²", "bodies/acceleration"),
+)
+
+
+def groups_of(results: Results) -> Iterator[Group]:
+    """All groups that the results have, in the order of their worth."""
+    for name, unit, path, logarithmic in _RUN:
+        yield Group(name, "", (), ("",), (unit,), path, logarithmic)
+    for group in _of_columns(results):
+        if group.owners:
+            yield group
+
+
+def _of_columns(results: Results) -> Iterator[Group]:
+    joints, along, units = (results.names(kind) for kind in ("joints", "coordinates", "coordinate_units"))
+    yield Group("violation", "joints", joints, ("",), ("m or rad",) * len(joints), "joints/violation", True)
+    yield Group("coordinate", "coordinates", along, ("",), units, "joints/coordinate")
+    yield Group("rate", "coordinates", along, ("",), tuple(f"{unit}/s" for unit in units), "joints/speed")
+    forces, lengths = results.names("forces"), results.names("force_units")
+    yield Group("coordinate", "forces", forces, ("",), lengths, "forces/coordinate")
+    yield Group("force", "forces", forces, ("",), _works(lengths), "forces/force")
+    motions = results.names("motions")
+    yield Group("force", "motions", motions, ("",), _works(results.names("motion_units")), "motions/force")
+    for kind, name, unit, path in _VECTORS:
+        owners = results.names(kind)
+        yield Group(name, kind, owners, XYZ, (unit,) * len(owners), path)
+
+
+def _works(units: Sequence[str]) -> tuple[str, ...]:
+    """The units of what acts along coordinates in these."""
+    return tuple("N m" if unit == "rad" else "N" for unit in units)
+
+
+def fitting(groups: Iterable[Group], frames: int) -> tuple[list[Group], list[Group]]:
+    """The groups for which there is room, and those that are left out."""
+    kept: list[Group] = []
+    left: list[Group] = []
+    room = ROOM
+    for group in groups:
+        size = group.columns * frames
+        (kept if size <= room else left).append(group)
+        room -= size if size <= room else 0
+    return kept, left

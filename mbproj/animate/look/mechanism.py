@@ -1,0 +1,143 @@
+"""`Look`: all that is drawn of a mechanism, from its scene and its motion."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from mbproj.animate.look.bodies import parts_of
+from mbproj.animate.look.glyphs import RODS
+from mbproj.animate.look.joints import Drawn, joint_parts, up_of
+from mbproj.animate.look.layout import TURNING, Layout
+from mbproj.animate.look.motion import Motion
+from mbproj.arrays import Array
+from mbproj.scene.looks import Appearance
+from mbproj.scene.records import Body, Joint, PointForce, Scene
+
+#: Colours of bodies in turn, which colour-blind readers can tell apart (Tol, Colour Schemes, 2021, "bright").
+COLOURS = ("#4477aa", "#ee6677", "#228833", "#ccbb44", "#66ccee", "#aa3377", "#8d99a6")
+
+
+@dataclass(frozen=True)
+class BodyLook:
+    """A body as it is shown."""
+
+    name: str
+    colour: str
+    opacity: float
+
+
+@dataclass(frozen=True, eq=False)
+class JointLook:
+    """A joint as it is shown: its bodies by number, its point (3,) in body 2, and there the axis (3,) that it turns
+    about, None for a joint that is no hinge."""
+
+    name: str
+    type: str
+    bodies: tuple[int, int]
+    point: Array
+    axis: Array | None
+
+
+@dataclass(frozen=True, eq=False)
+class MarkerLook:
+    """A marker: its body's number, its point (3,) there."""
+
+    name: str
+    body: int
+    point: Array
+
+
+@dataclass(frozen=True, eq=False)
+class Span:
+    """What reaches from a point of one body to one of another: a "rod", a "spring", a "damper" or both ("strut")."""
+
+    kind: str
+    name: str
+    carriers: tuple[int, int]
+    points: tuple[Array, Array]
+    radius: float
+
+
+@dataclass(frozen=True, eq=False)
+class Look:
+    """What is drawn. `thickness` is the radius of a link and `size` the extent of the mechanism at the start, in m;
+    bodies and joints are numbered as in the scene."""
+
+    title: str
+    bodies: tuple[BodyLook, ...]
+    joints: tuple[JointLook, ...]
+    markers: tuple[MarkerLook, ...]
+    drawn: tuple[Drawn, ...]
+    spans: tuple[Span, ...]
+    thickness: float
+    size: float
+    gravity: Array
+
+
+def look_of(scene: Scene, motion: Motion) -> Look:
+    """What the scene looks like in this motion."""
+    layout = Layout.of(scene, motion)
+    marked: dict[str, list[Array]] = {}
+    for marker in scene.markers:
+        marked.setdefault(marker.body, []).append(layout.markers[marker.name])
+    bodies = [
+        tuple(
+            parts_of(
+                body,
+                layout.held.get(number, ()),
+                layout.axes.get(number, ()),
+                marked.get(body.name, ()),
+                layout.thickness,
+            )
+        )
+        for number, body in enumerate(scene.bodies)
+    ]
+    return Look(
+        title=scene.title,
+        bodies=tuple(_body_look(body, number) for number, body in enumerate(scene.bodies)),
+        joints=tuple(_joint_look(joint, layout) for joint in scene.joints),
+        markers=tuple(
+            MarkerLook(marker.name, layout.number[marker.body], layout.markers[marker.name]) for marker in scene.markers
+        ),
+        drawn=(
+            *(Drawn(part, number, "bodies", number) for number, parts in enumerate(bodies) for part in parts),
+            *joint_parts(scene, layout, motion, bodies, up_of(scene)),
+        ),
+        spans=tuple(_spans(scene, layout)),
+        thickness=layout.thickness,
+        size=layout.size,
+        gravity=np.array(scene.gravity),
+    )
+
+
+def _body_look(body: Body, number: int) -> BodyLook:
+    given = body.appearance or Appearance()
+    return BodyLook(body.name, given.colour or COLOURS[number % len(COLOURS)], given.opacity)
+
+
+def _joint_look(joint: Joint, layout: Layout) -> JointLook:
+    """A coupling has no point of its own: it stands where the second of its joints does."""
+    at = joint.name if joint.couples is None else joint.couples[1]
+    frame = layout.frames[at]
+    return JointLook(
+        joint.name, joint.type, layout.bodies[at], frame["p2"], frame["z2"] if joint.type in TURNING else None
+    )
+
+
+def _spans(scene: Scene, layout: Layout) -> Iterator[Span]:
+    for joint in scene.joints:
+        if joint.type in RODS:
+            frame = layout.frames[joint.name]
+            ends = (frame["p1"], frame["p2"])
+            yield Span("rod", joint.name, layout.bodies[joint.name], ends, 0.8 * layout.thickness)
+    for force in scene.forces:
+        if isinstance(force, PointForce):
+            first, second = force.bodies
+            law = force.law
+            elastic = law.stiffness > 0.0 or law.function is not None
+            kind = ("strut" if elastic else "damper") if law.damping > 0.0 else "spring"
+            carriers = (layout.number[first], layout.number[second])
+            yield Span(kind, force.name, carriers, layout.springs[force.name], 2.0 * layout.thickness)

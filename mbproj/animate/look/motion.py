@@ -1,0 +1,53 @@
+"""Where the bodies are: of a run, as it was recorded, or of a scene at its start."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from mbproj.arrays import Array, Integers
+from mbproj.dynamics.equations.kinematics import attached, pose_of
+from mbproj.model.euler_parameters import product, rotation_matrix
+from mbproj.model.system import System
+
+
+@dataclass(frozen=True, eq=False)
+class Motion:
+    """Centres of mass `position` (T, n, 3) in m and Euler parameters `orientation` (T, n, 4) at `time` (T,) in s."""
+
+    time: Array
+    position: Array
+    orientation: Array
+
+    @property
+    def finite(self) -> Integers:
+        """The samples at which every body is somewhere."""
+        whole = np.isfinite(self.position).all(axis=(1, 2)) & np.isfinite(self.orientation).all(axis=(1, 2))
+        return np.flatnonzero(whole)
+
+    def at(self, rows: Integers | Sequence[int]) -> Motion:
+        """These samples alone."""
+        return Motion(self.time[rows], self.position[rows], self.orientation[rows])
+
+    def point(self, body: int, local: Array) -> Array:
+        """The path (T, 3) of a point of a body; of the ground (-1), which stays."""
+        if body < 0:
+            return np.broadcast_to(local, (len(self.time), 3))
+        return self.position[:, body] + rotation_matrix(self.orientation[:, body]) @ local
+
+    def vector(self, body: int, local: Array) -> Array:
+        """A vector of a body over time (T, 3), global."""
+        if body < 0:
+            return np.broadcast_to(local, (len(self.time), 3))
+        turned: Array = rotation_matrix(self.orientation[:, body]) @ local
+        return turned
+
+
+def motion_at(system: System, q: Array) -> Motion:
+    """All bodies of the scene at the coordinates q (7n,) of what carries them, as a motion of one sample."""
+    pose = pose_of(q)
+    position = attached(pose, system.body_carrier, system.body_offset, np.ones(len(system.body_carrier)))
+    orientation = product(pose.orientation[system.body_carrier], system.body_turn)
+    return Motion(np.zeros(1), position[None], orientation[None])

@@ -1,0 +1,29 @@
+"""three.js as trimesh carries it: a classic script in the template of its own viewer."""
+
+from __future__ import annotations
+
+import re
+import zipfile
+from importlib.util import find_spec
+from pathlib import Path
+
+from mbproj.errors import InputError, Problem
+
+HINT = "install it with: pip install 'mbproj[animate]'"
+TEMPLATE = Path("resources", "templates", "viewer.zip")
+#: The script: its licence, and one line that makes the global name THREE. Loaders and the viewer follow it.
+SCRIPT = re.compile(r"(/\*\*\s*\* @license\s[^/]*Three\.js Authors[^/]*\*/\s*!function[^\n]*\}\)\);)\n")
+
+
+def three_js() -> str:
+    """The text of three.js with its licence. Raises InputError where trimesh is missing, or holds no such script."""
+    found = find_spec("trimesh")
+    place = None if found is None or found.origin is None else Path(found.origin).parent / TEMPLATE
+    if place is None or not place.is_file():
+        raise InputError(Problem("a page needs three.js, which comes with trimesh", hint=HINT))
+    with zipfile.ZipFile(place) as archive:
+        template = archive.read(archive.namelist()[0]).decode("utf-8")
+    script = SCRIPT.search(template)
+    if script is None:
+        raise InputError(Problem("this version of trimesh has no three.js in its viewer", hint=HINT))
+    return script[1]

@@ -1,0 +1,116 @@
+"""`mbproj animate`: a page on which the mechanism moves."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from mbproj.cli.completion import File
+from mbproj.cli.explained import Part, explained, option
+from mbproj.cli.quantity import Positive
+from mbproj.cli.study_options import force as force_option
+from mbproj.errors import InputError, Problem
+
+if TYPE_CHECKING:
+    from mbproj.animate.data.pages import PageData
+
+#: A scene is told from results by these endings.
+SCENES = (".yaml", ".yml")
+EXAMPLES = (
+    ("Write results.html, which any browser opens without a network.", "mbproj animate results.h5"),
+    (
+        "Lay a run over another, as a ghost.",
+        "mbproj animate results.h5 gopm.h5 -o both.html --label gpopm --label gopm",
+    ),
+    ("Look at the start of a scene that was not run.", "mbproj animate five_bar.yaml"),
+)
+
+
+@explained("animate", EXAMPLES)
+@click.argument("sources", metavar="RESULTS...", nargs=-1, required=True, type=File(".h5", *SCENES, path_type=Path))
+@option(
+    Part.OUTPUT,
+    "-o",
+    "--output",
+    type=File(".html", path_type=Path),
+    metavar="FILE",
+    help="The page [default: <first file>.html].",
+)
+@option(Part.OUTPUT, "--label", "labels", multiple=True, metavar="TEXT", help="Name of a run, once for each RESULTS.")
+@option(Part.WHAT, "--from", "start", type=float, metavar="T", help="Begin at this time in s.")
+@option(Part.WHAT, "--to", "stop", type=float, metavar="T", help="End at this time in s.")
+@option(Part.WHAT, "--full", is_flag=True, help="Show every sample, not only what 60 frames a second can.")
+@option(
+    Part.ACCURACY,
+    "--error",
+    "limit",
+    type=Positive("m"),
+    metavar="E",
+    help="A certified run turns pale where it may be off by E.",
+)
+@force_option
+def command(
+    sources: tuple[Path, ...],
+    output: Path | None,
+    labels: tuple[str, ...],
+    start: float | None,
+    stop: float | None,
+    full: bool,
+    limit: float | None,
+    force: bool,
+) -> None:
+    """Writes a page on which the mechanism of RESULTS moves, or, of a scene in place of results, its start.
+
+    Several results are shown over each other, the first solid and the others as ghosts. The page is one file that
+    opens without a network. Its 3D graphics are three.js, which comes with the extra: pip install 'mbproj[animate]'.
+    """
+    from mbproj.animate.page.write import html
+    from mbproj.outputs import PAGE, check_replaceable, write_text
+
+    path = output or sources[0].with_suffix(".html")
+    if path.suffix.lower() not in (".html", ".htm"):
+        raise InputError(Problem(f"--output: '{path}' is not the name of a page", hint="end it in .html"))
+    if labels and len(labels) != len(sources):
+        message = f"--label: {len(labels)} for {len(sources)} files"
+        raise InputError(Problem(message, hint="give one for each file, in their order, or none"))
+    check_replaceable(path, PAGE, force=force)
+    page = _page(sources, labels, start, stop, full, limit)
+    for run in page.data["runs"]:
+        for remark in run["remarks"]:
+            click.echo(f"note: {run['label']}: {remark}", err=True)
+    click.echo(write_text(path, html(page.title, page.data, page.packer), PAGE, force=force))
+
+
+def _page(
+    sources: Sequence[Path],
+    labels: Sequence[str],
+    start: float | None,
+    stop: float | None,
+    full: bool,
+    limit: float | None,
+) -> PageData:
+    from mbproj.animate.data.pages import page_of, start_of
+
+    scenes = [source for source in sources if source.suffix.lower() in SCENES]
+    if not scenes:
+        from mbproj.cli.results_shown import opened, selected
+        from mbproj.plot.labels import derive_labels
+
+        results = [opened(path) for path in sources]
+        names = list(labels) or derive_labels(results)
+        return page_of(selected(results, start, stop), names, full, limit)
+    if len(sources) > 1:
+        message = f"'{scenes[0]}' is a scene, and scenes are shown alone"
+        raise InputError(Problem(message, hint="run it, and give its results"))
+    from mbproj.animate.look.motion import motion_at
+    from mbproj.dynamics import assemble
+    from mbproj.model import compile_system, initial_guess
+    from mbproj.scene import read_scene
+
+    scene = read_scene(str(scenes[0]), {}, {})
+    system = compile_system(scene)
+    state = assemble(system, initial_guess(scene, system))
+    return start_of(scene, motion_at(system, state.q), scene.title or scenes[0].stem)

@@ -1,0 +1,67 @@
+"""Results that a command shows: opened with a note on what is missing, and the part of them that was asked for."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from mbproj.errors import InputError, Problem
+
+if TYPE_CHECKING:
+    from mbproj.results import Results
+
+
+def opened(path: Path) -> Results:
+    """The results at a path; what is not whole about them is noted."""
+    from mbproj.results import open_results
+
+    results = open_results(path)
+    if results.partial:
+        click.echo(f"note: '{results.path}' is incomplete: its run was killed, or still goes on", err=True)
+    elif results.status != "complete":
+        click.echo(f"note: '{results.path}': {results.status}", err=True)
+    return results
+
+
+def selected(
+    given: Sequence[Results],
+    start: float | None,
+    stop: float | None,
+    markers: Sequence[str] = (),
+    joints: Sequence[str] = (),
+) -> list[Results]:
+    """The time window and the names asked for. Each name must be in one of the results, and each result must have a
+    sample."""
+    from math import inf
+
+    from mbproj.results.faults import no_such_name
+
+    low, high = -inf if start is None else start, inf if stop is None else stop
+    if not low <= high:
+        raise InputError(Problem(f"--from {low:g} is not before --to {high:g}", hint="exchange them"))
+    for kind, wanted in (("markers", markers), ("joints", joints)):
+        present = list(dict.fromkeys(name for results in given for name in results.names(kind)))
+        for name in wanted:
+            if name not in present:
+                raise no_such_name(kind, name, present, "the results")
+    found = []
+    for results in given:
+        chosen = {
+            kind: [name for name in dict.fromkeys(wanted) if name in results.names(kind)] if wanted else None
+            for kind, wanted in (("markers", markers), ("joints", joints))
+        }
+        found.append(results.select(start=low, stop=high, markers=chosen["markers"], joints=chosen["joints"]))
+        if not len(found[-1].time):
+            raise _nothing(results, low, high)
+    return found
+
+
+def _nothing(results: Results, low: float, high: float) -> InputError:
+    if not len(results.time):
+        return InputError(Problem(f"'{results.path}' holds no samples", hint=f"its status: {results.status}"))
+    span = f"its samples go from {results.time[0]:g} s to {results.time[-1]:g} s"
+    window = "".join(f" {word} {at:g} s" for word, at in (("from", low), ("to", high)) if abs(at) < float("inf"))
+    return InputError(Problem(f"'{results.path}' has no sample{window}", hint=span))

@@ -1,0 +1,51 @@
+"""How bodies look, as frozen records: nothing here has a say in the motion."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from types import MappingProxyType
+
+Vector = tuple[float, float, float]
+Quaternion = tuple[float, float, float, float]
+
+#: Colours by name: those of the figures (Okabe & Ito, 2008: told apart by colour-blind readers too), and metals.
+COLOURS: Mapping[str, str] = MappingProxyType(
+    {
+        "blue": "#0072b2",
+        "orange": "#e69f00",
+        "green": "#009e73",
+        "vermilion": "#d55e00",
+        "sky": "#56b4e9",
+        "purple": "#cc79a7",
+        "yellow": "#f0e442",
+        "black": "#222222",
+        "grey": "#8a8f98",
+        "steel": "#9aa5b1",
+        "brass": "#b8963e",
+        "red": "#c23b22",
+        "white": "#f4f4f4",
+    }
+)
+
+
+@dataclass(frozen=True)
+class PlacedShape:
+    """A shape of `mbproj.scene.solids.shapes`, its dimensions by name in m and z along its `axis`: the middle at
+    `position` from the body's centre of mass in m, turned by `orientation` (Euler parameters) from the body axes."""
+
+    kind: str
+    sizes: Mapping[str, float]
+    axis: str = "z"
+    position: Vector = (0.0, 0.0, 0.0)
+    orientation: Quaternion = (1.0, 0.0, 0.0, 0.0)
+
+
+@dataclass(frozen=True)
+class Appearance:
+    """How a body is drawn: `colour` #rrggbb (None: one of its own), `opacity` up to 1, `shapes` instead of those that
+    its mass comes from."""
+
+    colour: str | None = None
+    opacity: float = 1.0
+    shapes: tuple[PlacedShape, ...] = ()

@@ -1,0 +1,51 @@
+"""The `appearance` of a body: how it is drawn. It has no say in the motion.
+
+    appearance: {colour: "#4477aa", opacity: 0.5}
+    appearance: {shapes: [{cylinder: {radius: 0.4, length: 0.1}}, {box: [0.1, 0.1, 1], position: [0, 0, 0.5]}]}
+
+Places of shapes are from the centre of mass, along the body axes.
+"""
+
+from __future__ import annotations
+
+import re
+from typing import Any
+
+from mbproj.scene.fields.containers import Record
+from mbproj.scene.fields.fields import Converted, Field, List, Text
+from mbproj.scene.fields.orientation import ORIENTATION
+from mbproj.scene.fields.quantities import Number
+from mbproj.scene.fields.reading import Unfit
+from mbproj.scene.fields.vectors import POINT
+from mbproj.scene.looks import COLOURS, Appearance, PlacedShape
+from mbproj.scene.solids.shapes import A_SHAPE, SHAPE_FIELDS
+from mbproj.scene.text.suggestions import choose_from
+
+HEX = re.compile(r"#[0-9a-fA-F]{6}")
+PLACE: dict[str, Field[Any]] = {"position": POINT, "orientation": ORIENTATION}
+
+
+def _colour(text: str) -> str:
+    """The colour as #rrggbb."""
+    if HEX.fullmatch(text):
+        return text.lower()
+    if text not in COLOURS:
+        raise Unfit(f"is no colour: '{text}'", f'give "#rrggbb"; {choose_from(text, COLOURS)}')
+    return COLOURS[text]
+
+
+def _shape(given: dict[str, Any]) -> PlacedShape:
+    shape = next(given[kind] for kind in SHAPE_FIELDS if kind in given)
+    place = {key: given[key] for key in PLACE if key in given}
+    return PlacedShape(shape.kind, shape.sizes, shape.axis, **place)
+
+
+COLOUR: Field[str] = Converted(Text(), _colour)
+SHAPES: Field[tuple[PlacedShape, ...]] = List(
+    Converted(Record("a shape", {**SHAPE_FIELDS, **PLACE}, dict, choices=(A_SHAPE,)), _shape), None, "shapes"
+)
+APPEARANCE: Record[Appearance] = Record(
+    "an appearance",
+    {"colour": COLOUR, "opacity": Number(minimum=0.05, maximum=1.0), "shapes": SHAPES},
+    Appearance,
+)

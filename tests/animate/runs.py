@@ -1,0 +1,27 @@
+"""Runs of the five-bar to show."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+from mbproj import assemble, compile_system, initial_guess, read_scene, settings_to_run, simulate
+from mbproj.results import ResultsWriter
+from mbproj.scene.records import Scene
+from tests.support import ROOT
+
+FIVE_BAR = ROOT / "mechanisms" / "five_bar.yaml"
+
+
+def recorded(scene: Scene, path: Path) -> Path:
+    """The results of a scene, in a file."""
+    system = compile_system(scene)
+    state = assemble(system, initial_guess(scene, system))
+    with ResultsWriter(path, scene, system.names.as_mapping()) as writer:
+        simulate(system, state, settings_to_run(scene), writer)
+    return path
+
+
+def five_bar(path: Path, **simulation: Any) -> Path:
+    """The results of the five-bar with these changes of its settings."""
+    return recorded(read_scene(FIVE_BAR, simulation=simulation), path)

@@ -1,0 +1,131 @@
+"""A page: one file without a network, whose numbers are those of the run and whose texts are texts."""
+
+from __future__ import annotations
+
+import re
+
+import numpy as np
+import pytest
+
+from mbproj import assemble, compile_system, initial_guess, read_scene
+from mbproj.animate.data.pages import page_of, start_of
+from mbproj.animate.look.motion import motion_at
+from mbproj.animate.page.three_js import three_js
+from mbproj.animate.page.write import as_json, html
+from mbproj.results import open_results
+from mbproj.scene import read_scene_text
+from tests.animate.runs import FIVE_BAR, five_bar, recorded
+from tests.animate.unpacked import block_of, bytes_of, data_of
+
+HOSTILE = """\
+mbproj: 1
+title: "</script><script>alert(1)</script> <!-- & \\u2028 ü"
+gravity: [0, 0, -9.8]
+simulation: {duration: 0.1, step: 0.01}
+bodies: {bob: {mass: 1, inertia: [1, 1, 1], position: [0, 0, -1]}}
+joints: {pin: {type: revolute, bodies: [ground, bob], location: [0, 0, 0], axis: [0, 1, 0]}}
+"""
+
+
+@pytest.fixture(scope="module")
+def path(tmp_path_factory):
+    return five_bar(tmp_path_factory.mktemp("page") / "five_bar.h5")
+
+
+@pytest.fixture(scope="module")
+def text(path):
+    with open_results(path) as results:
+        page = page_of([results], ["run"])
+        return html(page.title, page.data, page.packer)
+
+
+def test_ten_seconds_of_the_five_bar_are_less_than_a_megabyte(text):
+    assert len(text.encode()) <= 1_000_000
+
+
+def test_the_page_asks_for_nothing(text):
+    ours = text.replace(three_js(), "")
+    assert not re.search(r"https?:|//[a-z]+\.|\bsrc=|@import|url\(|fetch\(|XMLHttpRequest|WebSocket", ours)
+    assert "default-src 'none'" in ours  # and a browser holds it to that
+    assert "connect-src" not in ours
+
+
+def test_positions_are_those_of_the_file_to_single_precision(path, text):
+    (run,), packed = data_of(text)["runs"], bytes_of(text)
+    with open_results(path) as results:
+        time = block_of(packed, run["blocks"][run["time"]]).ravel()
+        rows = np.array([np.argmin(np.abs(results.time - at)) for at in time])
+        assert len(rows) == 601
+        assert np.abs(time - results.time[rows]).max() <= 1e-7
+        position = block_of(packed, run["blocks"][run["position"]]).reshape(601, 5, 3) + run["centre"]
+        assert np.abs(position - results["bodies/position"][rows]).max() <= 5.0 * 2.0**-24
+        turns = block_of(packed, run["blocks"][run["orientation"]]).reshape(601, 5, 4)
+        recorded_turns = results["bodies/orientation"][rows]
+        signs = np.sign(np.einsum("tnk,tnk->tn", turns, recorded_turns))[..., None]
+        assert np.abs(turns - signs * recorded_turns).max() <= 2.0**-19
+        assert np.einsum("tnk,tnk->tn", turns[1:], turns[:-1]).min() > 0.0  # no jump from Λ to -Λ
+
+
+def test_series_are_those_of_the_file(path, text):
+    (run,), packed = data_of(text)["runs"], bytes_of(text)
+    groups = {(group["kind"], group["name"]): group for group in run["groups"]}
+    with open_results(path) as results:
+        time = block_of(packed, run["blocks"][run["time"]]).ravel()
+        rows = np.array([np.argmin(np.abs(results.time - at)) for at in time])
+        angles = groups["coordinates", "coordinate"]
+        assert angles["owners"] == list(results.names("coordinates"))
+        found = block_of(packed, run["blocks"][angles["block"]])
+        assert np.allclose(found, results["joints/coordinate"][rows], rtol=0, atol=1e-4)
+        violation = groups["joints", "violation"]
+        shown = 10.0 ** block_of(packed, run["blocks"][violation["block"]])
+        largest = results["joints/violation"].max(axis=0)
+        assert np.allclose(shown.max(axis=0), largest, rtol=2e-3)  # no peak is lost between two frames
+        force = block_of(packed, run["blocks"][groups["joints", "reaction force"]["block"]]).reshape(601, 5, 3)
+        assert np.allclose(force, results["joints/reaction_force"][rows], rtol=0, atol=1e-5 * np.abs(force).max())
+
+
+def test_texts_of_files_are_never_markup(tmp_path):
+    scene = read_scene_text(HOSTILE, "hostile.yaml")
+    with open_results(recorded(scene, tmp_path / "hostile.h5")) as results:
+        page = page_of([results], ["<img onerror=alert(2)>"])
+        text = html(page.title, page.data, page.packer)
+    assert text.count("</script>") == 4  # data, numbers, three.js, ours
+    assert "<script>alert" not in text
+    assert "<img onerror" not in text
+    assert data_of(text)["title"] == scene.title
+    assert data_of(text)["runs"][0]["label"] == "<img onerror=alert(2)>"
+
+
+def test_json_escapes_what_a_parser_of_html_could_take_for_its_own():
+    assert as_json({"a": "</script>&<!--"}) == '{"a":"\\u003c/script\\u003e\\u0026\\u003c!--"}'
+    with pytest.raises(ValueError, match="not JSON compliant"):
+        as_json({"a": float("nan")})
+
+
+def test_a_scene_without_a_run_shows_its_start():
+    scene = read_scene(FIVE_BAR)
+    system = compile_system(scene)
+    motion = motion_at(system, assemble(system, initial_guess(scene, system)).q)
+    page = start_of(scene, motion, "five bars")
+    (run,) = page.data["runs"]
+    assert page.packer.blocks[run["position"]]["rows"] == 1
+    assert run["groups"] == []
+    assert motion.position[0, 4].tolist() == pytest.approx([4.5, 0.0, 0.0])
+
+
+def test_two_runs_share_a_view_that_holds_both(path):
+    with open_results(path) as one, open_results(path) as other:
+        page = page_of([one, other.select(start=0.0, stop=1.0)], ["whole", "part"])
+    assert [run["label"] for run in page.data["runs"]] == ["whole", "part"]
+    with open_results(path) as one:
+        alone = page_of([one], ["whole"])
+    assert page.data["view"]["radius"] >= alone.data["view"]["radius"] * (1 - 1e-12)
+
+
+def test_three_js_is_whole_and_has_its_licence():
+    text = three_js()
+    assert "SPDX-License-Identifier: MIT" in text
+    assert text.startswith("/**")
+    assert "WebGLRenderer=" in text or "WebGLRenderer" in text
+    assert "</script" not in text.lower()
+    assert len(text) < 1_000_000
