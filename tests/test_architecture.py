@@ -70,7 +70,7 @@ MAY_IMPORT = {
 }
 #: The folders of the packages that have some: each imports only those that stand before it.
 FOLDERS = {
-    "scene": ("text", "expressions", "fields", "ranges", "blocks"),
+    "scene": ("text", "expressions", "fields", "ranges", "solids", "blocks"),
     "model": ("compile", "planar"),
     "dynamics": ("equations", "derivatives", "assembly", "observe", "rank"),
     "projection": ("methods", "solve"),
