@@ -31,29 +31,31 @@ def _stay_closed(compiled: Compiled, state: State, count: int) -> bool:
     """Whether rows that are left out stay closed where the others are kept so, in motions along random directions."""
     compiled.model.redundant = count
     equations, rng = compiled.equations(), np.random.default_rng(0)
-    closed = all(_stays_closed(compiled, equations, state, rng) for _ in range(TRIALS))
+    rows = equations.rows(compiled.state(state.q, state.v), state.t)
+    closed = all(_stays_closed(compiled, equations, rows, state, rng) for _ in range(TRIALS))
     compiled.model.redundant = 0
     return closed
 
 
-def _stays_closed(compiled: Compiled, equations: Any, state: State, rng: np.random.Generator) -> bool:
+def _stays_closed(
+    compiled: Compiled, equations: Any, rows: dict[str, Any], state: State, rng: np.random.Generator
+) -> bool:
+    def corrected(t: float, q: Array, v: Array) -> tuple[Array, Array] | None:
+        """The state nearest to (q, v) that the rows held allow."""
+        y = equations.corrected(compiled.state(q, v), t, rows)
+        return None if y is None else compiled.coordinates(y)
+
     system = compiled.system
     weights = np.tile([system.length] * 3 + [1.0] * 4, system.bodies)
-    moving = _corrected(compiled, equations, state.t, state.q, state.v + weights * rng.normal(size=len(weights)))
+    moving = corrected(state.t, state.q, state.v + weights * rng.normal(size=len(weights)))
     if moving is None:
         return False
     rate = float(np.abs(moving[1] / weights).max())
     if rate < THRESHOLDS.redundant_open:
         return True  # nothing can move
     seconds = THRESHOLDS.redundant_moved / rate
-    moved = _corrected(compiled, equations, state.t + seconds, state.q + seconds * moving[1], moving[1])
+    moved = corrected(state.t + seconds, state.q + seconds * moving[1], moving[1])
     if moved is None:
         return False
     C = equations.constraint(compiled.state(*moved), state.t + seconds)
     return bool(np.all(np.abs(C) <= THRESHOLDS.redundant_open * compiled.row_scale))
-
-
-def _corrected(compiled: Compiled, equations: Any, t: float, q: Array, v: Array) -> tuple[Array, Array] | None:
-    """The state nearest to (q, v) that the rows held allow."""
-    y = equations.corrected(compiled.state(q, v), t)
-    return None if y is None else compiled.coordinates(y)

@@ -1,12 +1,14 @@
 // Models, equations at single states and runs of one dimension, for Python; instantiated in plane.cpp and space.cpp.
 #pragma once
 
+#include <nanobind/stl/optional.h>
 #include <nanobind/stl/shared_ptr.h>
 #include <nanobind/stl/tuple.h>
 #include <nanobind/stl/vector.h>
 
 #include "bindings/from_numpy.hpp"
 #include "bindings/loads_from_numpy.hpp"
+#include "bindings/saved_rows.hpp"
 #include "bindings/single_state.hpp"
 #include "stepping/time_loop.hpp"
 
@@ -119,6 +121,12 @@ template <int D> void add_run(nb::module_& m, const char* name) {
                  }
                  return samples(self);
              })
+        .def("resume",
+             [](TimeLoop<D>& self, const nb::dict& rows) {
+                 self.resume(rows_from<D>(rows, self.model(), self.equations().solver().order().loop_joints));
+             })
+        .def_prop_ro("rows", [](TimeLoop<D>& self) { return saved_rows<D>(self.equations().policy().save()); })
+        .def_prop_ro("close_looks", [](TimeLoop<D>& self) { return self.equations().solver().close_looks(); })
         .def_ro("outcome", &TimeLoop<D>::outcome)
         .def_prop_ro("broken_state",
                      [](TimeLoop<D>& self) {
@@ -148,6 +156,15 @@ template <int D> void add_equations(nb::module_& m, const char* name) {
         require(y, {static_cast<std::size_t>(self.model().size()), Size<D>::state}, "y");
         return y.data();
     };
+    const auto optional = [](const E& self, const std::optional<nb::dict>& rows) -> typename E::Rows {
+        if (!rows) return std::nullopt;
+        return rows_from<D>(*rows, self.model(), self.loop_joints());
+    };
+    const auto coordinates_of = [](const E& self, std::vector<double> coordinates) {
+        coordinates.resize(self.model().coordinates.instances.size());
+        return coordinates;
+    };
+    using GivenRows = std::optional<nb::dict>;
     nb::class_<E>(m, name)
         .def(nb::init<const Model<D>&, const ProjectionSettings&>())
         .def(
@@ -184,16 +201,31 @@ template <int D> void add_equations(nb::module_& m, const char* name) {
             nb::arg("y"), nb::arg("t") = 0.0)
         .def(
             "accelerations",
-            [=](E& self, Numbers2 y, double t, std::vector<double> coordinates, bool smallest) -> nb::object {
-                coordinates.resize(self.model().coordinates.instances.size());
-                auto found = self.accelerations(t, checked(self, y), coordinates, smallest);
+            [=](E& self, Numbers2 y, double t, const std::vector<double>& coordinates, bool smallest,
+                const GivenRows& rows) -> nb::object {
+                auto found = self.accelerations(t, checked(self, y), coordinates_of(self, coordinates), smallest,
+                                                optional(self, rows));
                 if (!found) return nb::none();
-                const auto rows = found->second.size();
+                const auto count = found->second.size();
                 return nb::make_tuple(array_of(std::move(found->first), self.model().size(), Size<D>::freedoms),
-                                      array_of(std::move(found->second), rows));
+                                      array_of(std::move(found->second), count));
             },
             nb::arg("y"), nb::arg("t") = 0.0, nb::arg("coordinates") = std::vector<double>(),
-            nb::arg("smallest") = false)
+            nb::arg("smallest") = false, nb::arg("rows") = nb::none())
+        .def(
+            "rows", [=](E& self, Numbers2 y, double t) { return saved_rows<D>(self.rows(t, checked(self, y))); },
+            nb::arg("y"), nb::arg("t") = 0.0)
+        .def(
+            "derivative",
+            [=](E& self, Numbers2 y, double t, const std::vector<double>& coordinates,
+                const GivenRows& rows) -> nb::object {
+                auto found =
+                    self.derivative(t, checked(self, y), coordinates_of(self, coordinates), optional(self, rows));
+                if (!found) return nb::none();
+                return array_of(std::move(*found), self.model().size(), Size<D>::state);
+            },
+            nb::arg("y"), nb::arg("t") = 0.0, nb::arg("coordinates") = std::vector<double>(),
+            nb::arg("rows") = nb::none())
         .def(
             "responses",
             [=](E& self, Numbers2 y, const std::vector<int>& laws, double t) -> nb::object {
@@ -215,12 +247,12 @@ template <int D> void add_equations(nb::module_& m, const char* name) {
             nb::arg("y"), nb::arg("t") = 0.0)
         .def(
             "corrected",
-            [=](E& self, Numbers2 y, double t) -> nb::object {
-                auto found = self.corrected(t, checked(self, y));
+            [=](E& self, Numbers2 y, double t, const GivenRows& rows) -> nb::object {
+                auto found = self.corrected(t, checked(self, y), optional(self, rows));
                 if (!found) return nb::none();
                 return array_of(std::move(*found), self.model().size(), Size<D>::state);
             },
-            nb::arg("y"), nb::arg("t") = 0.0)
+            nb::arg("y"), nb::arg("t") = 0.0, nb::arg("rows") = nb::none())
         .def(
             "dependent_rows",
             [=](E& self, Numbers2 y, double t, double smallest) {
@@ -228,6 +260,7 @@ template <int D> void add_equations(nb::module_& m, const char* name) {
             },
             nb::arg("y"), nb::arg("t"), nb::arg("smallest"))
         .def_prop_ro("singular_joint", &E::singular_joint)
+        .def_prop_ro("nearness", &E::nearness)
         .def_prop_ro("topology", [](const E& self) {
             const EliminationFacts facts = self.facts();
             nb::dict found;

@@ -1,4 +1,5 @@
-// The equations at single states: for tests, for the start of a run, and for reactions of planar scenes.
+// The equations at single states: for tests, for the start of a run, and for reactions of planar scenes. Each call starts
+// afresh: with the rows that a run from its state begins with, or with those that it is given.
 #pragma once
 
 #include <optional>
@@ -12,10 +13,11 @@ struct EliminationFacts {
     std::size_t leaves, loop_bodies, loop_joints, stored, filled;
 };
 
-template <int D> class SingleState {
+template <int D> class SingleState final {
 public:
     using S = Size<D>;
     using Numbers = std::vector<double>;
+    using Rows = std::optional<typename RowPolicy<D>::Saved>;
 
     SingleState(const Model<D>& model, const ProjectionSettings& projection)
         : model_(model), projection_(projection), equations_(model_, projection_),
@@ -54,13 +56,18 @@ public:
         return found;
     }
 
+    // The rows that a run from a state begins with.
+    typename RowPolicy<D>::Saved rows(double t, const double* y) {
+        begin(t, y, {}, {});
+        return equations_.policy().save();
+    }
+
     // (r'', ω' in body axes) of each body and λ, or nothing where they are not unique. `coordinates` are the joints',
     // each to less than half a turn. `smallest`: the smallest λ where redundant rows leave it open.
     std::optional<std::pair<Numbers, Numbers>> accelerations(double t, const double* y, const Numbers& coordinates,
-                                                             bool smallest) {
+                                                             bool smallest, const Rows& rows) {
         Numbers slope(equations_.total()), lambda(model_.all_rows()), found;
-        place(t, y, coordinates);
-        if (!equations_.factor(Metric::mass)) return std::nullopt;
+        if (!begin(t, y, coordinates, rows)) return std::nullopt;
         equations_.set_velocities(y, false);
         if (!equations_.slope_at(y, slope.data(), lambda.data())) return std::nullopt;
         if (smallest) equations_.solver().spread(equations_.pose(), lambda.data());
@@ -72,26 +79,37 @@ public:
         return std::make_pair(std::move(found), std::move(lambda));
     }
 
+    // y' as a stage of a step has it, in the order of y; nothing where it is not unique.
+    std::optional<Numbers> derivative(double t, const double* y, const Numbers& coordinates, const Rows& rows) {
+        const Numbers state = whole(y, coordinates);
+        Numbers slope(equations_.total());
+        begin(t, y, coordinates, rows);
+        if (!equations_.derivative(t, state.data(), slope.data())) return std::nullopt;
+        slope.resize(equations_.size());
+        return slope;
+    }
+
     // The acceleration along the coordinates of these laws per unit force on each of them, row by row; nothing where that
     // is not unique.
     std::optional<Numbers> responses(double t, const double* y, const std::vector<int>& laws) {
         Numbers found;
-        equations_.set_pose(t, y);
-        if (!equations_.factor(Metric::mass) || !equations_.responses(laws, found)) return std::nullopt;
+        if (!begin(t, y, {}, {}) || !equations_.responses(laws, found)) return std::nullopt;
         return found;
     }
 
     // The state after one exact Newton correction of its position.
     std::optional<Numbers> newton(double t, const double* y) {
         Numbers state = whole(y);
+        begin(t, y, {}, {});
         if (!projector_.newton(t, state.data())) return std::nullopt;
         state.resize(equations_.size());
         return state;
     }
 
     // The state moved to the constraints, position and velocity.
-    std::optional<Numbers> corrected(double t, const double* y) {
+    std::optional<Numbers> corrected(double t, const double* y, const Rows& rows) {
         Numbers state = whole(y);
+        begin(t, y, {}, rows);
         if (!projector_.anywhere(t, state.data()).regular) return std::nullopt;
         state.resize(equations_.size());
         return state;
@@ -100,11 +118,14 @@ public:
     // Rows that follow from the others at this state, up to a distance of √smallest.
     int dependent_rows(double t, const double* y, double smallest) {
         place(t, y);
-        return equations_.solver().hold_independent_rows(equations_.pose(), smallest);
+        return equations_.solver().count_dependent(equations_.pose(), smallest);
     }
 
+    // Of the last factor: its rows' distance from dependent, squared, about; 0 where rows were left out.
+    double nearness() const { return equations_.solver().nearness(); }
     int singular_joint() { return equations_.solver().singular_joint(); }
     const Model<D>& model() const { return model_; }
+    const std::vector<int>& loop_joints() const { return equations_.solver().order().loop_joints; }
     EliminationFacts facts() const {
         const auto& order = equations_.solver().order();
         const auto& cholesky = equations_.solver().cholesky();
@@ -123,6 +144,13 @@ private:
     }
     void place(double t, const double* y, const Numbers& coordinates = {}) {
         equations_.set_pose(t, whole(y, coordinates).data());
+    }
+
+    // A state with the rows of a run that begins there, or with those given; factored with the masses. False where the
+    // equations have no unique solution.
+    bool begin(double t, const double* y, const Numbers& coordinates, const Rows& rows) {
+        place(t, y, coordinates);
+        return rows ? equations_.resume(*rows) : equations_.start();
     }
 
     Numbers rows(const double* values) const { return {values, values + model_.constraints.rows}; }

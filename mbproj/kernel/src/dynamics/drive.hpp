@@ -6,7 +6,7 @@
 
 namespace mbproj {
 
-template <int D> class Drive {
+template <int D> class Drive final {
 public:
     explicit Drive(const Model<D>& model) : model_(model), found_(model.driven.size()) {}
 

@@ -4,30 +4,23 @@
 #include <limits>
 
 #include "dynamics/drive.hpp"
-#include "dynamics/kkt_solver.hpp"
+#include "dynamics/row_policy.hpp"
+#include "kinematics/joint_angle.hpp"
 #include "kinematics/loads.hpp"
 #include "kinematics/teeth.hpp"
 
 namespace mbproj {
 
-// The smallest pivots of S, parts of its diagonal entries, at the poses of a step; 0 where rows had to be left out.
-struct Pivots {
-    double smallest = 1.0, largest = 0.0;
-    void watch(double pivot) {
-        smallest = std::min(smallest, pivot);
-        largest = std::max(largest, pivot);
-    }
-};
-
 // Everything that is known at one state; scratch that evaluations overwrite.
-template <int D> class EquationsOfMotion {
+template <int D> class EquationsOfMotion final {
 public:
     using S = Size<D>;
 
     EquationsOfMotion(const Model<D>& model, const ProjectionSettings& projection)
         : model_(model), projection_(projection), pose_(model), motion_(model), solver_(model, penalty(projection)),
-          gamma_(model.all_rows()), C_(model.all_rows()), C_dot_(model.all_rows()), lambda_(model.all_rows()),
-          drive_(model), applied_(model.loads ? model.size() : 0), teeth_(model), expected_(model.followed()) {}
+          policy_(model, solver_), gamma_(model.all_rows()), C_(model.all_rows()), C_dot_(model.all_rows()),
+          lambda_(model.all_rows()), drive_(model), applied_(model.loads ? model.size() : 0), teeth_(model),
+          expected_(model.followed()) {}
 
     // Numbers of the bodies' state, and of all that is integrated.
     int size() const { return S::state * model_.size(); }
@@ -35,13 +28,15 @@ public:
     // Where the angles that are followed begin.
     int followed() const { return size() + model_.integrals(); }
 
-    // y' at a state. False where the equations have no unique solution or a function has no value: see `broken`.
-    bool derivative(double t, const double* y, double* slope) {
-        set_pose(t, y);
-        if (!factor(Metric::mass) || !look_near(y)) return false;
-        pivots.watch(solver_.nearness());
-        set_velocities(y, false);
-        return slope_at(y, slope);
+    // y' at a state, with the rows that are held: equal input has equal bits, whatever was asked before. False where the
+    // equations have no unique solution or a function has no value: see `broken`.
+    bool derivative(double t, const double* y, double* slope) { return factor_stage(t, y) && slope_of_stage(y, slope); }
+    // The same at a stage of a step, where the policy takes note of how near the pose is to a singular one. False also where
+    // other rows would serve: see `hold_others`.
+    bool watched_derivative(double t, const double* y, double* slope) {
+        if (!factor_stage(t, y)) return false;
+        policy_.see();
+        return !policy_.wants_others() && slope_of_stage(y, slope);
     }
 
     // The velocities at the pose in place, with the right-hand sides that go with them; C' on request.
@@ -131,15 +126,21 @@ public:
     // The same with rows that depend on the others at this pose alone; no other use is made of that factor.
     bool factor_all(Metric metric) {
         held_ = factored_ = false;
-        return solver_.factor_held(pose_, metric, 0.0);
+        return solver_.factor(pose_, metric, 0.0);
     }
-    // At a closed pose: whether the equations have a unique solution there, with other rows held where that is better.
-    bool factor_closed() {
-        if (!factor(Metric::mass)) return false;
-        if (!solver_.held_rows_decline()) return true;
-        solver_.hold_best_rows(pose_);
-        factored_ = false;
-        return factor(Metric::mass);
+    // A run starts at the pose in place, or goes on there from what was saved of another.
+    bool start() { return factored_with_masses(policy_.start(pose_)); }
+    bool resume(typename RowPolicy<D>::Saved rows) {
+        return factored_with_masses(policy_.resume(pose_, std::move(rows)));
+    }
+    // A step is accepted at the pose in place, which is closed: the rows of the next. False where the equations have no
+    // unique solution there.
+    bool arrive() { return factored_with_masses(policy_.after(pose_, factor(Metric::mass))); }
+    // Where the rows held depend on each other at the pose in place, or leave no unique solution, holds others for the step at
+    // hand. False where there are none.
+    bool hold_others() {
+        if (held_ && !policy_.wants_others()) return false;
+        return factored_with_masses(policy_.hold_others(pose_));
     }
     // Whether the pose in place is near a singular one.
     bool is_near_singular() { return solver_.is_near_singular(pose_, model_.thresholds.near_branch); }
@@ -172,24 +173,8 @@ public:
 
     // Gears and screws count on from the teeth in mesh now.
     void start_teeth() { teeth_.start(pose_, expected_, constraint()); }
-    // A coordinate that is an angle: where its vector stands, and how fast it turns, in the state in place.
-    struct Angle {
-        double cosine = 1.0, sine = 0.0, speed = 0.0;
-        double value() const { return std::atan2(sine, cosine); }
-    };
-    Angle angle(int coordinate) const {
-        const Instance& p = model_.coordinates.instances[coordinate];
-        Point<D> x[3], x_dot[3];
-        for (int s = 0; s < 3; ++s) {
-            const Attachment<D>& a = model_.coordinates.attachments[p.slots[s]];
-            x[s].noalias() = pose_[a.body].rotation * a.local;
-            x_dot[s] = turned_by(motion_[a.body].omega, x[s]);
-        }
-        const double cosine = x[2].dot(x[0]), sine = x[2].dot(x[1]);
-        const double cosine_dot = x_dot[2].dot(x[0]) + x[2].dot(x_dot[0]);
-        const double sine_dot = x_dot[2].dot(x[1]) + x[2].dot(x_dot[1]);
-        return {cosine, sine, (cosine * sine_dot - sine * cosine_dot) / (cosine * cosine + sine * sine)};
-    }
+    // A coordinate that is an angle, in the state in place.
+    JointAngle angle(int coordinate) const { return joint_angle(model_, pose_, motion_, coordinate); }
     // What motion k prescribes at the time in place.
     double prescribed(std::size_t k) const { return drive_.prescribed(k); }
     // The state, at `time`, at which a function of the scene had no finite value; empty where none failed.
@@ -203,15 +188,28 @@ public:
         return true;
     }
 
-    Pivots pivots;  // of the derivatives, until it is set anew
-
     const Model<D>& model() const { return model_; }
     Pose<D>& pose() { return pose_; }
     const Motion<D>& motion() const { return motion_; }
     KktSolver<D>& solver() { return solver_; }
     const KktSolver<D>& solver() const { return solver_; }
+    RowPolicy<D>& policy() { return policy_; }
+    const RowPolicy<D>& policy() const { return policy_; }
 
 private:
+    bool factored_with_masses(bool found) {
+        metric_ = Metric::mass;
+        return held_ = factored_ = found;
+    }
+    bool factor_stage(double t, const double* y) {
+        set_pose(t, y);
+        return factor(Metric::mass) && look_near(y);
+    }
+    bool slope_of_stage(const double* y, double* slope) {
+        set_velocities(y, false);
+        return slope_at(y, slope);
+    }
+
     // A stage is off the constraints. A row at a distance s from the span of the others, and off what they say of it by c,
     // errs the accelerations by c / s² where it is held, and by s where it is left out: it is held where s³ > c.
     bool look_near(const double* y) {
@@ -285,6 +283,7 @@ private:
     Pose<D> pose_;
     Motion<D> motion_;
     KktSolver<D> solver_;
+    RowPolicy<D> policy_;
     std::vector<double> gamma_, C_, C_dot_, lambda_;
     Drive<D> drive_;  // at t_
     TimeWindow window_;

@@ -4,13 +4,14 @@
 
 #include <optional>
 
+#include "dynamics/row_set.hpp"
 #include "elimination/leaves.hpp"
 #include "elimination/metric.hpp"
 #include "loops/loop_solver.hpp"
 
 namespace mbproj {
 
-template <int D> class KktSolver {
+template <int D> class KktSolver final {
 public:
     using S = Size<D>;
     static constexpr int F = S::freedoms;
@@ -26,29 +27,21 @@ public:
             if (leaf.hinge.parent < model.size()) articulated_[leaf.hinge.parent] = true;
     }
 
-    // Factors at a pose; rows whose squared distance from the span of the others is below `near`, of what it is elsewhere,
-    // are left out of this factor. False where a joint's rows are dependent or a motion carries no mass: `singular_joint`. Where
-    // the model has redundant rows, as many are left out of the run.
+    // The rows of the calls to come.
+    void hold(const RowSet& rows) {
+        rows_ = rows;
+        if (rows.held != loops_.held()) loops_.hold(rows.held);
+    }
+    const RowSet& rows() const { return rows_; }
+
+    // Factors at a pose; rows whose squared distance from the span of the others is below `near`, of what it usually is, are
+    // left out of this factor: none where that is 0, even where some hardly differ from the others. False where a joint's
+    // rows are dependent or a motion carries no mass: `singular_joint`.
     bool factor(const Pose<D>& pose, Metric metric) { return factor(pose, metric, thresholds_.near_dependent); }
     bool factor(const Pose<D>& pose, Metric metric, double near) {
-        if (model_.redundant > left_out_) hold_best_rows(pose);
-        const bool found = factor_held(pose, metric, near);
-        const bool regular = left_out_ == 0 || (found && !near_singular());
-        if ((!learns || !stiff_.empty()) && found) return true;
-        if (regular || (found && !others_may_serve_)) {
-            others_may_serve_ = others_may_serve_ || regular;
-            return found;
-        }
-        hold_best_rows(pose);
-        const bool now = factor_held(pose, metric, near);
-        others_may_serve_ = !near_singular();
-        return now;
-    }
-
-    // With the rows that are held; `near` = 0 takes all of these, even where some hardly differ from the others.
-    bool factor_held(const Pose<D>& pose, Metric metric, double near) {
         ++factorisations_;
         metric_ = metric;
+        looked_ = false;
         if (const int joint = leaves_.place(pose, reference_); joint >= 0) return fails(joint);
         for (int b = 0; b < model_.size(); ++b) set_inertia(b, pose[b].rotation, metric);
         if (const int joint = leaves_.factor(inertias_, reference_, metric != Metric::coordinates); joint >= 0)
@@ -58,52 +51,51 @@ public:
         loops_.leave_none_out();
         const double shift = metric == Metric::penalised ? shift_ : 0.0;
         const int failed = loops_.factor(pose, thresholds_.smallest_pivot, shift);
-        if (failed < 0 && metric == Metric::mass && learns && stiff_.empty()) learn(pose);
         if (failed >= 0 || loops_.cholesky().smallest_pivot() < near * usual())
-            if (near == 0.0 || !factor_near_singular(pose, metric, shift, failed, near)) return fails(failed);
+            if (near == 0.0 || !factor_near_singular(pose, shift, failed, near)) return fails(failed);
         return true;
     }
 
     // Whether rows had to be left out of the last factor because they depend on the others at its pose alone.
     bool near_singular() const { return loops_.cholesky().leaves_out(); }
+    // Whether the last factor is that of all rows held, by the pivots of S.
+    bool is_regular() const { return !near_singular() && !loops_.by_qr(); }
+    // Of the last factor: its rows' distance from dependent, squared, about, as a part of what it is elsewhere.
+    double nearness() const { return near_singular() ? 0.0 : cholesky().smallest_pivot() / usual(); }
 
     // Whether no row is nearer to dependent than √near, where all bodies weigh the same. As long as the pivot at hand is at
     // least half of that at the last pose that was looked at, what was seen there holds to a quarter.
     bool is_clear(const Pose<D>& pose, double near) {
-        const double pivot = loops_.cholesky().smallest_pivot();
-        if (near_singular() || metric_ != Metric::mass) return false;
-        if (pivot >= thresholds_.clear_fall * clear_pivot_ && near < clear_even_) return true;
-        if (!learns) return false;
-        clear_pivot_ = pivot;
-        clear_even_ = thresholds_.clear_margin * even_pivot(pose) / usual_even_;
-        return near < clear_even_;
+        if (!is_regular() || metric_ != Metric::mass) return false;
+        if (cholesky().smallest_pivot() >= thresholds_.clear_fall * rows_.clear_pivot && near < rows_.clear_even)
+            return true;
+        looked_ = true;
+        return near < clear_part(pose);
     }
+    // What of the smallest pivot at a pose counts there, as a part of the usual one, where all bodies weigh the same.
+    double clear_part(const Pose<D>& pose) { return thresholds_.clear_margin * even_pivot(pose) / rows_.usual_even; }
+    // Whether the pose of the last factor had to be looked at closely.
+    bool looked() const { return looked_; }
 
     // Whether rows are nearer to dependent than √near, where all bodies weigh the same: masses have no say in it.
     bool is_near_singular(const Pose<D>& pose, double near) {
-        return loops_.count_dependent(pose, near * usual_even_) > model_.redundant;
+        ++close_looks_;
+        return loops_.count_dependent(pose, near * rows_.usual_even) > model_.redundant;
     }
-
-    // Whether a pivot of the rows held has fallen so far that others may be better.
-    bool held_rows_decline() const {
-        if (pivots_when_held_.empty()) return false;
-        const std::vector<double> now = loops_.cholesky().pivots();
-        return !std::equal(now.begin(), now.end(), pivots_when_held_.begin(),
-                           [this](double a, double b) { return a >= thresholds_.decline * b; });
+    // How many rows depend on the others at a pose, up to a distance of √smallest.
+    int count_dependent(const Pose<D>& pose, double smallest) { return loops_.count_dependent(pose, smallest); }
+    // The best-conditioned rows of a pose, dropping exactly as many as are redundant; none where more depend on the others.
+    auto best_rows(const Pose<D>& pose) {
+        ++close_looks_;
+        return loops_.best_rows(pose, model_.redundant);
     }
-
-    // Holds the best-conditioned rows of a pose from here on; leaves out exactly as many as are redundant.
-    void hold_best_rows(const Pose<D>& pose) {
-        if (!loops_.hold_best(pose, model_.redundant)) return;
-        left_out_ = model_.redundant;
-        forget_pivots();
+    // The smallest pivot of the rows held where all bodies weigh the same; the factor at hand stays.
+    double even_pivot(const Pose<D>& pose) {
+        ++close_looks_;
+        return loops_.even_pivot(pose);
     }
-
-    // Holds only rows that are independent at a pose, up to a distance of √smallest. How many are left out.
-    int hold_independent_rows(const Pose<D>& pose, double smallest) {
-        forget_pivots();
-        return left_out_ = loops_.hold_independent(pose, smallest);
-    }
+    // How often dependent rows were looked for, or a singular pose.
+    long close_looks() const { return close_looks_; }
 
     // Moments of inertia that factors to come add to the bodies', or none.
     void stiffen(const std::vector<double>& moments) { stiff_ = moments; }
@@ -139,53 +131,22 @@ public:
     Turn<D> turn(int body) const { return delta_[body].template tail<S::turns>(); }
     Point<D> shift(int body) const { return delta_[body].template head<D>() - turned_by(turn(body), reference_[body]); }
 
-    bool learns = true;  // from the poses that are factored: what is usual, and which rows to hold
-
     int singular_joint() const { return singular_joint_; }
     long factorisations() const { return factorisations_; }
     const EliminationOrder<D>& order() const { return order_; }
     const BlockCholesky& cholesky() const { return loops_.cholesky(); }
-    // Of the last factor: its rows' distance from dependent, squared, about, as a part of what it is elsewhere.
-    double nearness() const { return near_singular() ? 0.0 : cholesky().smallest_pivot() / usual(); }
 
 private:
     bool fails(int joint) { return singular_joint_ = joint, false; }
 
-    void forget_pivots() {
-        pivots_when_held_.clear();
-        clear_pivot_ = std::numeric_limits<double>::infinity();
-    }
-
-    // Masses and lengths of different orders make small pivots at every pose: singular is one where they are small beside
-    // the largest that was seen. The same of bodies that weigh alike.
-    void learn(const Pose<D>& pose) {
-        const double pivot = loops_.cholesky().smallest_pivot();
-        if (left_out_ > 0 && pivots_when_held_.empty()) pivots_when_held_ = loops_.cholesky().pivots();
-        if (pivot <= thresholds_.usual_growth * usual_pivot_) return;
-        usual_pivot_ = pivot;
-        usual_even_ = 1.0;
-        if (pivot >= thresholds_.near_branch) return;
-        usual_even_ = even_pivot(pose);
-        clear_pivot_ = std::numeric_limits<double>::infinity();
-    }
-    // The smallest where all bodies weigh the same; the factor at hand stays.
-    double even_pivot(const Pose<D>& pose) {
-        const double found = loops_.even_pivot(pose);
-        set_halves(pose, Metric::mass);
-        loops_.factor(pose, thresholds_.smallest_pivot);
-        return found;
-    }
-    double usual() const {
-        if (metric_ == Metric::coordinates) return usual_even_;
-        return usual_pivot_ < thresholds_.near_branch ? usual_pivot_ : 1.0;
-    }
+    double usual() const { return metric_ == Metric::coordinates ? rows_.usual_even : rows_.usual; }
 
     // Near a singular pose, rows that have almost become dependent have finite multipliers but almost no gradient left:
     // leaving them out errs by their distance from the span of the others, dividing by that errs without bound. Where no
     // row is near to dependent, it is the masses that leave S few digits, or none.
-    bool factor_near_singular(const Pose<D>& pose, Metric metric, double shift, int failed, double near) {
-        const int dependent = loops_.leave_out_dependent(pose, near * usual_even_);
-        if (!set_halves(pose, metric)) return false;
+    bool factor_near_singular(const Pose<D>& pose, double shift, int failed, double near) {
+        ++close_looks_;
+        const int dependent = loops_.leave_out_dependent(pose, near * rows_.usual_even);
         if (dependent == 0 && failed >= 0) return loops_.factor_by_qr(pose);
         return loops_.factor(pose, thresholds_.smallest_pivot, shift) < 0;
     }
@@ -233,13 +194,10 @@ private:
     std::vector<Wrench> force_, delta_;  // at the reference points; the ground's last
     std::vector<double> stiff_;          // moments of inertia that are added
     int singular_joint_ = -1;
-    int left_out_ = 0;              // rows, as redundant
-    bool others_may_serve_ = true;  // where rows become dependent
-    double usual_pivot_ = 0.0, usual_even_ = 1.0;
-    double clear_pivot_ = std::numeric_limits<double>::infinity(), clear_even_ = 0.0;
-    std::vector<double> pivots_when_held_;  // the pivots when they were chosen; empty until known
+    RowSet rows_;
+    bool looked_ = false;
     Metric metric_ = Metric::mass;
-    long factorisations_ = 0;
+    long factorisations_ = 0, close_looks_ = 0;
 };
 
 }  // namespace mbproj

@@ -6,7 +6,7 @@
 
 namespace mbproj {
 
-template <int D> class HingeFlywheels {
+template <int D> class HingeFlywheels final {
 public:
     using S = Size<D>;
     static constexpr int F = S::freedoms;

@@ -6,7 +6,7 @@
 
 namespace mbproj {
 
-template <int D> class InertiaCancellation {
+template <int D> class InertiaCancellation final {
 public:
     using S = Size<D>;
     using Turning = Matrix<S::turns, S::turns>;

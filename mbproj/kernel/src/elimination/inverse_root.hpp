@@ -8,7 +8,7 @@
 namespace mbproj {
 
 // W⁻¹ = Z Zᵀ of a body of the loops: of a bare one from the constant root of its inertia, of an articulated one by factorisation.
-template <int D> class InverseRoot {
+template <int D> class InverseRoot final {
 public:
     using S = Size<D>;
     static constexpr int F = S::freedoms;

@@ -6,7 +6,7 @@
 
 namespace mbproj {
 
-template <int D> class Leaves {
+template <int D> class Leaves final {
 public:
     using S = Size<D>;
     static constexpr int F = S::freedoms;

@@ -37,7 +37,7 @@ template <int D> struct Twist {
 };
 
 // Every body's pose, the ground's last, and the constraints' attachments in global axes.
-template <int D> class Pose {
+template <int D> class Pose final {
 public:
     explicit Pose(const Model<D>& model)
         : model_(model), bodies_(model.size() + 1), spokes_(model.constraints.attachments.size()) {
@@ -69,7 +69,7 @@ private:
 };
 
 // Every body's velocities at a pose, the ground's last.
-template <int D> class Motion {
+template <int D> class Motion final {
 public:
     explicit Motion(const Model<D>& model) : bodies_(model.size() + 1) {
         bodies_.back() = {Point<D>::Zero(), Turn<D>::Zero()};

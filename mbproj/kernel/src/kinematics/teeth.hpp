@@ -7,7 +7,7 @@
 
 namespace mbproj {
 
-template <int D> class Teeth {
+template <int D> class Teeth final {
 public:
     explicit Teeth(const Model<D>& model) : model_(model) {}
 

@@ -10,7 +10,7 @@
 
 namespace mbproj {
 
-class BlockCholesky {
+class BlockCholesky final {
 public:
     BlockCholesky() = default;
 

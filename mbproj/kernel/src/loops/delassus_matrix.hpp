@@ -12,7 +12,7 @@
 
 namespace mbproj {
 
-template <int D> class DelassusMatrix {
+template <int D> class DelassusMatrix final {
 public:
     using S = Size<D>;
     static constexpr int F = S::freedoms;
@@ -33,12 +33,7 @@ public:
 
     DelassusMatrix(const Model<D>& model, const EliminationOrder<D>& order) : model_(model), order_(order) {
         halves.resize(order.loop_bodies.size());
-        std::vector<std::vector<int>> all;
-        for (const int j : order.loop_joints) {
-            all.emplace_back(model.joints[j].rows);
-            std::iota(all.back().begin(), all.back().end(), 0);
-        }
-        hold(all);
+        hold({});
     }
 
     std::vector<InverseRoot<D>> halves;  // of the loops' bodies
@@ -105,25 +100,25 @@ public:
         return cholesky.independent_rows(smallest);
     }
 
-    // Leaves out of the factors to come the rows that depend on the others at this pose, up to a distance of √smallest, or
-    // none again. How many; overwrites the factor.
-    int leave_out_dependent(const Pose<D>& pose, double smallest) {
-        const auto found = independent_rows(pose, smallest);
+    // Leaves all but these rows of those that are held out of the factors to come, or none. How many.
+    int leave_out_all_but(const std::vector<std::vector<int>>& rows) {
         std::vector<char> dependent(count_, 1);
         for (std::size_t h = 0; h < held_.size(); ++h)
-            for (const int r : found[h]) dependent[cholesky.row(static_cast<int>(h)) + r] = 0;
+            for (const int r : rows[h]) dependent[cholesky.row(static_cast<int>(h)) + r] = 0;
         const auto count = std::count(dependent.begin(), dependent.end(), 1);
         cholesky.leave_out(count ? std::move(dependent) : std::vector<char>());
         return static_cast<int>(count);
     }
 
-    // Of all rows of the loops' joints, in their order, holds those given; leaves the others out of the run.
+    // Of all rows of the loops' joints, in their order, holds those given, or all where there are none; leaves the others out
+    // of the run.
     void hold(const std::vector<std::vector<int>>& rows) {
         std::vector<JointRows> held, left_out;
-        for (std::size_t h = 0; h < rows.size(); ++h) {
+        for (std::size_t h = 0; h < order_.loop_joints.size(); ++h) {
             JointRows some{order_.loop_joints[h], 0, {}}, rest = some;
             for (int r = 0; r < model_.joints[some.joint].rows; ++r) {
-                JointRows& to = std::find(rows[h].begin(), rows[h].end(), r) == rows[h].end() ? rest : some;
+                const bool is_held = rows.empty() || std::find(rows[h].begin(), rows[h].end(), r) != rows[h].end();
+                JointRows& to = is_held ? some : rest;
                 to.rows[to.count++] = r;
             }
             if (some.count) held.push_back(some);

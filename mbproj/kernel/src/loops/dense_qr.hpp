@@ -8,7 +8,7 @@
 
 namespace mbproj {
 
-class DenseQr {
+class DenseQr final {
 public:
     // Y P = Q R with the columns, which are the constraints' rows, in the order of their remaining lengths.
     void factor(const Eigen::MatrixXd& Y) { qr_.compute(Y); }

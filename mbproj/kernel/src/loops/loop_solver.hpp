@@ -3,6 +3,7 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 
 #include "elimination/light_body.hpp"
 #include "loops/delassus_matrix.hpp"
@@ -11,7 +12,7 @@
 
 namespace mbproj {
 
-template <int D> class LoopSolver {
+template <int D> class LoopSolver final {
 public:
     static constexpr int F = Size<D>::freedoms;
 
@@ -51,37 +52,41 @@ public:
         return by_qr_ = true;
     }
 
+    bool by_qr() const { return by_qr_; }
+
+    // Holds these rows of the loops' joints from here on, or all of them where none are given.
+    void hold(const std::vector<std::vector<int>>& rows) {
+        held_ = rows;
+        rows_.hold(rows);
+        if (even_) even_->hold(rows);
+    }
+
+    const std::vector<std::vector<int>>& held() const { return held_; }
+
     // Leaves out of the factors to come the rows that depend on the others at this pose, up to a distance of √smallest, or
-    // none again. How many; overwrites the factor.
-    int leave_out_dependent(const Pose<D>& pose, double smallest) { return rows_.leave_out_dependent(pose, smallest); }
-    // The smallest pivot where all bodies weigh the same; overwrites the factor.
-    double even_pivot(const Pose<D>& pose) {
-        rows_.fill_evenly(pose);
-        rows_.cholesky.factor(0.0);
-        return rows_.cholesky.smallest_pivot();
+    // none again. How many.
+    int leave_out_dependent(const Pose<D>& pose, double smallest) {
+        return rows_.leave_out_all_but(even().independent_rows(pose, smallest));
     }
     void leave_none_out() { rows_.cholesky.leave_out({}); }
+    // The smallest pivot where all bodies weigh the same.
+    double even_pivot(const Pose<D>& pose) {
+        even().fill_evenly(pose);
+        even().cholesky.factor(0.0);
+        return even().cholesky.smallest_pivot();
+    }
 
-    // Holds the best-conditioned rows of a pose and leaves out exactly `redundant` of them; false, with those held before,
-    // where more of them depend on the others there.
-    bool hold_best(const Pose<D>& pose, int redundant) {
+    // The best-conditioned rows of a pose, dropping exactly `redundant` of them; none where more of them depend on the
+    // others there.
+    std::optional<std::vector<std::vector<int>>> best_rows(const Pose<D>& pose, int redundant) {
         const Thresholds& from = model_.thresholds;
         for (double smallest = from.choice_from; smallest > from.choice_to; smallest *= 0.5)
-            if (const auto rows = all().independent_rows(pose, smallest); count_left_out(rows) == redundant) {
-                rows_.hold(rows);
-                return true;
-            }
-        return false;
+            if (auto rows = all().independent_rows(pose, smallest); count_left_out(rows) == redundant) return rows;
+        return std::nullopt;
     }
     // How many of all rows depend on the others at a pose, up to a distance of √smallest.
     int count_dependent(const Pose<D>& pose, double smallest) {
         return count_left_out(all().independent_rows(pose, smallest));
-    }
-    // Holds only rows that are independent at a pose, up to a distance of √smallest. How many are left out.
-    int hold_independent(const Pose<D>& pose, double smallest) {
-        const auto rows = all().independent_rows(pose, smallest);
-        rows_.hold(rows);
-        return count_left_out(rows);
     }
 
     // δ of the loops' bodies from their forces f, with G δ = c; the multipliers stay for `multipliers`. False where the
@@ -142,6 +147,14 @@ private:
     DelassusMatrix<D>& all() {
         if (!all_) all_ = std::make_unique<DelassusMatrix<D>>(model_, order_);
         return *all_;
+    }
+    // The rows that are held, where all bodies weigh the same; the factor at hand stays.
+    DelassusMatrix<D>& even() {
+        if (!even_) {
+            even_ = std::make_unique<DelassusMatrix<D>>(model_, order_);
+            even_->hold(held_);
+        }
+        return *even_;
     }
     int count_left_out(const std::vector<std::vector<int>>& rows) {
         int count = all().count();
@@ -251,7 +264,8 @@ private:
     const Model<D>& model_;
     const EliminationOrder<D>& order_;
     DelassusMatrix<D> rows_;
-    std::unique_ptr<DelassusMatrix<D>> all_;
+    std::unique_ptr<DelassusMatrix<D>> all_, even_;
+    std::vector<std::vector<int>> held_;  // as they were given
     std::vector<Light<D>> light_;
     std::vector<Column<F>> work_;
     std::vector<double> rhs_, step_, lambda_;

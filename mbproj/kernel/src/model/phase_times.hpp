@@ -9,7 +9,7 @@ namespace mbproj {
 enum class Phase : int { evaluation, position, velocity, rest };
 constexpr int phase_count = 4;
 
-class Phases {
+class Phases final {
 public:
     void begin(long step) {
         active_ = step % 64 == 0;

@@ -14,9 +14,21 @@ struct Projected {
     double velocity_change = 0.0;                // by the correction, as a part of the velocity
     double speed_change = 0.0;                   // and as it is, rotations times the mechanism's length
     bool regular = true, near_singular = false;  // the second: near a pose where rows become dependent
+
+    // A second projection, with other rows, whose end counts.
+    void take(const Projected& second) {
+        position_passes += second.position_passes;
+        velocity_passes += second.velocity_passes;
+        failures = second.failures;
+        fallbacks += second.fallbacks;
+        velocity_change = std::max(velocity_change, second.velocity_change);
+        speed_change = std::max(speed_change, second.speed_change);
+        regular = second.regular;
+        near_singular = second.near_singular;
+    }
 };
 
-template <int D> class Projector {
+template <int D> class Projector final {
 public:
     using S = Size<D>;
 
@@ -37,13 +49,16 @@ public:
             position = position && largest(equations_.constraint()) > settings_.threshold;
             velocity = velocity && (position || largest(equations_.constraint_velocity(y)) > settings_.threshold);
         }
+        // The factor of the step's last stage, a pose near by, serves where there is one.
         Projected done;
         done.projections = position || velocity;
-        // The factor of the step's last stage, a pose near by, serves where there is one.
         if (position) correct_position(y, done, !equations_.holds(metric_));
         phases_.mark(Phase::position);
         if (velocity && done.regular) correct_velocity(y, done);
         phases_.mark(Phase::velocity);
+        // Rows that have come to depend on each other leave something open, which others close.
+        const bool fails = !done.regular || equations_.policy().wants_others();
+        if (done.projections && fails && equations_.hold_others()) done.take(correct(y, position, velocity));
         return done;
     }
 
@@ -51,11 +66,8 @@ public:
     Projected anywhere(double t, double* y) {
         normalise(y);
         equations_.set_pose(t, y);
-        Projected done;
-        if (!settings_.corrects() || model_.constraints.rows == 0) return done;
-        if (settings_.position) correct_position(y, done, true);
-        if (settings_.velocity && done.regular) correct_velocity(y, done);
-        return done;
+        const bool due = settings_.corrects() && model_.constraints.rows > 0;
+        return correct(y, due && settings_.position, due && settings_.velocity);
     }
 
     // One exact Newton correction of the position; false where there is none.
@@ -84,6 +96,14 @@ private:
             const auto orientation = WritablePart<D>(y, b).orientation();
             WritablePart<D>(y, b).orientation() = normalised(Column<S::orientation>(orientation));
         }
+    }
+
+    // The levels that are asked for, with a factor of this pose.
+    Projected correct(double* y, bool position, bool velocity) {
+        Projected done;
+        if (position) correct_position(y, done, true);
+        if (velocity && done.regular) correct_velocity(y, done);
+        return done;
     }
 
     // By the test that is set. Where it does not converge, from where it began in the coordinates' metric, if allowed.

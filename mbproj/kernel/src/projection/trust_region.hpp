@@ -11,7 +11,7 @@
 
 namespace mbproj {
 
-template <int D> class TrustRegion {
+template <int D> class TrustRegion final {
 public:
     explicit TrustRegion(EquationsOfMotion<D>& equations)
         : equations_(equations), model_(equations.model()), thresholds_(model_.thresholds), rhs_(model_.all_rows()),

@@ -40,7 +40,7 @@ public:
     bool attempt(double t, const Vector& y, double h, Vector& y_new) {
         for (int s = 1; s < tableau_.stages(); ++s) {
             combine(y, h, tableau_.a.row(s), s, stage_);
-            if (!equations_.derivative(t + tableau_.c[s] * h, stage_.data(), k_[s].data())) return false;
+            if (!equations_.watched_derivative(t + tableau_.c[s] * h, stage_.data(), k_[s].data())) return false;
         }
         combine(y, h, tableau_.b, tableau_.stages(), y_new);
         return true;
@@ -59,7 +59,7 @@ public:
     // Hairer's norm of the estimated error of the step to y_new at t: 1 is just acceptable; none where f fails there. It
     // evaluates f before any projection, as the extension needs it too.
     std::optional<double> error(double t, const Vector& y, const Vector& y_new, double h, double tolerance) {
-        if (!equations_.derivative(t, y_new.data(), k_[tableau_.stages()].data())) return std::nullopt;
+        if (!equations_.watched_derivative(t, y_new.data(), k_[tableau_.stages()].data())) return std::nullopt;
         return norm_of_error(y, y_new, h, tolerance);
     }
 

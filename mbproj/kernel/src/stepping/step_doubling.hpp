@@ -9,25 +9,6 @@
 
 namespace mbproj {
 
-// While it lives, evaluations are not looked at for what is near a singular pose or usual: those of samples inside a step,
-// so that recording does not change the steps.
-template <int D> class Aside {
-public:
-    explicit Aside(EquationsOfMotion<D>& equations) : equations_(equations), seen_(equations.pivots) {
-        equations_.solver().learns = false;
-    }
-    ~Aside() {
-        equations_.solver().learns = true;
-        equations_.pivots = seen_;
-    }
-    Aside(const Aside&) = delete;
-    Aside& operator=(const Aside&) = delete;
-
-private:
-    EquationsOfMotion<D>& equations_;
-    const Pivots seen_;
-};
-
 template <int D> class StepDoubling {
 public:
     using S = Size<D>;
@@ -37,20 +18,20 @@ public:
         : equations_(equations), projector_(projector), half_(stepper), evaluations_(2 * stepper.attempt_cost() + 1),
           middle_(Vector::Zero(equations.total())), end_(middle_) {}
 
-    // Whether the step that was just made, with these pivots at its stages, needs the check.
-    bool is_near(const Pivots& pivots) const {
+    // Whether the step that was just made needs the check, by the poses that its stages have passed.
+    bool is_near() const {
         const Thresholds& thresholds = equations_.model().thresholds;
-        return pivots.smallest < thresholds.passing &&
-               pivots.smallest < thresholds.nearing * std::max(before_, pivots.largest);
+        const Passed& passed = equations_.policy().passed();
+        return passed.smallest < thresholds.passing &&
+               passed.smallest < thresholds.nearing * std::max(equations_.policy().before(), passed.largest);
     }
-    void accepted(const Pivots& pivots) { before_ = pivots.largest; }
 
     // Two half steps from y at t, with its slope; false where they fail. Their evaluations count.
     bool repeat(double t, const Vector& y, const Vector& slope, double h, long& evaluations) {
         evaluations += evaluations_;
         half_.first() = slope;
         if (!half_.attempt(t, y, 0.5 * h, middle_) || !projector_.anywhere(t + 0.5 * h, middle_.data()).regular ||
-            !equations_.derivative(t + 0.5 * h, middle_.data(), half_.first().data()) ||
+            !equations_.watched_derivative(t + 0.5 * h, middle_.data(), half_.first().data()) ||
             !half_.attempt(t + 0.5 * h, middle_, 0.5 * h, end_))
             return false;
         return projector_.anywhere(t + h, end_.data()).regular;
@@ -88,7 +69,6 @@ private:
     Stepper<D> half_;
     const long evaluations_;
     Vector middle_, end_;
-    double before_ = 0.0;
 };
 
 }  // namespace mbproj

@@ -24,6 +24,8 @@ public:
           lambda_(model_.all_rows()), copy_lambda_(lambda_), counted_{{}, std::move(turns)} {
         std::copy(y.begin(), y.end(), y_.data());
     }
+    // Before the first step: the rows go on from what another run has saved between two of its steps.
+    void resume(typename RowPolicy<D>::Saved rows) { resumed_ = std::move(rows); }
     TimeLoop(const TimeLoop&) = delete;
     TimeLoop& operator=(const TimeLoop&) = delete;
 
@@ -63,7 +65,8 @@ private:
         equations_.set_velocities(y_.data(), true);
         peaks.watch(equations_.constraint(), equations_.C_dot(), model_.constraints.rows, model_.driven.size(), t_);
         counted_ = turns_.start(counted_.turns, t_, y_);
-        if (!evaluate(y_, true)) return stop_at(t_);
+        const bool regular = resumed_ ? equations_.resume(std::move(*resumed_)) : equations_.start();
+        if (!regular || !evaluate(y_, true)) return stop_at(t_);
         stepper_.first() = slope_;
         h_ = steps_.step;
         if (!steps_.fixed() && !choose_step(schedule_.left(t_))) return;
@@ -94,15 +97,13 @@ private:
     // From y_ to y_new_, by the stepper alone; false where the run stops, or where the step is to be tried again.
     bool attempt() {
         if (steps_.fixed()) {
-            if (!stepper_.attempt(t_, y_, to_.h, y_new_)) return stop_at(to_.t), false;
-            counters.evaluations += stepper_.attempt_cost();
+            if (!stages() && !(equations_.hold_others() && stages())) return stop_at(to_.t), false;
             phases_.mark(Phase::evaluation);
             return true;
         }
         equations_.forget_broken_state();
-        std::optional<double> error;
-        if (stepper_.attempt(t_, y_, to_.h, y_new_)) error = stepper_.error(to_.t, y_, y_new_, to_.h, steps_.tolerance);
-        counters.evaluations += stepper_.attempt_cost() + 1;
+        std::optional<double> error = stages_and_error();
+        if (!error && equations_.hold_others()) error = stages_and_error();
         phases_.mark(Phase::evaluation);
         lost_ = {};
         if (!error || !std::isfinite(*error)) lost_ = error ? Outcome{Status::not_finite, to_.t} : failed_at(to_.t);
@@ -111,9 +112,20 @@ private:
         return true;
     }
 
+    // With the rows that are held; false also where others would serve.
+    bool stages() {
+        equations_.policy().begin();
+        counters.evaluations += stepper_.attempt_cost();
+        return stepper_.attempt(t_, y_, to_.h, y_new_);
+    }
+    std::optional<double> stages_and_error() {
+        ++counters.evaluations;
+        if (!stages()) return std::nullopt;
+        return stepper_.error(to_.t, y_, y_new_, to_.h, steps_.tolerance);
+    }
+
     void reject(double h) {
         ++counters.rejected_steps;
-        equations_.pivots = {};
         schedule_.leave();
         h_ = h;
     }
@@ -121,10 +133,9 @@ private:
     // Near a singular pose, the same step in two halves. False where these cannot be made, or where they are so far off
     // that the step is to be tried again.
     bool agrees_with_halves() {
-        halved_ = doubling_.is_near(equations_.pivots);
+        halved_ = doubling_.is_near();
         if (halved_) {
-            if (!doubling_.repeat(t_, y_, stepper_.first(), to_.t - t_, counters.evaluations))
-                return stop_at(to_.t), false;
+            if (!halves() && !(equations_.hold_others() && halves())) return stop_at(to_.t), false;
             if (!steps_.fixed()) {
                 if (!extend()) return false;
                 if (shortened_ < model_.thresholds.most_shorter &&
@@ -136,6 +147,8 @@ private:
         return true;
     }
 
+    bool halves() { return doubling_.repeat(t_, y_, stepper_.first(), to_.t - t_, counters.evaluations); }
+
     // How far the step and its extension are from its halves.
     double off() {
         stepper_.at(y_, to_.h, 0.5, copy_);
@@ -145,7 +158,6 @@ private:
     // The continuous extension: after the projection, which uses the last stage's factor; to be checked, before it.
     bool extend() {
         counters.evaluations += stepper_.extend_cost() + static_cast<long>(schedule_.count_inside());
-        const Aside aside(equations_);
         if (!stepper_.extend(t_, y_, to_.h)) return stop_at(t_), false;
         return true;
     }
@@ -155,14 +167,12 @@ private:
         if (!y_new_.allFinite()) return stop({Status::not_finite, to_.t}), false;
         ++counters.steps;
         ++counters.evaluations;
-        doubling_.accepted(equations_.pivots);
-        equations_.pivots = {};
         if (!steps_.fixed()) counted_before_ = counted_;
         const Outcome closed =
             step_end_.close(t_, y_, to_.t, y_new_, counted_, halved_ ? &doubling_ : nullptr, counters, peaks);
         if (closed.status == Status::untold && !steps_.fixed()) return tell_turns(closed), false;
         if (closed.stops()) return stop(closed), false;
-        if (!evaluate(y_new_, to_.due)) return stop_at(to_.t), false;
+        if (!equations_.arrive() || !evaluate(y_new_, to_.due)) return stop_at(to_.t), false;
         if (!slope_.allFinite()) return stop({Status::not_finite, to_.t}), false;
         return true;
     }
@@ -178,7 +188,6 @@ private:
     void sample_inside() {
         const double time = schedule_.take();
         stepper_.at(y_, to_.h, (time - t_) / to_.h, copy_);
-        const Aside aside(equations_);
         if (const Outcome closed = step_end_.close_sample(time, copy_); closed.stops()) return stop(closed);
         if (!equations_.factor(Metric::mass)) return stop_at(time);
         equations_.set_velocities(copy_.data(), false);
@@ -205,7 +214,7 @@ private:
         equations_.set_pose(t_, y_.data());
         equations_.set_velocities(y_.data(), false);
         ++counters.evaluations;
-        if (!evaluate(y_, false)) return stop_at(t_);
+        if (!equations_.factor(Metric::mass) || !evaluate(y_, false)) return stop_at(t_);
         stepper_.first() = slope_;
         if (steps_.fixed()) return;
         control_.forget();
@@ -220,8 +229,6 @@ private:
     }
 
     bool evaluate(const Vector& y, bool with_multipliers) {
-        if (!equations_.factor_closed()) return false;
-        equations_.pivots.watch(equations_.solver().nearness());
         return equations_.slope_at(y.data(), slope_.data(), with_multipliers ? lambda_.data() : nullptr);
     }
 
@@ -257,6 +264,7 @@ private:
     Target to_{};         // of the step at hand
     double error_ = 0.0;  // its norm
     Outcome lost_{};      // why the last step that was tried overflowed or had no solution; running where it did not
+    std::optional<typename RowPolicy<D>::Saved> resumed_;
     bool started_ = false, halved_ = false;
     int shortened_ = 0;  // times the step at hand, near a singular pose
 };

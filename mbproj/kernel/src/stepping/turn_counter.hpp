@@ -16,7 +16,7 @@ public:
     using Vector = Eigen::VectorXd;
     // What is known of the angles at one point of the motion: where each stands, how fast it turns, what a motion
     // prescribes for it; and its turns.
-    struct Angle : EquationsOfMotion<D>::Angle {
+    struct Angle : JointAngle {
         double prescribed = 0.0;
     };
     struct Counted {

@@ -1,0 +1,29 @@
+// An angle of a joint, as the direction in which its vector stands, and how fast it turns.
+#pragma once
+
+#include "kinematics/pose.hpp"
+
+namespace mbproj {
+
+struct JointAngle {
+    double cosine = 1.0, sine = 0.0, speed = 0.0;
+    double value() const { return std::atan2(sine, cosine); }
+};
+
+// Of a coordinate that is an angle.
+template <int D>
+JointAngle joint_angle(const Model<D>& model, const Pose<D>& pose, const Motion<D>& motion, int coordinate) {
+    const Instance& p = model.coordinates.instances[coordinate];
+    Point<D> x[3], x_dot[3];
+    for (int s = 0; s < 3; ++s) {
+        const Attachment<D>& a = model.coordinates.attachments[p.slots[s]];
+        x[s].noalias() = pose[a.body].rotation * a.local;
+        x_dot[s] = turned_by(motion[a.body].omega, x[s]);
+    }
+    const double cosine = x[2].dot(x[0]), sine = x[2].dot(x[1]);
+    const double cosine_dot = x_dot[2].dot(x[0]) + x[2].dot(x_dot[0]);
+    const double sine_dot = x_dot[2].dot(x[1]) + x[2].dot(x_dot[1]);
+    return {cosine, sine, (cosine * sine_dot - sine * cosine_dot) / (cosine * cosine + sine * sine)};
+}
+
+}  // namespace mbproj
