@@ -11,6 +11,15 @@ from mbproj.scene.records import Scene
 from tests.support import ROOT
 
 FIVE_BAR = ROOT / "mechanisms" / "five_bar.yaml"
+#: A scene whose title is markup.
+HOSTILE = """\
+mbproj: 1
+title: "</script><script>alert(1)</script> <!-- & \\u2028 ü"
+gravity: [0, 0, -9.8]
+simulation: {duration: 0.1, step: 0.01}
+bodies: {bob: {mass: 1, inertia: [1, 1, 1], position: [0, 0, -1]}}
+joints: {pin: {type: revolute, bodies: [ground, bob], location: [0, 0, 0], axis: [0, 1, 0]}}
+"""
 
 
 def recorded(scene: Scene, path: Path) -> Path:

@@ -14,17 +14,8 @@ from mbproj.animate.page.three_js import three_js
 from mbproj.animate.page.write import as_json, html
 from mbproj.results import open_results
 from mbproj.scene import read_scene_text
-from tests.animate.runs import FIVE_BAR, five_bar, recorded
+from tests.animate.runs import FIVE_BAR, HOSTILE, five_bar, recorded
 from tests.animate.unpacked import block_of, bytes_of, data_of
-
-HOSTILE = """\
-mbproj: 1
-title: "</script><script>alert(1)</script> <!-- & \\u2028 ü"
-gravity: [0, 0, -9.8]
-simulation: {duration: 0.1, step: 0.01}
-bodies: {bob: {mass: 1, inertia: [1, 1, 1], position: [0, 0, -1]}}
-joints: {pin: {type: revolute, bodies: [ground, bob], location: [0, 0, 0], axis: [0, 1, 0]}}
-"""
 
 
 @pytest.fixture(scope="module")

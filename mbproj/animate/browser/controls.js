@@ -101,6 +101,7 @@ function toggle(page, layer, visible) {
     else if (layer === "forces" || layer === "torques") each[layer] && (each[layer].root.visible = visible);
     else each.figure.show(layer, visible);
   }
+  page.change();
 }
 
 function charts(page) {
@@ -120,6 +121,7 @@ function charts(page) {
     by("chart").hidden = !page.chart.chosen;
     by("series").value = name;
     by("series").blur();
+    page.change();
   };
   const usual = ["coordinates", "markers", "bodies", ""]; // what tells most of a motion
   const first = usual.map((kind) => names.find((name) => page.chart.choices.get(name).kind === kind)).find(Boolean) ?? "";
@@ -154,7 +156,7 @@ const KEYS = {
     const usable = [...by("colour").options].map((option) => option.value);
     page.mode = usable[(usable.indexOf(page.mode) + 1) % usable.length];
   },
-  Escape: (page) => page.panel.select(null),
+  Escape: (page) => page.select(null),
   "?": () => by("help").showModal(),
 };
 VIEWS.forEach(([, eye, up], number) => (KEYS[number + 1] = (page) => page.eye.look(eye, up)));

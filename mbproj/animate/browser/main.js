@@ -19,11 +19,12 @@ class Page {
     this.panel = new Panel(this.runs);
     this.mode = "bodies";
     this.follow = null;
+    this.changes = 0;
     this.rays = new THREE.Raycaster();
     this.pointer = new Pointer(by("scene"), this.eye, {
       pick: (x, y) => this.pick(x, y),
       hover: (thing, event) => this.panel.hover(thing, event),
-      select: (thing) => this.panel.select(thing),
+      select: (thing) => this.select(thing),
     });
     connect(this);
     new ResizeObserver(() => this.resize()).observe(by("view"));
@@ -52,6 +53,12 @@ class Page {
     for (const mover of movers) this.stage.add(mover.root);
     for (const arrows of [forces, torques]) if (arrows) arrows.root.visible = false;
     return { run, ghost, figure, spans, trails, forces, torques, movers, colours: ghost ? null : new Colours(run, figure, spans) };
+  }
+
+  /** Shows the numbers of a thing {kind, name, run}; of none where it is null. */
+  select(thing) {
+    this.panel.select(thing);
+    this.change();
   }
 
   /** What is at a place of the window: {kind, name, run}; null where nothing is. */
@@ -84,6 +91,7 @@ class Page {
     this.eye.pixels = height;
     this.eye.resize(width / height);
     this.chart.resize();
+    this.change();
   }
 
   /** Moves everything to the time, and draws. */
@@ -107,12 +115,29 @@ class Page {
     update(this);
   }
 
+  /** All that the picture depends on: where it is as before, nothing is drawn again. */
+  #state() {
+    const { time, playing, loop, speed } = this.player;
+    const { back, up, target, half, flat, aspect } = this.eye;
+    const seen = [...back.toArray(), ...up.toArray(), ...target.toArray(), half, flat, aspect];
+    return [time, playing, loop, speed, ...seen, this.mode, this.follow, this.changes].join(" ");
+  }
+
+  /** Says that something else has changed: what is shown, what is selected, the size. */
+  change() {
+    this.changes += 1;
+  }
+
   run() {
-    let before = null;
+    let [before, drawn] = [null, null];
     const turn = (now) => {
       if (before !== null) this.player.advance(Math.min((now - before) / 1000, 0.25));
       before = now;
-      this.draw();
+      const state = this.#state();
+      if (state !== drawn) {
+        drawn = state;
+        this.draw();
+      }
       requestAnimationFrame(turn);
     };
     requestAnimationFrame(turn);
