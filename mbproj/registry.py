@@ -73,6 +73,11 @@ FALLBACKS = ("none", "gopm")
 STOP_TESTS = ("violation", "paper")
 
 
+#: Where a run begins: where the scene says, or in the equilibrium that is downhill from there.
+EQUILIBRIUM = "equilibrium"
+STARTS = ("scene", EQUILIBRIUM)
+
+
 @dataclass(frozen=True)
 class IntegratorEntry:
     """An integrator's order, whether it estimates its error (an embedded pair), one line on it, its tableau's file."""

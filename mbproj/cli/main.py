@@ -37,6 +37,7 @@ GROUPS: Mapping[str, Mapping[str, str]] = MappingProxyType(
             "compare-results": "Says whether two results are the same motion.",
         },
         "Linearise": {
+            "equilibrium": "Finds where a mechanism rests or turns steadily.",
             "modes": "Finds the frequencies and shapes of small motions.",
         },
         "Choose a setting": {
@@ -63,7 +64,7 @@ COMMANDS = tuple(name for names in GROUPS.values() for name in names)
 STUDIES = frozenset({"batch", "compare", "paper", "recommend", "stability", "sweep", "threshold", "tradeoff", "verify"})
 
 #: Commands on equilibria, modes and linear models, in `mbproj.cli.linear`.
-LINEAR = frozenset({"modes"})
+LINEAR = frozenset({"equilibrium", "modes"})
 
 
 class CommandsOnDemand(click.Group):

@@ -149,14 +149,15 @@ def _by_qz(reduced: Reduced) -> Eigen:
 
 
 def _neutral(reduced: Reduced) -> tuple[Array, Array, int]:
-    """Directions Z with K Z = 0 and those normal to them, and how many momenta along uᵀK = 0 nothing changes."""
+    """Directions Z with K Z = 0 and those normal to them; and how many of the momenta along uᵀK = 0 no motion along Z
+    changes: these have a second eigenvalue 0, that of drifting along at a constant speed."""
     U, σ, V = np.linalg.svd(reduced.K)
     sizes = np.einsum("ik,ij,kj->k", np.abs(U), reduced.K_size, np.abs(V), optimize=True)
     none = σ <= np.maximum(THRESHOLDS.linear_round_off * sizes, THRESHOLDS.no_eigenvalue * σ[0])
-    left = U[:, none]
-    momenta = left.T @ reduced.D
-    size = np.abs(left).T @ reduced.D_size
+    left, Z = U[:, none], V[none].T
+    momenta = left.T @ reduced.D @ Z
+    size = np.abs(left).T @ reduced.D_size @ np.abs(Z)
     σ = np.linalg.svd(momenta, compute_uv=False)
     limit = THRESHOLDS.linear_round_off * max(float(size.max(initial=0.0)), TINY)
     conserved = left.shape[1] - int(np.count_nonzero(σ > limit))
-    return V[none].T, V[~none].T, conserved
+    return Z, V[~none].T, conserved

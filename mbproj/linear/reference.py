@@ -11,6 +11,7 @@ from mbproj.dynamics.assembly.assemble import State, coordinate_values
 from mbproj.dynamics.derivatives.linear_equations import Motion, constraint_rows, mass_blocks, tangent_force
 from mbproj.dynamics.derivatives.tangent import tangent_velocities
 from mbproj.dynamics.equations.equations_of_motion import tangent_mass_matrix
+from mbproj.dynamics.equations.forces import law_state
 from mbproj.dynamics.equations.kinematics import pose_of, twist_of
 from mbproj.dynamics.equations.motions import drive_at
 from mbproj.dynamics.rank.right_hand_sides import tangent_gamma
@@ -59,7 +60,8 @@ def reference_at(system: System, state: State, where: str) -> Reference:
     solve = _by_bordered if system.bodies > THRESHOLDS.dense_modes else _by_tangent_space
     change, multipliers, left = solve(system, still, force, γ)
     motion = Motion(state.t, state.q, u, change, expected)
-    return Reference(system, motion, multipliers, imbalance(system, force, left), where, np.zeros(3))
+    largest = largest_force(system, still, force)
+    return Reference(system, motion, multipliers, imbalance(system, left, largest), where, np.zeros(3))
 
 
 def _by_tangent_space(system: System, still: Motion, force: Array, γ: Array) -> tuple[Array, Array, Array]:
@@ -84,10 +86,21 @@ def _by_bordered(system: System, still: Motion, force: Array, γ: Array) -> tupl
     return change, multipliers, left / lengths**2
 
 
-def imbalance(system: System, force: Array, left: Array) -> Imbalance:
-    """Of the forces (6n,) that act, of which constraints and a steady motion leave some, (6n,)."""
-    acting, left = np.abs(force.reshape(-1, 6)), left.reshape(-1, 6)
-    largest = max(float((acting[:, :3] * system.length).max(initial=0.0)), float(acting[:, 3:].max(initial=0.0)))
+def largest_force(system: System, motion: Motion, force: Array) -> float:
+    """The largest torque, or force times the mechanism's length, in N m, that acts on a body (6n,), or along what a law
+    acts on: those on a body may cancel each other."""
+    largest = float(np.abs(force * tangent_lengths(system)).max(initial=0.0))
+    if system.forces is None or not system.forces.laws.size:
+        return largest
+    pose = motion.pose
+    laws = law_state(system.forces, pose, motion.twist(pose), motion.t, motion.expected)
+    unit = np.where(system.forces.laws.coordinates.is_length, system.length, 1.0)
+    return max(largest, float(np.abs(laws.force * unit).max()))
+
+
+def imbalance(system: System, left: Array, largest: float) -> Imbalance:
+    """Of what constraints and a steady motion leave, (6n,), beside the largest torque that acts."""
+    left = left.reshape(-1, 6)
     sizes = np.linalg.norm(left[:, :3], axis=1).max(initial=0.0), np.linalg.norm(left[:, 3:], axis=1).max(initial=0.0)
     relative = max(float(sizes[0]) * system.length, float(sizes[1])) / max(largest, np.finfo(float).tiny)
     return Imbalance(float(sizes[0]), float(sizes[1]), relative)

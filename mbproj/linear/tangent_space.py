@@ -37,10 +37,10 @@ class TangentSpace:
         return N_dot, normal - self.N @ (scaled.T @ scaled)
 
 
-def tangent_space(system: System, G: Array) -> TangentSpace:
-    """Of rows G (m, 6n) of the joints and then the motions."""
+def tangent_space(system: System, G: Array, scale: Array | None = None) -> TangentSpace:
+    """Of rows G (m, 6n) of the joints and then the motions, or of others that are measured against `scale` (m,)."""
     lengths = tangent_lengths(system)
-    scale = system.row_scale[system.bodies :]
+    scale = system.row_scale[system.bodies :] if scale is None else scale
     rows = G * lengths / scale[:, None]
     size = np.linalg.norm(rows, axis=1)
     factor = np.where(size > THRESHOLDS.dependent, 1.0 / np.maximum(size, THRESHOLDS.dependent), 0.0)

@@ -200,7 +200,8 @@ class ProjectionSettings:
 @dataclass(frozen=True)
 class Settings:
     """The `simulation` block with defaults resolved. Exactly one of `step` and `tolerance` is set in a run; `duration`
-    and both may be None in a scene that leaves them to the command line. Steps end at `break_times` (s) too."""
+    and both may be None in a scene that leaves them to the command line. Steps end at `break_times` (s) too. `start` is
+    one of `registry.STARTS`."""
 
     duration: float | None = None
     step: float | None = None
@@ -210,6 +211,7 @@ class Settings:
     acceleration: str = "bordered"
     output_step: float | None = None
     break_times: tuple[float, ...] = ()
+    start: str = "scene"
     projection: ProjectionSettings = field(default_factory=ProjectionSettings)
 
 

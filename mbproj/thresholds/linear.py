@@ -30,6 +30,42 @@ class Linear:
     told_in_name: float = threshold(
         0.5, "1", "numpy", "a mode is named by what has so much of the largest share of its energy", "words only"
     )
+    closed_at_rest: float = threshold(
+        1e-15, "length, rad", "numpy", "poses on the way to an equilibrium are closed to this", "round-off"
+    )
+    most_balancing: int = threshold(300, "-", "numpy", "steps on the way to an equilibrium", "chosen")
+    first_radius: float = threshold(
+        0.2, "length, rad", "numpy", "the first of them is no longer", "chosen: the model holds for tenths of a radian"
+    )
+    largest_radius: float = threshold(1.0, "length, rad", "numpy", "nor is any longer than this", "chosen")
+    good_step: float = threshold(
+        0.1, "1", "numpy", "a step is taken where the forces do so much of the work that was expected", "usual: 0.1"
+    )
+    free_fall: int = threshold(
+        12, "-", "numpy", "so many of the longest steps in a row without a change of force go on for ever", "chosen"
+    )
+    same_force: float = threshold(1e-2, "1", "numpy", "a force that changes by less is the same then", "chosen")
+    grown_modes: float = threshold(
+        1e-7, "1", "numpy", "a mode grows where it does by more of the fastest mode's speed", "√ε, with room"
+    )
+    turned_balance: float = threshold(
+        1e-6, "1", "numpy", "forces turn with a mechanism where no more is left of them after a turn", "√ε, with room"
+    )
+    far_away: float = threshold(
+        30.0, "length", "numpy", "what has no equilibrium so far from the start is said to have none", "chosen"
+    )
+    written_pose: float = threshold(
+        1e-9, "m, rad", "numpy", "a pose is that which was written where it is off by no more", "as it assembles"
+    )
+    other_starts: float = threshold(
+        2.0, "length, rad", "numpy", "other equilibria are sought from poses within this", "chosen"
+    )
+    force_grain: float = threshold(
+        1.5e-14, "1", "numpy", "a sum of forces is round-off below this part of the largest", "64 ε"
+    )
+    told_coordinate: float = threshold(
+        0.3, "1", "numpy", "a motion is named by coordinates that change by so much of the largest", "words only"
+    )
     balanced: float = threshold(
         1e-9, "1", "numpy", "forces balance where no more than this part of the largest is left", "√ε, with room"
     )

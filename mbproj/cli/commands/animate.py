@@ -106,11 +106,11 @@ def _page(
         message = f"'{scenes[0]}' is a scene, and scenes are shown alone"
         raise InputError(Problem(message, hint="run it, and give its results"))
     from mbproj.animate.look.motion import motion_at
-    from mbproj.dynamics import assemble
-    from mbproj.model import compile_system, initial_guess
+    from mbproj.linear.equilibrium.started import start_state
+    from mbproj.model import compile_system
     from mbproj.scene import read_scene
 
     scene = read_scene(str(scenes[0]), {}, {})
     system = compile_system(scene)
-    state = assemble(system, initial_guess(scene, system))
+    state = start_state(scene, system)
     return start_of(scene, motion_at(system, state.q), scene.title or scenes[0].stem)

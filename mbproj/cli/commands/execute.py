@@ -41,11 +41,12 @@ def execute(
     from mbproj.cli.report.progress import progress_bar
     from mbproj.cli.report.summary import print_summary
     from mbproj.cli.report.trust import as_numbers
-    from mbproj.dynamics import assemble, unique_components
+    from mbproj.dynamics import unique_components
     from mbproj.integrate import simulate
     from mbproj.integrate.events.time_events import events_of
     from mbproj.integrate.outcome.report import summary
-    from mbproj.model import compile_system, initial_guess
+    from mbproj.linear.equilibrium.started import start_state
+    from mbproj.model import compile_system
     from mbproj.results import ResultsWriter
     from mbproj.results.events import RecordedEvent
     from mbproj.scene import settings_to_run
@@ -54,7 +55,8 @@ def execute(
     started = perf_counter()
     settings = settings_to_run(scene)
     system = compile_system(scene)
-    state = assemble(system, initial_guess(scene, system))
+    with placed_in(scene):
+        state = start_state(scene, system)
     with placed_at(Place("--output")):
         constants = unique_components(system, state)
         writer = ResultsWriter(output, scene, system.names.as_mapping(), constants, certified=certified)

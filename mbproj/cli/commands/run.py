@@ -10,6 +10,7 @@ from mbproj.cli.completion import results_file
 from mbproj.cli.explained import Part, explained, option
 from mbproj.cli.quantity import Positive
 from mbproj.cli.scene_options import overrides, parameters, scene_options
+from mbproj.registry import EQUILIBRIUM
 
 if TYPE_CHECKING:
     from mbproj.scene import Scene
@@ -51,6 +52,7 @@ EXAMPLES = (
     metavar="E",
     help="With --certify: say when the error exceeds E; repeatable [default: 1e-9, 1e-8, .. 1 m].",
 )
+@option(Part.WHAT, "--from-equilibrium", is_flag=True, help="Begin where the mechanism rests, downhill from the start.")
 @option(Part.OUTPUT, "--json", "as_json", is_flag=True, help="Print one JSON object instead of the summary.")
 @option(Part.OUTPUT, "-q", "--quiet", is_flag=True, help="Print nothing but errors.")
 def command(
@@ -60,6 +62,7 @@ def command(
     accuracy: float | None,
     certify: bool,
     limits: tuple[float, ...],
+    from_equilibrium: bool,
     as_json: bool,
     quiet: bool,
     **options: Any,
@@ -70,6 +73,8 @@ def command(
     from mbproj.scene import read_scene
 
     asked, given = _limits(certify, limits), overrides(options)
+    if from_equilibrium:
+        given["start"] = EQUILIBRIUM
     what, facts = read_scene(scene, parameters(settings), given), dict[str, Any]()
     if not quiet:
         show_notes(what)

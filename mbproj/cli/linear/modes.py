@@ -53,6 +53,7 @@ def command(
     settings: tuple[str, ...],
     where: str,
     results: str | None,
+    steady: str | None,
     count: int | None,
     vary: str | None,
     output: Path,
@@ -74,9 +75,9 @@ def command(
     changed = parameters(settings)
     trace: Trace | None = None
     if vary is None:
-        what, found = _modes(scene, changed, where, results, count)
+        what, found = _modes(scene, changed, (where, results, steady), count)
     else:
-        what, found, trace = _traced(scene, changed, where, results, count, vary)
+        what, found, trace = _traced(scene, changed, (where, results, steady), count, vary)
     write_modes(output, stored(found, what.title, trace), what, force=force)
     if as_json:
         click.echo(json.dumps(numbers(found, scene, str(output), trace)))
@@ -86,7 +87,7 @@ def command(
 
 
 def _modes(
-    scene: str, changed: dict[str, str], where: str, results: str | None, count: int | None
+    scene: str, changed: dict[str, str], place: tuple[str, str | None, str | None], count: int | None
 ) -> tuple[Scene, Modes]:
     from mbproj.linear.modes import modes
     from mbproj.model import compile_system
@@ -95,11 +96,11 @@ def _modes(
 
     what = read_scene(scene, changed)
     with placed_in(what):
-        return what, modes(reference_of(what, compile_system(what), where, results), count)
+        return what, modes(reference_of(what, compile_system(what), *place), count)
 
 
 def _traced(
-    scene: str, changed: dict[str, str], where: str, results: str | None, count: int | None, vary: str
+    scene: str, changed: dict[str, str], place: tuple[str, str | None, str | None], count: int | None, vary: str
 ) -> tuple[Scene, Modes, Trace]:
     """The modes at each value of a parameter; the file and the table have those of the last one."""
     from mbproj.linear.traces import trace
@@ -112,7 +113,7 @@ def _traced(
     scenes: list[Scene] = []
 
     def at(value: float) -> Modes:
-        what, found = _modes(scene, {**changed, name: repr(value)}, where, results, count)
+        what, found = _modes(scene, {**changed, name: repr(value)}, place, count)
         scenes.append(what)
         return found
 

@@ -12,13 +12,16 @@ from mbproj.cli.explained import Part, option
 from mbproj.errors import InputError, Place, Problem, placed_at
 
 if TYPE_CHECKING:
+    from mbproj.dynamics import State
+    from mbproj.linear.equilibrium.balance import Turning
     from mbproj.linear.reference import Reference
     from mbproj.model import System
+    from mbproj.model.system import Conditions
     from mbproj.scene import Scene
 
 Command = TypeVar("Command", bound=Callable[..., Any])
-START = "start"
-WORDS = (START,)
+START, REST, STEADY = "start", "equilibrium", "steady"
+WORDS = (START, REST, STEADY)
 
 
 def scene_argument(command: Command) -> Command:
@@ -30,7 +33,10 @@ def scene_argument(command: Command) -> Command:
 
 
 def at_options(command: Command) -> Command:
-    """--at and --from."""
+    """--at, --steady and --from."""
+    command = option(
+        Part.WHAT, "--steady", metavar="NAME=RATE", help="With --at steady: how fast it turns, A.angle=60rpm."
+    )(command)
     command = option(
         Part.WHAT,
         "--from",
@@ -51,15 +57,20 @@ def at_options(command: Command) -> Command:
     )(command)
 
 
-def reference_of(scene: Scene, system: System, where: str, results: str | None) -> Reference:
+def reference_of(scene: Scene, system: System, where: str, results: str | None, steady: str | None) -> Reference:
     """The motion that the options name. Raises InputError at the option where there is none."""
     from mbproj.linear.reference import reference_at
     from mbproj.linear.states import start_of, state_at, stored_state
 
-    if where in WORDS:
-        if results is not None:
-            raise InputError(Problem("it needs a time", Place("--from"), "give one of its samples: --at TIME"))
+    if (steady is not None) != (where == STEADY):
+        hint = "give both: --at steady --steady A.angle=60rpm"
+        raise InputError(Problem("one of --at steady and --steady lacks the other", Place("--steady"), hint))
+    if where in WORDS and results is not None:
+        raise InputError(Problem("it needs a time", Place("--from"), "give one of its samples: --at TIME"))
+    if where == START:
         return reference_at(system, start_of(scene, system), where)
+    if where in WORDS:
+        return _balanced(scene, system, steady)
     time = _time(where)
     if results is None:
         return reference_at(system, state_at(scene, system, time), where)
@@ -67,6 +78,40 @@ def reference_of(scene: Scene, system: System, where: str, results: str | None) 
 
     with placed_at(Place("--from")), open_results(results) as opened:
         return reference_at(system, stored_state(system, opened, time), where)
+
+
+def _balanced(scene: Scene, system: System, steady: str | None) -> Reference:
+    """The equilibrium, or the steady turn."""
+    from mbproj.linear.equilibrium.find import equilibrium
+    from mbproj.linear.equilibrium.steady import refuse_unsteady
+    from mbproj.linear.states import start_of
+
+    start = start_of(scene, system)
+    turning, held = steady_of(system, start, steady)
+    found = equilibrium(system, start, 0.0, turning, held)
+    if turning is not None:
+        refuse_unsteady(found, turning, held)
+    return found.reference
+
+
+def steady_of(system: System, start: State, text: str | None) -> tuple[Turning | None, Conditions]:
+    """The steady turn that NAME=RATE asks for, and what is held in it; no turn without. Raises InputError at the
+    option."""
+    from mbproj.dynamics.rank.nearby import NO_CONDITIONS
+    from mbproj.linear.equilibrium.steady import steady_turn
+    from mbproj.scene.fields.given import given_number
+    from mbproj.scene.fields.quantities import Number
+
+    if text is None:
+        return None, NO_CONDITIONS
+    name, equals, rate = text.partition("=")
+    if not equals or not name.strip() or not rate.strip():
+        raise InputError(Problem(f"'{text}' is not NAME=RATE", Place("--steady"), "e.g. --steady A.angle=60rpm"))
+    number = given_number(rate.strip(), f"--steady {name.strip()}", Number("rad/s"))
+    if number == 0.0:
+        raise InputError(Problem("a rate of 0 is no turn", Place("--steady"), "leave it out for an equilibrium"))
+    with placed_at(Place("--steady")):
+        return steady_turn(system, start, name.strip(), number)
 
 
 def _time(text: str) -> float:

@@ -51,6 +51,7 @@ SIMULATION: Record[dict[str, Any]] = Record(
         "acceleration": Choice("acceleration", lambda: registry.ACCELERATIONS),
         "output_step": Number("s", above=0.0),
         "break_times": List(Number("s"), None, "times"),
+        "start": Choice("start", lambda: registry.STARTS),
         "projection": PROJECTION,
     },
     dict,

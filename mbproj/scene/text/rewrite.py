@@ -1,4 +1,4 @@
-"""Changing settings in the text of a scene: the `simulation` block in place, every other character as it was."""
+"""Changing values in the text of a scene: its blocks in place, every other character as it was."""
 
 from __future__ import annotations
 
@@ -15,11 +15,19 @@ Changes: TypeAlias = Mapping[str, "str | Changes | None"]
 Edit = tuple[int, int, str]
 
 
-def with_simulation(text: str, changes: Changes) -> str:
-    """The text of a scene with its `simulation` block changed. Comments stay; a new key comes last in its block.
+def with_changes(text: str, changes: Changes) -> str:
+    """The text of a scene with blocks that it has changed. Comments stay; a new key comes last in its block.
 
-    Raises ValueError where the block is written in a way that cannot be changed in place (an alias, for example).
+    Raises ValueError where a block is written in a way that cannot be changed in place (an alias, for example).
     """
+    root = yaml.compose(text, Loader=yaml.SafeLoader)
+    if not isinstance(root, yaml.MappingNode):
+        raise ValueError("a scene is a mapping")
+    return _changed(text, _edits(text, root, changes))
+
+
+def with_simulation(text: str, changes: Changes) -> str:
+    """The text of a scene with its `simulation` block changed, or with a new one; otherwise as `with_changes`."""
     root = yaml.compose(text, Loader=yaml.SafeLoader)
     if not isinstance(root, yaml.MappingNode):
         raise ValueError("a scene is a mapping")

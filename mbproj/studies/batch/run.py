@@ -6,13 +6,14 @@ from dataclasses import astuple
 from time import perf_counter
 
 from mbproj.analysis import Outcome, outcomes
-from mbproj.dynamics import assemble, unique_components
+from mbproj.dynamics import unique_components
 from mbproj.ending import ending
 from mbproj.errors import ExitCode, MbprojError, SimulationError
 from mbproj.integrate import simulate
 from mbproj.integrate.events.time_events import events_of
 from mbproj.integrate.outcome.report import summary
-from mbproj.model import compile_system, initial_guess
+from mbproj.linear.equilibrium.started import start_state
+from mbproj.model import compile_system
 from mbproj.results import ResultsWriter, open_results
 from mbproj.results.events import RecordedEvent
 from mbproj.scene import read_scene, settings_to_run
@@ -46,7 +47,7 @@ def _outcomes(task: Task) -> tuple[tuple[Outcome, ...], str]:
     scene = read_scene(task.scene)
     settings = settings_to_run(scene)
     system = compile_system(scene)
-    state = assemble(system, initial_guess(scene, system))
+    state = start_state(scene, system)
     unique = unique_components(system, state)
     with (
         ResultsWriter(task.output, scene, system.names.as_mapping(), constants=unique) as recorder,

@@ -6,9 +6,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
-from mbproj.dynamics import State, assemble
+from mbproj.dynamics import State
 from mbproj.errors import InputError, Problem
-from mbproj.model import System, compile_system, initial_guess
+from mbproj.linear.equilibrium.started import start_state
+from mbproj.model import System, compile_system
+from mbproj.registry import EQUILIBRIUM
 from mbproj.scene.records import Scene, Settings
 from mbproj.scene.text.suggestions import choose_from
 from mbproj.studies.measure.setting import Setting
@@ -27,7 +29,7 @@ class Mechanism:
     def of(cls, scene: Scene) -> Mechanism:
         """Compiles and assembles. Raises InputError where the mechanism cannot be assembled."""
         system = compile_system(scene)
-        return cls(scene, system, assemble(system, initial_guess(scene, system)))
+        return cls(scene, system, start_state(scene, system))
 
     @property
     def points(self) -> tuple[str, ...]:
@@ -55,8 +57,10 @@ class Mechanism:
     @property
     def identity(self) -> dict[str, Any]:
         """What it follows from, for the store."""
-        times = self.scene.settings.break_times
-        return {"scene": self.scene.text, "parameters": dict(self.scene.overrides), "break_times": list(times)}
+        times, start = self.scene.settings.break_times, self.scene.settings.start
+        started = {"start": start} if start == EQUILIBRIUM else {}
+        text, parameters = self.scene.text, dict(self.scene.overrides)
+        return {"scene": text, "parameters": parameters, "break_times": list(times), **started}
 
 
 def with_breaks(scene: Scene, settings: Settings) -> Settings:

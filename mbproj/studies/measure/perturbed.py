@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from mbproj.dynamics import assemble
+from mbproj.linear.equilibrium.started import beside
 from mbproj.model import initial_guess
 from mbproj.studies.measure.mechanism import Mechanism
 
@@ -24,4 +24,4 @@ def perturbed(mechanism: Mechanism, seed: int) -> Mechanism:
     fastest = float(np.abs(state.v).max(initial=0.0))
     v = state.v + ulp * fastest * random.uniform(-1.0, 1.0, len(size))
     guess = replace(initial_guess(mechanism.scene, system), q=q, v=v)
-    return Mechanism(mechanism.scene, system, assemble(system, guess))
+    return Mechanism(mechanism.scene, system, beside(mechanism.scene, system, guess))

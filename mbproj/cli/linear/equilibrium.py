@@ -1,0 +1,186 @@
+"""`mbproj equilibrium`: where a mechanism rests, whether that is stable, and what its joints carry there."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from mbproj.cli.completion import results_file
+from mbproj.cli.explained import Part, explained, option
+from mbproj.cli.linear.options import scene_argument, steady_of
+from mbproj.cli.quantity import NotNegative
+from mbproj.cli.scene_options import parameters
+from mbproj.errors import InputError, Place, Problem, placed_at
+
+if TYPE_CHECKING:
+    from mbproj.linear.equilibrium.find import Equilibrium
+
+#: Reactions in the report.
+SHOWN_REACTIONS = 20
+EXAMPLES = (
+    ("Find where it rests, and write equilibrium.h5.", "mbproj equilibrium five_bar.yaml"),
+    ("Look for others from 20 other poses.", "mbproj equilibrium five_bar.yaml --starts 20"),
+    ("Begin a run there.", 'mbproj run five_bar.yaml --from-equilibrium --duration "1 s"'),
+)
+
+
+@explained("equilibrium", EXAMPLES[:2])
+@scene_argument
+@option(
+    Part.WHAT,
+    "--at",
+    "time",
+    default="0",
+    type=NotNegative("s"),
+    metavar="TIME",
+    help="When motions are held [default: 0].",
+)
+@option(Part.WHAT, "--steady", metavar="NAME=RATE", help="Turn steadily about a joint: A.angle=60rpm.")
+@option(
+    Part.EFFORT, "--starts", type=click.IntRange(0), default=0, metavar="N", help="Look for others from N other poses."
+)
+@option(Part.OUTPUT, "--write", is_flag=True, help="Write the pose into SCENE, as the start of its joints.")
+@option(
+    Part.OUTPUT,
+    "-o",
+    "--output",
+    default="equilibrium.h5",
+    show_default=True,
+    type=results_file(),
+    help="Results file.",
+)
+@option(Part.OUTPUT, "--json", "as_json", is_flag=True, help="Print one JSON object instead of the report.")
+@option(Part.OUTPUT, "-q", "--quiet", is_flag=True, help="Print nothing but errors.")
+def command(
+    scene: str,
+    settings: tuple[str, ...],
+    time: float,
+    steady: str | None,
+    starts: int,
+    write: bool,
+    output: str,
+    as_json: bool,
+    quiet: bool,
+) -> None:
+    """Finds where SCENE rests: no velocity, and all forces balance.
+
+    Goes downhill from the start, and says whether the equilibrium is stable, which directions are neutral, and what the
+    joints carry. Motions are held where they are at --at. The results file has one sample.
+    """
+    from mbproj.linear.equilibrium.find import equilibrium, others
+    from mbproj.linear.equilibrium.recorded import write_results
+    from mbproj.linear.equilibrium.solve import NoEquilibrium
+    from mbproj.linear.equilibrium.steady import refuse_unsteady
+    from mbproj.linear.equilibrium.write_back import write_pose
+    from mbproj.linear.states import start_of
+    from mbproj.model import compile_system
+    from mbproj.results import check_output
+    from mbproj.scene import read_scene
+    from mbproj.scene.problem_places import placed_in
+
+    with placed_at(Place("--output")):
+        check_output(Path(output))
+    if write and steady is not None:
+        raise InputError(Problem("a steady turn is no pose at rest", Place("--write"), "leave out one of the two"))
+    what = read_scene(scene, parameters(settings))
+    try:
+        with placed_in(what):
+            system = compile_system(what)
+            start = start_of(what, system)
+            turning, held = steady_of(system, start, steady)
+            found = equilibrium(system, start, time, turning, held)
+            if turning is not None:
+                refuse_unsteady(found, turning, held)
+            more = list(others(system, found, starts, turning, held))
+    except NoEquilibrium as error:
+        if as_json:
+            relative = error.balance.relative
+            click.echo(
+                json.dumps({"scene": scene, "converged": False, "residual": {"relative": relative}, "why": str(error)})
+            )
+        raise
+    facts = numbers(found, more, scene, output)
+    with placed_at(Place("--output")):
+        write_results(output, what, found, {"converged": True, "residual_relative": found.reference.imbalance.relative})
+    written = str(write_pose(what, found)) if write else None
+    if as_json:
+        click.echo(json.dumps({**facts, "written": written}))
+    elif not quiet:
+        click.echo(report(found, more, what.title or scene))
+        click.echo(output)
+        if written:
+            click.echo(f"{written}: the joints start there now")
+
+
+def numbers(found: Equilibrium, more: list[Equilibrium], scene: str, output: str) -> dict[str, Any]:
+    """One object with stable keys."""
+    from mbproj.linear.equilibrium.recorded import observed
+
+    system, block = found.reference.system, observed(found)
+    force, torque = (block[f"joints/reaction_{kind}"][0] for kind in ("force", "torque"))
+    return {
+        "scene": scene,
+        "output": output,
+        "converged": True,
+        "at": found.reference.where,
+        "time": found.reference.motion.t,
+        "residual": vars(found.reference.imbalance),
+        "steps": found.steps,
+        "stable": found.stable,
+        "unstable_along": found.unstable or None,
+        "neutral": list(found.neutral),
+        "coordinates": _coordinates(found),
+        "reactions": {
+            name: {"force": force[joint].tolist(), "torque": torque[joint].tolist()}
+            for joint, name in enumerate(system.names.joints)
+        },
+        "drive": found.drive.tolist(),
+        "others": [{"stable": other.stable, "coordinates": _coordinates(other)} for other in more],
+    }
+
+
+def _coordinates(found: Equilibrium) -> dict[str, float]:
+    names = found.reference.system.names.coordinates
+    return dict(zip(names, found.reference.motion.expected.tolist(), strict=True))
+
+
+def report(found: Equilibrium, more: list[Equilibrium], title: str) -> str:
+    """The report."""
+    from mbproj.cli.report.table import table
+    from mbproj.linear.equilibrium.recorded import observed
+
+    system, off = found.reference.system, found.reference.imbalance
+    where = "turns steadily" if found.reference.where == "steady" else "rests"
+    units = dict(zip(system.names.coordinates, system.names.coordinate_units, strict=True))
+    coordinates = {name: f"{_number(value)} {units[name]}" for name, value in _coordinates(found).items()}
+    force = observed(found)["joints/reaction_force"][0]
+    reactions = {
+        name: f"[{', '.join(_number(part) for part in force[joint])}] N"
+        for joint, name in list(enumerate(system.names.joints))[:SHOWN_REACTIONS]
+    }
+    lines = [
+        f"{title}: {where} at t = {found.reference.motion.t:.6g} s, found in {found.steps} steps",
+        f"  forces left: {off.force:.1e} N, {off.torque:.1e} N m ({off.relative:.1e} of the largest)",
+        f"  {_stability(found)}",
+        *([f"  neutral, kept as they were: the motions {'; '.join(found.neutral)}"] if found.neutral else []),
+        *([f"  held at its speed by {found.drive[0]:.6g} N m"] if len(found.drive) else []),
+        *(["  joint coordinates", *table(coordinates, "    ")] if coordinates else []),
+        *(["  reactions on body 2", *table(reactions, "    ")] if reactions else []),
+    ]
+    for other in more:
+        told = ", ".join(f"{name} {_number(value)}" for name, value in list(_coordinates(other).items())[:6])
+        lines.append(f"  another, {_stability(other)}: {told}")
+    return "\n".join(lines)
+
+
+def _stability(found: Equilibrium) -> str:
+    if found.stable is None:
+        return "whether it is stable cannot be told: a motion moves no mass, and no force holds it"
+    return "stable" if found.stable else f"not stable, along the motion {found.unstable}"
+
+
+def _number(value: float) -> str:
+    return "0" if abs(value) < 1e-12 else f"{value:.6g}"

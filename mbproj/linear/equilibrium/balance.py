@@ -1,0 +1,143 @@
+"""The forces of a mechanism at rest, or in a steady turn, at one pose: what the constraints leave of them, and how that
+changes along the tangent space."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+
+from mbproj.arrays import Array, Numbers, cross
+from mbproj.dynamics.assembly.assemble import coordinate_values, nearest
+from mbproj.dynamics.derivatives.blocks import added
+from mbproj.dynamics.derivatives.linear_equations import Motion, constraint_rows, linear_equations, tangent_force
+from mbproj.dynamics.derivatives.row_derivatives import force_derivative, row_motion
+from mbproj.dynamics.derivatives.tangent import moved
+from mbproj.dynamics.equations.kinematics import pose_of
+from mbproj.dynamics.equations.motions import Drive
+from mbproj.dynamics.equations.teeth import near
+from mbproj.linear.frames import in_axes
+from mbproj.linear.reference import largest_force
+from mbproj.linear.tangent_space import TangentSpace, tangent_space
+from mbproj.model.system import Conditions, System
+from mbproj.thresholds import THRESHOLDS
+
+AT_REST = np.zeros(3)
+
+
+@dataclass(frozen=True, eq=False)
+class Turning:
+    """A steady turn: Ω (3,) in rad/s about an axis through `point` (3,) in m. Every body turns with it."""
+
+    rate: Array
+    point: Array
+
+    def motion(self, t: float, q: Array, expected: Array) -> Motion:
+        """The bodies' velocities and accelerations in it."""
+        pose = pose_of(q)
+        velocity = cross(self.rate, pose.position[:-1] - self.point)
+        spin = (np.swapaxes(pose.rotation[:-1], -1, -2) @ self.rate[:, None])[..., 0]
+        change = np.concatenate([cross(self.rate, velocity), np.zeros_like(velocity)], axis=1)
+        return Motion(t, q, np.concatenate([velocity, spin], axis=1).ravel(), change.ravel(), expected)
+
+
+REST = Turning(AT_REST, AT_REST)
+
+
+@dataclass(frozen=True, eq=False)
+class Problem:
+    """What is to be balanced: a system at time `t` with its motions held where `drive` says, joint coordinates that are
+    `held` as rows of their own, and how it turns."""
+
+    system: System
+    t: float
+    drive: Drive | None
+    held: Conditions
+    turning: Turning = REST
+
+    def at(self, q: Array, expected: Array) -> Balance:
+        """The forces at a closed pose; `expected` (nc,): the joints' coordinates near there, turns counted."""
+        system, pose = self.system, pose_of(q)
+        counted = np.asarray(near(system, coordinate_values(system, pose), expected), dtype=float)
+        motion = self.turning.motion(self.t, q, counted)
+        force = tangent_force(system, motion)
+        held = row_motion(system.coordinates, motion.carried()).G.dense()[self.held.index]
+        scale = np.where(system.coordinates.is_length, system.length, 1.0)[self.held.index]
+        rows = np.concatenate([constraint_rows(system, motion).dense(), held])
+        space = tangent_space(system, rows, np.concatenate([system.row_scale[system.bodies :], scale]))
+        return Balance(self, motion, force, space, space.pseudoinverse.T @ force)
+
+    def closed(self, q: Array) -> Array | None:
+        """The closed pose next to q; None where it cannot be closed."""
+        found, left = nearest(self.system, q, self.held, self.drive, THRESHOLDS.closed_at_rest)
+        return found if np.abs(left).max(initial=0.0) <= THRESHOLDS.assembled else None
+
+
+@dataclass(frozen=True, eq=False)
+class Balance:
+    """The forces (6n,) at a pose, the multipliers that balance what they can, of the rows of joints and motions and
+    then of what is held, and the tangent space."""
+
+    problem: Problem
+    motion: Motion
+    force: Array
+    space: TangentSpace
+    multipliers: Array
+
+    @property
+    def residual(self) -> Array:
+        """What the constraints leave, along the tangent space, (f,), in units of a torque: forces times the length."""
+        return self.space.N.T @ self.force
+
+    @cached_property
+    def largest(self) -> float:
+        """The largest torque, or force times the length, that acts."""
+        return largest_force(self.problem.system, self.motion, self.force)
+
+    @property
+    def relative(self) -> float:
+        """The residual beside the largest force."""
+        return float(np.linalg.norm(self.residual)) / max(self.largest, float(np.finfo(float).tiny))
+
+    def stiffness(self) -> tuple[Array, Array]:
+        """K on the tangent space, (f, f), and what its terms sum up to without their signs."""
+        problem, N = self.problem, self.space.N
+        rows = problem.system.constraints - problem.system.bodies
+        system, motion = problem.system, self.motion
+        equations = linear_equations(system, motion, self.multipliers[:rows])
+        held = np.zeros(system.coordinates.size)
+        held[problem.held.index] = self.multipliers[rows:]
+        bent = force_derivative(system.coordinates, motion.carried(), held)
+        equations = replace(equations, K=added(system.bodies, [equations.K, bent]))
+        turn = motion.pose.rotation[:-1]
+        K = in_axes(equations, motion, problem.turning.rate).K
+        in_global = _in_global(N, turn)
+        size = np.abs(in_global)
+        sizes = np.abs(K.dense())
+        return in_global.T @ K.dense() @ in_global, size.T @ sizes @ size
+
+    def after(self, step: Array) -> Balance | None:
+        """The forces after a step (f,) along the tangent space and back to the constraints; None where they open."""
+        problem = self.problem
+        closed = problem.closed(moved(self.motion.q, self.space.N @ step))
+        return None if closed is None else problem.at(closed, self.motion.expected)
+
+
+def _in_global(N: Array, turn: Array) -> Array:
+    """N with small turns in global axes in place of body axes."""
+    rows = N.reshape(len(turn), 6, -1).copy()
+    rows[:, 3:] = turn @ rows[:, 3:]
+    return rows.reshape(N.shape)
+
+
+def way(first: Motion, last: Motion) -> Numbers:
+    """The shift and the turn, in the axes of the first pose, of each body between two poses, (6n,)."""
+    here, there = first.pose, last.pose
+    shift = there.position[:-1] - here.position[:-1]
+    sine = (here.L @ there.orientation[..., None])[:-1, :, 0]
+    cosine = np.sum(here.orientation * there.orientation, axis=-1)[:-1]
+    size = np.linalg.norm(sine, axis=1)
+    angle = 2.0 * np.arctan2(size, np.abs(cosine)) * np.where(cosine < 0.0, -1.0, 1.0)
+    turn = sine * (angle / np.where(size > 0.0, size, 1.0))[:, None]
+    return np.concatenate([shift, turn], axis=1).ravel()

@@ -1,0 +1,175 @@
+"""The equilibrium of a mechanism: where it rests from its start, whether that is stable, and what else is there."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from mbproj.arrays import Array
+from mbproj.dynamics.assembly.assemble import State, coordinate_values
+from mbproj.dynamics.derivatives.tangent import accelerations, velocities
+from mbproj.dynamics.equations.kinematics import pose_of
+from mbproj.dynamics.equations.motions import Drive, drive_at
+from mbproj.dynamics.equations.teeth import near
+from mbproj.dynamics.equations.turning import turns_of
+from mbproj.dynamics.rank.nearby import NO_CONDITIONS
+from mbproj.errors import InputError
+from mbproj.errors import Problem as Wrong
+from mbproj.linear.equilibrium.balance import REST, Problem, Turning
+from mbproj.linear.equilibrium.solve import NoEquilibrium, Solved, solve
+from mbproj.linear.equilibrium.words import direction_words
+from mbproj.linear.modes import modes
+from mbproj.linear.reference import Imbalance, Reference, imbalance
+from mbproj.linear.tangent_space import tangent_lengths
+from mbproj.model.system import Conditions, System
+from mbproj.thresholds import THRESHOLDS
+
+#: Of the random directions in which other starts are sought.
+SEED = 22
+
+
+@dataclass(frozen=True, eq=False)
+class Equilibrium:
+    """A pose at which forces balance. `stable` is None where it has no modes to tell; `unstable` says along which
+    motion it falls; `neutral` which directions nothing holds. `drive` (h,): what holds the coordinates that turn
+    steadily, N m. `steps` of Newton's method were needed."""
+
+    reference: Reference
+    acceleration: Array
+    stable: bool | None
+    unstable: str
+    neutral: tuple[str, ...]
+    drive: Array
+    steps: int
+
+    @property
+    def state(self) -> State:
+        """The state to start from."""
+        motion, system = self.reference.motion, self.reference.system
+        pose = motion.pose
+        turns = turns_of(system, motion.expected, coordinate_values(system, pose))
+        return State(motion.t, motion.q, velocities(pose, motion.u), turns)
+
+
+def equilibrium(
+    system: System, start: State, t: float = 0.0, turning: Turning | None = None, held: Conditions = NO_CONDITIONS
+) -> Equilibrium:
+    """Where the mechanism rests from an assembled start, its motions held where they are at time t; or where it turns
+    steadily. Raises NoEquilibrium where nothing balances the forces, InputError where a motion is not constant then, or
+    the mechanism is too large."""
+    _refuse(system, t, steadily=turning is not None)
+    q, expected = _led_to(system, start, t)
+    problem = Problem(system, t, drive_at(system, t), held, turning or REST)
+    return described(problem, solve(problem, q, expected))
+
+
+def others(
+    system: System, found: Equilibrium, count: int, turning: Turning | None = None, held: Conditions = NO_CONDITIONS
+) -> Iterator[Equilibrium]:
+    """Other equilibria, found from so many other poses that the joints reach; the same ones are left out."""
+    motion = found.reference.motion
+    problem = Problem(system, motion.t, drive_at(system, motion.t), held, turning or REST)
+    seen, rng = [motion.q], np.random.default_rng(SEED)
+    first = problem.at(motion.q, motion.expected)
+    for _ in range(count):
+        way = rng.uniform(-THRESHOLDS.other_starts, THRESHOLDS.other_starts) * rng.normal(size=first.space.freedom)
+        here = first
+        for _ in range(10):
+            after = here.after(0.1 * way[: here.space.freedom])
+            here = here if after is None else after
+        try:
+            other = described(problem, solve(problem, here.motion.q, here.motion.expected))
+        except NoEquilibrium:
+            continue
+        if all(_apart(system, pose, other.reference.motion.q) for pose in seen):
+            seen.append(other.reference.motion.q)
+            yield other
+
+
+def _apart(system: System, first: Array, second: Array) -> bool:
+    """Whether two poses differ; turns by 360 degrees and neutral motions count as different poses only if bodies do."""
+    one, two = first.reshape(-1, 7), second.reshape(-1, 7)
+    shift = np.abs(one[:, :3] - two[:, :3]).max() / system.length
+    turn = 1.0 - np.abs(np.sum(one[:, 3:] * two[:, 3:], axis=1)).min()
+    return bool(max(shift, np.sqrt(max(turn, 0.0))) > 1e-5)
+
+
+def _refuse(system: System, t: float, *, steadily: bool) -> None:
+    if system.bodies > THRESHOLDS.dense_modes:
+        said = f"equilibria are found for up to {THRESHOLDS.dense_modes} bodies, and this mechanism has {system.bodies}"
+        raise InputError(Wrong(said, hint="let it come to rest in a run, with dampers"))
+    drive = drive_at(system, t)
+    if drive is None or system.motions is None or steadily:
+        return
+    problems = [
+        Wrong(
+            f"motion '{name}' is not constant at t = {t:.6g} s: its rate is {rate:.6g} per s",
+            place,
+            "give a time at which it stands still with --at, or a steady turn with --steady",
+        )
+        for name, place, rate in zip(system.names.motions, system.motions.places, drive.rate, strict=True)
+        if abs(rate) > THRESHOLDS.same_start
+    ]
+    if problems:
+        raise InputError(problems)
+
+
+def _led_to(system: System, start: State, t: float) -> tuple[Array, Array]:
+    """The start's pose, led to where the motions are at time t in steps that lead nowhere else."""
+    q = start.q
+    expected = coordinate_values(system, pose_of(q)) + 2.0 * np.pi * start.turns
+    first, last = drive_at(system, start.t), drive_at(system, t)
+    if first is None or last is None:
+        return q, expected
+    far = np.abs(last.value - first.value) / np.where(system.motions.rows.is_length, system.length, 1.0)  # type: ignore[union-attr]
+    count = int(np.ceil(far.max(initial=0.0) / THRESHOLDS.first_radius))
+    for step in range(1, count + 1):
+        value = first.value + (last.value - first.value) * step / count
+        drive = Drive(value, np.zeros_like(value), np.zeros_like(value))
+        closed = Problem(system, t, drive, NO_CONDITIONS).closed(q)
+        if closed is None:
+            said = f"the mechanism cannot reach where its motions are at t = {t:.6g} s"
+            raise InputError(Wrong(said, hint="give an earlier time with --at"))
+        q = closed
+        expected = np.asarray(near(system, coordinate_values(system, pose_of(q)), expected), dtype=float)
+    return q, expected
+
+
+def described(problem: Problem, solved: Solved) -> Equilibrium:
+    """What there is to say of an equilibrium."""
+    balance, system = solved.balance, problem.system
+    rows, motion = system.constraints - system.bodies, balance.motion
+    lengths = tangent_lengths(system)
+    left: Imbalance = imbalance(system, balance.space.N @ balance.residual / lengths**2, balance.largest)
+    where = "steady" if np.any(problem.turning.rate) else "equilibrium"
+    reference = Reference(system, motion, balance.multipliers[:rows], left, where, problem.turning.rate)
+    stable, unstable, neutral = _stability(reference)
+    return Equilibrium(
+        reference,
+        accelerations(motion.pose, motion.u, motion.change),
+        stable,
+        unstable,
+        neutral,
+        -balance.multipliers[rows:],
+        solved.steps,
+    )
+
+
+def _stability(reference: Reference) -> tuple[bool | None, str, tuple[str, ...]]:
+    """Whether no mode grows, along which motion one does, and the neutral directions."""
+    try:
+        found = modes(reference)
+    except InputError:
+        return None, "", ()
+    rotation = reference.motion.pose.rotation[:-1]
+    in_body = found.shapes.copy()
+    in_body[..., 3:] = np.einsum("bji,kbj->kbi", rotation, found.shapes[..., 3:])
+    words = [direction_words(reference.system, reference.motion, shape.real.ravel()) for shape in in_body]
+    growth = found.eigenvalues.real
+    fastest = float(np.abs(found.eigenvalues).max(initial=0.0))
+    grows = growth > THRESHOLDS.grown_modes * fastest
+    worst = int(np.argmax(growth)) if grows.any() else -1
+    neutral = tuple(word for word, value in zip(words, found.eigenvalues, strict=True) if value == 0.0)
+    return not grows.any(), words[worst] if worst >= 0 else "", neutral

@@ -1,0 +1,153 @@
+"""The way to an equilibrium: Newton's method on the tangent space, within a radius in which its model holds.
+
+What is to be made smallest is the energy: not as a function, as forces of a scene need none, but as the work that they
+do on the way between two poses. So the way leads downhill, past equilibria that are not stable, unless it begins there.
+Where that does not come to an end, forces without an energy being at work, the residual itself is made smaller.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from mbproj.arrays import Array
+from mbproj.errors import ExitCode, MbprojError, SimulationError
+from mbproj.linear.equilibrium.balance import Balance, Problem, way
+from mbproj.linear.equilibrium.words import direction_words
+from mbproj.thresholds import THRESHOLDS
+
+
+class NoEquilibrium(MbprojError):
+    """Nothing balances the forces: `balance` is the last pose, with what is left there."""
+
+    exit_code = ExitCode.FAILED
+
+    def __init__(self, message: str, balance: Balance) -> None:
+        self.balance = balance
+        super().__init__(message)
+
+
+@dataclass(frozen=True, eq=False)
+class Solved:
+    """A pose at which the forces balance, and in how many steps it was found."""
+
+    balance: Balance
+    steps: int
+
+
+def solve(problem: Problem, q: Array, expected: Array) -> Solved:
+    """The equilibrium downhill from a closed pose. Raises NoEquilibrium where there is none, in words."""
+    here = start = problem.at(q, expected)
+    radius, steps, falling = THRESHOLDS.first_radius, 0, 0
+    while steps < THRESHOLDS.most_balancing and not _is_balanced(here):
+        steps += 1
+        K, sizes = here.stiffness()
+        step, gain = downhill_of(here, K, sizes, radius)
+        there = _tried(here, step)
+        if there is None or not _goes_down(here, there, step, gain):
+            if _is_nearly_balanced(here) and radius < THRESHOLDS.force_grain:
+                break
+            radius = 0.25 * min(radius, float(np.linalg.norm(step)))
+            if radius < THRESHOLDS.force_grain:
+                break
+            continue
+        falling = falling + 1 if _falls(here, there, step) else 0
+        if falling >= THRESHOLDS.free_fall or _is_far(there, start):
+            raise falls_for_ever(there)
+        if np.linalg.norm(step) > 0.8 * radius:
+            radius = min(2.0 * radius, THRESHOLDS.largest_radius)
+        here = there
+    if not _is_nearly_balanced(here):
+        here, more = _by_residual(here)
+        steps += more
+    if not _is_nearly_balanced(here):
+        raise falls_for_ever(here)
+    return Solved(here, steps)
+
+
+def downhill_of(here: Balance, K: Array, sizes: Array, radius: float) -> tuple[Array, float]:
+    """The step and the work that is expected of it."""
+    from mbproj.linear.equilibrium.trust_region import downhill
+
+    return downhill(here.residual, K, sizes, radius, THRESHOLDS.balanced * here.largest)
+
+
+def _is_balanced(balance: Balance) -> bool:
+    """Down to round-off."""
+    return balance.space.freedom == 0 or balance.relative <= THRESHOLDS.force_grain
+
+
+def _is_nearly_balanced(balance: Balance) -> bool:
+    return balance.space.freedom == 0 or balance.relative <= THRESHOLDS.balanced
+
+
+def _tried(here: Balance, step: Array) -> Balance | None:
+    """The pose after a step; None where it opens, or a force has no value there."""
+    try:
+        there = here.after(step)
+    except SimulationError:
+        return None
+    return there if there is not None and np.all(np.isfinite(there.force)) else None
+
+
+def _goes_down(here: Balance, there: Balance, step: Array, gain: float) -> bool:
+    """Whether the forces do the work that was expected, by the trapezoidal rule; of a step whose work is round-off,
+    whether less is left than before."""
+    moved = way(here.motion, there.motion)
+    work = 0.5 * float((here.force + there.force) @ moved)
+    lost = THRESHOLDS.force_grain * float(np.abs(here.force) @ (np.abs(moved) + here.space.lengths))
+    if gain <= 10.0 * lost:
+        return there.relative < here.relative
+    return work >= THRESHOLDS.good_step * gain
+
+
+def _is_far(there: Balance, start: Balance) -> bool:
+    """Whether a body is many lengths away from where it was."""
+    shift = there.motion.pose.position - start.motion.pose.position
+    return bool(np.abs(shift).max() > THRESHOLDS.far_away * there.problem.system.length)
+
+
+def _falls(here: Balance, there: Balance, step: Array) -> bool:
+    """Whether what is left is as large as before after the longest step."""
+    before, after = float(np.linalg.norm(here.residual)), float(np.linalg.norm(there.residual))
+    return abs(after - before) <= THRESHOLDS.same_force * before and bool(
+        np.linalg.norm(step) > 0.8 * THRESHOLDS.largest_radius
+    )
+
+
+def _by_residual(here: Balance) -> tuple[Balance, int]:
+    """Levenberg's damped steps that make |r| smaller."""
+    from mbproj.linear.equilibrium.trust_region import towards_balance
+
+    damping, steps = 0.0, 0
+    while steps < THRESHOLDS.most_balancing and not _is_balanced(here) and damping < 1e12:
+        steps += 1
+        K, sizes = here.stiffness()
+        largest: float = np.maximum(sizes.max(initial=0.0), np.finfo(float).tiny)
+        step = towards_balance(here.residual, K, damping * largest)
+        length = float(np.linalg.norm(step))
+        there = _tried(here, step * min(1.0, THRESHOLDS.largest_radius / max(length, THRESHOLDS.force_grain)))
+        if there is not None and np.linalg.norm(there.residual) < np.linalg.norm(here.residual):
+            here, damping = there, 0.1 * damping if damping > 1e-12 else 0.0
+        else:
+            damping = max(10.0 * damping, 1e-8)
+    return here, steps
+
+
+def falls_for_ever(balance: Balance) -> NoEquilibrium:
+    """Nothing balances what is left here, in words."""
+    N, residual = balance.space.N, balance.residual
+    lengths = balance.space.lengths
+    left = N @ residual / lengths**2
+    size = float(np.linalg.norm(residual)) / balance.problem.system.length
+    words = direction_words(balance.problem.system, balance.motion, N @ residual)
+    rows = left.reshape(-1, 6)
+    body = int(np.argmax(np.linalg.norm(rows / lengths.reshape(-1, 6) ** -1, axis=1)))
+    force, torque = (float(np.linalg.norm(part)) for part in (rows[body, :3], rows[body, 3:]))
+    return NoEquilibrium(
+        f"there is no equilibrium: nothing balances {force:.4g} N and {torque:.4g} N m on "
+        f"'{balance.problem.system.names.carriers[body]}' along the motion {words} ({size:.3g} N in all); "
+        "hold that motion with a joint, a spring or a motion, or balance the force",
+        balance,
+    )

@@ -1,0 +1,30 @@
+"""The state that a run begins with: the assembled start, or the equilibrium that the scene asks for."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from mbproj.dynamics.assembly.assemble import State, assemble
+from mbproj.dynamics.rank.nearby import NO_CONDITIONS
+from mbproj.model import initial_guess
+from mbproj.model.compile.guess import Guess
+from mbproj.model.system import System
+from mbproj.registry import EQUILIBRIUM
+from mbproj.scene.records import Scene
+
+
+def start_state(scene: Scene, system: System) -> State:
+    """Where a run of the scene begins. Raises NoEquilibrium where that is asked for and there is none."""
+    state = assemble(system, initial_guess(scene, system))
+    if scene.settings.start != EQUILIBRIUM:
+        return state
+    from mbproj.linear.equilibrium.find import equilibrium
+
+    return equilibrium(system, state, state.t).state
+
+
+def beside(scene: Scene, system: System, guess: Guess) -> State:
+    """The consistent start nearest to a guess. Conditions that joints have at the scene's own start hold only there."""
+    if scene.settings.start == EQUILIBRIUM:
+        guess = replace(guess, start=NO_CONDITIONS, speed=NO_CONDITIONS)
+    return assemble(system, guess)

@@ -1,0 +1,38 @@
+"""Directions of motion in words: by the joint coordinates that change most, or what a body does."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from mbproj.arrays import Array
+from mbproj.dynamics.derivatives.linear_equations import Motion
+from mbproj.dynamics.derivatives.row_derivatives import row_motion
+from mbproj.dynamics.rank.row_words import direction
+from mbproj.linear.tangent_space import tangent_lengths
+from mbproj.model.system import System
+from mbproj.thresholds import THRESHOLDS
+
+#: Joint coordinates that are named at most.
+MOST = 3
+
+
+def direction_words(system: System, motion: Motion, ξ: Array) -> str:
+    """A virtual displacement (6n,), turns in body axes: "of A.angle, B.angle", or "'rod' shifts along -z"."""
+    change = row_motion(system.coordinates, motion.carried()).G.dense() @ ξ
+    scaled = np.abs(change) / np.where(system.coordinates.is_length, system.length, 1.0)
+    scale = float(np.abs(ξ / tangent_lengths(system)).max(initial=0.0))
+    if len(scaled) and scaled.max() > THRESHOLDS.told_coordinate * scale:
+        order = [int(index) for index in np.argsort(-scaled, kind="stable")[:MOST]]
+        names = [
+            system.names.coordinates[index]
+            for index in order
+            if scaled[index] > THRESHOLDS.told_coordinate * scaled.max()
+        ]
+        return f"of {', '.join(names)}"
+    rows = ξ.reshape(-1, 6) / ([system.length] * 3 + [1.0] * 3)
+    body = int(np.argmax(np.linalg.norm(rows, axis=1)))
+    shift, turn = rows[body, :3], motion.pose.rotation[body] @ rows[body, 3:]
+    name = system.names.carriers[body]
+    if np.linalg.norm(shift) >= np.linalg.norm(turn):
+        return f"in which '{name}' shifts along {direction(shift / np.linalg.norm(shift))}"
+    return f"in which '{name}' turns about {direction(turn / np.linalg.norm(turn))}"

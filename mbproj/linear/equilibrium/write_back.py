@@ -1,0 +1,75 @@
+"""An equilibrium written into its scene file: the joints' coordinates at the start, the rest of the text as it was.
+
+Points and axes of a scene are given at the pose of its bodies, so that this pose stays, and the joints say how far the
+mechanism is from it.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+
+from mbproj.dynamics.assembly.assemble import State, assemble, moved_by
+from mbproj.errors import InputError, Place, Problem, placed_at
+from mbproj.linear.equilibrium.find import Equilibrium
+from mbproj.model import compile_system, initial_guess
+from mbproj.outputs import SCENE, write_text
+from mbproj.scene import read_scene_text
+from mbproj.scene.records import Body, Scene
+from mbproj.scene.text.rewrite import Changes, with_changes
+from mbproj.scene.text.source import read_text
+from mbproj.thresholds import THRESHOLDS
+
+HINT = "begin runs there with 'start: equilibrium' in its simulation block, or with run --from-equilibrium"
+
+
+def write_pose(scene: Scene, found: Equilibrium) -> Path:
+    """Writes the pose into the scene's file; comments stay. Raises InputError where the scene is no file, parameters
+    were changed, or the joints' coordinates do not say where the bodies are."""
+    if scene.path is None:
+        raise InputError("the scene is not a file, so nothing can be written into it")
+    place = Place(str(scene.path))
+    if scene.overrides:
+        raise InputError(Problem("--set has changed parameters, which the file does not have", place, "write them in"))
+    try:
+        text = with_changes(scene.text, _changes(scene, found))
+        state = _start(text, scene)
+    except (ValueError, InputError) as error:
+        raise InputError(Problem("the pose cannot be written in place", place, HINT)) from error
+    if max(moved_by(state.q, found.state.q)) > THRESHOLDS.written_pose or np.abs(state.v).max(initial=0.0) > 0.0:
+        said = "the joints' coordinates do not say where all bodies are, or bodies have velocities"
+        raise InputError(Problem(f"the pose cannot be written: {said}", place, HINT))
+    if read_text(scene.path) != scene.text:
+        raise InputError(Problem("has changed since it was read", place, "find the equilibrium again"))
+    mark = "\ufeff" if scene.path.read_bytes().startswith(b"\xef\xbb\xbf") else ""
+    with placed_at(place):
+        return write_text(scene.path, mark + text, SCENE, force=True, hint="write by hand")
+
+
+def _start(text: str, scene: Scene) -> State:
+    read = read_scene_text(text, str(scene.path))
+    system = compile_system(read)
+    return assemble(system, initial_guess(read, system))
+
+
+def _changes(scene: Scene, found: Equilibrium) -> Changes:
+    """The joints' coordinates, and no speeds; what motions drive begins where they do."""
+    system = found.reference.system
+    driven = () if system.motions is None else system.motions.joint_coordinate.tolist()
+    joints: dict[str, dict[str, str | None]] = {joint.name: {"speed": None} for joint in scene.joints if joint.speed}
+    values = found.reference.motion.expected.tolist()
+    for index, (name, value) in enumerate(zip(system.names.coordinates, values, strict=True)):
+        joint, _, coordinate = name.rpartition(".")
+        if index not in driven:
+            joints.setdefault(joint, {})[coordinate] = repr(value)
+    bodies = {body.name: _without_velocity(body) for body in scene.bodies if _moves(body)}
+    return {"joints": joints, **({"bodies": bodies} if bodies else {})}
+
+
+def _moves(body: Body) -> bool:
+    return any((*body.velocity, *body.angular_velocity))
+
+
+def _without_velocity(body: Body) -> Changes:
+    return {name: None for name in ("velocity", "angular_velocity") if any(getattr(body, name))}
