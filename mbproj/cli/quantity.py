@@ -40,6 +40,20 @@ class PositiveList(Positive):
         return tuple(super(PositiveList, self).convert(part, param, ctx) for part in value.split(","))
 
 
+class Times(click.ParamType):  # type: ignore[type-arg]
+    """Several times that are not negative, in s: "0,0.5,200 ms"."""
+
+    name = "times"
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> tuple[float, ...]:
+        """The times in s, a tuple. Raises InputError at the option."""
+        from mbproj.scene.fields.given import given_number
+        from mbproj.scene.fields.quantities import Number
+
+        where = param.opts[0] if param is not None else ""
+        return tuple(given_number(part, where, Number("s", minimum=0.0)) for part in value.split(","))
+
+
 class Names(click.ParamType):  # type: ignore[type-arg]
     """Several words: "gopm,gpopm"."""
 

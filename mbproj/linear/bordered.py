@@ -9,7 +9,7 @@ import numpy as np
 from mbproj.arrays import Array, Integers, Numbers
 from mbproj.dynamics.derivatives.blocks import Rows
 from mbproj.dynamics.equations.kinematics import Pose
-from mbproj.dynamics.rank.blocks import block_rows, loops_of
+from mbproj.dynamics.rank.components import component_rows, loops_of
 from mbproj.dynamics.rank.row_space import row_distances, unit_rows
 from mbproj.errors import InputError, Problem
 from mbproj.linear.tangent_space import tangent_lengths
@@ -23,9 +23,9 @@ if TYPE_CHECKING:
 def independent_rows(system: System, pose: Pose) -> Integers:
     """Rows of the joints and motions that do not follow from those before them, found loop by loop."""
     free = np.ones(system.constraints - system.bodies, dtype=bool)
-    blocks = loops_of(system)
-    for block, rows in zip(blocks, block_rows(system, pose, blocks), strict=True):
-        free[block.rows] = row_distances(unit_rows(rows)) > THRESHOLDS.dependent
+    loops = loops_of(system)
+    for loop, rows in zip(loops, component_rows(system, pose, loops), strict=True):
+        free[loop.rows] = row_distances(unit_rows(rows)) > THRESHOLDS.dependent
     return np.flatnonzero(free)
 
 

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from mbproj.cli.completion import File
 from mbproj.cli.explained import Part, explained, option
 from mbproj.cli.scene_options import overrides, parameters, scene_options
 from mbproj.errors import ExitCode, InputError, Problem
@@ -30,8 +31,15 @@ EXAMPLES = (
 
 @explained("check", EXAMPLES)
 @scene_options
+@option(
+    Part.OUTPUT,
+    "--picture",
+    type=File(".html", ".png", ".svg", ".pdf", path_type=Path),
+    metavar="FILE",
+    help="Draw the start, assembled: a .png, .svg or .pdf, or an .html page.",
+)
 @option(Part.OUTPUT, "--json", "as_json", is_flag=True, help="Print one JSON object.")
-def command(scene: str, settings: tuple[str, ...], as_json: bool, **options: Any) -> int:
+def command(scene: str, settings: tuple[str, ...], picture: Path | None, as_json: bool, **options: Any) -> int:
     """Reads and assembles SCENE without running it.
 
     Exit code 0: it can run; 2: the input is wrong or does not close; 4: its equations have no unique solution.
@@ -40,6 +48,7 @@ def command(scene: str, settings: tuple[str, ...], as_json: bool, **options: Any
 
     from mbproj.cli.report.diagnosis import diagnose
     from mbproj.cli.report.notes import notes_on, show_notes
+    from mbproj.cli.start_picture import draw_start
     from mbproj.dynamics import mobility
     from mbproj.dynamics.assembly.assemble import moved_by
     from mbproj.dynamics.equations.constraint_equations import constraint_at, constraint_velocity_at
@@ -55,6 +64,8 @@ def command(scene: str, settings: tuple[str, ...], as_json: bool, **options: Any
     system = compile_system(what)
     guess = initial_guess(what, system)
     state = start_state(what, system)
+    if picture is not None:
+        draw_start(picture, what, system, state)
     choice, problems = None, []
     try:
         choice = choose(system, state, what.settings)

@@ -10,7 +10,7 @@ import click
 from mbproj.cli.completion import Folder, one_of, results_file
 from mbproj.cli.explained import Part, explained, option
 from mbproj.cli.linear.pictures import draw_linear, is_linear
-from mbproj.cli.quantity import Positive
+from mbproj.cli.quantity import Positive, Times
 from mbproj.cli.results_shown import opened, selected
 from mbproj.cli.study_options import force as force_option
 from mbproj.errors import InputError, Problem
@@ -61,6 +61,14 @@ EXAMPLES = (
 )
 @option(Part.WHAT, "--from", "start", type=float, metavar="T", help="Begin at this time in s.")
 @option(Part.WHAT, "--to", "stop", type=float, metavar="T", help="End at this time in s.")
+@option(
+    Part.WHAT,
+    "--at",
+    "times",
+    type=Times(),
+    metavar="T[,T..]",
+    help="Times in s of the poses that the kind mechanism shows.",
+)
 @option(Part.WHAT, "--marker", "markers", multiple=True, metavar="NAME", help="Only this marker, repeatable.")
 @option(Part.WHAT, "--joint", "joints", multiple=True, metavar="NAME", help="Only this joint, repeatable.")
 @option(
@@ -80,6 +88,7 @@ def command(
     labels: tuple[str, ...],
     start: float | None,
     stop: float | None,
+    times: tuple[float, ...] | None,
     markers: tuple[str, ...],
     joints: tuple[str, ...],
     limit: float | None,
@@ -100,6 +109,7 @@ def command(
             "--label": labels,
             "--from": start,
             "--to": stop,
+            "--at": times,
             "--marker": markers,
             "--joint": joints,
             "--error": limit,
@@ -107,28 +117,31 @@ def command(
         unfit = [name for name, value in given.items() if value not in (None, ())]
         draw_linear(results, kinds, directory, file_format, unfit=unfit, force=force)
         return
-    _check(results, kinds, labels)
+    _check(results, kinds, labels, times or ())
     files = [opened(path) for path in results]
     names = list(labels) or derive_labels(files)
     first = stem(files[0])
     shown = selected(files, start, stop, markers, joints)
-    drawn = _applicable(kinds, {kind: why_not(kind, shown) for kind in KINDS})
+    able = [kind for kind, entry in KINDS.items() if entry.by_default or kind in kinds]
+    drawn = _applicable(kinds, {kind: why_not(kind, shown) for kind in able})
     drawn = drawn if kinds else _worth_it(drawn, {kind: nothing_to_see(kind, shown) for kind in drawn})
     make_folder(directory, OTHER_DIRECTORY)
     paths = {kind: directory / f"{first}-{kind}.{file_format}" for kind in drawn}
     for path in paths.values():  # all or none
         check_replaceable(path, picture(file_format), force=force, hint=OTHER_DIRECTORY)
     for kind, path in paths.items():
-        click.echo(save(draw(kind, shown, names, limit), path, force=force))
+        click.echo(save(draw(kind, shown, names, limit, times or ()), path, force=force))
 
 
-def _check(results: Sequence[Path], kinds: Sequence[str], labels: Sequence[str]) -> None:
+def _check(results: Sequence[Path], kinds: Sequence[str], labels: Sequence[str], times: Sequence[float]) -> None:
     for kind in kinds:
         if kind not in KINDS:
             raise InputError(Problem(f"--kind: unknown kind '{kind}'", hint=choose_from(kind, KINDS)))
     if labels and len(labels) != len(results):
         message = f"--label: {len(labels)} for {len(results)} results"
         raise InputError(Problem(message, hint="give one for each file, in their order, or none"))
+    if times and not any(KINDS[kind].timed for kind in kinds):
+        raise InputError(Problem("--at is for --kind mechanism alone", hint="add --kind mechanism, or leave it out"))
 
 
 def _applicable(kinds: Sequence[str], reasons: dict[str, str | None]) -> list[str]:

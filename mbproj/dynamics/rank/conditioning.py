@@ -9,7 +9,7 @@ import numpy as np
 from mbproj.arrays import Array, Integers
 from mbproj.dynamics.equations.constraint_equations import jacobian
 from mbproj.dynamics.equations.kinematics import Pose
-from mbproj.dynamics.rank.blocks import Block, block_rows, loops_of
+from mbproj.dynamics.rank.components import Component, component_rows, loops_of
 from mbproj.dynamics.rank.row_space import row_distances, scaled_jacobian, split, unit_rows
 from mbproj.model.system import System
 from mbproj.thresholds import THRESHOLDS
@@ -40,17 +40,19 @@ class Conditioning:
 
 
 def conditioning(system: System, pose: Pose) -> Conditioning:
-    """The conditions at a pose. Blocks of more than `large` bodies do not count for the distance."""
-    blocks = [
-        block for block in loops_of(system) if len(block.bodies) <= THRESHOLDS.large and _has_joints(system, block)
+    """The conditions at a pose. Components of more than `large` bodies do not count for the distance."""
+    components = [
+        component
+        for component in loops_of(system)
+        if len(component.bodies) <= THRESHOLDS.large and _has_joints(system, component)
     ]
     distance, owner = None, None
-    for block, rows in zip(blocks, block_rows(system, pose, blocks), strict=True):
+    for component, rows in zip(components, component_rows(system, pose, components), strict=True):
         unit = unit_rows(rows)
         basis, _ = split(unit, np.arange(len(unit)))
         left, values, _ = np.linalg.svd(unit[basis], full_matrices=False)
         if distance is None or values[-1] < distance * (1.0 - THRESHOLDS.dependent):
-            distance, owner = float(values[-1]), _largest_owner(system, block.rows[basis], left[:, -1])
+            distance, owner = float(values[-1]), _largest_owner(system, component.rows[basis], left[:, -1])
     if system.bodies > THRESHOLDS.large:
         return Conditioning(None, None, distance, owner)
     independent = row_distances(scaled_jacobian(system, pose)) > THRESHOLDS.dependent
@@ -62,9 +64,9 @@ def conditioning(system: System, pose: Pose) -> Conditioning:
     )
 
 
-def _has_joints(system: System, block: Block) -> bool:
-    """Whether the block has several joints."""
-    joints = system.joints.owner[block.rows[block.rows < system.joints.size]]
+def _has_joints(system: System, component: Component) -> bool:
+    """Whether the component has several joints."""
+    joints = system.joints.owner[component.rows[component.rows < system.joints.size]]
     return bool(np.any(joints != joints[0]))
 
 

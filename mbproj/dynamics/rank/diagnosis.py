@@ -13,7 +13,7 @@ MOST_SETS, MOST_JOINTS = 3, 6
 
 def problems_of(system: System, found: Redundancy, *, runs: bool) -> list[Problem]:
     """Why a mechanism with these dependent sets cannot run, or, where its equations can be solved (`runs`), why what
-    they say is not to be had: rows in contradiction.
+    they ask for is impossible: rows in contradiction.
 
     Rows of joints that depend on each other along the whole motion and without contradiction are no problem, and a set
     that was not examined is given the benefit of the doubt.

@@ -11,7 +11,7 @@ import numpy.typing as npt
 from mbproj.arrays import Array, Integers
 from mbproj.dynamics.equations.kinematics import Pose
 from mbproj.dynamics.equations.reflected import tangent_gradients
-from mbproj.dynamics.rank.blocks import Block, block_rows, loops_of, row_sets
+from mbproj.dynamics.rank.components import Component, component_rows, loops_of, row_sets
 from mbproj.dynamics.rank.row_space import unit_rows
 from mbproj.dynamics.rank.row_words import direction
 from mbproj.errors import Problem
@@ -66,8 +66,8 @@ def _motions(system: System, pose: Pose, weightless: Array, below: float = 0.0) 
     by_body = np.zeros((len(light), 6, len(body)))
     by_body[body, :, np.arange(len(body))] = weightless[light][body, direction_of]
     columns = by_body.reshape(-1, len(body))
-    block = Block(_rows_on(system, light), light)
-    rows = np.concatenate([block_rows(system, pose, [block])[0], _reflected(system, pose, light, below)])
+    component = Component(_rows_on(system, light), light)
+    rows = np.concatenate([component_rows(system, pose, [component])[0], _reflected(system, pose, light, below)])
     held = unit_rows(rows @ columns)
     motions = _simple(_null_space(held), direction_of >= 3) @ columns.T
     return tuple(MasslessMotion(tuple(_words(system, pose, light, motion.reshape(-1, 6)))) for motion in motions)

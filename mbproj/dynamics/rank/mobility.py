@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from mbproj.dynamics.equations.kinematics import Pose
-from mbproj.dynamics.rank.blocks import block_rows, loops_of
+from mbproj.dynamics.rank.components import component_rows, loops_of
 from mbproj.dynamics.rank.massless import MasslessMotion, massless_motions, massless_problem
 from mbproj.dynamics.rank.row_space import row_distances, scaled_jacobian, unit_rows
 from mbproj.errors import InputError, Problem
@@ -56,9 +56,9 @@ def full_rank(system: System) -> Mobility:
 
 def mobility(system: System, pose: Pose) -> Mobility:
     """The ranks of C_q and of Eq. 20 at this pose. Norm rows are independent of all others."""
-    blocks, free = loops_of(system), np.ones(system.constraints - system.bodies, dtype=bool)
-    for block, rows in zip(blocks, block_rows(system, pose, blocks), strict=True):
-        free[block.rows] = row_distances(unit_rows(rows)) > THRESHOLDS.dependent
+    components, free = loops_of(system), np.ones(system.constraints - system.bodies, dtype=bool)
+    for component, rows in zip(components, component_rows(system, pose, components), strict=True):
+        free[component.rows] = row_distances(unit_rows(rows)) > THRESHOLDS.dependent
     dependent = np.flatnonzero(~free)
     owners = [system.names.joints[owner] for owner in system.joints.owner[dependent[dependent < system.joints.size]]]
     locked = dependent[dependent >= system.joints.size] - system.joints.size

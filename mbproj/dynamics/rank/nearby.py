@@ -10,8 +10,8 @@ import numpy as np
 from mbproj.arrays import Array
 from mbproj.dynamics.assembly.assemble import nearest
 from mbproj.dynamics.equations.kinematics import Pose, pose_of
-from mbproj.dynamics.rank.blocks import Block, block_rows
 from mbproj.dynamics.rank.branches import branch_directions
+from mbproj.dynamics.rank.components import Component, component_rows
 from mbproj.dynamics.rank.row_space import unit_rows
 from mbproj.model.euler_parameters import matrix_L
 from mbproj.model.system import Conditions, System
@@ -82,9 +82,9 @@ def _allowed(rows: Array, direction: Array) -> Array:
 
 
 def _joint_rows(system: System, pose: Pose) -> Array:
-    """All rows as one block of all bodies, of unit length, (k, 6n)."""
-    everything = Block(np.arange(system.constraints - system.bodies), np.arange(system.bodies))
-    return unit_rows(block_rows(system, pose, [everything])[0])
+    """All rows as one component of all bodies, of unit length, (k, 6n)."""
+    everything = Component(np.arange(system.constraints - system.bodies), np.arange(system.bodies))
+    return unit_rows(component_rows(system, pose, [everything])[0])
 
 
 def _far(system: System, q: Array, start: Array) -> float:

@@ -16,7 +16,7 @@ import numpy as np
 from mbproj.arrays import Array, Integers
 from mbproj.dynamics.assembly.assemble import State
 from mbproj.dynamics.equations.kinematics import pose_of
-from mbproj.dynamics.rank.blocks import Block, block_rows, loops_of, row_sets
+from mbproj.dynamics.rank.components import Component, component_rows, loops_of, row_sets
 from mbproj.dynamics.rank.nearby import Nearby, nearby
 from mbproj.dynamics.rank.right_hand_sides import RightHandSides, right_hand_sides
 from mbproj.dynamics.rank.row_space import shares, split, unit_rows
@@ -59,7 +59,7 @@ class Redundancy:
 
     `freedom`: directions that the joints leave at the start, to first order; `moves`: whether one leads to another
     pose. Both are None where no row is redundant, or the mechanism is too large to be moved. `left_out`: bodies of the
-    largest block that is too large for its rows to be told apart, 0 where there is none."""
+    largest component that is too large for its rows to be told apart, 0 where there is none."""
 
     sets: tuple[DependentSet, ...]
     freedom: int | None = None
@@ -76,22 +76,24 @@ class Redundancy:
 
 
 def redundancy(system: System, state: State) -> Redundancy:
-    """The redundant rows at a closed state. Blocks of more than `large` bodies are left out."""
-    pose, blocks = pose_of(state.q), loops_of(system)
-    left_out = max((len(block.bodies) for block in blocks if len(block.bodies) > THRESHOLDS.large), default=0)
-    blocks = [block for block in blocks if len(block.bodies) <= THRESHOLDS.large]
+    """The redundant rows at a closed state. Components of more than `large` bodies are left out."""
+    pose, components = pose_of(state.q), loops_of(system)
+    left_out = max(
+        (len(component.bodies) for component in components if len(component.bodies) > THRESHOLDS.large), default=0
+    )
+    components = [component for component in components if len(component.bodies) <= THRESHOLDS.large]
     found = []
-    for block, rows in zip(blocks, block_rows(system, pose, blocks), strict=True):
+    for component, rows in zip(components, component_rows(system, pose, components), strict=True):
         basis, dependent = split(unit_rows(rows), np.arange(len(rows)))
         if len(dependent):
-            found.append(_Dependence(block, rows, basis, dependent))
+            found.append(_Dependence(component, rows, basis, dependent))
     if not found:
         return Redundancy((), left_out=left_out)
     around = nearby(system, state.q) if system.bodies <= THRESHOLDS.large else None
     sides, names = right_hand_sides(system, state), name_rows(system, pose)
     sets = [
         _dependent_set(system, part, members, permanent, known, names)
-        for part, known in [(part, sides.within(part.block, part.rows)) for part in found]
+        for part, known in [(part, sides.within(part.component, part.rows)) for part in found]
         for members, permanent in _circuits(system, part, around)
     ]
     return Redundancy(
@@ -104,16 +106,16 @@ def redundancy(system: System, state: State) -> Redundancy:
 
 @dataclass(frozen=True, eq=False)
 class _Dependence:
-    """A block with its rows at the start, those independent of the rows before them, and the others."""
+    """A component with its rows at the start, those independent of the rows before them, and the others."""
 
-    block: Block
+    component: Component
     rows: Array
     basis: Integers
     dependent: Integers
 
 
 def _circuits(system: System, part: _Dependence, around: Nearby | None) -> Iterator[tuple[list[int], bool | None]]:
-    """Rows of the block that make a dependent set, the dependent one first, and whether they do so for good."""
+    """Rows of the component that make a dependent set, the dependent one first, and whether they do so for good."""
     here = unit_rows(part.rows)
     if around is None or not around.freedom:
         stays = None if around is None else True
@@ -122,7 +124,7 @@ def _circuits(system: System, part: _Dependence, around: Nearby | None) -> Itera
     lasting = part.dependent if around.poses else part.dependent[:0]
     basis, rows = part.basis, here
     for pose in around.poses:
-        there = unit_rows(block_rows(system, pose, [part.block])[0])
+        there = unit_rows(component_rows(system, pose, [part.component])[0])
         free, dependent = split(there, np.concatenate([part.basis, part.dependent]))
         if len(dependent) <= len(lasting):
             basis, lasting, rows = free, dependent, there
@@ -147,7 +149,7 @@ def _dependent_set(
     first, others = part.rows[members[0]], part.rows[members[1:]]
     share = np.linalg.lstsq(unit_rows(others).T, first, rcond=None)[0] / np.linalg.norm(others, axis=1)
     weights = np.concatenate([[1.0], -share])
-    rows = part.block.rows[members]
+    rows = part.component.rows[members]
     velocity, acceleration = sides.disagreement(rows, weights)
     scale = system.row_scale[system.bodies :][rows]
     units = [unit for bound in row_sets(system) for unit in bound.units]

@@ -11,7 +11,7 @@ from mbproj.dynamics.assembly.assemble import State
 from mbproj.dynamics.equations.constraint_equations import gamma, jacobian, time_derivative
 from mbproj.dynamics.equations.kinematics import Pose, Twist, body_rates, pose_of, twist_of
 from mbproj.dynamics.equations.motions import Drive, drive_at
-from mbproj.dynamics.rank.blocks import Block
+from mbproj.dynamics.rank.components import Component
 from mbproj.dynamics.rank.row_space import unit_rows
 from mbproj.model.system import System
 from mbproj.thresholds import THRESHOLDS
@@ -32,12 +32,12 @@ class RightHandSides:
     speed: float
     doubt: float = 0.0
 
-    def within(self, block: Block, rows: Array) -> RightHandSides:
-        """The same with the doubt about the velocities of a block: the part of them that its `rows` do not allow. Of a
-        block at rest that is all there is, as round-off leaves it a velocity, however small."""
-        moving, unit = self.moving[block.bodies].ravel(), unit_rows(rows)
+    def within(self, component: Component, rows: Array) -> RightHandSides:
+        """The same with the doubt about the velocities of a component: the part of them that its `rows` do not allow.
+        Of a component at rest that is all there is, as round-off leaves it a velocity, however small."""
+        moving, unit = self.moving[component.bodies].ravel(), unit_rows(rows)
         length = np.maximum(np.linalg.norm(rows, axis=1), THRESHOLDS.dependent)
-        left = unit @ moving - self.velocity[block.rows] / length
+        left = unit @ moving - self.velocity[component.rows] / length
         wrong = np.abs(np.linalg.lstsq(unit, left, rcond=THRESHOLDS.dependent)[0]).max()
         return replace(self, doubt=float(wrong / max(np.abs(moving).max(), TINY)))
 

@@ -9,7 +9,7 @@ import numpy as np
 from mbproj.arrays import Array, Integers
 from mbproj.dynamics.equations.constraint_equations import jacobian
 from mbproj.dynamics.equations.kinematics import Pose
-from mbproj.dynamics.rank.blocks import block_rows, loops_of
+from mbproj.dynamics.rank.components import component_rows, loops_of
 from mbproj.model.system import System
 from mbproj.thresholds import THRESHOLDS
 
@@ -78,10 +78,10 @@ def shares(rows: Array, basis: Integers, dependent: Integers) -> Array:
 def self_stresses(system: System, pose: Pose) -> Array:
     """A basis of the multipliers λ (d, k) of joints and motions that exert nothing on any body, Gᵀλ = 0, one for each
     redundant row; torques are of the order of 1, and forces of 1 / length."""
-    blocks = [block for block in loops_of(system) if len(block.bodies) <= THRESHOLDS.large]
+    components = [component for component in loops_of(system) if len(component.bodies) <= THRESHOLDS.large]
     scale = system.row_scale[system.bodies :]
     found = [np.zeros((0, len(scale)))]
-    for block, rows in zip(blocks, block_rows(system, pose, blocks), strict=True):
+    for component, rows in zip(components, component_rows(system, pose, components), strict=True):
         unit = unit_rows(rows)
         basis, dependent = split(unit, np.arange(len(rows)))
         length = np.where(unit.any(axis=1), np.linalg.norm(rows, axis=1), 1.0)
@@ -89,6 +89,6 @@ def self_stresses(system: System, pose: Pose) -> Array:
         part[np.arange(len(dependent)), dependent] = 1.0
         part[:, basis] = -shares(unit, basis, dependent)
         stress = np.zeros((len(dependent), len(scale)))
-        stress[:, block.rows] = part / length / np.abs(part).max(axis=1, initial=1.0, keepdims=True)
+        stress[:, component.rows] = part / length / np.abs(part).max(axis=1, initial=1.0, keepdims=True)
         found.append(stress / scale)
     return np.concatenate(found)

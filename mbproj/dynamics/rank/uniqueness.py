@@ -8,7 +8,7 @@ import numpy.typing as npt
 from mbproj.dynamics.assembly.assemble import State
 from mbproj.dynamics.equations.kinematics import Pose, pose_of
 from mbproj.dynamics.observe.reactions import reactions
-from mbproj.dynamics.rank.blocks import loops_of
+from mbproj.dynamics.rank.components import loops_of
 from mbproj.dynamics.rank.nearby import nearby
 from mbproj.dynamics.rank.row_space import self_stresses
 from mbproj.model.system import System
@@ -21,7 +21,7 @@ def indeterminate(system: System, pose: Pose) -> tuple[Marks, Marks]:
     """Components of each joint's reaction force and torque, (nj, 3) each, global axes, that are not unique at this
     pose: multipliers λ with Gᵀλ = 0 change them. None is where no row is redundant.
 
-    A mechanism of blocks of more than `large` bodies is taken to have no redundant rows there.
+    A mechanism of components of more than `large` bodies is taken to have no redundant rows there.
     """
     stresses = self_stresses(system, pose)
     force, torque = reactions(system, pose, stresses)

@@ -8,6 +8,8 @@ from importlib import import_module
 from types import MappingProxyType
 from typing import TYPE_CHECKING
 
+from mbproj.errors import InputError
+
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
@@ -18,7 +20,8 @@ if TYPE_CHECKING:
 class Kind:
     """A kind of picture: its module in `mbproj.plot.kinds`, one line on it, the names without which it does not apply,
     whether most results have those, so that it is worth a note where they have not, whether it shows the motion, so
-    that what is not to be trusted is marked in it, and the function of the module that draws it."""
+    that what is not to be trusted is marked in it, the function of the module that draws it, whether it is drawn where
+    no kind is asked for, and whether it takes times."""
 
     module: str
     summary: str
@@ -26,6 +29,8 @@ class Kind:
     usual: bool = True
     of_motion: bool = True
     function: str = "draw"
+    by_default: bool = True
+    timed: bool = False
 
 
 KINDS: Mapping[str, Kind] = MappingProxyType(
@@ -44,6 +49,14 @@ KINDS: Mapping[str, Kind] = MappingProxyType(
         ),
         "energy": Kind("energy", "kinetic, potential and total energy, and the energy balance", of_motion=False),
         "steps": Kind("steps", "step size and iterations of the projection", of_motion=False),
+        "mechanism": Kind(
+            "mechanism",
+            "the mechanism at its start, or at the times of --at",
+            "scene",
+            of_motion=False,
+            by_default=False,
+            timed=True,
+        ),
         "trust": Kind("trust", "error of each marker, of certified runs", "trust", usual=False, of_motion=False),
     }
 )
@@ -63,9 +76,22 @@ def why_not(kind: str, results: Sequence[Results]) -> str | None:
     needs = KINDS[kind].needs
     if needs == "trust":
         return None if any(result.trust for result in results) else "no result is certified: mbproj run --certify"
+    if needs == "scene":
+        return _unreadable(results)
     if needs is None or any(result.names(needs) for result in results):
         return None
     return f"the results have no {NEEDED[needs]}"
+
+
+def _unreadable(results: Sequence[Results]) -> str | None:
+    """Why the scene that one of the results holds cannot be read."""
+    scene_of = import_module("mbproj.animate.look.recorded").scene_of
+    try:
+        for result in results:
+            scene_of(result)
+    except InputError as error:
+        return f"the scene in the results cannot be read: {error.problems[0].message}"
+    return None
 
 
 def nothing_to_see(kind: str, results: Sequence[Results]) -> str | None:
@@ -75,13 +101,20 @@ def nothing_to_see(kind: str, results: Sequence[Results]) -> str | None:
     return judge(results)
 
 
-def draw(kind: str, results: Sequence[Results], labels: Sequence[str], limit: float | None = None) -> Figure:
+def draw(
+    kind: str,
+    results: Sequence[Results],
+    labels: Sequence[str],
+    limit: float | None = None,
+    times: Sequence[float] = (),
+) -> Figure:
     """The picture of one or several overlaid `results`, each with at least one sample; `labels` name them.
 
     What the error of a certified run may have made wrong by more than `limit` (m) is marked: by default a power of ten
-    below a thousandth of the markers' travel."""
+    below a thousandth of the markers' travel. `times` (s) are for the kinds that take some."""
     module = import_module(f"mbproj.plot.kinds.{KINDS[kind].module}")
-    figure: Figure = getattr(module, KINDS[kind].function)(results, labels)
+    options = {"times": times} if KINDS[kind].timed else {}
+    figure: Figure = getattr(module, KINDS[kind].function)(results, labels, **options)
     import_module("mbproj.plot.events").mark(figure, results)
     if KINDS[kind].of_motion and any(result.trust for result in results):
         untrusted = import_module("mbproj.plot.untrusted")

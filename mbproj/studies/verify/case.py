@@ -118,7 +118,7 @@ class Case:
 
     @cached_property
     def reduced(self) -> Reduced | str:
-        """The reduced formulation in the kernel, or why it is not to be had."""
+        """The reduced formulation in the kernel, or why it is not available."""
         found = core()
         if found is None:
             return "there is no compiled kernel"
@@ -132,7 +132,7 @@ class Case:
 
     @property
     def planar(self) -> Compiled | str:
-        """The planar formulation in the kernel, or why it is not to be had."""
+        """The planar formulation in the kernel, or why it is not available."""
         compiled = self.choice.compiled
         return compiled if compiled is not None and compiled.name == "planar" else self.not_planar
 

@@ -26,22 +26,22 @@ public:
     SingleState& operator=(const SingleState&) = delete;
 
     Numbers constraint(double t, const double* y) {
-        place(t, y);
+        set_pose(t, y);
         return rows(equations_.constraint());
     }
     Numbers constraint_velocity(double t, const double* y) {
-        place(t, y);
+        set_pose(t, y);
         return rows(equations_.constraint_velocity(y));
     }
     Numbers gamma(double t, const double* y) {
-        place(t, y);
+        set_pose(t, y);
         equations_.set_velocities(y, false);
         return rows(equations_.gamma());
     }
 
     // G in (δr, δθ global) of each body, rows × bodies × freedoms.
     Numbers jacobian(double t, const double* y) {
-        place(t, y);
+        set_pose(t, y);
         const std::size_t width = static_cast<std::size_t>(S::freedoms) * model_.size();
         Numbers found(width * model_.all_rows());
         Matrix<6, S::freedoms> G;
@@ -117,7 +117,7 @@ public:
 
     // Rows that follow from the others at this state, up to a distance of √smallest.
     int dependent_rows(double t, const double* y, double smallest) {
-        place(t, y);
+        set_pose(t, y);
         return equations_.solver().count_dependent(equations_.pose(), smallest);
     }
 
@@ -142,14 +142,14 @@ private:
             std::copy(coordinates.begin(), coordinates.end(), state.begin() + equations_.followed());
         return state;
     }
-    void place(double t, const double* y, const Numbers& coordinates = {}) {
+    void set_pose(double t, const double* y, const Numbers& coordinates = {}) {
         equations_.set_pose(t, whole(y, coordinates).data());
     }
 
     // A state with the rows of a run that begins there, or with those given; factored with the masses. False where the
     // equations have no unique solution.
     bool begin(double t, const double* y, const Numbers& coordinates, const Rows& rows) {
-        place(t, y, coordinates);
+        set_pose(t, y, coordinates);
         return rows ? equations_.resume(*rows) : equations_.start();
     }
 

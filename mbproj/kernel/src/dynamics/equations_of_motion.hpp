@@ -167,7 +167,7 @@ public:
     }
     // Of the last `constraint`.
     const double* C() const { return C_.data(); }
-    // Of the last `move`.
+    // Of the last `set_velocities`.
     const double* gamma() const { return gamma_.data(); }
     const double* C_dot() const { return C_dot_.data(); }
 

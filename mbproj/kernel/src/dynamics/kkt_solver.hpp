@@ -42,7 +42,7 @@ public:
         ++factorisations_;
         metric_ = metric;
         looked_ = false;
-        if (const int joint = leaves_.place(pose, reference_); joint >= 0) return fails(joint);
+        if (const int joint = leaves_.set_pose(pose, reference_); joint >= 0) return fails(joint);
         for (int b = 0; b < model_.size(); ++b) set_inertia(b, pose[b].rotation, metric);
         if (const int joint = leaves_.factor(inertias_, reference_, metric != Metric::coordinates); joint >= 0)
             return fails(joint);

@@ -22,7 +22,7 @@ public:
     }
 
     // The hinges at a pose; each child's reference point is its joint. The joint whose rows are dependent, or -1.
-    int place(const Pose<D>& pose, std::vector<Point<D>>& reference) {
+    int set_pose(const Pose<D>& pose, std::vector<Point<D>>& reference) {
         for (std::size_t l = 0; l < factors_.size(); ++l) {
             HingeFrame<D>& frame = factors_[l].frame;
             if (!frame.update(model_, leaves_[l].hinge, pose)) return leaves_[l].joint;

@@ -1,4 +1,4 @@
-"""What the kernel is handed is checked at its border: an exception with the array's name, and never a crash."""
+"""What the kernel is handed is checked where it comes in: an exception with the array's name, and never a crash."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from mbproj.kernel import core
-from tests.kernel.border import model, primitives, projection, run, state
+from tests.kernel.arguments import model, primitives, projection, run, state
 from tests.kernel.scenes import needs_kernel
 from tests.support import ROOT
 
@@ -116,7 +116,7 @@ def test_steps_are_checked(step):
 
 @pytest.mark.parametrize("code", CRASHES)
 def test_what_would_read_beyond_an_array_is_refused(code):
-    program = f"import numpy as np; from tests.kernel.border import *; {code}"
+    program = f"import numpy as np; from tests.kernel.arguments import *; {code}"
     done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, cwd=ROOT, check=False)
     assert done.returncode == 1, f"{done.returncode}: {done.stdout}{done.stderr}"
     last = done.stderr.strip().splitlines()[-1]

@@ -1,8 +1,9 @@
-"""Blocks of a mechanism: the parts of its graph of bodies and joints that no single body separates (Tarjan 1972).
+"""Biconnected components of a mechanism: the parts of its graph of bodies and joints that no single body separates
+(Tarjan 1972).
 
-Forces that balance each other go round loops, and no loop leaves its block: where two blocks share a body only, what
-one exerts on it must vanish by itself, because rows of C do not change when all bodies move as one. So rows depend on
-each other within blocks, a tree has none but single joints, and the rank is found block by block.
+Forces that balance each other go round loops, and no loop leaves its component: where two components share a body only,
+what one exerts on it must vanish by itself, because rows of C do not change when all bodies move as one. So rows depend
+on each other within components, those of a tree are single joints, and the rank is found component by component.
 """
 
 from __future__ import annotations
@@ -20,7 +21,7 @@ from mbproj.model.system import System
 
 
 @dataclass(frozen=True, eq=False)
-class Block:
+class Component:
     """Rows (k,) of C, counted without the norm rows, and the bodies (b,) that they hold, the ground left out.
 
     `is_loop`: whether it has several joints or motions, or one that joins a body to itself: no others have rows that
@@ -36,13 +37,13 @@ def row_sets(system: System) -> list[PrimitiveSet]:
     return [system.joints] if system.motions is None else [system.joints, system.motions.rows]
 
 
-def loops_of(system: System) -> list[Block]:
-    """The blocks whose rows can depend on each other."""
-    return [block for block in blocks_of(system) if block.is_loop]
+def loops_of(system: System) -> list[Component]:
+    """The components whose rows can depend on each other."""
+    return [component for component in components_of(system) if component.is_loop]
 
 
-def blocks_of(system: System) -> list[Block]:
-    """The blocks, each row in one; a motion lies where its joint does."""
+def components_of(system: System) -> list[Component]:
+    """The components, each row in one; a motion lies where its joint does."""
     rows_of, bodies_of = _links(system)
     edges = [
         (first, second, link)
@@ -50,31 +51,31 @@ def blocks_of(system: System) -> list[Block]:
         for first, second in zip(bodies, bodies[1:] + bodies[:1], strict=True)
     ]
     found = []
-    for members in _components(system.bodies + 1, edges):
+    for members in _biconnected(system.bodies + 1, edges):
         links = sorted({edges[edge][2] for edge in members})
         bodies = {body for link in links for body in bodies_of[link]} - {system.bodies}
         rows = np.concatenate([rows_of[link] for link in links])
         is_loop = len(links) > 1 or len(bodies_of[links[0]]) < 2
-        found.append(Block(np.sort(rows), np.array(sorted(bodies), dtype=np.intp), is_loop))
-    return sorted(found, key=lambda block: int(block.rows[0]))
+        found.append(Component(np.sort(rows), np.array(sorted(bodies), dtype=np.intp), is_loop))
+    return sorted(found, key=lambda component: int(component.rows[0]))
 
 
-def block_rows(system: System, pose: Pose, blocks: list[Block]) -> list[Array]:
-    """The rows of each block in (δr / length, δθ) of its bodies, in units of the length or rad, (k, 6b)."""
+def component_rows(system: System, pose: Pose, components: list[Component]) -> list[Array]:
+    """The rows of each component in (δr / length, δθ) of its bodies, in units of the length or rad, (k, 6b)."""
     entry_row, body, values = _entries(system, pose)
-    block_of = np.full(system.constraints - system.bodies, -1, dtype=np.intp)
-    place = np.zeros_like(block_of)
-    for number, block in enumerate(blocks):
-        block_of[block.rows], place[block.rows] = number, np.arange(len(block.rows))
-    order = np.argsort(block_of[entry_row], kind="stable")
-    ends = np.searchsorted(block_of[entry_row][order], np.arange(len(blocks) + 1))
+    component_of = np.full(system.constraints - system.bodies, -1, dtype=np.intp)
+    place = np.zeros_like(component_of)
+    for number, component in enumerate(components):
+        component_of[component.rows], place[component.rows] = number, np.arange(len(component.rows))
+    order = np.argsort(component_of[entry_row], kind="stable")
+    ends = np.searchsorted(component_of[entry_row][order], np.arange(len(components) + 1))
     found = []
-    for number, block in enumerate(blocks):
+    for number, component in enumerate(components):
         mine = order[ends[number] : ends[number + 1]]
-        mine = mine[np.isin(body[mine], block.bodies)]
-        matrix = np.zeros((len(block.rows), len(block.bodies), 6))
-        np.add.at(matrix, (place[entry_row[mine]], np.searchsorted(block.bodies, body[mine])), values[mine])
-        found.append(matrix.reshape(len(block.rows), 6 * len(block.bodies)))
+        mine = mine[np.isin(body[mine], component.bodies)]
+        matrix = np.zeros((len(component.rows), len(component.bodies), 6))
+        np.add.at(matrix, (place[entry_row[mine]], np.searchsorted(component.bodies, body[mine])), values[mine])
+        found.append(matrix.reshape(len(component.rows), 6 * len(component.bodies)))
     return found
 
 
@@ -105,7 +106,7 @@ def _links(system: System) -> tuple[list[Integers], list[list[int]]]:
     return rows_of, bodies_of
 
 
-def _components(count: int, edges: list[tuple[int, int, int]]) -> Iterator[list[int]]:
+def _biconnected(count: int, edges: list[tuple[int, int, int]]) -> Iterator[list[int]]:
     """The biconnected components of a graph with `count` vertices, as lists of edges, depth first."""
     around: list[list[tuple[int, int]]] = [[] for _ in range(count)]
     for number, (first, second, _) in enumerate(edges):

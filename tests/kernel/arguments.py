@@ -1,4 +1,4 @@
-"""What the kernel is handed at its border, good unless changed."""
+"""Arguments of the kernel, good unless changed."""
 
 from __future__ import annotations
 

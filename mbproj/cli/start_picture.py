@@ -1,0 +1,38 @@
+"""The picture of a scene's start, for `mbproj check --picture`."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from mbproj.dynamics import State
+from mbproj.errors import InputError, Problem
+from mbproj.model import System
+from mbproj.scene import Scene
+
+FORMATS = ("png", "svg", "pdf", "html")
+
+
+def draw_start(path: Path, scene: Scene, system: System, state: State) -> None:
+    """Writes the picture or page. Raises InputError where the name is of neither, or the file must not be replaced."""
+    from mbproj.animate.look.motion import motion_at
+    from mbproj.outputs import PAGE, write_text
+
+    ending = path.suffix[1:].lower()
+    if ending not in FORMATS:
+        message = f"--picture: '{path}' is not the name of a picture"
+        raise InputError(Problem(message, hint=f"end it in one of .{', .'.join(FORMATS)}"))
+    motion = motion_at(system, state.q)
+    if ending == "html":
+        from mbproj.animate.data.pages import start_of
+        from mbproj.animate.page.write import html
+
+        page = start_of(scene, motion, scene.title or path.stem)
+        write_text(path, html(page.title, page.data, page.packer), PAGE)
+        return
+    from mbproj.animate.look.mechanism import look_of
+    from mbproj.animate.look.view import view_of
+    from mbproj.plot.kinds.mechanism import draw_start as drawn
+    from mbproj.plot.save import save
+
+    look = look_of(scene, motion)
+    save(drawn(look, view_of(scene, motion, look), motion), path)
