@@ -7,12 +7,13 @@ import re
 import numpy as np
 import pytest
 
-from mbproj import assemble, compile_system, initial_guess, read_scene
+from mbproj import assemble, compile_system, initial_guess, read_scene, settings_to_run, simulate
 from mbproj.animate.data.pages import page_of, start_of
 from mbproj.animate.look.motion import motion_at
 from mbproj.animate.page.three_js import three_js
 from mbproj.animate.page.write import as_json, html
-from mbproj.results import open_results
+from mbproj.results import ResultsWriter, open_results
+from mbproj.results.trust import Trust
 from mbproj.scene import read_scene_text
 from tests.animate.runs import FIVE_BAR, HOSTILE, five_bar, recorded
 from tests.animate.unpacked import block_of, bytes_of, data_of
@@ -120,3 +121,22 @@ def test_three_js_is_whole_and_has_its_licence():
     assert "WebGLRenderer=" in text or "WebGLRenderer" in text
     assert "</script" not in text.lower()
     assert len(text) < 1_000_000
+
+
+def test_a_certified_run_says_from_when_on_it_is_not_to_be_trusted(tmp_path):
+    scene = read_scene(FIVE_BAR, simulation={"duration": 1})
+    system = compile_system(scene)
+    state = assemble(system, initial_guess(scene, system))
+    time = np.arange(101) * 0.01
+    with ResultsWriter(tmp_path / "run.h5", scene, system.names.as_mapping(), certified=[1e-3]) as writer:
+        simulate(system, state, settings_to_run(scene), writer)
+        one, late = np.ones(1), np.full((1, 1), 0.5)
+        error = np.where(time > 0.5, 2e-3, 0.0)[:, None]
+        found = Trust(("tip",), np.array([1e-3]), time, error, 0.0 * error, late, late, late, one, one, ("",), "better")
+        writer.trust(found)
+    with open_results(tmp_path / "run.h5") as results:
+        (run,) = page_of([results], ["run"], limit=1e-3).data["runs"]
+        (lax,) = page_of([results], ["run"], limit=1e-2).data["runs"]
+    assert run["trust"]["since"] == pytest.approx(0.51)
+    assert run["trust"]["text"] == "not to be trusted from 0.51 s on: the error may exceed 0.001 m"
+    assert lax["trust"]["since"] is None
