@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import click
 
@@ -13,6 +13,9 @@ from mbproj.cli.explained import Part, option
 from mbproj.cli.quantity import Names, Positive
 from mbproj.registry import PROJECTIONS
 from mbproj.registry import integrators as known_integrators
+
+if TYPE_CHECKING:
+    from mbproj.studies.parallel.hand_out import Where
 
 Command = TypeVar("Command", bound=Callable[..., Any])
 
@@ -50,6 +53,45 @@ jobs = option(
     metavar="N",
     help="Processes at the same time [default: one per processor].",
 )
+
+
+def workplace(command: Command) -> Command:
+    """The options --jobs, --scheduler and --scheduler-file, which `where` makes one of."""
+    command = option(
+        Part.EFFORT,
+        "--scheduler-file",
+        type=click.Path(path_type=Path),
+        metavar="FILE",
+        help="Run on the Dask cluster whose scheduler has written FILE.",
+    )(command)
+    command = option(
+        Part.EFFORT, "--scheduler", metavar="ADDRESS", help="Run on a Dask cluster, tcp://host:8786 for example."
+    )(command)
+    return jobs(command)
+
+
+def where(jobs: int | None, scheduler: str | None, scheduler_file: Path | None) -> Where:
+    """Where the work is done. Raises InputError where two of them are given, or no cluster is there."""
+    from mbproj.errors import InputError, Place, Problem
+    from mbproj.studies.parallel.cluster import Cluster, connected
+
+    given = [name for name, value in (("--jobs", jobs), ("--scheduler", scheduler)) if value is not None]
+    given += [] if scheduler_file is None else ["--scheduler-file"]
+    if len(given) > 1:
+        what = f"'{given[0]}' and '{given[1]}' exclude each other"
+        raise InputError(Problem(what, Place(given[1]), "a cluster has its own workers"))
+    if scheduler is None and scheduler_file is None:
+        return jobs
+    cluster = Cluster(scheduler or "", scheduler_file)
+    with connected(cluster):  # before the work begins
+        return cluster
+
+
+def where_of(options: dict[str, Any]) -> Where:
+    """The same, taken out of a command's other options."""
+    return where(options.pop("jobs"), options.pop("scheduler"), options.pop("scheduler_file"))
+
+
 fresh = option(Part.EFFORT, "--fresh", is_flag=True, help="Start over: use nothing of an earlier study.")
 
 

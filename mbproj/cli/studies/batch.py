@@ -27,7 +27,7 @@ EXAMPLES = (
 
 @explained("batch", EXAMPLES)
 @click.argument("paths", nargs=-1, required=True, type=scene_file(path_type=Path))
-@study_options.jobs
+@study_options.workplace
 @option(
     Part.EFFORT, "--timeout", default="5 min", show_default=True, metavar="TIME", help="Stop a scene that runs longer."
 )
@@ -38,6 +38,8 @@ EXAMPLES = (
 def command(
     paths: tuple[Path, ...],
     jobs: int | None,
+    scheduler: str | None,
+    scheduler_file: Path | None,
     timeout: str,
     xml: Path | None,
     keep: Path | None,
@@ -67,6 +69,7 @@ def command(
 
     seconds = given_number(timeout, "--timeout", Number("s", above=0.0, maximum=LONGEST))
     scenes = scene_paths(paths)
+    where = study_options.where(jobs, scheduler, scheduler_file)
     if xml is not None:
         write_text(xml, junit([]), JUNIT, force=force, hint=OTHER_REPORT)  # before the work: whether it can be written
     results: dict[int, SceneResult] = {}
@@ -81,7 +84,7 @@ def command(
     with _tasks(scenes, keep) as batch, telling(hidden=not as_json) as tell:  # the table grows as the scenes end
         tell("scenes", 0, len(scenes))
         try:
-            run_batch(batch, jobs, seconds, done)
+            run_batch(batch, where, seconds, done)
         except KeyboardInterrupt:
             interrupted = True
     ended = [results[number] for number in sorted(results)]

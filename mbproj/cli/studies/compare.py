@@ -57,6 +57,7 @@ EXAMPLES = (
 @study_options.until
 @study_options.changes
 @study_options.repeat
+@study_options.workplace
 @study_options.files
 @option(Part.OUTPUT, "--json", "as_json", is_flag=True, help="Print the table as JSON.")
 def command(
@@ -75,11 +76,13 @@ def command(
 
     what = read_scene(scene, parameters(changes))
     files = StudyFiles(output, f"{Path(scene).stem}-compare", ending, ("label", "setting"), force)
+    where = study_options.where_of(options)
     with telling(hidden=False) as tell:
         found = compare(
             what,
             projections=options.pop("projections") or PROJECTIONS_COMPARED,
             repetitions=options.pop("repeat"),
+            processes=where,
             tell=tell,
             **options,
         )

@@ -70,6 +70,7 @@ EXAMPLES = (
     metavar="NUMBER",
     help="Largest relative energy error of a run that holds [default: 0.01].",
 )
+@study_options.workplace
 @study_options.files
 @option(Part.OUTPUT, "--json", "as_json", is_flag=True, help="Print one JSON object instead of the table.")
 @study_options.fresh
@@ -107,6 +108,7 @@ def command(
     with placed_at(Place("--vary")):
         quantity_named(vary)
     files = StudyFiles(output, f"{Path(scene).stem}-stability-{vary}", ending, ("projection", vary), force)
+    where = study_options.where_of(options)
     given = {name: value for name, value in (("closed", closed), ("energy", energy)) if value is not None}
     with telling(hidden=False) as tell, placed_at(Place("--vary")):
         found = stability(
@@ -117,6 +119,7 @@ def command(
             high=high,
             points=points,
             limits=Limits(**given),
+            processes=where,
             fresh=fresh,
             tell=tell,
         )

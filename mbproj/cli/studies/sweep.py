@@ -29,7 +29,7 @@ EXAMPLES = (
 
 @explained("sweep", EXAMPLES)
 @click.argument("spec", type=scene_file(path_type=Path))
-@study_options.jobs
+@study_options.workplace
 @option(Part.EFFORT, "--timeout", type=Positive("s"), metavar="TIME", help="Stop a case that runs longer.")
 @option(
     Part.EFFORT,
@@ -56,6 +56,8 @@ EXAMPLES = (
 def command(
     spec: Path,
     jobs: int | None,
+    scheduler: str | None,
+    scheduler_file: Path | None,
     timeout: float | None,
     most_failures: int | None,
     fresh: bool,
@@ -88,12 +90,13 @@ def command(
         click.echo(report.preview(what, SHOWN))
         return int(ExitCode.DONE)
     _require_meant(what, yes)
+    where = study_options.where(jobs, scheduler, scheduler_file)
     folder = SweepFolder(output or spec.with_name(f"{spec.stem}-sweep"), what, fresh)
     with folder.store:
         if xml is not None:
             write_text(xml, report.junit(what, []), JUNIT, hint=OTHER_REPORT)  # before the work: whether it can be
         with report.showing(hidden=as_json or quiet) as tell:
-            reached = run_sweep(what, folder, jobs, timeout=timeout, most_failures=most_failures, tell=tell)
+            reached = run_sweep(what, folder, where, timeout=timeout, most_failures=most_failures, tell=tell)
         written = [write_table(what, folder), write_arrays(what, folder)]
         if xml is not None:
             write_text(xml, report.junit(what, entries(what, folder)), JUNIT, hint=OTHER_REPORT)

@@ -35,6 +35,7 @@ EXAMPLES = (
 )
 @study_options.at
 @study_options.repeat
+@study_options.workplace
 @study_options.files
 @study_options.fresh
 def command(
@@ -60,13 +61,16 @@ def command(
     from mbproj.scene import read_scene
     from mbproj.studies.threshold.violation import threshold_study
 
+    where = study_options.where_of(options)
     chosen = overrides(options)
     chosen.pop("threshold", None)
     what = read_scene(scene, parameters(settings), chosen)
     files = StudyFiles(output, f"{Path(scene).stem}-threshold", ending, ("threshold", "projection"), force)
     points = at or ()
     with telling(hidden=False) as tell:
-        found = threshold_study(what, thresholds=thresholds, at=points, repetitions=repeat, fresh=fresh, tell=tell)
+        found = threshold_study(
+            what, thresholds=thresholds, at=points, repetitions=repeat, processes=where, fresh=fresh, tell=tell
+        )
     click.echo(_report(found, points))
     for note in found.notes:
         click.echo(f"note: {note}", err=True)

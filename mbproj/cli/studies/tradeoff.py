@@ -51,6 +51,7 @@ EXAMPLES = (
     help="End a sweep with the first run that takes longer.",
 )
 @study_options.repeat
+@study_options.workplace
 @study_options.files
 @study_options.fresh
 def command(
@@ -72,6 +73,7 @@ def command(
 
     what = read_scene(scene, parameters(changes))
     files = StudyFiles(output, f"{Path(scene).stem}-tradeoff", ending, ("setting", "projection"), force)
+    where = study_options.where_of(options)
     whole = Path(f"{files.stem}.h5")
     check_replaceable(whole, KIND, force=force, hint=OTHER_FOLDER)
     with telling(hidden=False) as tell:
@@ -84,6 +86,7 @@ def command(
             until=options["until"],
             longest=options["longest"],
             repetitions=options["repeat"],
+            processes=where,
             fresh=fresh,
             tell=tell,
         )

@@ -3,29 +3,27 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from pathlib import Path
 
 from mbproj.errors import ExitCode
 from mbproj.results.files import part_path
 from mbproj.studies.batch.result import SceneResult, Task
 from mbproj.studies.batch.run import run_task
-from mbproj.studies.parallel.hand_out import in_parallel
+from mbproj.studies.parallel.hand_out import Where, in_parallel
 
 
-def run_batch(
-    tasks: Sequence[Task], jobs: int | None, timeout: float, done: Callable[[int, SceneResult], None]
-) -> None:
-    """Runs all tasks, `jobs` at a time (one a processor), and calls `done` with the number of each and its result as it
-    ends.
+def run_batch(tasks: Sequence[Task], where: Where, timeout: float, done: Callable[[int, SceneResult], None]) -> None:
+    """Runs all tasks, and calls `done` with the number of each and its result as it ends.
 
     A scene that takes longer than `timeout` in s is stopped. Raises KeyboardInterrupt after SIGINT or SIGTERM. No
     process is left behind.
     """
-    for number, result in in_parallel(_run, None, tasks, jobs, _lost, timeout):
+    for number, result in in_parallel(_run, Path.cwd(), tasks, where, _lost, timeout):
         done(number, result)
 
 
-def _run(shared: None, task: Task) -> SceneResult:
-    return run_task(task)
+def _run(folder: Path, task: Task) -> SceneResult:
+    return run_task(task, folder)
 
 
 def _lost(task: Task, why: str, seconds: float) -> SceneResult:

@@ -2,7 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import astuple
+from pathlib import Path
+from tempfile import TemporaryDirectory
 from time import perf_counter
 
 from mbproj.analysis import Outcome, outcomes
@@ -16,18 +20,25 @@ from mbproj.linear.equilibrium.started import start_state
 from mbproj.model import compile_system
 from mbproj.results import ResultsWriter, open_results
 from mbproj.results.events import RecordedEvent
-from mbproj.scene import read_scene, settings_to_run
+from mbproj.scene import settings_to_run
 from mbproj.scene.problem_places import placed_in
+from mbproj.scene.read import SceneText
+from mbproj.scene.text.source import read_text
 from mbproj.studies.batch.result import SceneResult, Task
 
+#: The current folder.
+HERE = Path()
 
-def run_task(task: Task) -> SceneResult:
-    """Runs one scene and checks its expectations. Whatever goes wrong is in the result."""
+
+def run_task(task: Task, folder: Path = HERE) -> SceneResult:
+    """Runs one scene and checks its expectations; the task's paths are from `folder`, wherever this process is.
+    Whatever goes wrong is in the result."""
     started = perf_counter()
     found: tuple[Outcome, ...] = ()
     code, message, formulation = ExitCode.DONE, "", None
     try:
-        found, formulation = _outcomes(task)
+        with _output(task, folder) as output:
+            found, formulation = _outcomes(task, folder / task.scene, output)
         if not all(outcome.holds for outcome in found):
             code = ExitCode.CHECK_FAILED
     except MbprojError as error:
@@ -35,27 +46,40 @@ def run_task(task: Task) -> SceneResult:
         formulation = error.formulation if isinstance(error, SimulationError) else None
     except Exception as error:
         message, code = ending(error)
-    if not task.keep:
-        task.output.unlink(missing_ok=True)
-    output = task.output if task.keep and task.output.exists() else None
-    return SceneResult(task.scene, code, message, found, perf_counter() - started, output, formulation)
+    kept = task.output if task.keep and (folder / task.output).exists() else None
+    return SceneResult(task.scene, code, message, found, perf_counter() - started, kept, formulation)
 
 
-def _outcomes(task: Task) -> tuple[tuple[Outcome, ...], str]:
+@contextmanager
+def _output(task: Task, folder: Path) -> Iterator[Path]:
+    """Where the results go. Those that are not kept are removed; another machine writes them where it can."""
+    output = folder / task.output
+    if task.keep or output.parent.is_dir():
+        try:
+            yield output
+        finally:
+            if not task.keep:
+                output.unlink(missing_ok=True)
+        return
+    with TemporaryDirectory(prefix="mbproj-batch-") as own:
+        yield Path(own) / task.output.name
+
+
+def _outcomes(task: Task, path: Path, output: Path) -> tuple[tuple[Outcome, ...], str]:
     """What became of the expectations, and the formulation that ran."""
     started = perf_counter()
-    scene = read_scene(task.scene)
+    scene = SceneText(read_text(path), str(task.scene), task.scene).scene()
     settings = settings_to_run(scene)
     system = compile_system(scene)
     state = start_state(scene, system)
     unique = unique_components(system, state)
     with (
-        ResultsWriter(task.output, scene, system.names.as_mapping(), constants=unique) as recorder,
+        ResultsWriter(output, scene, system.names.as_mapping(), constants=unique) as recorder,
         placed_in(scene),
     ):
         recorder.events([RecordedEvent(*astuple(event)) for event in events_of(system, state.t, settings)])
         report = simulate(system, state, settings, recorder)
         seconds = perf_counter() - started
         recorder.attributes(summary(str(task.scene), str(task.output), report, total_seconds=seconds))
-    with open_results(task.output) as results:
+    with open_results(output) as results:
         return tuple(outcomes(scene.expectations, results)), report.formulation

@@ -22,7 +22,7 @@ from mbproj.studies.measure.setting import Setting, only_full
 from mbproj.studies.measure.solve import SOLUTION_RECORDS, Solution, sample_times, solve
 from mbproj.studies.measure.spans import common_times, span
 from mbproj.studies.measure.timing import REPETITIONS, Timing, time_settings
-from mbproj.studies.parallel.hand_out import in_parallel
+from mbproj.studies.parallel.hand_out import Where, in_parallel
 from mbproj.studies.parallel.progress import Tell, silent
 from mbproj.studies.store import cached
 
@@ -91,7 +91,7 @@ def compare(
     formulations: Sequence[str] | None = None,
     until: float | None = None,
     repetitions: int = REPETITIONS,
-    processes: int | None = None,
+    processes: Where = None,
     tell: Tell = silent,
 ) -> Comparison:
     """Runs every projection with every integrator and every step (s) or tolerance over `until` s.

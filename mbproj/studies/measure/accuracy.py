@@ -14,6 +14,7 @@ from mbproj.studies.measure.setting import Setting
 from mbproj.studies.measure.solve import sample_times, solve
 from mbproj.studies.measure.spans import stride_for
 from mbproj.studies.measure.trial import Trial, trial
+from mbproj.studies.parallel.hand_out import Where
 from mbproj.studies.parallel.progress import Tell, silent
 from mbproj.studies.parallel.resumable import resumable
 from mbproj.studies.store import Kept
@@ -54,7 +55,7 @@ def attempt(
     settings: Sequence[Setting],
     reference: Reference,
     kept: Kept | None = None,
-    processes: int | None = None,
+    processes: Where = None,
     tell: Tell = silent,
 ) -> list[Trial]:
     """A trial of each setting over the times of the reference, in their order; those that are kept are not run

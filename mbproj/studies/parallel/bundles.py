@@ -12,13 +12,14 @@ from itertools import islice
 from time import perf_counter
 from typing import Any, Generic, TypeAlias, TypeVar
 
+from mbproj.studies.parallel.cluster import Cluster
 from mbproj.studies.parallel.hand_out import Where, in_parallel
 
 Item = TypeVar("Item")
 Result = TypeVar("Result")
 
-#: A bundle is to take this long, s: a hundred times what handing it out costs.
-SECONDS = 0.1
+#: A bundle is to take this long, s, on this machine and on a cluster: a hundred times what handing it out costs.
+SECONDS, SECONDS_THERE = 0.1, 0.5
 #: No bundle is so many times as large as the one before, nor holds more than so many items.
 GROWTH, LARGEST = 4, 1000
 
@@ -52,12 +53,12 @@ def in_bundles(
 ) -> Generator[list[tuple[Item, Result]], None, None]:
     """(item, function(shared, item)) for all items, some of them at a time, in the order in which they come to an end.
     `lost` gives the result of one that does not come back, or takes longer than `timeout` in s."""
-    bundles = _Bundles(iter(items))
+    bundles = _Bundles(iter(items), SECONDS_THERE if isinstance(where, Cluster) else SECONDS)
 
     def limit(bundle: tuple[Item, ...]) -> float | None:
         return None if timeout is None else timeout * len(bundle)
 
-    for _, (bundle, outcome) in in_parallel(_run, (function, shared), bundles, where, _lost, limit):
+    for _, (bundle, outcome) in in_parallel(_run, (function, shared), bundles, where, _lost, limit, _is_single):
         bundles.returned(bundle, outcome)
         if isinstance(outcome, Done):
             yield list(zip(bundle, outcome.results, strict=True))
@@ -68,8 +69,9 @@ def in_bundles(
 class _Bundles(Iterator[tuple[Item, ...]]):
     """Bundles of items, sized by how long those before took."""
 
-    def __init__(self, items: Iterator[Item]) -> None:
-        self._items, self._again, self._size = items, deque[Item](), 1
+    def __init__(self, items: Iterator[Item], seconds: float) -> None:
+        self._items, self._seconds = items, seconds
+        self._again, self._size = deque[Item](), 1
 
     def __next__(self) -> tuple[Item, ...]:
         if self._again:
@@ -84,7 +86,7 @@ class _Bundles(Iterator[tuple[Item, ...]]):
         if isinstance(outcome, Lost):
             self._again.extend(bundle if len(bundle) > 1 else ())
             return
-        fitting = int(SECONDS * len(bundle) / max(outcome.seconds, 1e-9))
+        fitting = int(self._seconds * len(bundle) / max(outcome.seconds, 1e-9))
         self._size = max(1, min(fitting, GROWTH * len(bundle), LARGEST))
 
 
@@ -97,3 +99,7 @@ def _run(shared: tuple[Callable[[Any, Any], Any], Any], bundle: tuple[Any, ...])
 
 def _lost(bundle: tuple[Any, ...], why: str, seconds: float) -> tuple[tuple[Any, ...], Outcome]:
     return bundle, Lost(why, seconds)
+
+
+def _is_single(bundle: tuple[Any, ...]) -> bool:
+    return len(bundle) == 1

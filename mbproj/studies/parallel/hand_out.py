@@ -14,12 +14,13 @@ from typing import Any, TypeAlias, TypeVar
 
 from mbproj.errors import warn_once
 from mbproj.integrate.loop.interruption import interruption
+from mbproj.studies.parallel.cluster import Cluster, on_cluster
 from mbproj.studies.parallel.workers import Worker, WorkerLost
 
 Item = TypeVar("Item")
 Result = TypeVar("Result")
-#: How many processes of this machine; None: one a processor.
-Where: TypeAlias = "int | None"
+#: How many processes of this machine (None: one a processor), or a cluster.
+Where: TypeAlias = "int | Cluster | None"
 
 #: How often Ctrl-C is looked for, s.
 LOOK = 0.1
@@ -39,15 +40,20 @@ def in_parallel(
     where: Where = None,
     lost: Callable[[Item, str, float], Result] | None = None,
     timeout: Callable[[Item], float | None] | float | None = None,
+    blamed: Callable[[Item], bool] = lambda item: True,
 ) -> Generator[tuple[int, Result], None, None]:
     """(index, function(shared, item)) for every item, in the order in which they come to an end.
 
     `function` is a module's own; `shared` is sent to each process once. Where one process is enough everything happens
     in this one. With `lost`, all items run elsewhere, and `lost(item, why, seconds)` is the result of one whose process
-    dies, or takes longer than `timeout` in s (of the item); without, that is a RuntimeError. Few items are out at a
+    dies, or takes longer than `timeout` in s (of the item); without, that is a RuntimeError. On a cluster an item that
+    is `blamed` for that is lost only when it was out alone. Few items are out at a
     time, so that there may be any number; an iterator that had no more is asked again as long as some are out. Leaving
     the iterator early ends the processes; SIGINT and SIGTERM raise KeyboardInterrupt.
     """
+    if isinstance(where, Cluster):
+        yield from on_cluster(function, shared, items, where, lost, timeout, blamed)
+        return
     count = min(where or processors(), len(items) if isinstance(items, Sized) else 1 << 30)
     if lost is None and count <= 1:
         for index, item in enumerate(items):

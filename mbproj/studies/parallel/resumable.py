@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from typing import Any
 
-from mbproj.studies.parallel.hand_out import in_parallel
+from mbproj.studies.parallel.hand_out import Where, in_parallel
 from mbproj.studies.parallel.progress import Tell
 from mbproj.studies.store import Kept
 
@@ -15,7 +15,7 @@ def resumable(
     shared: Any,
     items: Mapping[str, Any],
     kept: Kept,
-    processes: int | None,
+    processes: Where,
     phase: str,
     tell: Tell,
 ) -> dict[str, Any]:

@@ -21,6 +21,7 @@ from mbproj.studies.measure.mechanism import Mechanism
 from mbproj.studies.measure.setting import Setting
 from mbproj.studies.measure.solve import sample_times, solve
 from mbproj.studies.measure.spans import span as until_of
+from mbproj.studies.parallel.hand_out import Where
 from mbproj.studies.parallel.progress import Tell, silent
 from mbproj.studies.parallel.resumable import resumable
 from mbproj.studies.stability.quantities import QUANTITIES, Span, quantity_named
@@ -85,7 +86,7 @@ def stability(
     points: int = POINTS,
     until: float | None = None,
     limits: Limits | None = None,
-    processes: int | None = None,
+    processes: Where = None,
     fresh: bool = False,
     tell: Tell = silent,
 ) -> StabilityMap:

@@ -21,6 +21,7 @@ from mbproj.studies.measure.setting import Setting
 from mbproj.studies.measure.spans import span
 from mbproj.studies.measure.timing import REPETITIONS, Timing, kept_timings
 from mbproj.studies.measure.trial import Trial
+from mbproj.studies.parallel.hand_out import Where
 from mbproj.studies.parallel.progress import Tell, silent
 from mbproj.studies.store import Kept
 
@@ -57,7 +58,7 @@ def threshold_study(
     at: Sequence[str] = (),
     until: float | None = None,
     repetitions: int = REPETITIONS,
-    processes: int | None = None,
+    processes: Where = None,
     fresh: bool = False,
     tell: Tell = silent,
 ) -> ThresholdStudy:

@@ -27,6 +27,7 @@ from mbproj.studies.measure.setting import Setting, only_full
 from mbproj.studies.measure.spans import span
 from mbproj.studies.measure.timing import REPETITIONS, Timing, kept_timings
 from mbproj.studies.measure.trial import Trial
+from mbproj.studies.parallel.hand_out import Where
 from mbproj.studies.parallel.progress import Tell, silent
 from mbproj.studies.store import Kept
 from mbproj.studies.tradeoff.grid import Ladder, integrator_ladders, projection_ladders, schedule_ladders
@@ -110,7 +111,7 @@ def tradeoff(
     until: float | None = None,
     longest: float = 0.5,
     repetitions: int = REPETITIONS,
-    processes: int | None = None,
+    processes: Where = None,
     fresh: bool = False,
     tell: Tell = silent,
 ) -> Tradeoff:
@@ -196,7 +197,7 @@ def _accuracy(
     projections: Sequence[str],
     names: Sequence[str],
     kept: Kept,
-    processes: int | None,
+    processes: Where,
     tell: Tell,
 ) -> list[Trial]:
     """The trials of the grid: integrators, then projections and schedules of the promising ones and of the scene's."""

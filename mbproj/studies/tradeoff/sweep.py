@@ -8,6 +8,7 @@ from typing import Any
 
 from mbproj.studies.measure.accuracy import Yardstick
 from mbproj.studies.measure.trial import Trial
+from mbproj.studies.parallel.hand_out import Where
 from mbproj.studies.parallel.progress import Tell
 from mbproj.studies.parallel.resumable import resumable
 from mbproj.studies.store import Kept
@@ -47,7 +48,7 @@ def _sweep(track: Track, ladder: Ladder) -> list[dict[str, Any]]:
 
 
 def sweeps(
-    track: Track, ladders: Sequence[Ladder], kept: Kept, processes: int | None, phase: str, tell: Tell
+    track: Track, ladders: Sequence[Ladder], kept: Kept, processes: Where, phase: str, tell: Tell
 ) -> list[list[Trial]]:
     """The sweep of each ladder, in their order, in parallel; those that are kept are not run again."""
     keys = [f"sweep {ladder.base.command_line()}{' by tolerance' * ladder.by_tolerance}" for ladder in ladders]

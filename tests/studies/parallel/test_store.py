@@ -173,7 +173,7 @@ def test_a_planted_pickle_is_not_run(tmp_path):
 
 def test_only_workers_pickle():
     found = [path for path in (ROOT / "mbproj").rglob("*.py") if "import pickle" in path.read_text(encoding="utf-8")]
-    assert {path.name for path in found} == {"worker.py", "workers.py"}
+    assert {path.name for path in found} == {"worker.py", "workers.py", "cluster.py"}
 
 
 def test_many_processes_write_at_once():
