@@ -73,7 +73,7 @@ def workplace(command: Command) -> Command:
 def where(jobs: int | None, scheduler: str | None, scheduler_file: Path | None) -> Where:
     """Where the work is done. Raises InputError where two of them are given, or no cluster is there."""
     from mbproj.errors import InputError, Place, Problem
-    from mbproj.studies.parallel.cluster import Cluster, connected
+    from mbproj.studies.parallel.client import Cluster, connected
 
     given = [name for name, value in (("--jobs", jobs), ("--scheduler", scheduler)) if value is not None]
     given += [] if scheduler_file is None else ["--scheduler-file"]

@@ -12,7 +12,7 @@ from itertools import islice
 from time import perf_counter
 from typing import Any, Generic, TypeAlias, TypeVar
 
-from mbproj.studies.parallel.cluster import Cluster
+from mbproj.studies.parallel.client import Cluster
 from mbproj.studies.parallel.hand_out import Where, in_parallel
 
 Item = TypeVar("Item")

@@ -7,8 +7,6 @@ item that was out alone is held responsible. What a scheduler's end loses, the c
 from __future__ import annotations
 
 import asyncio
-import json
-import logging
 import pickle
 from collections import deque
 from collections.abc import Callable, Generator, Iterable, Iterator
@@ -16,13 +14,13 @@ from concurrent.futures import CancelledError
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from functools import lru_cache
-from pathlib import Path
 from queue import Empty, SimpleQueue
 from time import monotonic
 from typing import TYPE_CHECKING, Any, TypeVar
 
-from mbproj.errors import ExitCode, InputError, MbprojError, Place, Problem
+from mbproj.errors import InputError, Place, Problem
 from mbproj.integrate.loop.interruption import interruption
+from mbproj.studies.parallel.client import UNREACHABLE, Cluster, ClusterLost, connected
 from mbproj.studies.parallel.workers import OVERDUE
 from mbproj.version import __version__
 
@@ -32,8 +30,8 @@ if TYPE_CHECKING:
 Item = TypeVar("Item")
 Result = TypeVar("Result")
 
-#: For a scheduler to answer, s; for one that was there to come back; between two looks at the workers.
-CONNECT, GONE, REFRESH = 6.0, 5.0, 1.0
+#: For a scheduler that was there to come back, s; between two looks at the workers.
+GONE, REFRESH = 5.0, 1.0
 #: How often Ctrl-C is looked for, s.
 LOOK = 0.1
 #: Tasks that are out for each thread: the one at work, and the next.
@@ -42,30 +40,6 @@ AHEAD = 2
 NO_WORKERS = 60.0
 #: What shared data a worker keeps unpacked.
 TASKS_KNOWN = 8
-#: What Dask raises where nobody answers, or its scheduler ends in the middle of a call: this and that.
-UNREACHABLE = (Exception, asyncio.CancelledError)
-
-
-@dataclass(frozen=True)
-class Cluster:
-    """A running cluster: the address of its scheduler, or the file that it writes for those who look for it."""
-
-    address: str = ""
-    file: Path | None = None
-
-    def __str__(self) -> str:
-        return self.address if self.file is None else str(self.file)
-
-    @property
-    def option(self) -> str:
-        """The option that names it."""
-        return "--scheduler" if self.file is None else "--scheduler-file"
-
-
-class ClusterLost(MbprojError):
-    """The scheduler is gone, or has no workers."""
-
-    exit_code = ExitCode.FAILED
 
 
 def on_cluster(
@@ -103,50 +77,6 @@ def on_cluster(
                         suspects.append(task)
         finally:
             out.withdraw()
-
-
-@contextmanager
-def connected(cluster: Cluster) -> Iterator[Client]:
-    """A client of the cluster. Raises InputError, at the option, where there is none."""
-    place = Place(cluster.option)
-    try:
-        from distributed import Client
-    except ImportError:
-        problem = Problem("this needs the packages of Dask", place, "install them: pip install 'mbproj[cluster]'")
-        raise InputError(problem) from None
-    address = cluster.address if cluster.file is None else _address_in(cluster.file, place)
-    _silence()
-    try:
-        client = Client(address, timeout=CONNECT, set_as_default=False)
-    except UNREACHABLE as error:
-        hint = "start one with 'dask scheduler', or say where it is: tcp://host:8786"
-        raise InputError(Problem(f"there is no scheduler at '{address}'", place, hint)) from error
-    try:
-        yield client
-    finally:
-        with suppress(*UNREACHABLE):
-            client.close(timeout=1.0)
-
-
-def _silence() -> None:
-    """Dask's own messages stay in its scheduler and workers: what concerns the user is said here."""
-    for name in list(logging.root.manager.loggerDict):
-        if name.split(".")[0] == "distributed":
-            logging.getLogger(name).setLevel(logging.CRITICAL)
-
-
-def _address_in(file: Path, place: Place) -> str:
-    """What a scheduler has written there."""
-    try:
-        found = json.loads(file.read_text(encoding="utf-8"))["address"]
-        if isinstance(found, str):
-            return found
-    except OSError as error:
-        hint = f"the scheduler writes it: dask scheduler --scheduler-file {file}"
-        raise InputError(Problem(f"cannot read '{file}': {error.strerror}", place, hint)) from error
-    except (ValueError, KeyError, TypeError):
-        pass
-    raise InputError(Problem(f"'{file}' is not a file of a Dask scheduler", place))
 
 
 #: No item.

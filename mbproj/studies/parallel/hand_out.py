@@ -14,7 +14,8 @@ from typing import Any, TypeAlias, TypeVar
 
 from mbproj.errors import warn_once
 from mbproj.integrate.loop.interruption import interruption
-from mbproj.studies.parallel.cluster import Cluster, on_cluster
+from mbproj.studies.parallel.client import Cluster
+from mbproj.studies.parallel.cluster import on_cluster
 from mbproj.studies.parallel.workers import Worker, WorkerLost
 
 Item = TypeVar("Item")

@@ -14,9 +14,10 @@ from importlib.util import find_spec
 import pytest
 
 from mbproj.errors import InputError
+from mbproj.studies.parallel import client as dask_client
 from mbproj.studies.parallel import cluster as on_dask
 from mbproj.studies.parallel.bundles import in_bundles
-from mbproj.studies.parallel.cluster import Cluster, ClusterLost, connected
+from mbproj.studies.parallel.client import Cluster, ClusterLost, connected
 from mbproj.studies.parallel.hand_out import in_parallel
 from mbproj.studies.sweep.case import Task, Work, run_case
 from mbproj.studies.sweep.spec import read_spec
@@ -88,7 +89,7 @@ def test_what_is_killed_loses_nothing_and_nothing_is_done_twice(running, tmp_pat
 
 
 def test_a_scheduler_that_is_not_there_is_said_soon(monkeypatch, tmp_path):
-    monkeypatch.setattr(on_dask, "CONNECT", 0.5)
+    monkeypatch.setattr(dask_client, "CONNECT", 0.5)
     with pytest.raises(
         InputError, match=r"--scheduler: error: there is no scheduler at 'tcp://127.0.0.1:1'; start one"
     ):

@@ -1,0 +1,88 @@
+"""A client of a running Dask cluster, and what is said where there is none."""
+
+from __future__ import annotations
+
+import asyncio
+import json
+import logging
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from mbproj.errors import ExitCode, InputError, MbprojError, Place, Problem
+
+if TYPE_CHECKING:
+    from distributed import Client
+
+#: For a scheduler to answer, s.
+CONNECT = 6.0
+#: What Dask raises where nobody answers, or its scheduler ends in the middle of a call: this and that.
+UNREACHABLE = (Exception, asyncio.CancelledError)
+
+
+@dataclass(frozen=True)
+class Cluster:
+    """A running cluster: the address of its scheduler, or the file that it writes for those who look for it."""
+
+    address: str = ""
+    file: Path | None = None
+
+    def __str__(self) -> str:
+        return self.address if self.file is None else str(self.file)
+
+    @property
+    def option(self) -> str:
+        """The option that names it."""
+        return "--scheduler" if self.file is None else "--scheduler-file"
+
+
+class ClusterLost(MbprojError):
+    """The scheduler is gone, or has no workers."""
+
+    exit_code = ExitCode.FAILED
+
+
+@contextmanager
+def connected(cluster: Cluster) -> Iterator[Client]:
+    """A client of the cluster. Raises InputError, at the option, where there is none."""
+    place = Place(cluster.option)
+    try:
+        from distributed import Client
+    except ImportError:
+        problem = Problem("this needs the packages of Dask", place, "install them: pip install 'mbproj[cluster]'")
+        raise InputError(problem) from None
+    address = cluster.address if cluster.file is None else _address_in(cluster.file, place)
+    _silence()
+    try:
+        client = Client(address, timeout=CONNECT, set_as_default=False)
+    except UNREACHABLE as error:
+        hint = "start one with 'dask scheduler', or say where it is: tcp://host:8786"
+        raise InputError(Problem(f"there is no scheduler at '{address}'", place, hint)) from error
+    try:
+        yield client
+    finally:
+        with suppress(*UNREACHABLE):
+            client.close(timeout=1.0)
+
+
+def _silence() -> None:
+    """Dask's own messages stay in its scheduler and workers: what concerns the user is said here."""
+    for name in list(logging.root.manager.loggerDict):
+        if name.split(".")[0] == "distributed":
+            logging.getLogger(name).setLevel(logging.CRITICAL)
+
+
+def _address_in(file: Path, place: Place) -> str:
+    """What a scheduler has written there."""
+    try:
+        found = json.loads(file.read_text(encoding="utf-8"))["address"]
+        if isinstance(found, str):
+            return found
+    except OSError as error:
+        hint = f"the scheduler writes it: dask scheduler --scheduler-file {file}"
+        raise InputError(Problem(f"cannot read '{file}': {error.strerror}", place, hint)) from error
+    except (ValueError, KeyError, TypeError):
+        pass
+    raise InputError(Problem(f"'{file}' is not a file of a Dask scheduler", place))
