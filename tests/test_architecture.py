@@ -93,7 +93,7 @@ FOLDERS = {
         "tradeoff",
         "verify",
     ),
-    "linear": ("equilibrium",),
+    "linear": ("equilibrium", "state_space"),
     "animate": ("look", "data", "page"),
     "plot": ("pages", "kinds"),
     "cli": ("report", "studies", "linear", "commands"),

@@ -39,6 +39,7 @@ GROUPS: Mapping[str, Mapping[str, str]] = MappingProxyType(
         "Linearise": {
             "equilibrium": "Finds where a mechanism rests or turns steadily.",
             "modes": "Finds the frequencies and shapes of small motions.",
+            "linearize": "Writes the linear model from inputs to outputs.",
         },
         "Choose a setting": {
             "recommend": "Finds the cheapest setting that keeps an error.",
@@ -64,7 +65,7 @@ COMMANDS = tuple(name for names in GROUPS.values() for name in names)
 STUDIES = frozenset({"batch", "compare", "paper", "recommend", "stability", "sweep", "threshold", "tradeoff", "verify"})
 
 #: Commands on equilibria, modes and linear models, in `mbproj.cli.linear`.
-LINEAR = frozenset({"equilibrium", "modes"})
+LINEAR = frozenset({"equilibrium", "linearize", "modes"})
 
 
 class CommandsOnDemand(click.Group):

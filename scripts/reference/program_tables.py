@@ -16,7 +16,9 @@ from mbproj.cli.scene_options import SCENE_OPTIONS
 from mbproj.errors import ExitCode
 from mbproj.plot.kinds import KINDS
 from mbproj.results.layout import CONSTANTS, DATASETS, NAMES
+from mbproj.results.linear.model_file import LAYOUT as MODEL
 from mbproj.results.linear.modes_file import LAYOUT as MODES
+from mbproj.results.linear.parts import Layout
 from mbproj.studies.stability.quantities import QUANTITIES
 from mbproj.studies.verify.checks import CHECKS
 from mbproj.thresholds import table as threshold_table
@@ -45,9 +47,18 @@ def thresholds() -> str:
 
 def modes_file() -> str:
     """What a file of modes holds."""
+    return _parts(MODES)
+
+
+def model_file() -> str:
+    """What a file of a linear model holds."""
+    return _parts(MODEL)
+
+
+def _parts(layout: Layout) -> str:
     rows = [
         (code(part.path), " × ".join(map(str, part.shape)), part.unit, part.kind, part.description)
-        for part in MODES.parts
+        for part in layout.parts
     ]
     return table(("dataset", "shape", "unit", "kind", "what it is"), rows)
 

@@ -88,7 +88,7 @@ def test_what_is_wrong_is_said_at_its_place(folder, arguments, said):
 def test_options_for_results_do_not_fit_a_file_of_modes(folder):
     assert mbproj("modes", "scene.yaml", "-q", folder=folder).stdout == ""
     done = mbproj("plot", "modes.h5", "--marker", "tip", folder=folder)
-    assert (done.returncode, "--marker is for results of runs, and 'modes.h5' is a file of modes" in done.stderr) == (
+    assert (done.returncode, "--marker is for results of runs, and 'modes.h5' is none" in done.stderr) == (
         2,
         True,
     )

@@ -97,7 +97,7 @@ def command(
     """Draws pictures of RESULTS; several files go into the same pictures.
 
     Writes DIR/<first file>-<kind>.<format> and prints the paths. All kinds that apply are drawn unless --kind names
-    some. A file of modes has kinds of its own: eigenvalues, shapes, traces.
+    some. Files of modes have kinds of their own: eigenvalues, shapes, traces; linear models have bode.
     """
     from mbproj.outputs import check_replaceable, make_folder, picture
     from mbproj.plot.kinds import draw, nothing_to_see, why_not

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -14,15 +15,20 @@ from mbproj.scene.text.suggestions import choose_from
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
+#: The formats of the files, as their layouts have them.
+MODES, MODEL = "mbproj modes", "mbproj linear model"
 OTHER_DIRECTORY = "choose another directory with -o"
 
 
 def is_linear(path: Path) -> bool:
-    """Whether the file is one of modes."""
-    from mbproj.outputs import hdf5
-    from mbproj.results.linear.modes_file import LAYOUT
+    """Whether the file is one of modes, or a linear model."""
+    return path.is_file() and (_is(path, MODES) or _is(path, MODEL))
 
-    return path.is_file() and hdf5(LAYOUT.format).wrote(path)
+
+def _is(path: Path, file_format: str) -> bool:
+    from mbproj.outputs import hdf5
+
+    return hdf5(file_format).wrote(path)
 
 
 def draw_linear(
@@ -34,9 +40,11 @@ def draw_linear(
     from mbproj.plot.save import save
 
     if len(paths) > 1:
-        raise InputError(Problem("modes are drawn one file at a time", hint=f"give '{paths[0]}' alone"))
+        raise InputError(
+            Problem("modes and linear models are drawn one file at a time", hint=f"give '{paths[0]}' alone")
+        )
     if unfit:
-        raise InputError(Problem(f"{unfit[0]} is for results of runs, and '{paths[0]}' is a file of modes"))
+        raise InputError(Problem(f"{unfit[0]} is for results of runs, and '{paths[0]}' is none"))
     drawn = _pictures(paths[0], kinds)
     make_folder(directory, OTHER_DIRECTORY)
     targets = {kind: directory / f"{paths[0].stem}-{kind}.{file_format}" for kind in drawn}
@@ -47,15 +55,32 @@ def draw_linear(
 
 
 def _pictures(path: Path, kinds: Sequence[str]) -> Mapping[str, Callable[[], Figure]]:
+    able, why = _of_model(path) if _is(path, MODEL) else _of_modes(path)
+    for kind in kinds:
+        if kind not in able:
+            raise InputError(Problem(f"--kind: unknown kind '{kind}'", hint=choose_from(kind, able)))
+        if why[kind]:
+            raise InputError(Problem(f"--kind {kind}: {why[kind]}"))
+    return {kind: able[kind] for kind in kinds or able if not why[kind]}
+
+
+#: Pictures by kind, and why they do not apply.
+Drawn = tuple[dict[str, "Callable[[], Figure]"], dict[str, "str | None"]]
+
+
+def _of_modes(path: Path) -> Drawn:
     from mbproj.plot.pages.modes import PICTURES, why_not
     from mbproj.results.linear.modes_file import read_modes
 
     modes = read_modes(path)
-    for kind in kinds:
-        if kind not in PICTURES:
-            raise InputError(Problem(f"--kind: unknown kind '{kind}'", hint=choose_from(kind, PICTURES)))
-        reason = why_not(kind, modes)
-        if reason:
-            raise InputError(Problem(f"--kind {kind}: {reason}"))
-    chosen = list(dict.fromkeys(kinds)) or [kind for kind in PICTURES if why_not(kind, modes) is None]
-    return {kind: lambda kind=kind: PICTURES[kind](modes) for kind in chosen}  # type: ignore[misc]
+    return {kind: partial(draw, modes) for kind, draw in PICTURES.items()}, {
+        kind: why_not(kind, modes) for kind in PICTURES
+    }
+
+
+def _of_model(path: Path) -> Drawn:
+    from mbproj.plot.pages.bode import PICTURES
+    from mbproj.results.linear.model_file import read_model
+
+    model = read_model(path)
+    return {kind: partial(draw, model) for kind, draw in PICTURES.items()}, dict.fromkeys(PICTURES)

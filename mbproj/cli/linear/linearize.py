@@ -1,0 +1,151 @@
+"""`mbproj linearize`: the linear model of a mechanism from chosen inputs to chosen outputs."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from mbproj.cli.completion import results_file
+from mbproj.cli.explained import Part, explained, option
+from mbproj.cli.linear.options import at_options, reference_of, scene_argument
+from mbproj.cli.quantity import Names
+from mbproj.cli.scene_options import parameters
+from mbproj.cli.study_options import force as force_option
+from mbproj.errors import InputError, Place, Problem, placed_at
+
+if TYPE_CHECKING:
+    from mbproj.linear.state_space.model import LinearModel
+    from mbproj.results.linear.model_file import StoredModel
+
+EXAMPLES = (
+    (
+        "From a torque at one joint to the angle of another, as HDF5.",
+        "mbproj linearize five_bar.yaml --inputs A.angle --outputs E.angle",
+    ),
+    (
+        "To a marker, for MATLAB.",
+        "mbproj linearize five_bar.yaml --inputs A.angle --outputs tip.x -o a.mat",
+    ),
+)
+
+
+@explained("linearize", EXAMPLES)
+@scene_argument
+@option(
+    Part.WHAT,
+    "--inputs",
+    type=Names(),
+    required=True,
+    metavar="A,B,..",
+    help="Forces of the scene, joint coordinates (a force along them), components push.x, motions.",
+)
+@option(
+    Part.WHAT,
+    "--outputs",
+    type=Names(),
+    required=True,
+    metavar="A,B,..",
+    help="Joint coordinates A.angle and A.angle_speed, markers tip.x and tip.velocity_x, reactions A.force_x.",
+)
+@at_options
+@option(
+    Part.OUTPUT,
+    "-o",
+    "--output",
+    default="linear.h5",
+    show_default=True,
+    type=results_file(path_type=Path),
+    help="File, .h5, .npz or .mat.",
+)
+@option(Part.OUTPUT, "--json", "as_json", is_flag=True, help="Print one JSON object with the matrices.")
+@option(Part.OUTPUT, "-q", "--quiet", is_flag=True, help="Print nothing but errors.")
+@force_option
+def command(
+    scene: str,
+    settings: tuple[str, ...],
+    inputs: tuple[str, ...],
+    outputs: tuple[str, ...],
+    where: str,
+    results: str | None,
+    steady: str | None,
+    output: Path,
+    as_json: bool,
+    quiet: bool,
+    force: bool,
+) -> None:
+    """Writes the linear model of SCENE: x' = A x + B u, y = C x + D u.
+
+    States are displacements and speeds on what the joints allow. Of a motion that is an input the input is its second
+    derivative, and its value and rate are states; other motions are held. `mbproj plot linear.h5` draws Bode plots.
+    """
+    from mbproj.linear.state_space.model import linear_model
+    from mbproj.model import compile_system
+    from mbproj.outputs import check_replaceable
+    from mbproj.results.linear.model_file import KINDS, write_model
+    from mbproj.scene import read_scene
+    from mbproj.scene.problem_places import placed_in
+
+    with placed_at(Place("--output")):
+        if output.suffix not in KINDS:
+            raise InputError(
+                Problem(f"'{output}' has no ending of a linear model", hint=f"end it in {', '.join(KINDS)}")
+            )
+        check_replaceable(output, KINDS[output.suffix], force=force)
+    what = read_scene(scene, parameters(settings))
+    with placed_in(what):
+        reference = reference_of(what, compile_system(what), where, results, steady)
+        found = linear_model(reference, inputs, outputs)
+    write_model(output, stored(found, what.title), what, force=force)
+    if as_json:
+        click.echo(json.dumps(numbers(found, scene, str(output))))
+    elif not quiet:
+        click.echo(report(found, what.title or scene))
+        click.echo(output)
+
+
+def stored(found: LinearModel, title: str) -> StoredModel:
+    """The model as the file has it."""
+    from mbproj.results.linear.model_file import StoredModel
+
+    own = {name: value for name, value in vars(found).items() if name != "reference"}
+    return StoredModel(**own, where=found.reference.where, time=found.reference.motion.t, title=title)
+
+
+def numbers(found: LinearModel, scene: str, output: str) -> dict[str, Any]:
+    """One object with stable keys."""
+    from mbproj.linear.words import is_balanced
+
+    named = ("states", "state_units", "inputs", "input_units", "outputs", "output_units")
+    return {
+        "scene": scene,
+        "output": output,
+        "at": found.reference.where,
+        "time": found.reference.motion.t,
+        "balanced": is_balanced(found.reference),
+        **{name: getattr(found, name).tolist() for name in "ABCD"},
+        **{name: list(getattr(found, name)) for name in named},
+    }
+
+
+def report(found: LinearModel, title: str) -> str:
+    """What the model is, and what one has to know of it."""
+    from mbproj.linear.words import is_balanced
+
+    def listed(names: tuple[str, ...], units: tuple[str, ...]) -> str:
+        return ", ".join(f"{name} ({unit})" for name, unit in zip(names, units, strict=True))
+
+    where = found.reference.where
+    at = where if where.isalpha() else f"t = {found.reference.motion.t:.6g} s"
+    off = found.reference.imbalance
+    note = f"note: forces do not balance here: up to {off.force:.3g} N and {off.torque:.3g} N m are left"
+    return "\n".join(
+        [
+            f"{title}: linear model with {len(found.states)} states, at {at}",
+            f"  inputs   {listed(found.inputs, found.input_units)}",
+            f"  outputs  {listed(found.outputs, found.output_units)}",
+            *([] if is_balanced(found.reference) else [note]),
+        ]
+    )

@@ -1,0 +1,86 @@
+"""Inputs of a linear model by their names: forces of the scene, forces along joint coordinates, motions."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from mbproj.arrays import Array, Integers
+from mbproj.dynamics.derivatives.row_derivatives import row_motion
+from mbproj.errors import InputError, Problem
+from mbproj.linear.reference import Reference
+from mbproj.model.system import System
+from mbproj.scene.text.suggestions import choose_from
+
+
+@dataclass(frozen=True, eq=False)
+class Inputs:
+    """p inputs: `force` (6n, p): what a unit of each does to the bodies, turns in body axes; `motion` (p,): which
+    motion each accelerates, -1 for forces. Names and units in their order."""
+
+    names: tuple[str, ...]
+    units: tuple[str, ...]
+    force: Array
+    motion: Integers
+
+
+def inputs_named(reference: Reference, names: Sequence[str]) -> Inputs:
+    """The inputs of these names. Raises InputError for one that there is not."""
+    known = _known(reference)
+    motions = reference.system.names.motions
+    able = [*known, *motions]
+    problems = [Problem(f"unknown input '{name}'", hint=choose_from(name, able)) for name in names if name not in able]
+    if problems:
+        raise InputError(problems)
+    nothing = np.zeros(6 * reference.system.bodies)
+    columns = [known[name][1] if name in known else nothing for name in names]
+    return Inputs(
+        tuple(names),
+        tuple(known[name][0] if name in known else _motion_unit(reference.system, name) for name in names),
+        np.array(columns).reshape(len(names), -1).T,
+        np.array([motions.index(name) if name in motions else -1 for name in names], dtype=np.intp),
+    )
+
+
+def _motion_unit(system: System, name: str) -> str:
+    return f"{system.names.motion_units[system.names.motions.index(name)]}/s^2"
+
+
+def _known(reference: Reference) -> dict[str, tuple[str, Array]]:
+    """Unit and what a unit does, (6n,), of every force by name: along joint coordinates "A.angle", along what a force
+    of the scene acts on, and components of forces and torques on bodies, "push.x"."""
+    system, motion = reference.system, reference.motion
+    carried, found = motion.carried(), dict[str, tuple[str, Array]]()
+    sets = [(system.coordinates, system.names.coordinates)]
+    if system.forces is not None:
+        sets.append((system.forces.laws.coordinates, system.forces.law_owners))
+    for bound, names in sets:
+        rows = row_motion(bound, carried).G.dense()
+        for name, unit, row in zip(names, bound.units, rows, strict=True):
+            found[name] = ("N" if unit == "m" else "N m", row)
+    if system.forces is not None:
+        found.update(_on_bodies(system, motion.pose.rotation))
+    return found
+
+
+def _on_bodies(system: System, rotation: Array) -> dict[str, tuple[str, Array]]:
+    assert system.forces is not None
+    given, owners = system.forces.on_bodies, system.forces.program_owners
+    found = {}
+    for index in range(given.size):
+        body, is_torque = int(given.body[index]), bool(given.is_torque[index])
+        if body == system.bodies:
+            continue
+        for axis, letter in enumerate("xyz"):
+            unit = np.eye(3)[axis]
+            turned = given.turn[index] @ unit if given.in_body[index] else rotation[body].T @ unit
+            column = np.zeros((system.bodies, 6))
+            if is_torque:
+                column[body, 3:] = turned
+            else:
+                column[body, :3], column[body, 3:] = rotation[body] @ turned, np.cross(given.point[index], turned)
+            name = f"{owners[int(given.program[index][axis])]}.{letter}"
+            found[name] = ("N m" if is_torque else "N", column.ravel())
+    return found

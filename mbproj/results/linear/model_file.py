@@ -1,0 +1,103 @@
+"""The files of a linear model: HDF5 with names and units, NumPy's .npz, MATLAB's .mat."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, fields
+from pathlib import Path
+from types import MappingProxyType
+from typing import Any
+
+import numpy as np
+
+from mbproj.arrays import Array
+from mbproj.outputs import Kind, hdf5, replacing
+from mbproj.results.linear.parts import Layout, Part, read, write
+from mbproj.scene.records import Scene
+
+LAYOUT = Layout(
+    "mbproj linear model",
+    "a linear model",
+    "mbproj linearize SCENE",
+    (
+        Part("A", "model/A", ("x", "x"), "by its states", "x' = A x + B u"),
+        Part("B", "model/B", ("x", "u"), "by its states and inputs", "x' = A x + B u"),
+        Part("C", "model/C", ("y", "x"), "by its outputs and states", "y = C x + D u"),
+        Part("D", "model/D", ("y", "u"), "by its outputs and inputs", "y = C x + D u"),
+        Part("states", "model/states", ("x",), "1", "names of the states", kind="text"),
+        Part("state_units", "model/state_units", ("x",), "1", "their units", kind="text"),
+        Part("inputs", "model/inputs", ("u",), "1", "names of the inputs", kind="text"),
+        Part("input_units", "model/input_units", ("u",), "1", "their units", kind="text"),
+        Part("outputs", "model/outputs", ("y",), "1", "names of the outputs", kind="text"),
+        Part("output_units", "model/output_units", ("y",), "1", "their units", kind="text"),
+    ),
+)
+#: A member of the files that others read, by which we know ours.
+MARK = "mbproj_linear_model"
+
+
+@dataclass(frozen=True, eq=False)
+class StoredModel:
+    """The matrices, and names and units of states, inputs and outputs; `where` it is linearised, at `time` in s;
+    `title` is the scene's."""
+
+    A: Array
+    B: Array
+    C: Array
+    D: Array
+    states: Sequence[str]
+    state_units: Sequence[str]
+    inputs: Sequence[str]
+    input_units: Sequence[str]
+    outputs: Sequence[str]
+    output_units: Sequence[str]
+    where: str
+    time: float
+    title: str
+
+
+def _marked(magic: bytes) -> Callable[[Path], bool]:
+    def wrote(path: Path) -> bool:
+        with path.open("rb") as file:
+            head = file.read(4096)
+        return head.startswith(magic) and MARK.encode() in head
+
+    return wrote
+
+
+#: What a file of each ending is.
+KINDS: Mapping[str, Kind] = MappingProxyType(
+    {
+        ".h5": hdf5(LAYOUT.format),
+        ".npz": Kind("an .npz file", _marked(b"PK")),
+        ".mat": Kind("a .mat file", _marked(b"MATLAB 5.0")),
+    }
+)
+
+
+def write_model(path: Path, model: StoredModel, scene: Scene, *, force: bool = False) -> Path:
+    """Writes the model in the format of the path's ending."""
+    values: dict[str, Any] = {field.name: getattr(model, field.name) for field in fields(StoredModel)}
+    if path.suffix == ".h5":
+        attributes = {name: values[name] for name in ("where", "time", "title")}
+        return write(path, LAYOUT, values, attributes, scene, force=force)
+    arrays = {MARK: np.array([1.0]), **{part.name: _plain(values[part.name], part) for part in LAYOUT.parts}}
+    with replacing(path, KINDS[path.suffix], force=force) as draft, draft.open("wb") as file:
+        if path.suffix == ".npz":
+            np.savez(file, **arrays)
+        else:
+            from scipy.io import savemat
+
+            savemat(file, arrays)
+    return path
+
+
+def _plain(value: Any, part: Part) -> Any:
+    return np.array(list(value), dtype=np.str_) if part.kind == "text" else np.asarray(value)
+
+
+def read_model(path: Path) -> StoredModel:
+    """Reads the HDF5 file. Raises InputError where it is not one, or damaged."""
+    values, attributes = read(path, LAYOUT)
+    where, title = (str(attributes.get(name, "")) for name in ("where", "title"))
+    return StoredModel(**values, where=where, time=float(attributes.get("time", 0.0)), title=title)

@@ -1,0 +1,198 @@
+"""Linear models against closed forms and against runs of the mechanism itself."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+
+import h5py
+import numpy as np
+import pytest
+from scipy.io import loadmat
+from scipy.linalg import expm
+from scipy.signal import StateSpace, freqresp
+
+from mbproj.errors import InputError
+from mbproj.integrate import simulate
+from mbproj.linear.equilibrium.find import equilibrium
+from mbproj.linear.modes import modes
+from mbproj.linear.reference import reference_at
+from mbproj.linear.state_space.model import linear_model
+from mbproj.linear.states import start_of
+from mbproj.model import compile_system
+from mbproj.results.linear.model_file import read_model
+from mbproj.scene import read_scene_text, settings_to_run
+from tests.cli.commands import mbproj
+from tests.linear.closed_forms import HEAD, LAVAL, g
+from tests.support import Recorder
+
+MASS = (
+    HEAD
+    + """\
+bodies:
+  m: {mass: 2, inertia: [1, 1, 1], position: [0, 0, 0]}
+joints:
+  j: {type: prismatic, bodies: [ground, m], location: [0, 0, 0], axis: [1, 0, 0]}
+forces:
+  s: {type: linear_spring_damper, joint: j, stiffness: 50, damping: 3}
+  push: {type: force, body: m, force: [0, 0, 0]}
+markers:
+  tip: {body: m, location: [0.5, 0, 0]}
+"""
+)
+
+
+def model_of(text, inputs, outputs):
+    scene = read_scene_text(text)
+    system = compile_system(scene)
+    return linear_model(reference_at(system, start_of(scene, system), "start"), inputs, outputs)
+
+
+def test_a_mass_on_a_spring():
+    """x / F = 1 / (m s² + c s + k), whichever way the force comes; the reaction carries no force along the slide."""
+    inputs, outputs = ["j.displacement", "s", "push.x", "push.y"], ["tip.x", "j.displacement_speed", "j.force_y"]
+    model = model_of(MASS, inputs, outputs)
+    frequency, found = freqresp(
+        StateSpace(*model.matrices[:1], *(m[..., :1] for m in (model.B,)), model.C[:1], model.D[:1, :1])
+    )
+    s = 1j * frequency
+    np.testing.assert_allclose(found, 1 / (2 * s**2 + 3 * s + 50), rtol=1e-9)
+    np.testing.assert_allclose(model.B[:, 0], model.B[:, 1], atol=1e-15)
+    np.testing.assert_allclose(model.B[:, 0], model.B[:, 2], atol=1e-15)
+    np.testing.assert_allclose(model.D, [[0, 0, 0, 0], [0, 0, 0, 0], [0, 0, 0, -1]], atol=1e-14)
+    assert (model.input_units, model.output_units) == (("N",) * 4, ("m", "m/s", "N"))
+
+
+CART = (
+    HEAD
+    + """\
+bodies:
+  cart: {mass: 1, inertia: [1, 1, 1], position: [0, 0, 0]}
+  bob: {mass: 2, inertia: [0.1, 0.1, 0.1], position: [0, 0, -0.5]}
+joints:
+  rail: {type: prismatic, bodies: [ground, cart], location: [0, 0, 0], axis: [1, 0, 0]}
+  pin: {type: revolute, bodies: [cart, bob], location: [0, 0, 0], axis: [0, 1, 0]}
+motions:
+  shake: {joint: rail, displacement: 0}
+markers:
+  tip: {body: bob, location: [0, 0, -1]}
+"""
+)
+
+
+def test_the_second_derivative_of_a_motion_is_the_input():
+    """A pendulum whose pivot is shaken: I θ'' + m g d θ = m d w'', with the sign of the pin's axis, and the force that
+    shakes it is on no output but the rail's own."""
+    model = model_of(CART, ["shake"], ["pin.angle", "rail.displacement", "tip.x"])
+    inertia = 0.1 + 2 * 0.25
+    s = 1j * np.array([0.3, 2.0, 9.0])
+    found = np.array([model.C @ np.linalg.solve(x * np.eye(4) - model.A, model.B) + model.D for x in s])[:, :, 0]
+    swing = 2 * 0.5 / (inertia * s**2 + 2 * g * 0.5)
+    np.testing.assert_allclose(found[:, 0], swing, rtol=1e-10)
+    np.testing.assert_allclose(found[:, 1], 1 / s**2, rtol=1e-10)
+    np.testing.assert_allclose(found[:, 2], 1 / s**2 - swing, rtol=1e-10)
+    assert (model.states[1], model.state_units[1], model.input_units) == ("shake", "m", ("m/s^2",))
+
+
+def test_its_eigenvalues_are_the_modes():
+    scene = read_scene_text(MASS)
+    system = compile_system(scene)
+    reference = reference_at(system, start_of(scene, system), "start")
+    model = linear_model(reference, ["s"], ["tip.x"])
+    own = np.linalg.eigvals(model.A)
+    np.testing.assert_allclose(own[own.imag > 0], modes(reference).eigenvalues, rtol=1e-12)
+
+
+TWO = (
+    HEAD
+    + """\
+bodies:
+  a: {mass: 1, inertia: [0.1, 0.1, 0.1], position: [0.5, 0, 0]}
+  b: {mass: 2, inertia: [0.2, 0.2, 0.2], position: [1, 0, -0.5]}
+joints:
+  A: {type: revolute, bodies: [ground, a], location: [0, 0, 0], axis: [0, 1, 0]}
+  B: {type: spherical, bodies: [a, b], location: [1, 0, 0]}
+forces:
+  spring: {type: torsion_spring_damper, joint: A, stiffness: 60, damping: 2}
+  push: {type: force, body: b, location: {b: [0, 0, -0.3]}, force: [SIZE, 0.5*SIZE, 0]}
+markers:
+  tip: {body: b, location: [1, 0, -1]}
+"""
+)
+
+
+def test_a_small_step_of_a_force_moves_it_as_the_model_says():
+    """Markers and reactions of a run from the equilibrium, against the model's step response."""
+    size, end = 1e-5, 0.4
+    scene = read_scene_text(TWO.replace("SIZE", "0"))
+    system = compile_system(scene)
+    rest = equilibrium(system, start_of(scene, system))
+    outputs = ["tip.x", "tip.y", "tip.z", "A.angle", "A.force_x", "A.force_z", "A.torque_x", "B.force_y"]
+    model = linear_model(rest.reference, ["push.x", "push.y"], outputs)
+    u = np.array([1.0, 0.5])
+    n = len(model.A)
+    grown = expm(end * np.block([[model.A, (model.B @ u)[:, None]], [np.zeros((1, n + 1))]]))[:n, n]
+    expected = model.C @ grown + model.D @ u
+
+    def run(force):
+        pushed = read_scene_text(TWO.replace("SIZE", repr(force)))
+        settings = replace(settings_to_run(pushed), duration=end, step=1e-3, output_step=end)
+        kept = Recorder()
+        simulate(compile_system(pushed), replace(rest.state, t=0.0), settings, kept)
+        reaction, torque = kept["joints/reaction_force"][-1], kept["joints/reaction_torque"][-1]
+        tip = kept["markers/position"][-1, 0]
+        return np.array([*tip, kept["joints/coordinate"][-1, 0], *reaction[0, [0, 2]], torque[0, 0], reaction[1, 1]])
+
+    found = (run(size) - run(-size)) / (2 * size)
+    np.testing.assert_allclose(found, expected, rtol=1e-5, atol=1e-6 * np.abs(expected).max())
+
+
+def test_names_that_there_are_not_are_refused():
+    with pytest.raises(InputError, match=r"--inputs: error: unknown input 'push\.w'; did you mean 'push\.[xyz]'"):
+        model_of(MASS, ["push.w"], ["tip.x"])
+    with pytest.raises(InputError, match=r"--outputs: error: unknown output 'tip'"):
+        model_of(MASS, ["s"], ["tip"])
+
+
+def test_what_moves_has_no_model_that_stays():
+    turning = CART.replace("displacement: 0}", "displacement: 0.1*t}").replace("mass: 2", "mass: 1")
+    swinging = turning.replace("axis: [0, 1, 0]}\nmotions", "axis: [0, 1, 0], speed: 2 rad/s}\nmotions")
+    with pytest.raises(InputError, match="the mechanism moves here, so that its linear model changes with time"):
+        model_of(swinging, ["shake"], ["pin.angle"])
+    assert model_of(LAVAL, ["up"], []).A.shape == (12, 12)
+
+
+@pytest.fixture
+def folder(tmp_path):
+    (tmp_path / "scene.yaml").write_text(MASS)
+    return tmp_path
+
+
+def test_the_files_hold_the_same_model(folder):
+    asked = ["linearize", "scene.yaml", "--inputs", "s,push.y", "--outputs", "tip.x,j.force_y"]
+    found = json.loads(mbproj(*asked, "--json", folder=folder).stdout)
+    for name in ("a.npz", "a.mat"):
+        assert mbproj(*asked, "-q", "-o", name, folder=folder).returncode == 0
+        assert mbproj(*asked, "-q", "-o", name, folder=folder).returncode == 0, "its own file is replaced"
+    stored, numpy, matlab = read_model(folder / "linear.h5"), np.load(folder / "a.npz"), loadmat(folder / "a.mat")
+    for letter in "ABCD":
+        for other in (getattr(stored, letter), numpy[letter], matlab[letter]):
+            np.testing.assert_array_equal(other, found[letter])
+    assert tuple(stored.outputs) == ("tip.x", "j.force_y") == tuple(numpy["outputs"])
+    assert [text.strip() for text in matlab["input_units"]] == ["N", "N"]
+    with h5py.File(folder / "linear.h5") as file:
+        assert file.attrs["format"] == "mbproj linear model"
+    assert mbproj("plot", "linear.h5", folder=folder).stdout.split() == ["linear-bode.png"]
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        (["-o", "a.txt"], "--output: error: 'a.txt' has no ending of a linear model; end it in .h5, .npz, .mat"),
+        (["-o", "note.npz"], "'note.npz' exists and is not an .npz file of mbproj, so it is not replaced"),
+    ],
+)
+def test_where_it_cannot_be_written_is_said(folder, arguments, said):
+    (folder / "note.npz").write_text("mine")
+    done = mbproj("linearize", "scene.yaml", "--inputs", "s", "--outputs", "tip.x", *arguments, folder=folder)
+    assert (done.returncode, said in done.stderr) == (2, True), done.stderr
