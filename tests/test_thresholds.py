@@ -27,6 +27,7 @@ COEFFICIENTS = {
     "BLOCK_SECONDS": "how often the file is written",
     "COMPLEX_STEP": "its square is nothing beside 1",
     "TINY": "not 0",
+    "SMALL": "where a series takes over, exact to round-off on both sides",
 }
 
 

@@ -3,7 +3,7 @@ memory."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from math import inf
 from typing import Any, Protocol
 
@@ -20,6 +20,16 @@ from mbproj.scene.records import Expectation
 PLACES = {"marker": "markers", "body": "bodies", "joint": "joints", "force": "forces", "motion": "motions"}
 ENERGIES = ("diagnostics/kinetic_energy", "diagnostics/potential_energy")
 BALANCE = "diagnostics/energy_balance"
+_TRANSLATION, _ROTATION = ("x", "y", "z"), ("rx", "ry", "rz")
+#: By quantity of a bushing: its coordinates, and which of their columns.
+OF_BUSHINGS: Mapping[str, tuple[tuple[str, ...], str]] = {
+    "translation": (_TRANSLATION, "coordinate"),
+    "rotation": (_ROTATION, "coordinate"),
+    "translation_rate": (_TRANSLATION, "rate"),
+    "rotation_rate": (_ROTATION, "rate"),
+    "force": (_TRANSLATION, "force"),
+    "torque": (_ROTATION, "force"),
+}
 
 
 class Samples(Protocol):
@@ -72,12 +82,19 @@ def _place(expectation: Expectation, coordinates: Sequence[str]) -> tuple[str, s
                 path = "joints/coordinate" if name == f"{item}.{quantity}" else "joints/speed"
                 return path, "coordinates", name
     kind = PLACES[expectation.of]
+    if expectation.of == "force" and quantity in OF_BUSHINGS:
+        quantity = OF_BUSHINGS[quantity][1]
     return f"{kind}/{quantity}", kind, item
 
 
 def _column(expectation: Expectation, samples: Samples) -> npt.NDArray[Any]:
+    """The column that the expectation names; of a bushing three."""
     path, kind, name = _place(expectation, samples.names("coordinates"))
-    found: npt.NDArray[Any] = samples[path][:, list(samples.names(kind)).index(name)]
+    names = list(samples.names(kind))
+    if expectation.of == "force" and name not in names:
+        columns = [names.index(f"{name}.{coordinate}") for coordinate in OF_BUSHINGS[expectation.quantity][0]]
+        return np.asarray(samples[path][:, columns])
+    found: npt.NDArray[Any] = samples[path][:, names.index(name)]
     return found
 
 

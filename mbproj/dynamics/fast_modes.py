@@ -1,46 +1,73 @@
 """How fast the forces of a scene alone move a mechanism: the eigenvalues of their linear part at a state.
 
-Along the coordinates s of the laws that depend on them, forces F = -k δs - c δs' make δs'' = W F, with W what a unit
-force on one coordinate makes of the acceleration along another, joints closed: δs'' = -W (k δs + c δs'). Gravity,
-spin, and what the bodies' motion changes in W are left out: a stiff force is faster than those.
+Along the coordinates s of the laws and bushings that depend on them, forces F = -k δs - c δs' make δs'' = W F, with W
+what a unit force on one coordinate makes of the acceleration along another, joints closed: δs'' = -W (k δs + c δs').
+k and c are diagonal but for bushings, which couple their six coordinates. Gravity, spin, preloads, and what the bodies'
+motion changes in W are left out: a stiff force is faster than those.
 """
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
-from mbproj.arrays import Array, Integers, cross, distinct_rows
+from mbproj.arrays import Array, Integers, Numbers, cross, distinct_rows
 from mbproj.dynamics.assembly.assemble import State, coordinate_values
 from mbproj.dynamics.derivatives.law_derivatives import law_slopes
+from mbproj.dynamics.equations.bushings import deflection
 from mbproj.dynamics.equations.equations_of_motion import mass_matrix
 from mbproj.dynamics.equations.forces import generalised, law_state, unit_pull
 from mbproj.dynamics.equations.kinematics import Pose, attached, pose_of, slots_of, twist_of
 from mbproj.dynamics.rank.row_space import scaled_jacobian
+from mbproj.model.bushings import COORDINATES, Bushings
+from mbproj.model.forces import Forces
 from mbproj.model.system import System
 from mbproj.thresholds import THRESHOLDS
 
 
 @dataclass(frozen=True, eq=False)
 class Slopes:
-    """-∂F/∂s and -∂F/∂s' of each law at a state, (E,), in N/m or N m/rad, and N s/m or N m s/rad."""
+    """-∂F/∂s and -∂F/∂s' along each of the F coordinates that forces act along, (F,), in N/m or N m/rad, and N s/m or
+    N m s/rad: of laws, and the diagonals of `bushings`, which are the last."""
 
     stiffness: Array
     damping: Array
+    bushings: Bushings
 
     @property
     def acting(self) -> Integers:
-        """The laws whose force depends on their coordinate or its rate."""
+        """The coordinates whose force depends on them or their rates."""
         return np.flatnonzero((self.stiffness != 0.0) | (self.damping != 0.0))
+
+    def matrices(self, chosen: Integers) -> tuple[Array, Array]:
+        """k and c along the coordinates that are chosen, (e, e)."""
+        k, c = np.diag(self.stiffness[chosen]), np.diag(self.damping[chosen])
+        bushing, own = np.divmod(chosen - (len(self.stiffness) - self.bushings.preload.size), len(COORDINATES))
+        row, column = np.nonzero((bushing[:, None] == bushing) & (bushing >= 0))
+        for matrix, blocks in ((k, self.bushings.stiffness), (c, self.bushings.damping)):
+            matrix[row, column] = blocks[bushing[row], own[row], own[column]]
+        return k, c
+
+    @property
+    def rows(self) -> tuple[Array, Array]:
+        """The sums of |k| and |c| over each row, (F,)."""
+        sums = []
+        for diagonal, blocks in ((self.stiffness, self.bushings.stiffness), (self.damping, self.bushings.damping)):
+            laws = np.abs(diagonal[: len(diagonal) - self.bushings.preload.size])
+            sums.append(np.concatenate([laws, np.abs(blocks).sum(axis=-1).ravel()]))
+        return sums[0], sums[1]
 
 
 @dataclass(frozen=True, eq=False)
 class Mode:
-    """An eigenvalue λ in 1/s, and the part that each law has in its energy, (E,)."""
+    """An eigenvalue λ in 1/s, the part that the force along each coordinate has in its energy, (F,), and the forces
+    along those that were chosen, as large as the eigenvector has them, (e,)."""
 
     eigenvalue: complex
     shares: Array
+    force: Numbers
 
 
 def slopes(system: System, state: State) -> Slopes:
@@ -50,15 +77,38 @@ def slopes(system: System, state: State) -> Slopes:
     pose = pose_of(state.q)
     reference = coordinate_values(system, pose) + 2.0 * np.pi * state.turns
     laws = law_state(forces, pose, twist_of(pose, state.v), state.t, reference)
-    found = (np.nan_to_num(-part, nan=0.0, posinf=0.0, neginf=0.0) for part in law_slopes(forces, laws, state.t))
-    return Slopes(*found)
+    bushings = forces.bushings
+    stiffness, damping = (
+        np.concatenate([np.nan_to_num(-slope, nan=0.0, posinf=0.0, neginf=0.0), bushings.on_diagonal(matrices)])
+        for slope, matrices in zip(
+            law_slopes(forces, laws, state.t), (bushings.stiffness, bushings.damping), strict=True
+        )
+    )
+    return Slopes(stiffness, damping, bushings)
 
 
 def speeds_of_free_bodies(system: System, pose: Pose, slopes: Slopes) -> Array:
-    """Of each law what bounds its part in |λ|, (E,), 1/s: √(k w) + c w on bodies that nothing else holds, each with its
-    mass divided among the laws on it (Irons & Treharne 1971)."""
+    """Of each coordinate what bounds its part in |λ|, (F,), 1/s: √(k w) + c w on bodies that nothing else holds, each
+    with its mass divided among the forces on it (Irons & Treharne 1971)."""
     assert system.forces is not None
-    bound, n = system.forces.laws.coordinates, system.bodies
+    n = system.bodies
+    law, body, force, torque = _pulls(system.forces, pose)
+    moves = body < n
+    law, body, force, torque = law[moves], body[moves], force[moves], torque[moves]
+    on_body = np.bincount(body, minlength=n)[body]
+    with np.errstate(divide="ignore", invalid="ignore"):  # a body without mass gives way at once
+        turned = np.sum(torque * (np.linalg.pinv(system.inertia[body]) @ torque[..., None])[..., 0], axis=1)
+        gives = on_body * (np.sum(force * force, axis=1) / system.mass[body] + turned)
+    w = np.bincount(law, np.nan_to_num(gives, nan=np.inf), minlength=len(slopes.stiffness))
+    k, c = slopes.rows
+    with np.errstate(invalid="ignore"):
+        return np.nan_to_num(np.sqrt(k * w) + c * w, posinf=np.inf)
+
+
+def _pulls(forces: Forces, pose: Pose) -> tuple[Integers, Integers, Array, Array]:
+    """Unit forces along each coordinate on each body: the coordinate and the body (p,), the force (p, 3) in global
+    axes, and the torque (p, 3) in the body's."""
+    bound = forces.laws.coordinates
     gradient = bound.gradient_entries(attached(pose, *slots_of(bound)))
     body = bound.body[bound.entry_slot]
     pairs, pair = distinct_rows(np.stack([bound.entry_row, body], axis=1))
@@ -66,44 +116,94 @@ def speeds_of_free_bodies(system: System, pose: Pose, slopes: Slopes) -> Array:
     np.add.at(force, pair, bound.is_point[bound.entry_slot, None] * gradient)
     local = (gradient[:, None, :] @ pose.rotation[body])[:, 0, :]
     np.add.at(torque, pair, cross(bound.local[bound.entry_slot], local))
-    moves = pairs[:, 1] < n
-    law, body, force, torque = pairs[moves, 0], pairs[moves, 1], force[moves], torque[moves]
-    on_body = np.bincount(body, minlength=n)[body]
-    with np.errstate(divide="ignore", invalid="ignore"):  # a body without mass gives way at once
-        turned = np.sum(torque * (np.linalg.pinv(system.inertia[body]) @ torque[..., None])[..., 0], axis=1)
-        gives = on_body * (np.sum(force * force, axis=1) / system.mass[body] + turned)
-    w = np.bincount(law, np.nan_to_num(gives, nan=np.inf), minlength=len(slopes.stiffness))
-    with np.errstate(invalid="ignore"):
-        return np.nan_to_num(np.sqrt(np.abs(slopes.stiffness) * w) + np.abs(slopes.damping) * w, posinf=np.inf)
+    found = pairs[:, 0], pairs[:, 1], force, torque
+    if not forces.bushings.size:
+        return found
+    unit = deflection(forces.bushings, pose).gradient  # (B, 2, 6, 6), rows are the wrenches of unit forces
+    own, count = forces.bushings.body, len(COORDINATES)
+    turned = unit[..., 3:] @ pose.rotation[own]
+    number = forces.laws.size + count * np.arange(len(own))[:, None, None] + np.arange(count)
+    more = (
+        np.broadcast_to(number, unit.shape[:3]).ravel(),
+        np.repeat(own.ravel(), count),
+        unit[..., :3].reshape(-1, 3),
+        turned.reshape(-1, 3),
+    )
+    law, body, force, torque = (np.concatenate(pair) for pair in zip(found, more, strict=True))
+    return law, body, force, torque
 
 
 def responses(system: System, pose: Pose, laws: Integers) -> Array:
-    """W, (e, e), of these laws, m or rad per s² and N or N m: with N a basis of the velocities that the joints allow,
-    Jᵀ N (NᵀMN)⁻¹ Nᵀ J. Raises LinAlgError where these move no mass."""
-    forces = system.forces
-    assert forces is not None
-    pulls = np.array([generalised(pose, *unit_pull(forces, pose, int(law))) for law in laws])
+    """W, (e, e), along these coordinates, m or rad per s² and N or N m: with N a basis of the velocities that joints
+    allow, Jᵀ N (NᵀMN)⁻¹ Nᵀ J. Raises LinAlgError where these move no mass."""
+    pulls = _unit_pulls(system, pose, laws)
+    return np.asarray(pulls @ _accelerations(system, pose, pulls.T))
+
+
+def moved_bodies(system: System, pose: Pose, laws: Integers, mode: Mode) -> Array | None:
+    """The kinetic energy of each carrier in a mode that `laws` were chosen for, (n,), in any unit; None where massless
+    bodies are free to move."""
+    try:
+        motion = _accelerations(system, pose, _unit_pulls(system, pose, laws).T @ mode.force)
+    except np.linalg.LinAlgError:
+        return None
+    each = motion.reshape(-1, 7)
+    spin = 2.0 * (pose.L[:-1] @ each[:, 3:, None])[..., 0]
+    turning = np.sum(spin.conj() * (system.inertia @ spin[..., None])[..., 0], axis=-1).real
+    return np.asarray(system.mass * np.sum(np.abs(each[:, :3]) ** 2, axis=-1) + turning)
+
+
+def _unit_pulls(system: System, pose: Pose, laws: Integers) -> Array:
+    """Q (e, 7n) of unit forces."""
+    assert system.forces is not None
+    return np.array([generalised(pose, *unit_pull(system.forces, pose, int(law))) for law in laws])
+
+
+def _accelerations(system: System, pose: Pose, pulls: Numbers) -> Numbers:
+    """What generalised forces (7n, ...) make of q'', (7n, ...), joints closed and at rest."""
     _, sigma, directions = np.linalg.svd(scaled_jacobian(system, pose))
     lengths = np.tile([system.length] * 3 + [1.0] * 4, system.bodies)
     free = directions[int(np.count_nonzero(sigma > THRESHOLDS.dependent)) :] * lengths
-    along = free @ pulls.T
-    return np.asarray(along.T @ np.linalg.solve(free @ mass_matrix(system, pose) @ free.T, along))
+    found: Numbers = free.T @ np.linalg.solve(free @ mass_matrix(system, pose) @ free.T, free @ pulls)
+    return found
+
+
+def leading(names: Sequence[str], parts: Array) -> tuple[str, ...]:
+    """The names with the largest parts, the largest first; parts of one name add up."""
+    total: dict[str, float] = {}
+    for name, part in zip(names, parts.tolist(), strict=True):
+        total[name] = total.get(name, 0.0) + part
+    most = max(total.values())
+    return tuple(
+        name for name in sorted(total, key=lambda name: -total[name]) if total[name] >= THRESHOLDS.named * most
+    )
 
 
 def fastest_mode(W: Array, laws: Integers, slopes: Slopes) -> Mode | None:
-    """The fastest of the modes that do not grow by themselves by more than `growing` of their |λ|; None without any."""
-    count, k, c = len(laws), slopes.stiffness[laws], slopes.damping[laws]
+    """The fastest of `fast_modes`; None without any."""
+    return next(iter(fast_modes(W, laws, slopes)), None)
+
+
+def fast_modes(W: Array, laws: Integers, slopes: Slopes) -> list[Mode]:
+    """The modes that do not grow by themselves by more than `growing` of their |λ|, the fastest first; one of each
+    conjugate pair."""
+    count, (k, c) = len(laws), slopes.matrices(laws)
     matrix = np.zeros((2 * count, 2 * count))
     matrix[:count, count:] = np.eye(count)
-    matrix[count:, :count], matrix[count:, count:] = -W * k, -W * c
+    matrix[count:, :count], matrix[count:, count:] = -W @ k, -W @ c
     if not count or not np.all(np.isfinite(matrix)):
-        return None
+        return []
     values, vectors = np.linalg.eig(matrix)
-    speed = np.where(values.real <= THRESHOLDS.growing * np.abs(values), np.abs(values), 0.0)
-    at = int(np.argmax(speed))
-    if not speed[at] > 0.0:
-        return None
-    energy = np.abs(k) * np.abs(vectors[:count, at]) ** 2 + np.abs(c) * np.abs(vectors[count:, at]) ** 2 / speed[at]
-    shares = np.zeros(len(slopes.stiffness))
+    size = np.abs(values)
+    speed = np.where((values.real <= THRESHOLDS.growing * size) & (values.imag >= 0.0), size, 0.0)
+    order = np.argsort(-speed, kind="stable")
+    return [_mode(values[at], vectors[:, at], laws, k, c, len(slopes.stiffness)) for at in order[speed[order] > 0.0]]
+
+
+def _mode(value: complex, vector: Numbers, laws: Integers, k: Array, c: Array, size: int) -> Mode:
+    """A mode of an eigenvector (2e,), displacements and rates along the coordinates that were chosen."""
+    moved, rate = np.split(vector, 2)
+    energy = np.abs(moved * (k @ moved)) + np.abs(rate * (c @ rate)) / abs(value)
+    shares = np.zeros(size)
     shares[laws] = energy / max(float(energy.sum()), np.finfo(float).tiny)
-    return Mode(complex(values[at]), shares)
+    return Mode(complex(value), shares, -(k @ moved + c @ rate))

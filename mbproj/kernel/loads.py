@@ -10,9 +10,10 @@ import numpy as np
 from mbproj.arrays import Array, Integers
 from mbproj.functions.program_set import ProgramSet
 from mbproj.kernel.bound import Bound, bound_in_space, joined, primitives
+from mbproj.model.bushings import Bushings
 from mbproj.model.euler_parameters import rotation_matrix
 from mbproj.model.forces import Forces
-from mbproj.model.planar import Plane, coordinates_in_plane, locals_in_plane
+from mbproj.model.planar import Plane, bushings_in_plane, coordinates_in_plane, locals_in_plane
 from mbproj.model.system import System
 
 
@@ -57,6 +58,7 @@ def space_loads(core: ModuleType, system: System) -> Any:
         point=_floats(given.point, 3),
         force_map=_floats(maps, 3, 3),
         torque_map=_floats(maps, 3, 3),
+        bushings=_space_bushings(core, system.bodies, forces.bushings),
         **_common(core, system, forces),
     )
 
@@ -75,7 +77,35 @@ def plane_loads(core: ModuleType, system: System, plane: Plane, coordinates: Bou
         point=_floats((plane.axes.T @ reference @ given.point[..., None])[:, :2, 0], 2),
         force_map=_floats(maps[:, :2], 2, 3),
         torque_map=_floats(maps[:, 2:], 1, 3),
+        bushings=_plane_bushings(core, system.bodies, forces.bushings, plane),
         **_common(core, system, forces),
+    )
+
+
+def _space_bushings(core: ModuleType, bodies: int, bushings: Bushings) -> Any:
+    return core.SpaceBushings(
+        bodies=bodies,
+        body=_indices(bushings.body.ravel()),
+        origin=_floats(bushings.origin, 3),
+        turn=_floats(rotation_matrix(bushings.turn), 3, 3),
+        stiffness=_floats(bushings.stiffness, 6, 6),
+        damping=_floats(bushings.damping, 6, 6),
+        preload=_floats(bushings.preload, 6),
+        map=_floats(np.tile(np.eye(6), (bushings.size, 1, 1)), 6, 6),
+    )
+
+
+def _plane_bushings(core: ModuleType, bodies: int, bushings: Bushings, plane: Plane) -> Any:
+    found = bushings_in_plane(plane, bushings)
+    return core.PlaneBushings(
+        bodies=bodies,
+        body=_indices(bushings.body.ravel()),
+        origin=_floats(found.origin, 2),
+        turn=_floats(found.turn, 2, 2),
+        stiffness=_floats(found.stiffness, 3, 3),
+        damping=_floats(found.damping, 3, 3),
+        preload=_floats(found.preload, 3),
+        map=_floats(found.map, 6, 3),
     )
 
 

@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from mbproj.arrays import Array, Numbers
+from mbproj.dynamics.derivatives.bushing_derivatives import bushing_gradient
 from mbproj.dynamics.derivatives.law_derivatives import law_slopes
 from mbproj.dynamics.derivatives.row_derivatives import row_motion
 from mbproj.dynamics.equations.forces import law_state
@@ -15,6 +16,7 @@ from mbproj.linear.eigenvalues import eigen
 from mbproj.linear.reduction import projected
 from mbproj.linear.reference import Reference
 from mbproj.linear.sparse_modes import sparse_eigen
+from mbproj.model.forces import Forces
 from mbproj.model.primitive_set import PrimitiveSet
 from mbproj.model.system import System
 from mbproj.thresholds import THRESHOLDS
@@ -132,14 +134,25 @@ def _strain(
     """The same of what forces along coordinates keep, (k, e); the rest is of gravity and of preload. Of a mode that
     oscillates both energies have one mean, ½ |λ|² of the kinetic one at unit speed."""
     total = np.abs(values) ** 2 * kinetic.sum(axis=1)
-    if system.forces is None or not system.forces.laws.size:
+    if system.forces is None or not system.forces.size:
         return (GRAVITY,), total[:, None]
     laws = law_slopes_at(reference)[0]
     change = _changes(system.forces.laws.coordinates, reference, in_body)
-    kept = -laws * np.abs(change) ** 2
+    kept = np.concatenate([-laws * np.abs(change) ** 2, _of_bushings(system.forces, reference, in_body)], axis=1)
     rest = total - kept.sum(axis=1)
     rest = np.where(np.abs(rest) <= 1e3 * THRESHOLDS.linear_round_off * np.abs(kept).sum(axis=1), 0.0, rest)
-    return (*system.forces.law_owners, GRAVITY), np.concatenate([kept, rest[:, None]], axis=1)
+    names = (*system.forces.law_owners, *system.forces.bushing_names, GRAVITY)
+    return names, np.concatenate([kept, rest[:, None]], axis=1)
+
+
+def _of_bushings(forces: Forces, reference: Reference, in_body: Numbers) -> Array:
+    """The same of each bushing, (k, B)."""
+    bushings = forces.bushings
+    g = bushing_gradient(bushings, reference.motion.pose)
+    all_bodies = np.concatenate([in_body, np.zeros((len(in_body), 1, 6))], axis=1)  # the ground does not move
+    both = all_bodies[:, bushings.body].reshape(len(in_body), -1, 12)
+    change = (g @ both[..., None])[..., 0]
+    return np.asarray(np.einsum("kbi,bij,kbj->kb", change.conj(), bushings.stiffness, change).real)
 
 
 def law_slopes_at(reference: Reference) -> tuple[Array, Array]:

@@ -87,14 +87,14 @@ def _by_bordered(system: System, still: Motion, force: Array, γ: Array) -> tupl
 
 
 def largest_force(system: System, motion: Motion, force: Array) -> float:
-    """The largest torque, or force times the mechanism's length, in N m, that acts on a body (6n,), or along what a law
-    acts on: those on a body may cancel each other."""
+    """The largest torque, or force times the mechanism's length, in N m, that acts on a body (6n,), or along what a
+    force acts along: those on a body may cancel each other."""
     largest = float(np.abs(force * tangent_lengths(system)).max(initial=0.0))
-    if system.forces is None or not system.forces.laws.size:
+    if system.forces is None or not system.forces.size:
         return largest
     pose = motion.pose
     laws = law_state(system.forces, pose, motion.twist(pose), motion.t, motion.expected)
-    unit = np.where(system.forces.laws.coordinates.is_length, system.length, 1.0)
+    unit = np.where(np.array(system.forces.units) == "m", system.length, 1.0)
     return max(largest, float(np.abs(laws.force * unit).max()))
 
 

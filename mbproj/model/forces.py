@@ -1,4 +1,4 @@
-"""Forces as arrays: laws on scalar coordinates (distances, joint coordinates), and given forces on bodies."""
+"""Forces as arrays: laws on scalar coordinates (distances, joint coordinates), bushings, and given forces on bodies."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ import numpy.typing as npt
 
 from mbproj.arrays import Array, Integers
 from mbproj.functions.program_set import ProgramSet
+from mbproj.model.bushings import COORDINATES, Bushings
 from mbproj.model.primitive_set import PrimitiveSet
 
 
@@ -64,11 +65,31 @@ class BodyForces:
 
 @dataclass(frozen=True, eq=False)
 class Forces:
-    """All forces of a scene but gravity. `law_owners`, `program_owners`: the names of the forces that laws and programs
-    belong to, for messages."""
+    """All forces of a scene but gravity. `law_owners`, `program_owners`, `bushing_names`: the names of the forces that
+    laws, programs and bushings belong to, for messages.
+
+    What forces act along are the coordinates of the laws, and then six of each bushing, F in all.
+    """
 
     laws: Laws
+    bushings: Bushings
     on_bodies: BodyForces
     programs: ProgramSet
     law_owners: tuple[str, ...]
     program_owners: tuple[str, ...]
+    bushing_names: tuple[str, ...]
+
+    @property
+    def size(self) -> int:
+        """F."""
+        return self.laws.size + len(COORDINATES) * self.bushings.size
+
+    @property
+    def units(self) -> tuple[str, ...]:
+        """The unit of each coordinate, m or rad, (F,)."""
+        return (*self.laws.coordinates.units, *self.bushings.units)
+
+    @property
+    def owners(self) -> tuple[str, ...]:
+        """The force that acts along each coordinate, (F,)."""
+        return (*self.law_owners, *(name for name in self.bushing_names for _ in COORDINATES))

@@ -58,8 +58,8 @@ NAMES = {
     "forces": NameList(
         "nf",
         "forces/names",
-        "names of the forces that act along a length or a joint coordinate; then "
-        "reflected inertias, joint.coordinate.inertia",
+        "names of the forces that act along a length or a joint coordinate; six columns of each bushing, .x to .rz; "
+        "then reflected inertias, joint.coordinate.inertia",
     ),
     "force_units": NameList("nf", "forces/units", "unit of what each force acts along, rad or m"),
     "motions": NameList("nm", "motions/names", "names of the motions"),
@@ -92,7 +92,7 @@ DATASETS: tuple[Dataset, ...] = (
     Dataset("joints/reaction_torque", ("nj", 3), "N m", f"torque that {REACTION}", GLOBAL),
     Dataset("joints/coordinate", ("nc",), "rad or m", f"joint coordinate, unwrapped; unit {PER_COLUMN}"),
     Dataset("joints/speed", ("nc",), "rad/s or m/s", f"rate of the joint coordinate; unit {PER_COLUMN}, per second"),
-    Dataset("forces/coordinate", ("nf",), "rad or m", "length or unwrapped joint coordinate it acts along"),
+    Dataset("forces/coordinate", ("nf",), "rad or m", "length, unwrapped joint coordinate or deflection it acts along"),
     Dataset("forces/rate", ("nf",), "rad/s or m/s", "its rate"),
     Dataset("forces/force", ("nf",), "N m or N", "torque or force along it, positive where it drives it up"),
     Dataset("motions/value", ("nm",), "rad or m", "joint coordinate as the motion prescribes it"),

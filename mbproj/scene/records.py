@@ -128,7 +128,37 @@ class BodyForce:
     local: bool = False
 
 
-Force: TypeAlias = "PointForce | JointForce | BodyForce"
+@dataclass(frozen=True)
+class Orientations:
+    """The orientation of a frame of each of two bodies, as Euler parameters of its axes: in the body's axes where
+    `local`, and else in the global ones at the pose that `bodies` gives."""
+
+    first: Quaternion
+    second: Quaternion
+    local: bool = False
+
+
+NO_MATRIX: Matrix = ((0.0, 0.0, 0.0), (0.0, 0.0, 0.0), (0.0, 0.0, 0.0))
+
+
+@dataclass(frozen=True)
+class Bushing:
+    """An elastic element between a frame of bodies[0] and one of bodies[1], with their origins at `points`.
+
+    Along the relative translation and the rotation vector it acts with preload - stiffness s - damping s'. Each of the
+    three is (of the translation, of the rotation).
+    """
+
+    name: str
+    bodies: tuple[str, str]
+    points: Pair
+    axes: Orientations
+    stiffness: tuple[Matrix, Matrix] = (NO_MATRIX, NO_MATRIX)
+    damping: tuple[Matrix, Matrix] = (NO_MATRIX, NO_MATRIX)
+    preload: tuple[Vector, Vector] = ((0.0, 0.0, 0.0), (0.0, 0.0, 0.0))
+
+
+Force: TypeAlias = "PointForce | JointForce | BodyForce | Bushing"
 
 
 @dataclass(frozen=True)

@@ -31,6 +31,9 @@ class Steps:
     turns_told: float = threshold(
         0.5, "rad", "both", "a step tells turns where a pose is nearer to where the rates lead", "RK4 errs by 0.04 rad"
     )
+    most_turned: float = threshold(
+        3.0, "rad", "both", "a bushing may turn so far: half a turn has no rotation vector", "no step skips the rest"
+    )
     rests: float = threshold(
         1e4,
         "ε",
@@ -48,6 +51,9 @@ class Steps:
     rather: float = threshold(0.5, "1", "numpy", "at so large a part of the samples", "chosen")
     named: float = threshold(
         0.5, "1", "numpy", "forces with this part of the largest share of a mode are named", "chosen, words only"
+    )
+    no_mode: float = threshold(
+        1e-6, "1", "numpy", "a mode so slow beside the fastest is none", "a double zero comes out as √ε"
     )
     slow_mode: float = threshold(
         0.25, "1/h", "numpy", "slower bodies, if nothing else held them, are not looked at", "far from any limit"

@@ -8,7 +8,7 @@ from mbproj import registry
 from mbproj.joints import JOINTS
 from mbproj.scene.blocks.forces import FORCE_RECORDS
 from mbproj.scene.blocks.motions import KINDS
-from mbproj.scene.blocks.observables import COMPONENTS, MOMENTS, OBSERVABLES
+from mbproj.scene.blocks.observables import COMPONENTS, MOMENTS, OBSERVABLES, OF_BUSHINGS
 from mbproj.scene.blocks.simulation import PROJECTION, SIMULATION
 from mbproj.scene.expressions.evaluate import FUNCTIONS
 from mbproj.scene.expressions.units import SYMBOLS
@@ -93,7 +93,11 @@ def integrators() -> str:
 
 
 def observables() -> str:
-    rows = [[code(of), codes(names)] for of, names in OBSERVABLES.items()]
+    rows = []
+    for of, names in OBSERVABLES.items():
+        rows.append([code(of), codes(names)])
+        if of == "force":
+            rows.append([f"{code(of)}, a `bushing`", codes(OF_BUSHINGS)])
     return table(["of", "quantity"], rows)
 
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import numpy as np
+
 from mbproj.dynamics.equations.kinematics import attached, pose_of, slots_of
 
 HEAD = """\
@@ -25,6 +27,41 @@ FORCES = """\
   tc: {type: torsion_spring_damper, joint: C, torque: 4*sin(angle) - angle_dot*t}
   lc: {type: linear_spring_damper, joint: C, stiffness: 11, free_displacement: -3 mm}
   fc: {type: friction, joint: C, coefficient: {angle: 0.4, displacement: 7}}
+"""
+
+
+#: One that couples its coordinates, between frames that lean against each other, and one on the ground.
+BUSHINGS = """\
+  bu:
+    type: bushing
+    bodies: [a, b]
+    location: {a: [0.2, 0.1, -0.1], b: [-0.3, 0.2, 0.1]}
+    axes: {a: {quaternion: [3, -1, 2, -0.5]}, b: {quaternion: [1, -1, -0.5, 1.4]}}
+    stiffness: {translation: [[90, 20, 0], [20, 70, 5], [0, 5, 60]], rotation: [[9, 1, 0], [1, 8, 2], [0, 2, 7]]}
+    damping: {translation: [1, 0.5, 2], rotation: [[0.4, 0.1, 0], [0.1, 0.3, 0], [0, 0, 0.2]]}
+    preload: {translation: [1, -2, 3], rotation: [0.1, 0.3, -0.2]}
+  bg: {type: bushing, bodies: [b, ground], location: [0.9, -0.4, 0.5], stiffness: {rotation: [3, 2, 4]}}
+"""
+
+
+#: Against translation and rotation; two free bodies with a bushing between them.
+K_X = np.array([[90.0, 20.0, 0.0], [20.0, 70.0, 5.0], [0.0, 5.0, 60.0]])
+K_R = np.array([[9.0, 1.0, 0.0], [1.0, 8.0, 2.0], [0.0, 2.0, 7.0]])
+PAIR = f"""\
+mbproj: 1
+gravity: [0, 0, 0]
+bodies:
+  a: {{mass: 1, inertia: [0.1, 0.2, 0.25], position: [0.1, 0.2, 0.3], orientation: {{quaternion: [3, 1, -2, 0.5]}}}}
+  b: {{mass: 2, inertia: [0.1, 0.15, 0.12], position: [0.3, -0.1, 0.4], orientation: {{quaternion: [1, 1, 0.3, -1]}}}}
+forces:
+  bush:
+    type: bushing
+    bodies: [a, b]
+    location: [0.2, 0.1, 0.3]
+    axes: {{euler: [0.3, 0.2, 0.1], sequence: xyz}}
+    stiffness: {{translation: {K_X.tolist()}, rotation: {K_R.tolist()}}}
+    damping: {{translation: [1, 0.5, 2], rotation: [0.4, 0, 0.2]}}
+    preload: {{translation: [1, -2, 3], rotation: [0.1, 0.3, -0.2]}}
 """
 
 

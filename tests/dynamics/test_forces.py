@@ -7,7 +7,7 @@ import pytest
 
 from mbproj import assemble, compile_system, initial_guess
 from mbproj.dynamics.equations.constraint_equations import set_jacobian
-from mbproj.dynamics.equations.forces import applied, generalised, law_state, potential_of_springs
+from mbproj.dynamics.equations.forces import applied, generalised, law_state
 from mbproj.dynamics.equations.kinematics import pose_of, twist_of
 from mbproj.errors import InputError, SimulationError
 from mbproj.scene import read_scene_text
@@ -60,7 +60,7 @@ def test_springs_pull_down_their_potential(state):
     def potential(at):
         pose = pose_of(at)
         zero = twist_of(pose, np.zeros(14))
-        return potential_of_springs(system.forces, law_state(system.forces, pose, zero, TIME, reference(system, q)))
+        return law_state(system.forces, pose, zero, TIME, reference(system, q)).stored
 
     steps = h * np.eye(14)
     gradient = [(potential(q + step) - potential(q - step)) / (2 * h) for step in steps]

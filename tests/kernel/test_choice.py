@@ -42,6 +42,7 @@ EXPECTED = {
     "spatial_four_bar": ("reduced", f"{FREE}keeps body 'crank' in the plane", 2),
     "spatial_slider_crank": ("reduced", f"{FREE}keeps body 'slider' in the plane", 1),
     "spherical_pendulum": ("reduced", f"{FREE}can keep the bodies in a plane: no joint has an axis", 3),
+    "split_coupler": ("planar", IN_Y, 4),
     "stewart_platform": ("reduced", "not planar: joint 'U1' is tilted", 6),
 }
 FULL_ONLY = sorted(name for name, entry in PROJECTIONS.items() if not entry.compiled)

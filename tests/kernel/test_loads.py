@@ -17,7 +17,7 @@ from mbproj.integrate.formulations.reduced import Reduced, from_space
 from mbproj.kernel import core
 from mbproj.kernel.loads import programs
 from mbproj.scene import read_scene_text, settings_to_run
-from tests.dynamics.force_scenes import FORCES, HEAD, ON_BODIES, reference
+from tests.dynamics.force_scenes import BUSHINGS, FORCES, HEAD, ON_BODIES, reference
 from tests.functions.texts import SMOOTH, T, expression
 from tests.kernel.scenes import needs_kernel
 from tests.mechanisms.running import run_scene
@@ -66,8 +66,8 @@ MOTIONS = "motions:\n  m: {joint: R, angle: {harmonic: {amplitude: 0.4, frequenc
 
 @pytest.mark.parametrize(
     "text",
-    [FORCES, ON_BODIES, FORCES + ON_BODIES, FORCES + ON_BODIES + MOTIONS],
-    ids=["laws", "on bodies", "all", "driven"],
+    [FORCES, BUSHINGS, ON_BODIES, FORCES + BUSHINGS + ON_BODIES, FORCES + ON_BODIES + MOTIONS],
+    ids=["laws", "bushings", "on bodies", "all", "driven"],
 )
 def test_accelerations_and_multipliers_are_those_of_the_full_equations(text):
     system, state, full, _ = moving(HEAD + text)
@@ -105,11 +105,26 @@ forces:
 """
 
 
-def test_a_planar_scene_with_forces_moves_as_the_full_one():
+#: Off the plane of the motion, askew to it, with coupled stiffness; what its forces have across the plane loads the
+#: joints.
+BUSH = """\
+  bush:
+    type: bushing
+    bodies: [ground, rod]
+    location: {ground: [1.1, 0.3, 0.1], rod: [0.1, -0.1, 0]}
+    axes: {rod: {axis: [1, 2, 3], angle: 0.5}, ground: {axis: [1, 2, 3], angle: 0.5}}
+    stiffness: {translation: [[90, 20, 0], [20, 70, 5], [0, 5, 60]], rotation: [[9, 1, 0], [1, 8, 2], [0, 2, 7]]}
+    damping: {translation: [1, 0.5, 2], rotation: [0.4, 0.3, 0.2]}
+    preload: {translation: [1, -2, 3], rotation: [0.1, 0.3, -0.2]}
+"""
+
+
+@pytest.mark.parametrize("more", ["", BUSH], ids=["laws", "bushing"])
+def test_a_planar_scene_with_forces_moves_as_the_full_one(more):
     """Forces across the plane load the joints only."""
     runs = {}
     for formulation in ("planar", "reduced", "full"):
-        scene = read_scene_text(SLIDER, "s.yaml", {}, {"formulation": formulation})
+        scene = read_scene_text(SLIDER + more, "s.yaml", {}, {"formulation": formulation})
         runs[formulation] = run_scene(scene)
     for path in ("bodies/position", "bodies/velocity", "diagnostics/work", "diagnostics/dissipation", "forces/force"):
         for other in ("planar", "reduced"):
@@ -136,6 +151,12 @@ def test_a_function_that_fails_names_its_force_and_time(formulation):
     ("line", "name", "why"),
     [
         ("", "planar", "in the plane normal to"),
+        (BUSH, "planar", "in the plane normal to"),
+        (
+            BUSH.replace("axes: {rod: {axis: [1, 2, 3], angle: 0.5}", "axes: {rod: {axis: [1, 2, 3], angle: 0.6}"),
+            "reduced",
+            "not planar: the frames of force 'bush' lean against each other",
+        ),
         (
             "  far: {type: spring_damper, points: {ground: [3, 1, 0], block: [1.5, 0, 0]}, stiffness: 1}\n",
             "reduced",

@@ -18,7 +18,7 @@ from mbproj.dynamics.equations.kinematics import attached, pose_of, slots_of, tw
 from mbproj.joints import JOINTS
 from mbproj.model import compile_system, initial_guess
 from mbproj.scene import read_scene
-from tests.dynamics.force_scenes import FORCES, HEAD, ON_BODIES
+from tests.dynamics.force_scenes import BUSHINGS, FORCES, HEAD, ON_BODIES
 from tests.support import PARAMETERS, random_chain, with_flywheels
 
 DRIVEN = """\
@@ -89,7 +89,7 @@ def test_the_geometric_stiffness_is_the_derivative_of_the_constraint_forces(kind
 
 def forces_everywhere(tmp_path):
     path = tmp_path / "scene.yaml"
-    path.write_text(HEAD + FORCES + ON_BODIES + DRIVEN)
+    path.write_text(HEAD + FORCES + BUSHINGS + ON_BODIES + DRIVEN)
     return with_flywheels(read_scene(path))
 
 

@@ -30,6 +30,7 @@ SIZES = {
     "spatial_four_bar": (3, 2),
     "spatial_slider_crank": (3, 1),
     "spherical_pendulum": (1, 3),
+    "split_coupler": (4, 4),
     "stewart_platform": (13, 6),
 }
 

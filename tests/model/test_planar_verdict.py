@@ -39,6 +39,7 @@ SHIPPED = {
     "spatial_four_bar": "nothing but symmetry keeps body 'crank' in the plane normal to [0, 1, 0]",
     "spatial_slider_crank": "nothing but symmetry keeps body 'slider' in the plane normal to [1, 0, 0]",
     "spherical_pendulum": "nothing but symmetry can keep the bodies in a plane: no joint has an axis",
+    "split_coupler": [0, 1, 0],
     "stewart_platform": "joint 'U1' is tilted, seen in the plane normal to [0.999, -0.0204, 0.041]",
 }
 

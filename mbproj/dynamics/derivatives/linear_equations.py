@@ -15,6 +15,7 @@ import numpy as np
 
 from mbproj.arrays import Array
 from mbproj.dynamics.derivatives.blocks import Blocks, Rows, added, on_diagonal, products, stacked
+from mbproj.dynamics.derivatives.bushing_derivatives import bushing_derivatives
 from mbproj.dynamics.derivatives.law_derivatives import given_derivative, law_slopes
 from mbproj.dynamics.derivatives.row_derivatives import Carried, RowMotion, force_derivative, row_motion, tilde
 from mbproj.dynamics.derivatives.tangent import accelerations, velocities
@@ -152,19 +153,21 @@ def _forces(system: System, motion: Motion, carried: Carried) -> tuple[Blocks, B
     if system.forces is None:
         return none, none, none
     forces, pose = system.forces, motion.pose
-    bound = forces.laws.coordinates
-    state = law_state(forces, pose, motion.twist(pose), motion.t, motion.expected)
+    bound, twist = forces.laws.coordinates, motion.twist(pose)
+    state = law_state(forces, pose, twist, motion.t, motion.expected)
     stiffness, damping = law_slopes(forces, state, motion.t)
     g = row_motion(bound, carried)
+    viscous, elastic = bushing_derivatives(forces, pose, twist, state.force) if forces.bushings.size else (none, none)
     return (
         none,
-        products(g.G, g.G, -damping),
+        added(system.bodies, [products(g.G, g.G, -damping), viscous]),
         added(
             system.bodies,
             [
+                elastic,
                 products(g.G, g.G, -stiffness),
                 products(g.G, g.G_dot, -damping),
-                force_derivative(bound, carried, state.force).scaled(-1.0),
+                force_derivative(bound, carried, state.force[: bound.size]).scaled(-1.0),
                 given_derivative(forces, pose, motion.t).scaled(-1.0),
             ],
         ),

@@ -1,7 +1,8 @@
 """What the forces of a scene do at a state: forces and torques on the bodies, potential energy, power.
 
 A law gives a generalised force F on a coordinate s(q): on every point and vector that s binds it acts with F ∂s/∂x, so
-that its power is F s'. Springs keep energy, dampers lose it; what functions of a scene give is work done.
+that its power is F s'. A bushing gives six such forces. Springs keep energy, and so do preloads, dampers lose it; what
+functions of a scene give is work done.
 """
 
 from __future__ import annotations
@@ -11,27 +12,32 @@ from dataclasses import dataclass
 import numpy as np
 
 from mbproj.arrays import Array, Integers, Numbers, cross
+from mbproj.dynamics.equations.bushings import Deflection, deflection, rates, wrenches
 from mbproj.dynamics.equations.constraint_equations import set_velocity
 from mbproj.dynamics.equations.kinematics import Pose, Twist, attached, body_rates, slots_of
 from mbproj.errors import SimulationError
 from mbproj.functions.series import constant_series, failure, run, time_series
 from mbproj.model.forces import Forces
 from mbproj.model.system import System
+from mbproj.thresholds import THRESHOLDS
 
 
 @dataclass(frozen=True, eq=False)
 class LawState:
-    """The coordinates of the laws, their rates, and the force of each law's spring, damper and function, (..., E)."""
+    """What forces act along, its rates, and along each the force of springs with their preloads, of dampers and of
+    functions, (..., F). `stored` (...): what springs keep, in J; `bent`: how bushings are, None without any."""
 
     value: Numbers
     rate: Numbers
     spring: Numbers
     damper: Numbers
     given: Numbers
+    stored: Numbers
+    bent: Deflection | None = None
 
     @property
     def force(self) -> Numbers:
-        """F, (..., E), in N or N m."""
+        """The whole force, (..., F), in N or N m."""
         return self.spring + self.damper + self.given
 
 
@@ -47,7 +53,7 @@ class Applied:
 
 
 def law_state(forces: Forces, pose: Pose, twist: Twist, t: Numbers | float, reference: Numbers) -> LawState:
-    """The laws at poses (...) and times t (...).
+    """The laws and bushings at poses (...) and times t (...).
 
     `reference` (..., nc): the joints' coordinates, each to less than half a turn, from which angles take their turns.
     """
@@ -62,12 +68,26 @@ def law_state(forces: Forces, pose: Pose, twist: Twist, t: Numbers | float, refe
     for law in np.flatnonzero(laws.program >= 0):
         variables = [time, constant_series(value[..., law]), constant_series(rate[..., law])]
         given[..., law] = run(forces.programs, int(laws.program[law]), variables)[0]
-    return LawState(value, rate, -laws.stiffness * (value - laws.free), -laws.damping * rate, given)
+    extension = value - laws.free
+    stored = 0.5 * np.sum(laws.stiffness * extension**2, axis=-1)
+    own = LawState(value, rate, -laws.stiffness * extension, -laws.damping * rate, given, stored)
+    return _with_bushings(forces, own, pose, twist) if forces.bushings.size else own
 
 
-def potential_of_springs(forces: Forces, state: LawState) -> Numbers:
-    """½ Σ k (s - free)² in J, shape (...)."""
-    return 0.5 * np.sum(forces.laws.stiffness * (state.value - forces.laws.free) ** 2, axis=-1)
+def _with_bushings(forces: Forces, laws: LawState, pose: Pose, twist: Twist) -> LawState:
+    """The same, with the bushings after the laws."""
+    bushings, bent = forces.bushings, deflection(forces.bushings, pose)
+    s, rate = bent.value, rates(bushings, bent, pose, twist)
+    elastic = (bushings.stiffness @ s[..., None])[..., 0]
+    viscous = (bushings.damping @ rate[..., None])[..., 0]
+    own = s, rate, bushings.preload - elastic, -viscous, np.zeros_like(s)
+    before = laws.value, laws.rate, laws.spring, laws.damper, laws.given
+    value, speed, spring, damper, given = (
+        np.concatenate([first, last.reshape(*last.shape[:-2], -1)], axis=-1)
+        for first, last in zip(before, own, strict=True)
+    )
+    stored = np.sum((0.5 * elastic - bushings.preload) * s, axis=(-1, -2))
+    return LawState(value, speed, spring, damper, given, laws.stored + stored, bent)
 
 
 def applied(system: System, pose: Pose, twist: Twist, t: float, reference: Array) -> Applied:
@@ -80,7 +100,9 @@ def applied(system: System, pose: Pose, twist: Twist, t: float, reference: Array
     state = law_state(forces, pose, twist, t, reference)
     if not np.all(np.isfinite(state.force)):
         raise _law_fails(forces, state, t)
-    force, torque = _of_laws(forces, pose, state.force)
+    force, torque = _along_coordinates(forces, pose, state.force, state.bent)
+    if state.bent is not None and np.any(state.bent.cosine < np.cos(0.5 * THRESHOLDS.most_turned)):
+        raise _turns_too_far(forces, state.bent, t)
     given_force, given_torque = _on_bodies(forces, pose, t)
     omega = body_rates(pose, twist)
     power = np.sum(given_force * twist.velocity) + np.sum(given_torque * omega) + state.given @ state.rate
@@ -95,15 +117,15 @@ def generalised(pose: Pose, force: Array, torque: Array) -> Array:
 
 
 def unit_pull(forces: Forces, pose: Pose, law: int) -> tuple[Array, Array]:
-    """Forces and torques on every body and the ground, as in `Applied`, of a force of size 1 on the coordinate of one
-    law."""
-    size = np.zeros(forces.laws.size)
+    """Forces and torques on every body and the ground, as in `Applied`, of a force of size 1 along one of the F
+    coordinates."""
+    size = np.zeros(forces.size)
     size[law] = 1.0
-    return _of_laws(forces, pose, size)
+    return _along_coordinates(forces, pose, size, deflection(forces.bushings, pose) if forces.bushings.size else None)
 
 
-def _of_laws(forces: Forces, pose: Pose, size: Numbers) -> tuple[Array, Array]:
-    """Every attachment of a law of size F (E,) is pulled with F ∂s/∂x."""
+def _along_coordinates(forces: Forces, pose: Pose, size: Numbers, bent: Deflection | None) -> tuple[Array, Array]:
+    """What forces of these sizes (F,) do to the bodies: every attachment of a law is pulled with F ∂s/∂x."""
     bound = forces.laws.coordinates
     gradient = bound.gradient_entries(attached(pose, *slots_of(bound)))
     pull = size[bound.entry_row, None] * gradient
@@ -111,6 +133,11 @@ def _of_laws(forces: Forces, pose: Pose, size: Numbers) -> tuple[Array, Array]:
     force, torque = np.zeros_like(pose.position), np.zeros_like(pose.position)
     np.add.at(force, body, bound.is_point[bound.entry_slot, None] * pull)
     np.add.at(torque, body, cross(local, _in_body(pose, body, pull)))
+    if bent is not None:
+        bushings, own = forces.bushings, size[forces.laws.size :]
+        pulls = wrenches(bushings, bent, pose, own.reshape(bushings.size, -1))
+        for total, part in zip((force, torque), pulls, strict=True):
+            np.add.at(total, bushings.body, part)
     return force, torque
 
 
@@ -140,14 +167,22 @@ def _in_body(pose: Pose, body: Integers, vector: Array) -> Array:
 
 def _law_fails(forces: Forces, state: LawState, t: float) -> SimulationError:
     law = int(np.flatnonzero(~np.isfinite(state.force))[0])
-    program = int(forces.laws.program[law])
+    program = int(forces.laws.program[law]) if law < forces.laws.size else -1
     value, rate = float(state.value[law]), float(state.rate[law])
     if program >= 0 and np.isfinite(value) and np.isfinite(rate):
         return _program_fails(forces, program, t, value, rate)
-    where = f"force '{forces.law_owners[law]}'"
-    if value == 0.0:
+    where = f"force '{forces.owners[law]}'"
+    if value == 0.0 and law < forces.laws.size:
         return SimulationError(t, "its two points have met, and it has no direction", where=where, hint="move one")
     return SimulationError(t, "the solution is no longer finite", where=where, hint="try a smaller step or tolerance")
+
+
+def _turns_too_far(forces: Forces, bent: Deflection, t: float) -> SimulationError:
+    worst = int(np.argmin(bent.cosine))
+    angle = np.degrees(2.0 * np.arccos(np.clip(bent.cosine[worst], 0.0, 1.0)))
+    cause = f"its frames stand {angle:.4g} deg apart, and at 180 deg a rotation vector has no direction"
+    hint = "make it stiffer, or let a joint hold what turns so far"
+    return SimulationError(t, cause, where=f"force '{forces.bushing_names[worst]}'", hint=hint)
 
 
 def _program_fails(forces: Forces, index: int, t: float, value: float, rate: float) -> SimulationError:

@@ -7,7 +7,7 @@ import numpy as np
 from mbproj.arrays import Array, Integers, Numbers
 from mbproj.dynamics.assembly.assemble import State, coordinate_values
 from mbproj.dynamics.equations.energy import kinetic_energy, potential_energy
-from mbproj.dynamics.equations.forces import LawState, law_state, potential_of_springs
+from mbproj.dynamics.equations.forces import LawState, law_state
 from mbproj.dynamics.equations.kinematics import Pose, Twist, pose_of, twist_of
 from mbproj.model.system import System
 
@@ -35,6 +35,4 @@ def laws_at(system: System, pose: Pose, twist: Twist, t: Numbers | float, coordi
 def potential(system: System, pose: Pose, laws: LawState | None) -> Numbers:
     """V in J of gravity and of springs."""
     of_gravity = potential_energy(system, pose)
-    if system.forces is None or laws is None:
-        return of_gravity
-    return of_gravity + potential_of_springs(system.forces, laws)
+    return of_gravity if laws is None else of_gravity + laws.stored

@@ -13,7 +13,7 @@ import numpy as np
 from mbproj.arrays import Array
 from mbproj.dynamics.assembly.assemble import State
 from mbproj.dynamics.equations.kinematics import pose_of
-from mbproj.dynamics.fast_modes import Mode, fastest_mode, slopes, speeds_of_free_bodies
+from mbproj.dynamics.fast_modes import Mode, fastest_mode, leading, slopes, speeds_of_free_bodies
 from mbproj.dynamics.observe.samples import Samples, join
 from mbproj.errors import SimulationError
 from mbproj.integrate.formulations.choice import Choice
@@ -55,9 +55,7 @@ class StiffnessWatch:
         self._choice, self._system, self._settings, self._march = choice, system, settings, march
         self._tableau = load_tableau(settings.integrator)
         self._kept: list[_Kept] = []
-        self._active = settings.projection.gains is not None or (
-            system.forces is not None and system.forces.laws.size > 0
-        )
+        self._active = settings.projection.gains is not None or (system.forces is not None and system.forces.size > 0)
 
     def take(self, samples: Samples) -> None:
         """Keeps some of the samples of a block, evenly spread, and the first of all for good."""
@@ -180,7 +178,7 @@ class StiffnessWatch:
             return None
         W = self._choice.responses(self._system, kept.state, laws)
         mode = None if W is None else fastest_mode(W, laws, slope)
-        return None if mode is None else (_named(forces.law_owners, mode), mode.eigenvalue)
+        return None if mode is None else (_named(forces.owners, mode), mode.eigenvalue)
 
     def _of_gains(self) -> tuple[str, complex] | None:
         """The faster root of λ² + 2αλ + β² = 0 of Baumgarte's terms (ref. 9)."""
@@ -203,10 +201,6 @@ def _mean(values: Array) -> float:
 
 def _named(owners: tuple[str, ...], mode: Mode) -> str:
     """The forces that make a mode, the one with the largest part first."""
-    parts: dict[str, float] = {}
-    for name, share in zip(owners, mode.shares.tolist(), strict=True):
-        parts[name] = parts.get(name, 0.0) + share
-    most = max(parts.values())
-    names = [name for name in sorted(parts, key=lambda name: -parts[name]) if parts[name] >= THRESHOLDS.named * most]
+    names = leading(owners, mode.shares)
     more = f" and {len(names) - MOST_NAMED} more" if len(names) > MOST_NAMED else ""
     return f"force{'s' * (len(names) > 1)} " + ", ".join(f"'{name}'" for name in names[:MOST_NAMED]) + more

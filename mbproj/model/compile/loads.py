@@ -12,11 +12,13 @@ from mbproj.constraints import PRIMITIVES
 from mbproj.errors import InputError, Problem
 from mbproj.functions.program import Program
 from mbproj.functions.program_set import flatten
+from mbproj.model.bushings import COORDINATES
+from mbproj.model.compile.bushings import compile_bushings
 from mbproj.model.compile.frames import Pose
 from mbproj.model.compile.rigid_groups import Seat
 from mbproj.model.forces import BodyForces, Forces, Laws
 from mbproj.model.primitive_set import Binding, bind
-from mbproj.scene.records import BodyForce, JointForce, Law, PointForce, Scene
+from mbproj.scene.records import BodyForce, Bushing, JointForce, Law, PointForce, Scene
 from mbproj.thresholds import THRESHOLDS
 
 
@@ -51,8 +53,8 @@ class _Programs:
 def compile_forces(
     scene: Scene, seats: Mapping[str, Seat], poses: Mapping[str, Pose], coordinates: Mapping[str, Binding]
 ) -> tuple[Forces | None, tuple[str, ...]]:
-    """The forces, None where there are none, and what results call the laws: the force's name, with the coordinate
-    where it acts on several. `coordinates` are the joints' by whole name. Raises InputError."""
+    """The forces, None where there are none, and what results call what they act along: the force's name, with the
+    coordinate where it acts on several. `coordinates` are the joints' by whole name. Raises InputError."""
     if not scene.forces:
         return None, ()
     entries: list[_Entry] = []
@@ -64,9 +66,18 @@ def compile_forces(
     met = _Programs()
     laws = _laws(entries, met)
     on_bodies = _on_bodies([force for force in scene.forces if isinstance(force, BodyForce)], seats, poses, met)
-    owners = tuple(entry.force for entry in entries)
-    forces = Forces(laws, on_bodies, flatten(met.programs), owners, tuple(met.owners))
-    return forces, tuple(entry.shown for entry in entries)
+    elastic = [force for force in scene.forces if isinstance(force, Bushing)]
+    forces = Forces(
+        laws,
+        compile_bushings(scene, elastic, seats, poses),
+        on_bodies,
+        flatten(met.programs),
+        law_owners=tuple(entry.force for entry in entries),
+        program_owners=tuple(met.owners),
+        bushing_names=tuple(force.name for force in elastic),
+    )
+    of_bushings = (f"{force.name}.{coordinate}" for force in elastic for coordinate in COORDINATES)
+    return forces, (*(entry.shown for entry in entries), *of_bushings)
 
 
 def _laws(entries: Sequence[_Entry], met: _Programs) -> Laws:

@@ -63,7 +63,7 @@ def compile_system(scene: Scene) -> System:
             coordinates=tuple(coordinate_names),
             coordinate_units=tuple(units),
             forces=(*force_names, *(f"{coordinate_names[at]}.inertia" for at in turning)),
-            force_units=(*(() if forces is None else forces.laws.coordinates.units), *(units[at] for at in turning)),
+            force_units=(*(() if forces is None else forces.units), *(units[at] for at in turning)),
             motions=motion_names,
             motion_units=() if motions is None else motions.rows.units,
         ),

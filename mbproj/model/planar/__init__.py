@@ -12,6 +12,7 @@ gradient in the plane; and of the gyroscopic torque ω × Jω nothing is along n
 forces along n, load the joints only.
 """
 
+from mbproj.model.planar.bushings import bushings_in_plane
 from mbproj.model.planar.loads import coordinates_in_plane, locals_in_plane, obstacle_in_plane
 from mbproj.model.planar.planar_set import PlanarSet
 from mbproj.model.planar.plane import Plane
@@ -23,6 +24,7 @@ __all__ = [
     "PlanarSet",
     "Plane",
     "RowMap",
+    "bushings_in_plane",
     "coordinates_in_plane",
     "locals_in_plane",
     "obstacle_in_plane",

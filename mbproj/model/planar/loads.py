@@ -6,6 +6,7 @@ import numpy as np
 
 from mbproj.arrays import Array, Integers
 from mbproj.model.euler_parameters import rotation_matrix
+from mbproj.model.planar.bushings import tilted_bushings
 from mbproj.model.planar.plane import Plane
 from mbproj.model.primitive_set import PrimitiveSet
 from mbproj.model.system import System
@@ -35,6 +36,9 @@ def obstacle_in_plane(system: System, plane: Plane) -> str | None:
             tilted = [row for row in group.rows[apart, 0] if not of_joints[row]]
             if tilted:
                 return f"force '{owners[tilted[0]]}' acts between points at different depths"
+        leaning = tilted_bushings(plane, system.forces.bushings)
+        if len(leaning):
+            return f"the frames of force '{system.forces.bushing_names[leaning[0]]}' lean against each other"
     return None
 
 

@@ -63,6 +63,8 @@ def _together(results: Sequence[Results], kind: str, dataset: str, names: Sequen
     found: list[tuple[str, ...]] = []
     for name in names:
         for place, own in enumerate(found):
+            if _unit(results, kind, own[0]) != _unit(results, kind, name):
+                continue
             pairs = [[Columns(kind, (one,), dataset)(result) for one in (own[0], name)] for result in results]
             if all(a is not None and b is not None and np.array_equal(a, b) for a, b in pairs):
                 found[place] = (*own, name)
@@ -72,10 +74,16 @@ def _together(results: Sequence[Results], kind: str, dataset: str, names: Sequen
     return found
 
 
+def _unit(results: Sequence[Results], kind: str, name: str) -> str:
+    """The unit, m or rad, of what this one acts along, in the first result that has it."""
+    first = next(result for result in results if name in result.names(kind))
+    return first.names(f"{kind[:-1]}_units")[first.names(kind).index(name)]
+
+
 def _group(results: Sequence[Results], kind: str, dataset: str, own: tuple[str, ...], names: Sequence[str]) -> Group:
     """Of one result a row with a line a name; of several a row a name, what they act along once."""
     first = next(result for result in results if own[0] in result.names(kind))
-    si = first.names(f"{kind[:-1]}_units")[first.names(kind).index(own[0])]
+    si = _unit(results, kind, own[0])
     read, act = Columns(kind, own[:1], dataset), Columns(kind, own, "force")
     unit = units_of(si, [values for result in results if (values := read(result)) is not None]).value
     words, acts_in = ACTION[si]
@@ -99,4 +107,4 @@ def _along(result: Results, own: tuple[str, ...], si: str, read: Columns) -> str
             break
     if len(own) == 1:
         return f"{own[0]}: {of}" if of else own[0]
-    return of or f"length of {own[0]}"
+    return of or (f"length of {own[0]}" if si == "m" else own[0])

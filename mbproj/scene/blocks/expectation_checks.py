@@ -10,9 +10,9 @@ from mbproj.scene.blocks.coordinates import coordinates_in
 from mbproj.scene.blocks.expectation_fit import fits
 from mbproj.scene.blocks.expectations import Given, expectation, subject
 from mbproj.scene.blocks.forces import COORDINATES
-from mbproj.scene.blocks.observables import OBSERVABLES, Observable
+from mbproj.scene.blocks.observables import OBSERVABLES, OF_BUSHINGS, Observable
 from mbproj.scene.fields.containers import Complaint
-from mbproj.scene.records import BodyForce, Expectation, Force, Joint, JointForce, Motion, PointForce, Settings
+from mbproj.scene.records import BodyForce, Bushing, Expectation, Force, Joint, JointForce, Motion, PointForce, Settings
 from mbproj.scene.sampling import nearest_samples
 from mbproj.scene.text.suggestions import choose_from
 
@@ -50,15 +50,17 @@ def of_joints(joints: Mapping[str, Joint], expected: Expected) -> Iterator[Compl
 
 
 def of_forces(forces: Mapping[str, Force], expected: Expected) -> Iterator[Complaint]:
-    """A check of the expectations of forces on bodies and between points."""
+    """A check of the expectations of forces on bodies, between points and between frames."""
     for name, given, item, quantity in _of("force", expected):
-        force, able = forces[item], OBSERVABLES["force"]
+        force = forces[item]
+        able = OF_BUSHINGS if isinstance(force, Bushing) else OBSERVABLES["force"]
         if isinstance(force, BodyForce):
             message = f"force '{item}' is an input, and nothing of it is recorded"
             yield Complaint(("expect", name, "force"), message, "expect an acceleration or a reaction")
         elif quantity not in able:
-            yield Complaint(("expect", name, "quantity"), f"a force has no '{quantity}'", _choices(quantity, able))
-        elif isinstance(force, PointForce):
+            what = f"force '{item}' is a bushing and" if isinstance(force, Bushing) else "a force"
+            yield Complaint(("expect", name, "quantity"), f"{what} has no '{quantity}'", _choices(quantity, able))
+        elif isinstance(force, PointForce | Bushing):
             yield from fits(name, given, able[quantity], able[quantity].unit_with("m"))
 
 
@@ -94,13 +96,14 @@ def expectations_of(found: Mapping[str, Any]) -> Iterator[Expectation]:
     joints = found.get("joints", {})
     for name, given in found.get("expect", {}).items():
         of, item, quantity = subject(given)
-        coordinate = ""
+        coordinate, able = "", OBSERVABLES[of]
         if of == "force":
             force = found["forces"][item]
+            able = OF_BUSHINGS if isinstance(force, Bushing) else able
             coordinate = COORDINATES[acts_on(force, joints)[0]] if isinstance(force, JointForce) else "m"
         elif of == "motion":
             coordinate = COORDINATES[found["motions"][item].coordinate]
-        yield expectation(name, given, OBSERVABLES[of][quantity].unit_with(coordinate))
+        yield expectation(name, given, able[quantity].unit_with(coordinate))
 
 
 def unsampled(expected: Expected, settings: Settings) -> Iterator[Complaint]:

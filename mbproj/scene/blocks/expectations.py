@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from mbproj.scene.blocks.observables import COMPONENTS, MOMENTS, OBSERVABLES
+from mbproj.scene.blocks.observables import COMPONENTS, MOMENTS, OBSERVABLES, OF_BUSHINGS
 from mbproj.scene.expressions.evaluate import Value
 from mbproj.scene.fields.alternatives import Alternatives
 from mbproj.scene.fields.choices import Choice, Reference
@@ -87,7 +87,9 @@ def _said(text: str) -> str:
 
 MEASURE = Measure()
 VALUE: Field[Any] = Alternatives((Converted(MEASURE, lambda value: (value,)), List(MEASURE, None, "numbers")))
-QUANTITIES = tuple(dict.fromkeys(name for of, names in OBSERVABLES.items() if of != "diagnostic" for name in names))
+QUANTITIES = tuple(
+    dict.fromkeys([*(name for of, names in OBSERVABLES.items() if of != "diagnostic" for name in names), *OF_BUSHINGS])
+)
 
 EXPECTATION: Record[Given] = Record(
     "an expectation",

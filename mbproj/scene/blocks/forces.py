@@ -1,4 +1,4 @@
-"""The `forces` block: what each type is written as, and what that makes: laws on coordinates, forces on bodies."""
+"""The `forces` block: what each type is written as, and what that makes: laws, bushings, forces on bodies."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ from typing import Any
 from mbproj.functions.program import COORDINATE, Program, variable
 from mbproj.functions.standard import tabulated
 from mbproj.joints import COORDINATE_UNITS, JOINTS
+from mbproj.scene.blocks.bushing import bushing_record
 from mbproj.scene.fields.alternatives import Alternatives, Variants
 from mbproj.scene.fields.checks import of_these_bodies, pair_of
 from mbproj.scene.fields.choices import Choice, Reference
@@ -141,6 +142,7 @@ FORCE_RECORDS: Mapping[str, Record[Force]] = MappingProxyType(
         ),
         "torsion_spring_damper": _on_joint("a torsion_spring_damper", "torque", "angle", "rad", "free_angle"),
         "linear_spring_damper": _on_joint("a linear_spring_damper", "force", "displacement", "m", "free_displacement"),
+        "bushing": bushing_record(FORCE_TYPE),
         "force": _on_body("a force", "force", "N", {"location": BODY_POINT}),
         "torque": _on_body("a torque", "torque", "N*m", {}),
         "friction": Record(

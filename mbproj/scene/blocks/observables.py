@@ -84,6 +84,17 @@ OBSERVABLES: Mapping[str, Mapping[str, Observable]] = MappingProxyType(
         },
     }
 )
+#: Of forces that are bushings, in the axes of the frame midway between their two.
+OF_BUSHINGS: Mapping[str, Observable] = MappingProxyType(
+    {
+        "translation": Observable("m", 3),
+        "rotation": Observable("rad", 3),
+        "translation_rate": Observable("m/s", 3),
+        "rotation_rate": Observable("rad/s", 3),
+        "force": Observable("N", 3),
+        "torque": Observable("N*m", 3),
+    }
+)
 #: What one number is made from a vector of three.
 COMPONENTS = ("x", "y", "z", "norm")
 #: Moments that are no time: where the quantity is largest, smallest, largest in magnitude; the last sample.

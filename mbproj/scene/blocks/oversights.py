@@ -13,7 +13,7 @@ from collections.abc import Iterator
 from mbproj.errors import Place, Problem
 from mbproj.joints import COORDINATE_UNITS, JOINTS
 from mbproj.scene.fields.inertia import principal_moments
-from mbproj.scene.records import GROUND, Body, Joint, PointForce, Scene
+from mbproj.scene.records import GROUND, Body, Bushing, Joint, PointForce, Scene
 
 #: A joint is far from a body at more than so many of its lengths from the centre of mass; half a length is usual.
 FAR = 8.0
@@ -70,7 +70,7 @@ def _connected(scene: Scene) -> list[list[str]]:
             root[name] = name = root[root[name]]
         return name
 
-    springs = (force for force in scene.forces if isinstance(force, PointForce))
+    springs = (force for force in scene.forces if isinstance(force, PointForce | Bushing))
     pairs = [joint.bodies for joint in scene.joints if joint.couples is None] + [force.bodies for force in springs]
     for first, second in pairs:
         root[find(second)] = find(first)

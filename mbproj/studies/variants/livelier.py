@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import replace
 
 from mbproj.errors import InputError, Problem
 from mbproj.functions.program import TIME
-from mbproj.scene.records import BodyForce, Force, JointForce, Law, Motion, Scene, Vector
+from mbproj.scene.records import BodyForce, Bushing, Force, JointForce, Law, Motion, Scene, Vector
 from mbproj.studies.variants.programs import with_argument
+from mbproj.studies.variants.rescaled import scaled_matrix
 
 
 def with_speed(scene: Scene, factor: float) -> Scene:
@@ -41,7 +41,7 @@ def with_speed(scene: Scene, factor: float) -> Scene:
 
 def with_stiffness(scene: Scene, factor: float) -> Scene:
     """Every stiffness times a factor; dampers, tables and functions stay."""
-    if not any(law.stiffness > 0.0 for force in scene.forces for law in _laws(force)):
+    if not any(_is_elastic(force) for force in scene.forces):
         what = "no force of the scene has a 'stiffness' to vary"
         raise InputError(Problem(what, hint="add a spring_damper, or vary something else"))
 
@@ -53,13 +53,19 @@ def with_stiffness(scene: Scene, factor: float) -> Scene:
             return force
         if isinstance(force, JointForce):
             return replace(force, laws={name: stiffer(law) for name, law in force.laws.items()})
+        if isinstance(force, Bushing):
+            translation, rotation = (scaled_matrix(factor, matrix) for matrix in force.stiffness)
+            return replace(force, stiffness=(translation, rotation))
         return replace(force, law=stiffer(force.law))
 
     return replace(scene, forces=tuple(map(changed, scene.forces)))
 
 
-def _laws(force: Force) -> Iterator[Law]:
-    if isinstance(force, JointForce):
-        yield from force.laws.values()
-    elif not isinstance(force, BodyForce):
-        yield force.law
+def _is_elastic(force: Force) -> bool:
+    """Whether a force has a stiffness."""
+    if isinstance(force, BodyForce):
+        return False
+    if isinstance(force, Bushing):
+        return any(any(row) for matrix in force.stiffness for row in matrix)
+    laws = force.laws.values() if isinstance(force, JointForce) else [force.law]
+    return any(law.stiffness > 0.0 for law in laws)

@@ -8,7 +8,19 @@ import numpy as np
 
 from mbproj.arrays import Array
 from mbproj.scene.fields.rotations import from_matrix, multiply
-from mbproj.scene.records import Body, BodyForce, Force, Joint, Marker, Pair, PointForce, Scene, Vector
+from mbproj.scene.records import (
+    Body,
+    BodyForce,
+    Bushing,
+    Force,
+    Joint,
+    Marker,
+    Orientations,
+    Pair,
+    PointForce,
+    Scene,
+    Vector,
+)
 from mbproj.studies.variants.programs import combined
 
 
@@ -64,10 +76,21 @@ class RigidMotion:
         stays = marker.local and marker.body != "ground"
         return marker if stays else replace(marker, location=self._point(marker.location))
 
+    def _orientations(self, bodies: tuple[str, str], axes: Orientations) -> Orientations:
+        """Frames moved: both where they are global, and of local ones what is the ground's."""
+        first, second = (
+            old if axes.local and name != "ground" else multiply(from_matrix(_rows(self.rotation)), old)
+            for name, old in zip(bodies, (axes.first, axes.second), strict=True)
+        )
+        return replace(axes, first=first, second=second)
+
     def _force(self, force: Force) -> Force:
-        if isinstance(force, PointForce):
+        if isinstance(force, PointForce | Bushing):
             moved = [self._point(force.points.first), self._point(force.points.second)]
-            return replace(force, points=_of_ground(force, force.points, moved))
+            points = _of_ground(force, force.points, moved)
+            if isinstance(force, PointForce):
+                return replace(force, points=points)
+            return replace(force, points=points, axes=self._orientations(force.bodies, force.axes))
         if isinstance(force, BodyForce):
             components = force.components
             if not force.body_axes:
@@ -79,7 +102,7 @@ class RigidMotion:
         return force
 
 
-def _of_ground(holder: Joint | PointForce, pair: Pair, moved: list[Vector]) -> Pair:
+def _of_ground(holder: Joint | PointForce | Bushing, pair: Pair, moved: list[Vector]) -> Pair:
     """A pair moved: both where it is global, and of a local one what is the ground's."""
     if not pair.local:
         return Pair(moved[0], moved[1])

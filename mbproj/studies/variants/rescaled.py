@@ -13,6 +13,7 @@ from mbproj.joints import COORDINATE_UNITS, JOINTS
 from mbproj.scene.records import (
     Body,
     BodyForce,
+    Bushing,
     Force,
     Joint,
     JointForce,
@@ -90,7 +91,20 @@ class _Larger:
         if isinstance(force, JointForce):
             laws = {name: self._law(law, self._unit(force.joint, name)) for name, law in force.laws.items()}
             return replace(force, laws=laws)
+        if isinstance(force, Bushing):
+            return self._bushing(force)
         return self._on_body(force)
+
+    def _bushing(self, force: Bushing) -> Bushing:
+        """Against rotation k² times as strong; against translation as before, forces being k times as large."""
+        (elastic, torsional), (viscous, turning), (push, twist) = force.stiffness, force.damping, force.preload
+        return replace(
+            force,
+            points=self.points(force.points),
+            stiffness=(elastic, scaled_matrix(self.k**2, torsional)),
+            damping=(viscous, scaled_matrix(self.k**2, turning)),
+            preload=(self.vector(push), self.vector(self.vector(twist))),
+        )
 
     def motion(self, motion: Motion) -> Motion:
         return replace(motion, function=times(self._unit(motion.joint, motion.coordinate), motion.function))

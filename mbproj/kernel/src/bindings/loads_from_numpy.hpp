@@ -1,7 +1,7 @@
 // From NumPy arrays to functions, forces and motions.
 #pragma once
 
-#include "bindings/from_numpy.hpp"
+#include "bindings/bushings_from_numpy.hpp"
 #include "kinematics/loads.hpp"
 
 namespace mbproj {
@@ -63,7 +63,7 @@ template <int D> Loads<D> loads(std::size_t bodies, const PrimitiveSet<D>& coord
                                 const Integers1& joint_coordinate, const Numbers2& law, const Integers1& law_program,
                                 const Integers1& body, const Numbers2& point, const Integers1& is_torque,
                                 const Integers1& in_body, const Numbers3& force_map, const Numbers3& torque_map,
-                                const Integers2& program, const Programs& programs) {
+                                const Integers2& program, const Programs& programs, const Bushings<D>& bushings) {
     constexpr int W = Size<D>::turns;
     const std::size_t laws = coordinates.instances.size(), given = body.size(), count = programs.start.size() - 1;
     require(joint_coordinate, {laws}, "joint_coordinate");
@@ -75,7 +75,7 @@ template <int D> Loads<D> loads(std::size_t bodies, const PrimitiveSet<D>& coord
     require(force_map, {given, D, 3}, "force_map");
     require(torque_map, {given, W, 3}, "torque_map");
     require(program, {given, 3}, "program");
-    Loads<D> built{coordinates, {}, {}, programs};
+    Loads<D> built{coordinates, {}, {}, programs, bushings.each};
     for (std::size_t l = 0; l < laws; ++l) {
         const double* numbers = law.data() + 3 * l;
         const int coordinate = optional_index(joint_coordinate.data()[l], 1u << 30, "joint_coordinate");
@@ -106,6 +106,9 @@ template <int D> void check_loads(const Loads<D>* loads, int bodies, std::size_t
         if (a.body > bodies) refuse("loads", "have a body that the model does not");
     for (const BodyForce<D>& force : loads->on_bodies)
         if (force.body > bodies) refuse("loads", "have a body that the model does not");
+    for (const Bushing<D>& bushing : loads->bushings)
+        for (const int body : bushing.body)
+            if (body > bodies) refuse("loads", "have a body that the model does not");
     for (const Law& law : loads->laws)
         if (law.coordinate >= static_cast<int>(coordinates))
             refuse("loads", "have a coordinate that the model does not");

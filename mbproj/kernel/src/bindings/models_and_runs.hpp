@@ -72,18 +72,29 @@ template <int D> void add_model(nb::module_& m, const char* primitives, const ch
         .def_rw("redundant", &Model<D>::redundant);
 }
 
-template <int D> void add_loads(nb::module_& m, const char* name) {
+template <int D> void add_loads(nb::module_& m, const char* bushings, const char* name) {
+    nb::class_<Bushings<D>>(m, bushings)
+        .def(
+            "__init__",
+            [](Bushings<D>* self, std::size_t bodies, Integers1 body, Numbers2 origin, Numbers3 turn,
+               Numbers3 stiffness, Numbers3 damping, Numbers2 preload, Numbers3 map) {
+                new (self)
+                    Bushings<D>(mbproj::bushings<D>(bodies, body, origin, turn, stiffness, damping, preload, map));
+            },
+            nb::kw_only(), nb::arg("bodies"), nb::arg("body"), nb::arg("origin"), nb::arg("turn"), nb::arg("stiffness"),
+            nb::arg("damping"), nb::arg("preload"), nb::arg("map"));
     nb::class_<Loads<D>>(m, name).def(
         "__init__",
         [](Loads<D>* self, std::size_t bodies, const PrimitiveSet<D>& coordinates, Integers1 joint_coordinate,
            Numbers2 law, Integers1 law_program, Integers1 body, Numbers2 point, Integers1 is_torque, Integers1 in_body,
-           Numbers3 force_map, Numbers3 torque_map, Integers2 program, const Programs& programs) {
+           Numbers3 force_map, Numbers3 torque_map, Integers2 program, const Programs& programs,
+           const Bushings<D>& bushings) {
             new (self) Loads<D>(loads<D>(bodies, coordinates, joint_coordinate, law, law_program, body, point,
-                                         is_torque, in_body, force_map, torque_map, program, programs));
+                                         is_torque, in_body, force_map, torque_map, program, programs, bushings));
         },
         nb::kw_only(), nb::arg("bodies"), nb::arg("coordinates"), nb::arg("joint_coordinate"), nb::arg("law"),
         nb::arg("law_program"), nb::arg("body"), nb::arg("point"), nb::arg("is_torque"), nb::arg("in_body"),
-        nb::arg("force_map"), nb::arg("torque_map"), nb::arg("program"), nb::arg("programs"));
+        nb::arg("force_map"), nb::arg("torque_map"), nb::arg("program"), nb::arg("programs"), nb::arg("bushings"));
 }
 
 template <int D> nb::dict samples(TimeLoop<D>& run) {
@@ -229,7 +240,7 @@ template <int D> void add_equations(nb::module_& m, const char* name) {
         .def(
             "responses",
             [=](E& self, Numbers2 y, const std::vector<int>& laws, double t) -> nb::object {
-                const int count = self.model().loads ? static_cast<int>(self.model().loads->laws.size()) : 0;
+                const int count = self.model().loads ? self.model().loads->size() : 0;
                 for (const int law : laws)
                     if (law < 0 || law >= count) refuse("laws", "are out of range");
                 auto found = self.responses(t, checked(self, y), laws);
@@ -276,7 +287,7 @@ template <int D> void add_equations(nb::module_& m, const char* name) {
 // Everything of a dimension; the classes are called name + "Model" and so on.
 template <int D> void bind_dimension(nb::module_& m, const std::string& name) {
     add_model<D>(m, (name + "Primitives").c_str(), (name + "Model").c_str());
-    add_loads<D>(m, (name + "Loads").c_str());
+    add_loads<D>(m, (name + "Bushings").c_str(), (name + "Loads").c_str());
     add_equations<D>(m, (name + "Equations").c_str());
     add_run<D>(m, (name + "Run").c_str());
 }

@@ -19,8 +19,7 @@ public:
     EquationsOfMotion(const Model<D>& model, const ProjectionSettings& projection)
         : model_(model), projection_(projection), pose_(model), motion_(model), solver_(model, penalty(projection)),
           policy_(model, solver_), gamma_(model.all_rows()), C_(model.all_rows()), C_dot_(model.all_rows()),
-          lambda_(model.all_rows()), drive_(model), applied_(model.loads ? model.size() : 0), teeth_(model),
-          expected_(model.followed()) {}
+          lambda_(model.all_rows()), drive_(model), applied_(model), teeth_(model), expected_(model.followed()) {}
 
     // Numbers of the bodies' state, and of all that is integrated.
     int size() const { return S::state * model_.size(); }

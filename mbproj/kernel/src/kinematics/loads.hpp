@@ -1,6 +1,7 @@
 // Forces of a scene but gravity, as mbproj.dynamics.equations.forces defines them: laws on coordinates, given forces on bodies.
 #pragma once
 
+#include "kinematics/bushings.hpp"
 #include "kinematics/pose.hpp"
 #include "kinematics/primitives.hpp"
 #include "model/programs.hpp"
@@ -30,6 +31,10 @@ template <int D> struct Loads {
     std::vector<Law> laws;
     std::vector<BodyForce<D>> on_bodies;
     Programs programs;
+    std::vector<Bushing<D>> bushings;
+
+    // What forces act along: the coordinates of the laws, then six of each bushing.
+    int size() const { return static_cast<int>(laws.size() + 6 * bushings.size()); }
 };
 
 // What the loads do at a state: force and torque about the centre of mass of each body and the ground, global axes, the
@@ -39,9 +44,11 @@ template <int D> struct Applied {
     std::vector<Turn<D>> torque;
     double power = 0.0, dissipation = 0.0;
 
-    explicit Applied(int bodies) : force(bodies + 1), torque(bodies + 1) {}
+    explicit Applied(const Model<D>& model)
+        : force(model.loads ? model.size() + 1 : 0), torque(force.size()),
+          least_cosine_(std::cos(0.5 * model.thresholds.most_turned)) {}
 
-    // False where a function has no finite value.
+    // False where a function has no finite value, or a bushing has turned too far.
     bool update(const Loads<D>& loads, const Pose<D>& pose, const Motion<D>& motion, double t,
                 const std::vector<double>& expected) {
         for (auto& f : force) f.setZero();
@@ -51,25 +58,39 @@ template <int D> struct Applied {
             if (!apply(loads, static_cast<int>(l), pose, motion, t, expected)) return false;
         for (const BodyForce<D>& given : loads.on_bodies)
             if (!apply(loads, given, pose, motion, t)) return false;
+        for (const Bushing<D>& bushing : loads.bushings)
+            if (!apply(bushing, pose, motion)) return false;
         return true;
     }
 
-    // A force of size 1 on the coordinate of one law, in place of what was applied.
+    // A force of size 1 along one of the coordinates that forces act along, in place of what was applied.
     void pull(const Loads<D>& loads, int l, const Pose<D>& pose) {
         for (auto& f : force) f.setZero();
         for (auto& f : torque) f.setZero();
+        const int of_bushings = l - static_cast<int>(loads.laws.size());
+        if (of_bushings >= 0) {
+            const Bushing<D>& bushing = loads.bushings[of_bushings / 6];
+            Deflection<D>(bushing, pose).pull(bushing.map.row(of_bushings % 6).transpose(), force, torque);
+            return;
+        }
         Along along(loads.coordinates, l, pose);
         pull(along, 1.0);
     }
 
-    // What velocities and angular velocities (n + 1, global axes) make of the coordinate of one law: its rate.
+    // What velocities and angular velocities (n + 1, global axes) make of one of these coordinates: its rate.
     double rate(const Loads<D>& loads, int l, const Pose<D>& pose, const std::vector<Point<D>>& velocity,
                 const std::vector<Turn<D>>& omega) const {
-        return Along(loads.coordinates, l, pose)
-            .rate([&](int b) { return velocity[b]; }, [&](int b) { return omega[b]; });
+        const auto velocity_of = [&](int b) { return velocity[b]; };
+        const auto omega_of = [&](int b) { return omega[b]; };
+        const int of_bushings = l - static_cast<int>(loads.laws.size());
+        if (of_bushings < 0) return Along(loads.coordinates, l, pose).rate(velocity_of, omega_of);
+        const Bushing<D>& bushing = loads.bushings[of_bushings / 6];
+        return bushing.map.row(of_bushings % 6).dot(Deflection<D>(bushing, pose).rate(velocity_of, omega_of));
     }
 
 private:
+    double least_cosine_;
+
     // The coordinate of a law at a pose: its gradient at each attachment.
     struct Along {
         const PrimitiveSet<D>& set;
@@ -120,6 +141,16 @@ private:
         dissipation += law.damping * rate * rate;
         if (!std::isfinite(size)) return false;
         pull(along, size);
+        return true;
+    }
+
+    bool apply(const Bushing<D>& bushing, const Pose<D>& pose, const Motion<D>& motion) {
+        const Deflection<D> bent(bushing, pose);
+        if (!(bent.cosine() >= least_cosine_)) return false;
+        const auto rate = bent.rate([&](int b) { return motion[b].velocity; }, [&](int b) { return motion[b].omega; });
+        const auto viscous = (bushing.damping * rate).eval();
+        dissipation += viscous.dot(rate);
+        bent.pull(bushing.preload - bushing.stiffness * bent.value() - viscous, force, torque);
         return true;
     }
 

@@ -22,7 +22,8 @@ struct Thresholds {
         shortest, open_limit, lost_limit;
     int tightenings, stiffenings;
     // mbproj/thresholds/steps.py
-    double safety, smallest_change, largest_change, least_error, least_error_before, part_after_break, turns_told;
+    double safety, smallest_change, largest_change, least_error, least_error_before, part_after_break, turns_told,
+        most_turned;
 };
 
 // Calls visit("name", member) for every threshold.
@@ -81,6 +82,7 @@ template <class Visit> void each_threshold(Visit&& visit) {
     visit("least_error_before", &Thresholds::least_error_before);
     visit("part_after_break", &Thresholds::part_after_break);
     visit("turns_told", &Thresholds::turns_told);
+    visit("most_turned", &Thresholds::most_turned);
 }
 
 }  // namespace mbproj

@@ -1,0 +1,74 @@
+"""What the forces of bushings change by. With f = gᵀF, F = preload - k s - c s' and g the gradients of the coordinates,
+
+    δf = -gᵀ k g ξ - gᵀ c (g ξ' + g' ξ) + ∂(gᵀF)/∂ξ,
+
+where g' and the last term are complex steps of the gradients, exact to round-off (Squire and Trapp 1998).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from mbproj.arrays import Array, Numbers
+from mbproj.dynamics.derivatives.blocks import Blocks
+from mbproj.dynamics.derivatives.row_derivatives import COMPLEX_STEP
+from mbproj.dynamics.equations.bushings import deflected
+from mbproj.dynamics.equations.kinematics import Pose, Twist
+from mbproj.model.bushings import COORDINATES, Bushings
+from mbproj.model.euler_parameters import matrix_L, rotation_matrix
+from mbproj.model.forces import Forces
+
+
+@dataclass(frozen=True, eq=False)
+class _At:
+    """Positions (B, 2, 3) and Euler parameters (B, 2, 4) of the bodies of bushings."""
+
+    bushings: Bushings
+    position: Array
+    orientation: Array
+
+    @classmethod
+    def pose(cls, bushings: Bushings, pose: Pose) -> _At:
+        return cls(bushings, pose.position[bushings.body], pose.orientation[bushings.body])
+
+    def gradient(self, shift: Numbers, turn: Numbers) -> Numbers:
+        """g (..., B, 6, 12) of (δr, δθ in body axes) of both bodies, at changed positions and Euler parameters."""
+        orientation = self.orientation + turn
+        found = deflected(self.bushings, self.position + shift, orientation).gradient
+        size = np.sum(orientation * orientation, axis=-1)[..., None, None]
+        in_body = found[..., 3:] @ (rotation_matrix(orientation) / size)
+        sides = np.concatenate([found[..., :3], in_body], axis=-1)
+        return np.concatenate([sides[..., 0, :, :], sides[..., 1, :, :]], axis=-1)
+
+
+def bushing_gradient(bushings: Bushings, pose: Pose) -> Array:
+    """g (B, 6, 12): s' of (r', ω) of both bodies."""
+    found: Array = _At.pose(bushings, pose).gradient(np.zeros(3), np.zeros(4))
+    return found
+
+
+def bushing_derivatives(forces: Forces, pose: Pose, twist: Twist, force: Array) -> tuple[Blocks, Blocks]:
+    """What bushings add to D and K; `force` (F,) along all coordinates of forces, those of bushings last."""
+    bushings, at = forces.bushings, _At.pose(forces.bushings, pose)
+    count = bushings.size
+    g = bushing_gradient(bushings, pose)
+    moving = 1j * COMPLEX_STEP * twist.velocity[bushings.body], 1j * COMPLEX_STEP * twist.rate[bushings.body]
+    g_dot = at.gradient(*moving).imag / COMPLEX_STEP
+    steps = 1j * COMPLEX_STEP * np.eye(12).reshape(12, 1, 2, 6)  # of one body after the other
+    turns = 0.5 * (np.swapaxes(matrix_L(at.orientation), -1, -2) @ steps[..., 3:, None])[..., 0]
+    bent = at.gradient(steps[..., :3], turns).imag / COMPLEX_STEP  # (12, B, 6, 12)
+    own = force[forces.laws.size :].reshape(count, len(COORDINATES))
+    geometric = np.einsum("ebcu,bc->bue", bent, own)
+    transposed = np.swapaxes(g, -1, -2)
+    D = transposed @ bushings.damping @ g
+    K = transposed @ (bushings.stiffness @ g + bushings.damping @ g_dot) - geometric
+    return _blocks(bushings, len(pose.position) - 1, D), _blocks(bushings, len(pose.position) - 1, K)
+
+
+def _blocks(bushings: Bushings, bodies: int, matrices: Array) -> Blocks:
+    """Of matrices (B, 12, 12) over both bodies."""
+    value = matrices.reshape(-1, 2, 6, 2, 6).swapaxes(2, 3).reshape(-1, 6, 6)
+    row, column = np.repeat(bushings.body, 2, axis=1).ravel(), np.tile(bushings.body, 2).ravel()
+    return Blocks.of(bodies, row, column, value)

@@ -1,0 +1,108 @@
+"""Bushings at a pose: six coordinates each, seen from the frame midway between both of theirs.
+
+With R the rotation from frame 1 to frame 2, φ its rotation vector and A the orientation of the frame that half of it
+leads to, the coordinates are x = Aᵀ d of the way d between the origins, and φ, which has the same components in all
+three frames. Neither body comes first. With angular velocities in the axes of the midway frame,
+
+    φ' = H (ω2 - ω1),    H = n nᵀ + (θ/2) / sin(θ/2) (1 - n nᵀ),    θ = |φ|, n = φ / θ
+    x' = Aᵀ d' + x × ω,  ω = ½ (ω1 + ω2) - ½ tan(θ/4) n × (ω2 - ω1) of the midway frame.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from mbproj.arrays import Array, Numbers
+from mbproj.dynamics.equations.kinematics import Pose, Twist
+from mbproj.model.bushings import Bushings
+from mbproj.model.euler_parameters import matrix_E, product, rotation_matrix
+
+#: sin²(θ/2) up to which (θ/2) / sin(θ/2) is its series, whose next term is below ε.
+SMALL = 1e-3
+_UNTURNED = np.array([1.0, 0.0, 0.0, 0.0])
+_CONJUGATE = np.array([1.0, -1.0, -1.0, -1.0])
+
+
+@dataclass(frozen=True, eq=False)
+class Deflection:
+    """`value` (..., B, 6): the coordinates s, translations and then the rotation vector. `gradient` (..., B, 2, 6, 6):
+    s' of a velocity of the centre of mass and an angular velocity, both in global axes, of each of the two bodies.
+    `cosine` (..., B): of half the angle, which vanishes at half a turn."""
+
+    value: Numbers
+    gradient: Numbers
+    cosine: Numbers
+
+
+def deflection(bushings: Bushings, pose: Pose) -> Deflection:
+    """All bushings at poses (...)."""
+    return deflected(bushings, pose.position[..., bushings.body, :], pose.orientation[..., bushings.body, :])
+
+
+def deflected(bushings: Bushings, position: Numbers, orientation: Numbers) -> Deflection:
+    """The same of the positions (..., B, 2, 3) and Euler parameters (..., B, 2, 4) of their bodies, which may be
+    complex."""
+    unit = orientation / np.sqrt(np.sum(orientation * orientation, axis=-1, keepdims=True))
+    frames = product(unit, bushings.turn)
+    relative = product(frames[..., 0, :] * _CONJUGATE, frames[..., 1, :])
+    relative = relative * np.where(relative[..., :1].real < 0.0, -1.0, 1.0)
+    cosine, sines = relative[..., 0], relative[..., 1:]
+    half = (relative + _UNTURNED) / np.sqrt(2.0 + 2.0 * cosine)[..., None]
+    A = rotation_matrix(product(frames[..., 0, :], half))
+    longer, H = _rates_of_rotation(cosine, sines)
+    arm = (rotation_matrix(orientation) @ bushings.origin[..., None])[..., 0]
+    ends = position + arm
+    to_midway = np.swapaxes(A, -1, -2)
+    x = (to_midway @ (ends[..., 1, :] - ends[..., 0, :])[..., None])[..., 0]
+    carried, lead = _across(x), _across(sines / (1.0 + cosine)[..., None])
+    gradient = np.zeros((*cosine.shape, 2, 6, 6), dtype=cosine.dtype)
+    for side, sign in enumerate((-1.0, 1.0)):
+        share = 0.5 * (np.eye(3) - sign * lead)  # of this body's ω in the midway frame's
+        gradient[..., side, :3, :3] = sign * to_midway
+        gradient[..., side, :3, 3:] = carried @ share @ to_midway - sign * to_midway @ _across(arm[..., side, :])
+        gradient[..., side, 3:, 3:] = sign * H @ to_midway
+    return Deflection(np.concatenate([x, 2.0 * longer * sines], axis=-1), gradient, cosine)
+
+
+def rates(bushings: Bushings, found: Deflection, pose: Pose, twist: Twist) -> Numbers:
+    """s', (..., B, 6)."""
+    orientation = pose.orientation[..., bushings.body, :]
+    turning = 2.0 * (matrix_E(orientation) @ twist.rate[..., bushings.body, :, None])[..., 0]
+    omega = turning / np.sum(orientation * orientation, axis=-1, keepdims=True)
+    motion = np.concatenate([twist.velocity[..., bushings.body, :], omega], axis=-1)
+    return np.sum((found.gradient @ motion[..., None])[..., 0], axis=-2)
+
+
+def wrenches(bushings: Bushings, found: Deflection, pose: Pose, force: Array) -> tuple[Array, Array]:
+    """What forces (..., B, 6) along the coordinates do to both bodies of each bushing at one pose, (..., B, 2, 3):
+    forces in global axes, and torques about their centres of mass in body axes."""
+    pull = (np.swapaxes(found.gradient, -1, -2) @ force[..., None, :, None])[..., 0]
+    orientation = pose.orientation[bushings.body]
+    axes = pose.rotation[bushings.body] / np.sum(orientation * orientation, axis=-1)[..., None, None]
+    return pull[..., :3], (pull[..., None, 3:] @ axes)[..., 0, :]
+
+
+def _rates_of_rotation(cosine: Numbers, sines: Numbers) -> tuple[Numbers, Numbers]:
+    """(θ/2) / sin(θ/2), (..., 1), and H, (..., 3, 3), from cos(θ/2) and n sin(θ/2)."""
+    q = np.sum(sines * sines, axis=-1)
+    is_large = q.real > SMALL
+    square = np.where(is_large, q, 1.0)
+    sine = np.sqrt(square)
+    half = np.where(is_large, np.arctan2(sine.real, cosine.real), 0.0)
+    if np.iscomplexobj(q):  # numpy.arctan2 takes real arguments only
+        half = half + 1j * (cosine.real * sine.imag - sine.real * cosine.imag)
+    small = 1.0 / 6.0 + q * (3.0 / 40.0 + q * (5.0 / 112.0 + q * (35.0 / 1152.0 + q * (63.0 / 2816.0))))
+    longer = np.where(is_large, half / sine, 1.0 + q * small)
+    along = np.where(is_large, (1.0 - longer) / square, -small)
+    H = longer[..., None, None] * np.eye(3) + along[..., None, None] * sines[..., :, None] * sines[..., None, :]
+    return longer[..., None], H
+
+
+def _across(vector: Numbers) -> Numbers:
+    """The matrices (..., 3, 3) of the products vector × ."""
+    x, y, z = vector[..., 0], vector[..., 1], vector[..., 2]
+    zero = np.zeros_like(x)
+    rows = [[zero, -z, y], [z, zero, -x], [-y, x, zero]]
+    return np.stack([np.stack(row, axis=-1) for row in rows], axis=-2)

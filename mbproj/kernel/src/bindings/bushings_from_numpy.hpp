@@ -1,0 +1,47 @@
+// From NumPy arrays to bushings.
+#pragma once
+
+#include "bindings/from_numpy.hpp"
+#include "kinematics/bushings.hpp"
+
+namespace mbproj {
+
+template <int D> struct Bushings { std::vector<Bushing<D>> each; };
+
+// Matrix number i of an array.
+template <int Rows, int Columns> Matrix<Rows, Columns> matrix_at(const Numbers3& array, std::size_t i) {
+    return Eigen::Map<const Eigen::Matrix<double, Rows, Columns, Columns == 1 ? Eigen::ColMajor : Eigen::RowMajor>>(
+        array.data() + Rows * Columns * i);
+}
+
+// Two frames each: body, origin and turn one after the other.
+template <int D> Bushings<D> bushings(std::size_t bodies, const Integers1& body, const Numbers2& origin,
+                                      const Numbers3& turn, const Numbers3& stiffness, const Numbers3& damping,
+                                      const Numbers2& preload, const Numbers3& map) {
+    constexpr int N = Bushing<D>::coordinates;
+    const std::size_t count = preload.shape(0);
+    require(body, {2 * count}, "bushing body");
+    require(origin, {2 * count, D}, "bushing origin");
+    require(turn, {2 * count, D, D}, "bushing turn");
+    require(stiffness, {count, N, N}, "bushing stiffness");
+    require(damping, {count, N, N}, "bushing damping");
+    require(preload, {count, N}, "bushing preload");
+    require(map, {count, 6, N}, "bushing map");
+    Bushings<D> built;
+    for (std::size_t i = 0; i < count; ++i) {
+        Bushing<D> one;
+        for (int side = 0; side < 2; ++side) {
+            one.body[side] = index_below(body.data()[2 * i + side], bodies + 1, "bushing body");
+            one.origin[side] = Eigen::Map<const Point<D>>(origin.data() + D * (2 * i + side));
+            one.turn[side] = matrix_at<D, D>(turn, 2 * i + side);
+        }
+        one.stiffness = matrix_at<N, N>(stiffness, i);
+        one.damping = matrix_at<N, N>(damping, i);
+        one.preload = Eigen::Map<const Column<N>>(preload.data() + N * i);
+        one.map = matrix_at<6, N>(map, i);
+        built.each.push_back(one);
+    }
+    return built;
+}
+
+}  // namespace mbproj

@@ -1,0 +1,117 @@
+// Bushings, as mbproj.dynamics.equations.bushings defines them: elastic elements between two frames, with coordinates seen
+// from the frame midway between both.
+#pragma once
+
+#include "kinematics/pose.hpp"
+
+namespace mbproj {
+
+// F = preload - stiffness s - damping s' along the translation and the rotation vector from frame 1 to frame 2. In the plane
+// these are two components and an angle; `map` takes them to the coordinates in space, of which the others do not change.
+template <int D> struct Bushing {
+    static constexpr int coordinates = Size<D>::freedoms;
+    int body[2];
+    Point<D> origin[2];   // of the frames, in the axes of their bodies
+    Rotation<D> turn[2];  // from the frames to their bodies
+    Matrix<coordinates, coordinates> stiffness, damping;
+    Column<coordinates> preload;
+    Matrix<6, coordinates> map;
+};
+
+// The frame that half of the rotation from one frame to another leads to. `rotation` vector φ; φ' = H (ω2 - ω1), the midway
+// frame turns with ½ (ω1 + ω2) - ½ lead × (ω2 - ω1), all in its axes; `cosine` of half the angle.
+template <int D> struct Midway {
+    Rotation<D> axes;
+    Turn<D> rotation, lead;
+    Matrix<Size<D>::turns, Size<D>::turns> H;
+    double cosine;
+};
+
+inline Midway<3> midway(const Rotation<3>& first, const Rotation<3>& second) {
+    const Rotation<3> R = first.transpose() * second;
+    const double cosine = 0.5 * std::sqrt(std::max(1.0 + R.trace(), 0.0));
+    const Column<3> sines = Column<3>(R(2, 1) - R(1, 2), R(0, 2) - R(2, 0), R(1, 0) - R(0, 1)) / (4.0 * cosine);
+    const double square = sines.squaredNorm(), sine = std::sqrt(square);
+    const double longer = square > 0.0 ? std::atan2(sine, cosine) / sine : 1.0;
+    const double along = square > 0.0 ? (1.0 - longer) / square : 0.0;
+    Column<4> half;
+    half << 1.0 + cosine, sines;
+    Midway<3> found;
+    found.axes.noalias() = first * mbproj::rotation(half);
+    found.rotation = 2.0 * longer * sines;
+    found.lead = sines / (1.0 + cosine);
+    found.H = longer * Matrix<3, 3>::Identity() + along * sines * sines.transpose();
+    found.cosine = cosine;
+    return found;
+}
+
+inline Midway<2> midway(const Rotation<2>& first, const Rotation<2>& second) {
+    const Rotation<2> R = first.transpose() * second;
+    const double angle = std::atan2(R(1, 0), R(0, 0));
+    return {Rotation<2>(first * mbproj::rotation(Column<1>(0.5 * angle))), Turn<2>(angle), Turn<2>(0.0),
+            Matrix<1, 1>(1.0), std::cos(0.5 * angle)};
+}
+
+inline Column<3> across(const Column<3>& a, const Column<3>& b) { return a.cross(b); }
+inline Column<1> across(const Column<1>&, const Column<1>&) { return Column<1>(0.0); }
+
+// The coordinates of a bushing at a pose.
+template <int D> class Deflection {
+public:
+    using Coordinates = Column<Bushing<D>::coordinates>;
+
+    Deflection(const Bushing<D>& bushing, const Pose<D>& pose)
+        : bushing_(bushing), arm_{pose[bushing.body[0]].rotation * bushing.origin[0],
+                                  pose[bushing.body[1]].rotation * bushing.origin[1]},
+          midway_(midway(Rotation<D>(pose[bushing.body[0]].rotation * bushing.turn[0]),
+                         Rotation<D>(pose[bushing.body[1]].rotation * bushing.turn[1]))) {
+        const Point<D> between = pose[bushing.body[1]].position + arm_[1] - pose[bushing.body[0]].position - arm_[0];
+        x_.noalias() = midway_.axes.transpose() * between;
+    }
+
+    double cosine() const { return midway_.cosine; }
+
+    Coordinates value() const {
+        Coordinates s;
+        s << x_, midway_.rotation;
+        return s;
+    }
+
+    // s' of velocities and angular velocities, by body, in global axes.
+    template <class Velocity, class Omega> Coordinates rate(const Velocity& velocity, const Omega& omega) const {
+        Point<D> apart = Point<D>::Zero();
+        Turn<D> turning[2];
+        for (int side = 0; side < 2; ++side) {
+            const Turn<D> w = omega(bushing_.body[side]);
+            const Point<D> end = velocity(bushing_.body[side]) + turned_by(w, arm_[side]);
+            apart += side == 0 ? Point<D>(-end) : end;
+            turning[side] = to_body(midway_.axes, w);
+        }
+        const Turn<D> relative = turning[1] - turning[0];
+        const Turn<D> own = 0.5 * (turning[0] + turning[1]) - 0.5 * across(midway_.lead, relative);
+        Coordinates found;
+        found << midway_.axes.transpose() * apart - turned_by(own, x_), midway_.H * relative;
+        return found;
+    }
+
+    // Adds what forces along the coordinates do to both bodies, about their centres of mass, global axes.
+    void pull(const Coordinates& along, std::vector<Point<D>>& force, std::vector<Turn<D>>& torque) const {
+        const Point<D> local = along.template head<D>(), push = midway_.axes * local;
+        const Turn<D> shared = -moment(x_, local);
+        const Turn<D> relative = midway_.H * along.template tail<Size<D>::turns>() - 0.5 * across(shared, midway_.lead);
+        for (int side = 0; side < 2; ++side) {
+            const double sign = side == 0 ? -1.0 : 1.0;
+            const int body = bushing_.body[side];
+            force[body] += sign * push;
+            torque[body] += to_global(midway_.axes, Turn<D>(0.5 * shared + sign * relative)) +
+                            moment(arm_[side], Point<D>(sign * push));
+        }
+    }
+
+private:
+    const Bushing<D>& bushing_;
+    Point<D> arm_[2], x_;
+    Midway<D> midway_;
+};
+
+}  // namespace mbproj

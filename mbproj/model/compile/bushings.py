@@ -1,0 +1,58 @@
+"""The scene's bushings as arrays."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from mbproj.arrays import Array
+from mbproj.errors import InputError, Problem
+from mbproj.model.bushings import Bushings
+from mbproj.model.compile.frames import Pose
+from mbproj.model.compile.rigid_groups import Seat
+from mbproj.scene.fields.rotations import from_matrix, to_matrix
+from mbproj.scene.records import Bushing, Matrix, Scene
+
+
+def compile_bushings(
+    scene: Scene, bushings: Sequence[Bushing], seats: Mapping[str, Seat], poses: Mapping[str, Pose]
+) -> Bushings:
+    """All of them. Raises InputError where one is between two frames of one rigid body."""
+    frames = [[_frame(bushing, side, seats, poses) for side in (0, 1)] for bushing in bushings]
+    body = np.array([[seats[name].carrier for name in bushing.bodies] for bushing in bushings], dtype=np.intp)
+    for bushing, (first, second) in zip(bushings, body.reshape(-1, 2), strict=True):
+        if first == second:
+            what = f"force '{bushing.name}' acts between two frames of one rigid body"
+            raise InputError(
+                Problem(what, scene.place("forces", bushing.name), "fixed joints have made its bodies one")
+            )
+    return Bushings(
+        body=body.reshape(-1, 2),
+        origin=np.array([[origin for origin, _ in pair] for pair in frames]).reshape(-1, 2, 3),
+        turn=np.array([[turn for _, turn in pair] for pair in frames]).reshape(-1, 2, 4),
+        stiffness=_blocks([bushing.stiffness for bushing in bushings]),
+        damping=_blocks([bushing.damping for bushing in bushings]),
+        preload=np.array([bushing.preload for bushing in bushings]).reshape(-1, 6),
+    )
+
+
+def _frame(
+    bushing: Bushing, side: int, seats: Mapping[str, Seat], poses: Mapping[str, Pose]
+) -> tuple[Array, tuple[float, ...]]:
+    """The origin (3,) of a frame in the axes of its carrier, and the Euler parameters from the frame to these."""
+    name = bushing.bodies[side]
+    position, rotation = poses[name]
+    point = np.array((bushing.points.first, bushing.points.second)[side])
+    axes = np.array(to_matrix((bushing.axes.first, bushing.axes.second)[side]))
+    origin = point if bushing.points.local else rotation.T @ (point - position)
+    turn = axes if bushing.axes.local else rotation.T @ axes
+    return seats[name].point(origin), from_matrix((seats[name].turn @ turn).tolist())
+
+
+def _blocks(pairs: Sequence[tuple[Matrix, Matrix]]) -> Array:
+    """Matrices (B, 6, 6) of those of translation and of rotation."""
+    found = np.zeros((len(pairs), 6, 6))
+    for matrix, (translation, rotation) in zip(found, pairs, strict=True):
+        matrix[:3, :3], matrix[3:, 3:] = translation, rotation
+    return found
