@@ -46,6 +46,7 @@ def command(scene: str, settings: tuple[str, ...], picture: Path | None, as_json
     """
     import json
 
+    from mbproj.cli.report import fast_forces
     from mbproj.cli.report.diagnosis import diagnose
     from mbproj.cli.report.notes import notes_on, show_notes
     from mbproj.cli.start_picture import draw_start
@@ -55,6 +56,7 @@ def command(scene: str, settings: tuple[str, ...], picture: Path | None, as_json
     from mbproj.dynamics.equations.kinematics import pose_of
     from mbproj.integrate.formulations.choice import choose
     from mbproj.integrate.formulations.full import FullFormulation
+    from mbproj.integrate.loop.fast_forces import fastest_at, stable_steps
     from mbproj.linear.equilibrium.started import start_state
     from mbproj.model import compile_system, initial_guess
     from mbproj.scene import read_scene
@@ -75,6 +77,8 @@ def command(scene: str, settings: tuple[str, ...], picture: Path | None, as_json
         problems = [placed(problem, what) for problem in error.problems]
     diagnosis = diagnose(system, state)
     problems = diagnosis.problems(system, runs=choice is not None) or problems
+    fast = [] if choice is None else fastest_at(choice, system, state)
+    steps = stable_steps(fast)
     # A dense decomposition of a loop of hundreds of bodies would take minutes.
     ranks = None if diagnosis.redundancy.left_out else mobility(system, pose_of(state.q))
     facts = {
@@ -92,6 +96,7 @@ def command(scene: str, settings: tuple[str, ...], picture: Path | None, as_json
         "moved_by": moved_by(guess.q, state.q),
         "coordinates_at_start": _coordinates(system, state),
         **diagnosis.facts(),
+        **fast_forces.facts(fast, steps),
         "expectations": [each.name for each in what.expectations],
         "can_run": not problems,
         "problems": [_problem(problem) for problem in problems],
@@ -100,7 +105,9 @@ def command(scene: str, settings: tuple[str, ...], picture: Path | None, as_json
     if as_json:
         click.echo(json.dumps(facts))
     else:
-        lines = [*_sizes(what, system, facts), *diagnosis.lines(), *_start(what, facts)]
+        *start, verdict = _start(what, facts)
+        stiff = fast_forces.lines(fast, steps)
+        lines = [*_sizes(what, system, facts), *diagnosis.lines(), *start, *stiff, verdict]
         click.echo("\n".join([what.title or Path(scene).stem, *lines]))
         show_notes(what)
         for problem in problems:

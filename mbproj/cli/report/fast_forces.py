@@ -1,0 +1,63 @@
+"""The fastest modes of a scene's forces, and the steps that explicit integrators need, in words and for JSON."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from math import pi
+from typing import Any
+
+from mbproj.integrate.loop.fast_forces import FastMode
+
+#: A mode whose |λ| is less than this part imaginary decays rather than vibrates.
+VIBRATES = 0.5
+
+
+def facts(modes: Sequence[FastMode], steps: Mapping[str, float]) -> dict[str, Any]:
+    """`fast_modes` and `stable_steps` for a program to read: Hz, 1/s and s."""
+    return {
+        "fast_modes": [
+            {
+                "forces": list(mode.forces),
+                "bodies": list(mode.bodies),
+                "frequency": abs(mode.eigenvalue.imag) / (2.0 * pi),
+                "growth": mode.eigenvalue.real,
+                "time_constant": mode.time_constant,
+            }
+            for mode in modes
+        ],
+        "stable_steps": dict(steps),
+    }
+
+
+def lines(modes: Sequence[FastMode], steps: Mapping[str, float]) -> list[str]:
+    """A line for each mode and for each step; nothing without any."""
+    if not modes:
+        return []
+    width = max(map(len, steps), default=0)
+    largest = [f"    {name:{width}}  {_short(step)}" for name, step in steps.items()]
+    told = [f"    {_listed(mode.forces)}{_on(mode)} {_motion(mode)}" for mode in modes]
+    return ["  fastest by their forces, at the start", *told, "  stable up to steps of", *largest]
+
+
+def _on(mode: FastMode) -> str:
+    return f" on {_listed(mode.bodies)}" if mode.bodies else ""
+
+
+def _motion(mode: FastMode) -> str:
+    size = abs(mode.eigenvalue)
+    if abs(mode.eigenvalue.imag) < VIBRATES * size:
+        return f"decays, time constant {_short(mode.time_constant)}"
+    hertz = abs(mode.eigenvalue.imag) / (2.0 * pi)
+    return f"vibrates with {hertz:.3g} Hz, time constant {_short(mode.time_constant)}"
+
+
+def _short(seconds: float) -> str:
+    """A time of three digits in s, ms or µs."""
+    for unit, size in (("s", 1.0), ("ms", 1e-3)):
+        if seconds >= 0.1 * size:
+            return f"{seconds / size:.3g} {unit}"
+    return f"{seconds / 1e-6:.3g} µs"
+
+
+def _listed(names: Sequence[str]) -> str:
+    return ", ".join(f"'{name}'" for name in names)

@@ -1,0 +1,76 @@
+"""The fastest modes of a mechanism's forces at its start: what makes them, what they move, and the step that explicit
+integrators need for them."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from mbproj.arrays import Array, Integers
+from mbproj.dynamics.assembly.assemble import State
+from mbproj.dynamics.equations.kinematics import pose_of
+from mbproj.dynamics.fast_modes import Mode, fast_modes, leading, moved_bodies, slopes, speeds_of_free_bodies
+from mbproj.integrate.formulations.choice import Choice
+from mbproj.integrate.steppers.stability_region import reach
+from mbproj.integrate.steppers.tableau import load_tableau
+from mbproj.model.system import System
+from mbproj.registry import integrators
+from mbproj.thresholds import THRESHOLDS
+
+#: Coordinates that are looked at, at most: those that would be fastest on free bodies; and modes that are told.
+LOOKED_AT, TOLD = 100, 3
+
+
+@dataclass(frozen=True)
+class FastMode:
+    """An eigenvalue λ in 1/s, the forces that make most of it and the bodies that move most, the largest part first."""
+
+    eigenvalue: complex
+    forces: tuple[str, ...]
+    bodies: tuple[str, ...]
+
+    @property
+    def time_constant(self) -> float:
+        """1 / |λ| in s."""
+        return 1.0 / abs(self.eigenvalue)
+
+    @property
+    def direction(self) -> complex:
+        """λ / |λ|, without the little by which a mode may grow."""
+        size = abs(self.eigenvalue)
+        return complex(round(min(self.eigenvalue.real, 0.0) / size, 3), round(abs(self.eigenvalue.imag) / size, 3))
+
+
+def fastest_at(choice: Choice, system: System, state: State) -> list[FastMode]:
+    """The fastest modes at a state, the fastest first; none without forces along coordinates."""
+    if system.forces is None or not system.forces.size:
+        return []
+    slope, pose = slopes(system, state), pose_of(state.q)
+    bound = speeds_of_free_bodies(system, pose, slope)
+    chosen = np.sort(np.argsort(-bound)[:LOOKED_AT])
+    chosen = chosen[bound[chosen] > 0.0]
+    W = choice.responses(system, state, chosen) if len(chosen) else None
+    found = [] if W is None else fast_modes(W, chosen, slope)[:TOLD]
+    real = [mode for mode in found if abs(mode.eigenvalue) > THRESHOLDS.no_mode * abs(found[0].eigenvalue)]
+    return [_described(system, state, chosen, mode) for mode in real]
+
+
+def stable_steps(modes: Sequence[FastMode]) -> dict[str, float]:
+    """The largest step in s with which each explicit integrator is stable for all of these, by name."""
+    if not modes:
+        return {}
+    return {
+        name: min(reach(load_tableau(name), mode.direction) * mode.time_constant for mode in modes)
+        for name in integrators()
+    }
+
+
+def _described(system: System, state: State, chosen: Integers, mode: Mode) -> FastMode:
+    assert system.forces is not None
+    motion: Array | None = None
+    if system.bodies <= THRESHOLDS.large:
+        motion = moved_bodies(system, pose_of(state.q), chosen, mode)
+    bodies = () if motion is None else leading(system.names.carriers, motion)
+    return FastMode(mode.eigenvalue, leading(system.forces.owners, mode.shares), bodies)
