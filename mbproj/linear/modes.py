@@ -86,8 +86,8 @@ def described(reference: Reference, values: Numbers, ξ: Numbers, freedom: int, 
     system, motion = reference.system, reference.motion
     shapes = ξ.T.reshape(len(values), system.bodies, 6)
     size = np.abs(shapes / ([system.length] * 3 + [1.0] * 3))
-    largest = size.reshape(len(values), -1).argmax(axis=1)
-    scale = np.take_along_axis(shapes.reshape(len(values), -1), largest[:, None], axis=1)[:, 0]
+    largest = size.reshape(len(values), 6 * system.bodies).argmax(axis=1)
+    scale = np.take_along_axis(shapes.reshape(len(values), 6 * system.bodies), largest[:, None], axis=1)[:, 0]
     length = np.where(largest % 6 < 3, system.length, 1.0)
     shapes = shapes * (length / np.where(scale == 0.0, 1.0, scale))[:, None, None]
     in_body = shapes.copy()

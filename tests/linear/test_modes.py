@@ -277,3 +277,12 @@ def test_a_force_without_a_slope_is_refused_by_name():
     text = LAVAL.replace("stiffness: 1000, free_length: 0}\n  down", "force: -sqrt(l - 0.3)}\n  down")
     with pytest.raises(InputError, match="force 'up' has no slope at this pose"):
         modes_of(text)
+
+
+def test_a_structure_that_cannot_move_has_no_modes():
+    text = (
+        BAR.replace("AT", "-0.5")
+        + "  pin2: {type: revolute, bodies: [ground, bar], location: [1, 0, 0], axis: [0, 1, 0]}\n"
+    )
+    found = modes_of(text)
+    assert (found.freedom, len(found.eigenvalues), found.shapes.shape) == (0, 0, (0, 1, 6))

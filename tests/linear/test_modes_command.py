@@ -94,3 +94,11 @@ def test_options_for_results_do_not_fit_a_file_of_modes(folder):
     )
     done = mbproj("plot", "modes.h5", "--kind", "traces", folder=folder)
     assert "--kind traces: no parameter was varied: mbproj modes --vary" in done.stderr
+
+
+def test_a_file_without_modes_has_nothing_to_draw(folder):
+    fixed = SCENE + "  end: {type: revolute, bodies: [ground, bar], location: [1, 0, 0], axis: [0, 1, 0]}\n"
+    (folder / "fixed.yaml").write_text(fixed)
+    assert mbproj("modes", "fixed.yaml", folder=folder).returncode == 0
+    done = mbproj("plot", "modes.h5", folder=folder)
+    assert (done.returncode, "'modes.h5' has nothing to draw: the mechanism has no modes" in done.stderr) == (2, True)

@@ -61,6 +61,8 @@ def _pictures(path: Path, kinds: Sequence[str]) -> Mapping[str, Callable[[], Fig
             raise InputError(Problem(f"--kind: unknown kind '{kind}'", hint=choose_from(kind, able)))
         if why[kind]:
             raise InputError(Problem(f"--kind {kind}: {why[kind]}"))
+    if not kinds and all(why.values()):
+        raise InputError(Problem(f"'{path}' has nothing to draw: {next(iter(why.values()))}"))
     return {kind: able[kind] for kind in kinds or able if not why[kind]}
 
 

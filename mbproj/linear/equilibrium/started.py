@@ -25,6 +25,9 @@ def start_state(scene: Scene, system: System) -> State:
 
 def beside(scene: Scene, system: System, guess: Guess) -> State:
     """The consistent start nearest to a guess. Conditions that joints have at the scene's own start hold only there."""
-    if scene.settings.start == EQUILIBRIUM:
-        guess = replace(guess, start=NO_CONDITIONS, speed=NO_CONDITIONS)
-    return assemble(system, guess)
+    return consistent(system, guess) if scene.settings.start == EQUILIBRIUM else assemble(system, guess)
+
+
+def consistent(system: System, guess: Guess) -> State:
+    """The same, whatever the scene asks of its own start."""
+    return assemble(system, replace(guess, start=NO_CONDITIONS, speed=NO_CONDITIONS))

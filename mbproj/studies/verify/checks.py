@@ -13,7 +13,7 @@ from mbproj.results.verification import Check, Verification
 from mbproj.scene.records import Scene
 from mbproj.studies.measure.mechanism import Mechanism
 from mbproj.studies.parallel.progress import Tell, silent
-from mbproj.studies.verify import accelerations, balance, corrections, invariance, order, turns
+from mbproj.studies.verify import accelerations, balance, corrections, invariance, order, small_motions, turns
 from mbproj.studies.verify.case import Case
 from mbproj.studies.verify.finding import Found
 
@@ -47,6 +47,7 @@ CHECKS: Mapping[str, Entry] = MappingProxyType(
         "order": Entry(order.observed_order, "the integrator keeps its order"),
         "energy": Entry(order.energy_balance, "the energy balance converges"),
         "closed": Entry(order.joints_closed, "joints are closed after every step"),
+        "linear": Entry(small_motions.small_motions, "the linear model = small motions"),
         "turns": Entry(turns.teeth_kept, "gears keep their teeth, driven angles their turns"),
     }
 )

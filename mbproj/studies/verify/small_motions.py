@@ -1,0 +1,88 @@
+"""Check of the linear model: beside its equilibrium a run follows the mode that it begins in."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from mbproj.arrays import Array, Numbers
+from mbproj.dynamics import State
+from mbproj.dynamics.derivatives.linear_equations import tangent_force
+from mbproj.dynamics.derivatives.tangent import moved, velocities
+from mbproj.dynamics.equations.kinematics import pose_of
+from mbproj.dynamics.equations.motions import drive_at
+from mbproj.errors import InputError
+from mbproj.integrate import simulate
+from mbproj.linear.equilibrium.find import Equilibrium, equilibrium
+from mbproj.linear.equilibrium.solve import NoEquilibrium
+from mbproj.linear.equilibrium.started import consistent
+from mbproj.linear.modes import Modes, modes
+from mbproj.model import initial_guess
+from mbproj.scene.records import Settings
+from mbproj.studies.verify.case import Case
+from mbproj.studies.verify.finding import Finding, Found
+from mbproj.studies.verify.turns import Kept
+
+#: Amplitude of the motion in lengths or radians, steps in which it is followed, and for how much of the slowest mode's
+#: period. Two runs, to either side, leave the square of the amplitude, and the steps their fourth power.
+AMPLITUDE, STEPS, PART = 2e-4, 400, 0.25
+ALLOWED = 1e-6
+#: What the fastest mode turns in a step at most, rad, and how many steps there are at most.
+STABLE, MOST_STEPS = 1.0, 20_000
+
+
+def small_motions(case: Case) -> Found:
+    """By how much joint coordinates are off after a part of the slowest oscillation, beside its amplitude."""
+    if case.too_large:
+        return case.too_large
+    if not case.system.coordinates.size:
+        return "there are no joint coordinates to compare"
+    try:
+        rest = equilibrium(case.system, case.mechanism.state)
+        found = modes(rest.reference)
+    except (NoEquilibrium, InputError) as error:
+        return f"there is nothing to linearise: {str(error).splitlines()[0].removeprefix('error: ')}"
+    slow = np.flatnonzero((found.eigenvalues.imag > 0.0) & np.any(np.abs(found.coordinates) > 0.0, axis=1))
+    if not len(slow):
+        return "no mode oscillates"
+    mode = int(slow[0])
+    time = PART * 2.0 * np.pi / float(abs(found.eigenvalues[mode]))
+    if _changes(case, rest, time):
+        return "forces or motions change with time, and the linear model with them"
+    steps = max(STEPS, int(np.ceil(time * float(np.abs(found.eigenvalues).max()) / STABLE)))
+    if steps > MOST_STEPS:
+        return f"its modes are so far apart that following the slowest takes {steps} steps"
+    ends = [_end(case, _beside(case, rest, found, mode, size), time, steps) for size in (AMPLITUDE, -AMPLITUDE)]
+    moves: Numbers = found.coordinates[mode]
+    expected = (moves * np.exp(found.eigenvalues[mode] * time)).real
+    off = np.abs((ends[0] - ends[1]) / (2.0 * AMPLITUDE) - expected).max() / np.abs(moves).max()
+    return Finding(float(off), ALLOWED, f"in the mode of {found.frequencies[mode]:.4g} Hz")
+
+
+def _beside(case: Case, rest: Equilibrium, found: Modes, mode: int, size: float) -> State:
+    """The equilibrium, moved along a mode, and moving in it."""
+    motion, λ = rest.reference.motion, found.eigenvalues[mode]
+    ξ = found.shapes[mode].copy()
+    ξ[:, 3:] = np.einsum("bji,bj->bi", motion.pose.rotation[:-1], ξ[:, 3:])
+    q = moved(motion.q, size * ξ.real.ravel())
+    v = velocities(pose_of(q), size * (λ * ξ).real.ravel())
+    state = consistent(case.system, replace(initial_guess(case.scene, case.system), q=q, v=v))
+    return replace(state, turns=rest.state.turns)
+
+
+def _changes(case: Case, rest: Equilibrium, time: float) -> bool:
+    """Whether what acts there, or what motions prescribe, is another one then."""
+    motion, system = rest.reference.motion, case.system
+    forces = [tangent_force(system, replace(motion, t=t)) for t in (motion.t, motion.t + 0.5 * time, motion.t + time)]
+    drives = [drive_at(system, t) for t in (motion.t, motion.t + time)]
+    moves = any(drive is not None and (drive.rate.any() or drive.acceleration.any()) for drive in drives)
+    return moves or any(not np.array_equal(forces[0], other) for other in forces[1:])
+
+
+def _end(case: Case, start: State, time: float, steps: int) -> Array:
+    """The joints' coordinates after a time."""
+    kept = Kept()
+    settings = Settings(duration=time, step=time / steps, output_step=time, formulation=case.scene.settings.formulation)
+    simulate(case.system, start, settings, kept)
+    return kept.coordinate[-1]
