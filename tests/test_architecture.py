@@ -75,7 +75,7 @@ FOLDERS = {
     "model": ("compile", "planar"),
     "dynamics": ("equations", "derivatives", "assembly", "observe", "rank"),
     "projection": ("methods", "solve"),
-    "integrate": ("steppers", "outcome", "events", "formulations", "loop"),
+    "integrate": ("steppers", "events", "outcome", "formulations", "loop"),
     "results": ("file", "crash_safety", "linear"),
     "studies": (
         "store",

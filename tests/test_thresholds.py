@@ -15,7 +15,7 @@ from tests.support import ROOT
 
 KERNEL = ROOT / "mbproj" / "kernel" / "src"
 #: Constants of the kernel that are no thresholds, and what they are.
-NO_THRESHOLDS = {"not_a_number": "a name for NaN"}
+NO_THRESHOLDS = {"not_a_number": "a name for NaN", "free_branch": "the same, of a switch that is not held"}
 #: Folders and files whose numbers are thresholds where they are not coefficients, and how a constant begins there.
 NUMERICS = ("dynamics", "projection", "integrate", "model", "linear")
 FLOAT_CONSTANT = re.compile(r"^([A-Z_]+(?:, [A-Z_]+)*) *(?::.*)?= \(?-?\d.*?(?:\.\d|e-\d)", re.M)
@@ -23,6 +23,7 @@ FLOAT_CONSTANT = re.compile(r"^([A-Z_]+(?:, [A-Z_]+)*) *(?::.*)?= \(?-?\d.*?(?:\
 COEFFICIENTS = {
     "FARTHEST, SCAN, HALVINGS": "a scan of the complex plane, which bisection refines",
     "FURTHER": "trial points",
+    "LOOKS": "places in a step",
     "RETURN_SECONDS": "how often the screen is refreshed",
     "BLOCK_SECONDS": "how often the file is written",
     "COMPLEX_STEP": "its square is nothing beside 1",

@@ -4,11 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
+import numpy.typing as npt
 
 from mbproj.arrays import Array, Integers
 from mbproj.functions.program import Op, Program
+
+#: Changes of a table's value, slope and second derivative up to this part of the largest are round-off.
+ROUND_OFF = np.array([1e-12, 1e-9, 1e-9])
 
 
 @dataclass(frozen=True, eq=False)
@@ -28,6 +33,25 @@ class ProgramSet:
     origin: Array
     piece: Array
     texts: tuple[str, ...]
+
+    @cached_property
+    def kinked(self) -> npt.NDArray[np.bool_]:
+        """The pieces of tables that begin with a kink, where the value, the slope or the second derivative jumps, and
+        the first of each table, (B,)."""
+        found = np.ones(len(self.knot), dtype=bool)
+        for start, end in zip(self.table_start[:-1], self.table_start[1:], strict=True):
+            knot, origin, piece = self.knot[start + 1 : end], self.origin[start:end], self.piece[start:end]
+            before, after = _derivatives(piece[:-1], knot - origin[:-1]), _derivatives(piece[1:], knot - origin[1:])
+            largest = np.maximum(np.abs(before), np.abs(after)).max(axis=0, initial=0.0)
+            found[start + 1 : end] = np.any(np.abs(after - before) > ROUND_OFF * largest, axis=1)
+        return found
+
+
+def _derivatives(piece: Array, u: Array) -> Array:
+    """Value, slope and second derivative of cubics (n, 4) at u (n,), (n, 3)."""
+    c0, c1, c2, c3 = piece.T
+    value = c0 + u * (c1 + u * (c2 + u * c3))
+    return np.column_stack([value, c1 + u * (2.0 * c2 + 3.0 * u * c3), 2.0 * c2 + 6.0 * u * c3])
 
 
 def flatten(programs: Sequence[Program]) -> ProgramSet:

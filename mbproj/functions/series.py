@@ -10,9 +10,10 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
-from mbproj.arrays import Numbers
+from mbproj.arrays import Array, Numbers
 from mbproj.functions.program import ARGUMENTS, Op
 from mbproj.functions.program_set import ProgramSet
+from mbproj.functions.switches import pieces
 from mbproj.functions.taylor import FUNCTIONS, OPERATIONS, Series, chain, power
 
 
@@ -37,12 +38,27 @@ def run(programs: ProgramSet, index: int, variables: Sequence[Series]) -> Series
         return stack.pop()
 
 
-def walk(programs: ProgramSet, index: int, variables: Sequence[Series]) -> Iterator[tuple[int, list[Series]]]:
+def run_held(programs: ProgramSet, index: int, variables: Sequence[Series], held: Array | None) -> Numbers:
+    """The value of program `index` with the branches `held`, one for each instruction of the set (see `switches`), if
+    any. Where a branch has no value beyond its end, as the root of a negative number, the value is that of `run`."""
+    if held is not None:
+        with np.errstate(all="ignore"):
+            stack: list[Series] = []
+            for at in range(programs.start[index], programs.start[index + 1]):
+                _step(programs, at, stack, variables, held)
+        if np.all(np.isfinite(stack[-1][0])):
+            return stack[-1][0]
+    return run(programs, index, variables)[0]
+
+
+def walk(
+    programs: ProgramSet, index: int, variables: Sequence[Series], held: Array | None = None
+) -> Iterator[tuple[int, list[Series]]]:
     """The instructions of program `index` one by one, each with the stack that it finds."""
     stack: list[Series] = []
     for at in range(programs.start[index], programs.start[index + 1]):
         yield at, stack
-        _step(programs, at, stack, variables)
+        _step(programs, at, stack, variables, held)
 
 
 def slope(programs: ProgramSet, index: int, at: Sequence[Numbers], variable: int) -> Numbers:
@@ -67,15 +83,20 @@ def failure(programs: ProgramSet, index: int, variables: Sequence[Series]) -> st
     return "it is not finite"
 
 
-def _step(programs: ProgramSet, at: int, stack: list[Series], variables: Sequence[Series]) -> None:
-    """Instruction number `at`."""
+def _step(
+    programs: ProgramSet, at: int, stack: list[Series], variables: Sequence[Series], held: Array | None = None
+) -> None:
+    """Instruction number `at`, on the branch that is held."""
     op, operand = Op(int(programs.op[at])), float(programs.operand[at])
-    if op is Op.CONSTANT:
+    if held is not None and not np.isnan(held[at]):
+        stack.append(_on_branch(programs, at, stack, float(held[at])))
+    elif op is Op.CONSTANT:
         stack.append(constant_series(np.full_like(variables[0][0], operand)))
     elif op is Op.VARIABLE:
         stack.append(variables[int(operand)])
     elif op is Op.TABLE:
-        stack.append(chain(_table(programs, int(operand), stack[-1][0]), stack.pop()))
+        x = stack.pop()
+        stack.append(chain(_table(programs, int(operand), x[0]), x))
     elif op is Op.POWER:
         stack.append(chain(power(stack[-1][0], operand), stack.pop()))
     elif op in FUNCTIONS:
@@ -85,10 +106,26 @@ def _step(programs: ProgramSet, at: int, stack: list[Series], variables: Sequenc
         stack.append(OPERATIONS[op](first, second))
 
 
-def _table(programs: ProgramSet, number: int, x: Numbers) -> Series:
-    """The piece of table `number` that x is in."""
+def _on_branch(programs: ProgramSet, at: int, stack: list[Series], branch: float) -> Series:
+    """What a switch makes of its arguments, which it takes from the stack, on one of its branches."""
+    op, x = Op(int(programs.op[at])), stack.pop()
+    if op in (Op.MIN, Op.MAX):
+        first = stack.pop()
+        return first if (branch > 0.0) == (op is Op.MAX) else x
+    if op is Op.ABS:
+        return branch * x[0], branch * x[1], branch * x[2]
+    if op is Op.TABLE:
+        first_piece, last_piece = pieces(programs, at, branch)
+        return chain(_table(programs, int(programs.operand[at]), x[0], first_piece, last_piece), x)
+    return constant_series(np.full_like(x[0], branch))
+
+
+def _table(programs: ProgramSet, number: int, x: Numbers, first: int = 0, last: int | None = None) -> Series:
+    """The piece of table `number` that x is in, or the nearest from `first` to `last`."""
     start, end = programs.table_start[number : number + 2]
     at = start - 1 + np.searchsorted(programs.knot[start:end], x, side="right")
+    if last is not None:
+        at = np.clip(at, first, last)
     c = programs.piece[at]
     u = x - programs.origin[at]
     c0, c1, c2, c3 = (c[..., i] for i in range(4))

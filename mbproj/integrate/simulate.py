@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from functools import partial
 from time import perf_counter, thread_time
-from typing import NamedTuple, Protocol
+from typing import NamedTuple, Protocol, runtime_checkable
 
 import numpy as np
 
@@ -18,7 +18,7 @@ from mbproj.dynamics.observe.recorded import Block, Observer
 from mbproj.dynamics.observe.samples import Samples, block_samples, join, stack
 from mbproj.dynamics.rank.massless import swamped_motions
 from mbproj.errors import SimulationError
-from mbproj.integrate.events.time_events import crowded, events_of
+from mbproj.integrate.events.time_events import Event, crowded, events_of
 from mbproj.integrate.formulations.choice import Choice, choose
 from mbproj.integrate.formulations.compiled import march as march_compiled
 from mbproj.integrate.formulations.full import FullFormulation
@@ -26,7 +26,7 @@ from mbproj.integrate.loop.interruption import Interruption, interruption
 from mbproj.integrate.loop.march import march
 from mbproj.integrate.loop.stiffness import StiffnessWatch
 from mbproj.integrate.outcome.lock_up import naming_lock_up
-from mbproj.integrate.outcome.report import EnergyWatch, Report, worst, worst_joint
+from mbproj.integrate.outcome.report import EnergyWatch, Report, words_on_passes, worst, worst_joint
 from mbproj.integrate.outcome.tally import Tally
 from mbproj.model.system import System
 from mbproj.scene.records import Settings
@@ -40,6 +40,14 @@ class Recorder(Protocol):
 
     def write(self, block: Block) -> None:
         """Takes T consecutive samples by dataset path."""
+
+
+@runtime_checkable
+class EventRecorder(Recorder, Protocol):
+    """A recorder that takes the events of a run, too."""
+
+    def events(self, events: Sequence[Event]) -> None:
+        """Takes all, in the order of time, when the run ends or stops."""
 
 
 #: Called after every block with the simulated time reached, in s.
@@ -87,7 +95,13 @@ def simulate(
     stiffness = StiffnessWatch(choice, system, settings, partial(_march, choice, system, tally=Tally()))
     started, recording, observer = _Clocks.now(), _Clocks(), Observer(system, state)
     reached = state.t, state.q
-    with interruption() as asked, _naming(choice.name), naming_lock_up(system, lambda: reached), stiffness.naming():
+    with (
+        _events(recorder, events, tally),
+        interruption() as asked,
+        _naming(choice.name),
+        naming_lock_up(system, lambda: reached),
+        stiffness.naming(),
+    ):
         run = _march(choice, system, state, settings, tally=tally)
         for samples in _blocks(run, asked, block_samples(system.bodies)):
             reached = float(samples.t[-1]), samples.q[-1]
@@ -128,9 +142,20 @@ def simulate(
         recording_seconds=recording.elapsed,
         phases=tally.phases,
         stiffness=stiffness.verdict(state.t + (settings.duration or 0.0)),
-        events=len({event.time for event in events}),
+        events=len({event.time for event in (*events, *tally.met)}),
         crowded=crowded(events),
+        passed=words_on_passes(tally.passed),
     )
+
+
+@contextmanager
+def _events(recorder: Recorder | None, in_time: Sequence[Event], tally: Tally) -> Iterator[None]:
+    """However a run ends, its recorder gets the events, if it takes them."""
+    try:
+        yield
+    finally:
+        if isinstance(recorder, EventRecorder):
+            recorder.events(sorted([*in_time, *tally.met]))
 
 
 @contextmanager

@@ -9,6 +9,7 @@ import numpy as np
 
 from mbproj.arrays import Array, Integers
 from mbproj.functions.program_set import ProgramSet
+from mbproj.functions.switches import law_switches
 from mbproj.kernel.bound import Bound, bound_in_space, joined, primitives
 from mbproj.model.bushings import Bushings
 from mbproj.model.euler_parameters import rotation_matrix
@@ -27,6 +28,7 @@ def programs(core: ModuleType, functions: ProgramSet) -> Any:
         np.ascontiguousarray(functions.knot, dtype=float),
         np.ascontiguousarray(functions.origin, dtype=float),
         np.ascontiguousarray(functions.piece.reshape(-1, 4), dtype=float),
+        np.ascontiguousarray(functions.kinked, dtype=np.int64),
     )
 
 
@@ -129,6 +131,7 @@ def _common(core: ModuleType, system: System, forces: Forces) -> dict[str, Any]:
         "in_body": _indices(given.in_body),
         "program": np.ascontiguousarray(given.program.reshape(-1, 3), dtype=np.int64),
         "programs": programs(core, forces.programs),
+        "switches": np.ascontiguousarray(law_switches(forces.programs, laws.program), dtype=np.int64).reshape(-1, 2),
     }
 
 

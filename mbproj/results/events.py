@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import NamedTuple
+from typing import NamedTuple, Protocol
 
 import h5py
 import numpy as np
@@ -19,9 +19,22 @@ TEXT = h5py.string_dtype("utf-8", LONGEST)
 LAYOUT = {
     "time": ("f8", "s", "when"),
     "name": (TEXT, "", "whose: a force, a motion, or the scene's break_times"),
-    "kind": (TEXT, "", "what: a jump, a kink, where a narrow feature begins or ends, asked for"),
+    "kind": (TEXT, "", "what: a jump, a kink, one of an operation, where a narrow feature begins or ends, asked for"),
     "direction": ("i8", "1", "1 where what it depends on rises, -1 where it falls, 0 for events in time"),
 }
+
+
+class Happening(Protocol):
+    """What is recorded of an event."""
+
+    @property
+    def time(self) -> float: ...
+    @property
+    def name(self) -> str: ...
+    @property
+    def kind(self) -> str: ...
+    @property
+    def direction(self) -> int: ...
 
 
 class RecordedEvent(NamedTuple):
@@ -41,12 +54,12 @@ def create(file: h5py.File) -> None:
         stamp(data, NOT_YET)
 
 
-def room(events: Sequence[RecordedEvent]) -> int:
+def room(events: Sequence[Happening]) -> int:
     """What `write` adds to the file at most, in bytes."""
     return (len(events) + 64) * 2 * (LONGEST + 64)
 
 
-def write(file: h5py.File, events: Sequence[RecordedEvent]) -> None:
+def write(file: h5py.File, events: Sequence[Happening]) -> None:
     """Fill the group."""
     for name, (dtype, _, _) in LAYOUT.items():
         values = [getattr(event, name) for event in events]

@@ -24,7 +24,7 @@ from mbproj.results import trust as trusting
 from mbproj.results.crash_safety.claim import claim
 from mbproj.results.crash_safety.reserve import MARGIN, reserve, room_for, write_whole
 from mbproj.results.datasets import create_constant, create_dataset
-from mbproj.results.events import RecordedEvent
+from mbproj.results.events import Happening
 from mbproj.results.faults import OutputError, cannot_write
 from mbproj.results.file.checksums import crc32, stamp, stamp_attributes
 from mbproj.results.files import check_output, part_path
@@ -79,7 +79,7 @@ class ResultsWriter:
         self.set_aside: Path | None = None
         self._certified = certified
         self._trust: Trust | None = None
-        self._events: tuple[RecordedEvent, ...] = ()
+        self._events: tuple[Happening, ...] = ()
         self._constants = {path: self._constant(path, values) for path, values in (constants or {}).items()}
         self._summary: dict[str, Attribute] = {}
         self._pending: list[dict[str, npt.NDArray[Any]]] = []
@@ -131,8 +131,8 @@ class ResultsWriter:
         texts = {name: as_text(value) for name, value in values.items() if isinstance(value, str)}
         self._summary.update({**values, **texts})
 
-    def events(self, events: Sequence[RecordedEvent]) -> None:
-        """The events that the run is to meet, written at its end as far as it got."""
+    def events(self, events: Sequence[Happening]) -> None:
+        """The events of the run, written at its end as far as it got."""
         self._events = tuple(events)
 
     def trust(self, trust: Trust) -> None:

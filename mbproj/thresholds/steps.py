@@ -28,6 +28,30 @@ class Steps:
     one_break: float = threshold(
         64.0, "grains of time", "numpy", "events, samples and grid times that are nearer are one", "32 ε of bisection"
     )
+    located: float = threshold(
+        0.01, "tolerances × steps", "both", "events in the state are located to this part of a step", "below the error"
+    )
+    glance: float = threshold(
+        1e-3, "steps", "both", "over so much a law on either side of an event is asked where it leads", "chosen"
+    )
+    most_polishing: int = threshold(
+        5, "1", "both", "a step to an event in the state is made again so often at most", "Newton's method takes 2"
+    )
+    widest_polishing: float = threshold(
+        0.1, "steps", "both", "a correction of that time beyond this is not made", "grazing: no root is near"
+    )
+    bracketed: float = threshold(
+        1e-10, "steps", "both", "the extension shows an event to this part of a step", "Newton's method follows"
+    )
+    beside: float = threshold(
+        1e-5, "steps", "both", "how fast an argument leaves is told over so much on either side", "chosen"
+    )
+    chatter: float = threshold(
+        1e-7, "runs", "both", "a law chatters where it passes its edge again within this part of a run", "chosen"
+    )
+    most_chatter: int = threshold(
+        100, "1", "both", "so many times in a row: it never settles", "no run gets to its end at this rate"
+    )
     turns_told: float = threshold(
         0.5, "rad", "both", "a step tells turns where a pose is nearer to where the rates lead", "RK4 errs by 0.04 rad"
     )

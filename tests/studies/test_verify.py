@@ -222,12 +222,22 @@ def test_a_structure_that_cannot_move_is_no_failure():
     )
 
 
-def test_a_function_with_a_kink_says_why_no_order_is_seen():
+def test_an_order_is_seen_where_steps_pass_over_no_edge_and_else_the_edge_is_named():
+    """The check's short run of a pendulum does not reach a stop at 2 rad, and ends steps at a jump in time; the sign of
+    a fast function of the angle jumps at once."""
     from tests.studies.scenes import PENDULUM
 
-    text = PENDULUM + "forces:\n  stop: {type: torsion_spring_damper, joint: pin, torque: 'max(0, angle)'}\n"
-    found = {check.name: check for check in verify(read_scene_text(text)).checks}
-    assert found["order"].remark == "a function of the scene is not smooth (max): no method keeps its order there"
+    def order(torque: str):
+        law = f"forces:\n  stop: {{type: torsion_spring_damper, joint: pin, torque: '{torque}'}}\n"
+        return {check.name: check for check in verify(read_scene_text(PENDULUM + law)).checks}["order"]
+
+    assert order("-9*max(0, angle - 2) + sign(t - 0.01)").verdict == "passed"
+    assert order("-sign(angle)").remark.endswith(
+        "('sign' in '-sign(angle)', at the start)".replace("('", "(force 'stop': '")
+    )
+    assert order("-sign(sin(500*angle + 0.1))").remark.startswith(
+        "fixed steps pass over edges of laws, where no method keeps its order (force 'stop': 'sign' in "
+    )
 
 
 GEARS = """\

@@ -35,20 +35,16 @@ def execute(
 ) -> None:
     """Simulates `scene`, writes `output` and prints the summary, which calls the scene `name`. `certified`: the errors
     (m) for which to say how long the run can be trusted; `facts`: what else the results file and --json contain."""
-    from dataclasses import astuple
-
     from mbproj.cli.report import expectations
     from mbproj.cli.report.progress import progress_bar
     from mbproj.cli.report.summary import print_summary
     from mbproj.cli.report.trust import as_numbers
     from mbproj.dynamics import unique_components
     from mbproj.integrate import simulate
-    from mbproj.integrate.events.time_events import events_of
     from mbproj.integrate.outcome.report import summary
     from mbproj.linear.equilibrium.started import start_state
     from mbproj.model import compile_system
     from mbproj.results import ResultsWriter
-    from mbproj.results.events import RecordedEvent
     from mbproj.scene import settings_to_run
     from mbproj.scene.problem_places import placed_in
 
@@ -70,7 +66,6 @@ def execute(
         if recorder.set_aside is not None and not quiet:
             was, now = recorder.part, recorder.set_aside
             click.echo(f"note: '{was}', which a killed run had left, is kept as '{now}'", err=True)
-        recorder.events([RecordedEvent(*astuple(event)) for event in events_of(system, state.t, settings)])
         if certified is None:
             report, trust = simulate(system, state, settings, recorder, progress), None
         else:

@@ -172,7 +172,9 @@ def _lines(results: Results) -> Iterator[str]:
 def _events(results: Results) -> Iterator[str]:
     """The first of them."""
     events = results.events
-    yield from (f"  t = {event.time:.9g} s: {event.name}, {event.kind}" for event in events[:SHOWN_EVENTS])
+    sense = {1: ", rising", -1: ", falling"}
+    for event in events[:SHOWN_EVENTS]:
+        yield f"  t = {event.time:.9g} s: {event.name}, {event.kind}{sense.get(event.direction, '')}"
     if len(events) > SHOWN_EVENTS:
         yield f"  and {len(events) - SHOWN_EVENTS} more"
 

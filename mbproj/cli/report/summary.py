@@ -70,6 +70,11 @@ def print_summary(
 def warnings(report: Report) -> list[str]:
     """What a user should not overlook."""
     found = [report.stiffness] if report.stiffness else []
+    if report.passed:
+        found.append(
+            f"fixed steps passed over edges of laws ({report.passed}); they do not end there, and no method keeps its "
+            "order: with error control (--tolerance) steps end at them"
+        )
     if report.crowded:
         found.append(
             f"{', '.join(report.crowded)}: more kinks in time than count; steps end at the first {COUNTED:,} of each, "

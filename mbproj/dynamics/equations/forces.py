@@ -16,7 +16,8 @@ from mbproj.dynamics.equations.bushings import Deflection, deflection, rates, wr
 from mbproj.dynamics.equations.constraint_equations import set_velocity
 from mbproj.dynamics.equations.kinematics import Pose, Twist, attached, body_rates, slots_of
 from mbproj.errors import SimulationError
-from mbproj.functions.series import constant_series, failure, run, time_series
+from mbproj.functions.series import constant_series, failure, run, run_held, time_series
+from mbproj.functions.taylor import Series
 from mbproj.model.forces import Forces
 from mbproj.model.system import System
 from mbproj.thresholds import THRESHOLDS
@@ -52,26 +53,40 @@ class Applied:
     dissipation: float
 
 
-def law_state(forces: Forces, pose: Pose, twist: Twist, t: Numbers | float, reference: Numbers) -> LawState:
+def law_state(
+    forces: Forces, pose: Pose, twist: Twist, t: Numbers | float, reference: Numbers, held: Array | None = None
+) -> LawState:
     """The laws and bushings at poses (...) and times t (...).
 
     `reference` (..., nc): the joints' coordinates, each to less than half a turn, from which angles take their turns.
+    `held`: the branches that switches are held on, all free without.
     """
     laws = forces.laws
-    value = laws.coordinates.value(attached(pose, *slots_of(laws.coordinates)))
-    turns = np.round((reference[..., laws.joint_coordinate] - value) / (2.0 * np.pi)) if laws.is_angle.any() else 0.0
-    value = value + 2.0 * np.pi * laws.is_angle * turns
-    with np.errstate(divide="ignore", invalid="ignore"):  # two points that have met are noticed by `applied`
-        rate = set_velocity(laws.coordinates, pose, twist)
+    value, rate = law_coordinates(forces, pose, twist, reference)
     given = np.zeros_like(value)
-    time = time_series(np.broadcast_to(np.asarray(t, dtype=float), value.shape[:-1]))
     for law in np.flatnonzero(laws.program >= 0):
-        variables = [time, constant_series(value[..., law]), constant_series(rate[..., law])]
-        given[..., law] = run(forces.programs, int(laws.program[law]), variables)[0]
+        variables = law_variables(t, value, rate, int(law))
+        given[..., law] = run_held(forces.programs, int(laws.program[law]), variables, held)
     extension = value - laws.free
     stored = 0.5 * np.sum(laws.stiffness * extension**2, axis=-1)
     own = LawState(value, rate, -laws.stiffness * extension, -laws.damping * rate, given, stored)
     return _with_bushings(forces, own, pose, twist) if forces.bushings.size else own
+
+
+def law_coordinates(forces: Forces, pose: Pose, twist: Twist, reference: Numbers) -> tuple[Numbers, Numbers]:
+    """The coordinates of the laws and their rates, (..., E)."""
+    laws = forces.laws
+    value = laws.coordinates.value(attached(pose, *slots_of(laws.coordinates)))
+    turns = np.round((reference[..., laws.joint_coordinate] - value) / (2.0 * np.pi)) if laws.is_angle.any() else 0.0
+    with np.errstate(divide="ignore", invalid="ignore"):  # two points that have met are noticed by `applied`
+        rate = set_velocity(laws.coordinates, pose, twist)
+    return value + 2.0 * np.pi * laws.is_angle * turns, rate
+
+
+def law_variables(t: Numbers | float, value: Numbers, rate: Numbers, law: int) -> list[Series]:
+    """What the program of a law depends on, given all laws' coordinates and rates."""
+    time = time_series(np.broadcast_to(np.asarray(t, dtype=float), value.shape[:-1]))
+    return [time, constant_series(value[..., law]), constant_series(rate[..., law])]
 
 
 def _with_bushings(forces: Forces, laws: LawState, pose: Pose, twist: Twist) -> LawState:
@@ -90,14 +105,14 @@ def _with_bushings(forces: Forces, laws: LawState, pose: Pose, twist: Twist) -> 
     return LawState(value, speed, spring, damper, given, laws.stored + stored, bent)
 
 
-def applied(system: System, pose: Pose, twist: Twist, t: float, reference: Array) -> Applied:
-    """All forces of the scene but gravity, on every body and the ground, at one state.
+def applied(system: System, pose: Pose, twist: Twist, t: float, reference: Array, held: Array | None = None) -> Applied:
+    """All forces of the scene but gravity, on every body and the ground, at one state, with the branches `held`.
 
     Raises SimulationError that names the force whose function has no finite value there, or that has no direction.
     """
     forces = system.forces
     assert forces is not None
-    state = law_state(forces, pose, twist, t, reference)
+    state = law_state(forces, pose, twist, t, reference, held)
     if not np.all(np.isfinite(state.force)):
         raise _law_fails(forces, state, t)
     force, torque = _along_coordinates(forces, pose, state.force, state.bent)

@@ -18,8 +18,10 @@ from mbproj.dynamics.equations.motions import drive_at
 from mbproj.dynamics.observe.samples import Samples, block_samples
 from mbproj.errors import SimulationError
 from mbproj.integrate.events.breaks import Break, breaks_of
+from mbproj.integrate.events.law_switches import switches_of
 from mbproj.integrate.outcome.failures import (
     TurnsUntold,
+    dry_friction,
     left_open,
     not_finite,
     other_branch,
@@ -27,7 +29,7 @@ from mbproj.integrate.outcome.failures import (
     step_vanished,
     unresolved,
 )
-from mbproj.integrate.outcome.tally import Peak, Tally
+from mbproj.integrate.outcome.tally import Passed, Peak, Tally
 from mbproj.integrate.steppers.tableau import Tableau, load_tableau
 from mbproj.model.system import System
 from mbproj.registry import PROJECTIONS
@@ -178,6 +180,10 @@ class Compiled(ABC):
             name = self.system.names.coordinates[self.coordinate(outcome.coordinate)]
             teeth = self.system.meshes.size > 0
             return TurnsUntold(t, name, outcome.turned, outcome.off, outcome.step, teeth=teeth)
+        if outcome.status == status.pushed_back:
+            switches = switches_of(self.system.forces)
+            assert switches is not None
+            return dry_friction(t, switches.owner(outcome.row), switches.what(outcome.row))
         if outcome.status == status.broken:
             return self._broken(t, run.broken_state)
         where = self.system.row_owner(self.row(outcome.row))
@@ -207,11 +213,21 @@ def march(compiled: Compiled, state: State, settings: Settings, tally: Tally) ->
         joint_peak = _peak(compiled, run.joint_peak)
         tally.joint_peak = replace(joint_peak, row=max(joint_peak.row - compiled.system.bodies, 0))
         tally.velocity_peak = _peak(compiled, run.velocity_peak)
+        _take_events(compiled.system, run, tally)
         counters = dict(zip(tally.counters(), block["counters"].T, strict=True))
         yield _samples(compiled, block, counters) if len(block["t"]) else None
     failure = compiled.failure(run, settings)
     if failure is not None:
         raise failure
+
+
+def _take_events(system: System, run: Any, tally: Tally) -> None:
+    """The events in the state since the last call, and what fixed steps have passed over."""
+    switches = switches_of(system.forces)
+    if switches is None:
+        return
+    tally.met += [switches.event(t, k, direction) for t, k, direction in run.take_met()]
+    tally.passed = [Passed(switches.owner(k), switches.what(k), first, times) for k, first, times in run.passed]
 
 
 def _samples(compiled: Compiled, block: Mapping[str, Any], counters: Mapping[str, Integers]) -> Samples:

@@ -28,6 +28,7 @@ from mbproj.dynamics.rank.row_policy import RowPolicy
 from mbproj.dynamics.rank.row_set import RowSet, in_lengths
 from mbproj.errors import InputError, SimulationError
 from mbproj.integrate.events.breaks import TimeWindow
+from mbproj.integrate.events.law_switches import LawSwitches
 from mbproj.integrate.outcome.failures import branches_near, ill_conditioned, not_finite, other_branch, singular
 from mbproj.model.system import System
 from mbproj.projection import Method, Projected, Projection, make_method, project_after
@@ -49,7 +50,7 @@ class Accelerations(NamedTuple):
 @dataclass(frozen=True, eq=False)
 class FullFormulation:
     """Constants of a run: the system, the settings, the projection method that they name, what gears and screws count
-    from, and the window from within which functions of time are seen."""
+    from, the window from within which functions of time are seen, and the branches that laws are held on."""
 
     system: System
     settings: Settings
@@ -58,6 +59,7 @@ class FullFormulation:
     sums: Array
     bodies: System  # without what its joints' coordinates turn
     window: TimeWindow
+    held: Array | None = None
 
     @classmethod
     def of(cls, system: System, state: State, settings: Settings, redundant: int = 0) -> FullFormulation:
@@ -104,6 +106,17 @@ class FullFormulation:
         """The same with another window."""
         return replace(self, window=window)
 
+    def holding(self, held: Array) -> FullFormulation:
+        """The same with these branches."""
+        return replace(self, held=held)
+
+    def arguments(self, switches: LawSwitches, held: Array, t: float, y: Array) -> Array:
+        """Of the switches of its laws at a state, (K,)."""
+        q, v, _, expected = self.parts(y)
+        pose = pose_of(q)
+        with may_overflow():
+            return switches.arguments(pose, twist_of(pose, v), self.window.seen(t), expected, held)
+
     def derivative(self, t: float, y: Array) -> Array:
         """y' of y, (14n + integrals + followed,), with the rows of the step at hand."""
         return self._derivative(t, y)[0]
@@ -134,7 +147,7 @@ class FullFormulation:
         solve = SOLVERS[self.settings.acceleration]
         force, power = generalised_force(self.bodies, pose, twist), np.zeros(self.quadratures)
         if system.forces is not None:
-            loads = applied(system, pose, twist, self.window.seen(t), expected)
+            loads = applied(system, pose, twist, self.window.seen(t), expected, self.held)
             force = force + generalised(pose, loads.force, loads.torque)
             power += [loads.power, loads.dissipation]
         try:

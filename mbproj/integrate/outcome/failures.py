@@ -111,6 +111,16 @@ def _rounded_down(value: float) -> float:
     return floor(value / digit) * digit
 
 
+def dry_friction(t: float, where: str, what: str) -> SimulationError:
+    """The motion on both sides of a law's edge leads back onto it."""
+    cause = (
+        f"the motion leads back onto the edge of {what} from both sides, and neither holds: this is dry friction that "
+        "sticks, which no function can hold"
+    )
+    hint = "make the law smooth there: 'tanh(x/width)' in place of 'sign(x)', for example"
+    return SimulationError(t, cause, where=where, hint=hint)
+
+
 def step_vanished(t: float) -> SimulationError:
     """The error control asks for steps that time cannot resolve."""
     cause = "the error cannot be kept below the tolerance: the step has shrunk to nothing"

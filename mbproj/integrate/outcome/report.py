@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
 from mbproj.dynamics.equations.round_off import EPSILON
-from mbproj.integrate.outcome.tally import Peak
+from mbproj.integrate.outcome.tally import Passed, Peak
 from mbproj.model.system import System
 from mbproj.scene.records import Settings
 from mbproj.thresholds import THRESHOLDS
+
+#: So many edges of laws are named at most.
+MOST_PASSED = 3
 
 
 @dataclass(frozen=True)
@@ -34,7 +38,8 @@ class Report:
     with the processor, by the thread's own clock), `recording_seconds` into observing and writing the samples.
     `phases`: seconds by phase in a sample of the steps; empty where they were not measured. `stiffness`: which force
     was too stiff for the step, and what to do; "" where none was. `events`: at how many times steps ended because of
-    what happens there; `crowded` names functions with so many kinks that not all count.
+    what happens there; `crowded` names functions with so many kinks that not all count. `passed`: which edges of laws
+    fixed steps passed over; "" where none.
     """
 
     formulation: str
@@ -58,6 +63,7 @@ class Report:
     stiffness: str
     events: int = 0
     crowded: tuple[str, ...] = ()
+    passed: str = ""
 
 
 def worst(system: System, peak: Peak) -> Worst:
@@ -68,6 +74,17 @@ def worst(system: System, peak: Peak) -> Worst:
 def worst_joint(system: System, peak: Peak) -> str | None:
     """The joint that had a peak over the joints' rows."""
     return system.names.joints[system.joints.owner[peak.row]] if system.joints.size else None
+
+
+def words_on_passes(passed: Sequence[Passed]) -> str:
+    """What fixed steps have passed over; "" where that is nothing."""
+    several = {1: "once", 2: "twice"}
+    said = []
+    for each in passed[:MOST_PASSED]:
+        often = several.get(each.times, f"{each.times:,} times")
+        said.append(f"{each.owner}: {each.what}, {often}, first before t = {each.first:.6g} s")
+    more = f"; and {len(passed) - MOST_PASSED} more" if len(passed) > MOST_PASSED else ""
+    return "; ".join(said) + more
 
 
 def summary(scene: str, output: str, report: Report, total_seconds: float) -> dict[str, Any]:
@@ -94,6 +111,7 @@ def summary(scene: str, output: str, report: Report, total_seconds: float) -> di
         "energy_drift_relative": report.energy_drift_relative,
         "stiffness": report.stiffness,
         "events": report.events,
+        "passed_over": report.passed,
         "status": "complete",
     }
 

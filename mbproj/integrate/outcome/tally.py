@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from mbproj.arrays import Array
+from mbproj.integrate.events.time_events import Event
 from mbproj.projection import Projected
 
 
@@ -25,10 +26,21 @@ class Peak:
         return Peak(float(rows[row]), row, t) if len(rows) and rows[row] > self.value else self
 
 
+@dataclass(frozen=True)
+class Passed:
+    """A switch of a law that fixed steps pass over: whose it is, what it is, when first (s), how many times."""
+
+    owner: str
+    what: str
+    first: float
+    times: int
+
+
 @dataclass
 class Tally:
     """Counters since the start, the peaks of |C|, of |C'|, and of |C| over the joints' rows alone, and the seconds that
-    each phase of the steps took, where they were measured (a sample of the steps)."""
+    each phase of the steps took, where they were measured (a sample of the steps). `met`: the events in the state where
+    steps ended; `passed`: what fixed steps passed over."""
 
     steps: int = 0
     rejected_steps: int = 0
@@ -43,6 +55,8 @@ class Tally:
     velocity_peak: Peak = field(default_factory=Peak)
     joint_peak: Peak = field(default_factory=Peak)
     phases: dict[str, float] = field(default_factory=dict)
+    met: list[Event] = field(default_factory=list)
+    passed: list[Passed] = field(default_factory=list)
 
     def counters(self) -> dict[str, int]:
         """The counters by name."""

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import astuple
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from time import perf_counter
@@ -14,12 +13,10 @@ from mbproj.dynamics import unique_components
 from mbproj.ending import ending
 from mbproj.errors import ExitCode, MbprojError, SimulationError
 from mbproj.integrate import simulate
-from mbproj.integrate.events.time_events import events_of
 from mbproj.integrate.outcome.report import summary
 from mbproj.linear.equilibrium.started import start_state
 from mbproj.model import compile_system
 from mbproj.results import ResultsWriter, open_results
-from mbproj.results.events import RecordedEvent
 from mbproj.scene import settings_to_run
 from mbproj.scene.problem_places import placed_in
 from mbproj.scene.read import SceneText
@@ -77,7 +74,6 @@ def _outcomes(task: Task, path: Path, output: Path) -> tuple[tuple[Outcome, ...]
         ResultsWriter(output, scene, system.names.as_mapping(), constants=unique) as recorder,
         placed_in(scene),
     ):
-        recorder.events([RecordedEvent(*astuple(event)) for event in events_of(system, state.t, settings)])
         report = simulate(system, state, settings, recorder)
         seconds = perf_counter() - started
         recorder.attributes(summary(str(task.scene), str(task.output), report, total_seconds=seconds))

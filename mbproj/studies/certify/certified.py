@@ -11,7 +11,8 @@ from mbproj.arrays import Array
 from mbproj.dynamics.observe.recorded import Block
 from mbproj.errors import SimulationError
 from mbproj.integrate import Report, simulate
-from mbproj.integrate.simulate import Progress
+from mbproj.integrate.events.time_events import Event
+from mbproj.integrate.simulate import EventRecorder, Progress
 from mbproj.results.trust import Trust
 from mbproj.scene.records import Settings
 from mbproj.studies.certify.horizon import LIMITS, certify
@@ -71,6 +72,11 @@ class _Paths:
         self._positions.append(block[self._dataset])
         if self._recorder is not None:
             self._recorder.write(block)
+
+    def events(self, events: Sequence[Event]) -> None:
+        """Takes the events of the run."""
+        if isinstance(self._recorder, EventRecorder):
+            self._recorder.events(events)
 
     @property
     def arrays(self) -> tuple[Array, Array]:

@@ -8,7 +8,7 @@ far any solution in double precision may be from the truth, and horizons become 
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 
@@ -56,11 +56,11 @@ def certify(
             if settled(found.horizon_low, found.horizon_high, times).all():
                 return found
     assert better is not None  # the ladder has at least one rung
-    blame: Mapping[str, tuple[str, ...]] = {}
-    uncertainty, rough = round_off(mechanism, better, tell), uneven(mechanism.system)
+    blame: tuple[str, ...] = ()
+    uncertainty, rough = round_off(mechanism, better, tell), uneven(mechanism, float(times[-1]))
     if before is not None:
         left = (1.0 if rough else LEFT) * spread([before], better)
-        blame = rough if left[-1].max() > uncertainty[-1].max() else {}
+        blame = rough if left[-1].max() > uncertainty[-1].max() else ()
         uncertainty = np.maximum(uncertainty, left)
     label, remark = better.setting.label, _remark(better, blame)
     return _trust(mechanism, times, position, better.position, uncertainty, tested, label, remark)
@@ -116,7 +116,7 @@ def _growth(times: Array, error: Array, uncertainty: Array, extent: float) -> Gr
     return found if found.law else growth(times, uncertainty, np.zeros_like(uncertainty), extent)
 
 
-def _remark(better: Solution, rough: Mapping[str, tuple[str, ...]]) -> str:
+def _remark(better: Solution, rough: Sequence[str]) -> str:
     """Why horizons are ranges: the better solution has ended, `rough` forces, or round-off."""
     if better.failure is not None:
         return f"the better solution {better.failure}; what comes after it is not known"

@@ -1,5 +1,4 @@
-"""Why an error cannot be kept, or known: chaos, round-off, a law that is not smooth, or a reference that does not
-converge."""
+"""Why an error cannot be kept, or known: chaos, round-off, too many kinks, or a reference that does not converge."""
 
 from __future__ import annotations
 
@@ -41,7 +40,7 @@ def why_not(mechanism: Mechanism, reference: Reference, goal: float, until: floa
     known = bool(uncertainty[at] <= goal)
     differ = f"the best solutions are uncertain by {uncertainty[at]:.1g} m at {times[at]:.4g} s"
     said = "no setting comes that near" if known else differ
-    rough = uneven(mechanism.system)
+    rough = uneven(mechanism, float(times[-1]))
     if rough:
         return f"{not_smooth(rough)}, and {said}"
     why = reference.limit or "a load that acts for less than a step would do that"

@@ -20,10 +20,10 @@ import numpy as np
 
 from mbproj.arrays import Array
 from mbproj.errors import InputError
+from mbproj.integrate.events.law_switches import switches_of
 from mbproj.studies.measure.mechanism import Mechanism
 from mbproj.studies.measure.setting import Setting
 from mbproj.studies.measure.solve import Solution, solve
-from mbproj.studies.measure.uneven import uneven
 from mbproj.studies.store import cached
 
 #: The integrators of the two solutions; the first is the reference unless it is among those compared and the other not.
@@ -99,14 +99,9 @@ def reference(
 
 
 def _computed(mechanism: Mechanism, times: Array, first: str, second: str, seconds: float) -> Reference:
-    found = _checked(_fine, mechanism, times, first, second, seconds)
-    if not uneven(mechanism.system):
-        return found
-    sharper = _checked(_tight, mechanism, times, first, second, seconds)
-    distance = running_largest(np.linalg.norm(sharper.position - found.position, axis=2))
-    missed = np.where(distance <= found.uncertainty, 0.0, distance)
-    sharper = replace(sharper, uncertainty=running_largest(np.maximum(sharper.uncertainty, missed)))
-    return sharper if sharper.uncertainty[-1].max() < found.uncertainty[-1].max() else found
+    """Fixed steps, but where laws have edges in the state, at which steps end with error control alone."""
+    solved = _fine if switches_of(mechanism.system.forces) is None else _tight
+    return _checked(solved, mechanism, times, first, second, seconds)
 
 
 def _checked(

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import astuple, dataclass, replace
+from dataclasses import dataclass, replace
 from functools import lru_cache
 from pathlib import Path
 from time import perf_counter
@@ -20,12 +20,11 @@ from mbproj.dynamics.observe.recorded import Block
 from mbproj.ending import ending
 from mbproj.errors import InputError, MbprojError, SimulationError
 from mbproj.integrate import simulate
-from mbproj.integrate.events.time_events import events_of
+from mbproj.integrate.events.time_events import Event
 from mbproj.integrate.loop.interruption import TimeIsUp, time_limit
 from mbproj.integrate.outcome.report import Report, summary
-from mbproj.integrate.simulate import Recorder
+from mbproj.integrate.simulate import EventRecorder, Recorder
 from mbproj.results import ResultsWriter
-from mbproj.results.events import RecordedEvent
 from mbproj.results.files import part_path
 from mbproj.scene.read import SceneText
 from mbproj.scene.records import Expectation, Settings
@@ -125,6 +124,11 @@ class _Kept:
         if self._recorder is not None:
             self._recorder.write(block)
 
+    def events(self, events: Sequence[Event]) -> None:
+        """Takes the events of the run."""
+        if isinstance(self._recorder, EventRecorder):
+            self._recorder.events(events)
+
     def __getitem__(self, path: str) -> npt.NDArray[Any]:
         return np.concatenate(self._parts[path])
 
@@ -157,8 +161,6 @@ def _recorded(work: Work, task: Task, mechanism: Mechanism, settings: Settings) 
     try:
         constants = unique_components(system, mechanism.state)
         with ResultsWriter(private, mechanism.scene, system.names.as_mapping(), constants) as recorder:
-            met = events_of(system, mechanism.state.t, settings)
-            recorder.events([RecordedEvent(*astuple(event)) for event in met])
             row, report = _measured(work, mechanism, settings, _Kept(mechanism, work.measures, recorder))
             seconds = perf_counter() - started
             recorder.attributes(summary(work.name, str(whole), report, total_seconds=seconds))

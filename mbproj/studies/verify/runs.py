@@ -16,7 +16,7 @@ from mbproj.studies.verify.rounded import EPS
 from mbproj.thresholds import THRESHOLDS
 
 #: The run takes so many times as long as the fastest part of the mechanism needs for 1 rad; the second where the first
-#: does not get to its end, or shows no order.
+#: does not get to its end, passes over an edge of a law, or shows no order.
 SPANS = (2.0, 0.5)
 #: Numbers of steps; only the first in the full formulation, which is a thousand times slower.
 STEPS, FEWER = tuple(sorted([*(2**power for power in range(1, 10)), *(3 * 2**power for power in range(8))])), 11
@@ -46,6 +46,11 @@ class Halved:
     length: float
     span: float
     floor: float
+
+    @property
+    def passed(self) -> str:
+        """What the steps of one of them have passed over, where no method keeps its order; "" where that is nothing."""
+        return next((each.report.passed for each in self.solutions if each.report and each.report.passed), "")
 
     @property
     def errors(self) -> Array:
@@ -81,9 +86,11 @@ def halved(mechanism: Mechanism, rate: float, slow: bool) -> Halved:
     """The runs of a mechanism that turns at up to `rate` (rad/s); `slow`: whether steps are expensive."""
     longer, shorter = SPANS
     found = _over(mechanism, longer / rate, slow)
-    if found.failure is None and found.order(found.errors) is not None:
+    if found.failure is None and not found.passed and found.order(found.errors) is not None:
         return found
     again = _over(mechanism, shorter / rate, slow)
+    if found.passed or again.passed:
+        return found if again.passed else again
     return again if again.order(again.errors) is not None or found.failure is not None else found
 
 

@@ -3,6 +3,7 @@
 
 #include "bindings/bushings_from_numpy.hpp"
 #include "kinematics/loads.hpp"
+#include "model/switches.hpp"
 
 namespace mbproj {
 
@@ -38,7 +39,7 @@ inline void check_stack(const Programs& programs, std::size_t tables) {
 
 inline Programs programs(const Integers1& start, const Integers1& op, const Numbers1& operand,
                          const Integers1& table_start, const Numbers1& knot, const Numbers1& origin,
-                         const Numbers2& piece) {
+                         const Numbers2& piece, const Integers1& kinked) {
     Programs built;
     built.start = indices(start, op.size() + 1, "start");
     for (std::size_t i = 0; i < op.size(); ++i)
@@ -55,15 +56,34 @@ inline Programs programs(const Integers1& start, const Integers1& op, const Numb
     if (!std::is_sorted(built.start.begin(), built.start.end()) ||
         !std::is_sorted(built.table_start.begin(), built.table_start.end()))
         refuse("start", "does not increase");
+    if (kinked.size() != knot.size()) refuse("kinked", "has a wrong shape");
+    for (std::size_t i = 0; i < kinked.size(); ++i) built.kinked.push_back(kinked.data()[i] != 0);
     check_stack(built, built.table_start.size() - 1);
     return built;
+}
+
+// Switches (law, instruction), law after law in the order of its instructions.
+inline std::vector<Switch> switches(const Integers2& given, const std::vector<Law>& laws, const Programs& programs) {
+    require(given, {given.shape(0), 2}, "switches");
+    std::vector<Switch> found;
+    for (std::size_t k = 0; k < given.shape(0); ++k) {
+        const int law = index_below(given.data()[2 * k], laws.size(), "switches");
+        const int at = index_below(given.data()[2 * k + 1], programs.op.size(), "switches"), p = laws[law].program;
+        if (p < 0 || at < programs.start[p] || at >= programs.start[p + 1] || !is_switching(programs.op[at]))
+            refuse("switches", "hold what is no switch of its law");
+        if (k > 0 && !(found.back().law < law || (found.back().law == law && found.back().at < at)))
+            refuse("switches", "do not increase");
+        found.push_back({law, at});
+    }
+    return found;
 }
 
 template <int D> Loads<D> loads(std::size_t bodies, const PrimitiveSet<D>& coordinates,
                                 const Integers1& joint_coordinate, const Numbers2& law, const Integers1& law_program,
                                 const Integers1& body, const Numbers2& point, const Integers1& is_torque,
                                 const Integers1& in_body, const Numbers3& force_map, const Numbers3& torque_map,
-                                const Integers2& program, const Programs& programs, const Bushings<D>& bushings) {
+                                const Integers2& program, const Programs& programs, const Bushings<D>& bushings,
+                                const Integers2& switches) {
     constexpr int W = Size<D>::turns;
     const std::size_t laws = coordinates.instances.size(), given = body.size(), count = programs.start.size() - 1;
     require(joint_coordinate, {laws}, "joint_coordinate");
@@ -75,7 +95,7 @@ template <int D> Loads<D> loads(std::size_t bodies, const PrimitiveSet<D>& coord
     require(force_map, {given, D, 3}, "force_map");
     require(torque_map, {given, W, 3}, "torque_map");
     require(program, {given, 3}, "program");
-    Loads<D> built{coordinates, {}, {}, programs, bushings.each};
+    Loads<D> built{coordinates, {}, {}, programs, bushings.each, {}};
     for (std::size_t l = 0; l < laws; ++l) {
         const double* numbers = law.data() + 3 * l;
         const int coordinate = optional_index(joint_coordinate.data()[l], 1u << 30, "joint_coordinate");
@@ -96,6 +116,7 @@ template <int D> Loads<D> loads(std::size_t bodies, const PrimitiveSet<D>& coord
         for (int k = 0; k < 3; ++k) force.programs[k] = index_below(program.data()[3 * f + k], count, "program");
         built.on_bodies.push_back(force);
     }
+    built.switches = mbproj::switches(switches, built.laws, programs);
     return built;
 }
 

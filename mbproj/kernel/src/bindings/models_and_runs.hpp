@@ -88,13 +88,15 @@ template <int D> void add_loads(nb::module_& m, const char* bushings, const char
         [](Loads<D>* self, std::size_t bodies, const PrimitiveSet<D>& coordinates, Integers1 joint_coordinate,
            Numbers2 law, Integers1 law_program, Integers1 body, Numbers2 point, Integers1 is_torque, Integers1 in_body,
            Numbers3 force_map, Numbers3 torque_map, Integers2 program, const Programs& programs,
-           const Bushings<D>& bushings) {
-            new (self) Loads<D>(loads<D>(bodies, coordinates, joint_coordinate, law, law_program, body, point,
-                                         is_torque, in_body, force_map, torque_map, program, programs, bushings));
+           const Bushings<D>& bushings, Integers2 switches) {
+            new (self)
+                Loads<D>(loads<D>(bodies, coordinates, joint_coordinate, law, law_program, body, point, is_torque,
+                                  in_body, force_map, torque_map, program, programs, bushings, switches));
         },
         nb::kw_only(), nb::arg("bodies"), nb::arg("coordinates"), nb::arg("joint_coordinate"), nb::arg("law"),
         nb::arg("law_program"), nb::arg("body"), nb::arg("point"), nb::arg("is_torque"), nb::arg("in_body"),
-        nb::arg("force_map"), nb::arg("torque_map"), nb::arg("program"), nb::arg("programs"), nb::arg("bushings"));
+        nb::arg("force_map"), nb::arg("torque_map"), nb::arg("program"), nb::arg("programs"), nb::arg("bushings"),
+        nb::arg("switches"));
 }
 
 template <int D> nb::dict samples(TimeLoop<D>& run) {
@@ -138,7 +140,9 @@ template <int D> void add_run(nb::module_& m, const char* name) {
              })
         .def_prop_ro("rows", [](TimeLoop<D>& self) { return saved_rows<D>(self.equations().policy().save()); })
         .def_prop_ro("close_looks", [](TimeLoop<D>& self) { return self.equations().solver().close_looks(); })
-        .def_ro("outcome", &TimeLoop<D>::outcome)
+        .def_prop_ro("outcome", [](const TimeLoop<D>& self) { return self.outcome(); })
+        .def("take_met", [](TimeLoop<D>& self) { return self.events().take_met(); })
+        .def_prop_ro("passed", [](const TimeLoop<D>& self) { return self.events().passed(); })
         .def_prop_ro("broken_state",
                      [](TimeLoop<D>& self) {
                          return array_of(std::vector<double>(self.equations().broken_state()), self.model().size(),
@@ -150,7 +154,7 @@ template <int D> void add_run(nb::module_& m, const char* name) {
         .def_prop_ro("counters",
                      [](const TimeLoop<D>& self) {
                          return array_of(std::vector<long>([&] {
-                                             const auto list = self.counters.list();
+                                             const auto list = self.counters().list();
                                              return std::vector<long>(list.begin(), list.end());
                                          }()),
                                          Counters::count);

@@ -40,8 +40,8 @@ void add_settings(nb::module_& m) {
     nb::class_<Programs>(m, "Programs")
         .def("__init__",
              [](Programs* self, Integers1 start, Integers1 op, Numbers1 operand, Integers1 table_start, Numbers1 knot,
-                Numbers1 origin, Numbers2 piece) {
-                 new (self) Programs(programs(start, op, operand, table_start, knot, origin, piece));
+                Numbers1 origin, Numbers2 piece, Integers1 kinked) {
+                 new (self) Programs(programs(start, op, operand, table_start, knot, origin, piece, kinked));
              })
         .def("run", [](const Programs& self, int program, double t, double s, double s_dot) {
             if (program < 0 || program + 1 >= static_cast<int>(self.start.size())) refuse("program", "is out of range");
@@ -115,7 +115,8 @@ void add_settings(nb::module_& m) {
         .value("broken", Status::broken)
         .value("branch", Status::branch)
         .value("unresolved", Status::unresolved)
-        .value("untold", Status::untold);
+        .value("untold", Status::untold)
+        .value("pushed_back", Status::pushed_back);
     nb::class_<Outcome>(m, "Outcome")
         .def_ro("status", &Outcome::status)
         .def_ro("time", &Outcome::time)

@@ -190,6 +190,7 @@ public:
     const Model<D>& model() const { return model_; }
     Pose<D>& pose() { return pose_; }
     const Motion<D>& motion() const { return motion_; }
+    Applied<D>& applied() { return applied_; }
     KktSolver<D>& solver() { return solver_; }
     const KktSolver<D>& solver() const { return solver_; }
     RowPolicy<D>& policy() { return policy_; }

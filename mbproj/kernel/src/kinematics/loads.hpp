@@ -26,12 +26,18 @@ template <int D> struct BodyForce {
     int programs[3];
 };
 
+// An instruction of a law that changes its branch with the state.
+struct Switch {
+    int law, at;
+};
+
 template <int D> struct Loads {
     PrimitiveSet<D> coordinates;  // of the laws, one each
     std::vector<Law> laws;
     std::vector<BodyForce<D>> on_bodies;
     Programs programs;
     std::vector<Bushing<D>> bushings;
+    std::vector<Switch> switches;  // those of a law one after another, in the order of its program
 
     // What forces act along: the coordinates of the laws, then six of each bushing.
     int size() const { return static_cast<int>(laws.size() + 6 * bushings.size()); }
@@ -43,6 +49,7 @@ template <int D> struct Applied {
     std::vector<Point<D>> force;
     std::vector<Turn<D>> torque;
     double power = 0.0, dissipation = 0.0;
+    const double* held = nullptr;  // the branches of the laws' programs, or none
 
     explicit Applied(const Model<D>& model)
         : force(model.loads ? model.size() + 1 : 0), torque(force.size()),
@@ -88,6 +95,24 @@ template <int D> struct Applied {
         return bushing.map.row(of_bushings % 6).dot(Deflection<D>(bushing, pose).rate(velocity_of, omega_of));
     }
 
+    // The arguments of the switches at a state, with these branches, or none.
+    static void look(const Loads<D>& loads, const Pose<D>& pose, const Motion<D>& motion, double t,
+                     const double* expected, const double* branches, std::vector<double>& arguments) {
+        for (std::size_t k = 0; k < loads.switches.size();) {
+            const int l = loads.switches[k].law;
+            const Along along(loads.coordinates, l, pose);
+            const Variables variables(along, motion, t, loads.laws[l], expected);
+            const std::size_t first = k;
+            loads.programs.walk(
+                loads.laws[l].program, variables.series, branches, [&](int at, const Series& x, const Series& y) {
+                    if (k == loads.switches.size() || loads.switches[k].law != l || loads.switches[k].at != at) return;
+                    const Op op = loads.programs.op[at];
+                    arguments[k++] = op == Op::min || op == Op::max ? x.x - y.x : x.x;
+                });
+            if (k == first) return;
+        }
+    }
+
 private:
     double least_cosine_;
 
@@ -118,6 +143,21 @@ private:
         }
     };
 
+    // What the program of a law depends on.
+    struct Variables {
+        double at, rate;
+        Series series[3];
+
+        Variables(const Along& along, const Motion<D>& motion, double t, const Law& law, const double* expected)
+            : at(value<D>(along.p, along.x)),
+              rate(along.rate([&](int b) { return motion[b].velocity; }, [&](int b) { return motion[b].omega; })) {
+            if (along.p.kind == Kind::angle) at = near(at, expected[law.coordinate]);
+            series[0] = {t, 1.0, 0.0};
+            series[1] = {at, 0.0, 0.0};
+            series[2] = {rate, 0.0, 0.0};
+        }
+    };
+
     void pull(const Along& along, double size) {
         for (int s = 0; s < along.p.slot_count; ++s) {
             const Attachment<D>& a = along.attachment(s);
@@ -130,15 +170,11 @@ private:
                const std::vector<double>& expected) {
         const Law& law = loads.laws[l];
         const Along along(loads.coordinates, l, pose);
-        const double rate =
-            along.rate([&](int b) { return motion[b].velocity; }, [&](int b) { return motion[b].omega; });
-        double at = value<D>(along.p, along.x);
-        if (along.p.kind == Kind::angle) at = near(at, expected[law.coordinate]);
-        const Series variables[3] = {{t, 1.0, 0.0}, {at, 0.0, 0.0}, {rate, 0.0, 0.0}};
-        const double given = law.program < 0 ? 0.0 : loads.programs.run(law.program, variables).x;
-        const double size = given - law.stiffness * (at - law.free) - law.damping * rate;
-        power += given * rate;
-        dissipation += law.damping * rate * rate;
+        const Variables now(along, motion, t, law, expected.data());
+        const double given = law.program < 0 ? 0.0 : loads.programs.value(law.program, now.series, held);
+        const double size = given - law.stiffness * (now.at - law.free) - law.damping * now.rate;
+        power += given * now.rate;
+        dissipation += law.damping * now.rate * now.rate;
         if (!std::isfinite(size)) return false;
         pull(along, size);
         return true;

@@ -57,25 +57,73 @@ struct Programs {
     std::vector<int> table_start;
     std::vector<double> knot, origin;
     std::vector<double> piece;  // four a row
+    std::vector<bool> kinked;   // pieces that begin with a kink, and the first of each table
 
     // Value and derivatives of a program; `variables` are the time, a coordinate and its rate.
     Series run(int program, const Series* variables) const {
+        return walk(program, variables, nullptr, [](int, const Series&, const Series&) {});
+    }
+
+    // The value with the branches `held`, one for each instruction, if any (see model/switches.hpp). Where a branch has no
+    // value beyond its end, as the root of a negative number, the value is that of `run`.
+    double value(int program, const Series* variables, const double* held) const {
+        if (held) {
+            const double found = walk(program, variables, held, [](int, const Series&, const Series&) {}).x;
+            if (std::isfinite(found)) return found;
+        }
+        return run(program, variables).x;
+    }
+
+    // Calls see(instruction, x, y) with the arguments of each instruction that takes some; y is without meaning where it
+    // takes one.
+    template <class See> Series walk(int program, const Series* variables, const double* held, See&& see) const {
         Series stack[deepest_stack];
         int top = -1;
         for (int at = start[program]; at < start[program + 1]; ++at) {
-            switch (arguments(op[at])) {
-                case 0:
-                    stack[++top] = op[at] == Op::constant ? Series{operand[at], 0.0, 0.0}
-                                                          : variables[static_cast<int>(operand[at])];
-                    break;
-                case 1: stack[top] = unary(at, stack[top]); break;
-                default: --top; stack[top] = binary(op[at], stack[top], stack[top + 1]);
+            const int taken = arguments(op[at]);
+            if (taken == 0) {
+                stack[++top] =
+                    op[at] == Op::constant ? Series{operand[at], 0.0, 0.0} : variables[static_cast<int>(operand[at])];
+                continue;
             }
+            top -= taken - 1;
+            see(at, stack[top], stack[top + 1]);
+            if (held && !std::isnan(held[at]))
+                stack[top] = on_branch(at, held[at], stack[top], stack[top + 1]);
+            else
+                stack[top] = taken == 1 ? unary(at, stack[top]) : binary(op[at], stack[top], stack[top + 1]);
         }
         return stack[0];
     }
 
+    // The last piece of the branch of a table that begins with a piece.
+    int last_piece(int table, int first) const {
+        int last = first;
+        while (last + 1 < table_start[table + 1] && !kinked[last + 1]) ++last;
+        return last;
+    }
+    // The piece of a table that x is in.
+    int piece_at(int table, double x) const {
+        const auto first = knot.begin() + table_start[table], last = knot.begin() + table_start[table + 1];
+        const auto at = std::upper_bound(first, last, x) - first - 1;
+        return table_start[table] + static_cast<int>(std::max<std::ptrdiff_t>(0, at));
+    }
+
 private:
+    // What a switch makes of its arguments on one of its branches.
+    Series on_branch(int at, double branch, const Series& x, const Series& y) const {
+        switch (op[at]) {
+            case Op::max: return branch > 0.0 ? x : y;
+            case Op::min: return branch > 0.0 ? y : x;
+            case Op::abs: return {branch * x.x, branch * x.d, branch * x.dd};
+            case Op::table: {
+                const int table = static_cast<int>(operand[at]), first = static_cast<int>(branch);
+                return on_piece(std::min(std::max(piece_at(table, x.x), first), last_piece(table, first)), x);
+            }
+            default: return flat(branch);
+        }
+    }
+
     static Series flat(double value) { return {value, 0.0, 0.0}; }
 
     Series binary(Op op, const Series& a, const Series& b) const {
@@ -138,11 +186,10 @@ private:
         }
     }
 
-    Series look_up(int table, const Series& s) const {
-        const auto first = knot.begin() + table_start[table], last = knot.begin() + table_start[table + 1];
-        const auto at =
-            std::max<std::ptrdiff_t>(0, std::upper_bound(first, last, s.x) - first - 1) + table_start[table];
-        const double* c = piece.data() + 4 * at;
+    Series look_up(int table, const Series& s) const { return on_piece(piece_at(table, s.x), s); }
+
+    Series on_piece(int at, const Series& s) const {
+        const double* c = piece.data() + 4 * static_cast<std::ptrdiff_t>(at);
         const double u = s.x - origin[static_cast<std::size_t>(at)];
         return chain(c[0] + u * (c[1] + u * (c[2] + u * c[3])), c[1] + u * (2.0 * c[2] + 3.0 * u * c[3]),
                      2.0 * c[2] + 6.0 * u * c[3], s);

@@ -23,7 +23,8 @@ struct Thresholds {
     int tightenings, stiffenings;
     // mbproj/thresholds/steps.py
     double safety, smallest_change, largest_change, least_error, least_error_before, part_after_break, turns_told,
-        most_turned;
+        most_turned, located, glance, widest_polishing, bracketed, beside, chatter;
+    int most_polishing, most_chatter;
 };
 
 // Calls visit("name", member) for every threshold.
@@ -83,6 +84,14 @@ template <class Visit> void each_threshold(Visit&& visit) {
     visit("part_after_break", &Thresholds::part_after_break);
     visit("turns_told", &Thresholds::turns_told);
     visit("most_turned", &Thresholds::most_turned);
+    visit("located", &Thresholds::located);
+    visit("glance", &Thresholds::glance);
+    visit("widest_polishing", &Thresholds::widest_polishing);
+    visit("most_polishing", &Thresholds::most_polishing);
+    visit("bracketed", &Thresholds::bracketed);
+    visit("beside", &Thresholds::beside);
+    visit("chatter", &Thresholds::chatter);
+    visit("most_chatter", &Thresholds::most_chatter);
 }
 
 }  // namespace mbproj

@@ -10,7 +10,19 @@
 
 namespace mbproj {
 
-enum class Status : int { running, finished, not_finite, singular, open, vanished, broken, branch, unresolved, untold };
+enum class Status : int {
+    running,
+    finished,
+    not_finite,
+    singular,
+    open,
+    vanished,
+    broken,
+    branch,
+    unresolved,
+    untold,
+    pushed_back
+};
 
 // In the order of the fields of mbproj.integrate.outcome.tally.Tally.
 struct Counters {
@@ -124,6 +136,12 @@ struct Outcome {
     static Outcome at_branch(Status status, double t, double change) {
         Outcome found{status, t};
         found.velocity_change = change;
+        return found;
+    }
+    // On both sides of this switch the motion leads back onto it.
+    static Outcome pushed_back(double t, int number) {
+        Outcome found{Status::pushed_back, t};
+        found.row = number;
         return found;
     }
     // By a step of size h.

@@ -27,6 +27,13 @@ public:
 
     // Where the next step from t ends; with error control it takes at most h.
     Target target(double t, double h) const { return steps_.fixed() ? on_grid(t) : within(t, h); }
+    // A step from t to a time within, with error control.
+    Target to(double t, double time) const {
+        const std::size_t next = std::max(next_sample_, first_from(time));
+        return {time, time - t, false, next < steps_.times.size() && steps_.times[next] == time, false};
+    }
+    // How far apart times are.
+    double grain() const { return grain_ / 16.0; }
     // The step to a target is taken.
     void reach(const Target& target) {
         grid_ += target.on_grid;

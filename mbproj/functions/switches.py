@@ -1,0 +1,93 @@
+"""Switches: instructions of laws that change their branch with the state (`abs sign min max floor ceil`,
+tables with kinks).
+
+A switch has one argument x: that of its instruction, or the difference of both. Each branch holds in an interval of x.
+A branch that is held is continued smoothly beyond its interval, so that an integrator keeps its order; where x leaves
+the interval is an event. A branch is a number: -1 or 1 for the sign of x, the value of `floor` and `ceil`, the first
+piece of a table between two of its kinks; NaN is free, which follows x.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from mbproj.arrays import Integers
+from mbproj.functions.program import ARGUMENTS, TIME, Op
+from mbproj.functions.program_set import ProgramSet
+
+FREE = float("nan")
+SIDED = frozenset({Op.ABS, Op.SIGN, Op.MIN, Op.MAX})
+SWITCHING = SIDED | {Op.FLOOR, Op.CEIL, Op.TABLE}
+#: What jumps in value where the branch changes, not in slope alone.
+JUMPING = frozenset({Op.SIGN, Op.FLOOR, Op.CEIL})
+
+
+def switches(programs: ProgramSet, index: int) -> Iterator[int]:
+    """The instructions of program `index` that are switches, by number."""
+    stack: list[bool] = []
+    for at in range(int(programs.start[index]), int(programs.start[index + 1])):
+        op, operand = Op(int(programs.op[at])), programs.operand[at]
+        taken = ARGUMENTS[op]
+        of_state = any(stack[len(stack) - taken :]) if taken else op is Op.VARIABLE and int(operand) != TIME
+        if of_state and op in SWITCHING and (op is not Op.TABLE or len(_branches(programs, at)) > 1):
+            yield at
+        stack[len(stack) - taken :] = [of_state]
+
+
+def law_switches(programs: ProgramSet, program: Integers) -> list[tuple[int, int]]:
+    """Those of laws with these programs (-1: none), law after law: (law, instruction)."""
+    return [(law, at) for law, index in enumerate(program.tolist()) if index >= 0 for at in switches(programs, index)]
+
+
+def interval(programs: ProgramSet, at: int, branch: float) -> tuple[float, float]:
+    """Where a branch holds; everywhere for one that is free."""
+    op = Op(int(programs.op[at]))
+    if np.isnan(branch):
+        return -np.inf, np.inf
+    if op in SIDED:
+        return (0.0, np.inf) if branch > 0.0 else (-np.inf, 0.0)
+    if op is Op.TABLE:
+        first, last = pieces(programs, at, branch)
+        end = programs.table_start[int(programs.operand[at]) + 1]
+        return float(programs.knot[first]), float(programs.knot[last + 1]) if last + 1 < end else np.inf
+    return (branch, branch + 1.0) if op is Op.FLOOR else (branch - 1.0, branch)
+
+
+def natural(programs: ProgramSet, at: int, x: float) -> float:
+    """The branch at x; free where x is on the edge of two signs, or no number."""
+    op = Op(int(programs.op[at]))
+    if not np.isfinite(x):
+        return FREE
+    if op in SIDED:
+        return float(np.sign(x)) or FREE
+    if op is Op.TABLE:
+        first = _branches(programs, at)
+        return float(first[np.searchsorted(programs.knot[first], x, side="right") - 1])
+    return float(np.floor(x) if op is Op.FLOOR else np.ceil(x))
+
+
+def beyond(programs: ProgramSet, at: int, branch: float, direction: int) -> float:
+    """The branch above (1) or below (-1) one that is held."""
+    op = Op(int(programs.op[at]))
+    if op in SIDED:
+        return float(direction)
+    if op is Op.TABLE:
+        first = _branches(programs, at)
+        return float(first[np.searchsorted(first, branch) + direction])
+    return branch + direction
+
+
+def pieces(programs: ProgramSet, at: int, branch: float) -> tuple[int, int]:
+    """The first and the last piece of a table's branch."""
+    first = _branches(programs, at)
+    after = first[first > branch]
+    return int(branch), int(after[0] if len(after) else programs.table_start[int(programs.operand[at]) + 1]) - 1
+
+
+def _branches(programs: ProgramSet, at: int) -> Integers:
+    """The pieces with which the branches of a table begin."""
+    number = int(programs.operand[at])
+    start, end = programs.table_start[number : number + 2]
+    return start + np.flatnonzero(programs.kinked[start:end])

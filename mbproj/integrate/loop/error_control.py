@@ -1,0 +1,200 @@
+"""Steps as large as the error estimate allows; they end at breaks, and where a switch of a law changes its branch."""
+
+from __future__ import annotations
+
+from bisect import bisect_left
+from collections.abc import Iterator
+from typing import NamedTuple, TypeAlias
+
+import numpy as np
+
+from mbproj.arrays import Array, may_overflow
+from mbproj.dynamics.assembly.assemble import coordinates
+from mbproj.dynamics.equations.motions import drive_at
+from mbproj.dynamics.equations.teeth import near
+from mbproj.dynamics.equations.turning import Turning
+from mbproj.dynamics.observe.samples import Sample
+from mbproj.errors import SimulationError
+from mbproj.integrate.events.crossing import Crossing
+from mbproj.integrate.events.law_switches import LawSwitches
+from mbproj.integrate.formulations.full import FullFormulation
+from mbproj.integrate.loop.run import Run
+from mbproj.integrate.loop.state_events import StateEvents
+from mbproj.integrate.loop.step_end import is_closed, left_open_at, point_at
+from mbproj.integrate.loop.step_size import Controller, error_norm, first_step
+from mbproj.integrate.outcome.failures import TurnsUntold, not_finite, step_vanished
+from mbproj.integrate.point import Point
+from mbproj.integrate.steppers.runge_kutta import Step
+from mbproj.scene.sampling import output_times
+from mbproj.thresholds import THRESHOLDS
+
+
+class _Attempt(NamedTuple):
+    """A step and the norm of its error."""
+
+    step: Step
+    error: float
+
+
+#: A step, or why its equations have no solution.
+_Tried: TypeAlias = _Attempt | SimulationError
+
+
+class ErrorControl:
+    """Scratch of a run with error control; `events` where its laws have switches."""
+
+    def __init__(self, run: Run, tolerance: float, switches: LawSwitches | None) -> None:
+        self.run, self.tolerance, self.scale = run, tolerance, _absolute_scale(run.exact)
+        self.events = None if switches is None else StateEvents(run, switches, tolerance)
+
+    def samples(self, point: Point) -> Iterator[Sample]:
+        """Samples from a point to the end; those within a step by the continuous extension."""
+        run, times, done = self.run, output_times(self.run.exact.settings, point.t), 1
+        h = self.first_step(run.exact, point, self.way_left(point.t))
+        control, lost = self.forgetful, None
+        yield point.sample(run.exact, h, run.tally)
+        if run.breaks.passed or self.events is not None:
+            point, h = self.go_on(point, None, h)
+        while done < len(times):
+            if _vanishes(h, point.t, run.end):
+                raise lost or step_vanished(point.t)
+            h, t = self.target(h, point.t)
+            tried, t, crossing = self.trial(point, h, t)
+            if isinstance(tried, SimulationError) or not tried.error <= 1.0:
+                run.tally.rejected_steps += 1
+                lost = tried if isinstance(tried, SimulationError) else None
+                error = np.nan if isinstance(tried, SimulationError) else tried.error
+                h, control = control.after_rejected(error, h if crossing is None else t - point.t)
+                continue
+            if crossing is not None and crossing.at_once:
+                (point, h), control = self.go_on(point, crossing, h), self.forgetful
+                continue
+            try:
+                before, point = point, run.accept(point, t, tried.step)
+            except TurnsUntold as untold:
+                run.tally.reject_accepted()
+                h = untold.step
+                continue
+            last = bisect_left(times, t, done)
+            if last > done:
+                yield from self.in_between(before, point, tried.step, times[done:last])
+            if last < len(times) and times[last] == t:
+                yield point.sample(run.exact, tried.step.h, run.tally)
+                last += 1
+            done = last
+            h, control = control.after_accepted(tried.error, tried.step.h)
+            if (crossing is not None or run.breaks.is_at(t)) and t < run.end:
+                (point, h), control = self.go_on(point, crossing, tried.step.h), self.forgetful
+            elif self.events is not None:
+                self.events.tell(point)
+
+    @property
+    def forgetful(self) -> Controller:
+        """A controller for a first step."""
+        return Controller(self.run.stepper.error_order)
+
+    def go_on(self, point: Point, crossing: Crossing | None, h: float) -> tuple[Point, float]:
+        """From an event on, after a step of size h: the point as it is seen from there, and a step chosen anew."""
+        if self.events is not None and crossing is not None:
+            point = self.events.cross(point, crossing, h)
+        if self.run.breaks.is_at(point.t) or crossing is None:
+            point = self.run.cross_break(point) if self.events is None else self.events.cross_break(point, h)
+        return point, self.first_step(self.run.inside, point, THRESHOLDS.part_after_break * self.way_left(point.t))
+
+    def trial(self, point: Point, h: float, t: float) -> tuple[_Tried, float, Crossing | None]:
+        """A step from a point over h to t, or to the first event in the state before; at a point's own time no step can
+        end, and the event is at once."""
+        tried = self.attempt(point, h, t)
+        if self.events is None or isinstance(tried, SimulationError) or not tried.error <= 1.0:
+            return tried, t, None
+        crossing = self.events.first(tried.step)
+        if crossing is None or crossing.at_once:
+            return tried, t, crossing
+        return (*self.cut(point, crossing, tried, t), crossing)
+
+    def cut(self, point: Point, crossing: Crossing, tried: _Tried, t: float) -> tuple[_Tried, float]:
+        """The step to t again, so that it ends at a crossing: first where its extension shows it, then by Newton's
+        method where the step itself gets there. The same step where it ends there already."""
+        assert self.events is not None and isinstance(tried, _Attempt)
+        whole, end = tried.step.h, t
+        slack, rate = self.events.slack(whole), crossing.rate / whole
+        at = point.t + crossing.theta * whole
+        for _ in range(THRESHOLDS.most_polishing if end - at > slack else 0):
+            again = self.attempt(point, at - point.t, at)
+            if isinstance(again, SimulationError) or not again.error <= 1.0:
+                return again, at
+            tried, t = again, at
+            excess = self.events.excess(crossing, t, again.step.y_new)
+            if not rate * slack < abs(excess) < THRESHOLDS.widest_polishing * rate * whole:
+                break
+            at = min(at - excess / rate, end)
+        return tried, t
+
+    def way_left(self, t: float) -> float:
+        """How far it is from t to where steps must end."""
+        return min(self.run.breaks.next, self.run.end) - t
+
+    def target(self, h: float, t: float) -> tuple[float, float]:
+        """The size of the next step from t, h or less, and where it ends."""
+        left = self.way_left(t)
+        size = _fitted(h, left)
+        return size, min(self.run.breaks.next, self.run.end) if size == left else t + size
+
+    def first_step(self, formulation: FullFormulation, point: Point, longest: float) -> float:
+        """A step size to begin with at a point."""
+        self.run.tally.count_evaluations(1)
+        f, order = formulation.watched_derivative, self.run.stepper.order
+        return first_step(f, order, point.t, point.y, point.slope, self.tolerance, self.scale, longest)
+
+    def attempt(self, point: Point, h: float, t: float) -> _Tried:
+        """A step from a point over h to t, or why its equations have no solution: a step that is too large may lead to
+        where a function has no value, or beyond what numbers can hold."""
+        f = self.run.inside.watched_derivative
+        self.run.inside.policy.begin()
+        self.run.tally.count_evaluations(self.run.stepper.attempt_cost + 1)
+        try:
+            with may_overflow():
+                step, estimates = self.run.stepper.error(
+                    f, t, self.run.stepper.attempt(f, point.t, point.y, h, point.slope)
+                )
+                error = error_norm(estimates, step.y, step.y_new, self.tolerance, self.scale)
+        except SimulationError as lost:
+            return lost
+        return _Attempt(step, error) if np.isfinite(error) else not_finite(t)
+
+    def in_between(self, before: Point, after: Point, step: Step, times: list[float]) -> Iterator[Sample]:
+        """Samples inside a step: the extension's value, of which a copy is projected; the integration goes on without
+        it."""
+        self.run.tally.count_evaluations(self.run.stepper.extend_cost + len(times))
+        formulation, system = self.run.inside, self.run.inside.system
+        extension = self.run.stepper.extend(formulation.derivative, step)
+        for t in times:
+            y, projected = formulation.project_copy(t, formulation.lead(t, extension.at((t - step.t) / step.h)))
+            q, v, _, expected = formulation.parts(y)
+            position, _ = formulation.violations(t, q, v, expected)
+            if not is_closed(formulation, position, projected):
+                raise left_open_at(formulation, t, position, projected)
+            coordinate, speed = coordinates(system, q, v)
+            if not formulation.followed:
+                expected = before.turning.between(system, after.turning, t, drive_at(system, t))
+            turning = Turning(t, near(system, coordinate, expected), speed, after.turning.prescribed)
+            yield point_at(formulation, y, coordinate, turning).sample(formulation, step.h, self.run.tally)
+
+
+def _absolute_scale(formulation: FullFormulation) -> Array:
+    """What the absolute tolerance is relative to, (14n + integrals,): the system's length (per s) for r (r'), 1 (per s)
+    for Λ; without bound for work and dissipation, which do not steer the step."""
+    scale = np.tile([formulation.system.length] * 3 + [1.0] * 4, 2 * formulation.system.bodies)
+    return np.concatenate([scale, np.full(formulation.quadratures + formulation.followed, np.inf)])
+
+
+def _vanishes(h: float, t: float, end: float) -> bool:
+    """Whether time cannot resolve steps of this size."""
+    return not h >= 16.0 * np.finfo(float).eps * max(abs(t), abs(end))
+
+
+def _fitted(h: float, left: float) -> float:
+    """h, or what is left to where steps must end, or half of that where one step more would be tiny."""
+    if h >= left:
+        return left
+    return 0.5 * left if 2.0 * h > left > 1.01 * h else h

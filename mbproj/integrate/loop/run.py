@@ -1,0 +1,63 @@
+"""What every way of stepping through a run shares: its parts, what the step at hand sees, and the end of a step."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from mbproj.arrays import Array
+from mbproj.integrate.events.breaks import BreakCursor, breaks_of
+from mbproj.integrate.formulations.full import FullFormulation
+from mbproj.integrate.loop.interruption import look
+from mbproj.integrate.loop.step_end import accept
+from mbproj.integrate.outcome.tally import Tally
+from mbproj.integrate.point import Point
+from mbproj.integrate.steppers.runge_kutta import ExplicitRungeKutta, Step
+from mbproj.integrate.steppers.tableau import load_tableau
+
+
+class Run:
+    """Scratch of a run from `start`. `exact` sees functions of time at the time itself, `inside` from within the window
+    of the step at hand."""
+
+    def __init__(self, formulation: FullFormulation, start: float, tally: Tally) -> None:
+        settings = formulation.settings
+        assert settings.duration is not None  # settings_to_run has seen to it
+        self.start, self.end, self.tally = start, start + settings.duration, tally
+        self.stepper = ExplicitRungeKutta(load_tableau(settings.integrator))
+        self.breaks = BreakCursor(breaks_of(formulation.system, start, settings), start, self.end)
+        self.exact, self.inside = formulation, formulation.seen_within(self.breaks.window)
+
+    @property
+    def grain(self) -> float:
+        """How far apart times are."""
+        return float(np.finfo(float).eps * max(abs(self.start), abs(self.end)))
+
+    def hold(self, held: Array) -> None:
+        """The laws are on these branches from here on."""
+        self.exact, self.inside = self.exact.holding(held), self.inside.holding(held)
+
+    def accept(self, before: Point, t: float, step: Step) -> Point:
+        """The point after a step; what is recorded at a break belongs to that time itself."""
+        look()
+        at_end = self.exact if self.breaks.is_at(t) else self.inside
+        return accept(self.inside, at_end, self.stepper, self.tally, before, t, step)
+
+    def pass_break(self, t: float) -> None:
+        """From a break on functions of time are seen from its other side."""
+        self.breaks.pass_break(t)
+        self.inside = self.exact.seen_within(self.breaks.window)
+
+    def cross_break(self, point: Point) -> Point:
+        """The point at a break as it is seen from its other side."""
+        self.pass_break(point.t)
+        return self.renewed(point)
+
+    def renewed(self, point: Point) -> Point:
+        """A point with the accelerations from here on."""
+        self.tally.count_evaluations(1)
+        q, v, *_ = self.inside.parts(point.y)
+        found = self.inside.accelerations(point.t, q, v, point.turning.coordinate)
+        self.inside.policy.keep(found.multipliers)
+        return replace(point, found=found)

@@ -1,0 +1,114 @@
+"""Events in the state, in a run with error control: where a switch of a law changes its branch within a step, the step
+is made again, so that it ends there."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from mbproj.arrays import Array, Integers
+from mbproj.errors import SimulationError
+from mbproj.integrate.events.crossing import Crossing, first_crossing
+from mbproj.integrate.events.law_switches import LawSwitches
+from mbproj.integrate.loop.run import Run
+from mbproj.integrate.outcome.failures import dry_friction
+from mbproj.integrate.point import Point
+from mbproj.integrate.steppers.runge_kutta import Step
+from mbproj.thresholds import THRESHOLDS
+
+#: A switch that changes its branch so often at one time is pushed back from both sides.
+MOST_AT_ONCE = 3
+
+
+class StateEvents:
+    """Scratch of a run: its switches, the branches that are held, and how often each switch has changed its branch at
+    one time."""
+
+    def __init__(self, run: Run, switches: LawSwitches, tolerance: float) -> None:
+        self.run, self.switches, self.held = run, switches, switches.free
+        self._tolerance = tolerance
+        self._last = np.full(switches.size, -np.inf)
+        self._at_once, self._in_a_row = np.zeros((2, switches.size), dtype=int)
+
+    def slack(self, h: float) -> float:
+        """How near to an event a step of size h ends, s."""
+        return max(THRESHOLDS.located * self._tolerance * h, 4.0 * self.run.grain)
+
+    def first(self, step: Step) -> Crossing | None:
+        """The first crossing in a step; one that no step can end at is at its start."""
+        run, h = self.run, step.h
+        run.tally.count_evaluations(run.stepper.extend_cost)
+        extension = run.stepper.extend(run.inside.derivative, step)
+
+        def path(theta: float) -> Array:
+            return self._arguments(step.t + theta * h, extension.at(theta))
+
+        return first_crossing(path, self.switches.bounds(self.held), self.slack(h) / h, 16.0 * run.grain / h)
+
+    def excess(self, crossing: Crossing, t: float, y: Array) -> float:
+        """By how much the leader of a crossing is outside of its interval."""
+        return float(self.switches.bounds(self.held).excess(self._arguments(t, y))[crossing.leader])
+
+    def cross(self, point: Point, crossing: Crossing, h: float) -> Point:
+        """From a crossing on, the branches beyond are held. Raises SimulationError where these lead back."""
+        for k in np.flatnonzero(crossing.leaving):
+            self._count(point.t, int(k))
+            self.run.tally.met.append(self.switches.event(point.t, int(k), int(crossing.direction[k])))
+        held = self.switches.crossed(self.held, crossing.leaving, crossing.direction)
+        return self._passed_to(held, point, h, crossing.leaving * crossing.direction)
+
+    def cross_break(self, point: Point, h: float) -> Point:
+        """From a break on, functions of time are seen from its other side; arguments that have jumped there are on the
+        branch that they have jumped to. At the start of a run, all are."""
+        before = self._arguments(point.t, point.y)
+        self.run.pass_break(point.t)
+        after = self._arguments(point.t, point.y)
+        outside = self.switches.bounds(self.held).excess(after) > 0.0
+        self._hold(self.switches.settled(self.switches.freed(self.held, outside & (after != before)), after))
+        return self._turned(self.run.renewed(point), h)
+
+    def tell(self, point: Point) -> None:
+        """Signs that were not told before a step, of what has not moved, are told where it has moved now."""
+        if self.switches.is_free(self.held).any():
+            self._hold(self.switches.settled(self.held, self._arguments(point.t, point.y)))
+
+    def _turned(self, point: Point, h: float) -> Point:
+        """On the edge of two signs, that is held which the motion turns to."""
+        free = self.switches.is_free(self.held)
+        if not free.any():
+            return point
+        direction = free * np.sign(self._moves(point, h))
+        return self._passed_to(self.switches.turned_to(self.held, direction != 0.0, direction), point, h, direction)
+
+    def _passed_to(self, held: Array, point: Point, h: float, direction: Integers | Array) -> Point:
+        """A point with other branches. Raises SimulationError where a switch that moves in a direction before is pushed
+        back after."""
+        before = self._moves(point, h)
+        self._hold(held)
+        point = self.run.renewed(point)
+        after = self._moves(point, h)
+        for k in np.flatnonzero((direction * before > 0.0) & (direction * after < 0.0)):
+            raise self._pushed_back(point.t, int(k))
+        return point
+
+    def _count(self, t: float, k: int) -> None:
+        since, run = t - self._last[k], self.run
+        self._at_once[k] = self._at_once[k] + 1 if since <= 4.0 * run.grain else 1
+        self._in_a_row[k] = self._in_a_row[k] + 1 if since <= THRESHOLDS.chatter * (run.end - run.start) else 1
+        self._last[k] = t
+        if self._at_once[k] >= MOST_AT_ONCE or self._in_a_row[k] >= THRESHOLDS.most_chatter:
+            raise self._pushed_back(t, k)
+
+    def _moves(self, point: Point, h: float) -> Array:
+        """How the arguments change along the slope of a point, over a small part of a step, (K,)."""
+        y = point.y + THRESHOLDS.glance * h * point.slope
+        return self._arguments(point.t, y) - self._arguments(point.t, point.y)
+
+    def _pushed_back(self, t: float, k: int) -> SimulationError:
+        return dry_friction(t, self.switches.owner(k), self.switches.what(k))
+
+    def _hold(self, held: Array) -> None:
+        self.held = held
+        self.run.hold(held)
+
+    def _arguments(self, t: float, y: Array) -> Array:
+        return self.run.inside.arguments(self.switches, self.held, t, y)

@@ -1,0 +1,69 @@
+// The branches of switches, as in mbproj.functions.switches: where each holds, which is the one at an argument, and which
+// lies beyond its ends.
+#pragma once
+
+#include <limits>
+
+#include "model/programs.hpp"
+
+namespace mbproj {
+
+constexpr double free_branch = std::numeric_limits<double>::quiet_NaN();
+
+inline bool is_sided(Op op) { return op == Op::abs || op == Op::sign || op == Op::min || op == Op::max; }
+inline bool is_switching(Op op) { return is_sided(op) || op == Op::floor || op == Op::ceil || op == Op::table; }
+
+// Where an argument is held.
+struct Interval {
+    double low = -std::numeric_limits<double>::infinity(), high = std::numeric_limits<double>::infinity();
+    // By how much x is outside; negative inside.
+    double excess(double x) const { return std::max(low - x, x - high); }
+    // The end that x is nearer to, or beyond: 1 the upper one.
+    int direction(double x) const { return low - x > x - high ? -1 : 1; }
+};
+
+// Where a branch of instruction `at` holds; everywhere for one that is free.
+inline Interval interval(const Programs& programs, int at, double branch) {
+    Interval found;
+    const Op op = programs.op[at];
+    if (std::isnan(branch)) return found;
+    if (is_sided(op)) {
+        (branch > 0.0 ? found.low : found.high) = 0.0;
+    } else if (op == Op::table) {
+        const int table = static_cast<int>(programs.operand[at]), first = static_cast<int>(branch);
+        const int after = programs.last_piece(table, first) + 1;
+        found.low = programs.knot[first];
+        if (after < programs.table_start[table + 1]) found.high = programs.knot[after];
+    } else {
+        found.low = op == Op::floor ? branch : branch - 1.0;
+        found.high = found.low + 1.0;
+    }
+    return found;
+}
+
+// The piece with which the branch of a table begins that a piece belongs to.
+inline int first_piece(const Programs& programs, int table, int piece) {
+    while (piece > programs.table_start[table] && !programs.kinked[piece]) --piece;
+    return piece;
+}
+
+// The branch at x; free where x is on the edge of two signs, or no number.
+inline double natural_branch(const Programs& programs, int at, double x) {
+    const Op op = programs.op[at];
+    if (!std::isfinite(x)) return free_branch;
+    if (is_sided(op)) return x > 0.0 ? 1.0 : x < 0.0 ? -1.0 : free_branch;
+    if (op == Op::floor) return std::floor(x);
+    if (op == Op::ceil) return std::ceil(x);
+    const int table = static_cast<int>(programs.operand[at]);
+    return first_piece(programs, table, programs.piece_at(table, x));
+}
+
+// The branch above (1) or below (-1) one that is held.
+inline double branch_beyond(const Programs& programs, int at, double branch, int direction) {
+    if (is_sided(programs.op[at])) return direction;
+    if (programs.op[at] != Op::table) return branch + direction;
+    const int table = static_cast<int>(programs.operand[at]), first = static_cast<int>(branch);
+    return direction > 0 ? programs.last_piece(table, first) + 1 : first_piece(programs, table, first - 1);
+}
+
+}  // namespace mbproj

@@ -1,0 +1,194 @@
+// Events in the state: the switches of the laws, the branches that are held, and where one changes. The rules are those of
+// mbproj.integrate.loop.state_events; the time loop makes the steps.
+#pragma once
+
+#include <tuple>
+
+#include "stepping/crossing.hpp"
+#include "stepping/runge_kutta.hpp"
+
+namespace mbproj {
+
+template <int D> class StateEvents {
+public:
+    using Vector = Eigen::VectorXd;
+    using Met = std::tuple<double, int, int>;      // time, switch, direction
+    using Passed = std::tuple<int, double, long>;  // switch, first time, how many times
+
+    StateEvents(const Model<D>& model, EquationsOfMotion<D>& equations)
+        : loads_(model.loads.get()), equations_(equations), thresholds_(model.thresholds),
+          count_(loads_ ? loads_->switches.size() : 0), search_(thresholds_), x_(count_), before_(count_),
+          after_(count_), last_(count_, -std::numeric_limits<double>::infinity()), at_once_(count_, 0),
+          in_a_row_(count_, 0), first_(count_, 0.0), times_(count_, 0), told_(count_, free_branch) {
+        if (count_ == 0) return;
+        held_.assign(loads_->programs.op.size(), free_branch);
+        glanced_ = Vector::Zero(equations.total());
+    }
+
+    // Scenes without switches have nothing to do with this.
+    bool any() const { return count_ > 0; }
+    // The laws are on the branches held from now on.
+    void hold() { equations_.applied().held = held_.data(); }
+
+    // How near to an event a step of size h ends, s.
+    double slack(double h, double tolerance, double grain) const {
+        return std::max(thresholds_.located * tolerance * h, 4.0 * grain);
+    }
+
+    // The first crossing of a step that has been extended.
+    std::optional<Crossing> first(const Stepper<D>& stepper, double t, const Vector& y, double h,
+                                  const TimeWindow& window, double slack, double grain) {
+        const auto path = [&](double theta, std::vector<double>& x) {
+            stepper.at(y, h, theta, glanced_);
+            x.resize(count_);
+            look(t + theta * h, glanced_, window, x);
+        };
+        return search_.first(path, bounds(), slack / h, 16.0 * grain / h);
+    }
+
+    // By how much an argument is outside.
+    double excess(std::size_t k, double t, const Vector& y, const TimeWindow& window) {
+        look(t, y, window, x_);
+        return bounds()[k].excess(x_[k]);
+    }
+
+    // From a crossing on, the branches beyond are held. A switch that changes its branch too often at one time, or -1.
+    int cross(const Crossing& crossing, double t, double grain, double duration) {
+        for (std::size_t k = 0; k < count_; ++k) {
+            if (!crossing.leaving[k]) continue;
+            at_once_[k] = t - last_[k] <= 4.0 * grain ? at_once_[k] + 1 : 1;
+            in_a_row_[k] = t - last_[k] <= thresholds_.chatter * duration ? in_a_row_[k] + 1 : 1;
+            last_[k] = t;
+            if (at_once_[k] >= most_at_once || in_a_row_[k] >= thresholds_.most_chatter) return static_cast<int>(k);
+            met_.emplace_back(t, static_cast<int>(k), crossing.leaving[k]);
+            held(k) = branch_beyond(loads_->programs, loads_->switches[k].at, held(k), crossing.leaving[k]);
+        }
+        direction_ = crossing.leaving;
+        return -1;
+    }
+
+    // Before a jump in time, and after: arguments that have jumped out of their intervals are on the branch that they have
+    // jumped to. Signs that are not told stay free.
+    void before_jump(double t, const Vector& y, const TimeWindow& window) { look(t, y, window, before_); }
+    void after_jump(double t, const Vector& y, const TimeWindow& window) {
+        look(t, y, window, x_);
+        const std::vector<Interval>& held_in = bounds();
+        for (std::size_t k = 0; k < count_; ++k)
+            if (held_in[k].excess(x_[k]) > 0.0 && x_[k] != before_[k]) held(k) = free_branch;
+        settle();
+    }
+    // Signs that were not told before a step are told where it has moved what they are of.
+    void tell(double t, const Vector& y, const TimeWindow& window) {
+        if (!any_free()) return;
+        look(t, y, window, x_);
+        settle();
+    }
+    bool any_free() const {
+        for (std::size_t k = 0; k < count_; ++k)
+            if (std::isnan(held_[loads_->switches[k].at])) return true;
+        return false;
+    }
+
+    // How the arguments change along a slope, over a small part of a step: on the branches of before, and of after.
+    void glance_before(double t, const Vector& y, const Vector& slope, double h, const TimeWindow& window) {
+        glance(t, y, slope, h, window, before_);
+    }
+    void glance_after(double t, const Vector& y, const Vector& slope, double h, const TimeWindow& window) {
+        glance(t, y, slope, h, window, after_);
+    }
+    // On the edge of two signs, that is held which the motion of before turns to.
+    void turn() {
+        direction_.assign(count_, 0);
+        for (std::size_t k = 0; k < count_; ++k) {
+            if (!std::isnan(held(k)) || before_[k] == 0.0 || std::isnan(before_[k])) continue;
+            direction_[k] = before_[k] > 0.0 ? 1 : -1;
+            held(k) = direction_[k];
+        }
+    }
+    // A switch whose branch has changed, and from which the motion leads back, or -1.
+    int pushed_back() const {
+        for (std::size_t k = 0; k < count_; ++k)
+            if (direction_[k] * before_[k] > 0.0 && direction_[k] * after_[k] < 0.0) return static_cast<int>(k);
+        return -1;
+    }
+
+    // At the end of a fixed step, whose pose and velocities are in place: takes note of what has changed its branch.
+    void watch(double t, const Vector& y, const TimeWindow& window) {
+        look_here(t, y, window, nullptr, x_);
+        for (std::size_t k = 0; k < count_; ++k) {
+            const double now = natural_branch(loads_->programs, loads_->switches[k].at, x_[k]);
+            if (std::isnan(now)) continue;
+            if (!std::isnan(told_[k]) && now != told_[k] && times_[k]++ == 0) first_[k] = t;
+            told_[k] = now;
+        }
+    }
+    std::vector<Passed> passed() const {
+        std::vector<Passed> found;
+        for (std::size_t k = 0; k < count_; ++k)
+            if (times_[k]) found.emplace_back(static_cast<int>(k), first_[k], times_[k]);
+        return found;
+    }
+    // The events since the last call.
+    std::vector<Met> take_met() {
+        std::vector<Met> found;
+        found.swap(met_);
+        return found;
+    }
+
+private:
+    static constexpr int most_at_once = 3;
+
+    double& held(std::size_t k) { return held_[loads_->switches[k].at]; }
+
+    const std::vector<Interval>& bounds() {
+        bounds_.clear();
+        for (const Switch& each : loads_->switches)
+            bounds_.push_back(interval(loads_->programs, each.at, held_[each.at]));
+        return bounds_;
+    }
+
+    void settle() {
+        for (std::size_t k = 0; k < count_; ++k)
+            if (std::isnan(held(k))) held(k) = natural_branch(loads_->programs, loads_->switches[k].at, x_[k]);
+    }
+
+    void glance(double t, const Vector& y, const Vector& slope, double h, const TimeWindow& window,
+                std::vector<double>& moves) {
+        look(t, y, window, x_);
+        glanced_ = y + thresholds_.glance * h * slope;
+        look(t, glanced_, window, moves);
+        for (std::size_t k = 0; k < count_; ++k) moves[k] -= x_[k];
+    }
+
+    void look(double t, const Vector& y, const TimeWindow& window, std::vector<double>& x) {
+        equations_.set_pose(t, y.data());
+        equations_.set_velocities(y.data(), false);
+        look_here(t, y, window, held_.data(), x);
+    }
+    void look_here(double t, const Vector& y, const TimeWindow& window, const double* branches,
+                   std::vector<double>& x) const {
+        Applied<D>::look(*loads_, equations_.pose(), equations_.motion(), window.seen(t),
+                         y.data() + equations_.followed(), branches, x);
+    }
+
+    const Loads<D>* loads_;
+    EquationsOfMotion<D>& equations_;
+    const Thresholds& thresholds_;
+    const std::size_t count_;
+    std::vector<double> held_;  // a branch for each instruction of the loads' programs
+    std::vector<Interval> bounds_;
+    CrossingSearch search_;
+    std::vector<double> x_, before_, after_;
+    std::vector<int> direction_;
+    std::vector<double> last_;   // when each has changed its branch
+    std::vector<int> at_once_;   // how often at that time
+    std::vector<int> in_a_row_;  // and with hardly any time between
+    std::vector<Met> met_;
+    std::vector<double>
+        first_;  // of fixed steps: when each was passed over first, how many times, on which branch it is
+    std::vector<long> times_;
+    std::vector<double> told_;
+    Vector glanced_;
+};
+
+}  // namespace mbproj

@@ -1,0 +1,169 @@
+// One step on trial: attempted, made shorter where its error or the check by halves asks for it, and made to end where a
+// switch of a law changes its branch.
+#pragma once
+
+#include "model/phase_times.hpp"
+#include "stepping/schedule.hpp"
+#include "stepping/state_events.hpp"
+#include "stepping/step_end.hpp"
+
+namespace mbproj {
+
+// Where a run stands: at y at t; the size of the next step, its end, and the state there.
+struct Standing {
+    double t, h = 0.0;
+    Eigen::VectorXd y, y_new;
+    Target to{};
+    Counters counters;
+    Outcome outcome;
+};
+
+template <int D> class StepTrial {
+public:
+    StepTrial(const Steps& steps, Standing& now, EquationsOfMotion<D>& equations, Projector<D>& projector,
+              Stepper<D>& stepper, StepEnd<D>& step_end, Schedule& schedule, Phases& phases)
+        : steps_(steps), thresholds_(equations.model().thresholds), now_(now), equations_(equations), stepper_(stepper),
+          step_end_(step_end), schedule_(schedule), phases_(phases), doubling_(stepper, equations, projector),
+          control_(stepper.error_order(), thresholds_), events_(equations.model(), equations),
+          locates_(events_.any() && !steps.fixed()), copy_(now.y) {
+        if (locates_) events_.hold();
+    }
+
+    StateEvents<D>& events() { return events_; }
+    const StateEvents<D>& events() const { return events_; }
+    // Error control locates events in the state, fixed steps pass over them.
+    bool locates() const { return locates_; }
+    bool passes() const { return events_.any() && !locates_; }
+    StepSizeControl& control() { return control_; }
+    // Of the last step: the check by halves, null where none was due; where it ends; its error; why none was made.
+    const StepDoubling<D>* halves() const { return halved_ ? &doubling_ : nullptr; }
+    std::optional<Crossing>& crossing() { return crossing_; }
+    double error() const { return error_; }
+    const Outcome& lost() const { return lost_; }
+
+    // A step to `now.to`, or nearer. False where the run stops, or where the step is to be tried again; also where a switch
+    // changes its branch at its very start: `crossing` is set then.
+    bool make() { return attempt() && (!locates_ || end_at_crossing()) && agrees_with_halves(); }
+
+    // The step that was made is not taken: its end cannot be accepted.
+    void reject(double h) {
+        ++now_.counters.rejected_steps;
+        schedule_.leave();
+        crossing_.reset();
+        now_.h = h;
+    }
+
+    // The continuous extension: after the projection, which uses the last stage's factor; to be looked at, before it.
+    bool extend() {
+        if (extended_) return true;
+        now_.counters.evaluations += stepper_.extend_cost();
+        if (!stepper_.extend(now_.t, now_.y, now_.to.h)) return stop_at(now_.t), false;
+        return extended_ = true;
+    }
+
+private:
+    // From y to y_new, by the stepper alone.
+    bool attempt() {
+        extended_ = false;
+        if (steps_.fixed()) {
+            if (!stages() && !(equations_.hold_others() && stages())) return stop_at(now_.to.t), false;
+            phases_.mark(Phase::evaluation);
+            return true;
+        }
+        equations_.forget_broken_state();
+        std::optional<double> error = stages_and_error();
+        if (!error && equations_.hold_others()) error = stages_and_error();
+        phases_.mark(Phase::evaluation);
+        lost_ = {};
+        if (!error || !std::isfinite(*error))
+            lost_ = error ? Outcome{Status::not_finite, now_.to.t} : step_end_.failed_at(now_.to.t);
+        error_ = error.value_or(not_a_number);
+        if (!(error_ <= 1.0)) return reject(control_.after_rejected(error_, now_.to.h)), false;
+        return true;
+    }
+
+    // With the rows that are held; false also where others would serve.
+    bool stages() {
+        equations_.policy().begin();
+        now_.counters.evaluations += stepper_.attempt_cost();
+        return stepper_.attempt(now_.t, now_.y, now_.to.h, now_.y_new);
+    }
+    std::optional<double> stages_and_error() {
+        ++now_.counters.evaluations;
+        if (!stages()) return std::nullopt;
+        return stepper_.error(now_.to.t, now_.y, now_.y_new, now_.to.h, steps_.tolerance);
+    }
+
+    // Where a switch changes its branch within the step that was tried, the step is made again, so that it ends there:
+    // first where its extension shows it, then by Newton's method where the step itself gets there.
+    bool end_at_crossing() {
+        if (!extend()) return false;
+        const double h = now_.to.h, end = now_.to.t, slack = events_.slack(h, steps_.tolerance, schedule_.grain());
+        crossing_ = events_.first(stepper_, now_.t, now_.y, h, schedule_.window(), slack, schedule_.grain());
+        if (!crossing_) return true;
+        if (crossing_->at_once) return false;
+        const Crossing found = *crossing_;
+        const double rate = found.rate / h;
+        double t = now_.t + found.theta * h;
+        for (int tried = 0; end - t > slack && tried < thresholds_.most_polishing; ++tried) {
+            now_.to = schedule_.to(now_.t, t);
+            if (!attempt()) return false;
+            const double excess = events_.excess(found.leader, t, now_.y_new, schedule_.window());
+            if (!(std::abs(excess) > rate * slack) || !(std::abs(excess) < thresholds_.widest_polishing * rate * h))
+                break;
+            t = std::min(t - excess / rate, end);
+        }
+        return true;
+    }
+
+    // Near a singular pose, the same step in two halves. False where these cannot be made, or where they are so far off
+    // that the step is to be tried again.
+    bool agrees_with_halves() {
+        halved_ = doubling_.is_near();
+        if (halved_) {
+            if (!halves_made() && !(equations_.hold_others() && halves_made())) return stop_at(now_.to.t), false;
+            if (!steps_.fixed()) {
+                if (!extend()) return false;
+                if (shortened_ < thresholds_.most_shorter && off() > thresholds_.agreed_tolerances * steps_.tolerance)
+                    return ++shortened_, reject(thresholds_.shorter * now_.to.h), false;
+            }
+        }
+        shortened_ = 0;
+        return true;
+    }
+
+    bool halves_made() {
+        const double h = now_.to.t - now_.t;
+        return doubling_.repeat(now_.t, now_.y, stepper_.first(), h, now_.counters.evaluations);
+    }
+
+    // How far the step and its extension are from its halves.
+    double off() {
+        stepper_.at(now_.y, now_.to.h, 0.5, copy_);
+        return std::max(doubling_.off(doubling_.end(), now_.y_new, now_.to.h),
+                        doubling_.off(doubling_.middle(), copy_, now_.to.h));
+    }
+
+    void stop_at(double t) { now_.outcome = step_end_.failed_at(t); }
+
+    const Steps& steps_;
+    const Thresholds& thresholds_;
+    Standing& now_;
+    EquationsOfMotion<D>& equations_;
+    Stepper<D>& stepper_;
+    StepEnd<D>& step_end_;
+    Schedule& schedule_;
+    Phases& phases_;
+    StepDoubling<D> doubling_;
+    StepSizeControl control_;
+    StateEvents<D> events_;
+    const bool locates_;
+    Eigen::VectorXd copy_;
+    std::optional<Crossing> crossing_;  // at which the step ends
+    double error_ = 0.0;                // its norm
+    Outcome lost_{};                    // why the last step that was tried overflowed or had no solution
+    bool halved_ = false, extended_ = false;
+    int shortened_ = 0;  // times the step at hand, near a singular pose
+};
+
+}  // namespace mbproj

@@ -1,0 +1,64 @@
+"""Scenes whose laws have edges in the state, with what they do in closed form."""
+
+from __future__ import annotations
+
+from math import atan, cos, pi, sin, sqrt
+
+#: A mass that falls on a spring without a damper from a height above it, and bounces.
+MASS, GRAVITY, STIFFNESS, HEIGHT = 2.0, 9.81, 5000.0, 0.5
+BOUNCE = f"""
+mbproj: 1
+gravity: [0, 0, -{GRAVITY}]
+bodies: {{ball: {{mass: {MASS}, inertia: [0.1, 0.1, 0.1], position: [0, 0, 0]}}}}
+joints: {{guide: {{type: prismatic, bodies: [ground, ball], location: [0, 0, 0], axis: [0, 0, 1]}}}}
+forces: {{floor: {{type: spring_damper, points: {{ground: [0, 0, -10], ball: [0, 0, 0]}}, force: "LAW"}}}}
+simulation: {{duration: 2 s, output_step: 0.1}}
+"""
+FLOOR = f"{STIFFNESS}*max(0, {10.0 - HEIGHT} - l)"
+#: A door with a stop, of moment 4.7 kg m² about its hinge.
+DOOR_INERTIA = 1.5 + 20.0 * 0.4**2
+DOOR = """
+mbproj: 1
+gravity: [0, 0, -9.81]
+simulation: {duration: 3, output_step: 0.1}
+bodies: {door: {mass: 20, inertia: [2, 2, 1.5], position: [0.4, 0, 0]}}
+joints: {hinge: {type: revolute, bodies: [ground, door], location: [0, 0, 0], axis: [0, 0, 1], speed: 1 rad/s}}
+markers: {handle: {body: door, location: [0.8, 0, 0]}}
+forces:
+  stop: {type: torsion_spring_damper, joint: hinge, torque: "-5000*max(0, angle - 0.5) - 0.2*sign(angle)"}
+"""
+
+
+def bounce(law: str = FLOOR) -> str:
+    return BOUNCE.replace("LAW", law)
+
+
+def contact_times(count: int) -> list[float]:
+    """When the mass meets the spring, leaves it, meets it again, and so on."""
+    fall, speed, omega = sqrt(2.0 * HEIGHT / GRAVITY), sqrt(2.0 * GRAVITY * HEIGHT), sqrt(STIFFNESS / MASS)
+    contact = 2.0 * (pi - atan(speed * omega / GRAVITY)) / omega
+    times = [fall]
+    while len(times) < count:
+        times.append(times[-1] + (contact if len(times) % 2 else 2.0 * fall))
+    return times
+
+
+def height_at(t: float) -> float:
+    """Where the mass is, m."""
+    fall, speed, omega = sqrt(2.0 * HEIGHT / GRAVITY), sqrt(2.0 * GRAVITY * HEIGHT), sqrt(STIFFNESS / MASS)
+    contact = 2.0 * (pi - atan(speed * omega / GRAVITY)) / omega
+    since = (t + fall) % (2.0 * fall + contact)
+    if since <= 2.0 * fall:
+        return -0.5 * GRAVITY * (since - fall) ** 2
+    s = since - 2.0 * fall
+    return -HEIGHT - GRAVITY / omega**2 * (1.0 - cos(omega * s)) - speed / omega * sin(omega * s)
+
+
+def door_times() -> tuple[float, float, float]:
+    """When the door meets its stop, leaves it, and passes 0: constant torques, and an oscillation about where the stop
+    and the constant torque balance."""
+    slow, omega = 0.2 / DOOR_INERTIA, sqrt(5000.0 / DOOR_INERTIA)
+    meets = (1.0 - sqrt(1.0 - slow)) / slow
+    speed = 1.0 - slow * meets
+    leaves = meets + 2.0 * atan(speed * omega / slow) / omega
+    return meets, leaves, leaves + (sqrt(speed**2 + slow) - speed) / slow
