@@ -98,7 +98,7 @@ public:
     // A state at a time, in place of the last.
     void set_pose(double t, const double* y) {
         pose_.update(y);
-        std::copy(y + followed(), y + followed() + model_.followed(), expected_.begin());
+        if (model_.follows_angles) std::copy(y + followed(), y + total(), expected_.begin());
         factored_ = false;
         if (t == t_ && !broken_) return;
         t_ = t;
@@ -226,7 +226,7 @@ private:
 
     // Flywheels go with their coordinates: nothing is violated in the rows that hold them.
     void leave_flywheels(std::vector<double>& rows) const {
-        std::fill(rows.begin() + model_.constraints.rows, rows.end(), 0.0);
+        if (!model_.flywheels.empty()) std::fill(rows.begin() + model_.constraints.rows, rows.end(), 0.0);
     }
 
     // s² from c.

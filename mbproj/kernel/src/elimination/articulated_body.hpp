@@ -64,7 +64,8 @@ template <int D> struct HingeFactor {
 
     // From M to what the parent feels of it. False where a free motion moves no mass. `added`: the inertia of flywheels
     // that each motion turns, where there are any.
-    template <bool turns> bool eliminate(const Hinge<D>& hinge, Inertia<D>& left, const double* added = nullptr) {
+    template <bool turns>
+    [[gnu::always_inline]] bool eliminate(const Hinge<D>& hinge, Inertia<D>& left, const double* added) {
         left = M;
         FreeMotion<D>* motion = motions;
         for (int k = 0; k < hinge.free_translations(); ++k, ++motion) {
@@ -88,7 +89,7 @@ template <int D> struct HingeFactor {
 
     // h = nᵀ g of each free motion, and g less what the motion takes of it. `pushed`: what flywheels add to nᵀ g.
     template <bool turns>
-    void upward(const Hinge<D>& hinge, double* h, Column<F>& g, const double* pushed = nullptr) const {
+    [[gnu::always_inline]] void upward(const Hinge<D>& hinge, double* h, Column<F>& g, const double* pushed) const {
         const FreeMotion<D>* motion = motions;
         for (int k = 0; k < hinge.free_translations(); ++k, ++motion, ++h) {
             double along = frame.N_t.col(k).dot(g.template head<D>());
@@ -105,7 +106,7 @@ template <int D> struct HingeFactor {
     }
 
     // u = u_parent + Σ n z: the free motions that follow from the parent's.
-    void downward(const Hinge<D>& hinge, const double* h, Column<F>& u) const {
+    [[gnu::always_inline]] void downward(const Hinge<D>& hinge, const double* h, Column<F>& u) const {
         int last = hinge.free_translations() + hinge.free_rotations() - 1;
         for (int k = hinge.free_rotations() - 1; k >= 0; --k, --last)
             u.template tail<S::turns>() +=

@@ -26,43 +26,26 @@ public:
         for (std::size_t l = 0; l < factors_.size(); ++l) {
             HingeFrame<D>& frame = factors_[l].frame;
             if (!frame.update(model_, leaves_[l].hinge, pose)) return leaves_[l].joint;
-            if (const int f = scratch_[l].flywheels; f >= 0 && !flywheels_[f].update(model_, pose, frame))
-                return leaves_[l].joint;
             reference[leaves_[l].hinge.child] = frame.child_arm;
         }
-        return -1;
+        return flywheels_.empty() ? -1 : set_flywheels(pose);
     }
 
     // Adds what parents feel of their leaves to their inertias, with that of flywheels where they `turn`. The joint of
     // which a free motion moves no mass, or -1.
     int factor(std::vector<Inertia<D>>& inertias, const std::vector<Point<D>>& reference, bool turn) {
-        turn_ = turn;
-        for (std::size_t l = 0; l < factors_.size(); ++l) {
-            const Hinge<D>& hinge = leaves_[l].hinge;
-            HingeFactor<D>& f = factors_[l];
-            f.M = inertias[hinge.child];
-            f.link = f.frame.parent_arm - reference[hinge.parent];
-            Inertia<D> left;
-            const HingeFlywheels<D>* flywheels = turning(scratch_[l]);
-            if (!(flywheels ? f.template eliminate<true>(hinge, left, flywheels->added())
-                            : f.template eliminate<false>(hinge, left)))
-                return leaves_[l].joint;
-            if (hinge.parent < model_.size()) {
-                left.move(f.link);
-                inertias[hinge.parent].add(left);
-            }
-        }
-        return -1;
+        turn_ = turn && !flywheels_.empty();
+        return turn_ ? factor_leaves<true>(inertias, reference) : factor_leaves<false>(inertias, reference);
     }
 
     // From the leaves inwards: the forces on parents gain those on their leaves.
     void solve_up(const double* c, std::vector<Wrench>& force) {
         of_flywheels_ = 0.0;
-        for (std::size_t l = 0; l < factors_.size(); ++l) up(leaves_[l].hinge, factors_[l], scratch_[l], c, force);
+        turn_ ? solve_leaves_up<true>(c, force) : solve_leaves_up<false>(c, force);
     }
     // And back, from the motions of the parents; multipliers on request.
     void solve_down(std::vector<Wrench>& delta, double* lambda) {
-        for (std::size_t l = factors_.size(); l-- > 0;) down(leaves_[l].hinge, factors_[l], scratch_[l], delta, lambda);
+        turn_ ? solve_leaves_down<true>(delta, lambda) : solve_leaves_down<false>(delta, lambda);
     }
 
     // Σ I s'² of the flywheels, of the last solution for velocities.
@@ -75,37 +58,72 @@ private:
         int flywheels = -1;  // its number among the leaves that have any
     };
 
-    // The flywheels of a leaf; none where nothing turns them.
-    const HingeFlywheels<D>* turning(const Scratch& s) const {
-        return turn_ && s.flywheels >= 0 ? &flywheels_[s.flywheels] : nullptr;
+    // What follows is compiled twice, so that leaves without flywheels pay nothing for those that have some.
+
+    const HingeFlywheels<D>* flywheels_of(const Scratch& s) const {
+        return s.flywheels >= 0 ? &flywheels_[s.flywheels] : nullptr;
     }
 
+    int set_flywheels(const Pose<D>& pose) {
+        for (std::size_t l = 0; l < factors_.size(); ++l)
+            if (const int f = scratch_[l].flywheels; f >= 0 && !flywheels_[f].update(model_, pose, factors_[l].frame))
+                return leaves_[l].joint;
+        return -1;
+    }
+
+    template <bool turns> int factor_leaves(std::vector<Inertia<D>>& inertias, const std::vector<Point<D>>& reference) {
+        static constexpr double nothing[F] = {};
+        for (std::size_t l = 0; l < factors_.size(); ++l) {
+            const Hinge<D>& hinge = leaves_[l].hinge;
+            HingeFactor<D>& f = factors_[l];
+            f.M = inertias[hinge.child];
+            f.link = f.frame.parent_arm - reference[hinge.parent];
+            const double* added = nothing;
+            if constexpr (turns)
+                if (const auto* flywheels = flywheels_of(scratch_[l])) added = flywheels->added();
+            Inertia<D> left;
+            if (!f.template eliminate<turns>(hinge, left, added)) return leaves_[l].joint;
+            if (hinge.parent < model_.size()) {
+                left.move(f.link);
+                inertias[hinge.parent].add(left);
+            }
+        }
+        return -1;
+    }
+
+    template <bool turns> void solve_leaves_up(const double* c, std::vector<Wrench>& force) {
+        for (std::size_t l = 0; l < factors_.size(); ++l)
+            up<turns>(leaves_[l].hinge, factors_[l], scratch_[l], c, force);
+    }
+    template <bool turns> void solve_leaves_down(std::vector<Wrench>& delta, double* lambda) {
+        for (std::size_t l = factors_.size(); l-- > 0;)
+            down<turns>(leaves_[l].hinge, factors_[l], scratch_[l], delta, lambda);
+    }
+
+    template <bool turns>
     void up(const Hinge<D>& hinge, const HingeFactor<D>& f, Scratch& s, const double* c, std::vector<Wrench>& force) {
         s.p = particular(model_, hinge, f.frame, c);
         s.g = force[hinge.child] - f.M * s.p;
         Wrench rest = s.g;
-        if (const auto* flywheels = turning(s)) {
-            double pushed[F];
-            flywheels->push(c, s.p, pushed);
-            f.template upward<true>(hinge, s.h, rest, pushed);
-        } else {
-            f.template upward<false>(hinge, s.h, rest);
-        }
+        double pushed[F] = {};
+        if constexpr (turns)
+            if (const auto* flywheels = flywheels_of(s)) flywheels->push(c, s.p, pushed);
+        f.template upward<turns>(hinge, s.h, rest, pushed);
         rest.template tail<S::turns>() += moment(f.link, Point<D>(rest.template head<D>()));
         force[hinge.parent] += rest;
     }
 
-    void down(const Hinge<D>& hinge, const HingeFactor<D>& f, const Scratch& s, std::vector<Wrench>& delta,
-              double* lambda) {
+    template <bool turns> void down(const Hinge<D>& hinge, const HingeFactor<D>& f, const Scratch& s,
+                                    std::vector<Wrench>& delta, double* lambda) {
         Wrench u = delta[hinge.parent];
         u.template head<D>() += turned_by(Turn<D>(u.template tail<S::turns>()), f.link);
         f.downward(hinge, s.h, u);
-        if (const auto* flywheels = turning(s)) {
-            const Wrench wrench = f.M * u - s.g;
-            const Wrench pull = flywheels->pull(f.frame, wrench, lambda, of_flywheels_);
-            if (lambda) hinge_multipliers<D>(model_, hinge, f.frame, wrench - pull, lambda);
-        } else if (lambda) {
-            hinge_multipliers<D>(model_, hinge, f.frame, f.M * u - s.g, lambda);
+        if (lambda || turns) {
+            Wrench wrench = f.M * u - s.g;
+            if constexpr (turns)
+                if (const auto* flywheels = flywheels_of(s))
+                    wrench -= flywheels->pull(f.frame, wrench, lambda, of_flywheels_);
+            if (lambda) hinge_multipliers<D>(model_, hinge, f.frame, wrench, lambda);
         }
         delta[hinge.child] = u + s.p;
     }
