@@ -96,7 +96,7 @@ FOLDERS = {
     "linear": ("equilibrium", "state_space"),
     "animate": ("look", "data", "page"),
     "plot": ("pages", "kinds"),
-    "cli": ("report", "studies", "linear", "commands"),
+    "cli": ("report", "simulate", "studies", "linear", "commands"),
 }
 #: The kernel's folders: a header includes only headers of its own folder and of those that stand before it.
 KERNEL_FOLDERS = ("model", "kinematics", "elimination", "loops", "dynamics", "projection", "stepping", "bindings")

@@ -23,6 +23,7 @@ GROUPS: Mapping[str, Mapping[str, str]] = MappingProxyType(
         "Simulate": {
             "run": "Simulates a scene and writes its results.",
             "rerun": "Repeats a run from its results file.",
+            "continue": "Goes on with a run from its results file.",
         },
         "Look": {
             "check": "Says whether a scene closes and can run.",
@@ -66,6 +67,12 @@ STUDIES = frozenset({"batch", "compare", "paper", "recommend", "stability", "swe
 
 #: Commands on equilibria, modes and linear models, in `mbproj.cli.linear`.
 LINEAR = frozenset({"equilibrium", "linearize", "modes"})
+#: Commands whose name is no name of a module.
+MODULES = {"continue": "continue_run"}
+#: Commands that simulate one scene.
+SIMULATE = frozenset({"run", "rerun", "continue"})
+#: The folders of `mbproj.cli` by what they hold; other commands are in `commands`.
+FOLDERS: Mapping[str, frozenset[str]] = MappingProxyType({"simulate": SIMULATE, "studies": STUDIES, "linear": LINEAR})
 
 
 class CommandsOnDemand(click.Group):
@@ -77,8 +84,8 @@ class CommandsOnDemand(click.Group):
     def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
         if cmd_name not in COMMANDS:
             return None
-        folder = "studies" if cmd_name in STUDIES else "linear" if cmd_name in LINEAR else "commands"
-        module = import_module(f"mbproj.cli.{folder}.{cmd_name.replace('-', '_')}")
+        folder = next((folder for folder, names in FOLDERS.items() if cmd_name in names), "commands")
+        module = import_module(f"mbproj.cli.{folder}.{MODULES.get(cmd_name, cmd_name.replace('-', '_'))}")
         command: click.Command = module.command
         return command
 

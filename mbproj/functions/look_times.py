@@ -4,21 +4,41 @@ max(0, 1 - abs(t - 1)/1e-4)."""
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from functools import lru_cache
+
 import numpy as np
 
 from mbproj.arrays import Array
 from mbproj.functions.program_set import ProgramSet
 from mbproj.functions.series import time_series, walk
 
-#: Times from the start of a run to its end.
-SAMPLES = 2**14 + 1
+#: Evenly spaced times in one window.
+SAMPLES = 2**12 + 1
 #: What changes its sign more often is seen well enough at these times. Near each of fewer changes so many times follow
 #: on either side, each at half the distance of the one before.
 MOST_CHANGES, CLOSER = 50, 40
+#: The first window is this part of the time between two samples of a run: an odd number, so that windows end where
+#: functions rarely have a feature.
+OF_OUTPUT_STEP = 0.5 * (5.0**0.5 - 1.0)
 
 
+def look_windows(start: float, end: float, output_step: float) -> Iterator[tuple[float, float]]:
+    """The windows in which functions are looked at, one after another, until one reaches `end` or beyond, s. They
+    double, and do not depend on the end: a longer run sees the same in its first part. `output_step` is the time
+    between two samples, s."""
+    low, length = start, OF_OUTPUT_STEP * output_step
+    while low < end:
+        high = start + length
+        if high > low:
+            yield low, high
+            low = high
+        length *= 2.0
+
+
+@lru_cache(maxsize=8)
 def look_times(programs: ProgramSet, index: int, start: float, end: float) -> Array:
-    """In their order, for program `index`, a function of time alone."""
+    """In their order, for program `index`, a function of time alone; not to be written to."""
     even = np.linspace(start, end, SAMPLES)
     zeros = _zeros(programs, index, even)
     if not len(zeros):

@@ -19,9 +19,11 @@ from mbproj.functions.program_set import ProgramSet
 from mbproj.functions.series import run, time_series
 
 #: Of what a function ranges over: a change between two times that is much, one that is quiet, one that is nothing.
-MUCH, QUIET, NOTHING = 5e-4, 2e-4, 1e-4
+MUCH, QUIET, NOTHING = 2e-3, 8e-4, 4e-4
 #: Fewer quiet intervals between two changes part them no more.
 APART = 8
+#: A function that changes by less than this part of its size is constant.
+ROUND_OFF = 1e-12
 #: Functions of these operations alone have no narrow features.
 PLAIN = frozenset({Op.CONSTANT, Op.VARIABLE, Op.NEGATE, Op.ADD, Op.SUBTRACT, Op.MULTIPLY})
 
@@ -37,7 +39,8 @@ def features(
     programs: ProgramSet, index: int, start: float, end: float, kinks: Sequence[Kink], orders: int = 1
 ) -> tuple[Feature, ...]:
     """The narrow features of program `index`, a function of time alone with these kinks; with three `orders` those of
-    its derivatives too. What kinks bound, or one begins, is left out; what one ends, ends there."""
+    its derivatives too. What kinks bound, or a kink and the end, is left out, and what a kink begins; what one ends,
+    ends there."""
     code = programs.op[programs.start[index] : programs.start[index + 1]]
     if not start < end or all(Op(int(op)) in PLAIN for op in code):
         return ()
@@ -50,12 +53,15 @@ def features(
 
 
 def _of(times: Array, values: Array, kinks: Array) -> list[Feature]:
-    if not np.all(np.isfinite(values)) or not np.ptp(values) > 0.0:
+    spacing = (times[-1] - times[0]) / (SAMPLES - 1)
+    undefined = np.flatnonzero(~np.isfinite(values))
+    if len(undefined):  # beyond the run's end, perhaps
+        times, values = times[: undefined[0]], values[: undefined[0]]
+    if not len(values) or not np.ptp(values) > ROUND_OFF * np.abs(values).max():
         return []
     jumps = np.unique(np.searchsorted(times, kinks))
     change = np.abs(np.diff(values)) / np.ptp(values)
     change[np.clip(np.concatenate([jumps - 1, jumps]), 0, len(change) - 1)] = 0.0
-    spacing = (times[-1] - times[0]) / (SAMPLES - 1)
     cell = np.minimum(((times[:-1] - times[0]) / spacing + 1e-9).astype(int), SAMPLES - 2)
     in_cell = np.bincount(cell, change, SAMPLES - 1).astype(float)
     found = []
@@ -64,10 +70,10 @@ def _of(times: Array, values: Array, kinks: Array) -> list[Feature]:
         feature = Feature(float(times[inside[0]]), float(times[inside[-1] + 1]))
         length = feature.end - feature.start
         near_start, near_end = kinks - feature.start, kinks - feature.end
-        bounded = np.any((-length <= near_start) & (near_start <= spacing)) and np.any(
-            (-spacing <= near_end) & (near_end <= length)
-        )
-        if bounded or np.any(np.abs(near_start) <= spacing):
+        ended = np.any((-spacing <= near_end) & (near_end <= length)) or times[-1] - feature.end <= length
+        bounded = ended and np.any((-length <= near_start) & (near_start <= spacing))
+        lost = len(undefined) > 0 and times[-1] - feature.end <= length  # the run stops there, and says so
+        if lost or bounded or np.any(np.abs(near_start) <= spacing):
             continue
         ending = kinks[np.abs(near_end) <= spacing]
         found.append(feature._replace(end=float(ending[0])) if len(ending) else feature)

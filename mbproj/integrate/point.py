@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -34,6 +36,29 @@ class Point:
         n, power = len(self.found.acceleration), self.found.power
         followed = len(self.y) - 2 * n - len(power)
         return np.concatenate([self.y[n : 2 * n], self.found.acceleration, power, self.turning.speed[:followed]])
+
+    def save(self) -> dict[str, Any]:
+        """This point as plain data."""
+        found, turning = self.found, self.turning
+        return {
+            "t": self.t,
+            "y": self.y,
+            "acceleration": found.acceleration,
+            "multipliers": found.multipliers,
+            "power": found.power,
+            "nearness": found.nearness,
+            "coordinate": self.coordinate,
+            "turned": turning.coordinate,
+            "speed": turning.speed,
+            "prescribed": turning.prescribed,
+        }
+
+    @classmethod
+    def restore(cls, saved: Mapping[str, Any]) -> Point:
+        """The point that was saved."""
+        found = Accelerations(saved["acceleration"], saved["multipliers"], saved["power"], float(saved["nearness"]))
+        turning = Turning(float(saved["t"]), saved["turned"], saved["speed"], saved["prescribed"])
+        return cls(float(saved["t"]), saved["y"], found, saved["coordinate"], turning)
 
     def sample(self, formulation: FullFormulation, step_size: float, tally: Tally) -> Sample:
         """This point as it is recorded."""

@@ -26,6 +26,7 @@ from mbproj.integrate.loop.interruption import Interruption, interruption
 from mbproj.integrate.loop.march import march
 from mbproj.integrate.loop.stiffness import StiffnessWatch
 from mbproj.integrate.outcome.lock_up import naming_lock_up
+from mbproj.integrate.outcome.marks import START, Mark, Marks
 from mbproj.integrate.outcome.report import EnergyWatch, Report, words_on_passes, worst, worst_joint
 from mbproj.integrate.outcome.tally import Tally
 from mbproj.model.system import System
@@ -52,6 +53,8 @@ class EventRecorder(Recorder, Protocol):
 
 #: Called after every block with the simulated time reached, in s.
 Progress = Callable[[float], None]
+#: Called after every block with the formulation and the state from which another run can go on.
+Keep = Callable[[str, Mark], None]
 
 
 class _Clocks(NamedTuple):
@@ -79,8 +82,13 @@ def simulate(
     settings: Settings,
     recorder: Recorder | None = None,
     progress: Progress | None = None,
+    *,
+    keep: Keep | None = None,
+    resumed: Mark = START,
 ) -> Report:
-    """Integrates from `state` over `settings.duration`, and reports.
+    """Integrates from `state` over `settings.duration`, and reports. With a mark that `keep` was given before, of the
+    same system, state and settings but for the duration, it goes on from there: with the samples that follow, to the
+    bits of one run.
 
     Raises InputError where the settings do not fit the system or its equations have no unique solution, SimulationError
     where the run cannot go on, and KeyboardInterrupt after SIGINT or SIGTERM; the last two after everything computed so
@@ -92,6 +100,7 @@ def simulate(
     reach = system.length + float(np.abs(pose_of(state.q).position).max(initial=0.0))
     moves = choice.degrees_of_freedom > 0 or system.driven > 0
     tally, energy, floors = Tally(), EnergyWatch(weight * reach, moves=moves), np.zeros(2)
+    marks = Marks(resumed)
     stiffness = StiffnessWatch(choice, system, settings, partial(_march, choice, system, tally=Tally()))
     started, recording, observer = _Clocks.now(), _Clocks(), Observer(system, state)
     reached = state.t, state.q
@@ -102,7 +111,7 @@ def simulate(
         naming_lock_up(system, lambda: reached),
         stiffness.naming(),
     ):
-        run = _march(choice, system, state, settings, tally=tally)
+        run = _march(choice, system, state, settings, tally=tally, marks=marks)
         for samples in _blocks(run, asked, block_samples(system.bodies)):
             reached = float(samples.t[-1]), samples.q[-1]
             handed_over = _Clocks.now()
@@ -116,6 +125,8 @@ def simulate(
             )
             floors = np.maximum(floors, _floors(system, samples))
             stiffness.take(samples)
+            if keep is not None:
+                keep(choice.name, marks.newest())
             if recorder is not None:
                 recorder.write(block)
             if progress is not None:
@@ -177,13 +188,14 @@ def _floors(system: System, samples: Samples) -> Array:
 
 
 def _march(
-    choice: Choice, system: System, state: State, settings: Settings, *, tally: Tally
+    choice: Choice, system: System, state: State, settings: Settings, *, tally: Tally, marks: Marks | None = None
 ) -> Iterator[Samples | None]:
     """Samples in the order of time, in portions as they come; None where there is none, but time has passed."""
+    marks = marks or Marks()
     if choice.compiled is not None:
-        yield from march_compiled(choice.compiled, state, settings, tally)
+        yield from march_compiled(choice.compiled, state, settings, tally, marks)
     else:
-        for sample in march(FullFormulation.of(system, state, settings, choice.redundant), state, tally):
+        for sample in march(FullFormulation.of(system, state, settings, choice.redundant), state, tally, marks):
             yield stack([sample])
 
 

@@ -23,6 +23,7 @@ BESIDE_SAMPLES = (
     "settings",
     "gravity",
     "certified",
+    "checkpoint",
     "events",
     "trust",
     "verification",

@@ -17,6 +17,8 @@ from mbproj.arrays import Array, Integers
 from mbproj.results import events as happening
 from mbproj.results import trust as trusting
 from mbproj.results import verification as verifying
+from mbproj.results.crash_safety import checkpoint as restarting
+from mbproj.results.crash_safety.checkpoint import Checkpoint
 from mbproj.results.events import RecordedEvent
 from mbproj.results.faults import no_such_name
 from mbproj.results.file.contents import Contents
@@ -257,6 +259,12 @@ class Results:
     def events(self) -> tuple[RecordedEvent, ...]:
         """What steps ended at, in the order of time, whatever was selected; none in files of older programs."""
         return happening.read(self.contents)
+
+    @property
+    def checkpoint(self) -> Checkpoint | None:
+        """Where the run can go on from, whatever was selected; None in files of older programs, or where a kill came
+        too early."""
+        return restarting.read(self.contents)
 
     @property
     def verification(self) -> Verification | None:

@@ -21,6 +21,8 @@ import numpy.typing as npt
 from mbproj.errors import InputError, MbprojError
 from mbproj.results import events as happening
 from mbproj.results import trust as trusting
+from mbproj.results.crash_safety import checkpoint as restarting
+from mbproj.results.crash_safety.checkpoint import Checkpoint, Slots
 from mbproj.results.crash_safety.claim import claim
 from mbproj.results.crash_safety.reserve import MARGIN, reserve, room_for, write_whole
 from mbproj.results.datasets import create_constant, create_dataset
@@ -80,6 +82,7 @@ class ResultsWriter:
         self._certified = certified
         self._trust: Trust | None = None
         self._events: tuple[Happening, ...] = ()
+        self._slots = Slots()
         self._constants = {path: self._constant(path, values) for path, values in (constants or {}).items()}
         self._summary: dict[str, Attribute] = {}
         self._pending: list[dict[str, npt.NDArray[Any]]] = []
@@ -135,6 +138,10 @@ class ResultsWriter:
         """The events of the run, written at its end as far as it got."""
         self._events = tuple(events)
 
+    def checkpoint(self, checkpoint: Checkpoint) -> None:
+        """The run can go on from there: written with the samples up to now, in place of the one before."""
+        self._slots.take(checkpoint)
+
     def trust(self, trust: Trust) -> None:
         """Add what a better solution says of the run, written at its end; the limits must be those announced."""
         self._trust = trust
@@ -168,6 +175,7 @@ class ResultsWriter:
             for dataset in DATASETS:
                 create_dataset(file, dataset, trailing(dataset, self._sizes))
             happening.create(file)
+            restarting.create(file, self._sizes["n"])
             if self._certified is not None:
                 trusting.create(file, self._names["markers"] or self._names["bodies"], self._certified)
             for constant in CONSTANTS:
@@ -201,7 +209,7 @@ class ResultsWriter:
             return
         total = self._samples + sum(len(columns["time"]) for columns in self._pending)
         try:
-            reserve(self._descriptor, room_for(self._file, total))
+            reserve(self._descriptor, room_for(self._file, total) + self._slots.room)
         except OSError as error:
             what = f"no room for results after t = {self._last_time:.6g} s in '{self.path}': {error.strerror}"
             raise OutputError(f"{what}; make room and run again, what was written before is kept") from error
@@ -216,6 +224,8 @@ class ResultsWriter:
                 target[self._samples : total] = values
                 checksums[dataset.path] = crc32(values, self._checksums[dataset.path])
             self._file.flush()
+            self._slots.write(self._file)
+            self._file.flush()
         self._checksums = checksums
         self._last_time = float(self._pending[-1]["time"][-1])
         self._samples, self._pending, self._pending_bytes = total, [], 0
@@ -226,13 +236,15 @@ class ResultsWriter:
                 reserve(self._descriptor, room_for(self._file, self._samples) + trusting.room(self._trust))
                 trusting.write(self._file, self._trust)
             met = [event for event in self._events if event.time <= self._last_time]
-            reserve(self._descriptor, room_for(self._file, self._samples) + happening.room(met))
+            reserve(self._descriptor, room_for(self._file, self._samples) + happening.room(met) + self._slots.room)
             happening.write(self._file, met)
+            self._slots.write(self._file)
             self._file.attrs.update({name: value for name, value in self._summary.items() if value is not None})
             self._file.attrs["status"] = status
             stamp_attributes(self._file)
             for path, checksum in self._checksums.items():
                 stamp(self._file[path], checksum)
+            restarting.seal(self._file)
             self._file.flush()
         self._finished = True
 

@@ -46,6 +46,11 @@ def _require_fewer(settings: Settings) -> None:
         raise InputError(problem)
 
 
+def output_interval(settings: Settings) -> float:
+    """The time between two samples, s."""
+    return _interval(settings) if settings.step is None else output_every(settings) * settings.step
+
+
 def whole_steps(settings: Settings) -> int:
     """The number of fixed steps: the duration over the step; a remainder above round-off is one shorter step more.
     Raises InputError where they are too many."""
@@ -82,8 +87,7 @@ def nearest_samples(settings: Settings, time: float) -> tuple[float, ...] | None
     """
     if settings.duration is None or (settings.step is None and settings.tolerance is None) or too_many(settings):
         return None
-    interval = _interval(settings) if settings.step is None else output_every(settings) * settings.step
-    slack = SAME_TIME * settings.duration
+    interval, slack = output_interval(settings), SAME_TIME * settings.duration
     number = round(time / interval)
     regular = min(number * interval, settings.duration)
     if min(abs(time - regular), abs(time - settings.duration)) <= slack:

@@ -47,7 +47,11 @@ class Steps:
         1e-5, "steps", "both", "how fast an argument leaves is told over so much on either side", "chosen"
     )
     chatter: float = threshold(
-        1e-7, "runs", "both", "a law chatters where it passes its edge again within this part of a run", "chosen"
+        1e-4,
+        "samples",
+        "both",
+        "a law chatters that passes its edge again within this part of the time of a sample",
+        "chosen",
     )
     most_chatter: int = threshold(
         100, "1", "both", "so many times in a row: it never settles", "no run gets to its end at this rate"

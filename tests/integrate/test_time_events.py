@@ -24,7 +24,7 @@ TORQUE = "sin(3*t) - 2*sin(angle) + 2*sign(t - 0.513) + 3*abs(t - 1.137)"
 
 def events(text: str, end: float) -> list[tuple[float, str, str]]:
     system = compile_system(read_scene_text(text))
-    return [(event.time, event.name, event.kind) for event in time_events(system, 0.0, end)]
+    return [(event.time, event.name, event.kind) for event in time_events(system, 0.0, end, end / 1000)]
 
 
 def last_angle(torque: str, **options: str) -> float:

@@ -13,7 +13,7 @@ from mbproj.functions.kinks import ASIDE
 from mbproj.integrate.events.time_events import events_of
 from mbproj.model.system import System
 from mbproj.scene.records import Settings
-from mbproj.scene.sampling import output_times
+from mbproj.scene.sampling import output_interval, output_times
 from mbproj.thresholds import THRESHOLDS
 
 
@@ -41,11 +41,11 @@ class TimeWindow:
 def breaks_of(system: System, start: float, settings: Settings) -> tuple[Break, ...]:
     """The breaks of a run, in their order; one at its start or end says from which side that is seen."""
     assert settings.duration is not None
-    end = start + settings.duration
-    grain = float(np.spacing(max(abs(start), abs(end))))
     found: list[Break] = []
     grid = None
+    interval = output_interval(settings)
     for event in events_of(system, start, settings):
+        grain = float(np.spacing(max(abs(start), abs(event.time), interval)))
         grid = _grid(settings, start) if grid is None else grid
         left, right = event.time - ASIDE * grain, event.time + ASIDE * grain
         if found and event.time - found[-1].time <= THRESHOLDS.one_break * grain:
@@ -73,11 +73,10 @@ def _snapped(t: float, grid: Sequence[float], settings: Settings, slack: float) 
 
 
 class BreakCursor:
-    """Scratch of a run: which of its breaks are passed."""
+    """Scratch of a run with this `interval` between two samples, s: which of its breaks are passed."""
 
-    def __init__(self, breaks: Sequence[Break], start: float, end: float) -> None:
-        self._breaks, self._passed = breaks, 0
-        self._grain = 16.0 * np.finfo(float).eps * max(abs(start), abs(end))
+    def __init__(self, breaks: Sequence[Break], start: float, interval: float) -> None:
+        self._breaks, self._passed, self._interval = breaks, 0, interval
         self.pass_break(start)
 
     @property
@@ -98,13 +97,17 @@ class BreakCursor:
 
     def is_at(self, t: float) -> bool:
         """Whether a step that ends at t ends at the next break."""
-        return bool(self.next <= t + self._grain)
+        return bool(self.next <= t + self._beside(t))
 
     def cuts(self, t: float) -> bool:
         """Whether a step to t would pass over the next break."""
-        return bool(self.next < t - self._grain)
+        return bool(self.next < t - self._beside(t))
 
     def pass_break(self, t: float) -> None:
         """Breaks up to t are passed."""
         while self.is_at(t):
             self._passed += 1
+
+    def _beside(self, t: float) -> float:
+        """How near to t is at t, s."""
+        return float(16.0 * np.finfo(float).eps * max(abs(t), self._interval))

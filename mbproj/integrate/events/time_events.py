@@ -10,6 +10,7 @@ from functools import lru_cache
 import numpy as np
 
 from mbproj.functions.kinks import MOST, kinks
+from mbproj.functions.look_times import look_windows
 from mbproj.functions.narrow import features
 from mbproj.functions.program_set import ProgramSet
 from mbproj.functions.series import run, time_series
@@ -18,6 +19,7 @@ from mbproj.model.forces import Forces
 from mbproj.model.motions import Motions
 from mbproj.model.system import System
 from mbproj.scene.records import Settings
+from mbproj.scene.sampling import output_interval
 from mbproj.thresholds import THRESHOLDS
 
 #: Derivatives of forces do not count; of motions the acceleration does.
@@ -36,16 +38,19 @@ class Event:
     direction: int = 0
 
 
-def time_events(system: System, start: float, end: float, asked: tuple[float, ...] = ()) -> tuple[Event, ...]:
-    """From `start` to `end`, in their order: of each function the first `COUNTED` kinks, and the narrow features."""
-    own = _of_scene(system.forces, system.motions, system.names.motions, start, end)
+def time_events(
+    system: System, start: float, end: float, interval: float, asked: tuple[float, ...] = ()
+) -> tuple[Event, ...]:
+    """From `start` to `end`, in their order: of each function the first `COUNTED` kinks, and the narrow features.
+    `interval` is the time between two samples, s. A later end adds events and changes none."""
+    own = _of_scene(system.forces, system.motions, system.names.motions, start, end, interval)
     return tuple(sorted({*own, *(Event(t, "break_times", "asked for") for t in asked if start < t < end)}))
 
 
 def events_of(system: System, start: float, settings: Settings) -> tuple[Event, ...]:
     """Those of a run from `start`."""
     assert settings.duration is not None
-    return time_events(system, start, start + settings.duration, settings.break_times)
+    return time_events(system, start, start + settings.duration, output_interval(settings), settings.break_times)
 
 
 def crowded(events: tuple[Event, ...]) -> tuple[str, ...]:
@@ -56,21 +61,21 @@ def crowded(events: tuple[Event, ...]) -> tuple[str, ...]:
 
 @lru_cache(maxsize=256)
 def _of_scene(
-    forces: Forces | None, motions: Motions | None, names: tuple[str, ...], start: float, end: float
+    forces: Forces | None, motions: Motions | None, names: tuple[str, ...], start: float, end: float, interval: float
 ) -> tuple[Event, ...]:
     """Studies run a mechanism many times, and it does not change."""
     found: set[Event] = set()
     if forces is not None:
         owners = tuple(f"force '{name}'" for name in forces.program_owners)
-        found |= set(_of_programs(forces.programs, owners, start, end, OF_FORCES))
+        found |= set(_of_programs(forces.programs, owners, start, end, interval, OF_FORCES))
     if motions is not None:
         owners = tuple(f"motion '{name}'" for name in names)
-        found |= set(_of_programs(motions.programs, owners, start, end, OF_MOTIONS))
+        found |= set(_of_programs(motions.programs, owners, start, end, interval, OF_MOTIONS))
     return tuple(sorted(found))
 
 
 def _of_programs(
-    programs: ProgramSet, owners: tuple[str, ...], start: float, end: float, orders: int
+    programs: ProgramSet, owners: tuple[str, ...], start: float, end: float, interval: float, orders: int
 ) -> Iterator[Event]:
     seen: dict[tuple[bytes, bytes], list[tuple[float, str]]] = {}
     for index, owner in enumerate(owners):
@@ -78,18 +83,26 @@ def _of_programs(
             code = slice(*part.start)
             same = part.op[code].tobytes(), part.operand[code].tobytes()
             if same not in seen:
-                seen[same] = list(_of_function(part, start, end, orders))
+                seen[same] = list(_of_function(part, start, end, interval, orders))
             yield from (Event(t, owner, kind) for t, kind in seen[same])
 
 
-def _of_function(part: ProgramSet, start: float, end: float, orders: int) -> Iterator[tuple[float, str]]:
-    beside = THRESHOLDS.one_break * float(np.spacing(max(abs(start), abs(end))))
-    found = [kink for kink in kinks(part, 0, start, end) if _goes_on(part, kink.t, beside, start, end)]
-    for kink in found:
-        yield kink.t, "jump" if any(kink.jump[:orders]) else "kink"
-    for feature in features(part, 0, start, end, found, orders):
-        yield feature.start, "narrow feature begins"
-        yield feature.end, "narrow feature ends"
+def _of_function(
+    part: ProgramSet, start: float, end: float, interval: float, orders: int
+) -> Iterator[tuple[float, str]]:
+    counted = 0
+    for low, high in look_windows(start, end, interval):
+        beside = THRESHOLDS.one_break * float(np.spacing(max(abs(low), abs(high))))
+        found = [kink for kink in kinks(part, 0, low, high) if _goes_on(part, kink.t, beside, start, end)]
+        for feature in features(part, 0, low, high, found, orders):
+            sides = zip(feature, ("begins", "ends"), strict=True)
+            yield from ((t, f"narrow feature {what}") for t, what in sides if t <= end)
+        for kink in found[: COUNTED - counted]:
+            if kink.t <= end:
+                yield kink.t, "jump" if any(kink.jump[:orders]) else "kink"
+        counted += len(found)
+        if counted >= COUNTED:
+            return
 
 
 def _goes_on(part: ProgramSet, t: float, beside: float, start: float, end: float) -> bool:

@@ -16,7 +16,7 @@ from mbproj.dynamics.equations.forces import applied
 from mbproj.dynamics.equations.kinematics import pose_of, twist_of
 from mbproj.dynamics.equations.motions import drive_at
 from mbproj.dynamics.observe.samples import Samples, block_samples
-from mbproj.errors import SimulationError
+from mbproj.errors import InputError, Problem, SimulationError
 from mbproj.integrate.events.breaks import Break, breaks_of
 from mbproj.integrate.events.law_switches import switches_of
 from mbproj.integrate.outcome.failures import (
@@ -29,6 +29,7 @@ from mbproj.integrate.outcome.failures import (
     step_vanished,
     unresolved,
 )
+from mbproj.integrate.outcome.marks import START, Mark, Marks, restored_events, saved_events
 from mbproj.integrate.outcome.tally import Passed, Peak, Tally
 from mbproj.integrate.steppers.tableau import Tableau, load_tableau
 from mbproj.model.system import System
@@ -200,10 +201,15 @@ class Compiled(ABC):
         return not_finite(t)
 
 
-def march(compiled: Compiled, state: State, settings: Settings, tally: Tally) -> Iterator[Samples | None]:
-    """Blocks of samples from the start to the end; None where the kernel came back without any, so that its caller can
-    look whether the run is still wanted. Raises SimulationError where the run cannot go on."""
-    run = compiled.run(state, settings)
+def march(
+    compiled: Compiled, state: State, settings: Settings, tally: Tally, marks: Marks | None = None
+) -> Iterator[Samples | None]:
+    """Blocks of samples from the start to the end, or from a mark on; None where the kernel came back without any, so
+    that its caller can look whether the run is still wanted. Raises SimulationError where the run cannot go on."""
+    run, marks = compiled.run(state, settings), marks or Marks()
+    if marks.resumed:
+        _resume(run, tally, marks.resumed)
+    marks.newest = lambda: _mark(run, tally)
     running, most = compiled.core.Status.running, block_samples(compiled.system.bodies)
     while run.outcome.status == running:
         block = run.advance(most, RETURN_SECONDS)
@@ -228,6 +234,22 @@ def _take_events(system: System, run: Any, tally: Tally) -> None:
         return
     tally.met += [switches.event(t, k, direction) for t, k, direction in run.take_met()]
     tally.passed = [Passed(switches.owner(k), switches.what(k), first, times) for k, first, times in run.passed]
+
+
+def _resume(run: Any, tally: Tally, mark: Mark) -> None:
+    """Before the first step: the run goes on from a mark. Raises InputError where it is not of this system."""
+    try:
+        run.resume(dict(mark))
+        tally.met = restored_events(mark["met"])
+    except (KeyError, TypeError, ValueError, RuntimeError) as error:
+        message = f"the state to go on from is not one of this scene: {error}"
+        raise InputError(Problem(message, hint="start over with: mbproj rerun")) from error
+
+
+def _mark(run: Any, tally: Tally) -> Mark:
+    """Where a longer run can go on from."""
+    mark = run.mark()
+    return {**mark, "met": saved_events(tally.met, float(mark["t"]))} if mark else START
 
 
 def _samples(compiled: Compiled, block: Mapping[str, Any], counters: Mapping[str, Integers]) -> Samples:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from bisect import bisect_left
+from bisect import bisect_left, bisect_right
 from collections.abc import Iterator
 from typing import NamedTuple, TypeAlias
 
@@ -23,6 +23,7 @@ from mbproj.integrate.loop.state_events import StateEvents
 from mbproj.integrate.loop.step_end import is_closed, left_open_at, point_at
 from mbproj.integrate.loop.step_size import Controller, error_norm, first_step
 from mbproj.integrate.outcome.failures import TurnsUntold, not_finite, step_vanished
+from mbproj.integrate.outcome.marks import Mark
 from mbproj.integrate.point import Point
 from mbproj.integrate.steppers.runge_kutta import Step
 from mbproj.scene.sampling import output_times
@@ -49,15 +50,29 @@ class ErrorControl:
 
     def samples(self, point: Point) -> Iterator[Sample]:
         """Samples from a point to the end; those within a step by the continuous extension."""
-        run, times, done = self.run, output_times(self.run.exact.settings, point.t), 1
+        run = self.run
         h = self.first_step(run.exact, point, self.way_left(point.t))
-        control, lost = self.forgetful, None
         yield point.sample(run.exact, h, run.tally)
         if run.breaks.passed or self.events is not None:
             point, h = self.go_on(point, None, h)
+        yield from self.steps(point, h, self.forgetful)
+
+    def resumed(self, mark: Mark) -> Iterator[Sample]:
+        """Samples from a mark on."""
+        point = self.run.resume(mark)
+        if self.events is not None:
+            self.events.restore(mark["events"])
+        control = Controller(self.run.stepper.error_order, float(mark["previous_error"]), bool(mark["rejected"]))
+        yield from self.steps(point, float(mark["h"]), control)
+
+    def steps(self, point: Point, h: float, control: Controller) -> Iterator[Sample]:
+        """The samples that follow a point, from which the next step is of size h."""
+        run, times, lost = self.run, output_times(self.run.exact.settings, self.run.start), None
+        done = bisect_right(times, point.t)
         while done < len(times):
-            if _vanishes(h, point.t, run.end):
+            if not h >= 16.0 * run.grain(point.t):
                 raise lost or step_vanished(point.t)
+            self.mark(point, h, control)
             h, t = self.target(h, point.t)
             tried, t, crossing = self.trial(point, h, t)
             if isinstance(tried, SimulationError) or not tried.error <= 1.0:
@@ -88,6 +103,11 @@ class ErrorControl:
             elif self.events is not None:
                 self.events.tell(point)
 
+    def mark(self, point: Point, h: float, control: Controller) -> None:
+        """The state before a step that is to be of size h."""
+        events = {} if self.events is None else {"events": self.events.save()}
+        self.run.mark(point, h=h, previous_error=control.previous_error, rejected=control.rejected, **events)
+
     @property
     def forgetful(self) -> Controller:
         """A controller for a first step."""
@@ -117,7 +137,7 @@ class ErrorControl:
         method where the step itself gets there. The same step where it ends there already."""
         assert self.events is not None and isinstance(tried, _Attempt)
         whole, end = tried.step.h, t
-        slack, rate = self.events.slack(whole), crossing.rate / whole
+        slack, rate = self.events.slack(end, whole), crossing.rate / whole
         at = point.t + crossing.theta * whole
         for _ in range(THRESHOLDS.most_polishing if end - at > slack else 0):
             again = self.attempt(point, at - point.t, at)
@@ -137,6 +157,7 @@ class ErrorControl:
     def target(self, h: float, t: float) -> tuple[float, float]:
         """The size of the next step from t, h or less, and where it ends."""
         left = self.way_left(t)
+        self.run.shaped = self.run.shaped or (self.run.is_before_end and 2.0 * h > left)
         size = _fitted(h, left)
         return size, min(self.run.breaks.next, self.run.end) if size == left else t + size
 
@@ -144,7 +165,9 @@ class ErrorControl:
         """A step size to begin with at a point."""
         self.run.tally.count_evaluations(1)
         f, order = formulation.watched_derivative, self.run.stepper.order
-        return first_step(f, order, point.t, point.y, point.slope, self.tolerance, self.scale, longest)
+        h, limited = first_step(f, order, point.t, point.y, point.slope, self.tolerance, self.scale, longest)
+        self.run.shaped = self.run.shaped or (limited and self.run.is_before_end)
+        return h
 
     def attempt(self, point: Point, h: float, t: float) -> _Tried:
         """A step from a point over h to t, or why its equations have no solution: a step that is too large may lead to
@@ -186,11 +209,6 @@ def _absolute_scale(formulation: FullFormulation) -> Array:
     for Λ; without bound for work and dissipation, which do not steer the step."""
     scale = np.tile([formulation.system.length] * 3 + [1.0] * 4, 2 * formulation.system.bodies)
     return np.concatenate([scale, np.full(formulation.quadratures + formulation.followed, np.inf)])
-
-
-def _vanishes(h: float, t: float, end: float) -> bool:
-    """Whether time cannot resolve steps of this size."""
-    return not h >= 16.0 * np.finfo(float).eps * max(abs(t), abs(end))
 
 
 def _fitted(h: float, left: float) -> float:

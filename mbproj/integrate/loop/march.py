@@ -13,41 +13,66 @@ from mbproj.integrate.loop.error_control import ErrorControl
 from mbproj.integrate.loop.passes import Passes
 from mbproj.integrate.loop.run import Run
 from mbproj.integrate.loop.step_end import first_point
+from mbproj.integrate.outcome.marks import Mark, Marks
 from mbproj.integrate.outcome.tally import Tally
 from mbproj.integrate.point import Point
 from mbproj.scene.sampling import output_every, whole_steps
 
 
-def march(formulation: FullFormulation, state: State, tally: Tally) -> Iterator[Sample]:
-    """Samples from the start to the end of the duration. Raises SimulationError where the run cannot go on."""
-    run, switches = Run(formulation, state.t, tally), switches_of(formulation.system.forces)
-    start = first_point(formulation, state, tally)
+def march(formulation: FullFormulation, state: State, tally: Tally, marks: Marks | None = None) -> Iterator[Sample]:
+    """Samples from the start to the end of the duration, or from a mark on. Raises SimulationError where the run cannot
+    go on."""
+    marks = marks or Marks()
+    run, switches = Run(formulation, state.t, tally, marks), switches_of(formulation.system.forces)
     if formulation.settings.tolerance is not None:
-        yield from ErrorControl(run, formulation.settings.tolerance, switches).samples(start)
+        control = ErrorControl(run, formulation.settings.tolerance, switches)
+        begin, go_on = control.samples, control.resumed
     else:
-        yield from fixed_steps(run, start, None if switches is None else Passes(run, switches))
+        fixed = FixedSteps(run, None if switches is None else Passes(run, switches))
+        begin, go_on = fixed.samples, fixed.resumed
+    yield from go_on(marks.resumed) if marks.resumed else begin(first_point(formulation, state, tally))
 
 
-def fixed_steps(run: Run, point: Point, passes: Passes | None) -> Iterator[Sample]:
-    """Steps of one size; the time of step k is t0 + k h, so that it does not drift. The last step may be shorter, and
-    one with a break in it is split. `passes` takes note of what they do not end at."""
-    settings, start = run.exact.settings, point.t
-    steps, every, h = whole_steps(settings), output_every(settings), settings.step
-    assert h is not None
-    yield point.sample(run.exact, h, run.tally)
-    if passes is not None:
-        passes.watch(point)
-    point = run.cross_break(point) if run.breaks.passed else point
-    for k in range(1, steps + 1):
-        grid = run.end if k == steps else start + k * h
-        while point.t != grid:
-            t = run.breaks.next if run.breaks.cuts(grid) else grid
-            step = run.stepper.attempt(run.inside.watched_derivative, point.t, point.y, t - point.t, point.slope)
-            run.tally.count_evaluations(run.stepper.attempt_cost)
-            point = run.accept(point, t, step)
-            if passes is not None:
-                passes.watch(point)
-            if t == grid and (k % every == 0 or k == steps):
-                yield point.sample(run.exact, step.h, run.tally)
-            if run.breaks.is_at(t) and t < run.end:
-                point = run.cross_break(point)
+class FixedSteps:
+    """Scratch of a run with steps of one size; the time of step k is t0 + k h, so that it does not drift. The last step
+    may be shorter, and one with a break in it is split. `passes` takes note of what they do not end at."""
+
+    def __init__(self, run: Run, passes: Passes | None) -> None:
+        self.run, self.passes = run, passes
+
+    def samples(self, point: Point) -> Iterator[Sample]:
+        """Samples from a point at the start to the end."""
+        run = self.run
+        assert run.exact.settings.step is not None
+        yield point.sample(run.exact, run.exact.settings.step, run.tally)
+        if self.passes is not None:
+            self.passes.watch(point)
+        yield from self.steps(1, run.cross_break(point) if run.breaks.passed else point)
+
+    def resumed(self, mark: Mark) -> Iterator[Sample]:
+        """Samples from a mark on."""
+        point = self.run.resume(mark)
+        if self.passes is not None:
+            self.passes.restore(mark["told"])
+        yield from self.steps(int(mark["grid"]), point)
+
+    def steps(self, first: int, point: Point) -> Iterator[Sample]:
+        """The samples of this step and all that follow."""
+        run, settings, passes = self.run, self.run.exact.settings, self.passes
+        steps, every, h = whole_steps(settings), output_every(settings), settings.step
+        assert h is not None
+        for k in range(first, steps + 1):
+            grid = run.end if k == steps else run.start + k * h
+            run.mark(point, grid=k, **({} if passes is None else {"told": passes.save()}))
+            run.shaped = k == steps
+            while point.t != grid:
+                t = run.breaks.next if run.breaks.cuts(grid) else grid
+                step = run.stepper.attempt(run.inside.watched_derivative, point.t, point.y, t - point.t, point.slope)
+                run.tally.count_evaluations(run.stepper.attempt_cost)
+                point = run.accept(point, t, step)
+                if passes is not None:
+                    passes.watch(point)
+                if t == grid and (k % every == 0 or k == steps):
+                    yield point.sample(run.exact, step.h, run.tally)
+                if run.breaks.is_at(t) and t < run.end:
+                    point = run.cross_break(point)

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from collections.abc import Mapping
+from dataclasses import astuple, replace
+from typing import Any
 
 import numpy as np
 
@@ -31,3 +33,13 @@ class Passes:
                 self._passed[k] = replace(found, times=found.times + 1)
         self._branches = np.where(np.isnan(now), self._branches, now)
         self._run.tally.passed = list(self._passed.values())
+
+    def save(self) -> dict[str, Any]:
+        """All that the next call depends on, as plain data."""
+        passed = {str(k): list(astuple(each)) for k, each in self._passed.items()}
+        return {"branches": self._branches.tolist(), "passed": passed}
+
+    def restore(self, saved: Mapping[str, Any]) -> None:
+        """Goes on from what was saved."""
+        self._branches = np.array(saved["branches"], dtype=float)
+        self._passed = {int(k): Passed(*each) for k, each in saved["passed"].items()}

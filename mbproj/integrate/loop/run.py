@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
@@ -11,28 +12,54 @@ from mbproj.integrate.events.breaks import BreakCursor, breaks_of
 from mbproj.integrate.formulations.full import FullFormulation
 from mbproj.integrate.loop.interruption import look
 from mbproj.integrate.loop.step_end import accept
+from mbproj.integrate.outcome.marks import START, Mark, Marks, restore_tally, saved_tally
 from mbproj.integrate.outcome.tally import Tally
 from mbproj.integrate.point import Point
 from mbproj.integrate.steppers.runge_kutta import ExplicitRungeKutta, Step
 from mbproj.integrate.steppers.tableau import load_tableau
+from mbproj.scene.sampling import output_interval
 
 
 class Run:
     """Scratch of a run from `start`. `exact` sees functions of time at the time itself, `inside` from within the window
     of the step at hand."""
 
-    def __init__(self, formulation: FullFormulation, start: float, tally: Tally) -> None:
+    def __init__(self, formulation: FullFormulation, start: float, tally: Tally, marks: Marks) -> None:
         settings = formulation.settings
         assert settings.duration is not None  # settings_to_run has seen to it
         self.start, self.end, self.tally = start, start + settings.duration, tally
         self.stepper = ExplicitRungeKutta(load_tableau(settings.integrator))
-        self.breaks = BreakCursor(breaks_of(formulation.system, start, settings), start, self.end)
+        #: Between two samples, s.
+        self.interval = output_interval(settings)
+        self.breaks = BreakCursor(breaks_of(formulation.system, start, settings), start, self.interval)
         self.exact, self.inside = formulation, formulation.seen_within(self.breaks.window)
+        #: Whether the run's end has had a say in a step: that of a longer run might be another.
+        self.shaped, self._mark = False, START
+        marks.newest = lambda: self._mark
+
+    def mark(self, point: Point, **rest: Any) -> None:
+        """The state before a step, with all that it depends on: a longer run can go on from there, unless the run's end
+        has shaped what led to it."""
+        if not self.shaped:
+            policy = {"policy": self.exact.policy.save()}
+            self._mark = {**point.save(), **saved_tally(self.tally), **policy, **rest}
+
+    def resume(self, mark: Mark) -> Point:
+        """The point from which a run goes on."""
+        self._mark = mark
+        restore_tally(self.tally, mark)
+        self.exact.policy.restore(mark["policy"])
+        self.pass_break(float(mark["t"]))
+        return Point.restore(mark)
+
+    def grain(self, t: float) -> float:
+        """How far apart times are near t, and on the way to the next sample."""
+        return float(np.finfo(float).eps * max(abs(t), self.interval))
 
     @property
-    def grain(self) -> float:
-        """How far apart times are."""
-        return float(np.finfo(float).eps * max(abs(self.start), abs(self.end)))
+    def is_before_end(self) -> bool:
+        """Whether the run's end is where steps must end next."""
+        return not self.breaks.next < self.end
 
     def hold(self, held: Array) -> None:
         """The laws are on these branches from here on."""

@@ -3,6 +3,9 @@ is made again, so that it ends there."""
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from typing import Any
+
 import numpy as np
 
 from mbproj.arrays import Array, Integers
@@ -29,9 +32,9 @@ class StateEvents:
         self._last = np.full(switches.size, -np.inf)
         self._at_once, self._in_a_row = np.zeros((2, switches.size), dtype=int)
 
-    def slack(self, h: float) -> float:
-        """How near to an event a step of size h ends, s."""
-        return max(THRESHOLDS.located * self._tolerance * h, 4.0 * self.run.grain)
+    def slack(self, t: float, h: float) -> float:
+        """How near to an event a step of size h to t ends, s."""
+        return max(THRESHOLDS.located * self._tolerance * h, 4.0 * self.run.grain(t))
 
     def first(self, step: Step) -> Crossing | None:
         """The first crossing in a step; one that no step can end at is at its start."""
@@ -42,7 +45,8 @@ class StateEvents:
         def path(theta: float) -> Array:
             return self._arguments(step.t + theta * h, extension.at(theta))
 
-        return first_crossing(path, self.switches.bounds(self.held), self.slack(h) / h, 16.0 * run.grain / h)
+        grain = run.grain(step.t + h)
+        return first_crossing(path, self.switches.bounds(self.held), self.slack(step.t + h, h) / h, 16.0 * grain / h)
 
     def excess(self, crossing: Crossing, t: float, y: Array) -> float:
         """By how much the leader of a crossing is outside of its interval."""
@@ -71,6 +75,17 @@ class StateEvents:
         if self.switches.is_free(self.held).any():
             self._hold(self.switches.settled(self.held, self._arguments(point.t, point.y)))
 
+    def save(self) -> dict[str, Any]:
+        """All that the next step depends on, as plain data."""
+        counts = {"at_once": self._at_once.tolist(), "in_a_row": self._in_a_row.tolist()}
+        return {"held": self.held.tolist(), "last": self._last.tolist(), **counts}
+
+    def restore(self, saved: Mapping[str, Any]) -> None:
+        """Goes on from what was saved."""
+        self._last = np.array(saved["last"], dtype=float)
+        self._at_once, self._in_a_row = (np.array(saved[name], dtype=int) for name in ("at_once", "in_a_row"))
+        self._hold(np.array(saved["held"], dtype=float))
+
     def _turned(self, point: Point, h: float) -> Point:
         """On the edge of two signs, that is held which the motion turns to."""
         free = self.switches.is_free(self.held)
@@ -92,8 +107,8 @@ class StateEvents:
 
     def _count(self, t: float, k: int) -> None:
         since, run = t - self._last[k], self.run
-        self._at_once[k] = self._at_once[k] + 1 if since <= 4.0 * run.grain else 1
-        self._in_a_row[k] = self._in_a_row[k] + 1 if since <= THRESHOLDS.chatter * (run.end - run.start) else 1
+        self._at_once[k] = self._at_once[k] + 1 if since <= 4.0 * run.grain(t) else 1
+        self._in_a_row[k] = self._in_a_row[k] + 1 if since <= THRESHOLDS.chatter * run.interval else 1
         self._last[k] = t
         if self._at_once[k] >= MOST_AT_ONCE or self._in_a_row[k] >= THRESHOLDS.most_chatter:
             raise self._pushed_back(t, k)

@@ -75,17 +75,19 @@ def _bend(
 
 def first_step(
     f: RightHandSide, order: int, t: float, y: Array, slope: Array, tolerance: float, scale: Array, longest: float
-) -> float:
-    """A first step size from f and an estimate of f', at most `longest` (Hairer's hinit). The trial step for f' is
-    shortened while f overflows, or has no value, at its end. Raises SimulationError where that does not help."""
+) -> tuple[float, bool]:
+    """A first step size from f and an estimate of f', at most `longest` (Hairer's hinit), and whether that has a say in
+    it. The trial step for f' is shortened while f overflows, or has no value, at its end. Raises SimulationError where
+    that does not help."""
     weight = tolerance * (scale + np.abs(y))
 
     def norm(vector: Array) -> float:
         return float(np.sqrt(np.mean((vector / weight) ** 2)))
 
     size, speed = norm(y), norm(slope)
-    h = 1e-6 if min(size, speed) <= 1e-5 else 0.01 * size / speed
-    h, bend = _bend(f, t, y, slope, min(h, longest), norm)
+    wanted = 1e-6 if min(size, speed) <= 1e-5 else 0.01 * size / speed
+    h, bend = _bend(f, t, y, slope, min(wanted, longest), norm)
     steepest = max(speed, bend)
     trial = max(1e-6, h * 1e-3) if steepest <= 1e-15 else (0.01 / steepest) ** (1.0 / (order + 1))
-    return float(min(100.0 * h, trial, longest))
+    found = min(100.0 * h, trial)
+    return float(min(found, longest)), wanted > longest or found > longest

@@ -6,6 +6,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from mbproj.integrate.events.time_events import crowded, time_events
+from mbproj.scene.sampling import DEFAULT_SAMPLES
 from mbproj.studies.measure.mechanism import Mechanism
 
 #: Forces and motions that are named, at most.
@@ -15,7 +16,7 @@ SHOWN = 3
 def uneven(mechanism: Mechanism, until: float) -> tuple[str, ...]:
     """Whose kinks are too many up to a time in s."""
     start = mechanism.state.t
-    return crowded(time_events(mechanism.system, start, start + until))
+    return crowded(time_events(mechanism.system, start, start + until, until / DEFAULT_SAMPLES))
 
 
 def not_smooth(names: Sequence[str]) -> str:

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from mbproj.analysis import energy_drift
-from mbproj.cli.commands.run import command
+from mbproj.cli.simulate.run import command
 from mbproj.errors import InputError
 from mbproj.integrate.outcome.report import EnergyWatch
 from mbproj.studies.batch.result import Task

@@ -8,9 +8,8 @@
 
 #include "bindings/from_numpy.hpp"
 #include "bindings/loads_from_numpy.hpp"
-#include "bindings/saved_rows.hpp"
+#include "bindings/runs.hpp"
 #include "bindings/single_state.hpp"
-#include "stepping/time_loop.hpp"
 
 namespace mbproj {
 
@@ -97,72 +96,6 @@ template <int D> void add_loads(nb::module_& m, const char* bushings, const char
         nb::arg("law_program"), nb::arg("body"), nb::arg("point"), nb::arg("is_torque"), nb::arg("in_body"),
         nb::arg("force_map"), nb::arg("torque_map"), nb::arg("program"), nb::arg("programs"), nb::arg("bushings"),
         nb::arg("switches"));
-}
-
-template <int D> nb::dict samples(TimeLoop<D>& run) {
-    const SampleBlock block = std::move(run.block);
-    run.block = SampleBlock{};
-    const std::size_t count = block.t.size(), bodies = run.model().size();
-    nb::dict found;
-    found["t"] = array_of(block.t, count);
-    found["y"] = array_of(block.y, count, bodies, Size<D>::state);
-    found["acceleration"] = array_of(block.acceleration, count, bodies, Size<D>::freedoms);
-    found["multipliers"] = array_of(block.multipliers, count, run.model().constraints.rows);
-    found["step_size"] = array_of(block.step_size, count);
-    found["work"] = array_of(block.work, count, run.model().integrals());
-    found["turns"] = array_of(block.turns, count, run.model().coordinates.instances.size());
-    found["counters"] = array_of(block.counters, count, Counters::count);
-    return found;
-}
-
-template <int D> void add_run(nb::module_& m, const char* name) {
-    nb::class_<TimeLoop<D>>(m, name)
-        .def("__init__",
-             [](TimeLoop<D>* self, const Model<D>& model, const Tableau& tableau, const ProjectionSettings& projection,
-                const Steps& steps, Numbers2 y, Integers1 turns) {
-                 require(y, {static_cast<std::size_t>(model.size()), Size<D>::state}, "y");
-                 require(turns, {model.coordinates.instances.size()}, "turns");
-                 check_settings(tableau, projection, steps);
-                 new (self) TimeLoop<D>(model, tableau, projection, steps, {y.data(), y.data() + y.size()},
-                                        {turns.data(), turns.data() + turns.size()});
-             })
-        .def("advance",
-             [](TimeLoop<D>& self, std::size_t most, double seconds) {
-                 {
-                     nb::gil_scoped_release released;
-                     self.advance(most, seconds);
-                 }
-                 return samples(self);
-             })
-        .def("resume",
-             [](TimeLoop<D>& self, const nb::dict& rows) {
-                 self.resume(rows_from<D>(rows, self.model(), self.equations().solver().order().loop_joints));
-             })
-        .def_prop_ro("rows", [](TimeLoop<D>& self) { return saved_rows<D>(self.equations().policy().save()); })
-        .def_prop_ro("close_looks", [](TimeLoop<D>& self) { return self.equations().solver().close_looks(); })
-        .def_prop_ro("outcome", [](const TimeLoop<D>& self) { return self.outcome(); })
-        .def("take_met", [](TimeLoop<D>& self) { return self.events().take_met(); })
-        .def_prop_ro("passed", [](const TimeLoop<D>& self) { return self.events().passed(); })
-        .def_prop_ro("broken_state",
-                     [](TimeLoop<D>& self) {
-                         return array_of(std::vector<double>(self.equations().broken_state()), self.model().size(),
-                                         Size<D>::state);
-                     })
-        .def_prop_ro("position_peak", [](const TimeLoop<D>& self) { return self.peaks.position; })
-        .def_prop_ro("joint_peak", [](const TimeLoop<D>& self) { return self.peaks.joint; })
-        .def_prop_ro("velocity_peak", [](const TimeLoop<D>& self) { return self.peaks.velocity; })
-        .def_prop_ro("counters",
-                     [](const TimeLoop<D>& self) {
-                         return array_of(std::vector<long>([&] {
-                                             const auto list = self.counters().list();
-                                             return std::vector<long>(list.begin(), list.end());
-                                         }()),
-                                         Counters::count);
-                     })
-        .def_prop_ro("phase_seconds", [](const TimeLoop<D>& self) {
-            const auto& seconds = self.phases().seconds();
-            return std::vector<double>(seconds.begin(), seconds.end());
-        });
 }
 
 template <int D> void add_equations(nb::module_& m, const char* name) {

@@ -72,7 +72,7 @@ private:
     }
 
     template <bool turns> int factor_leaves(std::vector<Inertia<D>>& inertias, const std::vector<Point<D>>& reference) {
-        static constexpr double nothing[F] = {};
+        static const double nothing[F] = {};
         for (std::size_t l = 0; l < factors_.size(); ++l) {
             const Hinge<D>& hinge = leaves_[l].hinge;
             HingeFactor<D>& f = factors_[l];

@@ -59,6 +59,8 @@ struct Steps {
     std::vector<Break> breaks;
     bool fixed() const { return step > 0.0; }
     double end() const { return start + duration; }
+    // Between two samples.
+    double interval() const { return fixed() ? step * static_cast<double>(every) : times[1] - times[0]; }
 };
 
 }  // namespace mbproj

@@ -13,6 +13,12 @@ constexpr int most_stages = 32;  // with those of a continuous extension
 constexpr int most_first = 300;  // times that the trial step for a first step size is shortened, tenfold each
 constexpr double not_a_number = std::numeric_limits<double>::quiet_NaN();
 
+// The size of a first step, and whether the way ahead has limited it.
+struct FirstStep {
+    double h;
+    bool limited;
+};
+
 template <int D> class RungeKutta {
 public:
     using Vector = Eigen::VectorXd;
@@ -64,8 +70,8 @@ public:
     }
 
     // A first step size from f and an estimate of f' (Hairer's hinit), at most `longest`; negative where f fails or
-    // overflows however near to the start.
-    double first_step(double t, const Vector& y, double tolerance, double longest) {
+    // overflows however near to the start. Says whether `longest` has a say in it.
+    FirstStep first_step(double t, const Vector& y, double tolerance, double longest) {
         const auto norm = [&](const Vector& v) {
             double sum = 0.0;
             for (int i = 0; i < equations_.size(); ++i) {
@@ -75,18 +81,20 @@ public:
             return std::sqrt(sum / equations_.size());
         };
         const double size = norm(y), speed = norm(k_[0]);
-        double h = std::min(std::min(size, speed) <= 1e-5 ? 1e-6 : 0.01 * size / speed, longest), bend = not_a_number;
+        const double wanted = std::min(size, speed) <= 1e-5 ? 1e-6 : 0.01 * size / speed;
+        double h = std::min(wanted, longest), bend = not_a_number;
         Vector slope(y.size());
         for (int tried = 0; tried < most_first && !std::isfinite(bend); ++tried, h *= 0.1) {
             stage_ = y + h * k_[0];
             if (equations_.derivative(t + h, stage_.data(), slope.data())) bend = norm(slope - k_[0]) / h;
         }
-        if (!std::isfinite(bend)) return -1.0;
+        if (!std::isfinite(bend)) return {-1.0, wanted > longest};
         h *= 10.0;
         const double steepest = std::max(speed, bend);
         const double trial =
             steepest <= 1e-15 ? std::max(1e-6, h * 1e-3) : std::pow(0.01 / steepest, 1.0 / (tableau_.order + 1));
-        return std::min({100.0 * h, trial, longest});
+        const double found = std::min(100.0 * h, trial);
+        return {std::min(found, longest), wanted > longest || found > longest};
     }
 
     // The extra stages of the continuous extension of the last step.

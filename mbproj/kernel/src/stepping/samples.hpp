@@ -40,6 +40,9 @@ struct Counters {
                 projection_fallbacks,
                 factorisations};
     }
+    static Counters from(const std::vector<long>& list) {
+        return {list[0], list[1], list[2], list[3], list[4], list[5], list[6], list[7], list[8]};
+    }
 };
 
 // The largest value so far, its row, and when.

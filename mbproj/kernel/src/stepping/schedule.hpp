@@ -10,30 +10,40 @@
 
 namespace mbproj {
 
-// Where a step ends, how long it is, whether that is on the grid and a sample is due there, and whether it is at a break.
+// Where a step ends, how long it is, whether that is on the grid and a sample is due there, whether it is at a break, and
+// whether the run's end has a say in it: that of a longer run might be another.
 struct Target {
     double t, h;
-    bool on_grid, due, at_break;
+    bool on_grid, due, at_break, shaped;
 };
 
 class Schedule {
 public:
-    explicit Schedule(const Steps& steps)
-        : steps_(steps), grain_(16.0 * std::numeric_limits<double>::epsilon() *
-                                std::max(std::abs(steps.start), std::abs(steps.end()))) {
+    explicit Schedule(const Steps& steps) : steps_(steps) {
         pass_break(steps.start);
         if (!steps.fixed()) next_sample_ = 1;
     }
+    // A run goes on at t, where so many steps of the grid are made, and the samples up to then.
+    void resume(double t, long grid) {
+        grid_ = grid;
+        if (!steps_.fixed())
+            next_sample_ = std::upper_bound(steps_.times.begin(), steps_.times.end(), t) - steps_.times.begin();
+        passed_ = 0;
+        pass_break(t);
+    }
+    long grid() const { return grid_; }
 
     // Where the next step from t ends; with error control it takes at most h.
     Target target(double t, double h) const { return steps_.fixed() ? on_grid(t) : within(t, h); }
     // A step from t to a time within, with error control.
     Target to(double t, double time) const {
         const std::size_t next = std::max(next_sample_, first_from(time));
-        return {time, time - t, false, next < steps_.times.size() && steps_.times[next] == time, false};
+        return {time, time - t, false, next < steps_.times.size() && steps_.times[next] == time, false, false};
     }
-    // How far apart times are.
-    double grain() const { return grain_ / 16.0; }
+    // How far apart times are near t, and on the way to the next sample.
+    double grain(double t) const {
+        return std::numeric_limits<double>::epsilon() * std::max(std::abs(t), steps_.interval());
+    }
     // The step to a target is taken.
     void reach(const Target& target) {
         grid_ += target.on_grid;
@@ -49,15 +59,15 @@ public:
     std::size_t count_inside() const { return inside_ - next_sample_; }
     double take() { return steps_.times[next_sample_++]; }
 
-    // Time does not resolve steps below `grain`; at t even shorter ones, on the way to a time farther off.
-    bool resolves(double t, double h) const {
-        return !(h < 16.0 * std::numeric_limits<double>::epsilon() * std::max(std::abs(t), std::abs(steps_.end())));
-    }
+    // Time does not resolve steps that are shorter.
+    bool resolves(double t, double h) const { return !(h < 16.0 * grain(t)); }
 
     // Breaks up to t are passed.
     void pass_break(double t) {
-        while (next_break() <= t + grain_) ++passed_;
+        while (next_break() <= t + beside(t)) ++passed_;
     }
+    // Whether the run's end is where steps must end next.
+    bool is_before_end() const { return !(next_break() < steps_.end()); }
     // How far it is from t to where steps must end.
     double left(double t) const { return std::min(next_break(), steps_.end()) - t; }
     bool is_after_break() const { return passed_ > 0; }
@@ -69,6 +79,7 @@ public:
     }
 
 private:
+    double beside(double t) const { return 16.0 * grain(t); }
     double next_break() const {
         return passed_ < steps_.breaks.size() ? steps_.breaks[passed_].time : std::numeric_limits<double>::infinity();
     }
@@ -78,8 +89,8 @@ private:
         const long k = grid_ + 1;
         const bool last = k == steps_.count;
         const double time = last ? steps_.end() : steps_.start + static_cast<double>(k) * steps_.step;
-        if (next_break() < time - grain_) return {next_break(), next_break() - t, false, false, true};
-        return {time, time - t, true, k % steps_.every == 0 || last, next_break() <= time + grain_};
+        if (next_break() < time - beside(time)) return {next_break(), next_break() - t, false, false, true, last};
+        return {time, time - t, true, k % steps_.every == 0 || last, next_break() <= time + beside(time), last};
     }
 
     // At most h, and no farther than to the next break or the end.
@@ -88,8 +99,12 @@ private:
         const double stop = std::min(next_break(), steps_.end());
         const double time = size == left_over ? stop : t + size;
         const std::size_t next = std::max(next_sample_, first_from(time));
-        return {time, size, false, next < steps_.times.size() && steps_.times[next] == time,
-                time == stop && next_break() <= time};
+        return {time,
+                size,
+                false,
+                next < steps_.times.size() && steps_.times[next] == time,
+                time == stop && next_break() <= time,
+                is_before_end() && 2.0 * h > left_over};
     }
 
     // The first sample that is not before t.
@@ -100,7 +115,6 @@ private:
     }
 
     const Steps& steps_;
-    const double grain_;
     long grid_ = 0;                             // steps of the grid that are made
     std::size_t next_sample_ = 0, inside_ = 0;  // samples up to `inside_` lie in the step that was just accepted
     std::size_t passed_ = 0;                    // breaks

@@ -9,6 +9,17 @@
 
 namespace mbproj {
 
+// What the next step depends on: a branch for each instruction of the loads' programs, when each switch has changed its
+// branch, how often at that time and with hardly any time between; of fixed steps, when each was passed over first, how
+// many times, and on which branch it is.
+struct SavedEvents {
+    std::vector<double> held, last;
+    std::vector<int> at_once, in_a_row;
+    std::vector<double> first;
+    std::vector<long> times;
+    std::vector<double> told;
+};
+
 template <int D> class StateEvents {
 public:
     using Vector = Eigen::VectorXd;
@@ -23,6 +34,19 @@ public:
         if (count_ == 0) return;
         held_.assign(loads_->programs.op.size(), free_branch);
         glanced_ = Vector::Zero(equations.total());
+    }
+
+    SavedEvents save() const { return {held_, last_, at_once_, in_a_row_, first_, times_, told_}; }
+    // False where it is not of these laws.
+    bool resume(const SavedEvents& saved) {
+        const bool fits = saved.held.size() == held_.size() && saved.last.size() == count_ &&
+                          saved.at_once.size() == count_ && saved.in_a_row.size() == count_ &&
+                          saved.first.size() == count_ && saved.times.size() == count_ && saved.told.size() == count_;
+        if (!fits) return false;
+        std::copy(saved.held.begin(), saved.held.end(), held_.begin());
+        last_ = saved.last, at_once_ = saved.at_once, in_a_row_ = saved.in_a_row;
+        first_ = saved.first, times_ = saved.times, told_ = saved.told;
+        return true;
     }
 
     // Scenes without switches have nothing to do with this.

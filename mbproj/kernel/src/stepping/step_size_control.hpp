@@ -11,35 +11,39 @@ namespace mbproj {
 // PI controller: h_new = 0.9 h err^(-a) err_old^b with b = 0.2 / k, a = 1 / k - 0.75 b, k the estimate's order + 1.
 class StepSizeControl {
 public:
+    // The last error, and whether the step at hand was rejected before.
+    struct Saved {
+        double previous = 0.0;
+        bool rejected = false;
+    };
+
     StepSizeControl(int error_order, const Thresholds& thresholds)
-        : thresholds_(thresholds), k_(error_order + 1), previous_(thresholds.least_error_before) {}
+        : thresholds_(thresholds), k_(error_order + 1), state_{thresholds.least_error_before, false} {}
 
     // The next step is the first of its kind: after a jump, what went before says nothing.
-    void forget() {
-        previous_ = thresholds_.least_error_before;
-        rejected_ = false;
-    }
+    void forget() { state_ = {thresholds_.least_error_before, false}; }
+    const Saved& save() const { return state_; }
+    void resume(const Saved& state) { state_ = state; }
 
     double after_accepted(double error, double h) {
         const double integral = 0.2 / k_;
         const double factor = thresholds_.safety *
                               std::pow(std::max(error, thresholds_.least_error), 0.75 * integral - 1.0 / k_) *
-                              std::pow(previous_, integral);
-        const double most = rejected_ ? 1.0 : thresholds_.largest_change;
-        rejected_ = false;
-        previous_ = std::max(error, thresholds_.least_error_before);
+                              std::pow(state_.previous, integral);
+        const double most = state_.rejected ? 1.0 : thresholds_.largest_change;
+        state_ = {std::max(error, thresholds_.least_error_before), false};
         return h * std::min(std::max(factor, thresholds_.smallest_change), most);
     }
     double after_rejected(double error, double h) {
-        rejected_ = true;
+        state_.rejected = true;
         const double factor = std::isfinite(error) ? thresholds_.safety * std::pow(error, 0.15 / k_ - 1.0 / k_) : 0.0;
         return h * std::max(factor, thresholds_.smallest_change);
     }
 
 private:
     const Thresholds& thresholds_;
-    double k_, previous_;
-    bool rejected_ = false;
+    const double k_;
+    Saved state_;
 };
 
 // h, or what is left to the end, or half of that where one step more would be tiny.

@@ -41,6 +41,13 @@ public:
     double error() const { return error_; }
     const Outcome& lost() const { return lost_; }
 
+    // How often the step at hand was shortened near a singular pose; where a run goes on, from this.
+    int shortened() const { return shortened_; }
+    void resume(const StepSizeControl::Saved& control, int shortened) {
+        control_.resume(control);
+        shortened_ = shortened;
+    }
+
     // A step to `now.to`, or nearer. False where the run stops, or where the step is to be tried again; also where a switch
     // changes its branch at its very start: `crossing` is set then.
     bool make() { return attempt() && (!locates_ || end_at_crossing()) && agrees_with_halves(); }
@@ -98,8 +105,8 @@ private:
     // first where its extension shows it, then by Newton's method where the step itself gets there.
     bool end_at_crossing() {
         if (!extend()) return false;
-        const double h = now_.to.h, end = now_.to.t, slack = events_.slack(h, steps_.tolerance, schedule_.grain());
-        crossing_ = events_.first(stepper_, now_.t, now_.y, h, schedule_.window(), slack, schedule_.grain());
+        const double h = now_.to.h, end = now_.to.t, slack = events_.slack(h, steps_.tolerance, schedule_.grain(end));
+        crossing_ = events_.first(stepper_, now_.t, now_.y, h, schedule_.window(), slack, schedule_.grain(end));
         if (!crossing_) return true;
         if (crossing_->at_once) return false;
         const Crossing found = *crossing_;

@@ -3,6 +3,7 @@
 #pragma once
 
 #include "stepping/flush_to_zero.hpp"
+#include "stepping/mark.hpp"
 #include "stepping/step_trial.hpp"
 
 namespace mbproj {
@@ -25,8 +26,17 @@ public:
           copy_lambda_(lambda_), counted_{{}, std::move(turns)} {
         std::copy(y.begin(), y.end(), now_.y.data());
     }
-    // Before the first step: the rows go on from what another run has saved between two of its steps.
-    void resume(typename RowPolicy<D>::Saved rows) { resumed_ = std::move(rows); }
+    // Before the first step: the run goes on from the mark of another that has begun alike. False where it is not of this
+    // model.
+    bool resume(Mark<D> mark) {
+        mark_ = std::move(mark);
+        return events().resume(mark_->events);
+    }
+    // Where a longer run can go on from; null where that is the start.
+    const Mark<D>* mark() {
+        if (started_ && steps_.fixed()) take_mark();
+        return mark_ ? &*mark_ : nullptr;
+    }
     TimeLoop(const TimeLoop&) = delete;
     TimeLoop& operator=(const TimeLoop&) = delete;
 
@@ -45,7 +55,7 @@ public:
             else
                 step();
         }
-        now_.counters.factorisations = equations_.solver().factorisations();
+        count_factorisations();
     }
 
     SampleBlock block;
@@ -68,8 +78,8 @@ private:
         equations_.set_velocities(now_.y.data(), true);
         peaks.watch(equations_.constraint(), equations_.C_dot(), model_.constraints.rows, model_.driven.size(), now_.t);
         counted_ = turns_.start(counted_.turns, now_.t, now_.y);
-        const bool regular = resumed_ ? equations_.resume(std::move(*resumed_)) : equations_.start();
-        if (!regular || !evaluate(now_.y, true)) return stop_at(now_.t);
+        if (mark_) return go_on_from_mark();
+        if (!equations_.start() || !evaluate(now_.y, true)) return stop_at(now_.t);
         stepper_.first() = slope_;
         now_.h = steps_.step;
         if (!steps_.fixed() && !choose_step(schedule_.left(now_.t))) return;
@@ -79,12 +89,27 @@ private:
         if (schedule_.is_after_break() || trial_.locates()) cross_break();
     }
 
+    void go_on_from_mark() {
+        now_.t = mark_->t, now_.h = mark_->h, now_.y = mark_->y, now_.counters = mark_->counters;
+        counted_ = mark_->counted, peaks = mark_->peaks;
+        trial_.resume(mark_->control, mark_->shortened);
+        schedule_.resume(now_.t, mark_->grid);
+        equations_.see(schedule_.window());
+        equations_.set_pose(now_.t, now_.y.data());
+        equations_.set_velocities(now_.y.data(), false);
+        if (!equations_.resume(mark_->rows) || !evaluate(now_.y, false)) return stop_at(now_.t);
+        stepper_.first() = slope_;
+        factorised_before_ = now_.counters.factorisations - equations_.solver().factorisations();
+    }
+
     // A step is made, and taken where its error allows it. Its end is closed and counted; samples that lie inside follow one
     // by one, before the step is taken over.
     void step() {
         if (!steps_.fixed() && !schedule_.resolves(now_.t, now_.h))
             return stop(trial_.lost().stops() ? trial_.lost() : Outcome{Status::vanished, now_.t});
         now_.to = schedule_.target(now_.t, now_.h);
+        if (!steps_.fixed() || now_.to.shaped) take_mark();
+        shaped_ = shaped_ || now_.to.shaped;
         phases_.begin(now_.counters.steps + 1);
         if (!trial_.make()) {
             if (trial_.crossing() && !now_.outcome.stops() && cross_event()) go_on();
@@ -169,8 +194,8 @@ private:
         const Crossing crossing = *trial_.crossing();
         trial_.crossing().reset();
         int often = -1;
-        const bool passes =
-            change_branches([&] { often = events().cross(crossing, now_.t, schedule_.grain(), steps_.duration); });
+        const bool passes = change_branches(
+            [&] { often = events().cross(crossing, now_.t, schedule_.grain(now_.t), steps_.interval()); });
         if (often >= 0) return stop(Outcome::pushed_back(now_.t, often)), false;
         return passes;
     }
@@ -204,10 +229,27 @@ private:
     }
 
     bool choose_step(double longest) {
-        now_.h = stepper_.first_step(now_.t, now_.y, steps_.tolerance, longest);
+        const FirstStep first = stepper_.first_step(now_.t, now_.y, steps_.tolerance, longest);
         ++now_.counters.evaluations;
-        if (now_.h < 0.0) return stop_at(now_.t), false;
+        if (first.h < 0.0) return stop_at(now_.t), false;
+        now_.h = first.h;
+        shaped_ = shaped_ || (first.limited && schedule_.is_before_end());
         return true;
+    }
+
+    // What the run's end has shaped, a longer run does in another way.
+    void take_mark() {
+        if (shaped_) return;
+        if (!mark_) mark_.emplace();
+        count_factorisations();
+        mark_->t = now_.t, mark_->h = now_.h, mark_->y = now_.y, mark_->grid = schedule_.grid();
+        mark_->counted = counted_, mark_->counters = now_.counters, mark_->peaks = peaks;
+        mark_->control = trial_.control().save(), mark_->shortened = trial_.shortened();
+        if (events().any()) mark_->events = events().save();
+        mark_->rows = equations_.policy().save();
+    }
+    void count_factorisations() {
+        now_.counters.factorisations = factorised_before_ + equations_.solver().factorisations();
     }
 
     bool evaluate(const Vector& y, bool with_multipliers) {
@@ -216,7 +258,7 @@ private:
 
     void sample(double t, const Vector& y, const Vector& slope, const std::vector<double>& lambda, double h,
                 const std::vector<long>& turned) {
-        now_.counters.factorisations = equations_.solver().factorisations();
+        count_factorisations();
         block.add<D>(t, y, slope, model_.size(), lambda, model_.constraints.rows, h, turned, now_.counters,
                      model_.integrals());
     }
@@ -241,7 +283,9 @@ private:
     Vector copy_, copy_slope_;  // of a sample inside a step
     std::vector<double> lambda_, copy_lambda_;
     typename TurnCounter<D>::Counted counted_, counted_before_;
-    std::optional<typename RowPolicy<D>::Saved> resumed_;
+    std::optional<Mark<D>> mark_;
+    long factorised_before_ = 0;  // by the run that this one goes on with
+    bool shaped_ = false;         // by the run's end
     bool started_ = false;
 };
 

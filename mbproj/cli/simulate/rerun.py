@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import os
-from dataclasses import replace
 from pathlib import Path
 
 import click
@@ -26,17 +24,12 @@ def command(results: Path, output: str, as_json: bool, quiet: bool) -> None:
 
     On the same build and machine the numbers are the same to the last bit.
     """
-    from mbproj.cli.commands.execute import execute
-    from mbproj.errors import InputError, Place, Problem
+    from mbproj.cli.simulate.execute import execute
+    from mbproj.cli.simulate.stored_scene import require_another, stored_scene
     from mbproj.results import open_results
-    from mbproj.scene import read_scene_text
 
     with open_results(results) as before:
-        name = str(before.scene_path or results)
-        scene = read_scene_text(before.scene_text, name, before.overrides)
-        scene = replace(scene, path=before.scene_path, settings=before.settings)
-        source, certified = before.path, before.certified
-    if os.path.realpath(output) == os.path.realpath(source):
-        problem = Problem(f"'{output}' is the results file to repeat", Place("--output"), "choose another name")
-        raise InputError(problem)
+        scene, name = stored_scene(before)
+        require_another(output, before.path, "to repeat")
+        certified = before.certified
     execute(scene, name, output, certified=certified, as_json=as_json, quiet=quiet)

@@ -68,8 +68,8 @@ def command(
     **options: Any,
 ) -> None:
     """Simulates SCENE and writes a results file."""
-    from mbproj.cli.commands.execute import execute
     from mbproj.cli.report.notes import show_notes
+    from mbproj.cli.simulate.execute import execute
     from mbproj.scene import read_scene
 
     asked, given = _limits(certify, limits), overrides(options)

@@ -7,7 +7,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from time import perf_counter
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import click
 
@@ -17,10 +17,21 @@ if TYPE_CHECKING:
     from mbproj.analysis import Outcome
     from mbproj.dynamics import State
     from mbproj.integrate import Report
-    from mbproj.integrate.simulate import Progress
+    from mbproj.integrate.simulate import Keep, Progress
     from mbproj.model import System
-    from mbproj.results import ResultsWriter, Trust
+    from mbproj.results import Results, ResultsWriter, Trust
+    from mbproj.results.crash_safety.checkpoint import Checkpoint
     from mbproj.scene import Scene
+
+#: So many earlier samples are copied at once.
+COPIED = 10_000
+
+
+class Earlier(NamedTuple):
+    """The run that a run goes on with: the state that it starts from, and the results to put before its own, if any."""
+
+    checkpoint: Checkpoint
+    results: Results | None
 
 
 def execute(
@@ -30,11 +41,13 @@ def execute(
     *,
     certified: Sequence[float] | None = None,
     facts: Mapping[str, Any] = MappingProxyType({}),
+    earlier: Earlier | None = None,
     as_json: bool,
     quiet: bool,
 ) -> None:
     """Simulates `scene`, writes `output` and prints the summary, which calls the scene `name`. `certified`: the errors
-    (m) for which to say how long the run can be trusted; `facts`: what else the results file and --json contain."""
+    (m) for which to say how long the run can be trusted; `facts`: what else the results file and --json contain;
+    `earlier`: the run that this one goes on with."""
     from mbproj.cli.report import expectations
     from mbproj.cli.report.progress import progress_bar
     from mbproj.cli.report.summary import print_summary
@@ -66,19 +79,45 @@ def execute(
         if recorder.set_aside is not None and not quiet:
             was, now = recorder.part, recorder.set_aside
             click.echo(f"note: '{was}', which a killed run had left, is kept as '{now}'", err=True)
+        if earlier is not None and earlier.results is not None:
+            _copy(earlier.results, recorder, until=float(earlier.checkpoint.state.get("t", "-inf")))
         if certified is None:
-            report, trust = simulate(system, state, settings, recorder, progress), None
+            keep, resumed = _keeping(recorder), earlier.checkpoint.state if earlier is not None else {}
+            report, trust = simulate(system, state, settings, recorder, progress, keep=keep, resumed=resumed), None
         else:
             report, trust = _certified(scene, system, state, recorder, progress, certified)
         numbers = {**summary(name, output, report, total_seconds=perf_counter() - started), **facts}
         recorder.attributes(numbers)
-    found = _expected(scene, output)
+    found = [] if earlier is not None and earlier.results is None else _expected(scene, output)
     if as_json:
         certificate = {} if trust is None else {"trust": as_numbers(trust)}
         judged = [expectations.record(outcome) for outcome in found]
         click.echo(json.dumps({**numbers, **certificate, "expectations": judged}))
     elif not quiet:
         print_summary(scene.title or name, system, report, numbers, trust, found)
+
+
+def _keeping(recorder: ResultsWriter) -> Keep:
+    """Hands on from where another run can go on."""
+    from mbproj.cli.report.build_info import fingerprint
+    from mbproj.results.crash_safety.checkpoint import Checkpoint
+
+    build = fingerprint()
+    return lambda formulation, mark: recorder.checkpoint(Checkpoint(formulation, build, mark))
+
+
+def _copy(results: Results, recorder: ResultsWriter, until: float) -> None:
+    """The samples up to some time."""
+    import numpy as np
+
+    from mbproj.results import DATASETS
+
+    count = int(np.searchsorted(results.time, until, side="right"))
+    for first in range(0, count, COPIED):
+        rows = slice(first, min(first + COPIED, count))
+        shapes = {dataset: (None, *results.shape(dataset.path)[1:]) for dataset in DATASETS}
+        read = results.contents.array
+        recorder.write({each.path: read(each.path, shape, each.dtype, rows) for each, shape in shapes.items()})
 
 
 def _expected(scene: Scene, output: str) -> list[Outcome]:

@@ -1,0 +1,1 @@
+"""The commands that simulate one scene: run, rerun, continue."""

@@ -1,0 +1,63 @@
+"""Where a run begins, and where another run can go on from."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import astuple, dataclass, field
+from math import inf
+from types import MappingProxyType
+from typing import Any
+
+from mbproj.integrate.events.time_events import Event
+from mbproj.integrate.outcome.tally import Passed, Peak, Tally
+
+#: A state between two steps, with all that the next step depends on, by name: the time "t", arrays (n,) of float64, and
+#: plain data as JSON has it. Empty: a run's start.
+Mark = Mapping[str, Any]
+START: Mark = MappingProxyType({})
+
+
+def _at_start() -> Mark:
+    return START
+
+
+@dataclass
+class Marks:
+    """Scratch of a run. It goes on from the mark `resumed`; `newest` gives the last state between two steps that the
+    run's end has not shaped: from there on a longer run takes the same steps."""
+
+    resumed: Mark = field(default_factory=_at_start)
+    newest: Callable[[], Mark] = _at_start
+
+
+def saved_events(met: Sequence[Event], until: float) -> list[list[Any]]:
+    """The events up to some time, as plain data."""
+    return [list(astuple(event)) for event in met if event.time <= until]
+
+
+def restored_events(saved: Sequence[Sequence[Any]]) -> list[Event]:
+    """The events that were saved."""
+    return [Event(float(t), str(name), str(kind), int(way)) for t, name, kind, way in saved]
+
+
+def saved_tally(tally: Tally) -> dict[str, Any]:
+    """What a run has counted, as plain data."""
+    return {
+        "counters": {name: int(value) for name, value in tally.counters().items()},
+        "peaks": {name: list(astuple(getattr(tally, name))) for name in PEAKS},
+        "met": saved_events(tally.met, inf),
+        "passed": [list(astuple(passed)) for passed in tally.passed],
+    }
+
+
+PEAKS = ("position_peak", "velocity_peak", "joint_peak")
+
+
+def restore_tally(tally: Tally, saved: Mapping[str, Any]) -> None:
+    """Goes on counting from there."""
+    tally.set_counters(int(saved["counters"][name]) for name in tally.counters())
+    for name in PEAKS:
+        value, row, time = saved["peaks"][name]
+        setattr(tally, name, Peak(float(value), int(row), float(time)))
+    tally.met = restored_events(saved["met"])
+    tally.passed = [Passed(str(owner), str(what), float(t), int(n)) for owner, what, t, n in saved["passed"]]

@@ -1,0 +1,105 @@
+// A state between two steps as plain data for Python, and back: what comes from a file is checked.
+#pragma once
+
+#include "bindings/saved_rows.hpp"
+#include "stepping/mark.hpp"
+
+namespace mbproj {
+
+inline std::vector<double> as_list(const Peak& peak) { return {peak.value, static_cast<double>(peak.row), peak.time}; }
+
+inline Peak peak_from(const std::vector<double>& given, int rows) {
+    if (given.size() != 3 || !(given[1] >= 0.0 && given[1] < std::max(rows, 1))) refuse("peaks", "do not fit");
+    return {given[0], static_cast<long>(given[1]), given[2]};
+}
+
+inline nb::dict saved_events(const SavedEvents& events) {
+    nb::dict found;
+    found["held"] = events.held;
+    found["last"] = events.last;
+    found["at_once"] = events.at_once;
+    found["in_a_row"] = events.in_a_row;
+    found["first"] = events.first;
+    found["times"] = events.times;
+    found["told"] = events.told;
+    return found;
+}
+
+inline SavedEvents events_from(const nb::dict& given) {
+    using Numbers = std::vector<double>;
+    SavedEvents events;
+    events.held = nb::cast<Numbers>(given["held"]);
+    events.last = nb::cast<Numbers>(given["last"]);
+    events.at_once = nb::cast<std::vector<int>>(given["at_once"]);
+    events.in_a_row = nb::cast<std::vector<int>>(given["in_a_row"]);
+    events.first = nb::cast<Numbers>(given["first"]);
+    events.times = nb::cast<std::vector<long>>(given["times"]);
+    events.told = nb::cast<Numbers>(given["told"]);
+    return events;
+}
+
+template <int D> nb::dict saved_mark(const Mark<D>& mark) {
+    std::vector<double> angles;
+    for (const auto& angle : mark.counted.angles)
+        angles.insert(angles.end(), {angle.cosine, angle.sine, angle.speed, angle.prescribed});
+    const auto counters = mark.counters.list();
+    const std::size_t numbers = static_cast<std::size_t>(mark.y.size()), sines = angles.size();
+    nb::dict found;
+    found["t"] = mark.t;
+    found["h"] = mark.h;
+    found["grid"] = mark.grid;
+    found["shortened"] = mark.shortened;
+    found["y"] = array_of(std::vector<double>(mark.y.begin(), mark.y.end()), numbers);
+    found["angles"] = array_of(std::move(angles), sines);
+    found["turns"] = mark.counted.turns;
+    found["previous_error"] = mark.control.previous;
+    found["rejected"] = mark.control.rejected;
+    found["events"] = saved_events(mark.events);
+    found["rows"] = saved_rows<D>(mark.rows);
+    found["counters"] = std::vector<long>(counters.begin(), counters.end());
+    found["peaks"] = std::vector<std::vector<double>>{as_list(mark.peaks.position), as_list(mark.peaks.joint),
+                                                      as_list(mark.peaks.velocity)};
+    return found;
+}
+
+template <int D> Mark<D> mark_from(const nb::dict& given, const Model<D>& model, const std::vector<int>& loop_joints,
+                                   std::size_t total) {
+    const auto finite = [&given](const char* name) {
+        const auto value = nb::cast<double>(given[name]);
+        if (!std::isfinite(value)) refuse(name, "is not finite");
+        return value;
+    };
+    Mark<D> mark;
+    mark.t = finite("t");
+    mark.h = finite("h");
+    mark.grid = nb::cast<long>(given["grid"]);
+    mark.shortened = nb::cast<int>(given["shortened"]);
+    const auto y = nb::cast<Numbers1>(given["y"]);
+    require(y, {total}, "y");
+    mark.y = Eigen::Map<const Eigen::VectorXd>(y.data(), static_cast<Eigen::Index>(total));
+    if (!mark.y.allFinite()) refuse("y", "is not finite");
+    const std::size_t coordinates = model.coordinates.instances.size();
+    const auto angles = nb::cast<Numbers1>(given["angles"]);
+    require(angles, {4 * coordinates}, "angles");
+    mark.counted.angles.resize(coordinates);
+    for (std::size_t i = 0; i < coordinates; ++i) {
+        auto& angle = mark.counted.angles[i];
+        const double* from = angles.data() + 4 * i;
+        angle.cosine = from[0], angle.sine = from[1], angle.speed = from[2], angle.prescribed = from[3];
+    }
+    mark.counted.turns = nb::cast<std::vector<long>>(given["turns"]);
+    if (mark.counted.turns.size() != coordinates) refuse("turns", "has a wrong shape");
+    mark.control = {finite("previous_error"), nb::cast<bool>(given["rejected"])};
+    mark.events = events_from(nb::cast<nb::dict>(given["events"]));
+    mark.rows = rows_from<D>(nb::cast<nb::dict>(given["rows"]), model, loop_joints);
+    const auto counters = nb::cast<std::vector<long>>(given["counters"]);
+    if (counters.size() != Counters::count) refuse("counters", "has a wrong shape");
+    mark.counters = Counters::from(counters);
+    const auto peaks = nb::cast<std::vector<std::vector<double>>>(given["peaks"]);
+    if (peaks.size() != 3) refuse("peaks", "do not fit");
+    const int rows = model.constraints.rows;
+    mark.peaks = {peak_from(peaks[0], rows), peak_from(peaks[1], rows), peak_from(peaks[2], rows)};
+    return mark;
+}
+
+}  // namespace mbproj

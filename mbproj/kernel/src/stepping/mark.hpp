@@ -1,0 +1,26 @@
+// What a run can go on from: a state between two steps, with all that the next step depends on.
+#pragma once
+
+#include "dynamics/row_policy.hpp"
+#include "stepping/samples.hpp"
+#include "stepping/state_events.hpp"
+#include "stepping/step_size_control.hpp"
+#include "stepping/turn_counter.hpp"
+
+namespace mbproj {
+
+template <int D> struct Mark {
+    double t = 0.0;
+    double h = 0.0;     // of the next step
+    long grid = 0;      // fixed steps made
+    int shortened = 0;  // how often the step at hand was shortened near a singular pose
+    Eigen::VectorXd y;
+    typename TurnCounter<D>::Counted counted;
+    StepSizeControl::Saved control{};
+    SavedEvents events;
+    typename RowPolicy<D>::Saved rows;
+    Counters counters;
+    Peaks peaks;
+};
+
+}  // namespace mbproj

@@ -1,0 +1,107 @@
+"""continue: goes on from a results file, or from the part that a kill left; what cannot be gone on with says why."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+import time
+
+import h5py
+import numpy as np
+import pytest
+
+from mbproj import open_results
+from mbproj.results import DATASETS
+from mbproj.results.crash_safety.checkpoint import SLOTS
+from tests.cli.commands import SLIDER_CRANK, mbproj
+from tests.support import ROOT
+
+OPTIONS = ["--step", "5 ms", "--output-step", "0.01"]
+
+
+def make(folder, name, duration, *arguments):
+    done = mbproj("run", SLIDER_CRANK, "--duration", duration, "-q", "-o", name, *arguments, folder=folder)
+    assert done.returncode == 0, done.stderr
+
+
+def assert_same(first, second, start=0):
+    """The second file is what the first has from some sample on."""
+    first, second = open_results(first), open_results(second)
+    for dataset in DATASETS:
+        np.testing.assert_array_equal(first[dataset.path][start:], second[dataset.path], err_msg=dataset.path)
+    assert second.settings.duration == first.settings.duration
+
+
+@pytest.mark.parametrize(
+    "options", [OPTIONS, ["--integrator", "dopri5", "--tolerance", "1e-8", "--output-step", "0.01"]]
+)
+def test_a_new_file_has_the_samples_that_follow(tmp_path, options):
+    make(tmp_path, "short.h5", "0.1", *options)
+    make(tmp_path, "long.h5", "0.3", *options)
+    done = mbproj("continue", "short.h5", "--until", "0.3", folder=tmp_path)
+    assert done.returncode == 0, done.stderr
+    assert "0.3 s" in done.stdout
+    count = len(open_results(tmp_path / "continued.h5").time)
+    assert 20 <= count < 31
+    assert_same(tmp_path / "long.h5", tmp_path / "continued.h5", 31 - count)
+
+
+def test_append_puts_both_in_place_of_the_first(tmp_path):
+    make(tmp_path, "run.h5", "0.1", *OPTIONS)
+    make(tmp_path, "long.h5", "0.3", *OPTIONS)
+    for until in ("0.2", "0.3"):
+        done = mbproj("continue", "run.h5", "--until", until, "--append", "-q", folder=tmp_path)
+        assert done.returncode == 0, done.stderr
+    assert_same(tmp_path / "long.h5", tmp_path / "run.h5")
+
+
+def test_a_killed_run_is_finished(tmp_path):
+    options = ["--step", "1e-4", "--output-step", "1e-3"]
+    program = [sys.executable, "-c", "from mbproj.cli import main; main()"]
+    process = subprocess.Popen(
+        [*program, "run", SLIDER_CRANK, "--duration", "20", "-q", "-o", "run.h5", *options],
+        cwd=tmp_path,
+        env={"PYTHONPATH": str(ROOT), "MBPROJ_CACHE": str(tmp_path / "cache")},
+    )
+    part = tmp_path / "run.h5.part"
+    for _ in range(600):
+        time.sleep(0.05)
+        if part.exists() and part.stat().st_size > 3_000_000:
+            break
+    process.kill()
+    process.wait()
+    assert open_results(tmp_path / "run.h5").checkpoint is not None
+    done = mbproj("continue", "run.h5", "--append", "-q", folder=tmp_path)
+    assert done.returncode == 0, done.stderr
+    make(tmp_path, "long.h5", "20", *options)
+    assert_same(tmp_path / "long.h5", tmp_path / "run.h5")
+
+
+def test_what_cannot_be_gone_on_with_says_why(tmp_path):
+    make(tmp_path, "run.h5", "0.1", *OPTIONS)
+    assert_refused(tmp_path, ["run.h5"], "--until: error: the run has already reached t = 0.1 s")
+    assert_refused(tmp_path, ["run.h5", "--until", "0.05"], "--until: error: the run has already reached t = 0.1 s")
+    assert_refused(
+        tmp_path, ["run.h5", "--until", "1", "-o", "run.h5"], "--output: error: 'run.h5' is the results file"
+    )
+    with h5py.File(tmp_path / "run.h5", "r+") as file:
+        del file[SLOTS]
+    assert_refused(tmp_path, ["run.h5", "--until", "1"], "error: 'run.h5' has no state to go on from")
+
+
+def assert_refused(folder, arguments, message):
+    done = mbproj("continue", *arguments, folder=folder)
+    assert done.returncode == 2
+    assert done.stderr.startswith(message), done.stderr
+    assert "Traceback" not in done.stderr
+
+
+def test_a_torn_slot_leaves_the_older_state(tmp_path):
+    """As a kill leaves it that comes while a state is written."""
+    make(tmp_path, "run.h5", "0.1", *OPTIONS)
+    with h5py.File(tmp_path / "run.h5", "r+") as file:
+        slots = file[SLOTS]
+        del slots.attrs["crc32"]
+        used = int(np.argmax(np.any(slots[...] != 0, axis=1)))
+        slots[used, 40] ^= 255
+    assert open_results(tmp_path / "run.h5").checkpoint is None

@@ -1,0 +1,101 @@
+"""A run that goes on from a mark of a shorter one has the bits of one long run: in all formulations, with fixed steps
+and with error control, with rows that follow from others, near singular poses, across events."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from mbproj.dynamics import assemble
+from mbproj.integrate import simulate
+from mbproj.integrate.events.time_events import time_events
+from mbproj.model import compile_system, initial_guess
+from mbproj.scene import read_scene, read_scene_text, settings_to_run
+from tests.integrate.time_scenes import TROLLEY, rotor
+from tests.mechanisms.exact.parallelogram import PARALLELOGRAM
+from tests.support import REDUNDANT, ROOT, Recorder
+
+FORMULATIONS = ("full", "reduced", "planar")
+FIXED = {"integrator": "rk4", "step": "0.01", "output_step": "0.02"}
+BY_ERROR = {"integrator": "dopri5", "tolerance": "1e-7", "output_step": "0.03"}
+JUMPS = rotor("sin(3*t) + 2*sign(t - 0.313) + 1000*exp(-((t - 0.7)/1e-3)**2)")
+TURNING = rotor("3 - 0.2*angle")
+
+
+class Kept:
+    """The marks of a run, in their order."""
+
+    def __init__(self):
+        self.marks = []
+
+    def __call__(self, formulation, mark):
+        self.marks.append(mark)
+
+
+def scene_of(what, options):
+    if what.endswith("\n"):
+        return read_scene_text(what, simulation=options)
+    return read_scene(ROOT / "mechanisms" / f"{what}.yaml", {}, options)
+
+
+def run(what, until, options, resumed=None):
+    """(recorder, marks) of a run; what a run goes on from comes with it."""
+    scene = scene_of(what, options)
+    system = compile_system(scene)
+    state = assemble(system, initial_guess(scene, system))
+    recorder, kept = Recorder(), Kept()
+    settings = replace(settings_to_run(scene), duration=until)
+    simulate(system, state, settings, recorder, keep=kept, resumed=resumed or {})
+    return recorder, kept.marks
+
+
+def assert_goes_on(what, short, long, options):
+    whole, _ = run(what, long, options)
+    _, marks = run(what, short, options)
+    mark = marks[-1]
+    rest, _ = run(what, long, options, mark)
+    first = int(np.searchsorted(whole["time"], mark["t"], side="right"))
+    assert 0 < first < len(whole["time"])
+    for path in whole.blocks[0]:
+        np.testing.assert_array_equal(rest[path], whole[path][first:], err_msg=path)
+
+
+@pytest.mark.parametrize("options", [FIXED, BY_ERROR], ids=["fixed", "by_error"])
+@pytest.mark.parametrize("formulation", FORMULATIONS)
+@pytest.mark.parametrize("what", [JUMPS, TURNING, TROLLEY], ids=["jumps", "turning", "trolley"])
+def test_the_bits_of_one_long_run(what, formulation, options):
+    """The short run ends between two steps of its grid, and once in the middle of a pulse."""
+    options = options | {"formulation": formulation}
+    end = 3.1 if what is TROLLEY else 0.7003
+    assert_goes_on(what, end, end + 0.5, options)
+
+
+@pytest.mark.parametrize("options", [FIXED, BY_ERROR], ids=["fixed", "by_error"])
+@pytest.mark.parametrize("name", ["five_bar", *REDUNDANT, "inline_four", "spatial_slider_crank"])
+def test_shipped_mechanisms_in_their_own_formulation(name, options):
+    assert_goes_on(name, 0.205, 0.5, options)
+
+
+@pytest.mark.parametrize("options", [FIXED, BY_ERROR], ids=["fixed", "by_error"])
+@pytest.mark.parametrize("formulation", FORMULATIONS)
+def test_past_a_singular_pose(formulation, options):
+    """Rows that a singular pose has left out are part of the state."""
+    text = PARALLELOGRAM.replace("CLOSURE", "point_on_line")
+    assert_goes_on(text, 0.9, 1.5, options | {"formulation": formulation})
+
+
+def test_a_run_too_short_to_go_on_from_starts_over():
+    """The end has shaped its first step."""
+    options = BY_ERROR | {"output_step": "1e-7", "duration": "1e-7"}
+    _, marks = run(TURNING, 1e-7, options)
+    assert marks[-1] == {}
+
+
+@pytest.mark.parametrize("torque", ["1000*exp(-((t - 1)/1e-4)**2)", "sqrt(abs(t - 1))", "max(0, sin(40*t))"])
+def test_events_do_not_depend_on_the_end(torque):
+    system = compile_system(read_scene_text(rotor(torque)))
+    short, long = (time_events(system, 0.0, end, 0.01) for end in (2.0, 17.0))
+    assert short
+    assert short == tuple(event for event in long if event.time <= 2.0)
