@@ -151,7 +151,7 @@ QUESTIONS = {
     "excel": "keep_and_share_results",
     "csv": "keep_and_share_results",
     "repeat a run": "keep_and_share_results",
-    "longer run": "continue_a_run",
+    "go on with a run": "continue_a_run",
     "units": "scene",
     "shape": "scene",
     "spring": "forces",
