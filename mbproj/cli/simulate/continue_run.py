@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 EXAMPLES = (
     ("Go on with a run until 20 s; the new file has what follows.", "mbproj continue results.h5 --until 20"),
-    ("Finish a run that was killed, in its own file.", "mbproj continue results.h5 --append"),
+    ("Put all samples, old and new, into one file.", "mbproj continue results.h5 --until 20 --append"),
 )
 
 
