@@ -64,8 +64,9 @@ def command(
 ) -> None:
     """Writes a page on which the mechanism of RESULTS moves.
 
-    Of a scene in place of results it shows the start. Several results are shown over each other, the first solid and the others as ghosts. The page is one file that
-    opens without a network. Its 3D graphics are three.js, which comes with the extra: pip install 'mbproj[animate]'.
+    Of a scene in place of results it shows the start. Several results are shown over each other, the first solid and
+    the others as ghosts. The page is one file that opens without a network. Its 3D graphics are three.js, which comes
+    with the extra: pip install 'mbproj[animate]'.
     """
     from mbproj.animate.page.write import html
     from mbproj.outputs import PAGE, check_replaceable, write_text
