@@ -62,10 +62,9 @@ GROUPS: Mapping[str, Mapping[str, str]] = MappingProxyType(
     }
 )
 COMMANDS = tuple(name for names in GROUPS.values() for name in names)
-#: Commands that run many simulations, in `mbproj.cli.studies`; the others are in `mbproj.cli.commands`.
+#: Commands that run many simulations.
 STUDIES = frozenset({"batch", "compare", "paper", "recommend", "stability", "sweep", "threshold", "tradeoff", "verify"})
-
-#: Commands on equilibria, modes and linear models, in `mbproj.cli.linear`.
+#: Commands on equilibria, modes and linear models.
 LINEAR = frozenset({"equilibrium", "linearize", "modes"})
 #: Commands whose name is no name of a module.
 MODULES = {"continue": "continue_run"}

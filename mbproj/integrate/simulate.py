@@ -29,6 +29,7 @@ from mbproj.integrate.outcome.lock_up import naming_lock_up
 from mbproj.integrate.outcome.marks import START, Mark, Marks
 from mbproj.integrate.outcome.report import EnergyWatch, Report, words_on_passes, worst, worst_joint
 from mbproj.integrate.outcome.tally import Tally
+from mbproj.kernel import fingerprint
 from mbproj.model.system import System
 from mbproj.scene.records import Settings
 
@@ -53,8 +54,8 @@ class EventRecorder(Recorder, Protocol):
 
 #: Called after every block with the simulated time reached, in s.
 Progress = Callable[[float], None]
-#: Called after every block with the formulation and the state from which another run can go on.
-Keep = Callable[[str, Mark], None]
+#: Called before every block with the formulation, the program's build, and the state from which another run can go on.
+Keep = Callable[[str, str, Mark], None]
 
 
 class _Clocks(NamedTuple):
@@ -100,7 +101,7 @@ def simulate(
     reach = system.length + float(np.abs(pose_of(state.q).position).max(initial=0.0))
     moves = choice.degrees_of_freedom > 0 or system.driven > 0
     tally, energy, floors = Tally(), EnergyWatch(weight * reach, moves=moves), np.zeros(2)
-    marks = Marks(resumed)
+    marks = Marks(resumed, wanted=keep is not None)
     stiffness = StiffnessWatch(choice, system, settings, partial(_march, choice, system, tally=Tally()))
     started, recording, observer = _Clocks.now(), _Clocks(), Observer(system, state)
     reached = state.t, state.q
@@ -126,7 +127,7 @@ def simulate(
             floors = np.maximum(floors, _floors(system, samples))
             stiffness.take(samples)
             if keep is not None:
-                keep(choice.name, marks.newest())
+                keep(choice.name, fingerprint(), marks.newest())
             if recorder is not None:
                 recorder.write(block)
             if progress is not None:

@@ -11,7 +11,9 @@ from functools import cache
 from importlib import import_module
 from types import ModuleType
 
-__all__ = ["build_info", "core", "left_out"]
+from mbproj.version import __version__
+
+__all__ = ["build_info", "core", "fingerprint", "left_out"]
 
 
 def core() -> ModuleType | None:
@@ -24,6 +26,15 @@ def build_info() -> dict[str, str] | str:
     """How the extension was compiled (compiler, flags, build type, Eigen, instruction set), or why there is none."""
     found = _chosen()
     return dict(found.build_info()) if isinstance(found, ModuleType) else found
+
+
+def fingerprint() -> str:
+    """What decides the last bits of a run, in one line."""
+    import numpy as np
+
+    kernel = build_info()
+    built = "no kernel" if isinstance(kernel, str) else f"{kernel['compiler']} for {kernel['instruction_set']}"
+    return f"mbproj {__version__} ({built}, numpy {np.__version__})"
 
 
 def left_out() -> bool:

@@ -138,9 +138,9 @@ class ResultsWriter:
         """The events of the run, written at its end as far as it got."""
         self._events = tuple(events)
 
-    def checkpoint(self, checkpoint: Checkpoint) -> None:
+    def keep(self, formulation: str, build: str, state: Mapping[str, Any]) -> None:
         """The run can go on from there: written with the samples up to now, in place of the one before."""
-        self._slots.take(checkpoint)
+        self._slots.take(Checkpoint(formulation, build, state))
 
     def trust(self, trust: Trust) -> None:
         """Add what a better solution says of the run, written at its end; the limits must be those announced."""

@@ -100,11 +100,11 @@ def alone(places: Places) -> dict[str, Any]:
 
 
 def numbers(path: Path) -> dict[str, bytes]:
-    """The bits of every array of numbers in a results file, by dataset, but for the state that `run` keeps too."""
+    """The bits of every array of numbers in a results file, by dataset."""
     found: dict[str, bytes] = {}
 
     def take(name: str, item: Any) -> None:
-        if isinstance(item, h5py.Dataset) and item.dtype.kind in "fiu" and not name.startswith("checkpoint"):
+        if isinstance(item, h5py.Dataset) and item.dtype.kind in "fiu":
             found[name] = item[()].tobytes()
 
     with h5py.File(path) as file:

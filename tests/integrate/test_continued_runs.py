@@ -9,8 +9,13 @@ import numpy as np
 import pytest
 
 from mbproj.dynamics import assemble
+from mbproj.errors import InputError
 from mbproj.integrate import simulate
 from mbproj.integrate.events.time_events import time_events
+from mbproj.integrate.formulations.full import FullFormulation
+from mbproj.integrate.loop.march import march
+from mbproj.integrate.outcome.marks import Marks
+from mbproj.integrate.outcome.tally import Tally
 from mbproj.model import compile_system, initial_guess
 from mbproj.scene import read_scene, read_scene_text, settings_to_run
 from tests.integrate.time_scenes import TROLLEY, rotor
@@ -30,7 +35,7 @@ class Kept:
     def __init__(self):
         self.marks = []
 
-    def __call__(self, formulation, mark):
+    def __call__(self, formulation, build, mark):
         self.marks.append(mark)
 
 
@@ -99,3 +104,30 @@ def test_events_do_not_depend_on_the_end(torque):
     short, long = (time_events(system, 0.0, end, 0.01) for end in (2.0, 17.0))
     assert short
     assert short == tuple(event for event in long if event.time <= 2.0)
+
+
+def without(mark, name):
+    return {key: value for key, value in mark.items() if key != name}
+
+
+@pytest.mark.parametrize("options", [FIXED, BY_ERROR], ids=["fixed", "by_error"])
+@pytest.mark.parametrize("formulation", FORMULATIONS)
+def test_a_state_that_is_not_of_this_scene_is_refused(formulation, options):
+    """As a changed file has it, or one of another scene."""
+    options = options | {"formulation": formulation}
+    _, marks = run(TURNING, 0.5, options)
+    mark = marks[-1]
+    short, wild = mark["y"][:-1], np.full_like(mark["y"], np.nan)
+    for given in (without(mark, "y"), mark | {"y": short}, mark | {"y": wild}, mark | {"t": "soon"}, {"t": 0.5}):
+        with pytest.raises(InputError, match="the state to go on from is not one of this scene"):
+            run(TURNING, 1.0, options, given)
+
+
+def test_what_nobody_keeps_is_not_made():
+    scene = scene_of(TURNING, BY_ERROR | {"formulation": "full"})
+    system = compile_system(scene)
+    state = assemble(system, initial_guess(scene, system))
+    settings = replace(settings_to_run(scene), duration=0.2)
+    marks = Marks()
+    for _ in march(FullFormulation.of(system, state, settings), state, Tally(), marks):
+        assert marks.newest() == {}

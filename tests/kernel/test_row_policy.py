@@ -129,6 +129,7 @@ def test_a_run_goes_on_from_saved_rows_with_the_bits_of_the_long_run(name, closu
     compiled, state = compiled_of(scene_of(name, closure))
     step, steps, part = 1.0 / 64.0, 40, 22
     run = compiled.run(state, Settings(duration=steps * step, step=step))
+    run.keeps_marks = True
     before = run.advance(part + 1, FOREVER)
     assert len(before["t"]) == part + 1
     mark, looks = run.mark(), run.close_looks
@@ -156,6 +157,7 @@ def test_a_step_on_which_the_rows_held_come_to_depend_on_each_other_takes_others
     ends, held = [], []
     for given in (rows, rows | {"held": bad, "chosen_pivots": []}):
         begun, run = (from_sample(compiled, block, -1, step, 3) for _ in range(2))
+        begun.keeps_marks = True
         begun.advance(1, FOREVER)
         run.resume(begun.mark() | {"rows": given})
         ends.append(run.advance(1, FOREVER)["y"][-1])

@@ -30,15 +30,6 @@ def facts() -> dict[str, Any]:
     }
 
 
-def fingerprint() -> str:
-    """What decides the last bits of a run, in one line."""
-    import numpy as np
-
-    kernel = build_info()
-    built = "no kernel" if isinstance(kernel, str) else f"{kernel['compiler']} for {kernel['instruction_set']}"
-    return f"mbproj {__version__} ({built}, numpy {np.__version__})"
-
-
 def _absent(reason: str) -> dict[str, Any]:
     return {"built": False, "reason": reason, "advice": None if left_out() else advice()}
 

@@ -69,8 +69,8 @@ def command(results: Path, until: float | None, output: str, append: bool, as_js
 
 def _checkpoint(before: Results, *, hidden: bool) -> Checkpoint:
     """The state to go on from. Raises InputError where there is none, or the run still goes on, or has failed."""
-    from mbproj.cli.report.build_info import fingerprint
     from mbproj.errors import InputError, Problem
+    from mbproj.kernel import fingerprint
     from mbproj.results.file.lock import is_locked
 
     if is_locked(before.path):

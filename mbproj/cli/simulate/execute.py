@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from mbproj.analysis import Outcome
     from mbproj.dynamics import State
     from mbproj.integrate import Report
-    from mbproj.integrate.simulate import Keep, Progress
+    from mbproj.integrate.simulate import Progress
     from mbproj.model import System
     from mbproj.results import Results, ResultsWriter, Trust
     from mbproj.results.crash_safety.checkpoint import Checkpoint
@@ -82,8 +82,9 @@ def execute(
         if earlier is not None and earlier.results is not None:
             _copy(earlier.results, recorder, until=float(earlier.checkpoint.state.get("t", "-inf")))
         if certified is None:
-            keep, resumed = _keeping(recorder), earlier.checkpoint.state if earlier is not None else {}
-            report, trust = simulate(system, state, settings, recorder, progress, keep=keep, resumed=resumed), None
+            resumed = earlier.checkpoint.state if earlier is not None else {}
+            report = simulate(system, state, settings, recorder, progress, keep=recorder.keep, resumed=resumed)
+            trust = None
         else:
             report, trust = _certified(scene, system, state, recorder, progress, certified)
         numbers = {**summary(name, output, report, total_seconds=perf_counter() - started), **facts}
@@ -95,15 +96,6 @@ def execute(
         click.echo(json.dumps({**numbers, **certificate, "expectations": judged}))
     elif not quiet:
         print_summary(scene.title or name, system, report, numbers, trust, found)
-
-
-def _keeping(recorder: ResultsWriter) -> Keep:
-    """Hands on from where another run can go on."""
-    from mbproj.cli.report.build_info import fingerprint
-    from mbproj.results.crash_safety.checkpoint import Checkpoint
-
-    build = fingerprint()
-    return lambda formulation, mark: recorder.checkpoint(Checkpoint(formulation, build, mark))
 
 
 def _copy(results: Results, recorder: ResultsWriter, until: float) -> None:
@@ -147,7 +139,7 @@ def _certified(
 
     with telling(hidden=progress is None) as tell:
         return simulate_certified(
-            Mechanism(scene, system, state), settings_to_run(scene), recorder, progress, limits, tell
+            Mechanism(scene, system, state), settings_to_run(scene), recorder, progress, limits, tell, recorder.keep
         )
 
 

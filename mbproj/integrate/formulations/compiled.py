@@ -16,7 +16,7 @@ from mbproj.dynamics.equations.forces import applied
 from mbproj.dynamics.equations.kinematics import pose_of, twist_of
 from mbproj.dynamics.equations.motions import drive_at
 from mbproj.dynamics.observe.samples import Samples, block_samples
-from mbproj.errors import InputError, Problem, SimulationError
+from mbproj.errors import SimulationError
 from mbproj.integrate.events.breaks import Break, breaks_of
 from mbproj.integrate.events.law_switches import switches_of
 from mbproj.integrate.outcome.failures import (
@@ -29,7 +29,7 @@ from mbproj.integrate.outcome.failures import (
     step_vanished,
     unresolved,
 )
-from mbproj.integrate.outcome.marks import START, Mark, Marks, restored_events, saved_events
+from mbproj.integrate.outcome.marks import START, Mark, Marks, restored_events, resuming, saved_events
 from mbproj.integrate.outcome.tally import Passed, Peak, Tally
 from mbproj.integrate.steppers.tableau import Tableau, load_tableau
 from mbproj.model.system import System
@@ -209,6 +209,7 @@ def march(
     run, marks = compiled.run(state, settings), marks or Marks()
     if marks.resumed:
         _resume(run, tally, marks.resumed)
+    run.keeps_marks = marks.wanted
     marks.newest = lambda: _mark(run, tally)
     running, most = compiled.core.Status.running, block_samples(compiled.system.bodies)
     while run.outcome.status == running:
@@ -237,13 +238,10 @@ def _take_events(system: System, run: Any, tally: Tally) -> None:
 
 
 def _resume(run: Any, tally: Tally, mark: Mark) -> None:
-    """Before the first step: the run goes on from a mark. Raises InputError where it is not of this system."""
-    try:
+    """Before the first step: the run goes on from a mark. Raises InputError where it is not of this scene."""
+    with resuming():
         run.resume(dict(mark))
         tally.met = restored_events(mark["met"])
-    except (KeyError, TypeError, ValueError, RuntimeError) as error:
-        message = f"the state to go on from is not one of this scene: {error}"
-        raise InputError(Problem(message, hint="start over with: mbproj rerun")) from error
 
 
 def _mark(run: Any, tally: Tally) -> Mark:

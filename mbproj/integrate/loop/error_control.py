@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from bisect import bisect_left, bisect_right
 from collections.abc import Iterator
+from functools import partial
 from typing import NamedTuple, TypeAlias
 
 import numpy as np
@@ -23,7 +24,7 @@ from mbproj.integrate.loop.state_events import StateEvents
 from mbproj.integrate.loop.step_end import is_closed, left_open_at, point_at
 from mbproj.integrate.loop.step_size import Controller, error_norm, first_step
 from mbproj.integrate.outcome.failures import TurnsUntold, not_finite, step_vanished
-from mbproj.integrate.outcome.marks import Mark
+from mbproj.integrate.outcome.marks import Mark, resuming
 from mbproj.integrate.point import Point
 from mbproj.integrate.steppers.runge_kutta import Step
 from mbproj.scene.sampling import output_times
@@ -58,12 +59,13 @@ class ErrorControl:
         yield from self.steps(point, h, self.forgetful)
 
     def resumed(self, mark: Mark) -> Iterator[Sample]:
-        """Samples from a mark on."""
-        point = self.run.resume(mark)
-        if self.events is not None:
-            self.events.restore(mark["events"])
-        control = Controller(self.run.stepper.error_order, float(mark["previous_error"]), bool(mark["rejected"]))
-        yield from self.steps(point, float(mark["h"]), control)
+        """Samples from a mark on. Raises InputError where it is not of this scene."""
+        with resuming():
+            point, h = self.run.resume(mark), float(mark["h"])
+            if self.events is not None:
+                self.events.restore(mark["events"])
+            control = Controller(self.run.stepper.error_order, float(mark["previous_error"]), bool(mark["rejected"]))
+        yield from self.steps(point, h, control)
 
     def steps(self, point: Point, h: float, control: Controller) -> Iterator[Sample]:
         """The samples that follow a point, from which the next step is of size h."""
@@ -72,7 +74,7 @@ class ErrorControl:
         while done < len(times):
             if not h >= 16.0 * run.grain(point.t):
                 raise lost or step_vanished(point.t)
-            self.mark(point, h, control)
+            run.mark(point, partial(self._before_step, h, control))
             h, t = self.target(h, point.t)
             tried, t, crossing = self.trial(point, h, t)
             if isinstance(tried, SimulationError) or not tried.error <= 1.0:
@@ -103,10 +105,10 @@ class ErrorControl:
             elif self.events is not None:
                 self.events.tell(point)
 
-    def mark(self, point: Point, h: float, control: Controller) -> None:
-        """The state before a step that is to be of size h."""
+    def _before_step(self, h: float, control: Controller) -> Mark:
+        """What a step of size h depends on beside the point."""
         events = {} if self.events is None else {"events": self.events.save()}
-        self.run.mark(point, h=h, previous_error=control.previous_error, rejected=control.rejected, **events)
+        return {"h": h, "previous_error": control.previous_error, "rejected": control.rejected, **events}
 
     @property
     def forgetful(self) -> Controller:

@@ -4,6 +4,7 @@ the breaks of a run."""
 from __future__ import annotations
 
 from collections.abc import Iterator
+from functools import partial
 
 from mbproj.dynamics.assembly.assemble import State
 from mbproj.dynamics.observe.samples import Sample
@@ -13,7 +14,7 @@ from mbproj.integrate.loop.error_control import ErrorControl
 from mbproj.integrate.loop.passes import Passes
 from mbproj.integrate.loop.run import Run
 from mbproj.integrate.loop.step_end import first_point
-from mbproj.integrate.outcome.marks import Mark, Marks
+from mbproj.integrate.outcome.marks import Mark, Marks, resuming
 from mbproj.integrate.outcome.tally import Tally
 from mbproj.integrate.point import Point
 from mbproj.scene.sampling import output_every, whole_steps
@@ -50,11 +51,16 @@ class FixedSteps:
         yield from self.steps(1, run.cross_break(point) if run.breaks.passed else point)
 
     def resumed(self, mark: Mark) -> Iterator[Sample]:
-        """Samples from a mark on."""
-        point = self.run.resume(mark)
-        if self.passes is not None:
-            self.passes.restore(mark["told"])
-        yield from self.steps(int(mark["grid"]), point)
+        """Samples from a mark on. Raises InputError where it is not of this scene."""
+        with resuming():
+            point, first = self.run.resume(mark), int(mark["grid"])
+            if self.passes is not None:
+                self.passes.restore(mark["told"])
+        yield from self.steps(first, point)
+
+    def _before_step(self, k: int) -> Mark:
+        """What step number k depends on beside the point."""
+        return {"grid": k, **({} if self.passes is None else {"told": self.passes.save()})}
 
     def steps(self, first: int, point: Point) -> Iterator[Sample]:
         """The samples of this step and all that follow."""
@@ -63,7 +69,7 @@ class FixedSteps:
         assert h is not None
         for k in range(first, steps + 1):
             grid = run.end if k == steps else run.start + k * h
-            run.mark(point, grid=k, **({} if passes is None else {"told": passes.save()}))
+            run.mark(point, partial(self._before_step, k))
             run.shaped = k == steps
             while point.t != grid:
                 t = run.breaks.next if run.breaks.cuts(grid) else grid

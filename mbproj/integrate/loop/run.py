@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 
@@ -12,7 +12,7 @@ from mbproj.integrate.events.breaks import BreakCursor, breaks_of
 from mbproj.integrate.formulations.full import FullFormulation
 from mbproj.integrate.loop.interruption import look
 from mbproj.integrate.loop.step_end import accept
-from mbproj.integrate.outcome.marks import START, Mark, Marks, restore_tally, saved_tally
+from mbproj.integrate.outcome.marks import START, Mark, Marks, restore_tally, saved_events, saved_tally
 from mbproj.integrate.outcome.tally import Tally
 from mbproj.integrate.point import Point
 from mbproj.integrate.steppers.runge_kutta import ExplicitRungeKutta, Step
@@ -34,23 +34,41 @@ class Run:
         self.breaks = BreakCursor(breaks_of(formulation.system, start, settings), start, self.interval)
         self.exact, self.inside = formulation, formulation.seen_within(self.breaks.window)
         #: Whether the run's end has had a say in a step: that of a longer run might be another.
-        self.shaped, self._mark = False, START
-        marks.newest = lambda: self._mark
+        self.shaped = False
+        self._marks, self._mark = marks, marks.resumed
+        marks.newest = self._newest
 
-    def mark(self, point: Point, **rest: Any) -> None:
+    def mark(self, point: Point, rest: Callable[[], Mark]) -> None:
         """The state before a step, with all that it depends on: a longer run can go on from there, unless the run's end
-        has shaped what led to it."""
-        if not self.shaped:
-            policy = {"policy": self.exact.policy.save()}
-            self._mark = {**point.save(), **saved_tally(self.tally), **policy, **rest}
+        has shaped what led to it. `rest` is what the caller knows of it."""
+        if self._marks.wanted and not self.shaped:
+            self._mark = {**point.save(), **saved_tally(self.tally), "policy": self.exact.policy.save(), **rest()}
+
+    def _newest(self) -> Mark:
+        """The last mark, with the events up to it."""
+        return {**self._mark, "met": saved_events(self.tally.met, float(self._mark["t"]))} if self._mark else START
 
     def resume(self, mark: Mark) -> Point:
-        """The point from which a run goes on."""
-        self._mark = mark
+        """The point from which a run goes on. Raises ValueError where it is not one of this system."""
+        point, system = Point.restore(mark), self.exact.system
+        n, coordinates = 7 * system.bodies, system.coordinates.size
+        fits = (
+            (point.y, 2 * n + self.exact.quadratures + self.exact.followed),
+            (point.found.acceleration, n),
+            (point.found.multipliers, system.constraints),
+            (point.found.power, self.exact.quadratures),
+            (point.coordinate, coordinates),
+            (point.turning.coordinate, coordinates),
+            (point.turning.speed, coordinates),
+            (point.turning.prescribed, system.driven),
+        )
+        for array, size in fits:
+            if array.shape != (size,) or not np.isfinite(array).all():
+                raise ValueError(f"an array of {size} numbers is not there")
         restore_tally(self.tally, mark)
         self.exact.policy.restore(mark["policy"])
-        self.pass_break(float(mark["t"]))
-        return Point.restore(mark)
+        self.pass_break(point.t)
+        return point
 
     def grain(self, t: float) -> float:
         """How far apart times are near t, and on the way to the next sample."""

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import astuple, dataclass, field
-from math import inf
 from types import MappingProxyType
 from typing import Any
 
+from mbproj.errors import InputError, Problem
 from mbproj.integrate.events.time_events import Event
 from mbproj.integrate.outcome.tally import Passed, Peak, Tally
 
@@ -15,6 +16,7 @@ from mbproj.integrate.outcome.tally import Passed, Peak, Tally
 #: plain data as JSON has it. Empty: a run's start.
 Mark = Mapping[str, Any]
 START: Mark = MappingProxyType({})
+PEAKS = ("position_peak", "velocity_peak", "joint_peak")
 
 
 def _at_start() -> Mark:
@@ -23,11 +25,22 @@ def _at_start() -> Mark:
 
 @dataclass
 class Marks:
-    """Scratch of a run. It goes on from the mark `resumed`; `newest` gives the last state between two steps that the
-    run's end has not shaped: from there on a longer run takes the same steps."""
+    """Scratch of a run. It goes on from the mark `resumed`. Where it is `wanted`, `newest` gives the last state
+    between two steps that the run's end has not shaped: from there on a longer run takes the same steps."""
 
     resumed: Mark = field(default_factory=_at_start)
+    wanted: bool = False
     newest: Callable[[], Mark] = _at_start
+
+
+@contextmanager
+def resuming() -> Iterator[None]:
+    """What goes wrong within, while a mark is taken over, is that it does not fit."""
+    try:
+        yield
+    except (KeyError, TypeError, ValueError, RuntimeError) as error:
+        message = f"the state to go on from is not one of this scene: {error}"
+        raise InputError(Problem(message, hint="start over with: mbproj rerun")) from error
 
 
 def saved_events(met: Sequence[Event], until: float) -> list[list[Any]]:
@@ -41,16 +54,12 @@ def restored_events(saved: Sequence[Sequence[Any]]) -> list[Event]:
 
 
 def saved_tally(tally: Tally) -> dict[str, Any]:
-    """What a run has counted, as plain data."""
+    """What a run has counted, but for its events, as plain data."""
     return {
         "counters": {name: int(value) for name, value in tally.counters().items()},
         "peaks": {name: list(astuple(getattr(tally, name))) for name in PEAKS},
-        "met": saved_events(tally.met, inf),
         "passed": [list(astuple(passed)) for passed in tally.passed],
     }
-
-
-PEAKS = ("position_peak", "velocity_peak", "joint_peak")
 
 
 def restore_tally(tally: Tally, saved: Mapping[str, Any]) -> None:

@@ -10,11 +10,13 @@ import json
 import struct
 import zlib
 from collections.abc import Mapping
+from math import isfinite
 from typing import Any, NamedTuple, final
 
 import h5py
 import numpy as np
 
+from mbproj.registry import FORMULATIONS
 from mbproj.results.file.checksums import NOT_YET, crc32, stamp
 from mbproj.results.file.contents import Contents
 
@@ -121,4 +123,6 @@ def _unpack(packed: bytes) -> Checkpoint:
             raise ValueError(name)
         state[name] = np.frombuffer(packed, dtype="<f8", count=size, offset=start).copy()
         start += 8 * size
-    return Checkpoint(str(head["formulation"]), str(head["build"]), state)
+    if head["formulation"] not in FORMULATIONS or (state and not isfinite(state["t"])):
+        raise ValueError("formulation or t")
+    return Checkpoint(head["formulation"], str(head["build"]), state)

@@ -74,7 +74,7 @@ def _outcomes(task: Task, path: Path, output: Path) -> tuple[tuple[Outcome, ...]
         ResultsWriter(output, scene, system.names.as_mapping(), constants=unique) as recorder,
         placed_in(scene),
     ):
-        report = simulate(system, state, settings, recorder)
+        report = simulate(system, state, settings, recorder, keep=recorder.keep)
         seconds = perf_counter() - started
         recorder.attributes(summary(str(task.scene), str(task.output), report, total_seconds=seconds))
     with open_results(output) as results:

@@ -12,7 +12,7 @@ from mbproj.dynamics.observe.recorded import Block
 from mbproj.errors import SimulationError
 from mbproj.integrate import Report, simulate
 from mbproj.integrate.events.time_events import Event
-from mbproj.integrate.simulate import EventRecorder, Progress
+from mbproj.integrate.simulate import EventRecorder, Keep, Progress
 from mbproj.results.trust import Trust
 from mbproj.scene.records import Settings
 from mbproj.studies.certify.horizon import LIMITS, certify
@@ -37,6 +37,7 @@ def simulate_certified(
     progress: Progress | None = None,
     limits: Sequence[float] = LIMITS,
     tell: Tell = silent,
+    keep: Keep | None = None,
 ) -> tuple[Report, Trust]:
     """`simulate`, and how long its result can be trusted (see `certify`).
 
@@ -51,7 +52,7 @@ def simulate_certified(
         return trust
 
     try:
-        report = simulate(mechanism.system, mechanism.state, settings, paths, progress)
+        report = simulate(mechanism.system, mechanism.state, settings, paths, progress, keep=keep)
     except SimulationError:
         judge()
         raise

@@ -1,5 +1,5 @@
 // The kernel in the plane: 3 freedoms a body.
-#include "bindings/models_and_runs.hpp"
+#include "bindings/models_and_equations.hpp"
 
 namespace mbproj {
 

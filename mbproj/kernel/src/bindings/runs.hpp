@@ -51,6 +51,7 @@ template <int D> void add_run(nb::module_& m, const char* name) {
                  const auto& joints = self.equations().solver().order().loop_joints;
                  if (!self.resume(mark_from<D>(mark, self.model(), joints, total))) refuse("events", "do not fit");
              })
+        .def_rw("keeps_marks", &TimeLoop<D>::keeps_marks)
         .def("mark",
              [](TimeLoop<D>& self) {
                  const Mark<D>* mark = self.mark();

@@ -29,30 +29,30 @@ public:
     StateEvents(const Model<D>& model, EquationsOfMotion<D>& equations)
         : loads_(model.loads.get()), equations_(equations), thresholds_(model.thresholds),
           count_(loads_ ? loads_->switches.size() : 0), search_(thresholds_), x_(count_), before_(count_),
-          after_(count_), last_(count_, -std::numeric_limits<double>::infinity()), at_once_(count_, 0),
-          in_a_row_(count_, 0), first_(count_, 0.0), times_(count_, 0), told_(count_, free_branch) {
+          after_(count_) {
         if (count_ == 0) return;
-        held_.assign(loads_->programs.op.size(), free_branch);
+        const double never = -std::numeric_limits<double>::infinity();
+        const std::vector<double> zeros(count_, 0.0), free(count_, free_branch), last(count_, never);
+        const std::vector<double> held(loads_->programs.op.size(), free_branch);
+        state_ = {held, last, std::vector<int>(count_), std::vector<int>(count_), zeros, std::vector<long>(count_),
+                  free};
         glanced_ = Vector::Zero(equations.total());
     }
 
-    SavedEvents save() const { return {held_, last_, at_once_, in_a_row_, first_, times_, told_}; }
+    const SavedEvents& save() const { return state_; }
     // False where it is not of these laws.
     bool resume(const SavedEvents& saved) {
-        const bool fits = saved.held.size() == held_.size() && saved.last.size() == count_ &&
+        const bool fits = saved.held.size() == state_.held.size() && saved.last.size() == count_ &&
                           saved.at_once.size() == count_ && saved.in_a_row.size() == count_ &&
                           saved.first.size() == count_ && saved.times.size() == count_ && saved.told.size() == count_;
-        if (!fits) return false;
-        std::copy(saved.held.begin(), saved.held.end(), held_.begin());
-        last_ = saved.last, at_once_ = saved.at_once, in_a_row_ = saved.in_a_row;
-        first_ = saved.first, times_ = saved.times, told_ = saved.told;
-        return true;
+        if (fits) state_ = saved;
+        return fits;
     }
 
     // Scenes without switches have nothing to do with this.
     bool any() const { return count_ > 0; }
     // The laws are on the branches held from now on.
-    void hold() { equations_.applied().held = held_.data(); }
+    void hold() { equations_.applied().held = state_.held.data(); }
 
     // How near to an event a step of size h ends, s.
     double slack(double h, double tolerance, double grain) const {
@@ -80,10 +80,11 @@ public:
     int cross(const Crossing& crossing, double t, double grain, double duration) {
         for (std::size_t k = 0; k < count_; ++k) {
             if (!crossing.leaving[k]) continue;
-            at_once_[k] = t - last_[k] <= 4.0 * grain ? at_once_[k] + 1 : 1;
-            in_a_row_[k] = t - last_[k] <= thresholds_.chatter * duration ? in_a_row_[k] + 1 : 1;
-            last_[k] = t;
-            if (at_once_[k] >= most_at_once || in_a_row_[k] >= thresholds_.most_chatter) return static_cast<int>(k);
+            state_.at_once[k] = t - state_.last[k] <= 4.0 * grain ? state_.at_once[k] + 1 : 1;
+            state_.in_a_row[k] = t - state_.last[k] <= thresholds_.chatter * duration ? state_.in_a_row[k] + 1 : 1;
+            state_.last[k] = t;
+            if (state_.at_once[k] >= most_at_once || state_.in_a_row[k] >= thresholds_.most_chatter)
+                return static_cast<int>(k);
             met_.emplace_back(t, static_cast<int>(k), crossing.leaving[k]);
             held(k) = branch_beyond(loads_->programs, loads_->switches[k].at, held(k), crossing.leaving[k]);
         }
@@ -109,7 +110,7 @@ public:
     }
     bool any_free() const {
         for (std::size_t k = 0; k < count_; ++k)
-            if (std::isnan(held_[loads_->switches[k].at])) return true;
+            if (std::isnan(state_.held[loads_->switches[k].at])) return true;
         return false;
     }
 
@@ -142,14 +143,14 @@ public:
         for (std::size_t k = 0; k < count_; ++k) {
             const double now = natural_branch(loads_->programs, loads_->switches[k].at, x_[k]);
             if (std::isnan(now)) continue;
-            if (!std::isnan(told_[k]) && now != told_[k] && times_[k]++ == 0) first_[k] = t;
-            told_[k] = now;
+            if (!std::isnan(state_.told[k]) && now != state_.told[k] && state_.times[k]++ == 0) state_.first[k] = t;
+            state_.told[k] = now;
         }
     }
     std::vector<Passed> passed() const {
         std::vector<Passed> found;
         for (std::size_t k = 0; k < count_; ++k)
-            if (times_[k]) found.emplace_back(static_cast<int>(k), first_[k], times_[k]);
+            if (state_.times[k]) found.emplace_back(static_cast<int>(k), state_.first[k], state_.times[k]);
         return found;
     }
     // The events since the last call.
@@ -162,12 +163,12 @@ public:
 private:
     static constexpr int most_at_once = 3;
 
-    double& held(std::size_t k) { return held_[loads_->switches[k].at]; }
+    double& held(std::size_t k) { return state_.held[loads_->switches[k].at]; }
 
     const std::vector<Interval>& bounds() {
         bounds_.clear();
         for (const Switch& each : loads_->switches)
-            bounds_.push_back(interval(loads_->programs, each.at, held_[each.at]));
+            bounds_.push_back(interval(loads_->programs, each.at, state_.held[each.at]));
         return bounds_;
     }
 
@@ -187,7 +188,7 @@ private:
     void look(double t, const Vector& y, const TimeWindow& window, std::vector<double>& x) {
         equations_.set_pose(t, y.data());
         equations_.set_velocities(y.data(), false);
-        look_here(t, y, window, held_.data(), x);
+        look_here(t, y, window, state_.held.data(), x);
     }
     void look_here(double t, const Vector& y, const TimeWindow& window, const double* branches,
                    std::vector<double>& x) const {
@@ -199,19 +200,12 @@ private:
     EquationsOfMotion<D>& equations_;
     const Thresholds& thresholds_;
     const std::size_t count_;
-    std::vector<double> held_;  // a branch for each instruction of the loads' programs
+    SavedEvents state_;
     std::vector<Interval> bounds_;
     CrossingSearch search_;
     std::vector<double> x_, before_, after_;
     std::vector<int> direction_;
-    std::vector<double> last_;   // when each has changed its branch
-    std::vector<int> at_once_;   // how often at that time
-    std::vector<int> in_a_row_;  // and with hardly any time between
     std::vector<Met> met_;
-    std::vector<double>
-        first_;  // of fixed steps: when each was passed over first, how many times, on which branch it is
-    std::vector<long> times_;
-    std::vector<double> told_;
     Vector glanced_;
 };
 

@@ -60,6 +60,7 @@ public:
 
     SampleBlock block;
     Peaks peaks;
+    bool keeps_marks = false;  // whether somebody asks for them
 
     const Model<D>& model() const { return model_; }
     const Phases& phases() const { return phases_; }
@@ -94,6 +95,7 @@ private:
         counted_ = mark_->counted, peaks = mark_->peaks;
         trial_.resume(mark_->control, mark_->shortened);
         schedule_.resume(now_.t, mark_->grid);
+        if (trial_.locates()) events().hold();
         equations_.see(schedule_.window());
         equations_.set_pose(now_.t, now_.y.data());
         equations_.set_velocities(now_.y.data(), false);
@@ -239,7 +241,7 @@ private:
 
     // What the run's end has shaped, a longer run does in another way.
     void take_mark() {
-        if (shaped_) return;
+        if (shaped_ || !keeps_marks) return;
         if (!mark_) mark_.emplace();
         count_factorisations();
         mark_->t = now_.t, mark_->h = now_.h, mark_->y = now_.y, mark_->grid = schedule_.grid();

@@ -1,4 +1,4 @@
-// Models, equations at single states and runs of one dimension, for Python; instantiated in plane.cpp and space.cpp.
+// Models and equations at single states of one dimension, for Python; with the runs, instantiated in plane.cpp and space.cpp.
 #pragma once
 
 #include <nanobind/stl/optional.h>
