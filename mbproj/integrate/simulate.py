@@ -101,7 +101,7 @@ def simulate(
     reach = system.length + float(np.abs(pose_of(state.q).position).max(initial=0.0))
     moves = choice.degrees_of_freedom > 0 or system.driven > 0
     tally, energy, floors = Tally(), EnergyWatch(weight * reach, moves=moves), np.zeros(2)
-    marks = Marks(resumed, wanted=keep is not None)
+    marks, build = Marks(resumed, wanted=keep is not None), "" if keep is None else fingerprint()
     stiffness = StiffnessWatch(choice, system, settings, partial(_march, choice, system, tally=Tally()))
     started, recording, observer = _Clocks.now(), _Clocks(), Observer(system, state)
     reached = state.t, state.q
@@ -127,7 +127,7 @@ def simulate(
             floors = np.maximum(floors, _floors(system, samples))
             stiffness.take(samples)
             if keep is not None:
-                keep(choice.name, fingerprint(), marks.newest())
+                keep(choice.name, build, marks.newest())
             if recorder is not None:
                 recorder.write(block)
             if progress is not None:
