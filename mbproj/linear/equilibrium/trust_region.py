@@ -29,7 +29,7 @@ def _shift(κ: Array, r: Array, radius: float) -> float:
     grain = np.finfo(float).eps * max(float(np.abs(κ).max()), np.finfo(float).tiny)
 
     def length(shift: float) -> float:
-        with np.errstate(divide="ignore", invalid="ignore"):
+        with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
             return float(np.linalg.norm(np.where(r == 0.0, 0.0, r / (κ + shift))))
 
     low = least + grain if κ.min() <= grain else 0.0

@@ -17,7 +17,7 @@ def test_the_table(tmp_path):
     lines = done.stdout.splitlines()
     assert lines[0].startswith("Five-bar pendulum")
     assert lines[1].split() == ["check", "what", "must", "hold", "measured", "allowed"]
-    assert lines[-1] == "  18 hold, 1 do not apply, 0 fail; runs take the planar formulation"
+    assert lines[-1] == "  19 hold, 1 do not apply, 0 fail; runs take the planar formulation"
     assert max(map(len, lines)) < 200
 
 
