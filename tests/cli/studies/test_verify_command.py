@@ -50,7 +50,7 @@ def test_stored_with_the_results_and_shown_by_info(tmp_path):
     with open_results(tmp_path / "results.h5") as results:
         found = results.verification
         assert found is not None
-        assert len(found.checks) == 19
+        assert len(found.checks) == 20
         assert len(results.time) == 21
     assert sorted(each.name for each in tmp_path.glob("results*")) == ["results.h5"]
     again = mbproj("rerun", "results.h5", "-o", "again.h5", "-q", folder=tmp_path)
