@@ -1,5 +1,5 @@
-"""Where an explicit Runge-Kutta method is stable: |R(z)| <= 1 at z = h λ, with its stability function, the polynomial
-R(z) = 1 + z bᵀ(I - zA)⁻¹1 (Hairer & Wanner 1996, sect. IV.2)."""
+"""Where a Runge-Kutta method is stable: |R(z)| <= 1 at z = h λ, with its stability function R(z) = 1 + z bᵀ(I - zA)⁻¹1,
+a polynomial of an explicit method (Hairer & Wanner 1996, sect. IV.2 and IV.3)."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from mbproj.integrate.steppers.implicit_tableau import ImplicitTableau
 from mbproj.integrate.steppers.tableau import Tableau
 from mbproj.thresholds import THRESHOLDS
 
@@ -18,7 +19,7 @@ FARTHEST, SCAN, HALVINGS = 20.0, 5e-3, 50
 
 @cache
 def stability_function(tableau: Tableau) -> Callable[[Any], Any]:
-    """R of one z or of several."""
+    """R of an explicit method, of one z or of several."""
     coefficients, powers = [1.0], np.ones(tableau.stages)
     for _ in range(tableau.stages):
         coefficients.append(float(tableau.b @ powers))
@@ -26,8 +27,11 @@ def stability_function(tableau: Tableau) -> Callable[[Any], Any]:
     return np.polynomial.Polynomial(coefficients)
 
 
-def amplification(tableau: Tableau, z: complex) -> float:
+def amplification(tableau: Tableau | ImplicitTableau, z: complex) -> float:
     """|R(z)|: by how much a mode grows in a step, where z = h λ."""
+    if isinstance(tableau, ImplicitTableau):
+        stages = np.linalg.solve(np.eye(tableau.stages) - z * tableau.a, np.ones(tableau.stages))
+        return float(abs(1.0 + z * (tableau.b @ stages)))
     with np.errstate(over="ignore", invalid="ignore"):  # far outside it is as good as infinite
         return float(np.nan_to_num(np.abs(stability_function(tableau)(np.complex128(z))), nan=np.inf))
 

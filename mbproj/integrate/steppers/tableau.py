@@ -56,23 +56,24 @@ def load_tableau(name: str) -> Tableau:
         name=name,
         order=data["order"],
         error_order=data.get("error_order", 0),
-        a=_matrix([[], *data["a"]], stages),
-        b=_vector(data["b"]),
-        c=_vector(data["c"]),
-        error=_matrix(data.get("error", []), stages + 1),
-        extra_a=_matrix(extra, stages + 1 + len(extra)),
-        extra_c=_vector(data.get("extra_c", [])),
-        dense=_matrix(data.get("dense", []), len(data["dense"][0]) if "dense" in data else 0),
+        a=matrix([[], *data["a"]], stages),
+        b=vector(data["b"]),
+        c=vector(data["c"]),
+        error=matrix(data.get("error", []), stages + 1),
+        extra_a=matrix(extra, stages + 1 + len(extra)),
+        extra_c=vector(data.get("extra_c", [])),
+        dense=matrix(data.get("dense", []), len(data["dense"][0]) if "dense" in data else 0),
     )
 
 
-def _vector(numbers: Sequence[str]) -> Array:
+def vector(numbers: Sequence[str]) -> Array:
+    """Numbers that are written as fractions or decimals."""
     return np.array([float(Fraction(number)) for number in numbers])
 
 
-def _matrix(rows: Sequence[Sequence[str]], width: int) -> Array:
+def matrix(rows: Sequence[Sequence[str]], width: int) -> Array:
     """Rows of numbers, filled with zeros on the right."""
-    matrix = np.zeros((len(rows), width))
+    found = np.zeros((len(rows), width))
     for index, row in enumerate(rows):
-        matrix[index, : len(row)] = _vector(row)
-    return matrix
+        found[index, : len(row)] = vector(row)
+    return found

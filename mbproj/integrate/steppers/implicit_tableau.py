@@ -1,0 +1,64 @@
+"""An implicit Runge-Kutta method for stiff equations is its coefficients, too: read from a data file."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+
+from mbproj.arrays import Array
+from mbproj.integrate.steppers.tableau import matrix, vector
+
+FOLDER = Path(__file__).parent / "implicit_tableaus"
+
+
+@dataclass(frozen=True, eq=False)
+class ImplicitTableau:
+    """Coefficients of a stiffly accurate method of s stages, of which the first is f at the start of the step, carried
+    over from the step before (Hairer & Wanner 1996, sect. IV.5, IV.6 and IV.8).
+
+    `a` (s, s), `b` (s,) is its last row, `c` (s,). `error` (s,): weights of the stages in the estimate of the local
+    error, which is filtered by (I - h `gamma` ∂f/∂y)⁻¹; it is of order `error_order` + 1 in h. `dense` (s, d): the
+    coefficients of θ, θ², … of the continuous extension, over the stages.
+    """
+
+    name: str
+    order: int
+    error_order: int
+    gamma: float
+    a: Array
+    b: Array
+    c: Array
+    error: Array
+    dense: Array
+
+    @property
+    def stages(self) -> int:
+        """s, with the first."""
+        return len(self.b)
+
+    @property
+    def is_coupled(self) -> bool:
+        """Whether the stages must be solved together; of a diagonally implicit method one follows from the other."""
+        return bool(np.triu(self.a, 1).any())
+
+
+@cache
+def load_implicit_tableau(name: str) -> ImplicitTableau:
+    """The tableau of an implicit method by its name."""
+    data = json.loads((FOLDER / f"{name}.json").read_text(encoding="utf-8"))
+    stages = len(data["b"])
+    return ImplicitTableau(
+        name=name,
+        order=data["order"],
+        error_order=data["error_order"],
+        gamma=float(vector([data["gamma"]])[0]),
+        a=matrix([[], *data["a"]], stages),
+        b=vector(data["b"]),
+        c=vector(data["c"]),
+        error=vector(data["error"]),
+        dense=matrix(data["dense"], len(data["dense"][0])),
+    )
