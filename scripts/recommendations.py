@@ -20,13 +20,14 @@ import numpy as np
 from mbproj.mechanisms_folder import mechanism
 from mbproj.registry import integrators
 from mbproj.scene import read_scene
+from mbproj.studies.measure.measurement import Measurement
 from mbproj.studies.measure.mechanism import Mechanism
 from mbproj.studies.measure.reference import Reference
 from mbproj.studies.measure.setting import Setting
 from mbproj.studies.measure.solve import solve
 from mbproj.studies.measure.spans import sampled
 from mbproj.studies.measure.timing import time_settings
-from mbproj.studies.recommend.bench import Bench, Outcome
+from mbproj.studies.recommend.bench import Bench
 from mbproj.studies.recommend.families import closing, families
 from mbproj.studies.recommend.recommendation import Recommendation, recommend
 
@@ -72,21 +73,21 @@ def main(names: list[str]) -> None:
     broken = 0
     for name in names or CASES:
         scene = read_scene(mechanism(name))
-        unseen, grid = Unseen(Mechanism.of(scene), CASES.get(name)), dict[Setting, Outcome]()
+        unseen, grid = Unseen(Mechanism.of(scene), CASES.get(name)), dict[Setting, Measurement]()
         for goal in ERRORS:
             found = recommend(scene, goal, until=CASES.get(name))
             bench = Bench(unseen.mechanism, unseen.reference, goal, tuple(range(len(unseen.mechanism.points))))
             fresh = bench.fresh(found.setting, Mechanism.of(scene))
-            rivals = [outcome for outcome in unseen.grid(bench, 1.2 * fresh.evaluations, grid) if outcome.error <= goal]
-            closed = [outcome for outcome in rivals if closing(outcome.setting) == outcome.setting]
+            rivals = [one for one in unseen.grid(bench, 1.2 * fresh.evaluations, grid) if one.at() <= goal]
+            closed = [one for one in rivals if closing(one.setting) == one.setting]
             fewest, drifting = (
-                min([fresh.evaluations, *(outcome.evaluations for outcome in some)]) for some in (closed, rivals)
+                min([fresh.evaluations, *(one.evaluations for one in some)]) for some in (closed, rivals)
             )
             clock = clock_ratio(bench, found, closed)
-            holds = fresh.error <= goal + found.uncertain and found.reached
+            holds = fresh.at() <= goal + found.uncertain and found.reached
             broken += not holds or fresh.evaluations > 1.5 * drifting or clock > 1.5
             print(
-                f"{name} | {goal:.0e} | {found.setting.label} | {fresh.error:.2e} | {bench.uncertainty[-1]:.0e} | "
+                f"{name} | {goal:.0e} | {found.setting.label} | {fresh.at():.2e} | {bench.uncertainty[-1]:.0e} | "
                 f"{fresh.evaluations:.0f} | {fresh.evaluations / fewest:.2f} | {clock:.2f} | "
                 f"{fresh.evaluations / drifting:.2f}"
                 f"{'' if holds else ' | DOES NOT HOLD'}",
@@ -107,14 +108,14 @@ class Unseen:
             ready.points, times, tight.position, tight.velocity, np.maximum.accumulate(apart, axis=0), "1e-14", "1e-13"
         )
 
-    def grid(self, bench: Bench, budget: float, known: dict[Setting, Outcome]) -> Iterator[Outcome]:
-        """The outcomes of all settings of the grid that take at most `budget` evaluations."""
+    def grid(self, bench: Bench, budget: float, known: dict[Setting, Measurement]) -> Iterator[Measurement]:
+        """Measurements of all settings of the grid that take at most `budget` evaluations."""
         for setting in self.settings(budget):
             if setting not in known:
                 known[setting] = bench.fresh(setting, self.mechanism)
-            outcome = known[setting]
-            if outcome.evaluations <= budget:
-                yield outcome
+            one = known[setting]
+            if one.evaluations <= budget:
+                yield one
 
     def settings(self, budget: float) -> Iterator[Setting]:
         """The grid; settings with error control that are beyond the budget are among them."""
@@ -142,9 +143,9 @@ class Unseen:
         return self._costs[key]
 
 
-def clock_ratio(bench: Bench, found: Recommendation, rivals: list[Outcome]) -> float:
+def clock_ratio(bench: Bench, found: Recommendation, rivals: list[Measurement]) -> float:
     """The recommendation's time over the fastest rival's, each the median of runs in turn."""
-    chosen = [found.setting, *(outcome.setting for outcome in sorted(rivals, key=lambda one: one.evaluations)[:TIMED])]
+    chosen = [found.setting, *(one.setting for one in sorted(rivals, key=lambda each: each.evaluations)[:TIMED])]
     medians = [each.median for each in time_settings(bench.mechanism, chosen, bench.reference.times, REPETITIONS)]
     return medians[0] / min(medians)
 

@@ -12,12 +12,13 @@ import pytest
 
 from mbproj import InputError, read_scene
 from mbproj.mechanisms_folder import mechanism
+from mbproj.studies.measure.measurement import Measurement
 from mbproj.studies.measure.mechanism import Mechanism
 from mbproj.studies.measure.reference import Reference
 from mbproj.studies.measure.setting import Setting
 from mbproj.studies.measure.solve import solve
 from mbproj.studies.measure.spans import sampled
-from mbproj.studies.recommend.bench import Bench, Outcome
+from mbproj.studies.recommend.bench import Bench
 from mbproj.studies.recommend.families import Family, closing, families
 from mbproj.studies.recommend.recommendation import Unreachable, recommend
 from mbproj.studies.recommend.search import cheapest
@@ -46,7 +47,7 @@ def test_a_recommendation_holds_and_nothing_in_a_dense_grid_is_much_cheaper(name
     found = recommend(bench.mechanism.scene, goal, until=until, timed=False)
     fresh = bench.fresh(found.setting, Mechanism.of(bench.mechanism.scene))
     assert found.reached
-    assert fresh.error <= goal + found.uncertain
+    assert fresh.at() <= goal + found.uncertain
     assert fresh.evaluations == found.best.evaluations
     rivals = []
     for family in families(Setting(), float(bench.reference.times[1])):
@@ -57,7 +58,7 @@ def test_a_recommendation_holds_and_nothing_in_a_dense_grid_is_much_cheaper(name
             rivals.append(bench.measure(family.setting(fineness)))
             if family.by_error and rivals[-1].evaluations > fresh.evaluations:
                 break
-    assert not [rival for rival in rivals if rival.error <= goal and 1.5 * rival.evaluations < fresh.evaluations]
+    assert not [rival for rival in rivals if rival.at() <= goal and 1.5 * rival.evaluations < fresh.evaluations]
 
 
 def test_what_cannot_be_kept_to_the_end_is_kept_as_long_as_round_off_allows():
@@ -66,7 +67,7 @@ def test_what_cannot_be_kept_to_the_end_is_kept_as_long_as_round_off_allows():
     assert not found.reached
     assert 0.2 < found.until < 2.5
     assert (found.wanted, found.settings.duration) == (3.0, pytest.approx(found.until, rel=1e-9))
-    assert found.best.error <= 3e-14
+    assert found.best.at() <= 3e-14
     with pytest.raises(Unreachable, match="errors grow from round-off: starts that differ by it"):
         recommend(scene, 1e-19, until=3.0, timed=False)
 
@@ -75,7 +76,7 @@ def test_the_error_counts_at_the_markers_that_are_named():
     scene = read_scene(mechanism("hooke_shaft"))
     one = recommend(scene, 1e-6, ["driven_rim"], until=0.5, timed=False)
     assert one.points == ("driven_rim",)
-    assert one.best.point == "driven_rim"
+    assert one.best.worst() == "driven_rim"
     with pytest.raises(InputError, match="no 'driven_rin' among the markers; did you mean 'driven_rim'"):
         recommend(scene, 1e-6, ["driven_rin"])
 
@@ -100,11 +101,11 @@ class Made(Bench):
     def __init__(self, family: Family, lucky: int | None = None) -> None:
         self.family, self.lucky, self.goal, self.tried = family, lucky, 1e-6, []
 
-    def measure(self, setting: Setting) -> Outcome:
+    def measure(self, setting: Setting) -> Measurement:
         fineness = round(self.family.interval / setting.step)
         self.tried.append(fineness)
         error = 1e-9 if fineness == self.lucky else 1e2 * fineness ** -float(self.family.order)
-        return Outcome(setting, error, "tip", 0.0, 0.0, float(fineness))
+        return Measurement(setting, {"tip": error}, {"tip": 0.0}, counters={"evaluations": fineness})
 
 
 def test_the_search_finds_the_coarsest_in_few_runs_and_what_is_lucky_below_it():

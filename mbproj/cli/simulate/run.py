@@ -104,8 +104,8 @@ def _accurate(scene: Scene, accuracy: float, given: dict[str, str], hidden: bool
         )
     if not hidden:
         label, best = found.setting.label, found.best
-        click.echo(f"{label}: off by {best.error:.1e} m at most, {best.evaluations:.0f} evaluations", err=True)
-    facts = {"accuracy": accuracy, "accuracy_error": found.best.error, "accuracy_uncertainty": found.uncertain}
+        click.echo(f"{label}: off by {best.at():.1e} m at most, {best.evaluations:.0f} evaluations", err=True)
+    facts = {"accuracy": accuracy, "accuracy_error": found.best.at(), "accuracy_uncertainty": found.uncertain}
     return replace(scene, settings=found.settings), facts
 
 

@@ -16,7 +16,7 @@ from mbproj.errors import ExitCode, InputError, Place, Problem
 
 if TYPE_CHECKING:
     from mbproj.scene import Scene
-    from mbproj.studies.recommend.bench import Outcome
+    from mbproj.studies.measure.measurement import Measurement
     from mbproj.studies.recommend.recommendation import Recommendation
 
 EXAMPLES = (
@@ -121,9 +121,9 @@ def _numbers(found: Recommendation) -> dict[str, Any]:
         "reached": found.reached,
         "until": found.until,
         "wanted": found.wanted,
-        "best": _outcome(found.best),
-        "contenders": [_outcome(outcome) for outcome in found.contenders],
-        "own": None if found.own is None else _outcome(found.own),
+        "best": _measured(found.best),
+        "contenders": [_measured(each) for each in found.contenders],
+        "own": None if found.own is None else _measured(found.own),
         "uncertain": found.uncertain,
         "reference": found.method,
         "check": found.check,
@@ -131,21 +131,23 @@ def _numbers(found: Recommendation) -> dict[str, Any]:
     }
 
 
-def _outcome(outcome: Outcome) -> dict[str, Any]:
+def _measured(best: Measurement) -> dict[str, Any]:
     from math import isfinite
 
-    numbers = {name: getattr(outcome, name) for name in ("error", "time", "evaluations", "seconds")}
+    point = best.worst()
+    cost = {"evaluations": best.evaluations, "seconds": best.seconds}
+    numbers = {"error": best.error[point], "time": best.when[point], **cost}
     finite = {name: value if isfinite(value) else None for name, value in numbers.items()}
-    setting = {name: value for name, value in vars(outcome.setting).items() if value is not None}
-    return {"setting": setting, "point": outcome.point, **finite}
+    setting = {name: value for name, value in vars(best.setting).items() if value is not None}
+    return {"setting": setting, "point": point, **finite}
 
 
 def _lines(found: Recommendation) -> list[str]:
     from mbproj.cli.report.table import table
 
-    best = found.best
+    best, point = found.best, found.best.worst()
     rows: dict[str, str] = {
-        "error": f"{best.error:.2g} m at most, of {best.point} at t = {best.time:.4g} s; "
+        "error": f"{best.at():.2g} m at most, of {point} at t = {best.when[point]:.4g} s; "
         f"{found.goal:g} m is asked for, until t = {found.until:.6g} s",
         "reference": f"uncertain by {found.uncertain:.1g} m: {found.method}",
         "checked by": found.check,
@@ -157,11 +159,11 @@ def _lines(found: Recommendation) -> list[str]:
     return list(table(rows, "  "))
 
 
-def _words(outcome: Outcome) -> str:
-    if outcome.error == float("inf"):
-        return f"{outcome.setting.label}: fails"
-    return f"{outcome.setting.label}: {outcome.error:.2g} m, {_cost(outcome)}"
+def _words(other: Measurement) -> str:
+    if other.failure is not None:
+        return f"{other.setting.label}: fails"
+    return f"{other.setting.label}: {other.at():.2g} m, {_cost(other)}"
 
 
-def _cost(outcome: Outcome) -> str:
-    return f"{outcome.evaluations:.0f} evaluations, {1e3 * outcome.seconds:.3g} ms"
+def _cost(of: Measurement) -> str:
+    return f"{of.evaluations:.0f} evaluations, {1e3 * of.seconds:.3g} ms"

@@ -15,6 +15,7 @@ from mbproj.errors import InputError, Place, Problem, SimulationError
 from mbproj.registry import integrators
 from mbproj.scene.records import Scene
 from mbproj.studies.compare.energy_split import EnergySplit, energy_split
+from mbproj.studies.measure.measurement import Measurement, measured
 from mbproj.studies.measure.measures import error
 from mbproj.studies.measure.mechanism import Mechanism
 from mbproj.studies.measure.reference import Reference, reference
@@ -35,11 +36,11 @@ COUNTERS = ("steps", "evaluations", "projections", "projection_iterations", "vel
 
 @dataclass(frozen=True, eq=False)
 class Entry:
-    """One setting of a comparison: its solution, its error (T, k) in m, whose the energy drift is (None where the run
-    failed), and what it cost (None where costs are not compared in time, or the run failed)."""
+    """One setting of a comparison: what it achieved, its solution, its error (T, k) in m, whose the energy drift is
+    (None where the run failed), and what it cost (None where costs are not compared in time, or the run failed)."""
 
-    setting: Setting
     label: str
+    measurement: Measurement
     solution: Solution
     error: Array
     split: EnergySplit | None
@@ -49,24 +50,24 @@ class Entry:
     def numbers(self) -> dict[str, Any]:
         """The entry in a row: largest violations and error (m) over the span, the energy drift at its end (J) in its
         two parts, CPU seconds (median, smallest, largest), counters; NaN where there is none."""
-        solution, report, timing = self.solution, self.solution.report, self.timing
+        found, timing = self.measurement, self.timing
         parts = (nan, nan) if self.split is None else (self.split.integrator[-1], self.split.projection[-1])
         low, high = timing.spread if timing else (nan, nan)
         return {
-            "setting": self.setting.command_line(),
-            "formulation": report.formulation if report else "",
-            "position_violation": report.position_violation.value if report else nan,
-            "velocity_violation": report.velocity_violation.value if report else nan,
-            "acceleration_violation": float(solution.acceleration_violation.max()),
-            "error": float(self.error.max()),
+            "setting": found.setting.command_line(),
+            "formulation": found.formulation,
+            "position_violation": nan if found.failure else found.position_violation,
+            "velocity_violation": nan if found.failure else found.velocity_violation,
+            "acceleration_violation": float(self.solution.acceleration_violation.max()),
+            "error": found.at(),
             "energy_drift": float(sum(parts)),
             "energy_drift_integrator": float(parts[0]),
             "energy_drift_projection": float(parts[1]),
             "cpu_seconds": timing.median if timing else nan,
             "cpu_seconds_lowest": low,
             "cpu_seconds_highest": high,
-            **({name: report.counters[name] for name in COUNTERS} if report else dict.fromkeys(COUNTERS, nan)),
-            "failure": str(solution.failure or ""),
+            **{name: found.counters.get(name, nan) for name in COUNTERS},
+            "failure": found.failure or "",
         }
 
 
@@ -115,11 +116,12 @@ def compare(
     taken_times = time_settings(mechanism, [settings[n] for n in alive], ends, repetitions, tell)
     timings = dict(zip(alive, taken_times, strict=True))
     labels = labels_of(settings)
-    entries = tuple(
-        Entry(each, labels[n], found[n][0], error(found[n][0], truth), found[n][1], timings.get(n))
-        for n, each in enumerate(settings)
-    )
+    entries = tuple(_entry(labels[n], *found[n], truth, timings.get(n)) for n in range(len(settings)))
     return Comparison(entries, truth, len(taken) <= 1, (*notes, *_remarks(entries, truth, taken)))
+
+
+def _entry(label: str, solution: Solution, split: EnergySplit | None, truth: Reference, timing: Timing | None) -> Entry:
+    return Entry(label, measured(solution, truth), solution, error(solution, truth), split, timing)
 
 
 def _run(shared: tuple[Scene, Array], setting: Setting) -> tuple[Solution, EnergySplit | None]:

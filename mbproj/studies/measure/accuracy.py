@@ -8,12 +8,12 @@ from functools import cached_property
 from typing import Any
 
 from mbproj.scene.records import Scene
+from mbproj.studies.measure.measurement import Measurement, measured
 from mbproj.studies.measure.mechanism import Mechanism
 from mbproj.studies.measure.reference import Reference
 from mbproj.studies.measure.setting import Setting
 from mbproj.studies.measure.solve import sample_times, solve
 from mbproj.studies.measure.spans import stride_for
-from mbproj.studies.measure.trial import Trial, trial
 from mbproj.studies.parallel.hand_out import Where
 from mbproj.studies.parallel.progress import Tell, silent
 from mbproj.studies.parallel.resumable import resumable
@@ -22,7 +22,7 @@ from mbproj.studies.store import Kept
 
 @dataclass
 class Yardstick:
-    """What a trial needs: a scene and the reference that its runs are held against. It can be sent to a process."""
+    """What measurements share: a scene, and the reference of their errors. It can be sent to a process."""
 
     scene: Scene
     reference: Reference
@@ -32,12 +32,12 @@ class Yardstick:
         """Compiled and assembled once in each process."""
         return Mechanism.of(self.scene)
 
-    def trial(self, setting: Setting) -> Trial:
-        """The trial of one setting over the times of the reference, or those of them that its steps meet. Its counters
+    def measure(self, setting: Setting) -> Measurement:
+        """What one setting achieves over the times of the reference, or those of them that its steps meet. Its counters
         and seconds are those of a run without samples between the steps, which cost evaluations of their own."""
         times = self.reference.times
         stride = 1 if setting.step is None else stride_for(times, setting.step) or 1
-        found = trial(solve(self.mechanism, setting, times[::stride]), self.reference.at_every(stride))
+        found = measured(solve(self.mechanism, setting, times[::stride]), self.reference.at_every(stride))
         if setting.tolerance is None or found.failure:
             return found
         report = solve(self.mechanism, setting, sample_times(float(times[-1]), 1)).report
@@ -46,8 +46,8 @@ class Yardstick:
         return replace(found, counters=report.counters, seconds=report.integration_cpu_seconds)
 
 
-def _trial(yardstick: Yardstick, setting: Setting) -> dict[str, Any]:
-    return yardstick.trial(setting).as_json()
+def _measured(yardstick: Yardstick, setting: Setting) -> dict[str, Any]:
+    return yardstick.measure(setting).as_json()
 
 
 def attempt(
@@ -57,10 +57,10 @@ def attempt(
     kept: Kept | None = None,
     processes: Where = None,
     tell: Tell = silent,
-) -> list[Trial]:
-    """A trial of each setting over the times of the reference, in their order; those that are kept are not run
+) -> list[Measurement]:
+    """A measurement of each setting over the times of the reference, in their order; those that are kept are not run
     again."""
-    keys = [f"trial {setting.command_line()}" for setting in settings]
+    keys = [f"measurement {setting.command_line()}" for setting in settings]
     items, yardstick = dict(zip(keys, settings, strict=True)), Yardstick(mechanism.scene, reference)
-    found = resumable(_trial, yardstick, items, kept or Kept(), processes, "runs", tell)
-    return [Trial.from_json(found[key]) for key in keys]
+    found = resumable(_measured, yardstick, items, kept or Kept(), processes, "runs", tell)
+    return [Measurement.from_json(found[key]) for key in keys]

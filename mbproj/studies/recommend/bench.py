@@ -2,33 +2,18 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict, dataclass, field, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from mbproj.arrays import Array
+from mbproj.studies.measure.measurement import Measurement, measured
 from mbproj.studies.measure.measures import error
 from mbproj.studies.measure.mechanism import Mechanism
 from mbproj.studies.measure.reference import Reference
 from mbproj.studies.measure.setting import Setting
 from mbproj.studies.measure.solve import solve
 from mbproj.studies.store import Kept
-
-NO_END = float("inf")
-
-
-@dataclass(frozen=True)
-class Outcome:
-    """What a setting did: its largest error in m, where (a point's name) and when (s); infinite where it failed. The
-    time in s up to which it kept the error asked for, and its evaluations of the accelerations."""
-
-    setting: Setting
-    error: float
-    point: str
-    time: float
-    kept_until: float
-    evaluations: float
-    seconds: float = float("nan")
 
 
 @dataclass(eq=False)
@@ -59,25 +44,25 @@ class Bench:
         arrays = {name: getattr(whole, name)[kept] for name in ("times", "position", "velocity", "uncertainty")}
         return Bench(self.mechanism, replace(whole, **arrays), self.goal, self.columns, self.kept)
 
-    def measure(self, setting: Setting) -> Outcome:
-        """Its outcome, computed where it is not among what is kept."""
+    @property
+    def points(self) -> tuple[str, ...]:
+        """The names of the points that count."""
+        return tuple(self.reference.points[column] for column in self.columns)
+
+    def measure(self, setting: Setting) -> Measurement:
+        """What the setting achieves at the points that count, computed where it is not among what is kept."""
         key = f"{setting.command_line()} --duration {self.until!r}"
         if key not in self.kept:
-            self.kept.add(key, asdict(self.fresh(setting, self.mechanism)))
-        return Outcome(**{**self.kept[key], "setting": setting})
+            self.kept.add(key, self.fresh(setting, self.mechanism).as_json())
+        return Measurement.from_json(self.kept[key])
 
-    def fresh(self, setting: Setting, mechanism: Mechanism) -> Outcome:
-        """The outcome on a mechanism of the same scene."""
-        solution, times = solve(mechanism, setting, self.reference.times), self.reference.times
-        distance = error(solution, self.reference)[:, self.columns]
-        row, column = np.unravel_index(int(np.argmax(distance)), distance.shape)
-        beyond = np.flatnonzero(distance.max(axis=1) > self.goal)
-        return Outcome(
-            setting=setting,
-            error=float(distance[row, column]),
-            point=self.reference.points[self.columns[int(column)]],
-            time=float(times[row]),
-            kept_until=float(times[max(beyond[0] - 1, 0)]) if len(beyond) else float(times[-1]),
-            evaluations=NO_END if solution.report is None else solution.report.counters["evaluations"],
-            seconds=NO_END if solution.report is None else solution.report.integration_cpu_seconds,
-        )
+    def fresh(self, setting: Setting, mechanism: Mechanism) -> Measurement:
+        """The same on a mechanism of the same scene, computed in any case."""
+        return measured(solve(mechanism, setting, self.reference.times), self.reference).of(self.points)
+
+    def kept_until(self, setting: Setting) -> float:
+        """The last time (s) up to which a run with the setting keeps the goal."""
+        distance = error(solve(self.mechanism, setting, self.reference.times), self.reference)
+        beyond = np.flatnonzero(distance[:, self.columns].max(axis=1) > self.goal)
+        times = self.reference.times
+        return float(times[max(beyond[0] - 1, 0)]) if len(beyond) else float(times[-1])

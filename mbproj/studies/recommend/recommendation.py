@@ -7,20 +7,21 @@ quarter of the fewest are then timed in turn. All settings close the joints afte
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
 from mbproj.errors import ExitCode, MbprojError
 from mbproj.scene.records import Scene, Settings
 from mbproj.studies.measure.cause import why_not
+from mbproj.studies.measure.measurement import Measurement
 from mbproj.studies.measure.mechanism import Mechanism
 from mbproj.studies.measure.reference import reference
 from mbproj.studies.measure.setting import Setting
 from mbproj.studies.measure.spans import sampled
 from mbproj.studies.measure.timing import time_settings
 from mbproj.studies.parallel.progress import Tell, silent
-from mbproj.studies.recommend.bench import Bench, Outcome
+from mbproj.studies.recommend.bench import Bench
 from mbproj.studies.recommend.families import Family, closing, families
 from mbproj.studies.recommend.search import cheapest
 from mbproj.studies.store import Kept
@@ -43,18 +44,18 @@ class Unreachable(MbprojError):
 class Recommendation:
     """The cheapest setting found that keeps `goal` (m) at `points`, verified on a fresh run.
 
-    `best` is that run's outcome, `contenders` are those that were near, cheapest first (seconds are medians of several
-    runs where they were timed), `own` the scene's own setting where it has one. All of them are up to `until` (s),
-    which is before `wanted` where nothing keeps the error that long. The reference is uncertain by `uncertain` (m);
-    `method` and `check` are its two solutions in words; `why` says why the error cannot be kept longer ("" if
-    it can be). `settings` are those of the best run.
+    `best` is what that run achieved. `contenders` are those that were near, cheapest first; their seconds are medians
+    of several runs where they were timed. `own` is the scene's own setting where it has one. All of them are up to
+    `until` (s), which is before `wanted` where nothing keeps the error that long. The reference is uncertain by
+    `uncertain` (m); `method` and `check` are its two solutions in words; `why` says why the error cannot be kept longer
+    ("" if it can be). `settings` are those of the best run.
     """
 
     goal: float
     points: tuple[str, ...]
-    best: Outcome
-    contenders: tuple[Outcome, ...]
-    own: Outcome | None
+    best: Measurement
+    contenders: tuple[Measurement, ...]
+    own: Measurement | None
     until: float
     wanted: float
     uncertain: float
@@ -106,7 +107,7 @@ def recommend(
     return Recommendation(
         goal=error,
         points=tuple(mechanism.points[column] for column in columns),
-        best=replace(bench.fresh(contenders[0].setting, Mechanism.of(scene)), seconds=contenders[0].seconds),
+        best=bench.fresh(contenders[0].setting, Mechanism.of(scene)).timed(contenders[0].seconds),
         contenders=tuple(contenders),
         own=usual[0] if usual else None,
         until=bench.until,
@@ -119,7 +120,7 @@ def recommend(
     )
 
 
-def _first(bench: Bench, base: Setting, tell: Tell) -> tuple[Outcome, Bench]:
+def _first(bench: Bench, base: Setting, tell: Tell) -> tuple[Measurement, Bench]:
     """The cheapest of the first family, which reaches the smallest errors; with a shorter time where that is needed,
     because the motion is chaotic or the error near round-off."""
     wanted, whole, (family, *others) = bench.until, bench.reference, families(base, _interval(bench))
@@ -134,7 +135,7 @@ def _first(bench: Bench, base: Setting, tell: Tell) -> tuple[Outcome, Bench]:
             if found is not None:
                 return found, bench
             assert family.finest is not None
-            reach = min(bench.measure(family.setting(family.finest)).kept_until, bench.until - SHORTER * wanted)
+            reach = min(bench.kept_until(family.setting(family.finest)), bench.until - SHORTER * wanted)
         if reach <= bench.reference.times[1]:
             why = why_not(bench.mechanism, whole, bench.goal, reach, tell)
             raise Unreachable(f"no setting keeps an error of {bench.goal:g} m: {why}")
@@ -147,29 +148,29 @@ def _start(bench: Bench, family: Family) -> int:
     return family.at_error(1, tolerance / family.tolerance(1))
 
 
-def _contenders(bench: Bench, base: Setting, first: Outcome, tell: Tell) -> list[Outcome]:
+def _contenders(bench: Bench, base: Setting, first: Measurement, tell: Tell) -> list[Measurement]:
     """The cheapest of each family that is near the cheapest of all, fewest evaluations first."""
     found, intervals = [first], len(bench.reference.times) - 1
     tried = list(families(base, _interval(bench)))
     for through, family in enumerate(tried[1:], 1):
         tell("integrators", through, len(tried))
-        budget = CONTENDERS * min(outcome.evaluations for outcome in found)
+        budget = CONTENDERS * min(one.evaluations for one in found)
         start = _start(bench, family) if family.by_error else int(budget / family.fixed_cost(1, intervals))
-        outcome = cheapest(bench, family, start, budget)
-        found += [outcome] if outcome is not None else []
-    found.sort(key=lambda outcome: outcome.evaluations)
-    return [outcome for outcome in found if outcome.evaluations <= CONTENDERS * found[0].evaluations]
+        best = cheapest(bench, family, start, budget)
+        found += [best] if best is not None else []
+    found.sort(key=lambda one: one.evaluations)
+    return [one for one in found if one.evaluations <= CONTENDERS * found[0].evaluations]
 
 
 def _timed(
-    bench: Bench, contenders: Sequence[Outcome], usual: Sequence[Outcome], tell: Tell
-) -> tuple[list[Outcome], list[Outcome]]:
+    bench: Bench, contenders: Sequence[Measurement], usual: Sequence[Measurement], tell: Tell
+) -> tuple[list[Measurement], list[Measurement]]:
     """Both with the medians of their times, of runs with all samples; the fastest of the contenders first."""
-    outcomes = [*contenders, *usual]
-    settings = [outcome.setting for outcome in outcomes]
+    found = [*contenders, *usual]
+    settings = [one.setting for one in found]
     timings = time_settings(bench.mechanism, settings, bench.reference.times, tell=tell)
-    timed = [replace(outcome, seconds=timing.median) for outcome, timing in zip(outcomes, timings, strict=True)]
-    return sorted(timed[: len(contenders)], key=lambda outcome: outcome.seconds), timed[len(contenders) :]
+    timed = [one.timed(timing.median) for one, timing in zip(found, timings, strict=True)]
+    return sorted(timed[: len(contenders)], key=lambda one: one.seconds), timed[len(contenders) :]
 
 
 def _interval(bench: Bench) -> float:

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from math import inf
 
-from mbproj.studies.recommend.bench import NO_END, Bench, Outcome
+from mbproj.studies.measure.measurement import Measurement
+from mbproj.studies.recommend.bench import Bench
 from mbproj.studies.recommend.families import Family
 
 #: A fixed step is found to this part.
@@ -37,29 +39,30 @@ class Bracket:
         return max(1, fineness if highest is None else min(fineness, highest))
 
 
-def cheapest(bench: Bench, family: Family, start: int, budget: float = NO_END) -> Outcome | None:
-    """The cheapest outcome of the family that keeps the goal for at most `budget` evaluations; None without one."""
+def cheapest(bench: Bench, family: Family, start: int, budget: float = inf) -> Measurement | None:
+    """The cheapest of the family, measured, that keeps the goal for at most `budget` evaluations; None without one."""
     bracket = Bracket(fine=_first_beyond(bench, family, budget))
     fineness = bracket.inside(start, family)
-    found: Outcome | None = None
+    found: Measurement | None = None
     while not bracket.is_closed(family):
-        outcome = bench.measure(family.setting(fineness))
-        affordable = outcome.evaluations <= budget or outcome.evaluations == NO_END
-        if outcome.error <= bench.goal:
-            bracket.fine, found = fineness, outcome if affordable else found
+        tried = bench.measure(family.setting(fineness))
+        error = tried.at()
+        affordable = tried.evaluations <= budget or tried.evaluations == inf
+        if error <= bench.goal:
+            bracket.fine, found = fineness, tried if affordable else found
         elif affordable:
             bracket.coarse = fineness
         else:
             bracket.fine = fineness
-            if outcome.error > NEAR * bench.goal:
+            if error > NEAR * bench.goal:
                 return None
-        fineness = bracket.inside(_proposed(family, bracket, fineness, outcome.error / bench.goal), family)
+        fineness = bracket.inside(_proposed(family, bracket, fineness, error / bench.goal), family)
     return _beyond(bench, family, bracket, found)
 
 
 def _first_beyond(bench: Bench, family: Family, budget: float) -> int | None:
     """The coarsest fixed step that is beyond the budget; None where that is to be found out."""
-    if family.by_error or budget == NO_END:
+    if family.by_error or budget == inf:
         return None
     return int((budget - 1) / (family.fixed_cost(1, len(bench.reference.times) - 1) - 1)) + 1
 
@@ -68,7 +71,7 @@ def _proposed(family: Family, bracket: Bracket, fineness: int, ratio: float) -> 
     """Where the goal should be met, from an error `ratio` times the goal; in the middle of what is left where that
     lands outside, and not farther than a leap."""
     lowest, highest = (family.at_cost(fineness, cost) for cost in (1.0 / LEAP, LEAP))
-    if 0.0 < ratio < NO_END:
+    if 0.0 < ratio < inf:
         guess = min(max(family.at_error(fineness, AIM / ratio), lowest), highest)
     else:
         guess = highest if ratio > 1.0 else lowest
@@ -77,14 +80,15 @@ def _proposed(family: Family, bracket: Bracket, fineness: int, ratio: float) -> 
     return guess
 
 
-def _beyond(bench: Bench, family: Family, bracket: Bracket, found: Outcome | None) -> Outcome | None:
+def _beyond(bench: Bench, family: Family, bracket: Bracket, found: Measurement | None) -> Measurement | None:
     """What is found, or something coarser that keeps the goal by chance."""
     fineness = bracket.fine if found is not None and bracket.fine is not None else bracket.coarse + 1
     lowest, misses = family.at_cost(fineness, BELOW), 0
     while fineness > max(lowest, 1) and misses < 2:
         fineness = max(min(family.at_cost(fineness, PACE), fineness - 1), 1)
-        outcome = bench.measure(family.setting(fineness))
-        if outcome.error <= bench.goal:
-            found, lowest = outcome, family.at_cost(fineness, BELOW)
-        misses = misses + 1 if outcome.error > NEAR * bench.goal else 0
+        tried = bench.measure(family.setting(fineness))
+        error = tried.at()
+        if error <= bench.goal:
+            found, lowest = tried, family.at_cost(fineness, BELOW)
+        misses = misses + 1 if error > NEAR * bench.goal else 0
     return found

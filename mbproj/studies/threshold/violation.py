@@ -15,12 +15,12 @@ from mbproj.registry import PROJECTIONS
 from mbproj.scene.records import Scene
 from mbproj.studies.measure.accuracy import attempt
 from mbproj.studies.measure.certain import certain_reference
+from mbproj.studies.measure.measurement import Measurement
 from mbproj.studies.measure.mechanism import Mechanism
 from mbproj.studies.measure.reference import Reference
 from mbproj.studies.measure.setting import Setting
 from mbproj.studies.measure.spans import span
 from mbproj.studies.measure.timing import REPETITIONS, Timing, kept_timings
-from mbproj.studies.measure.trial import Trial
 from mbproj.studies.parallel.hand_out import Where
 from mbproj.studies.parallel.progress import Tell, silent
 from mbproj.studies.store import Kept
@@ -38,7 +38,7 @@ class ThresholdStudy:
     up to which the error stays within a tenth of that with all projections; None where that saves no projection."""
 
     title: str
-    trials: tuple[Trial, ...]
+    trials: tuple[Measurement, ...]
     timings: tuple[Timing | None, ...]
     reference: Reference
     recommended: int | None
@@ -132,7 +132,7 @@ def _without(own: Setting) -> Setting:
     )
 
 
-def _recommended(trials: Sequence[Trial], at: tuple[str, ...], floor: float) -> int | None:
+def _recommended(trials: Sequence[Measurement], at: tuple[str, ...], floor: float) -> int | None:
     """The last of the thresholds (index from 1) up to which no error exceeds the first by more than is tolerated."""
     errors = [trial.at(at) for trial in trials]
     limit = max(TOLERATED * errors[0], errors[0] + floor)

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 
+from mbproj.studies.measure.measurement import Measurement
 from mbproj.studies.measure.setting import Setting
-from mbproj.studies.measure.trial import Trial
 from mbproj.studies.tradeoff.grid import schedule_label
 
 
@@ -14,13 +14,13 @@ def kind(setting: Setting) -> str:
     return f"{setting.integrator}, {'fixed steps' if setting.tolerance is None else 'tolerance'}"
 
 
-def by_integrator(trials: Sequence[Trial]) -> dict[str, list[int]]:
+def by_integrator(trials: Sequence[Measurement]) -> dict[str, list[int]]:
     """Indices of the trials with the projection of the first, after every step, by integrator and kind of step."""
     plain = schedule_label(trials[0].setting)
     return _grouped(trials, lambda setting: kind(setting) if schedule_label(setting) == plain else None)
 
 
-def studied(trials: Sequence[Trial], front: Sequence[int]) -> str:
+def studied(trials: Sequence[Measurement], front: Sequence[int]) -> str:
     """The integrator and kind of step that was tried with several projections, and has the most of the front."""
     tried = {
         name: len({schedule_label(trials[index].setting) for index in indices})
@@ -30,12 +30,12 @@ def studied(trials: Sequence[Trial], front: Sequence[int]) -> str:
     return max(tried, key=lambda name: (tried[name] > 1, wins[name]))
 
 
-def by_projection(trials: Sequence[Trial], name: str) -> dict[str, list[int]]:
+def by_projection(trials: Sequence[Measurement], name: str) -> dict[str, list[int]]:
     """Indices of the trials of one integrator and kind of step, by projection and schedule."""
     return _grouped(trials, lambda setting: schedule_label(setting) if kind(setting) == name else None)
 
 
-def _grouped(trials: Sequence[Trial], key: Callable[[Setting], str | None]) -> dict[str, list[int]]:
+def _grouped(trials: Sequence[Measurement], key: Callable[[Setting], str | None]) -> dict[str, list[int]]:
     """Indices of the trials by what `key` says of their settings; those without are left out."""
     groups: dict[str, list[int]] = {}
     for index, trial in enumerate(trials):

@@ -21,12 +21,12 @@ from mbproj.arrays import Array
 from mbproj.scene.records import Scene
 from mbproj.studies.measure.accuracy import Yardstick, attempt
 from mbproj.studies.measure.certain import certain_reference
+from mbproj.studies.measure.measurement import Measurement
 from mbproj.studies.measure.mechanism import Mechanism
 from mbproj.studies.measure.reference import Reference
 from mbproj.studies.measure.setting import Setting, only_full
 from mbproj.studies.measure.spans import span
 from mbproj.studies.measure.timing import REPETITIONS, Timing, kept_timings
-from mbproj.studies.measure.trial import Trial
 from mbproj.studies.parallel.hand_out import Where
 from mbproj.studies.parallel.progress import Tell, silent
 from mbproj.studies.store import Kept
@@ -51,7 +51,7 @@ class Tradeoff:
     title: str
     size: float
     points: tuple[str, ...]
-    trials: tuple[Trial, ...]
+    trials: tuple[Measurement, ...]
     timings: Mapping[int, Timing]
     own: int | None
     compared: tuple[int, ...]
@@ -199,7 +199,7 @@ def _accuracy(
     kept: Kept,
     processes: Where,
     tell: Tell,
-) -> list[Trial]:
+) -> list[Measurement]:
     """The trials of the grid: integrators, then projections and schedules of the promising ones and of the scene's."""
     methods = [
         replace(base.projected_by(name), every=1, threshold=None, formulation=base.formulation) for name in projections

@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 
 from mbproj.arrays import Array
+from mbproj.studies.measure.measurement import Measurement
 from mbproj.studies.measure.setting import Setting
-from mbproj.studies.measure.trial import Trial
 from mbproj.studies.tradeoff.grid import Ladder
 from mbproj.studies.tradeoff.pareto import excess
 
@@ -25,7 +25,7 @@ NONE = 1e-300
 CLOSED = 1e-11
 
 
-def promising(ladders: Sequence[Ladder], swept: Sequence[Sequence[Trial]]) -> list[Ladder]:
+def promising(ladders: Sequence[Ladder], swept: Sequence[Sequence[Measurement]]) -> list[Ladder]:
     """The ladders with about the fewest evaluations for the most errors, a decade apart."""
     flat = [(number, trial) for number, trials in enumerate(swept) for trial in trials if np.isfinite(trial.at())]
     errors = np.array([trial.at() for _, trial in flat])
@@ -43,7 +43,7 @@ def promising(ladders: Sequence[Ladder], swept: Sequence[Sequence[Trial]]) -> li
     return [ladders[number] for number in sorted(chosen)]
 
 
-def projections_at_one_size(trials: Sequence[Trial], errors: Array, own: Setting | None) -> list[int]:
+def projections_at_one_size(trials: Sequence[Measurement], errors: Array, own: Setting | None) -> list[int]:
     """Indices of settings of one integrator and one fixed step that differ in their projection alone: at the scene's
     own size where those are the most, or else at the size whose best error is in the middle."""
     groups: dict[Any, list[int]] = {}
@@ -62,7 +62,7 @@ def projections_at_one_size(trials: Sequence[Trial], errors: Array, own: Setting
     return full[int(np.argmin(np.abs(best - middle)))]
 
 
-def to_time(trials: Sequence[Trial], errors: Array, closed: float, always: Sequence[int]) -> list[int]:
+def to_time(trials: Sequence[Measurement], errors: Array, closed: float, always: Sequence[int]) -> list[int]:
     """Indices of the settings near one of the fronts, the nearest first kept, and of `always`: of all settings, of
     those alone whose |C| is at most `closed`, and of |C| in place of the error."""
     seconds = np.array([trial.seconds for trial in trials])

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from mbproj.studies.measure.accuracy import Yardstick
-from mbproj.studies.measure.trial import Trial
+from mbproj.studies.measure.measurement import Measurement
 from mbproj.studies.parallel.hand_out import Where
 from mbproj.studies.parallel.progress import Tell
 from mbproj.studies.parallel.resumable import resumable
@@ -28,12 +28,12 @@ class Track:
     longest: float
 
 
-def sweep(track: Track, ladder: Ladder) -> list[Trial]:
+def sweep(track: Track, ladder: Ladder) -> list[Measurement]:
     """Trials of a ladder's settings from coarse to fine."""
-    trials: list[Trial] = []
+    trials: list[Measurement] = []
     best, stuck = float("inf"), 0
     for setting in ladder.sizes(track.yardstick.reference.times):
-        trials.append(track.yardstick.trial(setting))
+        trials.append(track.yardstick.measure(setting))
         reached = trials[-1].at()
         if reached < float("inf"):
             stuck = 0 if reached < FALLING * best else stuck + 1
@@ -49,8 +49,8 @@ def _sweep(track: Track, ladder: Ladder) -> list[dict[str, Any]]:
 
 def sweeps(
     track: Track, ladders: Sequence[Ladder], kept: Kept, processes: Where, phase: str, tell: Tell
-) -> list[list[Trial]]:
+) -> list[list[Measurement]]:
     """The sweep of each ladder, in their order, in parallel; those that are kept are not run again."""
     keys = [f"sweep {ladder.base.command_line()}{' by tolerance' * ladder.by_tolerance}" for ladder in ladders]
     found = resumable(_sweep, track, dict(zip(keys, ladders, strict=True)), kept, processes, phase, tell)
-    return [[Trial.from_json(record) for record in found[key]] for key in keys]
+    return [[Measurement.from_json(record) for record in found[key]] for key in keys]

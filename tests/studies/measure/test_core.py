@@ -8,7 +8,7 @@ from scipy.special import ellipj, ellipk
 
 from mbproj.scene import read_scene_text
 from mbproj.studies.measure.accuracy import attempt
-from mbproj.studies.measure.measures import error, largest_error
+from mbproj.studies.measure.measures import error
 from mbproj.studies.measure.mechanism import Mechanism
 from mbproj.studies.measure.reference import reference
 from mbproj.studies.measure.setting import Setting
@@ -92,7 +92,7 @@ def test_processes_and_what_is_kept_change_nothing(pendulum):
     assert whole[:2] == first  # not run again: the seconds are the same, too
     assert [trial.error for trial in whole] == [trial.error for trial in alone]
     assert [trial.counters for trial in whole] == [trial.counters for trial in alone]
-    errors = [largest_error(error(solve(pendulum, s, found.times), found), found.times)[0] for s in settings]
+    errors = [error(solve(pendulum, s, found.times), found).max() for s in settings]
     assert [trial.at() for trial in whole] == errors
 
 

@@ -5,15 +5,15 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from mbproj.studies.measure.measurement import Measurement
 from mbproj.studies.measure.setting import Setting
-from mbproj.studies.measure.trial import Trial
 from mbproj.studies.tradeoff.grid import Ladder
 from mbproj.studies.tradeoff.near_front import projections_at_one_size, promising
 
 
-def trial(projection: str, step: float, evaluations: int) -> Trial:
+def trial(projection: str, step: float, evaluations: int) -> Measurement:
     setting = Setting(projection=projection, integrator="rk4", step=step)
-    return Trial(setting, {"tip": 0.0}, 0.0, 0.0, 0.0, 0.0, {"evaluations": evaluations}, 1e-3, "planar")
+    return Measurement(setting, {"tip": 0.0}, {"tip": 0.0}, 0.0, 0.0, 0.0, 0.0, {"evaluations": evaluations}, 1e-3)
 
 
 @pytest.mark.filterwarnings("error")
