@@ -150,7 +150,7 @@ def _of_bushings(forces: Forces, reference: Reference, in_body: Numbers) -> Arra
     bushings = forces.bushings
     g = bushing_gradient(bushings, reference.motion.pose)
     all_bodies = np.concatenate([in_body, np.zeros((len(in_body), 1, 6))], axis=1)  # the ground does not move
-    both = all_bodies[:, bushings.body].reshape(len(in_body), -1, 12)
+    both = all_bodies[:, bushings.body].reshape(len(in_body), len(g), 12)
     change = (g @ both[..., None])[..., 0]
     return np.asarray(np.einsum("kbi,bij,kbj->kb", change.conj(), bushings.stiffness, change).real)
 

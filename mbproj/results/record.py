@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from math import isfinite
@@ -21,6 +20,7 @@ from mbproj.results.crash_safety import checkpoint as restarting
 from mbproj.results.crash_safety.checkpoint import Checkpoint
 from mbproj.results.events import RecordedEvent
 from mbproj.results.faults import no_such_name
+from mbproj.results.file import stored_scene
 from mbproj.results.file.contents import Contents
 from mbproj.results.layout import CONSTANTS, DATASETS, NAMES, Dataset, trailing
 from mbproj.results.members import Body, Coordinate, Force, Joint, Marker, Motion
@@ -204,34 +204,28 @@ class Results:
     @property
     def title(self) -> str:
         """Title of the scene."""
-        return self._text("title")
+        return stored_scene.text(self.contents, "title")
 
     @property
     def scene_text(self) -> str:
         """The scene file as it was read."""
-        return self._text("text")
+        return stored_scene.text(self.contents, "text")
 
     @property
     def scene_path(self) -> Path | None:
         """Where the scene file stood; None for text from elsewhere."""
-        path = self._text("path")
-        if "\0" in path:
-            raise self.contents.damaged("scene/path", "is not a path")
-        return Path(path) if path else None
+        return stored_scene.path(self.contents)
 
     @property
     def overrides(self) -> dict[str, str]:
         """Parameters that --set changed."""
-        values = self._json("overrides")
-        if not (isinstance(values, dict) and all(isinstance(value, str) for value in values.values())):
-            raise self.contents.damaged("scene/overrides", "is not text by parameter")
-        return values
+        return stored_scene.overrides(self.contents)
 
     @property
     def settings(self) -> Settings:
         """The settings of the run, defaults resolved."""
         try:
-            return settings_from(self._json("settings"))
+            return settings_from(stored_scene.as_json(self.contents, "settings"))
         except UnfitSettings as error:
             raise self.contents.damaged("scene/settings", f"is wrong: {error}") from error
 
@@ -270,12 +264,3 @@ class Results:
     def verification(self) -> Verification | None:
         """What `verify --store` has found; None where it was not asked to."""
         return verifying.read(self.contents)
-
-    def _text(self, name: str) -> str:
-        return self.contents.text(f"scene/{name}")
-
-    def _json(self, name: str) -> Any:
-        try:
-            return json.loads(self._text(name))
-        except (ValueError, RecursionError) as error:
-            raise self.contents.damaged(f"scene/{name}", "is not JSON") from error

@@ -112,7 +112,7 @@ class Chart {
     for (const tick of ticksOf(this.player.start, this.player.end, Math.max(2, width / 110))) {
       const x = Math.round(this.#x(tick)) + 0.5;
       line(pen, "#eceff2", [x, TOP], [x, height - BOTTOM]);
-      label(pen, `${short(tick, [this.player.start, this.player.end])} s`, x, height - 5, "center", "alphabetic");
+      label(pen, `${short(tick, [this.player.start, this.player.end])} ${this.runs[0].unit}`, x, height - 5, "center", "alphabetic");
     }
     this.chosen.lines.forEach((entry, number) => this.#curve(pen, entry, CHART_COLOURS[number % CHART_COLOURS.length]));
   }

@@ -22,12 +22,12 @@ const LAYERS = [
   ["paths", "Paths"],
   ["forces", "Reaction forces"],
   ["torques", "Reaction torques"],
+  ["ghosts", "Ghosts"],
 ];
 
 /** Connects what the page shows with what it does. */
 function connect(page) {
   const { player, eye, runs } = page;
-  page.ghosts = true;
   by("title").textContent = page.data.title;
   by("play").onclick = () => player.toggle();
   by("back").onclick = () => player.step(-1);
@@ -87,7 +87,7 @@ function layers(page) {
 function present(page, layer) {
   const [first] = page.shown;
   const count = {
-    springs: first.spans.items.length, markers: first.trails.items.length, paths: first.run.frames > 1 ? first.trails.items.length : 0,
+    ghosts: page.shown.length - 1, springs: first.spans.items.length, markers: first.trails.items.length, paths: first.run.frames > 1 ? first.trails.items.length : 0,
     forces: first.forces ? first.forces.items.length : 0, torques: first.torques ? first.torques.items.length : 0,
   };
   return count[layer] ?? first.figure.meshes.some((mesh) => mesh.userData.layer === layer);
@@ -95,7 +95,8 @@ function present(page, layer) {
 
 function toggle(page, layer, visible) {
   for (const each of page.shown) {
-    if (layer === "springs") each.spans.root.visible = visible;
+    if (layer === "ghosts") each.root.visible = visible || !each.ghost;
+    else if (layer === "springs") each.spans.root.visible = visible;
     else if (layer === "markers") each.trails.items.forEach(({ mesh }) => (mesh.visible = visible));
     else if (layer === "paths") each.trails.paths.visible = visible;
     else if (layer === "forces" || layer === "torques") each[layer] && (each[layer].root.visible = visible);
@@ -132,7 +133,7 @@ function charts(page) {
 /** What a reader has to know: the status of the run, frames left out, trust. */
 function remarks(page) {
   for (const run of page.runs) {
-    const label = page.runs.length > 1 ? `${run.label}: ` : "";
+    const label = page.runs.filter((each) => !each.ghost).length > 1 ? `${run.label}: ` : "";
     for (const remark of run.remarks) by("remarks").append(element("p", `${label}${remark}`));
   }
 }
@@ -156,6 +157,8 @@ const KEYS = {
     const usable = [...by("colour").options].map((option) => option.value);
     page.mode = usable[(usable.indexOf(page.mode) + 1) % usable.length];
   },
+  n: (page) => page.turnMode && page.turnMode(1),
+  p: (page) => page.turnMode && page.turnMode(-1),
   Escape: (page) => page.select(null),
   "?": () => by("help").showModal(),
 };

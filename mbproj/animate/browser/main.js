@@ -6,13 +6,13 @@ class Page {
   constructor(data, bytes) {
     this.data = data;
     const origin = data.view.middle;
-    this.runs = data.runs.map((run) => Object.assign(new Run(run, bytes, origin), { ground: origin }));
-    addDistances(this.runs);
+    this.runs = data.runs.map((run) => Object.assign(new (run.modes ? Shapes : Run)(run, bytes, origin), { ground: origin }));
+    if (!this.runs[0].modes) addDistances(this.runs);
     this.player = new Player(this.runs);
     this.eye = new Eye(data.view);
     this.renderer = new THREE.WebGLRenderer({ canvas: by("scene"), antialias: true, preserveDrawingBuffer: true });
     this.stage = this.#stage();
-    this.shown = this.runs.map((run, number) => this.#show(run, number > 0 || run.ghost));
+    this.shown = this.runs.map((run, number) => this.#show(run, number > 0));
     this.timeline = new Timeline(this.player, this.runs);
     this.chart = new Chart(by("chart"), this.runs, this.player);
     this.corner = new Corner(by("corner"), this.eye, data.runs[0].look.gravity);
@@ -27,6 +27,7 @@ class Page {
       select: (thing) => this.select(thing),
     });
     connect(this);
+    connectModes(this);
     new ResizeObserver(() => this.resize()).observe(by("view"));
     this.resize();
   }
@@ -50,9 +51,10 @@ class Page {
     const forces = ghost ? null : new Arrows(run, "reaction force", "#a3123a", 1, length, arrow);
     const torques = ghost ? null : new Arrows(run, "reaction torque", "#5b3aa8", 2, length, arrow);
     const movers = [figure, spans, trails, forces, torques].filter(Boolean);
-    for (const mover of movers) this.stage.add(mover.root);
+    const root = new THREE.Group().add(...movers.map((mover) => mover.root));
+    this.stage.add(root);
     for (const arrows of [forces, torques]) if (arrows) arrows.root.visible = false;
-    return { run, ghost, figure, spans, trails, forces, torques, movers, colours: ghost ? null : new Colours(run, figure, spans) };
+    return { run, ghost, root, figure, spans, trails, forces, torques, movers, colours: ghost ? null : new Colours(run, figure, spans) };
   }
 
   /** Shows the numbers of a thing {kind, name, run}; of none where it is null. */
@@ -67,9 +69,7 @@ class Page {
     const place = new THREE.Vector2((2 * (x - box.left)) / box.width - 1, 1 - (2 * (y - box.top)) / box.height);
     this.rays.setFromCamera(place, this.eye.camera);
     for (let run = 0; run < this.shown.length; run++) {
-      const { movers } = this.shown[run];
-      const roots = movers.map((mover) => mover.root).filter((root) => root.visible);
-      const hits = this.rays.intersectObjects(roots, true).filter((hit) => hit.object.isMesh && visible(hit.object));
+      const hits = this.rays.intersectObject(this.shown[run].root, true).filter((hit) => hit.object.isMesh && visible(hit.object));
       const markers = hits.find((hit) => hit.object.userData.kind === "markers");
       const hit = markers ?? hits[0];
       if (hit) return this.#thing(hit.object.userData, run);
@@ -101,7 +101,6 @@ class Page {
       const at = each.run.rowAt(time);
       for (const mover of each.movers) mover.move(at);
       if (each.colours) each.colours.paint(this.mode, at, time);
-      if (each.run.ghost) for (const mover of each.movers) mover.root.visible = this.ghosts;
     }
     if (this.follow !== null) this.eye.target.copy(this.shown[0].figure.bodies[this.follow].position);
     this.eye.update();

@@ -59,7 +59,7 @@ class Panel {
     const run = this.runs[number];
     if (kind === "bodies") {
       const body = run.look.bodies.findIndex((each) => each.name === name);
-      yield ["position", (at) => vectorText([0, 1, 2].map((i) => this.#placed(run, body, i, at)), "m")];
+      yield ["position", (at) => vectorText(run.placed(body, at), "m")];
     }
     const marker = kind === "markers" && run.look.markers.find((each) => each.name === name);
     if (marker) yield ["position", (at) => vectorText(markerAt(run, marker, at), "m")];
@@ -72,18 +72,13 @@ class Panel {
         yield [short, (at) => component
           ? vectorText([0, 1, 2].map((k) => run.value(group, column + k, at)), unit)
           : quantity(run.value(group, column, at), unit)];
+        if (run.swing) yield [`${short}, amplitude ∠ phase`, () => run.swing(column)];
       }
     }
     for (const other of this.runs.slice(1)) {
       const twin = marker && number === 0 && other.look.markers.find((each) => each.name === name);
       if (twin) yield [`from ${other.label}`, (at, time) => quantity(distance(markerAt(run, marker, at), markerAt(other, twin, other.rowAt(time))), "m")];
     }
-  }
-
-  #placed(run, body, i, { row, part }) {
-    const next = Math.min(row + 1, run.frames - 1);
-    const column = 3 * body + i;
-    return (1 - part) * run.position.at(row, column) + part * run.position.at(next, column) + run.centre[i];
   }
 
   update(time) {

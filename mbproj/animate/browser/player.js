@@ -10,6 +10,7 @@ class Player {
     this.runs = runs;
     this.start = Math.min(...runs.map((run) => run.start));
     this.end = Math.max(...runs.map((run) => run.end));
+    this.rate = runs[0].rate; // of time, in seconds or degrees, to the watcher's seconds at speed 1
     this.time = this.start;
     this.playing = false;
     this.loop = true;
@@ -17,7 +18,8 @@ class Player {
   }
 
   #usual() {
-    const span = this.end - this.start;
+    const span = (this.end - this.start) / this.rate;
+    if (this.rate !== 1) return 1;
     const slow = SPEEDS.filter((speed) => speed <= 1 && span / speed >= LEAST);
     const quick = SPEEDS.find((speed) => speed >= 1 && span / speed <= MOST) ?? SPEEDS[SPEEDS.length - 1];
     return span > MOST ? quick : slow.length ? slow[slow.length - 1] : SPEEDS[0];
@@ -26,7 +28,7 @@ class Player {
   /** Goes on by `seconds` of the watcher's time. */
   advance(seconds) {
     if (!this.playing) return;
-    const time = this.time + seconds * this.speed;
+    const time = this.time + seconds * this.speed * this.rate;
     if (time < this.end) this.time = time;
     else if (this.loop && this.end > this.start) this.time = this.start + ((time - this.start) % (this.end - this.start));
     else {

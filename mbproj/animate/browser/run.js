@@ -5,7 +5,7 @@ const ZERO_POWER = -18; // what zero is taken for on a logarithmic scale
 class Run {
   constructor(data, bytes, origin) {
     const { label, look, groups, events, trust, remarks, ghost } = data;
-    Object.assign(this, { label, look, groups, events, trust, remarks, ghost });
+    Object.assign(this, { label, look, groups, events, trust, remarks, ghost, unit: "s", rate: 1 });
     const block = (number) => new Block(bytes, data.blocks[number]);
     this.times = block(data.time);
     this.position = block(data.position);
@@ -15,9 +15,8 @@ class Run {
     this.end = this.times.at(this.frames - 1, 0);
     this.series = data.groups.map((group) => block(group.block));
     this.shift = data.centre.map((x, i) => x - origin[i]); // of positions, to the page's origin
-    this.centre = data.centre;
-    this.quaternion = new THREE.Quaternion();
     this.other = new THREE.Quaternion();
+    this.scratch = new THREE.Object3D();
   }
 
   time(row) {
@@ -40,7 +39,7 @@ class Run {
 
   /** Writes the pose of a body into a three.js object. */
   place(object, body, { row, part }) {
-    const next = Math.min(row + 1, this.frames - 1);
+    const next = part > 0 ? row + 1 : row;
     const mix = (block, column) => (1 - part) * block.at(row, column) + part * block.at(next, column);
     object.position.set(
       mix(this.position, 3 * body) + this.shift[0],
@@ -69,9 +68,10 @@ class Run {
     return vector.applyQuaternion(scratch.quaternion).add(scratch.position);
   }
 
-  /** The recorded position of a body's centre of mass in m, at a frame. */
-  recorded(body, row) {
-    return [0, 1, 2].map((i) => this.position.at(row, 3 * body + i) + this.centre[i]);
+  /** The global position of a body's centre of mass in m. */
+  placed(body, at) {
+    this.place(this.scratch, body, at);
+    return this.scratch.position.toArray().map((x, i) => x + this.ground[i]);
   }
 
   /** The value of a series between two frames; of logarithms, what they are of. */

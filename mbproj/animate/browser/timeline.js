@@ -49,8 +49,9 @@ class Timeline {
     const { time, start, end } = this.player;
     const digits = Math.max(0, Math.min(6, 3 - Math.floor(Math.log10((end - start) || 1))));
     this.slider.value = Math.round((10000 * (time - start)) / (end - start || 1));
-    const text = `${time.toFixed(digits)} s`;
+    const { unit } = this.player.runs[0];
+    const text = `${time.toFixed(digits)} ${unit}`;
     this.slider.setAttribute("aria-valuetext", text);
-    this.clock.textContent = `${text} / ${end.toFixed(digits)} s`;
+    this.clock.textContent = `${text} / ${end.toFixed(digits)} ${unit}`;
   }
 }

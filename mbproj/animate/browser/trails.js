@@ -14,23 +14,33 @@ class Trails {
       const mesh = new THREE.Mesh(ball, new THREE.MeshPhongMaterial({ color: colour }));
       mesh.userData = { kind: "markers", name: marker.name };
       this.root.add(mesh);
-      return { marker, mesh, line: this.#path(marker, colour) };
+      return { marker, mesh, ...this.#path(colour) };
     });
+    this.trace();
   }
 
-  #path(marker, colour) {
-    const points = new Float32Array(3 * this.run.frames);
-    for (let row = 0; row < this.run.frames; row++) {
-      this.run.point(marker.body, marker.point, { row, part: 0 }, this.at, this.scratch);
-      this.at.toArray(points, 3 * row);
+  /** The lines of a path, whose points `trace` sets. */
+  #path(colour) {
+    const points = new THREE.BufferAttribute(new Float32Array(3 * this.run.frames), 3);
+    const [whole, line] = [0.22, 1].map((opacity) => {
+      const geometry = new THREE.BufferGeometry().setAttribute("position", points);
+      const drawn = new THREE.Line(geometry, new THREE.LineBasicMaterial({ color: colour, transparent: opacity < 1, opacity }));
+      drawn.frustumCulled = false;
+      return drawn;
+    });
+    this.paths.add(whole, line);
+    return { points, line };
+  }
+
+  /** Finds the paths of the markers. */
+  trace() {
+    for (const { marker, points } of this.items) {
+      for (let row = 0; row < this.run.frames; row++) {
+        this.run.point(marker.body, marker.point, { row, part: 0 }, this.at, this.scratch);
+        this.at.toArray(points.array, 3 * row);
+      }
+      points.needsUpdate = true;
     }
-    const geometry = new THREE.BufferGeometry().setAttribute("position", new THREE.BufferAttribute(points, 3));
-    const faint = new THREE.LineBasicMaterial({ color: colour, transparent: true, opacity: 0.22 });
-    this.paths.add(new THREE.Line(geometry, faint));
-    const past = new THREE.Line(geometry.clone(), new THREE.LineBasicMaterial({ color: colour }));
-    past.frustumCulled = false;
-    this.paths.add(past);
-    return past;
   }
 
   move(at) {

@@ -16,6 +16,7 @@ from mbproj.version import __version__
 SCRIPTS = (
     "unpack",
     "run",
+    "modes",
     "solids",
     "figure",
     "stretched",

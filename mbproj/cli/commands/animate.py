@@ -25,6 +25,7 @@ EXAMPLES = (
         "Lay a run over another, as a ghost.",
         "mbproj animate results.h5 gopm.h5 -o both.html --label gpopm --label gopm",
     ),
+    ("Watch the modes of a mechanism.", "mbproj animate modes.h5"),
     ("Look at the start of a scene that was not run.", "mbproj animate five_bar.yaml"),
 )
 
@@ -64,9 +65,9 @@ def command(
 ) -> None:
     """Writes a page on which the mechanism of RESULTS moves.
 
-    Of a scene in place of results it shows the start. Several results are shown over each other, the first solid and
-    the others as ghosts. The page is one file that opens without a network. Its 3D graphics are three.js, which comes
-    with the extra: pip install 'mbproj[animate]'.
+    Of a file of modes it shows their shapes, of a scene the start. Several results are shown over each other, the first
+    solid and the others as ghosts. The page is one file that opens without a network. Its 3D graphics are three.js,
+    which comes with the extra: pip install 'mbproj[animate]'.
     """
     from mbproj.animate.page.write import html
     from mbproj.outputs import PAGE, check_replaceable, write_text
@@ -94,7 +95,18 @@ def _page(
     limit: float | None,
 ) -> PageData:
     from mbproj.animate.data.pages import page_of, start_of
+    from mbproj.cli.linear.pictures import is_linear
 
+    if any(map(is_linear, sources)):
+        if len(sources) > 1:
+            raise InputError(Problem("files of modes are shown one at a time", hint=f"give '{sources[0]}' alone"))
+        unfit = {"--from": start, "--to": stop, "--error": limit, "--full": full or None}
+        for name, value in unfit.items():
+            if value is not None:
+                raise InputError(Problem(f"{name} is for results of runs, and '{sources[0]}' is none"))
+        from mbproj.animate.data.modes import page_of_modes
+
+        return page_of_modes(sources[0], labels[0] if labels else sources[0].stem)
     scenes = [source for source in sources if source.suffix.lower() in SCENES]
     if not scenes:
         from mbproj.cli.results_shown import opened, selected

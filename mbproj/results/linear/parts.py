@@ -16,6 +16,7 @@ import numpy.typing as npt
 
 from mbproj.errors import InputError, Problem
 from mbproj.outputs import hdf5, replacing
+from mbproj.results.file import stored_scene
 from mbproj.results.file.checksums import crc32, stamp, stamp_attributes
 from mbproj.results.file.contents import Contents
 from mbproj.results.file.opening import open_rehearsed
@@ -47,6 +48,15 @@ class Layout:
     what: str
     writer: str
     parts: tuple[Part, ...]
+
+
+@dataclass(frozen=True)
+class StoredScene:
+    """What a scene can be read from again: its text, where its file stood, and parameters that --set changed."""
+
+    text: str
+    path: Path | None
+    overrides: Mapping[str, str]
 
 
 def write(
@@ -96,6 +106,14 @@ def read(path: Path, layout: Layout) -> tuple[dict[str, Any], dict[str, Any]]:
         raise InputError(Problem(f"there is no file '{path}'", hint=f"write it with: {layout.writer} -o {path}"))
     with open_rehearsed(path, lambda contents: _read(contents, layout)) as contents:
         return _read(contents, layout), dict(contents.attributes())
+
+
+def scene_in(path: Path) -> StoredScene:
+    """The scene of which the file is."""
+    with open_rehearsed(path) as contents:
+        return StoredScene(
+            stored_scene.text(contents, "text"), stored_scene.path(contents), stored_scene.overrides(contents)
+        )
 
 
 def format_of(path: Path) -> object:
