@@ -78,7 +78,8 @@ def test_the_start_of_every_shipped_mechanism_lies_in_its_picture(mechanism):
     axes = np.column_stack(picture_axes(view))
     assert np.allclose(axes.T @ axes, np.eye(2), atol=1e-12)
     figure = draw_start(look, view, motion)
-    (shapes,) = outlines(figure)
+    shapes, *rods = outlines(figure)
+    assert len(rods) == sum(joint.type == "distance" for joint in scene.joints)
     low, high = np.array([figure.axes[0].get_xlim(), figure.axes[0].get_ylim()]).T
     for point in projected(motion.position[0], view):
         assert (low <= point).all() and (point <= high).all()
