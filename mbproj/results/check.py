@@ -43,6 +43,10 @@ def _beside_samples(results: Results, constants: list[str]) -> Iterator[str]:
             getattr(results, name)
         except InputError as error:
             yield from _messages(results, error)
+    try:
+        results.better()
+    except InputError as error:
+        yield from _messages(results, error)
     for path in constants:
         try:
             results.constant(path)

@@ -13,6 +13,7 @@ from mbproj.results.file.opening import open_rehearsed
 from mbproj.results.files import part_path
 from mbproj.results.layout import CONSTANTS, DATASETS, FORMAT, NAMES, SCHEMA_VERSION, UNITS, trailing
 from mbproj.results.record import Results, View
+from mbproj.results.trust import better_samples
 
 #: Properties of Results that are read from the file when they are asked for.
 BESIDE_SAMPLES = (
@@ -51,6 +52,8 @@ def _look_at_all(results: Results) -> None:
     for name in BESIDE_SAMPLES:
         with suppress(InputError):
             getattr(results, name)
+    with suppress(InputError):
+        better_samples(results.contents, len(results.names("bodies")))
     for entry in CONSTANTS:
         with suppress(InputError):
             results.constant(entry.path)

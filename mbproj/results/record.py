@@ -25,7 +25,7 @@ from mbproj.results.file.contents import Contents
 from mbproj.results.layout import CONSTANTS, DATASETS, NAMES, Dataset, trailing
 from mbproj.results.members import Body, Coordinate, Force, Joint, Marker, Motion
 from mbproj.results.stored_settings import UnfitSettings, settings_from
-from mbproj.results.trust import Trust
+from mbproj.results.trust import Poses, Trust
 from mbproj.results.verification import Verification
 from mbproj.scene.records import Settings, Vector
 from mbproj.scene.text.suggestions import choose_from
@@ -159,6 +159,11 @@ class Results:
         column = self._find("coordinates", name)
         value, speed = self._columns("nc", column)
         return Coordinate(value, speed, self.names("coordinate_units")[column])
+
+    def better(self) -> Poses | None:
+        """The poses of the better solution that certified the run, at these samples as far as they are known; None
+        where none are kept."""
+        return trusting.read_better(self.contents, len(self.names("bodies")), self._view.samples)
 
     def _columns(self, symbol: str, column: int) -> list[Array]:
         return [self[dataset.path][:, column] for dataset in DATASETS if dataset.symbol == symbol]

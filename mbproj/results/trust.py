@@ -21,6 +21,14 @@ NOT_COMPUTED = "not computed"
 
 
 @dataclass(frozen=True, eq=False)
+class Poses:
+    """Centres of mass `position` (S, n, 3) in m and Euler parameters `orientation` (S, n, 4) of the scene's bodies."""
+
+    position: Array
+    orientation: Array
+
+
+@dataclass(frozen=True, eq=False)
 class Trust:
     """What a better solution says of a run, for k points (the markers, or the bodies' centres of mass) and E limits.
 
@@ -28,7 +36,8 @@ class Trust:
     (S, k): what that solution's own error is at most. `horizon` (k, E): the first time in s at which the error exceeds
     a limit, and the range `horizon_low`, `horizon_high` that it lies in; infinite where the limit holds to the end.
     `growth_rate` in 1/s and `growth_power` fit the error's growth (k,); `growth_law` says which is nearer ("": none).
-    `solution` is the better one in words, `remark` what a reader should know besides.
+    `solution` is the better one in words, `remark` what a reader should know besides. `better`: its poses at the same
+    times, to be written; of a file `read_better` reads them.
     """
 
     names: tuple[str, ...]
@@ -44,6 +53,7 @@ class Trust:
     growth_law: tuple[str, ...]
     solution: str
     remark: str = ""
+    better: Poses | None = None
 
     def untrusted_from(self, limit: float, name: str | None = None) -> float | None:
         """The first time (s) at which the error of a point may exceed `limit` (m), or of any point where `name` is none
@@ -74,16 +84,23 @@ LAYOUT: Mapping[str, Entry] = MappingProxyType(
         "growth_power": Entry("k", "1", "p of t^p fitted to the largest error so far"),
     }
 )
+#: The poses of the better solution, "n" bodies.
+POSES: Mapping[str, Entry] = MappingProxyType(
+    {
+        "position": Entry("Sn3", "m", "centres of mass in the better solution; nan where that has ended"),
+        "orientation": Entry("Sn4", "1", "Euler parameters there, scalar first, body to global"),
+    }
+)
 #: What the growth law may be; "": none.
 LAWS = {"", "exponential", "power"}
 LAW = h5py.string_dtype("utf-8", len("exponential"))
 
 
-def create(file: h5py.File, names: Sequence[str], limits: Sequence[float]) -> None:
+def create(file: h5py.File, names: Sequence[str], limits: Sequence[float], bodies: int) -> None:
     """The group of a run that is to be certified, empty but for names and limits."""
-    sizes = {"S": 0, "k": len(names), "E": len(limits)}
+    sizes = {"S": 0, "k": len(names), "E": len(limits), "n": bodies, "3": 3, "4": 4}
     create_text(file, f"{GROUP}/names", names, "markers, or bodies (their centres of mass) where there are none")
-    for name, entry in LAYOUT.items():
+    for name, entry in {**LAYOUT, **POSES}.items():
         shape = tuple(sizes[axis] for axis in entry.axes)
         longest = tuple(None if axis == "S" else sizes[axis] for axis in entry.axes)
         chunked = "S" in entry.axes
@@ -108,15 +125,18 @@ def create(file: h5py.File, names: Sequence[str], limits: Sequence[float]) -> No
 
 def room(trust: Trust) -> int:
     """What `write` adds to the file, in bytes."""
-    return 2 * trust.error.nbytes
+    better = trust.better
+    return 2 * trust.error.nbytes + (0 if better is None else 2 * (better.position.nbytes + better.orientation.nbytes))
 
 
 def write(file: h5py.File, trust: Trust) -> None:
     """Fill the group."""
     group = file[GROUP]
-    for name, entry in LAYOUT.items():
-        values = getattr(trust, name)
-        if "S" in entry.axes:
+    named = {name: getattr(trust, name) for name in LAYOUT}
+    if trust.better is not None:
+        named |= {name: getattr(trust.better, name) for name in POSES}
+    for name, values in named.items():
+        if "S" in {**LAYOUT, **POSES}[name].axes:
             group[name].resize(values.shape)
         group[name][...] = values
         stamp(group[name], crc32(values))
@@ -160,3 +180,25 @@ def read(contents: Contents) -> Trust | None:
     if not (fits and set(laws) <= LAWS and isinstance(solution, str) and isinstance(remark, str)):
         raise contents.damaged(GROUP, "does not fit together")
     return Trust(names=names, growth_law=laws, solution=solution, remark=remark, **values)
+
+
+def better_samples(contents: Contents, bodies: int) -> int:
+    """How many samples of the better solution's poses there are; 0 where there are none."""
+    if not contents.has(f"{GROUP}/position"):
+        return 0
+    for name in POSES:
+        contents.check_room(f"{GROUP}/{name}")
+    return contents.rows(f"{GROUP}/position", (bodies, 3))
+
+
+def read_better(contents: Contents, bodies: int, window: slice) -> Poses | None:
+    """The poses of the better solution at the samples of the window; None where they are not kept."""
+    samples = better_samples(contents, bodies)
+    if not samples:
+        return None
+    rows = slice(window.start, min(window.stop, samples))
+    position, orientation = (
+        contents.array(f"{GROUP}/{name}", (samples, bodies, width), window=rows)
+        for name, width in (("position", 3), ("orientation", 4))
+    )
+    return Poses(position, orientation)

@@ -177,7 +177,8 @@ class ResultsWriter:
             happening.create(file)
             restarting.create(file, self._sizes["n"])
             if self._certified is not None:
-                trusting.create(file, self._names["markers"] or self._names["bodies"], self._certified)
+                points = self._names["markers"] or self._names["bodies"]
+                trusting.create(file, points, self._certified, self._sizes["n"])
             for constant in CONSTANTS:
                 if constant.path in self._constants:
                     create_constant(file, constant, self._constants[constant.path])

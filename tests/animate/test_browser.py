@@ -216,4 +216,14 @@ def test_a_second_run_is_a_ghost_and_its_distance_is_charted(chromium, folder, r
         )
         tips = [each.marker("tip").position[np.argmin(np.abs(each.time - 2.0))] for each in (results, other)]
         assert found == pytest.approx(np.linalg.norm(tips[0] - tips[1]), abs=2e-5)
+        page.run("page.runs[1].from = 1.5")  # as that of a better solution
+        shown = []
+        for time in (1.4, 1.6):
+            page.at(time)
+            shown.append(page.run("return page.shown[1].root.visible"))
+        page.page.locator("#more summary").click()
+        page.page.get_by_label("Ghosts").uncheck()
+        page.settle()
+        assert [*shown, page.run("return page.shown[1].root.visible")] == [False, True, False]
+        assert page.complaints == []
     page.close()

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import re
+import zlib
+from base64 import b64decode
 
 import numpy as np
 import pytest
@@ -13,10 +15,11 @@ from mbproj.animate.look.motion import motion_at
 from mbproj.animate.page.three_js import three_js
 from mbproj.animate.page.write import as_json, html
 from mbproj.results import ResultsWriter, open_results
-from mbproj.results.trust import Trust
+from mbproj.results.trust import Poses, Trust
 from mbproj.scene import read_scene_text
 from tests.animate.runs import FIVE_BAR, HOSTILE, five_bar, recorded
 from tests.animate.unpacked import block_of, bytes_of, data_of
+from tests.support import Recorder as Kept
 
 
 @pytest.fixture(scope="module")
@@ -132,11 +135,25 @@ def test_a_certified_run_says_from_when_on_it_is_not_to_be_trusted(tmp_path):
         simulate(system, state, settings_to_run(scene), writer)
         one, late = np.ones(1), np.full((1, 1), 0.5)
         error = np.where(time > 0.5, 2e-3, 0.0)[:, None]
-        found = Trust(("tip",), np.array([1e-3]), time, error, 0.0 * error, late, late, late, one, one, ("",), "better")
+        kept = Kept()
+        simulate(system, state, settings_to_run(scene), kept)
+        poses = Poses(kept["bodies/position"] + [0.0, 0.0, 0.002], kept["bodies/orientation"])
+        poses.position[-1] = np.nan  # the better solution has ended
+        points = ("tip",), np.array([1e-3])
+        found = Trust(*points, time, error, 0.0 * error, late, late, late, one, one, ("",), "better", better=poses)
         writer.trust(found)
     with open_results(tmp_path / "run.h5") as results:
-        (run,) = page_of([results], ["run"], limit=1e-3).data["runs"]
+        page = page_of([results], ["run"], limit=1e-3)
+        run, ghost = page.data["runs"]
+        _, late_ghost = page_of([results.select(start=0.8)], ["run"], limit=1e-3).data["runs"]
+        position = results["bodies/position"][51:100].reshape(49, -1)
         (lax,) = page_of([results], ["run"], limit=1e-2).data["runs"]
     assert run["trust"]["since"] == pytest.approx(0.51)
     assert run["trust"]["text"] == "not to be trusted from 0.51 s on: the error may exceed 0.001 m"
-    assert lax["trust"]["since"] is None
+    assert lax["trust"]["since"] is None  # and then there is no ghost
+    assert (ghost["label"], ghost["ghost"], ghost["from"]) == ("better solution", True, pytest.approx(0.51))
+    block = ghost["blocks"][ghost["position"]]
+    assert block["rows"] == 49
+    assert late_ghost["blocks"][late_ghost["position"]]["rows"] == 20
+    there = block_of(zlib.decompress(b64decode(page.packer.text())), block) + np.tile(ghost["centre"], 5)
+    assert np.abs(there - position - np.tile([0.0, 0.0, 0.002], 5)).max() <= 5.0 * 2.0**-24

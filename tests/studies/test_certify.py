@@ -145,6 +145,10 @@ def test_where_the_better_solution_fails_nothing_is_certified_after_it():
     assert trust.horizon_low[0, 0] == pytest.approx(1.5, abs=0.011)
     assert trust.horizon_high[0, 0] == np.inf
     assert trust.untrusted_from(100.0) == trust.horizon_low[0, 0]
+    np.testing.assert_array_equal(np.linalg.norm(still - trust.better.position, axis=-1), trust.error)
+    assert np.isnan(trust.better.orientation[-1]).all()
+    turned = trust.better.orientation[:150]
+    np.testing.assert_allclose(np.linalg.norm(turned, axis=-1), 1.0, atol=1e-12)
 
 
 def test_a_move_between_two_rests_is_right_and_certified():

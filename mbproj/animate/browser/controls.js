@@ -95,7 +95,7 @@ function present(page, layer) {
 
 function toggle(page, layer, visible) {
   for (const each of page.shown) {
-    if (layer === "ghosts") each.root.visible = visible || !each.ghost;
+    if (layer === "ghosts") page.ghosts = visible;
     else if (layer === "springs") each.spans.root.visible = visible;
     else if (layer === "markers") each.trails.items.forEach(({ mesh }) => (mesh.visible = visible));
     else if (layer === "paths") each.trails.paths.visible = visible;

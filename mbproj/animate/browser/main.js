@@ -12,6 +12,7 @@ class Page {
     this.eye = new Eye(data.view);
     this.renderer = new THREE.WebGLRenderer({ canvas: by("scene"), antialias: true, preserveDrawingBuffer: true });
     this.stage = this.#stage();
+    this.ghosts = true;
     this.shown = this.runs.map((run, number) => this.#show(run, number > 0));
     this.timeline = new Timeline(this.player, this.runs);
     this.chart = new Chart(by("chart"), this.runs, this.player);
@@ -98,6 +99,7 @@ class Page {
   draw() {
     const { time } = this.player;
     for (const each of this.shown) {
+      each.root.visible = !each.ghost || (this.ghosts && time >= (each.run.from ?? time));
       const at = each.run.rowAt(time);
       for (const mover of each.movers) mover.move(at);
       if (each.colours) each.colours.paint(this.mode, at, time);

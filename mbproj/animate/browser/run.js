@@ -4,8 +4,8 @@ const ZERO_POWER = -18; // what zero is taken for on a logarithmic scale
 
 class Run {
   constructor(data, bytes, origin) {
-    const { label, look, groups, events, trust, remarks, ghost } = data;
-    Object.assign(this, { label, look, groups, events, trust, remarks, ghost, unit: "s", rate: 1 });
+    const { label, look, groups, events, trust, remarks, ghost, from } = data;
+    Object.assign(this, { label, look, groups, events, trust, remarks, ghost, from, unit: "s", rate: 1 });
     const block = (number) => new Block(bytes, data.blocks[number]);
     this.times = block(data.time);
     this.position = block(data.position);

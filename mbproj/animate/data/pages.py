@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -17,6 +17,7 @@ from mbproj.animate.look.mechanism import Look, look_of
 from mbproj.animate.look.motion import Motion
 from mbproj.animate.look.recorded import motion_of, scene_of
 from mbproj.animate.look.view import View, view_of
+from mbproj.arrays import Integers
 from mbproj.results import Results
 from mbproj.scene.records import Scene
 
@@ -43,6 +44,11 @@ def page_of(
         look = look_of(scene, motion)
         views.append(view_of(scene, motion, look))
         runs.append(_run(result, look, motion, label, packer, full, limit))
+        better = _better(result, runs[-1]["trust"], frames_of(result.time, motion.finite, len(look.bodies), full).rows)
+        if better is not None:
+            views.append(view_of(scene, better, look))
+            ghost = f"better solution of {label}" if len(results) > 1 else "better solution"
+            runs.append(_ghost(ghost, runs[-1], better, look, packer))
     title = results[0].title or labels[0]
     return PageData(title, {"title": title, "view": view_data(_together(views)), "runs": runs}, packer)
 
@@ -122,6 +128,25 @@ def _trust(result: Results, limit: float | None) -> dict[str, Any] | None:
     since = trust.untrusted_from(bound)
     text = "" if since is None else f"not to be trusted from {since:.4g} s on: the error may exceed {bound:g} m"
     return {"since": since, "limit": bound, "text": text, "solution": trust.solution}
+
+
+def _better(result: Results, trust: Mapping[str, Any] | None, rows: Integers) -> Motion | None:
+    """The better solution of a certified run at those of its frames from when on it is not to be trusted; None where
+    there is nothing of it."""
+    poses = result.better()
+    if trust is None or trust["since"] is None or poses is None:
+        return None
+    motion = Motion(result.time[: len(poses.position)], poses.position, poses.orientation)
+    shown = np.intersect1d(rows, motion.finite)
+    shown = shown[result.time[shown] >= trust["since"]]
+    return motion.at(shown) if len(shown) else None
+
+
+def _ghost(label: str, run: Mapping[str, Any], motion: Motion, look: Look, packer: Packer) -> dict[str, Any]:
+    """A better solution beside the run that it is of."""
+    bare: dict[str, Any] = {"groups": [], "events": [], "trust": None, "remarks": []}
+    moved = {**run, **motion_data(motion, look.size, packer), **bare}
+    return {**moved, "label": label, "ghost": True, "from": run["trust"]["since"]}
 
 
 def _together(views: Sequence[View]) -> View:

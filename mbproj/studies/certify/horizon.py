@@ -15,7 +15,7 @@ import numpy as np
 from mbproj.analysis.growth import Growth, growth
 from mbproj.analysis.trust import horizons, settled
 from mbproj.arrays import Array
-from mbproj.results.trust import Trust
+from mbproj.results.trust import Poses, Trust
 from mbproj.scene.records import Settings
 from mbproj.studies.measure.mechanism import Mechanism
 from mbproj.studies.measure.nearby import TIGHTEST, round_off, spread
@@ -44,7 +44,7 @@ def certify(
     m, at the sample times (T,), s. `limits` in m."""
     tested = tuple(limits)
     if len(times) < 2:
-        return _trust(mechanism, times, position, position, np.zeros(position.shape[:2]), tested, "", "nothing was run")
+        return _trust(mechanism, times, position, None, np.zeros(position.shape[:2]), tested, "nothing was run")
     better, before = None, None
     rungs = list(ladder(settings))
     for number, tolerance in enumerate(rungs):
@@ -52,7 +52,7 @@ def certify(
         before, better = better, solve(mechanism, _better(tolerance), times)
         if before is not None:
             uncertainty = spread([before], better)
-            found = _trust(mechanism, times, position, better.position, uncertainty, tested, better.setting.label, "")
+            found = _trust(mechanism, times, position, better, uncertainty, tested, "")
             if settled(found.horizon_low, found.horizon_high, times).all():
                 return found
     assert better is not None  # the ladder has at least one rung
@@ -62,8 +62,7 @@ def certify(
         left = (1.0 if rough else LEFT) * spread([before], better)
         blame = rough if left[-1].max() > uncertainty[-1].max() else ()
         uncertainty = np.maximum(uncertainty, left)
-    label, remark = better.setting.label, _remark(better, blame)
-    return _trust(mechanism, times, position, better.position, uncertainty, tested, label, remark)
+    return _trust(mechanism, times, position, better, uncertainty, tested, _remark(better, blame))
 
 
 def ladder(settings: Settings) -> Iterator[float]:
@@ -83,13 +82,12 @@ def _trust(
     mechanism: Mechanism,
     times: Array,
     position: Array,
-    better: Array,
+    better: Solution | None,
     uncertainty: Array,
     limits: Sequence[float],
-    solution: str,
     remark: str,
 ) -> Trust:
-    error = np.linalg.norm(position - better, axis=-1)
+    error = np.linalg.norm(position - (position if better is None else better.position), axis=-1)
     found = horizons(times, error, uncertainty, np.asarray(limits))
     extent = np.ptp(position, axis=0).max(axis=-1)
     fits = [_growth(times, error[:, k], uncertainty[:, k], float(extent[k])) for k in range(len(extent))]
@@ -105,8 +103,9 @@ def _trust(
         growth_rate=np.array([fit.rate for fit in fits]),
         growth_power=np.array([fit.power for fit in fits]),
         growth_law=tuple(fit.law for fit in fits),
-        solution=solution,
+        solution="" if better is None else better.setting.label,
         remark=remark,
+        better=None if better is None else Poses(better.body_position, better.body_orientation),
     )
 
 

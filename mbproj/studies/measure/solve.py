@@ -15,7 +15,14 @@ from mbproj.scene.records import ProjectionSettings, Scene, Settings
 from mbproj.studies.measure.mechanism import Mechanism
 from mbproj.studies.measure.setting import Setting
 
-_PLACES = ("markers/position", "markers/velocity", "bodies/position", "bodies/velocity")
+#: Numbers of each marker or body.
+_PLACES = {
+    "markers/position": 3,
+    "markers/velocity": 3,
+    "bodies/position": 3,
+    "bodies/orientation": 4,
+    "bodies/velocity": 3,
+}
 _SERIES = (
     "kinetic_energy",
     "potential_energy",
@@ -42,14 +49,15 @@ class Failure:
 class Solution:
     """What a setting gave at `times` (T,) in s. Rows after a failure are NaN.
 
-    Positions (T, k, 3) in m and velocities in m/s of markers and of bodies' centres, global axes; energies in J and
-    violations as in a results file, (T,); `report` is None where the run failed."""
+    Positions (T, k, 3) in m and velocities in m/s of markers and of bodies' centres, global axes, Euler parameters of
+    bodies (T, n, 4); energies in J and violations as in a results file, (T,); `report` is None where the run failed."""
 
     setting: Setting
     times: Array
     marker_position: Array
     marker_velocity: Array
     body_position: Array
+    body_orientation: Array
     body_velocity: Array
     kinetic_energy: Array
     potential_energy: Array
@@ -100,7 +108,9 @@ class _Kept:
 
     def __init__(self, mechanism: Mechanism, samples: int) -> None:
         counts = {"markers": len(mechanism.system.names.markers), "bodies": len(mechanism.system.names.bodies)}
-        places = {path: np.full((samples, counts[path.partition("/")[0]], 3), np.nan) for path in _PLACES}
+        places = {
+            path: np.full((samples, counts[path.partition("/")[0]], width), np.nan) for path, width in _PLACES.items()
+        }
         self._by_path = places | {f"diagnostics/{name}": np.full(samples, np.nan) for name in _SERIES}
         self._filled = 0
 

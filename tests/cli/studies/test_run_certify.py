@@ -29,6 +29,9 @@ def test_the_certificate_is_in_the_file_the_summary_and_info(tmp_path):
         assert trust.untrusted_from(1e-3) == trust.horizon[0, list(trust.limits).index(1e-3)]
         assert trust.untrusted_from(1e-3, "tip") == pytest.approx(3.8, abs=0.05)
         assert trust.untrusted_from(1.0) is None
+        better, late = results.better(), results.time >= 3.8
+        apart = np.linalg.norm(better.position - results["bodies/position"], axis=-1)[late, -1]
+        assert np.all(apart <= 1.5 * trust.error[late, 0]) and np.all(apart >= 0.1 * trust.error[late, 0])
     with h5py.File(tmp_path / "a.h5") as file:
         assert {name: file["trust"][name].attrs["units"] for name in ("horizon", "error", "growth_rate")} == {
             "horizon": "s",
