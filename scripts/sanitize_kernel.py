@@ -63,7 +63,7 @@ def compile_sanitized(copy: Path) -> None:
         f"-DPython_EXECUTABLE={sys.executable}",
         f"-DCMAKE_CXX_FLAGS={FLAGS}",
         "-DCMAKE_BUILD_TYPE=None",
-        "-DHAS_V3=0",
+        "-DMBPROJ_PORTABLE=ON",
     ]
     compile_it = ["cmake", "--build", str(build), "-j2"]
     install = ["cmake", "--install", str(build), "--prefix", str(copy)]

@@ -1,4 +1,4 @@
-"""The compiled core, where there is one: `_core` runs everywhere, `_core_v3` on processors with AVX2 and FMA.
+"""The compiled core, the extension `_core`, where there is one.
 
 Nothing is loaded before it is asked for. Without a C++ compiler, with an extension that does not load, or where the
 environment says MBPROJ_KERNEL=0, mbproj runs without it.
@@ -17,14 +17,14 @@ __all__ = ["build_info", "core", "fingerprint", "left_out"]
 
 
 def core() -> ModuleType | None:
-    """The extension for this processor, or None where there is none; `build_info` says why."""
-    found = _chosen()
+    """The extension, or None where there is none; `build_info` says why."""
+    found = _loaded()
     return found if isinstance(found, ModuleType) else None
 
 
 def build_info() -> dict[str, str] | str:
     """How the extension was compiled (compiler, flags, build type, Eigen, instruction set), or why there is none."""
-    found = _chosen()
+    found = _loaded()
     return dict(found.build_info()) if isinstance(found, ModuleType) else found
 
 
@@ -43,23 +43,14 @@ def left_out() -> bool:
 
 
 @cache
-def _chosen() -> ModuleType | str:
-    """The extension, or why there is none. The baseline one is loaded first, because it can ask the processor."""
+def _loaded() -> ModuleType | str:
+    """The extension, or why there is none."""
     if left_out():
         return "MBPROJ_KERNEL leaves it out"
-    baseline = _imported("_core")
-    if isinstance(baseline, str) or not baseline.runs_v3():
-        return baseline
-    faster = _imported("_core_v3")
-    return baseline if isinstance(faster, str) else faster
-
-
-def _imported(name: str) -> ModuleType | str:
-    """The extension of this name, or why it cannot be had."""
-    full_name = f"{__name__}.{name}"
+    name = f"{__name__}._core"
     try:
-        return import_module(full_name)
+        return import_module(name)
     except ImportError as error:
-        if isinstance(error, ModuleNotFoundError) and error.name == full_name:
+        if isinstance(error, ModuleNotFoundError) and error.name == name:
             return "not built"
         return f"failed to import: {error}"

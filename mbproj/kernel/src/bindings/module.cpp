@@ -1,4 +1,4 @@
-// The Python module, `_core` or `_core_v3`: settings here, models and runs in plane.cpp and space.cpp.
+// The Python module `_core`: settings here, models and runs in plane.cpp and space.cpp.
 #include <nanobind/stl/string.h>
 #include <nanobind/stl/tuple.h>
 #include <nanobind/stl/vector.h>
@@ -136,10 +136,12 @@ void add_settings(nb::module_& m) {
 }  // namespace
 }  // namespace mbproj
 
-NB_MODULE(MBPROJ_MODULE, m) {
+NB_MODULE(_core, m) {
     using namespace mbproj;
+    if (!runs_here())
+        throw nb::import_error("it was compiled for processors with AVX2 and FMA, and this one lacks them: install "
+                               "mbproj on this machine, or with MBPROJ_PORTABLE=1");
     m.def("build_info", &build_info, "How this extension was compiled.");
-    m.def("runs_v3", &runs_v3, "Whether the build for AVX2 and FMA exists and this processor runs it.");
     add_settings(m);
     bind_plane(m);
     bind_space(m);
