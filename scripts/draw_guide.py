@@ -63,6 +63,7 @@ FIGURES: Mapping[str, tuple[tuple[str, ...], str]] = MappingProxyType(
             (QUICK_RETURN, "plot quick_return.h5 --kind markers"),
             "quick_return-markers.png",
         ),
+        "sweep_map": (("sweep lengths.yaml", "plot lengths-sweep --kind map"), "lengths-sweep-map.png"),
         "bennett_reactions": (
             ('run mechanisms/bennett.yaml --duration "0.2 s" -o bennett.h5', "plot bennett.h5 --kind reactions"),
             "bennett-reactions.png",
@@ -76,7 +77,7 @@ def main() -> None:
     with tempfile.TemporaryDirectory() as temporary:
         folder = Path(temporary)
         (folder / "mechanisms").symlink_to(ROOT / "mechanisms")
-        for topic in ("getting_started", "model_my_own_mechanism"):
+        for topic in ("getting_started", "model_my_own_mechanism", "run_a_sweep", "how_tolerances_scatter"):
             for fence in fences(pages()[topic]):
                 if fence.language == "yaml" and fence.words:
                     (folder / fence.words[0]).write_text(fence.text, encoding="utf-8")

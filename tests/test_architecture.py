@@ -76,7 +76,7 @@ FOLDERS = {
     "dynamics": ("equations", "derivatives", "assembly", "observe", "rank"),
     "projection": ("methods", "solve"),
     "integrate": ("steppers", "events", "outcome", "formulations", "loop"),
-    "results": ("file", "crash_safety", "linear"),
+    "results": ("file", "crash_safety", "linear", "sweep"),
     "studies": (
         "store",
         "parallel",
@@ -95,7 +95,7 @@ FOLDERS = {
     ),
     "linear": ("equilibrium", "state_space"),
     "animate": ("look", "data", "page"),
-    "plot": ("pages", "kinds"),
+    "plot": ("pages", "kinds", "sweeps"),
     "cli": ("report", "simulate", "studies", "linear", "commands"),
 }
 #: The kernel's folders: a header includes only headers of its own folder and of those that stand before it.
@@ -121,6 +121,7 @@ SHORT_FILES = {
     "projection/methods/none.py": "a method is a file",
     "projection/solve/tolerance.py": "the tolerance of a row, which reports need too",
     "thresholds/entry.py": "the form of an entry, which all groups of them import",
+    "results/sweep/layout.py": "the names in a file, which its writer and its reader share",
     "scene/fields/given.py": "what the command line needs of the fields",
     "scene/fields/vectors.py": "a kind of field is a file",
     "scene/schema.py": "imported alone, by `mbproj schema`",

@@ -15,6 +15,7 @@ from mbproj.cli.report.thresholds import USERS
 from mbproj.cli.scene_options import SCENE_OPTIONS
 from mbproj.errors import ExitCode
 from mbproj.plot.kinds import KINDS
+from mbproj.plot.sweeps import PICTURES
 from mbproj.results.layout import CONSTANTS, DATASETS, NAMES
 from mbproj.results.linear.model_file import LAYOUT as MODEL
 from mbproj.results.linear.modes_file import LAYOUT as MODES
@@ -126,6 +127,10 @@ def datasets() -> str:
 
 def pictures() -> str:
     return table(["kind", "what it shows"], [[code(name), kind.summary] for name, kind in KINDS.items()])
+
+
+def sweep_pictures() -> str:
+    return table(["kind", "what it shows"], [[code(name), kind.summary] for name, kind in PICTURES.items()])
 
 
 def checks() -> str:

@@ -45,9 +45,11 @@ measure: {tip: {marker: tip, quantity: position, at: end, component: z}}
 
 
 def fill(folder: Path) -> None:
-    """Writes the files: a copy of the five-bar and of two scenes of the validation, a sweep, and results of runs."""
+    """Writes the files: a copy of the five-bar and of two scenes of the validation, a sweep, its folder, and
+    results of runs."""
     shutil.copy(mechanism("five_bar"), folder)
     (folder / "lengths.yaml").write_text(SWEEP, encoding="utf-8")
+    assert mbproj("sweep", "lengths.yaml", "-q", folder=folder).returncode == 0
     (folder / "validation").mkdir()
     for scene in validation_scenes()[:2]:
         shutil.copy(scene, folder / "validation")

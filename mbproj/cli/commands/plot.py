@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 import click
@@ -12,9 +12,11 @@ from mbproj.cli.explained import Part, explained, option
 from mbproj.cli.linear.pictures import draw_linear, is_linear
 from mbproj.cli.quantity import Positive, Times
 from mbproj.cli.results_shown import opened, selected
+from mbproj.cli.studies.sweep_pictures import draw_sweep, is_sweep
 from mbproj.cli.study_options import force as force_option
 from mbproj.errors import InputError, Problem
 from mbproj.plot.kinds import KINDS
+from mbproj.plot.sweeps import PICTURES
 from mbproj.scene.text.suggestions import choose_from
 
 OTHER_DIRECTORY = "choose another directory with -o"
@@ -25,6 +27,7 @@ EXAMPLES = (
         "Hold the violations of two runs side by side.",
         "mbproj plot gopm.h5 results.h5 --kind violation --label GOPM --label GPOPM",
     ),
+    ("Draw the tip of a sweep over its lengths.", "mbproj plot lengths-sweep --kind lines --of tip --over length"),
 )
 
 
@@ -36,8 +39,8 @@ EXAMPLES = (
     "kinds",
     multiple=True,
     metavar="KIND",
-    shell_complete=one_of(lambda: KINDS),
-    help=f"Only this kind, repeatable. {KINDS_HELP}.",
+    shell_complete=one_of(lambda: [*KINDS, *PICTURES]),
+    help=f"Only this kind, repeatable. {KINDS_HELP}. Of sweeps: {', '.join(PICTURES)}.",
 )
 @option(
     Part.OUTPUT,
@@ -71,6 +74,15 @@ EXAMPLES = (
 )
 @option(Part.WHAT, "--marker", "markers", multiple=True, metavar="NAME", help="Only this marker, repeatable.")
 @option(Part.WHAT, "--joint", "joints", multiple=True, metavar="NAME", help="Only this joint, repeatable.")
+@option(Part.WHAT, "--of", "of", multiple=True, metavar="NAME", help="Only this measure of a sweep, repeatable.")
+@option(
+    Part.WHAT,
+    "--over",
+    "over",
+    multiple=True,
+    metavar="NAME",
+    help="Over this quantity of a sweep, repeatable: in order.",
+)
 @option(
     Part.ACCURACY,
     "--error",
@@ -91,31 +103,36 @@ def command(
     times: tuple[float, ...] | None,
     markers: tuple[str, ...],
     joints: tuple[str, ...],
+    of: tuple[str, ...],
+    over: tuple[str, ...],
     limit: float | None,
     force: bool,
 ) -> None:
     """Draws pictures of RESULTS; several files go into the same pictures.
 
     Writes DIR/<first file>-<kind>.<format> and prints the paths. All kinds that apply are drawn unless --kind names
-    some. Files of modes have kinds of their own: eigenvalues, shapes, traces; linear models have bode.
+    some. Files of modes have kinds of their own: eigenvalues, shapes, traces; linear models have bode. RESULTS may be
+    the folder of a sweep, which has its own kinds too.
     """
     from mbproj.outputs import check_replaceable, make_folder, picture
     from mbproj.plot.kinds import draw, nothing_to_see, why_not
     from mbproj.plot.labels import derive_labels, stem
     from mbproj.plot.save import save
 
+    of_runs: dict[str, object] = {
+        "--label": labels,
+        "--from": start,
+        "--to": stop,
+        "--at": times,
+        "--marker": markers,
+        "--joint": joints,
+        "--error": limit,
+    }
+    if any(map(is_sweep, results)) or of or over:
+        draw_sweep(results, kinds, directory, file_format, of, over, unfit=_given(of_runs), force=force)
+        return
     if any(map(is_linear, results)):
-        given = {
-            "--label": labels,
-            "--from": start,
-            "--to": stop,
-            "--at": times,
-            "--marker": markers,
-            "--joint": joints,
-            "--error": limit,
-        }
-        unfit = [name for name, value in given.items() if value not in (None, ())]
-        draw_linear(results, kinds, directory, file_format, unfit=unfit, force=force)
+        draw_linear(results, kinds, directory, file_format, unfit=_given(of_runs), force=force)
         return
     _check(results, kinds, labels, times or ())
     files = [opened(path) for path in results]
@@ -131,6 +148,11 @@ def command(
         check_replaceable(path, picture(file_format), force=force, hint=OTHER_DIRECTORY)
     for kind, path in paths.items():
         click.echo(save(draw(kind, shown, names, limit, times or ()), path, force=force))
+
+
+def _given(options: Mapping[str, object]) -> list[str]:
+    """Those of the options that were given."""
+    return [name for name, value in options.items() if value not in (None, ())]
 
 
 def _check(results: Sequence[Path], kinds: Sequence[str], labels: Sequence[str], times: Sequence[float]) -> None:

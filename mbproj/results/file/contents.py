@@ -12,6 +12,7 @@ from types import TracebackType
 from typing import Any, final
 
 import h5py
+import numpy as np
 import numpy.typing as npt
 from h5py import h5a, h5t
 
@@ -101,6 +102,37 @@ class Contents:
     def text(self, name: str) -> str:
         """A single text."""
         return self._texts(name, ())[0]
+
+    def column(self, name: str, shape: Shape) -> npt.NDArray[Any]:
+        """Numbers, or texts of any length, of this shape. Texts stand apart from their dataset: what they take is
+        limited where they are read, in the rehearsal."""
+        dataset = self._dataset(name)
+        if not dataset.has_texts:
+            return self.array(name, shape)
+        if not dataset.fits(shape, dataset.dtype):
+            raise self.damaged(name, "has the wrong shape or type")
+        self.check_room(name)
+        with self._reading(name):
+            stored = dataset.read()
+            found = [bytes(text).decode() for text in stored.reshape(-1)]
+        if not all(text.isprintable() for text in found):
+            raise self.damaged(name, "has a text that cannot be printed")
+        return np.array(found, dtype=object).reshape(stored.shape)
+
+    def length(self, name: str) -> int:
+        """The number of values of a dataset with one axis."""
+        shape = self._dataset(name).shape
+        if len(shape) != 1:
+            raise self.damaged(name, "has the wrong shape")
+        return shape[0]
+
+    def listed(self, attribute: str) -> tuple[str, ...]:
+        """An attribute of the file that is a list of names."""
+        with self._reading(attribute):
+            found = [plain(name) for name in np.atleast_1d(self._file.attrs[attribute])]
+        if not all(isinstance(name, str) and name.isprintable() for name in found):
+            raise self.damaged(attribute, "is no list of names")
+        return tuple(found)
 
     def attributes(self, group: str = "/") -> Mapping[str, Any]:
         """The attributes that are numbers, flags or text; others are not ours. Those that mbproj wrote are checked

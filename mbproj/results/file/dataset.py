@@ -44,6 +44,11 @@ class StoredDataset:
             return False
         return self.dtype.kind == "S" if dtype is None else self.dtype == np.dtype(dtype)
 
+    @property
+    def has_texts(self) -> bool:
+        """Whether it holds texts, each of its own length."""
+        return h5py.check_string_dtype(self.dtype) is not None and self.dtype.kind == "O"
+
     def size(self, rows: int | None) -> int:
         """The bytes of so many rows of the first axis, or of all of it."""
         shape = self.shape if rows is None else (rows, *self.shape[1:])

@@ -38,6 +38,8 @@ LOOK = 0.1
 AHEAD = 2
 #: For workers to come, s, where Dask's setting `distributed.scheduler.no-workers-timeout` says nothing.
 NO_WORKERS = 60.0
+#: How often Dask may give up an item that has done nothing wrong: its result was on a worker that was lost, say.
+GIVEN_UP = 5
 #: What shared data a worker keeps unpacked.
 TASKS_KNOWN = 8
 
@@ -86,7 +88,8 @@ _NONE: Any = object()
 @dataclass(eq=False)
 class _Task:
     """An item that is out: its number, when it was sent, how long it may take (s; None: as long as it takes), whether
-    no other is out beside it, and since when a worker has had it, as far as that was looked at."""
+    no other is out beside it, how often Dask gave it up, and since when a worker has had it, as far as that was looked
+    at."""
 
     index: int
     item: Any
@@ -94,6 +97,7 @@ class _Task:
     sent: float
     limit: float | None
     alone: bool
+    given_up: int = 0
     begun: float | None = None
 
     def is_overdue(self, now: float) -> bool:
@@ -123,11 +127,11 @@ class _Out:
             return 0
         return AHEAD * max(self._threads, 1) - len(self.tasks)
 
-    def send(self, index: int, item: Any, limit: float | None, alone: bool = False) -> None:
+    def send(self, index: int, item: Any, limit: float | None, alone: bool = False, given_up: int = 0) -> None:
         """An item goes out."""
         with self._reaching():
             future = self._client.submit(_call, self._work, pickle.dumps(item), pure=False)
-        self.tasks[future.key] = _Task(index, item, future, monotonic(), limit, alone)
+        self.tasks[future.key] = _Task(index, item, future, monotonic(), limit, alone, given_up)
         future.add_done_callback(lambda done: self._back.put(done.key))
 
     def ended(self) -> Iterator[tuple[_Task, Any, str | None]]:
@@ -135,22 +139,36 @@ class _Out:
         with suppress(Empty):
             task = self.tasks.pop(self._back.get(timeout=LOOK), None)
             if task is not None:  # or it was overdue
-                yield (task, *self._answer(task.future))
+                yield from self._answered(task)
         if monotonic() - self._looked > REFRESH:
             yield from self._overdue()
             self._refresh()
 
-    def _answer(self, future: Future) -> tuple[Any, str | None]:
+    def _answered(self, task: _Task) -> Iterator[tuple[_Task, Any, str | None]]:
+        """The result of a task, or why it was lost. One that Dask gave up goes out again."""
+        done, result, fault = self._taken(task.future)
+        if done:
+            yield task, result, None if fault is None else self._why(fault)
+        elif self._client.status == "running" and task.given_up < GIVEN_UP:
+            self.send(task.index, task.item, task.limit, task.alone, task.given_up + 1)
+        else:
+            raise self._gone()
+
+    def _taken(self, future: Future) -> tuple[bool, Any, BaseException | None]:
+        """Whether the task has come to an end, its result, and its fault."""
+        with self._reaching(), suppress(CancelledError, asyncio.CancelledError):
+            if future.status == "finished":
+                return True, pickle.loads(future.result()), None
+            if future.status == "error":
+                return True, None, future.exception()
+        return False, None, None
+
+    def _why(self, fault: BaseException) -> str:
+        """Why a task was lost. Raises what is not the end of its worker."""
         from distributed import KilledWorker
 
-        with self._reaching():
-            if future.status == "finished":
-                return pickle.loads(future.result()), None
-            fault = future.exception() if future.status == "error" else None
-        if fault is None:
-            raise self._gone()
         if isinstance(fault, KilledWorker):
-            return None, "its worker was lost: killed, or out of memory?"
+            return "its worker was lost: killed, or out of memory?"
         if isinstance(fault, ImportError) and (fault.name or "").startswith("mbproj"):
             problem = Problem("the workers have no mbproj", Place(self._cluster.option), "install it where they run")
             raise InputError(problem) from fault

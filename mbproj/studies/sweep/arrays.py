@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -10,6 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from mbproj.outputs import hdf5, replacing
+from mbproj.results.sweep.layout import CASE, ENDINGS, FORMAT, NAME, SCHEMA_VERSION
 from mbproj.studies.sweep.design import Grid, Sampled
 from mbproj.studies.sweep.folder import OTHER, Folder
 from mbproj.studies.sweep.spec import Spec, column_of
@@ -19,16 +20,6 @@ from mbproj.version import __version__
 if TYPE_CHECKING:
     import h5py
 
-FORMAT, SCHEMA_VERSION = "mbproj sweep", 1
-CASE = "case"
-#: What is said of each case beside its measures: a description, and how it is found.
-ENDINGS: Mapping[str, str] = {
-    "status": "how the case ended: done, failed, timeout, crashed, not run",
-    "message": "why it failed",
-    "time": "when it failed, in simulated time",
-    "joint": "where it failed",
-    "seconds": "how long it took, by the clock",
-}
 SECONDS = frozenset({"time", "seconds"})
 
 
@@ -36,7 +27,7 @@ def write_arrays(spec: Spec, folder: Folder) -> Path:
     """Writes summary.h5: a grid has a dimension for each quantity that varies, other designs have one for the cases."""
     import h5py
 
-    path = folder.path / "summary.h5"
+    path = folder.path / NAME
     found = list(entries(spec, folder))
     with (
         replacing(path, hdf5(FORMAT), force=True, hint=OTHER) as draft,

@@ -8,14 +8,12 @@ from pathlib import Path
 from typing import Any
 
 from mbproj.outputs import write_csv
+from mbproj.results.sweep.layout import NOT_RUN
 from mbproj.studies.sweep.design import Case
 from mbproj.studies.sweep.folder import OTHER, Folder
 from mbproj.studies.sweep.keys import Keys
 from mbproj.studies.sweep.row import Row, Status
 from mbproj.studies.sweep.spec import COLUMNS, Spec, column_of
-
-#: The status of a case that nobody has run yet.
-NOT_RUN = "not run"
 
 
 @dataclass(frozen=True)

@@ -111,3 +111,21 @@ def test_what_a_killed_sweep_had_done_is_not_done_again(tmp_path):
     assert 0 < kept < 60
     done = json.loads(mbproj("sweep", "spec.yaml", "--json", folder=tmp_path).stdout)
     assert (done["reused"], done["computed"], done["failed"]) == (kept, 60 - kept, 0)
+
+
+def test_its_folder_is_drawn(tmp_path):
+    write(tmp_path, "  length: [1, 2, 3]\n  fails: [0, 1]\n")
+    assert mbproj("sweep", "spec.yaml", "-q", folder=tmp_path).returncode == 3
+    done = mbproj("plot", "spec-sweep", "-o", "pictures", folder=tmp_path)
+    assert (done.returncode, done.stderr) == (0, "")
+    assert done.stdout.split() == ["pictures/spec-sweep-lines.png", "pictures/spec-sweep-map.png"]
+    wrong = {
+        ("--kind", "maps"): "--kind: unknown kind 'maps' of a sweep; did you mean 'map'?",
+        ("--kind", "sobol"): "--kind sobol: the sweep combines by 'grid'",
+        ("--over", "lenght"): "--over: the sweep has no quantity that varies 'lenght'; did you mean 'length'?",
+        ("--marker", "end"): "--marker is for results of runs, and 'spec-sweep' is a sweep",
+        ("spec-sweep",): "sweeps are drawn one at a time",
+    }
+    for options, message in wrong.items():
+        done = mbproj("plot", "spec-sweep", *options, folder=tmp_path)
+        assert (done.returncode, message in done.stderr) == (2, True), done.stderr

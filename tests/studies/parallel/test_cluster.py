@@ -48,6 +48,18 @@ def test_a_case_that_ends_its_process_and_one_that_hangs_are_blamed_and_no_other
     assert found == expected
 
 
+def test_what_the_scheduler_gives_up_is_done_again(running):
+    """As happens to a result on a worker that is lost before anybody has fetched it."""
+    distributed = pytest.importorskip("distributed")
+    found = dict([next(results := in_parallel(fragile, 0.3, [17, *range(12)], Cluster(running.address)))])
+    with connected(Cluster(running.address)) as client:
+        keys = [key for held in client.processing().values() for key in held]
+        client.cancel([distributed.Future(key, client) for key in keys], force=True)
+    found |= dict(results)
+    assert found == {0: 17**2, **{item + 1: item**2 for item in range(12)}}
+    assert keys
+
+
 def test_a_fault_of_a_function_comes_back(running):
     with pytest.raises(ValueError, match="shared -1"):
         list(in_parallel(place, "shared", [0, -1, 0], Cluster(file=running.file)))

@@ -1,0 +1,31 @@
+"""How failed cases are marked."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from matplotlib.axes import Axes
+
+from mbproj.arrays import Array
+
+FAILED = "failed"
+CROSS: dict[str, Any] = {
+    "marker": "x",
+    "markersize": 4.5,
+    "markeredgewidth": 1.1,
+    "color": "#D55E00",
+    "linestyle": "none",
+    "zorder": 3,
+}
+
+
+def crosses(axis: Axes, x: Array, y: Array) -> None:
+    """A cross for each failed case, where there is any."""
+    if len(x):
+        axis.plot(x, y, label=FAILED, **CROSS)
+
+
+def crosses_below(axis: Axes, x: Array) -> None:
+    """Crosses at the lower edge: of cases that have no value to draw."""
+    if len(x):
+        axis.plot(x, [0.03] * len(x), label=FAILED, transform=axis.get_xaxis_transform(), clip_on=False, **CROSS)

@@ -1,0 +1,1 @@
+"""The summary of a sweep, summary.h5: the names in it, and how it is read."""

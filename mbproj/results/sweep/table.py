@@ -1,0 +1,111 @@
+"""`read_table`: the summary of a sweep as columns, one row a case."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import prod
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from mbproj.arrays import Array
+from mbproj.errors import InputError, Problem
+from mbproj.results.file.contents import Contents
+from mbproj.results.file.opening import open_rehearsed
+from mbproj.results.sweep.layout import CASE, DONE, FORMAT, NAME, NOT_RUN, SCHEMA_VERSION
+
+WANTED = "give the folder that 'mbproj sweep SPEC' has written"
+AGAIN = "write it again with: mbproj sweep SPEC"
+GRID = "grid"
+
+
+@dataclass(frozen=True, eq=False)
+class Column:
+    """A quantity: its values (N,), numbers or texts, and their SI unit, "1" or "" where they have none."""
+
+    name: str
+    unit: str
+    values: npt.NDArray[Any]
+
+    @property
+    def is_number(self) -> bool:
+        """Whether the values are numbers."""
+        return bool(self.values.dtype.kind == "f")
+
+    @property
+    def varies(self) -> bool:
+        """Whether there is more than one value; NaN is none."""
+        known = self.values[np.isfinite(self.values)] if self.is_number else self.values
+        return len(known) > 0 and bool(np.any(known != known[0]))
+
+
+@dataclass(frozen=True, eq=False)
+class Table:
+    """N cases: what varies, what is measured (NaN where a case has none), and in a word how each ended. `shape` has the
+    lengths of a grid, the last axis fastest, and is (N,) elsewhere; `samples` is what the design was asked for."""
+
+    name: str
+    title: str
+    combine: str
+    samples: int
+    shape: tuple[int, ...]
+    varied: tuple[Column, ...]
+    measured: tuple[Column, ...]
+    status: npt.NDArray[Any]
+
+    @property
+    def failed(self) -> npt.NDArray[np.bool_]:
+        """(N,): whether the case ran, and did not come to its end."""
+        found: npt.NDArray[np.bool_] = (self.status != DONE) & (self.status != NOT_RUN)
+        return found
+
+
+def read_table(path: Path) -> Table:
+    """The summary in a sweep's folder, or the file itself. Raises InputError where there is none, or it is damaged."""
+    file = path / NAME if path.is_dir() else path
+    if not file.is_file():
+        raise InputError(Problem(f"'{path}' is not the folder of a sweep: it has no '{NAME}'", hint=WANTED))
+    name = (path if path.is_dir() else file.absolute().parent).absolute().name
+    with open_rehearsed(file, lambda contents: _read(contents, name)) as contents:
+        return _read(contents, name)
+
+
+def _read(contents: Contents, name: str) -> Table:
+    about = contents.attributes()
+    if about.get("format") != FORMAT:
+        raise InputError(Problem(f"'{contents.path}' is not the summary of a sweep", hint=WANTED))
+    if about.get("schema_version") != SCHEMA_VERSION:
+        said = f"'{contents.path}' has schema version {about.get('schema_version')}, and this mbproj reads 1"
+        raise InputError(Problem(said, hint=AGAIN))
+    varied, measured = (contents.listed(key) for key in ("varied", "measured"))
+    combine = str(about.get("combine", ""))
+    axes = varied if combine == GRID else (CASE,)
+    shape = tuple(contents.length(axis) for axis in axes)
+    # Coordinates of a grid stand once a value, not once a case.
+    coordinates = [contents.column(each, (shape[k],) if combine == GRID else shape) for k, each in enumerate(varied)]
+    if combine == GRID and coordinates:
+        indices = np.indices(shape).reshape(len(shape), -1)
+        coordinates = [values[index] for values, index in zip(coordinates, indices, strict=True)]
+    return Table(
+        name=name,
+        title=str(about.get("title", "")),
+        combine=combine,
+        samples=int(about.get("samples", prod(shape))),
+        shape=shape,
+        varied=tuple(
+            Column(each, _unit(contents, each), values) for each, values in zip(varied, coordinates, strict=True)
+        ),
+        measured=tuple(Column(each, _unit(contents, each), _numbers(contents, each, shape)) for each in measured),
+        status=contents.column("status", shape).reshape(-1),
+    )
+
+
+def _unit(contents: Contents, name: str) -> str:
+    unit = contents.unit(name)
+    return unit if isinstance(unit, str) and unit.isprintable() else ""
+
+
+def _numbers(contents: Contents, name: str, shape: tuple[int, ...]) -> Array:
+    return contents.array(name, shape).reshape(-1)
