@@ -17,7 +17,7 @@ KERNEL = ROOT / "mbproj" / "kernel" / "src"
 #: Constants of the kernel that are no thresholds, and what they are.
 NO_THRESHOLDS = {"not_a_number": "a name for NaN", "free_branch": "the same, of a switch that is not held"}
 #: Folders and files whose numbers are thresholds where they are not coefficients, and how a constant begins there.
-NUMERICS = ("dynamics", "projection", "integrate", "model", "linear")
+NUMERICS = ("functions", "dynamics", "projection", "integrate", "model", "linear")
 FLOAT_CONSTANT = re.compile(r"^([A-Z_]+(?:, [A-Z_]+)*) *(?::.*)?= \(?-?\d.*?(?:\.\d|e-\d)", re.M)
 #: Module constants with a decimal number that are no thresholds, and what they are.
 COEFFICIENTS = {

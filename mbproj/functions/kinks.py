@@ -15,20 +15,15 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from mbproj.arrays import Array
-from mbproj.functions.look_times import SAMPLES, look_times
+from mbproj.functions.look_times import look_times
 from mbproj.functions.program import Op
-from mbproj.functions.program_set import ProgramSet
+from mbproj.functions.program_set import ROUND_OFF, ProgramSet
 from mbproj.functions.series import run, time_series, walk
+from mbproj.thresholds import THRESHOLDS
 
-#: How many kinks are counted at most.
-MOST = 1000
 #: Operations with several branches, and others that need not be smooth everywhere.
 BRANCHED = frozenset({Op.ABS, Op.SIGN, Op.MIN, Op.MAX, Op.FLOOR, Op.CEIL, Op.SMOOTH_STEP, Op.TABLE})
 UNEVEN = frozenset({Op.POWER, Op.POWER_OF, Op.SQRT, Op.HYPOT, Op.ATAN2, Op.ASIN, Op.ACOS})
-#: Changes of a value and of its derivatives up to this part of the largest of them are round-off.
-ROUND_OFF = np.array([1e-12, 1e-9, 1e-9])
-#: The sides of a kink are looked at so many grains of time away from it, where the branch is certain.
-ASIDE = 4.0
 
 
 class Kink(NamedTuple):
@@ -40,8 +35,8 @@ class Kink(NamedTuple):
 
 def kinks(programs: ProgramSet, index: int, start: float, end: float) -> tuple[Kink, ...]:
     """The kinks of program `index`, a function of time alone, from `start` to `end`, in their order: the first
-    `MOST` within. One at `start` or `end` counts where the value or a derivative there is not that right beside it;
-    rows of tables count where one of these jumps."""
+    `most_kinks` within. One at `start` or `end` counts where the value or a derivative there is not that right beside
+    it; rows of tables count where one of these jumps."""
     branched, uneven = _suspects(programs, index)
     if not (branched or uneven) or not start < end:
         return ()
@@ -49,7 +44,7 @@ def kinks(programs: ProgramSet, index: int, start: float, end: float) -> tuple[K
     smooth = look.changes(branched - {Op.TABLE})
     jumping = look.largest_of_each_interval(look.jumps()) if uneven else np.zeros(0)
     rows = look.changes(branched & {Op.TABLE})
-    times = look.apart(np.concatenate([smooth, jumping, rows]))[:MOST]
+    times = look.apart(np.concatenate([smooth, jumping, rows]))[: THRESHOLDS.most_kinks]
     jumps = look.jump(times - look.aside, times + look.aside)
     counts = np.isin(times, smooth) | np.any(jumps != 0.0, axis=1)
     ends = np.array([start, end - look.aside]), np.array([start + look.aside, end])
@@ -79,7 +74,7 @@ class _Look:
     def __init__(self, programs: ProgramSet, index: int, times: Array) -> None:
         self.programs, self.index, self.times = programs, index, times
         self.grain = float(np.spacing(max(abs(times[0]), abs(times[-1]))))
-        self.aside = ASIDE * self.grain
+        self.aside = THRESHOLDS.kink_aside * self.grain
         self.values = self.value(times)
         sizes = [float(np.abs(each[np.isfinite(each)]).max(initial=0.0)) for each in self.values]
         self.round_off = ROUND_OFF * sizes
@@ -121,7 +116,9 @@ class _Look:
         low, high, before, after = self.times[:-1], self.times[1:], found[:, :-1], found[:, 1:]
         while True:
             scores = score(low, high, before, after)
-            kept = np.sort(np.argsort(-scores, kind="stable")[: min(2 * MOST, np.count_nonzero(scores))])
+            kept = np.sort(
+                np.argsort(-scores, kind="stable")[: min(2 * THRESHOLDS.most_kinks, np.count_nonzero(scores))]
+            )
             low, high, before, after = low[kept], high[kept], before[:, kept], after[:, kept]
             wide = high - low > self.grain
             if not wide.any():
@@ -137,7 +134,7 @@ class _Look:
         """Near such a place round-off may look like many: of those between two even times the largest counts."""
         jumps = self.jump(times - self.aside, times + self.aside)
         size = np.max(np.abs(jumps[:, :2]) / np.maximum(self.round_off[:2], 1e-300), axis=1, initial=0.0)
-        even = np.linspace(self.times[0], self.times[-1], SAMPLES)
+        even = np.linspace(self.times[0], self.times[-1], THRESHOLDS.look_intervals + 1)
         interval = np.searchsorted(even, times - self.aside)
         return np.array([times[interval == each][np.argmax(size[interval == each])] for each in np.unique(interval)])
 

@@ -12,22 +12,14 @@ import numpy as np
 from mbproj.arrays import Array
 from mbproj.functions.program_set import ProgramSet
 from mbproj.functions.series import time_series, walk
-
-#: Evenly spaced times in one window.
-SAMPLES = 2**12 + 1
-#: What changes its sign more often is seen well enough at these times. Near each of fewer changes so many times follow
-#: on either side, each at half the distance of the one before.
-MOST_CHANGES, CLOSER = 50, 40
-#: The first window is this part of the time between two samples of a run: an odd number, so that windows end where
-#: functions rarely have a feature.
-OF_OUTPUT_STEP = 0.5 * (5.0**0.5 - 1.0)
+from mbproj.thresholds import THRESHOLDS
 
 
 def look_windows(start: float, end: float, output_step: float) -> Iterator[tuple[float, float]]:
     """The windows in which functions are looked at, one after another, until one reaches `end` or beyond, s. They
     double, and do not depend on the end: a longer run sees the same in its first part. `output_step` is the time
     between two samples, s."""
-    low, length = start, OF_OUTPUT_STEP * output_step
+    low, length = start, THRESHOLDS.look_window * output_step
     while low < end:
         high = start + length
         if high > low:
@@ -39,11 +31,11 @@ def look_windows(start: float, end: float, output_step: float) -> Iterator[tuple
 @lru_cache(maxsize=8)
 def look_times(programs: ProgramSet, index: int, start: float, end: float) -> Array:
     """In their order, for program `index`, a function of time alone; not to be written to."""
-    even = np.linspace(start, end, SAMPLES)
+    even = np.linspace(start, end, THRESHOLDS.look_intervals + 1)
     zeros = _zeros(programs, index, even)
     if not len(zeros):
         return even
-    near = (even[1] - even[0]) * 0.5 ** np.arange(CLOSER)
+    near = (even[1] - even[0]) * 0.5 ** np.arange(THRESHOLDS.look_closer)
     closer = np.add.outer(zeros, np.concatenate([-near, near])).ravel()
     return np.unique(np.concatenate([even, closer[(closer > start) & (closer < end)]]))
 
@@ -57,7 +49,7 @@ def _zeros(programs: ProgramSet, index: int, times: Array) -> Array:
                 continue
             x = np.broadcast_to(stack[-1][0], times.shape)
             at = np.flatnonzero((x[:-1] < 0.0) & (x[1:] >= 0.0) | (x[:-1] > 0.0) & (x[1:] <= 0.0))
-            if len(at) <= MOST_CHANGES:
+            if len(at) <= THRESHOLDS.look_changes:
                 found.append(times[at] - x[at] * (times[at + 1] - times[at]) / (x[at + 1] - x[at]))
     zeros = np.concatenate(found)
     return np.unique(zeros[np.isfinite(zeros)])

@@ -13,17 +13,12 @@ import numpy as np
 
 from mbproj.arrays import Array
 from mbproj.functions.kinks import Kink
-from mbproj.functions.look_times import SAMPLES, look_times
+from mbproj.functions.look_times import look_times
 from mbproj.functions.program import Op
 from mbproj.functions.program_set import ProgramSet
 from mbproj.functions.series import run, time_series
+from mbproj.thresholds import THRESHOLDS
 
-#: Of what a function ranges over: a change between two times that is much, one that is quiet, one that is nothing.
-MUCH, QUIET, NOTHING = 2e-3, 8e-4, 4e-4
-#: Fewer quiet intervals between two changes part them no more.
-APART = 8
-#: A function that changes by less than this part of its size is constant.
-ROUND_OFF = 1e-12
 #: Functions of these operations alone have no narrow features.
 PLAIN = frozenset({Op.CONSTANT, Op.VARIABLE, Op.NEGATE, Op.ADD, Op.SUBTRACT, Op.MULTIPLY})
 
@@ -53,20 +48,20 @@ def features(
 
 
 def _of(times: Array, values: Array, kinks: Array) -> list[Feature]:
-    spacing = (times[-1] - times[0]) / (SAMPLES - 1)
+    spacing = (times[-1] - times[0]) / THRESHOLDS.look_intervals
     undefined = np.flatnonzero(~np.isfinite(values))
     if len(undefined):  # beyond the run's end, perhaps
         times, values = times[: undefined[0]], values[: undefined[0]]
-    if not len(values) or not np.ptp(values) > ROUND_OFF * np.abs(values).max():
+    if not len(values) or not np.ptp(values) > THRESHOLDS.constant_to * np.abs(values).max():
         return []
     jumps = np.unique(np.searchsorted(times, kinks))
     change = np.abs(np.diff(values)) / np.ptp(values)
     change[np.clip(np.concatenate([jumps - 1, jumps]), 0, len(change) - 1)] = 0.0
-    cell = np.minimum(((times[:-1] - times[0]) / spacing + 1e-9).astype(int), SAMPLES - 2)
-    in_cell = np.bincount(cell, change, SAMPLES - 1).astype(float)
+    cell = np.minimum(((times[:-1] - times[0]) / spacing + 1e-9).astype(int), THRESHOLDS.look_intervals - 1)
+    in_cell = np.bincount(cell, change, THRESHOLDS.look_intervals).astype(float)
     found = []
     for first, last in _loud(in_cell):
-        inside = np.flatnonzero((cell >= first) & (cell <= last) & (change > NOTHING))
+        inside = np.flatnonzero((cell >= first) & (cell <= last) & (change > THRESHOLDS.no_change))
         feature = Feature(float(times[inside[0]]), float(times[inside[-1] + 1]))
         length = feature.end - feature.start
         near_start, near_end = kinks - feature.start, kinks - feature.end
@@ -82,14 +77,14 @@ def _of(times: Array, values: Array, kinks: Array) -> list[Feature]:
 
 def _loud(change: Array) -> list[tuple[int, int]]:
     """First and last interval of each stretch with much change after a longer quiet one."""
-    loud = np.flatnonzero(change > QUIET)
+    loud = np.flatnonzero(change > THRESHOLDS.quiet_change)
     if not len(loud):
         return []
-    breaks = np.flatnonzero(np.diff(loud) > APART)
+    breaks = np.flatnonzero(np.diff(loud) > THRESHOLDS.quiet_stretch)
     firsts, lasts = loud[np.concatenate([[0], breaks + 1])], loud[np.concatenate([breaks, [len(loud) - 1]])]
     before = np.concatenate([[-1], lasts[:-1]])
     return [
         (int(first), int(last))
         for first, last, quiet in zip(firsts, lasts, firsts - before - 1, strict=True)
-        if quiet > last - first and change[first : last + 1].max() >= MUCH
+        if quiet > last - first and change[first : last + 1].max() >= THRESHOLDS.feature_change
     ]

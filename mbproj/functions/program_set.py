@@ -11,9 +11,10 @@ import numpy.typing as npt
 
 from mbproj.arrays import Array, Integers
 from mbproj.functions.program import Op, Program
+from mbproj.thresholds import THRESHOLDS
 
-#: Changes of a table's value, slope and second derivative up to this part of the largest are round-off.
-ROUND_OFF = np.array([1e-12, 1e-9, 1e-9])
+#: Changes of a function's value, slope and second derivative up to this part of the largest are round-off.
+ROUND_OFF = np.array([THRESHOLDS.constant_to, THRESHOLDS.smooth_to, THRESHOLDS.smooth_to])
 
 
 @dataclass(frozen=True, eq=False)

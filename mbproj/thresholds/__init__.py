@@ -15,6 +15,7 @@ from mbproj.thresholds.closing import Closing
 from mbproj.thresholds.dependence import Dependence
 from mbproj.thresholds.elimination import Elimination
 from mbproj.thresholds.linear import Linear
+from mbproj.thresholds.looks import Looks
 from mbproj.thresholds.passages import Passages
 from mbproj.thresholds.searches import Searches
 from mbproj.thresholds.steps import Steps
@@ -24,7 +25,7 @@ __all__ = ["THRESHOLDS", "Row", "Thresholds", "of_the_kernel", "table"]
 
 @final
 @dataclass(frozen=True)
-class Thresholds(Linear, Searches, Steps, Closing, Passages, Elimination, Dependence):
+class Thresholds(Linear, Looks, Searches, Steps, Closing, Passages, Elimination, Dependence):
     """All of them, each under its name."""
 
 

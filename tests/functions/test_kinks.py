@@ -8,13 +8,14 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from mbproj.functions.kinks import MOST, kinks
+from mbproj.functions.kinks import kinks
 from mbproj.functions.program import TIME, Code, Op, Program, apply, number, variable
 from mbproj.functions.program_set import flatten
 from mbproj.functions.standard import harmonic, smooth_step, tabulated
 from mbproj.functions.table import polygon, spline
 from mbproj.scene.expressions.compiled import compiled
 from mbproj.scene.expressions.syntax_tree import parse
+from mbproj.thresholds import THRESHOLDS
 
 
 def of(text, end=2.0, start=0.0):
@@ -83,7 +84,7 @@ def test_rows_of_tables_count_where_something_jumps():
 
 def test_many_kinks_are_counted_up_to_a_bound():
     assert len(of("floor(100*t)", 5.0)) == 500
-    assert len(of("floor(1000*t)", 5.0)) == MOST + 1
+    assert len(of("floor(1000*t)", 5.0)) == THRESHOLDS.most_kinks + 1
 
 
 @given(st.floats(0.01, 1.99), st.floats(-3.0, 3.0).filter(lambda size: abs(size) > 1e-3), st.floats(0.1, 20.0))

@@ -11,7 +11,6 @@ from mbproj.cli.report.expectations import summary_lines
 from mbproj.cli.report.trust import lines_on
 from mbproj.dynamics.equations.round_off import EPSILON
 from mbproj.dynamics.rank.massless import SHOWN
-from mbproj.integrate.events.time_events import COUNTED
 from mbproj.integrate.outcome.report import Report, Worst
 from mbproj.model.system import System
 from mbproj.results.trust import Trust
@@ -77,8 +76,8 @@ def warnings(report: Report) -> list[str]:
         )
     if report.crowded:
         found.append(
-            f"{', '.join(report.crowded)}: more kinks in time than count; steps end at the first {COUNTED:,} of each, "
-            "and meet later ones anywhere"
+            f"{', '.join(report.crowded)}: more kinks in time than count; steps end at the first "
+            f"{THRESHOLDS.most_kinks:,} of each, and meet later ones anywhere"
         )
     if report.energy_drift_relative > SUSPICIOUS_DRIFT:
         found.append(

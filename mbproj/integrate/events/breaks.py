@@ -9,7 +9,6 @@ from typing import NamedTuple
 
 import numpy as np
 
-from mbproj.functions.kinks import ASIDE
 from mbproj.integrate.events.time_events import events_of
 from mbproj.model.system import System
 from mbproj.scene.records import Settings
@@ -47,7 +46,7 @@ def breaks_of(system: System, start: float, settings: Settings) -> tuple[Break, 
     for event in events_of(system, start, settings):
         grain = float(np.spacing(max(abs(start), abs(event.time), interval)))
         grid = _grid(settings, start) if grid is None else grid
-        left, right = event.time - ASIDE * grain, event.time + ASIDE * grain
+        left, right = event.time - THRESHOLDS.kink_aside * grain, event.time + THRESHOLDS.kink_aside * grain
         if found and event.time - found[-1].time <= THRESHOLDS.one_break * grain:
             found[-1] = found[-1]._replace(right=max(right, found[-1].right))
         else:

@@ -9,7 +9,7 @@ from functools import lru_cache
 
 import numpy as np
 
-from mbproj.functions.kinks import MOST, kinks
+from mbproj.functions.kinks import kinks
 from mbproj.functions.look_times import look_windows
 from mbproj.functions.narrow import features
 from mbproj.functions.program_set import ProgramSet
@@ -24,8 +24,6 @@ from mbproj.thresholds import THRESHOLDS
 
 #: Derivatives of forces do not count; of motions the acceleration does.
 OF_FORCES, OF_MOTIONS = 1, 3
-#: Kinks of a function that count, at most.
-COUNTED = MOST
 
 
 @dataclass(frozen=True, order=True)
@@ -41,7 +39,7 @@ class Event:
 def time_events(
     system: System, start: float, end: float, interval: float, asked: tuple[float, ...] = ()
 ) -> tuple[Event, ...]:
-    """From `start` to `end`, in their order: of each function the first `COUNTED` kinks, and the narrow features.
+    """From `start` to `end`, in their order: of each function the first `most_kinks` kinks, and the narrow features.
     `interval` is the time between two samples, s. A later end adds events and changes none."""
     own = _of_scene(system.forces, system.motions, system.names.motions, start, end, interval)
     return tuple(sorted({*own, *(Event(t, "break_times", "asked for") for t in asked if start < t < end)}))
@@ -56,7 +54,7 @@ def events_of(system: System, start: float, settings: Settings) -> tuple[Event, 
 def crowded(events: tuple[Event, ...]) -> tuple[str, ...]:
     """Whose kinks are so many that some may not count."""
     names = [event.name for event in events]
-    return tuple(name for name in dict.fromkeys(names) if names.count(name) >= COUNTED)
+    return tuple(name for name in dict.fromkeys(names) if names.count(name) >= THRESHOLDS.most_kinks)
 
 
 @lru_cache(maxsize=256)
@@ -97,11 +95,11 @@ def _of_function(
         for feature in features(part, 0, low, high, found, orders):
             sides = zip(feature, ("begins", "ends"), strict=True)
             yield from ((t, f"narrow feature {what}") for t, what in sides if t <= end)
-        for kink in found[: COUNTED - counted]:
+        for kink in found[: THRESHOLDS.most_kinks - counted]:
             if kink.t <= end:
                 yield kink.t, "jump" if any(kink.jump[:orders]) else "kink"
         counted += len(found)
-        if counted >= COUNTED:
+        if counted >= THRESHOLDS.most_kinks:
             return
 
 

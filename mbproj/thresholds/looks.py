@@ -1,0 +1,49 @@
+"""How functions of time are looked at for kinks and narrow features, before a run."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from mbproj.thresholds.entry import threshold
+
+
+@dataclass(frozen=True)
+class Looks:
+    """Changes are parts of what a function ranges over in one window."""
+
+    look_window: float = threshold(
+        0.5 * (5.0**0.5 - 1.0),
+        "output step",
+        "numpy",
+        "the first window is so long; the next ones double",
+        "the golden ratio, so that windows end where functions rarely have a feature",
+    )
+    look_intervals: int = threshold(
+        4096, "-", "numpy", "a window is looked at so many times; what is narrower can be missed", "milliseconds"
+    )
+    look_changes: int = threshold(
+        50, "-", "numpy", "what changes its sign more often in a window is seen well enough at these times", "chosen"
+    )
+    look_closer: int = threshold(
+        40, "-", "numpy", "beside a change of sign so many times follow, each at half the distance", "1/2⁴⁰ = 1e-12"
+    )
+    feature_change: float = threshold(
+        2e-3, "1", "numpy", "a narrow feature changes by more in one interval", "8 × what a slow sine changes by"
+    )
+    quiet_change: float = threshold(8e-4, "1", "numpy", "an interval with less change is quiet", "chosen")
+    no_change: float = threshold(4e-4, "1", "numpy", "a feature begins and ends where less changes", "chosen")
+    quiet_stretch: int = threshold(8, "intervals", "numpy", "fewer quiet ones part no two features", "chosen")
+    constant_to: float = threshold(
+        1e-12, "1", "numpy", "a function, or a jump of its value, below this part of its size is round-off", "4500 ε"
+    )
+    smooth_to: float = threshold(
+        1e-9, "1", "numpy", "the same for jumps of its derivatives", "round-off of a value over a small time"
+    )
+    most_kinks: int = threshold(1000, "-", "numpy", "so many kinks of one function count at most", "seconds of a run")
+    kink_aside: float = threshold(
+        4.0,
+        "ulp of time",
+        "numpy",
+        "the sides of a kink are looked at so far from it",
+        "the branch is certain there",
+    )
