@@ -8,6 +8,7 @@ from mbproj.dynamics import State
 from mbproj.errors import InputError, Problem
 from mbproj.model import System
 from mbproj.scene import Scene
+from mbproj.scene.meshes import meshes_of
 
 FORMATS = ("png", "svg", "pdf", "html")
 
@@ -34,5 +35,5 @@ def draw_start(path: Path, scene: Scene, system: System, state: State) -> None:
     from mbproj.plot.kinds.mechanism import draw_start as drawn
     from mbproj.plot.save import save
 
-    look = look_of(scene, motion)
+    look = look_of(scene, motion, meshes_of(scene))
     save(drawn(look, view_of(scene, motion, look), motion), path)

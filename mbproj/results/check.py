@@ -43,10 +43,11 @@ def _beside_samples(results: Results, constants: list[str]) -> Iterator[str]:
             getattr(results, name)
         except InputError as error:
             yield from _messages(results, error)
-    try:
-        results.better()
-    except InputError as error:
-        yield from _messages(results, error)
+    for read in (results.better, results.meshes):
+        try:
+            read()
+        except InputError as error:
+            yield from _messages(results, error)
     for path in constants:
         try:
             results.constant(path)

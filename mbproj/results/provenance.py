@@ -14,6 +14,7 @@ import numpy as np
 
 from mbproj.results.file.checksums import crc32, stamp
 from mbproj.results.layout import FORMAT, SCHEMA_VERSION
+from mbproj.scene.meshes import meshes_of
 from mbproj.scene.records import Scene
 from mbproj.version import __version__
 
@@ -53,7 +54,8 @@ def create_text(group: h5py.Group, path: str, texts: str | Sequence[str], descri
 
 
 def write_scene(file: h5py.File, scene: Scene) -> None:
-    """The /scene group: text, path, title, gravity, overrides and the resolved settings (the last two as JSON)."""
+    """The /scene group: text, path, title, gravity, overrides and the resolved settings (the last two as JSON), and the
+    meshes of its bodies. Raises InputError where one of them cannot be read."""
     group = file.create_group("scene")
     texts = {
         "text": (scene.text, "the scene file as read (YAML)"),
@@ -64,7 +66,26 @@ def write_scene(file: h5py.File, scene: Scene) -> None:
     }
     for name, (text, description) in texts.items():
         create_text(group, name, text, description)
+    _write_meshes(group, scene)
     values = np.array(scene.gravity, dtype=float)
     gravity = group.create_dataset("gravity", data=values)
     stamp(gravity, crc32(values))
     gravity.attrs.update({"units": "m/s^2", "description": "acceleration of gravity", "frame": "global axes"})
+
+
+def _write_meshes(scene_group: h5py.Group, scene: Scene) -> None:
+    """What bodies wear, in their own axes, so that the file shows them wherever it goes."""
+    meshes = meshes_of(scene)
+    if not meshes:
+        return
+    group = scene_group.create_group("meshes")
+    create_text(group, "bodies", list(meshes), "bodies that are drawn as meshes; each has a group by its number")
+    for number, mesh in enumerate(meshes.values()):
+        parts = {
+            "vertices": (mesh.vertices, "m", "corners, from the centre of mass in body axes"),
+            "triangles": (mesh.triangles.astype(np.int64), "1", "three corners each, counter-clockwise from outside"),
+        }
+        for name, (values, unit, description) in parts.items():
+            dataset = group.create_dataset(f"{number}/{name}", data=values)
+            stamp(dataset, crc32(values))
+            dataset.attrs.update({"units": unit, "description": description})

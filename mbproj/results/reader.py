@@ -54,6 +54,8 @@ def _look_at_all(results: Results) -> None:
             getattr(results, name)
     with suppress(InputError):
         better_samples(results.contents, len(results.names("bodies")))
+    with suppress(InputError):
+        results.meshes()
     for entry in CONSTANTS:
         with suppress(InputError):
             results.constant(entry.path)

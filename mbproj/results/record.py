@@ -27,6 +27,7 @@ from mbproj.results.members import Body, Coordinate, Force, Joint, Marker, Motio
 from mbproj.results.stored_settings import UnfitSettings, settings_from
 from mbproj.results.trust import Poses, Trust
 from mbproj.results.verification import Verification
+from mbproj.scene.meshes import TriangleMesh
 from mbproj.scene.records import Settings, Vector
 from mbproj.scene.text.suggestions import choose_from
 
@@ -159,6 +160,10 @@ class Results:
         column = self._find("coordinates", name)
         value, speed = self._columns("nc", column)
         return Coordinate(value, speed, self.names("coordinate_units")[column])
+
+    def meshes(self) -> dict[str, TriangleMesh]:
+        """The meshes that bodies are drawn as, by body."""
+        return stored_scene.meshes(self.contents)
 
     def better(self) -> Poses | None:
         """The poses of the better solution that certified the run, at these samples as far as they are known; None

@@ -27,6 +27,8 @@ COLOURS: Mapping[str, str] = MappingProxyType(
         "white": "#f4f4f4",
     }
 )
+#: Meshes that can be read, by the ending of the file.
+MESH_FORMATS = ("stl", "obj")
 
 
 @dataclass(frozen=True)
@@ -42,10 +44,21 @@ class PlacedShape:
 
 
 @dataclass(frozen=True)
+class MeshFile:
+    """A mesh in a file, by its path from the scene's folder; `scale` makes metres of its numbers. Placed as a shape."""
+
+    file: str
+    scale: float = 1.0
+    position: Vector = (0.0, 0.0, 0.0)
+    orientation: Quaternion = (1.0, 0.0, 0.0, 0.0)
+
+
+@dataclass(frozen=True)
 class Appearance:
-    """How a body is drawn: `colour` #rrggbb (None: one of its own), `opacity` up to 1, `shapes` instead of those that
-    its mass comes from."""
+    """How a body is drawn: `colour` #rrggbb (None: one of its own), `opacity` up to 1, `shapes` or a `mesh` instead of
+    those that its mass comes from."""
 
     colour: str | None = None
     opacity: float = 1.0
     shapes: tuple[PlacedShape, ...] = ()
+    mesh: MeshFile | None = None

@@ -105,7 +105,7 @@ def test_each_joint_is_seen_on_its_bodies(kind):
     scene = random_chain(7, ["revolute", kind])
     scene = replace(scene, joints=tuple(replace(joint, reaction=False) for joint in scene.joints))
     motion = start(scene)
-    look = look_of(scene, motion)
+    look = look_of(scene, motion, {})
     number = [joint.name for joint in scene.joints].index("G1" if kind == "gear" else "J1")
     parts = [drawn for drawn in look.drawn if drawn.layer != "bodies" and drawn.item == number]
     if kind == "gear":
@@ -131,7 +131,7 @@ def test_wheels_of_a_gear_meet_at_their_pitch_circles():
 def test_every_shipped_mechanism_is_drawn_where_its_joints_are(path):
     scene = read_scene(path)
     motion = start(scene)
-    look, layout = look_of(scene, motion), Layout.of(scene, motion)
+    look, layout = look_of(scene, motion, {}), Layout.of(scene, motion)
     assert {drawn.item for drawn in look.drawn if drawn.layer == "bodies"} == set(range(len(scene.bodies)))
     types = {joint.name: joint.type for joint in scene.joints}
     for name, (first, second) in layout.bodies.items():
@@ -148,7 +148,7 @@ FLAT = {"five_bar": 1, "n_four_bar": 1, "planar_four_bar": 1, "double_pendulum":
 def test_a_planar_mechanism_is_seen_along_its_normal(name, axis):
     scene = read_scene(next(path for path in MECHANISMS if path.stem == name))
     motion = start(scene)
-    view = view_of(scene, motion, look_of(scene, motion))
+    view = view_of(scene, motion, look_of(scene, motion, {}))
     assert view.flat
     assert np.abs(view.eye[axis]) == pytest.approx(1.0)
     assert np.allclose(view.up, [0, 0, 1])
@@ -159,7 +159,7 @@ def test_a_planar_mechanism_is_seen_along_its_normal(name, axis):
 def test_others_are_seen_from_above_and_one_side(name):
     scene = read_scene(next(path for path in MECHANISMS if path.stem == name))
     motion = start(scene)
-    view = view_of(scene, motion, look_of(scene, motion))
+    view = view_of(scene, motion, look_of(scene, motion, {}))
     assert not view.flat
     assert view.eye @ view.up == pytest.approx(np.sin(np.radians(22.0)))
     assert np.linalg.norm(view.eye) == pytest.approx(1.0)

@@ -73,7 +73,7 @@ def test_the_start_of_every_shipped_mechanism_lies_in_its_picture(mechanism):
     scene = read_scene(mechanism)
     system = compile_system(scene)
     motion = motion_at(system, assemble(system, initial_guess(scene, system)).q)
-    look = look_of(scene, motion)
+    look = look_of(scene, motion, {})
     view = view_of(scene, motion, look)
     axes = np.column_stack(picture_axes(view))
     assert np.allclose(axes.T @ axes, np.eye(2), atol=1e-12)

@@ -41,7 +41,7 @@ class Figure {
   #add(parts) {
     const [{ carrier, layer, item }] = parts;
     const { look } = this.run;
-    const geometry = merged(parts.map((part) => geometryOf(part, look.meshes)));
+    const geometry = merged(parts.map((part) => geometryOf(part, this.run.meshes)));
     const body = layer === "bodies" ? look.bodies[item] : null;
     const colour = this.ghost ? GHOST_COLOUR : body ? body.colour : layer === "joints" ? JOINT_COLOUR : GROUND_COLOUR;
     const opacity = this.ghost ? 0.28 : body ? body.opacity : 1;
@@ -57,7 +57,7 @@ class Figure {
     this.meshes.push(mesh);
     if (!this.edges) return;
     const line = new THREE.LineBasicMaterial({ color: "#11161d", transparent: true, opacity: 0.35 * opacity });
-    const edges = new THREE.LineSegments(edgesOf(parts, look.meshes), line);
+    const edges = new THREE.LineSegments(edgesOf(parts, this.run.meshes), line);
     edges.matrixAutoUpdate = false;
     mesh.add(edges);
   }

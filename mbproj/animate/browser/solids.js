@@ -15,7 +15,7 @@ function shapeOf({ kind, size, mesh }, meshes) {
   if (kind === "tube") return tube(...size);
   const geometry = new THREE.BufferGeometry();
   geometry.setAttribute("position", new THREE.BufferAttribute(Float32Array.from(meshes[mesh].vertices), 3));
-  geometry.setIndex(meshes[mesh].triangles);
+  geometry.setIndex(Array.from(meshes[mesh].triangles));
   const facets = geometry.toNonIndexed(); // each triangle is flat
   facets.computeVertexNormals();
   return facets;
@@ -49,11 +49,14 @@ function merged(geometries) {
   return whole;
 }
 
+/** Triangles of a mesh beyond which its edges are not looked for. */
+const MOST_EDGED = 20000;
+
 /** The edges of parts as one set of lines: they make a shape plain without light. */
 function edgesOf(parts, meshes) {
   const points = [];
   for (const part of parts) {
-    if (part.kind === "sphere") continue;
+    if (part.kind === "sphere" || (part.kind === "mesh" && meshes[part.mesh].triangles.length > 3 * MOST_EDGED)) continue;
     const geometry = geometryOf(part, meshes);
     const edges = new THREE.EdgesGeometry(geometry, 35);
     points.push(edges.attributes.position.array);

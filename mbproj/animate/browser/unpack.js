@@ -38,4 +38,9 @@ class Block {
     const whole = this.whole[column * this.rows + row];
     return whole === NO_NUMBER ? NaN : whole * this.steps[this.steps.length > 1 ? column : 0];
   }
+
+  /** All numbers, row after row. */
+  rowsOf() {
+    return Float64Array.from({ length: this.rows * this.columns }, (_, i) => this.at(Math.floor(i / this.columns), i % this.columns));
+  }
 }

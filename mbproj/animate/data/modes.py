@@ -33,13 +33,13 @@ def page_of_modes(path: Path, label: str) -> PageData:
     modes = read_modes(path)
     if not len(modes.eigenvalue):
         raise InputError(Problem(f"'{path}' has no mode to show", hint="its mechanism has no degree of freedom"))
-    scene = scene_of_modes(path, modes.bodies)
+    scene, meshes = scene_of_modes(path, modes.bodies)
     pose = Motion(np.zeros(1), modes.position[None], modes.orientation[None])
-    size = look_of(scene, pose).size
+    size = look_of(scene, pose, meshes).size
     count = min(len(modes.eigenvalue), max(1, THINNED // (12 * max(len(modes.bodies), 1))))
     scales, shapes = unit_shapes(modes.displacement[:count], size)
     swings = swung(modes, shapes[:IN_VIEW], size)
-    look = look_of(scene, swings)
+    look = look_of(scene, swings, meshes)
     packer = Packer()
     turning = np.array([1.0 if unit == "rad" else size for unit in modes.coordinate_units])
     along = _turning_on(modes, modes.coordinate_shape[:count]) / scales[:, None]
@@ -56,7 +56,7 @@ def page_of_modes(path: Path, label: str) -> PageData:
     remarks = [*modes.notes.splitlines(), LARGER, f"no room for the {left} fastest modes" if left else ""]
     run = {
         "label": label,
-        "look": look_data(look),
+        "look": look_data(look, packer),
         **motion_data(pose, look.size, packer),
         "groups": [],
         "events": [],

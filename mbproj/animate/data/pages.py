@@ -19,6 +19,7 @@ from mbproj.animate.look.recorded import motion_of, scene_of
 from mbproj.animate.look.view import View, view_of
 from mbproj.arrays import Integers
 from mbproj.results import Results
+from mbproj.scene.meshes import meshes_of
 from mbproj.scene.records import Scene
 
 
@@ -41,7 +42,7 @@ def page_of(
     runs = []
     for result, label in zip(results, labels, strict=True):
         scene, motion = scene_of(result), motion_of(result)
-        look = look_of(scene, motion)
+        look = look_of(scene, motion, result.meshes())
         views.append(view_of(scene, motion, look))
         runs.append(_run(result, look, motion, label, packer, full, limit))
         better = _better(result, runs[-1]["trust"], frames_of(result.time, motion.finite, len(look.bodies), full).rows)
@@ -56,11 +57,11 @@ def page_of(
 def start_of(scene: Scene, motion: Motion, title: str) -> PageData:
     """The page of a scene's start pose, without a run."""
     packer = Packer()
-    look = look_of(scene, motion)
+    look = look_of(scene, motion, meshes_of(scene))
     view = view_of(scene, motion, look)
     run = {
         "label": title,
-        "look": look_data(look),
+        "look": look_data(look, packer),
         **motion_data(motion, look.size, packer),
         "groups": [],
         "events": [],
@@ -101,7 +102,7 @@ def _run(
     ]
     return {
         "label": label,
-        "look": look_data(look),
+        "look": look_data(look, packer),
         **motion_data(motion.at(frames.rows), look.size, packer),
         "groups": groups,
         "events": _events(result, frames),

@@ -13,9 +13,9 @@ from mbproj.animate.look.motion import Motion
 from mbproj.animate.look.view import View
 from mbproj.arrays import Array
 
-#: Binary digits of positions, relative to the mechanism, as in float32; of Euler parameters; of series; and how far
-#: positions may be from the middle, as a power of two of its step.
-POSITION, TURN, SERIES, FARTHEST = 24, 19, 18, 29
+#: Binary digits of positions, relative to the mechanism, as in float32; of Euler parameters; of series; of vertices of
+#: meshes; and how far positions may be from the middle, as a power of two of its step.
+POSITION, TURN, SERIES, VERTEX, FARTHEST = 24, 19, 18, 16, 29
 #: Step of the logarithms of sizes, and what zero is taken for.
 LOGARITHM, ZERO = 2.0**-10, 1e-18
 
@@ -32,8 +32,8 @@ def view_data(view: View) -> dict[str, Any]:
     }
 
 
-def look_data(look: Look) -> dict[str, Any]:
-    """What the mechanism looks like. Each mesh stands once, parts name it by its number."""
+def look_data(look: Look, packer: Packer) -> dict[str, Any]:
+    """What the mechanism looks like; parts name meshes by their numbers."""
     meshes: list[dict[str, Any]] = []
     parts = []
     for drawn in look.drawn:
@@ -49,8 +49,9 @@ def look_data(look: Look) -> dict[str, Any]:
         }
         if part.mesh is not None:
             entry["mesh"] = len(meshes)
-            vertices, triangles = part.mesh.vertices.ravel(), part.mesh.triangles.ravel()
-            meshes.append({"vertices": _short(vertices), "triangles": triangles.tolist()})
+            step = float(step_of(part.mesh.vertices.reshape(-1, 1), VERTEX)[0])
+            corners = packer.add(part.mesh.vertices, step), packer.add(part.mesh.triangles.astype(float), 1.0)
+            meshes.append(dict(zip(("vertices", "triangles"), corners, strict=True)))
         parts.append(entry)
     return {
         "bodies": [{"name": body.name, "colour": body.colour, "opacity": body.opacity} for body in look.bodies],

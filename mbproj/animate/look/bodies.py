@@ -7,10 +7,11 @@ from collections.abc import Sequence
 import numpy as np
 
 from mbproj.animate.look.equal_inertia import solid_of
-from mbproj.animate.look.parts import Part, bar, sphere
+from mbproj.animate.look.parts import UPRIGHT, Mesh, Part, bar, sphere
 from mbproj.animate.look.plates import plate
 from mbproj.animate.look.shapes import part_of
 from mbproj.arrays import Array
+from mbproj.scene.meshes import TriangleMesh
 from mbproj.scene.records import Body
 
 #: Part of its span by which a solid may miss a joint of its body, and how many times that span it may be long.
@@ -33,10 +34,14 @@ def parts_of(
     axes: Sequence[Array | None],
     markers: Sequence[Array],
     thickness: float,
+    mesh: TriangleMesh | None = None,
 ) -> tuple[Part, ...]:
     """The parts of a body whose joints and markers are at these points of its axes, (3,) from the centre of mass.
 
-    `axes` are those about which its joints turn, None where one has none. `thickness` is the radius of a link in m."""
+    `axes` are those about which its joints turn, None where one has none. `thickness` is the radius of a link in m,
+    `mesh` what the body wears."""
+    if mesh is not None:
+        return (Part("mesh", (), np.zeros(3), np.array(UPRIGHT), Mesh(mesh.vertices, mesh.triangles, convex=False)),)
     look = body.appearance
     shapes = look.shapes if look is not None and look.shapes else body.shapes
     if shapes:

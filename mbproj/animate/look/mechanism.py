@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -14,6 +14,7 @@ from mbproj.animate.look.layout import TURNING, Layout
 from mbproj.animate.look.motion import Motion
 from mbproj.arrays import Array
 from mbproj.scene.looks import Appearance
+from mbproj.scene.meshes import TriangleMesh
 from mbproj.scene.records import Body, Joint, PointForce, Scene
 
 #: Colours of bodies in turn, which colour-blind readers can tell apart (Tol, Colour Schemes, 2021, "bright").
@@ -77,8 +78,8 @@ class Look:
     gravity: Array
 
 
-def look_of(scene: Scene, motion: Motion) -> Look:
-    """What the scene looks like in this motion."""
+def look_of(scene: Scene, motion: Motion, meshes: Mapping[str, TriangleMesh]) -> Look:
+    """What the scene looks like in this motion, with the `meshes` that its bodies wear."""
     layout = Layout.of(scene, motion)
     marked: dict[str, list[Array]] = {}
     for marker in scene.markers:
@@ -91,6 +92,7 @@ def look_of(scene: Scene, motion: Motion) -> Look:
                 layout.axes.get(number, ()),
                 marked.get(body.name, ()),
                 layout.thickness,
+                meshes.get(body.name),
             )
         )
         for number, body in enumerate(scene.bodies)

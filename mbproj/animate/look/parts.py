@@ -20,6 +20,7 @@ class Mesh:
 
     vertices: Array
     triangles: Integers
+    convex: bool = True
 
 
 @dataclass(frozen=True, eq=False)

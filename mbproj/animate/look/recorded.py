@@ -10,6 +10,7 @@ from mbproj.errors import InputError, Problem
 from mbproj.results import Results
 from mbproj.results.linear.parts import scene_in
 from mbproj.scene import read_scene_text
+from mbproj.scene.meshes import TriangleMesh
 from mbproj.scene.records import Scene
 
 
@@ -18,10 +19,10 @@ def scene_of(results: Results) -> Scene:
     return _read(results.scene_text, results.scene_path, results.overrides, results.names("bodies"), results.path)
 
 
-def scene_of_modes(path: Path, bodies: Sequence[str]) -> Scene:
-    """The scene of the file of modes at `path`, whose shapes are of these bodies."""
+def scene_of_modes(path: Path, bodies: Sequence[str]) -> tuple[Scene, Mapping[str, TriangleMesh]]:
+    """The scene of the file of modes at `path`, whose shapes are of these bodies, and their meshes."""
     found = scene_in(path)
-    return _read(found.text, found.path, found.overrides, bodies, path)
+    return _read(found.text, found.path, found.overrides, bodies, path), found.meshes
 
 
 def _read(text: str, stood: Path | None, overrides: Mapping[str, str], bodies: Sequence[str], path: Path) -> Scene:

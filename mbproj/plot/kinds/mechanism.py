@@ -33,13 +33,14 @@ def draw(results: Sequence[Results], labels: Sequence[str], times: Sequence[floa
     """The first result's poses at `times` (s; the start where there are none), the earlier the fainter, and, paler,
     those of the others at the last of these times."""
     scene, motion = scene_of(results[0]), motion_of(results[0])
-    look = look_of(scene, motion)
+    look = look_of(scene, motion, results[0].meshes())
     view = view_of(scene, motion, look)
     figure, axis = _canvas(view)
     for other in results[1:]:
         its_scene, its_motion = scene_of(other), motion_of(other)
         row = _nearest(its_motion, times[-1] if times else None)
-        draw_pose(axis, look_of(its_scene, its_motion), view, its_motion.at([row]), opacity=GHOST, order=1.5)
+        its_look = look_of(its_scene, its_motion, other.meshes())
+        draw_pose(axis, its_look, view, its_motion.at([row]), opacity=GHOST, order=1.5)
     _paths(axis, look, motion, view)
     rows = [_nearest(motion, time) for time in sorted(times)] or [_nearest(motion, None)]
     for number, row in enumerate(rows):

@@ -33,6 +33,7 @@ class Shape:
     outline: Array
     depth: float
     colour: tuple[float, float, float]
+    edge: float = EDGE
 
 
 def draw_pose(axis: Axes, look: Look, view: View, motion: Motion, *, opacity: float = 1.0, order: float = 2.0) -> None:
@@ -42,7 +43,7 @@ def draw_pose(axis: Axes, look: Look, view: View, motion: Motion, *, opacity: fl
         PolyCollection(
             [shape.outline for shape in shapes],
             facecolors=[(*shape.colour, opacity) for shape in shapes],
-            edgecolors=[(*_mixed(shape.colour, (0.0, 0.0, 0.0), EDGE), opacity) for shape in shapes],
+            edgecolors=[(*_mixed(shape.colour, (0.0, 0.0, 0.0), shape.edge), opacity) for shape in shapes],
             linewidths=0.5,
             joinstyle="round",
             zorder=order,
@@ -69,6 +70,9 @@ def _shapes(look: Look, view: View, motion: Motion) -> Iterator[Shape]:
     lift = {"bodies": 0.0, "joints": 0.8 * look.thickness, "ground": 0.2 * look.thickness}
     for drawn in look.drawn:
         base = look.bodies[drawn.item].colour if drawn.layer == "bodies" else LAYERS[drawn.layer]
+        if drawn.part.mesh is not None and not drawn.part.mesh.convex:
+            yield from _triangles(drawn.part, drawn.carrier, base, view, motion)
+            continue
         for points, light in _faces(drawn.part, drawn.carrier, view, motion):
             depth = float(points.mean(axis=0) @ view.eye) + lift[drawn.layer]
             colour = _mixed(to_rgb(base), (1.0, 1.0, 1.0), LIGHT * light)
@@ -90,6 +94,18 @@ def _faces(part: Part, carrier: int, view: View, motion: Motion) -> Iterator[tup
                 own = part.outline()
                 on_face = (own - part.position) @ normal > 0.5 * length * (1.0 - 1e-9)
                 yield _placed(own[on_face], carrier, motion), 0.2 + 0.8 * facing
+
+
+def _triangles(part: Part, carrier: int, base: str, view: View, motion: Motion) -> Iterator[Shape]:
+    """The triangles of a mesh that look at the eye."""
+    assert part.mesh is not None
+    corners = _placed(part.outline(), carrier, motion)[part.mesh.triangles]
+    normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    facing = normals @ view.eye / np.maximum(np.linalg.norm(normals, axis=1), np.finfo(float).tiny)
+    depths, outlines = corners.mean(axis=1) @ view.eye, projected(corners, view)
+    for number in np.flatnonzero(facing > 0.0):
+        colour = _mixed(to_rgb(base), (1.0, 1.0, 1.0), LIGHT * float(0.2 + 0.8 * facing[number]))
+        yield Shape(outlines[number], float(depths[number]), colour, edge=0.0)
 
 
 def _placed(points: Array, carrier: int, motion: Motion) -> Array:

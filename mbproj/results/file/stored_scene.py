@@ -1,4 +1,4 @@
-"""The /scene group of a file: the text that the scene can be read from again."""
+"""The /scene group of a file: the text that the scene can be read from again, and the meshes that its bodies wear."""
 
 from __future__ import annotations
 
@@ -6,7 +6,12 @@ import json
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from mbproj.results.file.contents import Contents
+from mbproj.scene.meshes import MOST_TRIANGLES, TriangleMesh
+
+MESHES = "scene/meshes"
 
 
 def text(contents: Contents, name: str) -> str:
@@ -36,3 +41,22 @@ def overrides(contents: Contents) -> dict[str, str]:
     if not (isinstance(values, dict) and all(isinstance(value, str) for value in values.values())):
         raise contents.damaged("scene/overrides", "is not text by parameter")
     return values
+
+
+def meshes(contents: Contents) -> dict[str, TriangleMesh]:
+    """By body; none in files of older programs."""
+    if not contents.has(MESHES):
+        return {}
+    found: dict[str, TriangleMesh] = {}
+    triangles = 0
+    for number, body in enumerate(contents.texts(f"{MESHES}/bodies")):
+        name = f"{MESHES}/{number}"
+        triangles += contents.rows(f"{name}/triangles", (3,), np.int64)
+        if triangles > MOST_TRIANGLES:
+            raise contents.damaged(MESHES, f"has more than {MOST_TRIANGLES} triangles")
+        corners = contents.array(f"{name}/triangles", (None, 3), np.int64)
+        vertices = contents.array(f"{name}/vertices", (None, 3))
+        if not np.isfinite(vertices).all() or not ((corners >= 0) & (corners < len(vertices))).all():
+            raise contents.damaged(name, "is no mesh")
+        found[body] = TriangleMesh(vertices, corners)
+    return found

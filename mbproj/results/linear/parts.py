@@ -21,6 +21,7 @@ from mbproj.results.file.checksums import crc32, stamp, stamp_attributes
 from mbproj.results.file.contents import Contents
 from mbproj.results.file.opening import open_rehearsed
 from mbproj.results.provenance import Attribute, create_text, root_attributes, write_scene
+from mbproj.scene.meshes import TriangleMesh
 from mbproj.scene.records import Scene
 
 VERSION = 1
@@ -52,11 +53,13 @@ class Layout:
 
 @dataclass(frozen=True)
 class StoredScene:
-    """What a scene can be read from again: its text, where its file stood, and parameters that --set changed."""
+    """What a scene can be read from again: its text, where its file stood, parameters that --set changed; and the
+    meshes of its bodies."""
 
     text: str
     path: Path | None
     overrides: Mapping[str, str]
+    meshes: Mapping[str, TriangleMesh]
 
 
 def write(
@@ -111,9 +114,8 @@ def read(path: Path, layout: Layout) -> tuple[dict[str, Any], dict[str, Any]]:
 def scene_in(path: Path) -> StoredScene:
     """The scene of which the file is."""
     with open_rehearsed(path) as contents:
-        return StoredScene(
-            stored_scene.text(contents, "text"), stored_scene.path(contents), stored_scene.overrides(contents)
-        )
+        path_then, overrides = stored_scene.path(contents), stored_scene.overrides(contents)
+        return StoredScene(stored_scene.text(contents, "text"), path_then, overrides, stored_scene.meshes(contents))
 
 
 def format_of(path: Path) -> object:

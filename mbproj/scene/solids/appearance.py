@@ -2,8 +2,10 @@
 
     appearance: {colour: "#4477aa", opacity: 0.5}
     appearance: {shapes: [{cylinder: {radius: 0.4, length: 0.1}}, {box: [0.1, 0.1, 1], position: [0, 0, 0.5]}]}
+    appearance: {mesh: crank.stl}
+    appearance: {mesh: {file: crank.stl, scale: 0.001, position: [0, 0, 0.1]}}
 
-Places of shapes are from the centre of mass, along the body axes.
+Places of shapes and meshes are from the centre of mass, along the body axes.
 """
 
 from __future__ import annotations
@@ -11,13 +13,14 @@ from __future__ import annotations
 import re
 from typing import Any
 
-from mbproj.scene.fields.containers import Record
+from mbproj.scene.fields.alternatives import Alternatives
+from mbproj.scene.fields.containers import OneOf, Record
 from mbproj.scene.fields.fields import Converted, Field, List, Text
 from mbproj.scene.fields.orientation import ORIENTATION
 from mbproj.scene.fields.quantities import Number
 from mbproj.scene.fields.reading import Unfit
 from mbproj.scene.fields.vectors import POINT
-from mbproj.scene.looks import COLOURS, Appearance, PlacedShape
+from mbproj.scene.looks import COLOURS, MESH_FORMATS, Appearance, MeshFile, PlacedShape
 from mbproj.scene.solids.shapes import A_SHAPE, SHAPE_FIELDS
 from mbproj.scene.text.suggestions import choose_from
 
@@ -34,6 +37,15 @@ def _colour(text: str) -> str:
     return COLOURS[text]
 
 
+def _file(text: str) -> str:
+    """The path of a mesh."""
+    ending = text.lower().rpartition(".")[2]
+    if ending not in MESH_FORMATS or not text.isprintable():
+        hint = "give the path of a .stl or .obj file, from the scene's folder"
+        raise Unfit(f"is no mesh that can be read: '{text}'", hint)
+    return text
+
+
 def _shape(given: dict[str, Any]) -> PlacedShape:
     shape = next(given[kind] for kind in SHAPE_FIELDS if kind in given)
     place = {key: given[key] for key in PLACE if key in given}
@@ -44,8 +56,16 @@ COLOUR: Field[str] = Converted(Text(), _colour)
 SHAPES: Field[tuple[PlacedShape, ...]] = List(
     Converted(Record("a shape", {**SHAPE_FIELDS, **PLACE}, dict, choices=(A_SHAPE,)), _shape), None, "shapes"
 )
+FILE: Field[str] = Converted(Text(), _file)
+MESH: Field[MeshFile] = Alternatives(
+    (
+        Record("a mesh", {"file": FILE, "scale": Number(above=0.0), **PLACE}, MeshFile, required=("file",)),
+        Converted(FILE, MeshFile),
+    )
+)
 APPEARANCE: Record[Appearance] = Record(
     "an appearance",
-    {"colour": COLOUR, "opacity": Number(minimum=0.05, maximum=1.0), "shapes": SHAPES},
+    {"colour": COLOUR, "opacity": Number(minimum=0.05, maximum=1.0), "shapes": SHAPES, "mesh": MESH},
     Appearance,
+    choices=(OneOf(("shapes", "mesh"), hint="draw the one or the other"),),
 )

@@ -1,0 +1,124 @@
+"""The meshes of a scene's appearances, read from their files: triangles on the axes of their bodies."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from importlib.util import find_spec
+from io import BytesIO
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from mbproj.arrays import Array, Integers
+from mbproj.errors import InputError, Problem, warn_once
+from mbproj.scene.fields.rotations import to_matrix
+from mbproj.scene.looks import MeshFile
+from mbproj.scene.records import Scene
+
+#: Triangles of all meshes of a scene, and bytes of one file, that are drawn at most.
+MOST_TRIANGLES, MOST_BYTES = 200_000, 32_000_000
+FEWER = "take a coarser mesh, or reduce this one, with MeshLab's quadric edge collapse for instance"
+
+
+@dataclass(frozen=True, eq=False)
+class TriangleMesh:
+    """Vertices (k, 3) from the centre of mass in m, in body axes, and triangles (m, 3) of them, whose corners go
+    counter-clockwise as the outside sees them."""
+
+    vertices: Array
+    triangles: Integers
+
+
+def meshes_of(scene: Scene) -> dict[str, TriangleMesh]:
+    """By body. Raises InputError with the place of each that cannot be read, or is too large.
+
+    Where they cannot be looked for, because trimesh or the scene's own file is not there, a warning says so: a mesh has
+    no say in the motion."""
+    looks = {body.name: body.appearance for body in scene.bodies if body.appearance is not None}
+    wanted = {name: look.mesh for name, look in looks.items() if look.mesh is not None}
+    why_not = _why_not(scene)
+    if wanted and why_not:
+        warn_once(f"bodies are drawn without their meshes: {why_not}")
+    if not wanted or why_not or scene.path is None:
+        return {}
+    found: dict[str, TriangleMesh] = {}
+    problems = []
+    for name, mesh in wanted.items():
+        try:
+            found[name] = _placed(_triangles(scene.path.parent, mesh.file), mesh)
+        except Unreadable as error:
+            place = scene.place("bodies", name, "appearance", "mesh")
+            problems.append(Problem(f"the mesh '{mesh.file}' {error}", place, error.hint))
+    if problems:
+        raise InputError(problems)
+    _refuse_many(scene, found)
+    return found
+
+
+class Unreadable(Exception):
+    """What is wrong with a mesh's file, and what to do."""
+
+    def __init__(self, what: str, hint: str) -> None:
+        super().__init__(what)
+        self.hint = hint
+
+
+def _why_not(scene: Scene) -> str:
+    if scene.path is None or not scene.path.is_file():
+        return "they stand beside the scene's file, which is not there"
+    return "" if find_spec("trimesh") else "trimesh reads them: pip install 'mbproj[animate]'"
+
+
+def _refuse_many(scene: Scene, found: Mapping[str, TriangleMesh]) -> None:
+    count = sum(len(mesh.triangles) for mesh in found.values())
+    if count > MOST_TRIANGLES:
+        name = max(found, key=lambda body: len(found[body].triangles))
+        said = f"the meshes have {count} triangles, the largest {len(found[name].triangles)}; at most {MOST_TRIANGLES}"
+        raise InputError(Problem(f"{said} are drawn", scene.place("bodies", name, "appearance", "mesh"), FEWER))
+
+
+def _triangles(folder: Path, name: str) -> tuple[Array, Integers]:
+    """What stands in the file, in its own numbers."""
+    import trimesh
+
+    path = _inside(folder, name)
+    try:
+        data = path.read_bytes()
+    except OSError as error:
+        raise Unreadable(f"cannot be read: {error.strerror}", "look at its permissions") from error
+    try:
+        # From bytes and without materials: nothing that the file names is opened.
+        kind = path.suffix[1:].lower()
+        read: Any = trimesh.load_mesh(BytesIO(data), file_type=kind, skip_materials=True, process=False)
+        vertices, triangles = np.asarray(read.vertices, dtype=float), np.asarray(read.faces, dtype=np.intp)
+    except Exception as error:  # whatever trimesh stumbles over is in the file
+        raise Unreadable("is damaged", "write it again, as binary STL for instance") from error
+    if not len(triangles) or not np.isfinite(vertices).all():
+        what = "has numbers that are not finite" if len(triangles) else "has no triangle"
+        raise Unreadable(what, "write it again, as binary STL for instance")
+    vertices, same = np.unique(vertices, axis=0, return_inverse=True)  # STL repeats each corner in every triangle
+    return vertices, same.reshape(-1)[triangles]
+
+
+def _inside(folder: Path, name: str) -> Path:
+    """The file, which stands in the scene's folder or below, so that a scene from elsewhere opens nothing else."""
+    try:
+        path, root = (folder / name).resolve(strict=True), folder.resolve()
+    except (OSError, RuntimeError) as error:
+        raise Unreadable("is not there", f"its path begins at the scene's folder, '{folder}'") from error
+    if not path.is_relative_to(root):
+        raise Unreadable("is outside of the scene's folder", f"copy it to '{folder}'")
+    if not path.is_file():
+        raise Unreadable("is no file", "give the path of a .stl or .obj file")
+    if path.stat().st_size > MOST_BYTES:
+        raise Unreadable(f"has {path.stat().st_size} bytes, and at most {MOST_BYTES} are read", FEWER)
+    return path
+
+
+def _placed(read: tuple[Array, Integers], mesh: MeshFile) -> TriangleMesh:
+    """In metres, on the body."""
+    vertices, triangles = read
+    placed: Array = mesh.scale * vertices @ np.array(to_matrix(mesh.orientation)).T + np.array(mesh.position)
+    return TriangleMesh(placed, triangles)
