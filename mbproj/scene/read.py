@@ -11,6 +11,7 @@ from mbproj.errors import InputError, Place, Problem
 from mbproj.scene.blocks.coordinates import coordinates_in
 from mbproj.scene.blocks.expectation_checks import expectations_of, unsampled
 from mbproj.scene.blocks.simulation import SIMULATION
+from mbproj.scene.fields.kept import Kept
 from mbproj.scene.fields.reading import Reading, in_text_order
 from mbproj.scene.grammar import SCENE
 from mbproj.scene.records import Force, Joint, JointForce, KeyPath, Scene, Settings
@@ -61,6 +62,7 @@ class SceneText:
             problem = Problem(wrong, root.place, "it begins with 'mbproj: 1'")
             raise InputError(in_text_order([*self._problems, problem]))
         self.root, self.text, self.path = root, text, path
+        self._is_read, self._kept = False, Kept()
 
     def units(self) -> Mapping[KeyPath, str]:
         """The SI units of the scene's numbers, by their paths, where they are known."""
@@ -71,13 +73,20 @@ class SceneText:
     def scene(self, parameters: Mapping[str, object] = _NOTHING, simulation: Mapping[str, object] = _NOTHING) -> Scene:
         """The scene with these changes, as `read_scene` takes them."""
         root, wrong_changes = changed(self.root, parameters)
-        reading = Reading(items=_items(root), places={(): root.place}, problems=[*self._problems, *wrong_changes])
+        kept = self._kept if self._kept.is_full else Kept() if self._is_read else None  # a single one is not taken down
+        places = {**self._kept.places, (): root.place}
+        problems = [*self._problems, *wrong_changes]
+        reading = Reading(items=_items(root), places=places, problems=problems, kept=kept)
         found = SCENE.read(root, (), reading)
         settings = _settings(root, simulation, reading)
         if found is not None and not any(path.split(".")[0] == "simulation" for path in parameters):
             _check_times(found, reading)
         if reading.problems or found is None or settings is None:
             raise InputError(in_text_order(reading.problems))
+        if kept is not None and not kept.is_full:
+            kept.close(reading)
+            self._kept = kept
+        self._is_read = True
         return Scene(
             title=found.get("title", ""),
             gravity=found["gravity"],

@@ -213,6 +213,8 @@ def _consistent_velocity(system: System, pose: Pose, guess: Guess, drive: Drive 
     speeds = set_jacobian(system.coordinates, pose)[guess.speed.index]
     rows = np.concatenate([jacobian(system, pose), speeds])
     wanted = np.concatenate([-time_derivative(system, drive), guess.speed.value])
+    if not wanted.any() and not guess.v.any():
+        return guess.v  # what rests, and is to
     v = guess.v + weights * np.linalg.lstsq(rows * weights, wanted - rows @ guess.v, rcond=1e-12)[0]
     v = v + weights * np.linalg.lstsq(rows * weights, wanted - rows @ v, rcond=1e-12)[0]
     left = np.abs(rows @ v - wanted)

@@ -27,6 +27,7 @@ class Parameters(Field[Mapping[str, float]]):
     """Numbers by name, from expressions over each other. Reading them defines the names of all other expressions."""
 
     node_type: ClassVar[type] = MappingNode
+    defines_names: ClassVar[bool] = True
 
     @property
     def expects(self) -> str:

@@ -140,9 +140,7 @@ def read_keys(
     for key, field in fields.items():
         node = mapping.values.get(key)
         if node is not None:
-            where = (*path, key)
-            reading.places[where] = node.place
-            value = field.read(node, where, reading)
+            value = reading.read(field, node, (*path, key))
             if value is not None:
                 yield key, value
 

@@ -22,6 +22,8 @@ class Field(ABC, Generic[T_co]):
 
     #: The class of node that this reads.
     node_type: ClassVar[type] = ScalarNode
+    #: Whether reading it defines what those after it may name.
+    defines_names: ClassVar[bool] = False
 
     @property
     @abstractmethod
@@ -109,11 +111,7 @@ class List(Field[tuple[T_co, ...]]):
         if not self._long_enough(node):
             reading.report(f"{label(path)} needs {self.expects}, found {len(node.items)}", node.place)
             return None
-        found = []
-        for index, item in enumerate(node.items):
-            where = (*path, index)
-            reading.places[where] = item.place
-            found.append(self.item.read(item, where, reading))
+        found = [reading.read(self.item, item, (*path, index)) for index, item in enumerate(node.items)]
         whole = tuple(value for value in found if value is not None)
         return whole if len(whole) == len(node.items) else None
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
+from typing import Any
 
 from mbproj.errors import Place, Problem
 from mbproj.functions.program import Program
@@ -12,8 +13,9 @@ from mbproj.scene.expressions.evaluate import Unavailable, Value, evaluate
 from mbproj.scene.expressions.syntax_tree import Expression, parse
 from mbproj.scene.expressions.tokens import ExpressionError
 from mbproj.scene.expressions.units import SYMBOLS, Dimension
+from mbproj.scene.fields.kept import Kept
 from mbproj.scene.records import KeyPath
-from mbproj.scene.text.nodes import ScalarNode
+from mbproj.scene.text.nodes import Node, ScalarNode
 
 
 class Unfit(Exception):
@@ -27,8 +29,8 @@ class Unfit(Exception):
 @dataclass
 class Reading:
     """`names` are the parameters (None: wrong, and reported), `items` the names of each block's items; `notes` are on
-    what is legal but may be a mistake; `units` are the SI units of the numbers, by their paths, where they are known.
-    """
+    what is legal but may be a mistake; `units` are the SI units of the numbers, by their paths, where they are known;
+    `kept` is what an earlier reading found, or takes this one down."""
 
     items: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
     names: dict[str, Value | None] = field(default_factory=dict)
@@ -36,6 +38,24 @@ class Reading:
     problems: list[Problem] = field(default_factory=list)
     notes: list[Problem] = field(default_factory=list)
     units: dict[KeyPath, str] = field(default_factory=dict)
+    kept: Kept | None = None
+
+    def read(self, kind: Any, node: Node, path: KeyPath) -> Any:
+        """The value of a field at `path`, as an earlier reading found it where that must be the same."""
+        self.places[path] = node.place
+        if self.kept is None or kind.defines_names:
+            return kind.read(node, path, self)
+        if self.kept.is_full:
+            entry = self.kept.again(kind, node, path, self)
+            if entry is None:
+                return kind.read(node, path, self)
+            self.notes += entry.notes
+            return entry.value
+        problems, notes = len(self.problems), len(self.notes)
+        value = kind.read(node, path, self)
+        if len(self.problems) == problems:
+            self.kept.keep(kind, node, path, value, self.notes[notes:])
+        return value
 
     def report(self, message: str, place: Place | None, hint: str | None = None) -> None:
         """Take down a problem; reading goes on."""

@@ -1,0 +1,85 @@
+"""What an earlier reading of a document found: where nothing that a value follows from has changed it is taken again.
+
+A value follows from its node, from the parameters that its texts name, and from the names of the scene's items. Of two
+readings with other values in them (`mbproj.scene.text.changes`) the nodes beside the changes are the same objects.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+from mbproj.errors import Place, Problem
+from mbproj.scene.records import KeyPath
+from mbproj.scene.text.nodes import MappingNode, Node, ScalarNode
+
+if TYPE_CHECKING:
+    from mbproj.scene.fields.reading import Reading
+
+#: What may be the name of a parameter.
+WORD = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")
+
+
+class _Entry(NamedTuple):
+    """A value that was read without a problem, what it was read from, and the notes on it."""
+
+    field: Any
+    node: Node
+    path: KeyPath
+    value: Any
+    notes: tuple[Problem, ...]
+
+
+class Kept:
+    """The values of one reading, taken down by `keep`; `again` gives them to readings after it."""
+
+    def __init__(self) -> None:
+        self._names: Mapping[str, object] = {}
+        self._items: Mapping[str, tuple[str, ...]] | None = None
+        self._values: dict[tuple[int, int], _Entry] = {}
+        self._words: dict[int, frozenset[str]] = {}
+        self._changed: tuple[object, frozenset[str] | None] = (None, None)
+        self.places: Mapping[KeyPath, Place] = {}
+
+    @property
+    def is_full(self) -> bool:
+        """Whether a reading was taken down from its beginning to its end."""
+        return self._items is not None
+
+    def close(self, reading: Reading) -> None:
+        """The reading that was taken down has come to its end without a problem."""
+        self._names, self._items, self.places = reading.names, reading.items, reading.places
+
+    def keep(self, field: Any, node: Node, path: KeyPath, value: Any, notes: list[Problem]) -> None:
+        """Takes down a value."""
+        self._values[id(node), id(field)] = _Entry(field, node, path, value, tuple(notes))
+
+    def again(self, field: Any, node: Node, path: KeyPath, reading: Reading) -> _Entry | None:
+        """The value of a node, where it must be what it was."""
+        entry = self._values.get((id(node), id(field)))
+        if entry is None or entry.path != path:
+            return None
+        changed = self._changed_in(reading)
+        return entry if changed is not None and changed.isdisjoint(self._words_of(node)) else None
+
+    def _changed_in(self, reading: Reading) -> frozenset[str] | None:
+        """The parameters that have other values in a reading; None where it has other names."""
+        if self._changed[0] is not reading:
+            changed = None
+            if reading.items == self._items and reading.names.keys() == self._names.keys():
+                changed = frozenset(name for name, value in reading.names.items() if value != self._names[name])
+            self._changed = reading, changed
+        return self._changed[1]
+
+    def _words_of(self, node: Node) -> frozenset[str]:
+        """The words in the texts of a node that are names of parameters."""
+        found = self._words.get(id(node))
+        if found is None:
+            if isinstance(node, ScalarNode):
+                found = frozenset(WORD.findall(node.text)) & self._names.keys()
+            else:
+                inner = node.values.values() if isinstance(node, MappingNode) else node.items
+                found = frozenset().union(*map(self._words_of, inner))
+            self._words[id(node)] = found
+        return found
