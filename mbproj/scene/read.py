@@ -11,13 +11,13 @@ from mbproj.errors import InputError, Place, Problem
 from mbproj.scene.blocks.coordinates import coordinates_in
 from mbproj.scene.blocks.expectation_checks import expectations_of, unsampled
 from mbproj.scene.blocks.simulation import SIMULATION
-from mbproj.scene.fields.kept import Kept
 from mbproj.scene.fields.reading import Reading, in_text_order
 from mbproj.scene.grammar import SCENE
 from mbproj.scene.records import Force, Joint, JointForce, KeyPath, Scene, Settings
 from mbproj.scene.settings import Merged, check_settings, flatten, merge, read_options, settings_of
 from mbproj.scene.text.changes import Change, changed
 from mbproj.scene.text.document import compose
+from mbproj.scene.text.kept import Kept
 from mbproj.scene.text.nodes import MappingNode, ScalarNode, as_mapping, describe, flow
 from mbproj.scene.text.source import MAX_BYTES, read_text
 
@@ -84,7 +84,7 @@ class SceneText:
         if reading.problems or found is None or settings is None:
             raise InputError(in_text_order(reading.problems))
         if kept is not None and not kept.is_full:
-            kept.close(reading)
+            kept.close(reading.names, reading.items, reading.places)
             self._kept = kept
         self._is_read = True
         return Scene(

@@ -39,20 +39,21 @@ def _document(bodies: str, rest: str = "") -> str:
     )
 
 
-def chain_model(links: int) -> mujoco.MjModel:
+def chain_model(links: int, length: float = LENGTH) -> mujoco.MjModel:
     """A chain in the x-z plane, level along x. (An XML document of 500 links would be nested too deeply.)"""
+    across = ACROSS + MASS * (length**2 - LENGTH**2) / 12.0
     spec = mujoco.MjSpec.from_string(_document(""))
     body = spec.worldbody
     for index in range(links):
         body = body.add_body(
-            pos=[LENGTH if index else 0.0, 0.0, 0.0],
+            pos=[length if index else 0.0, 0.0, 0.0],
             explicitinertial=True,
             mass=MASS,
-            ipos=[LENGTH / 2, 0.0, 0.0],
-            inertia=[ALONG, ACROSS, ACROSS],
+            ipos=[length / 2, 0.0, 0.0],
+            inertia=[ALONG, across, across],
         )
         body.add_joint(type=mujoco.mjtJoint.mjJNT_HINGE, axis=[0.0, 1.0, 0.0])
-    body.add_site(name="marker", pos=[LENGTH, 0.0, 0.0])
+    body.add_site(name="marker", pos=[length, 0.0, 0.0])
     return spec.compile()
 
 

@@ -13,8 +13,8 @@ from mbproj.scene.expressions.evaluate import Unavailable, Value, evaluate
 from mbproj.scene.expressions.syntax_tree import Expression, parse
 from mbproj.scene.expressions.tokens import ExpressionError
 from mbproj.scene.expressions.units import SYMBOLS, Dimension
-from mbproj.scene.fields.kept import Kept
 from mbproj.scene.records import KeyPath
+from mbproj.scene.text.kept import Kept
 from mbproj.scene.text.nodes import Node, ScalarNode
 
 
@@ -46,7 +46,7 @@ class Reading:
         if self.kept is None or kind.defines_names:
             return kind.read(node, path, self)
         if self.kept.is_full:
-            entry = self.kept.again(kind, node, path, self)
+            entry = self.kept.again(kind, node, path, self.names, self.items)
             if entry is None:
                 return kind.read(node, path, self)
             self.notes += entry.notes

@@ -8,15 +8,15 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple, TypeAlias
 
 from mbproj.errors import Place, Problem
-from mbproj.scene.records import KeyPath
 from mbproj.scene.text.nodes import MappingNode, Node, ScalarNode
 
-if TYPE_CHECKING:
-    from mbproj.scene.fields.reading import Reading
-
+Path: TypeAlias = "tuple[str | int, ...]"
+#: Parameters by name, and the names of the items of each block.
+Names: TypeAlias = Mapping[str, object]
+Items: TypeAlias = Mapping[str, tuple[str, ...]]
 #: What may be the name of a parameter.
 WORD = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")
 
@@ -26,7 +26,7 @@ class _Entry(NamedTuple):
 
     field: Any
     node: Node
-    path: KeyPath
+    path: Path
     value: Any
     notes: tuple[Problem, ...]
 
@@ -35,41 +35,41 @@ class Kept:
     """The values of one reading, taken down by `keep`; `again` gives them to readings after it."""
 
     def __init__(self) -> None:
-        self._names: Mapping[str, object] = {}
-        self._items: Mapping[str, tuple[str, ...]] | None = None
+        self._names: Names = {}
+        self._items: Items | None = None
         self._values: dict[tuple[int, int], _Entry] = {}
         self._words: dict[int, frozenset[str]] = {}
         self._changed: tuple[object, frozenset[str] | None] = (None, None)
-        self.places: Mapping[KeyPath, Place] = {}
+        self.places: Mapping[Path, Place] = {}
 
     @property
     def is_full(self) -> bool:
         """Whether a reading was taken down from its beginning to its end."""
         return self._items is not None
 
-    def close(self, reading: Reading) -> None:
+    def close(self, names: Names, items: Items, places: Mapping[Path, Place]) -> None:
         """The reading that was taken down has come to its end without a problem."""
-        self._names, self._items, self.places = reading.names, reading.items, reading.places
+        self._names, self._items, self.places = names, items, places
 
-    def keep(self, field: Any, node: Node, path: KeyPath, value: Any, notes: list[Problem]) -> None:
+    def keep(self, field: Any, node: Node, path: Path, value: Any, notes: list[Problem]) -> None:
         """Takes down a value."""
         self._values[id(node), id(field)] = _Entry(field, node, path, value, tuple(notes))
 
-    def again(self, field: Any, node: Node, path: KeyPath, reading: Reading) -> _Entry | None:
-        """The value of a node, where it must be what it was."""
+    def again(self, field: Any, node: Node, path: Path, names: Names, items: Items) -> _Entry | None:
+        """The value of a node, where it must be what it was, for a reading with these parameters and items."""
         entry = self._values.get((id(node), id(field)))
         if entry is None or entry.path != path:
             return None
-        changed = self._changed_in(reading)
+        changed = self._changed_in(names, items)
         return entry if changed is not None and changed.isdisjoint(self._words_of(node)) else None
 
-    def _changed_in(self, reading: Reading) -> frozenset[str] | None:
+    def _changed_in(self, names: Names, items: Items) -> frozenset[str] | None:
         """The parameters that have other values in a reading; None where it has other names."""
-        if self._changed[0] is not reading:
+        if self._changed[0] is not names:
             changed = None
-            if reading.items == self._items and reading.names.keys() == self._names.keys():
-                changed = frozenset(name for name, value in reading.names.items() if value != self._names[name])
-            self._changed = reading, changed
+            if items == self._items and names.keys() == self._names.keys():
+                changed = frozenset(name for name, value in names.items() if value != self._names[name])
+            self._changed = names, changed
         return self._changed[1]
 
     def _words_of(self, node: Node) -> frozenset[str]:

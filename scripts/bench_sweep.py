@@ -1,0 +1,168 @@
+"""What sweeps cost: many five-bars beside a plain loop, and the study of a thousand lengths beside MuJoCo.
+
+    python scripts/bench_sweep.py overhead [CASES]     five-bars of 1 s: `mbproj sweep` on all processors, a plain loop
+    python scripts/bench_sweep.py study [CASES]        5 s, tip right to 1e-5 m at the end, one process (extra `peers`)
+
+What is compared alternates in blocks, and is measured by processor time: other programs on the machine slow both down
+alike. Say how busy it was: the load average is printed.
+"""
+
+from __future__ import annotations
+
+import os
+import resource
+import subprocess
+import sys
+import tempfile
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from time import perf_counter, process_time
+from typing import TypeVar
+
+import numpy as np
+
+sys.path.insert(0, str(Path(__file__).parents[1]))
+
+from mbproj.studies.parallel.hand_out import processors
+from mbproj.studies.sweep.case import Task, Work, run_case
+from mbproj.studies.sweep.spec import read_spec
+
+ROOT = Path(__file__).parents[1]
+PROGRAM = "from mbproj.cli import main; main()"
+BLOCKS = 5
+SHORT = "  simulation.duration: 1 s\n"
+Setting = TypeVar("Setting", int, float)
+#: Error at the end that the study allows, m, the lengths at which settings are tried, and these settings.
+ERROR, PROBES = 1e-5, (0.9, 0.95, 1.0, 1.05, 1.1)
+TOLERANCES = tuple(10.0 ** (-power / 2.0) for power in range(10, 24))
+STEPS = tuple(int(500 * 2.0 ** (power / 2.0)) for power in range(14))
+FINEST = 1e-13
+
+
+def spec_of(folder: Path, cases: int, first: float, last: float, simulation: str) -> Path:
+    """The file of a sweep of the five-bar's length."""
+    path = folder / "lengths.yaml"
+    path.write_text(
+        f"sweep: 1\nscene: {ROOT / 'mechanisms' / 'five_bar.yaml'}\n"
+        f"vary:\n  parameters.length: {first}:{last}:{cases}\n{simulation}"
+        "measure:\n  tip: {marker: tip, quantity: position, at: end, component: z}\n",
+        encoding="utf-8",
+    )
+    return path
+
+
+def cases_of(path: Path) -> Callable[[int], float]:
+    """Runs the case of a number as a worker does; the tip's height at the end."""
+    spec = read_spec(path)
+    work = Work(spec.scene.text, str(spec.scene.path), spec.design.paths, spec.measures, None, "none", None)
+
+    def run(number: int) -> float:
+        return run_case(work, Task(str(number), spec.design.case(number))).values[0]
+
+    return run
+
+
+def overhead(cases: int) -> None:
+    """Processor time and pace of a sweep beside those of a plain loop over the same cases."""
+    block = cases // BLOCKS
+    plain, swept, wall, elapsed = [], [], [], []
+    with tempfile.TemporaryDirectory() as temporary:
+        for number in range(BLOCKS):
+            path = spec_of(Path(temporary), block, 0.8 + 0.08 * number, 0.86 + 0.08 * number, SHORT)
+            run = cases_of(path)
+            run(0)
+            begun, clock = process_time(), perf_counter()
+            for case in range(block):
+                run(case)
+            plain.append((process_time() - begun) / block)
+            elapsed.append((perf_counter() - clock) / block)
+            start = _swept(spec_of(Path(temporary), 2, 0.8, 0.9, SHORT), Path(temporary) / f"start-{number}")
+            path = spec_of(Path(temporary), block, 0.8 + 0.08 * number, 0.86 + 0.08 * number, SHORT)
+            whole = _swept(path, Path(temporary) / f"block-{number}")
+            swept.append((whole[0] - start[0]) / (block - 2))
+            wall.append(whole[1] / block)
+            print(f"  plain {1e3 * plain[-1]:.2f} ms a case, sweep {1e3 * swept[-1]:.2f} ms; {load()}", flush=True)
+    print(
+        f"plain loop, one process: {1e3 * np.median(plain):.2f} ms of processor a case, {1 / np.median(elapsed):.0f} /s"
+    )
+    pace = f"{1 / np.median(wall):.0f} a second on {processors()} processors, start included"
+    print(f"sweep: {1e3 * np.median(swept):.2f} ms of processor a case beyond its start; {pace}")
+    print(f"overhead: {100 * (np.median(np.divide(swept, plain)) - 1):.0f} %")
+
+
+def _swept(path: Path, output: Path) -> tuple[float, float]:
+    """Seconds of processor, of all processes, and of the clock that a sweep takes."""
+    before, begun = resource.getrusage(resource.RUSAGE_CHILDREN), perf_counter()
+    environment = {**os.environ, "PYTHONPATH": str(ROOT)}
+    subprocess.run([sys.executable, "-c", PROGRAM, "sweep", path, "-o", output, "-q"], check=True, env=environment)
+    after = resource.getrusage(resource.RUSAGE_CHILDREN)
+    return after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime, perf_counter() - begun
+
+
+def study(cases: int) -> None:
+    """Each program at its cheapest setting that is right at the probes, in turn."""
+    with tempfile.TemporaryDirectory() as temporary:
+        folder = Path(temporary)
+        exact = [ours(folder, [length], FINEST)(0) for length in PROBES]
+        ours_at = cheapest(TOLERANCES, lambda setting: [ours(folder, [x], setting)(0) for x in PROBES], exact)
+        theirs_at = cheapest(STEPS, lambda setting: [theirs(x, setting) for x in PROBES], exact)
+        print(f"mbproj: dop853, tolerance {ours_at:.1e}; MuJoCo: RK4, {theirs_at} steps of {5 / theirs_at:.2e} s")
+        lengths = np.linspace(PROBES[0], PROBES[-1], cases).tolist()
+        run = ours(folder, lengths, ours_at)
+        run(0)
+        spent = np.zeros(2)
+        apart = 0.0
+        for block in np.array_split(np.arange(cases), BLOCKS):
+            begun = process_time()
+            heights = [run(number) for number in block.tolist()]
+            middle = process_time()
+            others = [theirs(length, theirs_at) for length in lengths[block[0] : block[-1] + 1]]
+            spent += middle - begun, process_time() - middle
+            apart = max(apart, float(np.abs(np.subtract(heights, others)).max()))
+    print(f"mbproj {1e3 * spent[0] / cases:.2f} ms a case, MuJoCo {1e3 * spent[1] / cases:.2f} ms; {load()}")
+    print(f"MuJoCo takes {spent[1] / spent[0]:.1f} times as long; the two are at most {apart:.1e} m apart")
+
+
+def ours(folder: Path, lengths: Sequence[float], tolerance: float) -> Callable[[int], float]:
+    """The cases of these lengths, evenly spaced, with DOP853."""
+    simulation = f"  simulation.duration: 5 s\n  simulation.output_step: 5 s\n  simulation.tolerance: {tolerance}\n"
+    last = lengths[-1] if len(lengths) > 1 else lengths[0] + 0.1
+    path = spec_of(folder, max(2, len(lengths)), lengths[0], last, f"{simulation}  simulation.integrator: dop853\n")
+    return cases_of(path)
+
+
+def theirs(length: float, steps: int) -> float:
+    """The tip's height after 5 s, of a model built for the length."""
+    import mujoco
+    from peers.mujoco_rk4 import chain_model
+
+    model = chain_model(5, length)
+    model.opt.timestep = 5.0 / steps
+    data = mujoco.MjData(model)
+    mujoco.mj_step(model, data, nstep=steps)
+    mujoco.mj_kinematics(model, data)
+    return float(data.site("marker").xpos[2])
+
+
+def cheapest(settings: Sequence[Setting], heights: Callable[[Setting], list[float]], exact: list[float]) -> Setting:
+    """The first setting that is right at the probes, of settings from the cheapest on."""
+    for setting in settings:
+        error = float(np.abs(np.subtract(heights(setting), exact)).max())
+        if error <= ERROR:
+            return setting
+    raise SystemExit(f"no setting is right to {ERROR:g} m")
+
+
+def load() -> str:
+    return f"load {os.getloadavg()[0]:.1f}"
+
+
+def main() -> None:
+    what, *count = sys.argv[1:] or ["help"]
+    if what not in ("overhead", "study"):
+        raise SystemExit(__doc__)
+    {"overhead": overhead, "study": study}[what](int(*count) if count else {"overhead": 10_000, "study": 1000}[what])
+
+
+if __name__ == "__main__":
+    main()
