@@ -18,6 +18,7 @@ const LAYERS = [
   ["joints", "Joints"],
   ["ground", "Ground"],
   ["springs", "Springs and rods"],
+  ["given", "Given forces and torques"],
   ["markers", "Markers"],
   ["paths", "Paths"],
   ["forces", "Reaction forces"],
@@ -87,7 +88,7 @@ function layers(page) {
 function present(page, layer) {
   const [first] = page.shown;
   const count = {
-    ghosts: page.shown.length - 1, springs: first.spans.items.length, markers: first.trails.items.length, paths: first.run.frames > 1 ? first.trails.items.length : 0,
+    ghosts: page.shown.length - 1, springs: first.spans.items.length || undefined, given: first.given.reduce((sum, arrows) => sum + (arrows ? arrows.items.length : 0), 0), markers: first.trails.items.length, paths: first.run.frames > 1 ? first.trails.items.length : 0,
     forces: first.forces ? first.forces.items.length : 0, torques: first.torques ? first.torques.items.length : 0,
   };
   return count[layer] ?? first.figure.meshes.some((mesh) => mesh.userData.layer === layer);
@@ -96,11 +97,12 @@ function present(page, layer) {
 function toggle(page, layer, visible) {
   for (const each of page.shown) {
     if (layer === "ghosts") page.ghosts = visible;
-    else if (layer === "springs") each.spans.root.visible = visible;
+    else if (layer === "given") each.given.forEach((arrows) => arrows && (arrows.root.visible = visible));
     else if (layer === "markers") each.trails.items.forEach(({ mesh }) => (mesh.visible = visible));
     else if (layer === "paths") each.trails.paths.visible = visible;
     else if (layer === "forces" || layer === "torques") each[layer] && (each[layer].root.visible = visible);
     else each.figure.show(layer, visible);
+    if (layer === "springs") each.spans.root.visible = visible;
   }
   page.change();
 }

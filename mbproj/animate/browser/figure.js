@@ -2,6 +2,8 @@
 
 const JOINT_COLOUR = "#363d47";
 const GROUND_COLOUR = "#8a9099";
+const SPRING_COLOUR = "#2f8f6b";
+const COLOUR_OF = { joints: JOINT_COLOUR, ground: GROUND_COLOUR, springs: SPRING_COLOUR };
 const GHOST_COLOUR = "#6f7f95";
 /** Beyond so many bodies edges are not drawn: they double the work. */
 const MOST_WITH_EDGES = 150;
@@ -43,14 +45,14 @@ class Figure {
     const { look } = this.run;
     const geometry = merged(parts.map((part) => geometryOf(part, this.run.meshes)));
     const body = layer === "bodies" ? look.bodies[item] : null;
-    const colour = this.ghost ? GHOST_COLOUR : body ? body.colour : layer === "joints" ? JOINT_COLOUR : GROUND_COLOUR;
+    const colour = this.ghost ? GHOST_COLOUR : body ? body.colour : COLOUR_OF[layer];
     const opacity = this.ghost ? 0.28 : body ? body.opacity : 1;
     const material = new THREE.MeshPhongMaterial({
       color: colour, shininess: 25, specular: "#333333", transparent: opacity < 1, opacity, depthWrite: opacity > 0.5,
       polygonOffset: true, polygonOffsetFactor: layer === "bodies" ? 1 : 0, polygonOffsetUnits: 1,
     });
     const mesh = new THREE.Mesh(geometry, material);
-    mesh.userData = { layer, item, kind: layer === "bodies" ? "bodies" : "joints", colour: new THREE.Color(colour), opacity };
+    mesh.userData = { layer, item, kind: { bodies: "bodies", springs: "forces" }[layer] ?? "joints", colour: new THREE.Color(colour), opacity };
     mesh.matrixAutoUpdate = false;
     const group = carrier < 0 ? this.ground : this.bodies[carrier];
     group.add(mesh);

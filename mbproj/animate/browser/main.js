@@ -49,13 +49,16 @@ class Page {
     const trails = new Trails(run, 1.15 * thickness, ghost);
     const length = 0.3 * this.data.view.radius;
     const arrow = Math.min(0.5 * thickness, 0.02 * length);
-    const forces = ghost ? null : new Arrows(run, "reaction force", "#a3123a", 1, length, arrow);
-    const torques = ghost ? null : new Arrows(run, "reaction torque", "#5b3aa8", 2, length, arrow);
-    const movers = [figure, spans, trails, forces, torques].filter(Boolean);
+    const joints = run.look.joints.map(({ name, bodies, point }) => ({ name, body: bodies[1], point }));
+    const arrows = (places, kind, name, colour, heads) => (ghost ? null : new Arrows(run, places, { kind, name, colour, heads, length, radius: arrow }));
+    const forces = arrows(joints, "joints", "reaction force", "#a3123a", 1);
+    const torques = arrows(joints, "joints", "reaction torque", "#5b3aa8", 2);
+    const given = [arrows(run.look.loads, "forces", "given force", "#b8860b", 1), arrows(run.look.loads, "forces", "given torque", "#7a6a00", 2)];
+    const movers = [figure, spans, trails, forces, torques, ...given].filter(Boolean);
     const root = new THREE.Group().add(...movers.map((mover) => mover.root));
     this.stage.add(root);
-    for (const arrows of [forces, torques]) if (arrows) arrows.root.visible = false;
-    return { run, ghost, root, figure, spans, trails, forces, torques, movers, colours: ghost ? null : new Colours(run, figure, spans) };
+    for (const reaction of [forces, torques]) if (reaction) reaction.root.visible = false;
+    return { run, ghost, root, figure, spans, trails, forces, torques, given, movers, colours: ghost ? null : new Colours(run, figure, spans) };
   }
 
   /** Shows the numbers of a thing {kind, name, run}; of none where it is null. */
@@ -81,7 +84,7 @@ class Page {
   #thing({ kind, name, item, layer }, run) {
     const { look } = this.runs[run];
     if (name) return { kind, name, run };
-    return layer === "bodies" ? { kind: "bodies", name: look.bodies[item].name, run } : { kind: "joints", name: look.joints[item].name, run };
+    return { kind, name: kind === "forces" ? look.forces[item] : look[kind][item].name, run };
   }
 
   resize() {

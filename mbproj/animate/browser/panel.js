@@ -63,12 +63,12 @@ class Panel {
     }
     const marker = kind === "markers" && run.look.markers.find((each) => each.name === name);
     if (marker) yield ["position", (at) => vectorText(markerAt(run, marker, at), "m")];
-    const of = kind === "joints" ? [["joints", name], ...coordinatesOf(run, name)] : [[kind, name]];
+    const of = [[kind, name], ...(kind === "joints" ? ownedBy(run, "coordinates", name) : kind === "forces" ? ownedBy(run, "forces", name) : [])];
     for (const [owner, its] of of) {
       const columns = run.columnsOf(owner, its);
       for (let i = 0; i < columns.length; i += columns[i].component ? 3 : 1) {
         const { label, unit, group, column, component } = columns[i];
-        const short = its === name ? label : `${its.slice(name.length + 1)}${label === "rate" ? ", rate" : ""}`;
+        const short = its === name ? label : `${its.slice(name.length + 1)}${label === "coordinate" ? "" : `, ${label}`}`;
         yield [short, (at) => component
           ? vectorText([0, 1, 2].map((k) => run.value(group, column + k, at)), unit)
           : quantity(run.value(group, column, at), unit)];
@@ -88,9 +88,10 @@ class Panel {
   }
 }
 
-function* coordinatesOf(run, joint) {
-  const owned = run.groups.filter((group) => group.kind === "coordinates").flatMap((group) => group.owners);
-  for (const name of new Set(owned)) if (name.slice(0, name.lastIndexOf(".")) === joint) yield ["coordinates", name];
+/** What series of a kind know as NAME.coordinate. */
+function* ownedBy(run, kind, owner) {
+  const owned = run.groups.filter((group) => group.kind === kind).flatMap((group) => group.owners);
+  for (const name of new Set(owned)) if (name.slice(0, name.lastIndexOf(".")) === owner) yield [kind, name];
 }
 
 /** The global position of a marker in m. */

@@ -61,14 +61,15 @@ function stretch(object, from, to) {
   object.scale.set(1, 1, Math.max(length, 1e-12));
 }
 
-/** Arrows of the reactions: a force one head, a torque two; as long as they are large, over the whole run. */
+/** Arrows at `places` of forces (one head) or torques (two), which series of this kind and name have; as long as they
+ * are large, over the whole run. */
 class Arrows {
-  constructor(run, name, colour, heads, length, radius) {
+  constructor(run, places, { kind, name, colour, heads, length, radius }) {
     this.run = run;
     this.root = new THREE.Group();
     this.scratch = new THREE.Object3D();
     this.from = new THREE.Vector3();
-    this.group = run.groups.findIndex((group) => group.kind === "joints" && group.name === name);
+    this.group = run.groups.findIndex((group) => group.kind === kind && group.name === name);
     this.length = length;
     this.radius = radius;
     this.items = [];
@@ -76,8 +77,8 @@ class Arrows {
     const { owners } = run.groups[this.group];
     this.largest = this.#largest(owners.length);
     owners.forEach((owner, number) => {
-      const joint = run.look.joints.find((each) => each.name === owner);
-      if (joint) this.items.push({ number, joint, object: this.#arrow(colour, heads, owner) });
+      const place = places.find((each) => each.name === owner);
+      if (place) this.items.push({ number, place, object: this.#arrow(colour, heads, owner, kind) });
     });
   }
 
@@ -95,7 +96,7 @@ class Arrows {
     return sizes[Math.floor(0.97 * (sizes.length - 1))] || 1;
   }
 
-  #arrow(colour, heads, name) {
+  #arrow(colour, heads, name, kind) {
     const material = new THREE.MeshPhongMaterial({ color: colour });
     const object = new THREE.Group();
     const shaft = new THREE.Mesh(rod(this.radius, 0, 1), material);
@@ -106,19 +107,19 @@ class Arrows {
       mesh.userData = { head };
       object.add(mesh);
     }
-    object.children.forEach((mesh) => Object.assign(mesh.userData, { kind: "joints", name }));
+    object.children.forEach((mesh) => Object.assign(mesh.userData, { kind, name }));
     this.root.add(object);
     return object;
   }
 
   move(at) {
     if (!this.root.visible) return;
-    for (const { number, joint, object } of this.items) {
+    for (const { number, place, object } of this.items) {
       const force = new THREE.Vector3(...[0, 1, 2].map((i) => this.run.value(this.group, 3 * number + i, at)));
       const length = Math.min(1.6, force.length() / this.largest) * this.length;
       object.visible = length > 3 * this.radius;
       if (!object.visible) continue;
-      this.run.point(joint.bodies[1], joint.point, at, this.from, this.scratch);
+      this.run.point(place.body, place.point, at, this.from, this.scratch);
       object.position.copy(this.from);
       object.quaternion.setFromUnitVectors(Z, force.normalize());
       const [shaft, ...cones] = object.children;

@@ -10,14 +10,17 @@ import numpy as np
 
 from mbproj.analysis.trust import usual_limit
 from mbproj.animate.data.frames import Frames, frames_of, largest_between
+from mbproj.animate.data.loads import load_groups
 from mbproj.animate.data.packing import Packer
+from mbproj.animate.data.passages import passages
 from mbproj.animate.data.series import fitting, groups_of
-from mbproj.animate.data.shown import look_data, motion_data, series_block, view_data
+from mbproj.animate.data.shown import group_data, look_data, motion_data, view_data
 from mbproj.animate.look.mechanism import Look, look_of
 from mbproj.animate.look.motion import Motion
 from mbproj.animate.look.recorded import motion_of, scene_of
 from mbproj.animate.look.view import View, view_of
 from mbproj.arrays import Integers
+from mbproj.model import System, compile_system
 from mbproj.results import Results
 from mbproj.scene.meshes import meshes_of
 from mbproj.scene.records import Scene
@@ -44,7 +47,7 @@ def page_of(
         scene, motion = scene_of(result), motion_of(result)
         look = look_of(scene, motion, result.meshes())
         views.append(view_of(scene, motion, look))
-        runs.append(_run(result, look, motion, label, packer, full, limit))
+        runs.append(_run(result, scene, look, motion, label, packer, full, limit))
         better = _better(result, runs[-1]["trust"], frames_of(result.time, motion.finite, len(look.bodies), full).rows)
         if better is not None:
             views.append(view_of(scene, better, look))
@@ -73,27 +76,26 @@ def start_of(scene: Scene, motion: Motion, title: str) -> PageData:
 
 
 def _run(
-    result: Results, look: Look, motion: Motion, label: str, packer: Packer, full: bool, limit: float | None
+    result: Results,
+    scene: Scene,
+    look: Look,
+    motion: Motion,
+    label: str,
+    packer: Packer,
+    full: bool,
+    limit: float | None,
 ) -> dict[str, Any]:
     whole = motion.finite
     frames = frames_of(result.time, whole, len(look.bodies), full)
-    groups = []
+    shown = motion.at(frames.rows)
+    system = compile_system(scene)
+    groups = [group_data(group, values, packer) for group, values in load_groups(system, look.loads, shown)]
     kept, left = fitting(groups_of(result), len(frames.rows))
     for group in kept:
         values = group.values(result)
         peaks = group.name.endswith("violation")
-        shown = largest_between(values, whole, frames.rows) if peaks else values[frames.rows]
-        groups.append(
-            {
-                "name": group.name,
-                "kind": group.kind,
-                "owners": list(group.owners),
-                "components": list(group.components),
-                "units": list(group.units),
-                "logarithmic": group.logarithmic,
-                "block": series_block(shown, group.logarithmic, packer),
-            }
-        )
+        values = largest_between(values, whole, frames.rows) if peaks else values[frames.rows]
+        groups.append(group_data(group, values, packer))
     left_out = ", ".join(dict.fromkeys(f"{group.name} of {group.kind}" for group in left))
     remarks = [
         "" if result.status == "complete" else result.status,
@@ -103,9 +105,9 @@ def _run(
     return {
         "label": label,
         "look": look_data(look, packer),
-        **motion_data(motion.at(frames.rows), look.size, packer),
+        **motion_data(shown, look.size, packer),
         "groups": groups,
-        "events": _events(result, frames),
+        "events": [*_events(result, frames), *_passages(system, shown)],
         "trust": _trust(result, limit),
         "remarks": [remark for remark in remarks if remark],
         "blocks": packer.blocks,
@@ -118,6 +120,13 @@ def _events(result: Results, frames: Frames) -> list[dict[str, Any]]:
     if result.status.startswith("failed") and len(frames.rows):
         found.append({"time": float(result.time[frames.rows[-1]]), "text": result.status, "kind": "failure"})
     return found
+
+
+def _passages(system: System, motion: Motion) -> list[dict[str, Any]]:
+    return [
+        {"time": time, "text": f"near a singular position: {part:.2g} of the usual distance", "kind": "passage"}
+        for time, part in passages(system, motion)
+    ]
 
 
 def _trust(result: Results, limit: float | None) -> dict[str, Any] | None:

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from mbproj.animate.data.packing import Packer, step_of
+from mbproj.animate.data.series import Group
 from mbproj.animate.look.mechanism import Look
 from mbproj.animate.look.motion import Motion
 from mbproj.animate.look.view import View
@@ -72,6 +73,11 @@ def look_data(look: Look, packer: Packer) -> dict[str, Any]:
             }
             for span in look.spans
         ],
+        "forces": list(look.forces),
+        "loads": [
+            {"name": load.name, "body": load.body, "point": _short(load.point), "torque": load.torque}
+            for load in look.loads
+        ],
         "parts": parts,
         "meshes": meshes,
         "thickness": look.thickness,
@@ -95,11 +101,18 @@ def motion_data(motion: Motion, size: float, packer: Packer) -> dict[str, Any]:
     }
 
 
-def series_block(values: Array, logarithmic: bool, packer: Packer) -> int:
-    """A block of series (F, c): of those on a logarithmic scale their powers of ten."""
-    if not logarithmic:
-        return packer.add(values, step_of(values, SERIES))
-    return packer.add(np.log10(np.maximum(np.abs(values), ZERO)), LOGARITHM)
+def group_data(group: Group, values: Array, packer: Packer) -> dict[str, Any]:
+    """A group with its series (F, c): of those on a logarithmic scale the powers of ten."""
+    powers = np.log10(np.maximum(np.abs(values), ZERO)) if group.logarithmic else values
+    return {
+        "name": group.name,
+        "kind": group.kind,
+        "owners": list(group.owners),
+        "components": list(group.components),
+        "units": list(group.units),
+        "logarithmic": group.logarithmic,
+        "block": packer.add(powers, LOGARITHM if group.logarithmic else step_of(values, SERIES)),
+    }
 
 
 def _steady(orientation: Array) -> Array:

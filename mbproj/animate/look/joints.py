@@ -23,8 +23,8 @@ HANGS = 0.05
 
 @dataclass(frozen=True, eq=False)
 class Drawn:
-    """A part, the number of the body that carries it (-1: the ground), its layer ("bodies", "joints", "ground"), and
-    the number of the body or joint that it belongs to."""
+    """A part, the number of the body that carries it (-1: the ground), its layer ("bodies", "joints", "ground",
+    "springs"), and the number of the body, joint or force that it belongs to."""
 
     part: Part
     carrier: int

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from mbproj.animate.look.bodies import parts_of
+from mbproj.animate.look.forces import LoadLook, force_parts, loads, slides
 from mbproj.animate.look.glyphs import RODS
 from mbproj.animate.look.joints import Drawn, joint_parts, up_of
 from mbproj.animate.look.layout import TURNING, Layout
@@ -65,7 +66,7 @@ class Span:
 @dataclass(frozen=True, eq=False)
 class Look:
     """What is drawn. `thickness` is the radius of a link and `size` the extent of the mechanism at the start, in m;
-    bodies and joints are numbered as in the scene."""
+    bodies, joints and forces are numbered as in the scene."""
 
     title: str
     bodies: tuple[BodyLook, ...]
@@ -73,6 +74,8 @@ class Look:
     markers: tuple[MarkerLook, ...]
     drawn: tuple[Drawn, ...]
     spans: tuple[Span, ...]
+    forces: tuple[str, ...]
+    loads: tuple[LoadLook, ...]
     thickness: float
     size: float
     gravity: Array
@@ -107,8 +110,11 @@ def look_of(scene: Scene, motion: Motion, meshes: Mapping[str, TriangleMesh]) ->
         drawn=(
             *(Drawn(part, number, "bodies", number) for number, parts in enumerate(bodies) for part in parts),
             *joint_parts(scene, layout, motion, bodies, up_of(scene)),
+            *force_parts(scene, layout),
         ),
         spans=tuple(_spans(scene, layout)),
+        forces=tuple(force.name for force in scene.forces),
+        loads=tuple(loads(scene, layout)),
         thickness=layout.thickness,
         size=layout.size,
         gravity=np.array(scene.gravity),
@@ -135,6 +141,10 @@ def _spans(scene: Scene, layout: Layout) -> Iterator[Span]:
             frame = layout.frames[joint.name]
             ends = (frame["p1"], frame["p2"])
             yield Span("rod", joint.name, layout.bodies[joint.name], ends, 0.8 * layout.thickness)
+    for slide in slides(scene):
+        frame = layout.frames[slide.joint]
+        ends = (frame["p1"], frame["p2"])
+        yield Span("spring", slide.name, layout.bodies[slide.joint], ends, 2.6 * layout.thickness)
     for force in scene.forces:
         if isinstance(force, PointForce):
             first, second = force.bodies

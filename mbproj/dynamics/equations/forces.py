@@ -156,19 +156,26 @@ def _along_coordinates(forces: Forces, pose: Pose, size: Numbers, bent: Deflecti
     return force, torque
 
 
-def _on_bodies(forces: Forces, pose: Pose, t: float) -> tuple[Array, Array]:
-    """The given forces and torques."""
+def given_vectors(forces: Forces, pose: Pose, t: float) -> Array:
+    """The given forces and torques in global axes, (W, 3)."""
     given = forces.on_bodies
-    force, torque = np.zeros_like(pose.position), np.zeros_like(pose.position)
-    if not given.size:
-        return force, torque
     time = time_series(np.asarray(t))
     vector = np.array([[run(forces.programs, index, [time])[0] for index in row] for row in given.program])
     if not np.all(np.isfinite(vector)):
         raise _program_fails(forces, int(given.program[~np.isfinite(vector)][0]), t, 0.0, 0.0)
     carried = (given.turn @ vector[..., None])[..., 0]
     turned = (pose.rotation[given.body] @ carried[..., None])[..., 0]
-    vector = np.where(given.in_body[:, None], turned, vector)
+    found: Array = np.where(given.in_body[:, None], turned, vector)
+    return found
+
+
+def _on_bodies(forces: Forces, pose: Pose, t: float) -> tuple[Array, Array]:
+    """What the given forces and torques do to the bodies."""
+    given = forces.on_bodies
+    force, torque = np.zeros_like(pose.position), np.zeros_like(pose.position)
+    if not given.size:
+        return force, torque
+    vector = given_vectors(forces, pose, t)
     np.add.at(force, given.body, np.where(given.is_torque[:, None], 0.0, vector))
     in_body = _in_body(pose, given.body, vector)
     np.add.at(torque, given.body, np.where(given.is_torque[:, None], in_body, cross(given.point, in_body)))

@@ -19,7 +19,7 @@ from mbproj.arrays import Array
 
 ROD, SPRING = "#5d6875", "#2f8f6b"
 #: Colours of what is no body.
-LAYERS = {"joints": "#363d47", "ground": "#8a9099"}
+LAYERS = {"joints": "#363d47", "ground": "#8a9099", "springs": SPRING}
 #: What a face is lightened by that looks at the eye, and an edge darkened by.
 LIGHT, EDGE = 0.28, 0.45
 #: Turns of a spring, and points of each.
@@ -67,7 +67,12 @@ def picture_axes(view: View) -> tuple[Array, Array]:
 
 def _shapes(look: Look, view: View, motion: Motion) -> Iterator[Shape]:
     """The polygons of all parts; what belongs to a joint lies before its bodies, which are as deep."""
-    lift = {"bodies": 0.0, "joints": 0.8 * look.thickness, "ground": 0.2 * look.thickness}
+    lift = {
+        "bodies": 0.0,
+        "joints": 0.8 * look.thickness,
+        "ground": 0.2 * look.thickness,
+        "springs": 0.9 * look.thickness,
+    }
     for drawn in look.drawn:
         base = look.bodies[drawn.item].colour if drawn.layer == "bodies" else LAYERS[drawn.layer]
         if drawn.part.mesh is not None and not drawn.part.mesh.convex:

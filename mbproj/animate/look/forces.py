@@ -1,0 +1,105 @@
+"""What forces are drawn as: bushings as rubber rings, torsion springs as spirals, given forces as arrows."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from mbproj.animate.look.joints import Drawn
+from mbproj.animate.look.layout import Layout
+from mbproj.animate.look.parts import Mesh, Part, cylinder, triad
+from mbproj.arrays import Array
+from mbproj.model.compile.frames import pose
+from mbproj.scene.records import GROUND, BodyForce, Bushing, JointForce, Scene
+
+#: Of a spiral: turns, points of each, and its radii in thicknesses.
+TURNS, ROUND, INNER, OUTER = 2.5, 20, 1.5, 3.6
+
+
+@dataclass(frozen=True, eq=False)
+class LoadLook:
+    """A given force, or `torque`, on a body by its number, at a point (3,) of it."""
+
+    name: str
+    body: int
+    point: Array
+    torque: bool
+
+
+def force_parts(scene: Scene, layout: Layout) -> Iterator[Drawn]:
+    """The parts of bushings and torsion springs; `item` is the number of the force in the scene."""
+    for item, force in enumerate(scene.forces):
+        if isinstance(force, Bushing):
+            yield from _bushing(scene, force, item, layout)
+        elif isinstance(force, JointForce) and force.joint in layout.frames and _springs(force, "angle", "rad"):
+            frame, carrier = layout.frames[force.joint], layout.bodies[force.joint][0]
+            yield Drawn(spiral(frame["p1"], frame["z1"], frame["x1"], layout.thickness), carrier, "springs", item)
+
+
+def slides(scene: Scene) -> Iterator[JointForce]:
+    """The springs along displacements of joints, which reach from one body to the other."""
+    for force in scene.forces:
+        if isinstance(force, JointForce) and _springs(force, "displacement", "m"):
+            yield force
+
+
+def loads(scene: Scene, layout: Layout) -> Iterator[LoadLook]:
+    """Where given forces and torques act."""
+    for force in scene.forces:
+        if isinstance(force, BodyForce):
+            yield LoadLook(force.name, layout.number[force.body], _acts_at(scene, force), force.torque)
+
+
+def _springs(force: JointForce, coordinate: str, unit: str) -> bool:
+    """Whether it acts on a coordinate of this kind with more than a damper."""
+    return any(
+        (name.startswith(coordinate) or (not name and force.unit == unit))
+        and (law.stiffness > 0.0 or law.function is not None)
+        for name, law in force.laws.items()
+    )
+
+
+def _acts_at(scene: Scene, force: BodyForce) -> Array:
+    if force.location is None:
+        return np.zeros(3)
+    position, rotation = _poses(scene)[force.body]
+    location = np.array(force.location)
+    return location if force.local else rotation.T @ (location - position)
+
+
+def _bushing(scene: Scene, force: Bushing, item: int, layout: Layout) -> Iterator[Drawn]:
+    """A ring on the first body about a pin on the second, along the frames' z axes."""
+    r, poses = layout.thickness, _poses(scene)
+    points, frames = (force.points.first, force.points.second), (force.axes.first, force.axes.second)
+    for side, (body, given, axes) in enumerate(zip(force.bodies, points, frames, strict=True)):
+        position, rotation = poses[body]
+        point = np.array(given) if force.points.local else rotation.T @ (np.array(given) - position)
+        turned = pose((0.0, 0.0, 0.0), axes)[1]
+        z, x = (turned if force.axes.local else rotation.T @ turned)[:, [2, 0]].T
+        ring = Part("tube", (3.2 * r, 1.4 * r, 4.4 * r), point, triad(z, x))
+        yield Drawn(cylinder(1.2 * r, 8.0 * r, point, z) if side else ring, layout.number[body], "springs", item)
+
+
+def _poses(scene: Scene) -> dict[str, tuple[Array, Array]]:
+    poses = {body.name: pose(body.position, body.orientation) for body in scene.bodies}
+    return {**poses, GROUND: (np.zeros(3), np.eye(3))}
+
+
+def spiral(point: Array, axis: Array, normal: Array, r: float) -> Part:
+    """A flat ribbon that winds about the axis."""
+    stations = round(TURNS * ROUND) + 1
+    turn = np.linspace(0.0, 2.0 * np.pi * TURNS, stations)
+    radius = r * np.linspace(INNER, OUTER, stations)
+    out = np.column_stack([np.cos(turn), np.sin(turn), np.zeros(stations)])
+    corners = [(-0.12, -0.5), (0.12, -0.5), (0.12, 0.5), (-0.12, 0.5)]  # inner and outer, low and high
+    rings = [(radius + a * r)[:, None] * out + [0.0, 0.0, b * r] for a, b in corners]
+    vertices = np.stack(rings, axis=1).reshape(-1, 3)
+    first = 4 * np.arange(stations - 1)[:, None]
+    faces = [[i, 4 + i, (i + 1) % 4] for i in range(4)] + [[(i + 1) % 4, 4 + i, 4 + (i + 1) % 4] for i in range(4)]
+    sides = (first[:, :, None] + np.array(faces)[None]).reshape(-1, 3)
+    last = 4 * (stations - 1)
+    ends = [[0, 1, 2], [0, 2, 3], [last, last + 2, last + 1], [last, last + 3, last + 2]]
+    triangles = np.concatenate([sides, np.array(ends)]).astype(np.intp)
+    return Part("mesh", (), point, triad(axis, normal), Mesh(vertices, triangles, convex=False))
