@@ -1,12 +1,16 @@
-"""Runs the command line in a process of its own, as a user does."""
+"""Runs the command line in a process of its own, as a user does; see `fork_server.py`."""
 
 from __future__ import annotations
 
+import json
 import sqlite3
 import subprocess
 import sys
+import tempfile
 from contextlib import closing
+from functools import cache
 from pathlib import Path
+from threading import Lock
 
 from tests.support import ROOT
 
@@ -16,10 +20,35 @@ SLIDER_CRANK = str(ROOT / "mechanisms" / "spatial_slider_crank.yaml")
 
 def mbproj(*arguments: str, folder: Path) -> subprocess.CompletedProcess[str]:
     """`mbproj ARGUMENTS` in `folder`."""
-    program = [sys.executable, "-c", "from mbproj.cli import main; main()"]
-    environment = {"PYTHONPATH": str(ROOT), "MBPROJ_CACHE": str(folder / "cache")}
-    return subprocess.run(
-        [*program, *arguments], capture_output=True, text=True, cwd=folder, check=False, env=environment
+    with _ONE_AT_A_TIME, tempfile.TemporaryDirectory() as streams:
+        paths = {name: Path(streams) / name for name in ("out", "err")}
+        for path in paths.values():
+            path.touch()
+        request = {
+            "arguments": [str(each) for each in arguments],
+            "folder": str(folder),
+            "environment": {"PYTHONPATH": str(ROOT), "MBPROJ_CACHE": str(folder / "cache")},
+            **{name: str(path) for name, path in paths.items()},
+        }
+        server = _server()
+        assert server.stdin is not None and server.stdout is not None
+        server.stdin.write(json.dumps(request) + "\n")
+        server.stdin.flush()
+        code = int(server.stdout.readline())
+        out, err = (path.read_text() for path in paths.values())
+        return subprocess.CompletedProcess(["mbproj", *arguments], code, out, err)
+
+
+_ONE_AT_A_TIME = Lock()
+
+
+@cache
+def _server() -> subprocess.Popen[str]:
+    """`fork_server.py`, started once a test process. It ends when its standard input does."""
+    environment = {"PYTHONPATH": str(ROOT), "OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1"}
+    program = [sys.executable, "-m", "tests.cli.fork_server"]
+    return subprocess.Popen(
+        program, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True, cwd=ROOT, env=environment
     )
 
 

@@ -20,12 +20,11 @@ if TYPE_CHECKING:
 #: A scene is told from results by these endings.
 SCENES = (".yaml", ".yml")
 EXAMPLES = (
-    ("Write results.html, which any browser opens without a network.", "mbproj animate results.h5"),
+    ("Write results.html, which any browser opens offline. modes.h5 works too.", "mbproj animate results.h5"),
     (
         "Lay a run over another, as a ghost.",
         "mbproj animate results.h5 gopm.h5 -o both.html --label gpopm --label gopm",
     ),
-    ("Watch the modes of a mechanism.", "mbproj animate modes.h5"),
     ("Look at the start of a scene that was not run.", "mbproj animate five_bar.yaml"),
 )
 
