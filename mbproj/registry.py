@@ -1,8 +1,8 @@
 """What a user may choose, by name: projection methods, integrators, formulations. Names only, so importing it is cheap.
 
 A new projection method is one file under `mbproj/projection/methods` and one entry here; a new integrator is one
-tableau under `mbproj/integrate/steppers/tableaus`. The reader, the command line, did-you-mean, the tests and the
-README's tables ask here.
+tableau under `mbproj/integrate/steppers`, in `tableaus` or `implicit_tableaus`. The reader, the command line,
+did-you-mean, the tests and the README's tables ask here.
 """
 
 from __future__ import annotations
@@ -80,19 +80,35 @@ STARTS = ("scene", EQUILIBRIUM)
 
 @dataclass(frozen=True)
 class IntegratorEntry:
-    """An integrator's order, whether it estimates its error (an embedded pair), one line on it, its tableau's file."""
+    """An integrator's order, whether it estimates its error (an embedded pair), one line on it, its tableau's file;
+    whether its stages are implicit, for stiff scenes, and whether the kernel has it. Without, it runs in the full
+    formulation alone."""
 
     order: int
     embedded: bool
     summary: str
     tableau: Path
+    implicit: bool = False
+    compiled: bool = True
 
 
 @cache
 def integrators() -> Mapping[str, IntegratorEntry]:
-    """Every integrator by name, from the tableaus on disk, by order."""
+    """Every integrator by name, from the tableaus on disk, by order, the implicit ones last."""
     found = {}
-    for path in (Path(__file__).parent / "integrate" / "steppers" / "tableaus").glob("*.json"):
+    steppers = Path(__file__).parent / "integrate" / "steppers"
+    for path in (*steppers.glob("tableaus/*.json"), *steppers.glob("implicit_tableaus/*.json")):
         data = json.loads(path.read_text(encoding="utf-8"))
-        found[path.stem] = IntegratorEntry(data["order"], "error" in data, data["summary"], path)
-    return MappingProxyType(dict(sorted(found.items(), key=lambda item: item[1].order)))
+        implicit, compiled = path.parent.name.startswith("implicit"), data.get("compiled", True)
+        found[path.stem] = IntegratorEntry(data["order"], "error" in data, data["summary"], path, implicit, compiled)
+    return MappingProxyType(dict(sorted(found.items(), key=lambda item: (item[1].implicit, item[1].order))))
+
+
+def explicit_integrators() -> tuple[str, ...]:
+    """The names of the explicit ones."""
+    return tuple(name for name, entry in integrators().items() if not entry.implicit)
+
+
+def implicit_integrators() -> tuple[str, ...]:
+    """The names of the implicit ones, for stiff scenes."""
+    return tuple(name for name, entry in integrators().items() if entry.implicit)

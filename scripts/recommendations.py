@@ -18,7 +18,7 @@ from dataclasses import replace
 import numpy as np
 
 from mbproj.mechanisms_folder import mechanism
-from mbproj.registry import integrators
+from mbproj.registry import explicit_integrators, integrators
 from mbproj.scene import read_scene
 from mbproj.studies.measure.measurement import Measurement
 from mbproj.studies.measure.mechanism import Mechanism
@@ -126,8 +126,8 @@ class Unseen:
                 while not family.by_error and family.fixed_cost(fineness, intervals) <= budget:
                     yield family.setting(fineness)
                     fineness = max(fineness + 1, int(PACE * fineness))
-            for name, entry in integrators().items():
-                exponents = np.arange(-1.0, -13.0, -1.0 / A_DECADE) if entry.embedded else ()
+            for name in explicit_integrators():
+                exponents = np.arange(-1.0, -13.0, -1.0 / A_DECADE) if integrators()[name].embedded else ()
                 for exponent in exponents:
                     tolerance = float(f"{10.0**exponent:.3g}")
                     if self.cost(name, tolerance) > 1.2 * budget:

@@ -114,6 +114,7 @@ FEWEST_LINES = 25
 SHORT_FILES = {
     "cli/report/notes.py": "the notes of all commands on a scene",
     "dynamics/equations/energy.py": "one equation of the paper, Eq. 16",
+    "integrate/steppers/methods.py": "steppers by their names",
     "outputs/escapes.py": "a rule of safety, imported alone",
     "projection/methods/gopm.py": "a method is a file",
     "projection/methods/gpopm.py": "a method is a file",

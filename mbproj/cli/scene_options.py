@@ -25,7 +25,12 @@ def _any(words: Collection[str]) -> str:
 #: What an option decides, its name, what it takes, its help. The parameter's name is the key that the reader knows.
 _OPTIONS: tuple[tuple[Part, str, str, str], ...] = (
     (Part.WHAT, "--duration", "TIME", "How long to simulate."),
-    (Part.INTEGRATION, "--integrator", _any(integrators()), "Explicit Runge-Kutta method."),
+    (
+        Part.INTEGRATION,
+        "--integrator",
+        _any(integrators()),
+        "Runge-Kutta method; esdirk4 and radau5 are implicit, for stiff scenes.",
+    ),
     (Part.INTEGRATION, "--step", "TIME", "Fixed step of the integrator; or give --tolerance."),
     (
         Part.INTEGRATION,

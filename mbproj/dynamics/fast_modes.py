@@ -19,7 +19,7 @@ from mbproj.dynamics.derivatives.law_derivatives import law_slopes
 from mbproj.dynamics.equations.bushings import deflection
 from mbproj.dynamics.equations.equations_of_motion import mass_matrix
 from mbproj.dynamics.equations.forces import generalised, law_state, unit_pull
-from mbproj.dynamics.equations.kinematics import Pose, attached, pose_of, slots_of, twist_of
+from mbproj.dynamics.equations.kinematics import Pose, Twist, attached, pose_of, slots_of, twist_of
 from mbproj.dynamics.rank.row_space import scaled_jacobian
 from mbproj.model.bushings import COORDINATES, Bushings
 from mbproj.model.forces import Forces
@@ -72,17 +72,19 @@ class Mode:
 
 def slopes(system: System, state: State) -> Slopes:
     """The laws' slopes at a state; 0 where a function has no finite slope (at the root of its √, say)."""
-    forces = system.forces
-    assert forces is not None
     pose = pose_of(state.q)
     reference = coordinate_values(system, pose) + 2.0 * np.pi * state.turns
-    laws = law_state(forces, pose, twist_of(pose, state.v), state.t, reference)
-    bushings = forces.bushings
+    return slopes_at(system, pose, twist_of(pose, state.v), state.t, reference)
+
+
+def slopes_at(system: System, pose: Pose, twist: Twist, t: float, reference: Array) -> Slopes:
+    """The same at a pose and a twist, with the joints' coordinates `reference` as `law_state` takes them."""
+    forces = system.forces
+    assert forces is not None
+    laws, bushings = law_state(forces, pose, twist, t, reference), forces.bushings
     stiffness, damping = (
         np.concatenate([np.nan_to_num(-slope, nan=0.0, posinf=0.0, neginf=0.0), bushings.on_diagonal(matrices)])
-        for slope, matrices in zip(
-            law_slopes(forces, laws, state.t), (bushings.stiffness, bushings.damping), strict=True
-        )
+        for slope, matrices in zip(law_slopes(forces, laws, t), (bushings.stiffness, bushings.damping), strict=True)
     )
     return Slopes(stiffness, damping, bushings)
 
@@ -136,7 +138,7 @@ def _pulls(forces: Forces, pose: Pose) -> tuple[Integers, Integers, Array, Array
 def responses(system: System, pose: Pose, laws: Integers) -> Array:
     """W, (e, e), along these coordinates, m or rad per s² and N or N m: with N a basis of the velocities that joints
     allow, Jᵀ N (NᵀMN)⁻¹ Nᵀ J. Raises LinAlgError where these move no mass."""
-    pulls = _unit_pulls(system, pose, laws)
+    pulls = unit_pulls(system, pose, laws)
     return np.asarray(pulls @ _accelerations(system, pose, pulls.T))
 
 
@@ -144,7 +146,7 @@ def moved_bodies(system: System, pose: Pose, laws: Integers, mode: Mode) -> Arra
     """The kinetic energy of each carrier in a mode that `laws` were chosen for, (n,), in any unit; None where massless
     bodies are free to move."""
     try:
-        motion = _accelerations(system, pose, _unit_pulls(system, pose, laws).T @ mode.force)
+        motion = _accelerations(system, pose, unit_pulls(system, pose, laws).T @ mode.force)
     except np.linalg.LinAlgError:
         return None
     each = motion.reshape(-1, 7)
@@ -153,7 +155,7 @@ def moved_bodies(system: System, pose: Pose, laws: Integers, mode: Mode) -> Arra
     return np.asarray(system.mass * np.sum(np.abs(each[:, :3]) ** 2, axis=-1) + turning)
 
 
-def _unit_pulls(system: System, pose: Pose, laws: Integers) -> Array:
+def unit_pulls(system: System, pose: Pose, laws: Integers) -> Array:
     """Q (e, 7n) of unit forces."""
     assert system.forces is not None
     return np.array([generalised(pose, *unit_pull(system.forces, pose, int(law))) for law in laws])

@@ -13,10 +13,12 @@ from mbproj.dynamics.assembly.assemble import coordinates
 from mbproj.dynamics.equations.motions import drive_at
 from mbproj.dynamics.equations.turning import Slip, Turning, turns_of
 from mbproj.dynamics.observe.samples import Sample
-from mbproj.integrate.formulations.full import Accelerations, FullFormulation
+from mbproj.integrate.formulations.full import FullFormulation
+from mbproj.integrate.formulations.terms import Accelerations
 from mbproj.integrate.outcome.failures import TurnsUntold
 from mbproj.integrate.outcome.tally import Tally
-from mbproj.integrate.steppers.runge_kutta import ExplicitRungeKutta, Step
+from mbproj.integrate.steppers.methods import Stepper
+from mbproj.integrate.steppers.runge_kutta import Step
 
 
 @dataclass(frozen=True, eq=False)
@@ -71,7 +73,7 @@ class Point:
 
 
 def counted(
-    formulation: FullFormulation, stepper: ExplicitRungeKutta, before: Point, t: float, step: Step, q: Array, v: Array
+    formulation: FullFormulation, stepper: Stepper, before: Point, t: float, step: Step, q: Array, v: Array
 ) -> tuple[Array, Turning]:
     """The joints' coordinates at (q, v), where a step from `before` has led, and the same with turns. Raises
     TurnsUntold where the step is too coarse to count them."""
@@ -85,7 +87,7 @@ def counted(
     return coordinate, Turning(t, counted, speed, np.zeros(0) if drive is None else drive.value)
 
 
-def _by_stages(formulation: FullFormulation, stepper: ExplicitRungeKutta, before: Point, step: Step) -> Array:
+def _by_stages(formulation: FullFormulation, stepper: Stepper, before: Point, step: Step) -> Array:
     """By how much the joints' coordinates change in a step by the rates of its stages, (nc,)."""
     if formulation.followed:
         return formulation.parts(step.y_new)[3] - before.turning.coordinate

@@ -98,3 +98,25 @@ class Steps:
     stable_slack: float = threshold(
         0.01, "1", "numpy", "an amplification up to 1 + this counts as stable in the scan of a boundary", "round-off"
     )
+    stiff_for_step: float = threshold(
+        0.1,
+        "1",
+        "numpy",
+        "a force enters Newton's matrix of an implicit step from this h|λ| on",
+        "slower ones contract",
+    )
+    contraction: float = threshold(
+        0.3, "1", "numpy", "Newton's matrix is made anew where a change shrinks less", "measured on prototypes"
+    )
+    newton_part: float = threshold(
+        0.05, "tolerances", "numpy", "Newton's method leaves so much of a stage", "chosen, below the error of a step"
+    )
+    newton_fixed: float = threshold(
+        1e-11, "1", "numpy", "with fixed steps it leaves this part of a state", "below what orders 4 and 5 show"
+    )
+    newton_floor: float = threshold(
+        1e-9, "1", "numpy", "changes below this part of a state that shrink no more are round-off", "ε k / c of a stage"
+    )
+    most_newton: int = threshold(
+        20, "1", "numpy", "Newton's method has failed after so many changes", "3 to 8 are usual"
+    )

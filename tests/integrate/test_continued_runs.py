@@ -18,6 +18,7 @@ from mbproj.integrate.outcome.marks import Marks
 from mbproj.integrate.outcome.tally import Tally
 from mbproj.model import compile_system, initial_guess
 from mbproj.scene import read_scene, read_scene_text, settings_to_run
+from tests.integrate.state_scenes import bounce
 from tests.integrate.time_scenes import TROLLEY, rotor
 from tests.mechanisms.exact.parallelogram import PARALLELOGRAM
 from tests.support import REDUNDANT, ROOT, Recorder
@@ -75,6 +76,20 @@ def test_the_bits_of_one_long_run(what, formulation, options):
     options = options | {"formulation": formulation}
     end = 3.1 if what is TROLLEY else 0.7003
     assert_goes_on(what, end, end + 0.5, options)
+
+
+@pytest.mark.parametrize(
+    ("what", "integrator", "options"),
+    [
+        (JUMPS, "esdirk4", {"step": "0.04"}),
+        (JUMPS, "radau5", {"tolerance": "1e-4"}),
+        (TURNING, "radau5", {"step": "0.04"}),
+        (bounce(), "esdirk4", {"tolerance": "1e-4"}),
+    ],
+)
+def test_implicit_steps_go_on(what, integrator, options):
+    """Accelerations and multipliers that are carried on are part of the state, past events in time and state."""
+    assert_goes_on(what, 0.42, 0.5, options | {"integrator": integrator, "output_step": "0.04"})
 
 
 @pytest.mark.parametrize("options", [FIXED, BY_ERROR], ids=["fixed", "by_error"])

@@ -31,7 +31,7 @@ EXAMPLES = (
 @explained("tradeoff", EXAMPLES)
 @click.argument("scene", type=scene_file())
 @study_options.projections("gpopm,gopm,none,baumgarte")
-@study_options.integrators("all")
+@study_options.integrators("all that are explicit")
 @option(
     Part.INTEGRATION,
     "--formulation",

@@ -9,14 +9,14 @@ each stage how far the wheels have turned.
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import NamedTuple, final
+from typing import final
 
 import numpy as np
 
 from mbproj.arrays import Array, may_overflow
 from mbproj.dynamics.assembly.assemble import State, coordinate_values, coordinates
 from mbproj.dynamics.equations.constraint_equations import constraint, constraint_velocity, gamma, jacobian
-from mbproj.dynamics.equations.equations_of_motion import SOLVERS, generalised_force, mass_matrix
+from mbproj.dynamics.equations.equations_of_motion import SOLVERS, Solver, generalised_force, mass_matrix
 from mbproj.dynamics.equations.forces import applied, generalised
 from mbproj.dynamics.equations.kinematics import pose_of, twist_of
 from mbproj.dynamics.equations.motions import Drive, drive_at
@@ -29,21 +29,12 @@ from mbproj.dynamics.rank.row_set import RowSet, in_lengths
 from mbproj.errors import InputError, SimulationError
 from mbproj.integrate.events.breaks import TimeWindow
 from mbproj.integrate.events.law_switches import LawSwitches
+from mbproj.integrate.formulations.terms import Accelerations, Terms
 from mbproj.integrate.outcome.failures import branches_near, ill_conditioned, not_finite, other_branch, singular
 from mbproj.model.system import System
 from mbproj.projection import Method, Projected, Projection, make_method, project_after
 from mbproj.scene.records import Settings
 from mbproj.thresholds import THRESHOLDS
-
-
-class Accelerations(NamedTuple):
-    """q'' (7n,), λ (m,), and the power of forces and motions and that of dampers in W, (2,); empty without any.
-    `nearness`: the pose's distance from a singular one, as a part of the largest of the run."""
-
-    acceleration: Array
-    multipliers: Array
-    power: Array
-    nearness: float
 
 
 @final
@@ -137,6 +128,19 @@ class FullFormulation:
         """With these rows, those of the step at hand where none are given: equal input has equal bits, whatever was
         asked before. `expected` (nc,): the joints' coordinates, each angle to less than half a turn; needed where they
         are followed. Raises SimulationError where the equations have no unique solution, or an expression no value."""
+        terms = self.terms(t, q, v, expected, rows)
+        try:
+            return terms.solved(*self.solve(terms.M, terms.C_q, terms.Q, terms.gamma))
+        except np.linalg.LinAlgError as error:
+            raise self.singular(t, q, v) from error
+
+    @property
+    def solve(self) -> Solver:
+        """How Eq. 14 is solved."""
+        return SOLVERS[self.settings.acceleration]
+
+    def terms(self, t: float, q: Array, v: Array, expected: Array, rows: RowSet | None = None) -> Terms:
+        """The terms of Eq. 14 at a state, in the rows that are held. Raises as `accelerations` does."""
         rows = rows or self.policy.rows
         system, pose, drive = self.system, pose_of(q), self.drive(t, expected)
         twist = twist_of(pose, v)
@@ -144,7 +148,6 @@ class FullFormulation:
         if self.method.stabilises:
             C, C_dot = constraint(system, pose, drive), constraint_velocity(system, pose, twist, drive)
             rhs = self.method.stabilised(rhs, C, C_dot)
-        solve = SOLVERS[self.settings.acceleration]
         force, power = generalised_force(self.bodies, pose, twist), np.zeros(self.quadratures)
         if system.forces is not None:
             loads = applied(system, pose, twist, self.window.seen(t), expected, self.held)
@@ -152,17 +155,14 @@ class FullFormulation:
             power += [loads.power, loads.dissipation]
         try:
             held = rows.to_move(pose, drive, v)
-            lasting, exerted = held.lasting(rows.multipliers)
-            terms = mass_matrix(self.bodies, pose), held.C_q, force + exerted, held.combined(rhs)
-            if system.reflected is not None:
-                terms = with_flywheels(system.reflected, pose, twist, *terms)
-            acceleration, found = (part[:size] for part, size in zip(solve(*terms), held.C_q.shape[::-1], strict=True))
         except np.linalg.LinAlgError as error:
-            raise self._singular(t, q, v) from error
-        multipliers = held.multipliers(found) + lasting
-        if drive is not None and system.driven:
-            power[0] -= multipliers[-system.driven :] @ drive.rate
-        return Accelerations(acceleration, multipliers, power, held.nearness)
+            raise self.singular(t, q, v) from error
+        lasting, exerted = held.lasting(rows.multipliers)
+        parts = mass_matrix(self.bodies, pose), held.C_q, force + exerted, held.combined(rhs)
+        if system.reflected is not None:
+            parts = with_flywheels(system.reflected, pose, twist, *parts)
+        driven = drive.rate if drive is not None and system.driven else np.zeros(0)
+        return Terms(*parts, held, lasting, power, driven)
 
     def project(self, step: int, t: float, y: Array) -> Projected:
         """The state after step number `step`, projected as the settings say."""
@@ -174,7 +174,7 @@ class FullFormulation:
             rows, settings = self.policy.rows, self.settings.projection
             projected = project_after(step, self.system, self.method, settings, q, v, drive, rows)
         except np.linalg.LinAlgError as error:
-            raise self._singular(t, q, v) from error
+            raise self.singular(t, q, v) from error
         self.policy.see(projected.nearest)
         return projected
 
@@ -188,7 +188,7 @@ class FullFormulation:
             drive = self.drive(t, expected)
             projected = project_after(1, self.system, self.method, always, q, v, drive, self.policy.rows)
         except np.linalg.LinAlgError as error:
-            raise self._singular(t, q, v) from error
+            raise self.singular(t, q, v) from error
         return np.concatenate([projected.q, projected.v, integrals, expected]), projected
 
     def lead(self, t: float, y: Array) -> Array:
@@ -235,9 +235,10 @@ class FullFormulation:
         """Raises SimulationError that names the joint where C_q has lost its rank at the start."""
         distances = row_distances(scaled_jacobian(self.system, pose_of(q)))
         if not self.policy.rows.redundant and distances.min(initial=1.0) < THRESHOLDS.singular:
-            raise self._singular(t, q)
+            raise self.singular(t, q)
 
-    def _singular(self, t: float, q: Array, v: Array | None = None) -> SimulationError:
+    def singular(self, t: float, q: Array, v: Array | None = None) -> SimulationError:
+        """Why the equations have no unique solution at a state."""
         with may_overflow():
             rows = scaled_jacobian(self.system, pose_of(q))
         if not np.all(np.isfinite(rows)) or not (v is None or np.all(np.isfinite(v))):

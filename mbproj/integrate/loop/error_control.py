@@ -19,14 +19,17 @@ from mbproj.errors import SimulationError
 from mbproj.integrate.events.crossing import Crossing
 from mbproj.integrate.events.law_switches import LawSwitches
 from mbproj.integrate.formulations.full import FullFormulation
+from mbproj.integrate.formulations.stage_equations import StageEquations
+from mbproj.integrate.loop.carried import attempted, point_within
 from mbproj.integrate.loop.run import Run
 from mbproj.integrate.loop.state_events import StateEvents
-from mbproj.integrate.loop.step_end import is_closed, left_open_at, point_at
+from mbproj.integrate.loop.step_end import is_closed, left_open_at
 from mbproj.integrate.loop.step_size import Controller, error_norm, first_step
 from mbproj.integrate.outcome.failures import TurnsUntold, not_finite, step_vanished
 from mbproj.integrate.outcome.marks import Mark, resuming
 from mbproj.integrate.point import Point
 from mbproj.integrate.steppers.runge_kutta import Step
+from mbproj.integrate.steppers.stages import StagesUnsolved
 from mbproj.scene.sampling import output_times
 from mbproj.thresholds import THRESHOLDS
 
@@ -174,16 +177,17 @@ class ErrorControl:
     def attempt(self, point: Point, h: float, t: float) -> _Tried:
         """A step from a point over h to t, or why its equations have no solution: a step that is too large may lead to
         where a function has no value, or beyond what numbers can hold."""
-        f = self.run.inside.watched_derivative
-        self.run.inside.policy.begin()
-        self.run.tally.count_evaluations(self.run.stepper.attempt_cost + 1)
+        run, stepper = self.run, self.run.stepper
+        run.inside.policy.begin()
+        run.tally.count_evaluations(stepper.attempt_cost + stepper.error_cost)
         try:
             with may_overflow():
-                step, estimates = self.run.stepper.error(
-                    f, t, self.run.stepper.attempt(f, point.t, point.y, h, point.slope)
-                )
+                step = attempted(stepper, run.inside, point, h, watched=True)
+                run.tally.count_evaluations(step.evaluations)
+                step, estimates = stepper.error(StageEquations(run.inside, watched=True), t, step)
                 error = error_norm(estimates, step.y, step.y_new, self.tolerance, self.scale)
         except SimulationError as lost:
+            run.tally.count_evaluations(lost.evaluations if isinstance(lost, StagesUnsolved) else 0)
             return lost
         return _Attempt(step, error) if np.isfinite(error) else not_finite(t)
 
@@ -191,8 +195,8 @@ class ErrorControl:
         """Samples inside a step: the extension's value, of which a copy is projected; the integration goes on without
         it."""
         self.run.tally.count_evaluations(self.run.stepper.extend_cost + len(times))
-        formulation, system = self.run.inside, self.run.inside.system
-        extension = self.run.stepper.extend(formulation.derivative, step)
+        formulation, system, stepper = self.run.inside, self.run.inside.system, self.run.stepper
+        extension = stepper.extend(StageEquations(formulation), step)
         for t in times:
             y, projected = formulation.project_copy(t, formulation.lead(t, extension.at((t - step.t) / step.h)))
             q, v, _, expected = formulation.parts(y)
@@ -203,7 +207,8 @@ class ErrorControl:
             if not formulation.followed:
                 expected = before.turning.between(system, after.turning, t, drive_at(system, t))
             turning = Turning(t, near(system, coordinate, expected), speed, after.turning.prescribed)
-            yield point_at(formulation, y, coordinate, turning).sample(formulation, step.h, self.run.tally)
+            point = point_within(formulation, stepper, step, y, coordinate, turning)
+            yield point.sample(formulation, step.h, self.run.tally)
 
 
 def _absolute_scale(formulation: FullFormulation) -> Array:

@@ -13,10 +13,10 @@ from mbproj.dynamics.assembly.assemble import State
 from mbproj.dynamics.equations.kinematics import pose_of
 from mbproj.dynamics.fast_modes import Mode, fast_modes, leading, moved_bodies, slopes, speeds_of_free_bodies
 from mbproj.integrate.formulations.choice import Choice
+from mbproj.integrate.steppers.methods import tableau_of
 from mbproj.integrate.steppers.stability_region import reach
-from mbproj.integrate.steppers.tableau import load_tableau
 from mbproj.model.system import System
-from mbproj.registry import integrators
+from mbproj.registry import explicit_integrators
 from mbproj.thresholds import THRESHOLDS
 
 #: Coordinates that are looked at, at most: those that would be fastest on free bodies; and modes that are told.
@@ -62,8 +62,8 @@ def stable_steps(modes: Sequence[FastMode]) -> dict[str, float]:
     if not modes:
         return {}
     return {
-        name: min(reach(load_tableau(name), mode.direction) * mode.time_constant for mode in modes)
-        for name in integrators()
+        name: min(reach(tableau_of(name), mode.direction) * mode.time_constant for mode in modes)
+        for name in explicit_integrators()
     }
 
 

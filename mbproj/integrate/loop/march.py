@@ -10,6 +10,7 @@ from mbproj.dynamics.assembly.assemble import State
 from mbproj.dynamics.observe.samples import Sample
 from mbproj.integrate.events.law_switches import switches_of
 from mbproj.integrate.formulations.full import FullFormulation
+from mbproj.integrate.loop.carried import attempted
 from mbproj.integrate.loop.error_control import ErrorControl
 from mbproj.integrate.loop.passes import Passes
 from mbproj.integrate.loop.run import Run
@@ -73,8 +74,8 @@ class FixedSteps:
             run.shaped = k == steps
             while point.t != grid:
                 t = run.breaks.next if run.breaks.cuts(grid) else grid
-                step = run.stepper.attempt(run.inside.watched_derivative, point.t, point.y, t - point.t, point.slope)
-                run.tally.count_evaluations(run.stepper.attempt_cost)
+                step = attempted(run.stepper, run.inside, point, t - point.t, watched=True)
+                run.tally.count_evaluations(run.stepper.attempt_cost + step.evaluations)
                 point = run.accept(point, t, step)
                 if passes is not None:
                     passes.watch(point)

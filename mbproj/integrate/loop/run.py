@@ -10,13 +10,15 @@ import numpy as np
 from mbproj.arrays import Array
 from mbproj.integrate.events.breaks import BreakCursor, breaks_of
 from mbproj.integrate.formulations.full import FullFormulation
+from mbproj.integrate.loop.carried import jumped, seen_by
 from mbproj.integrate.loop.interruption import look
 from mbproj.integrate.loop.step_end import accept
 from mbproj.integrate.outcome.marks import START, Mark, Marks, restore_tally, saved_events, saved_tally
 from mbproj.integrate.outcome.tally import Tally
 from mbproj.integrate.point import Point
-from mbproj.integrate.steppers.runge_kutta import ExplicitRungeKutta, Step
-from mbproj.integrate.steppers.tableau import load_tableau
+from mbproj.integrate.steppers.implicit_runge_kutta import ImplicitRungeKutta
+from mbproj.integrate.steppers.methods import stepper_of
+from mbproj.integrate.steppers.runge_kutta import Step
 from mbproj.scene.sampling import output_interval
 
 
@@ -28,7 +30,7 @@ class Run:
         settings = formulation.settings
         assert settings.duration is not None  # settings_to_run has seen to it
         self.start, self.end, self.tally = start, start + settings.duration, tally
-        self.stepper = ExplicitRungeKutta(load_tableau(settings.integrator))
+        self.stepper = stepper_of(settings.integrator)
         #: Between two samples, s.
         self.interval = output_interval(settings)
         self.breaks = BreakCursor(breaks_of(formulation.system, start, settings), start, self.interval)
@@ -96,13 +98,14 @@ class Run:
 
     def cross_break(self, point: Point) -> Point:
         """The point at a break as it is seen from its other side."""
+        before = self.exact
         self.pass_break(point.t)
-        return self.renewed(point)
+        return self.renewed(point, before)
 
-    def renewed(self, point: Point) -> Point:
-        """A point with the accelerations from here on."""
-        self.tally.count_evaluations(1)
-        q, v, *_ = self.inside.parts(point.y)
-        found = self.inside.accelerations(point.t, q, v, point.turning.coordinate)
+    def renewed(self, point: Point, before: FullFormulation) -> Point:
+        """A point with the accelerations from here on; until here it was seen by `before`."""
+        found = seen_by(self.inside, point, self.tally)
+        if isinstance(self.stepper, ImplicitRungeKutta):
+            found = jumped(point.found, seen_by(before, point, self.tally), found)
         self.inside.policy.keep(found.multipliers)
         return replace(point, found=found)

@@ -12,6 +12,7 @@ from mbproj.arrays import Array, Integers
 from mbproj.errors import SimulationError
 from mbproj.integrate.events.crossing import Crossing, first_crossing
 from mbproj.integrate.events.law_switches import LawSwitches
+from mbproj.integrate.formulations.stage_equations import StageEquations
 from mbproj.integrate.loop.run import Run
 from mbproj.integrate.outcome.failures import dry_friction
 from mbproj.integrate.point import Point
@@ -40,7 +41,7 @@ class StateEvents:
         """The first crossing in a step; one that no step can end at is at its start."""
         run, h = self.run, step.h
         run.tally.count_evaluations(run.stepper.extend_cost)
-        extension = run.stepper.extend(run.inside.derivative, step)
+        extension = run.stepper.extend(StageEquations(run.inside), step)
 
         def path(theta: float) -> Array:
             return self._arguments(step.t + theta * h, extension.at(theta))
@@ -63,12 +64,12 @@ class StateEvents:
     def cross_break(self, point: Point, h: float) -> Point:
         """From a break on, functions of time are seen from its other side; arguments that have jumped there are on the
         branch that they have jumped to. At the start of a run, all are."""
-        before = self._arguments(point.t, point.y)
+        before, seen = self._arguments(point.t, point.y), self.run.exact
         self.run.pass_break(point.t)
         after = self._arguments(point.t, point.y)
         outside = self.switches.bounds(self.held).excess(after) > 0.0
         self._hold(self.switches.settled(self.switches.freed(self.held, outside & (after != before)), after))
-        return self._turned(self.run.renewed(point), h)
+        return self._turned(self.run.renewed(point, seen), h)
 
     def tell(self, point: Point) -> None:
         """Signs that were not told before a step, of what has not moved, are told where it has moved now."""
@@ -97,9 +98,9 @@ class StateEvents:
     def _passed_to(self, held: Array, point: Point, h: float, direction: Integers | Array) -> Point:
         """A point with other branches. Raises SimulationError where a switch that moves in a direction before is pushed
         back after."""
-        before = self._moves(point, h)
+        before, seen = self._moves(point, h), self.run.inside
         self._hold(held)
-        point = self.run.renewed(point)
+        point = self.run.renewed(point, seen)
         after = self._moves(point, h)
         for k in np.flatnonzero((direction * before > 0.0) & (direction * after < 0.0)):
             raise self._pushed_back(point.t, int(k))

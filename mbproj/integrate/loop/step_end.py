@@ -10,10 +10,12 @@ from mbproj.dynamics.equations.motions import drive_at
 from mbproj.dynamics.equations.turning import Turning
 from mbproj.errors import SimulationError
 from mbproj.integrate.formulations.full import FullFormulation
+from mbproj.integrate.loop.carried import attempted, point_after
 from mbproj.integrate.outcome.failures import left_open, not_finite, unresolved
 from mbproj.integrate.outcome.tally import Tally
 from mbproj.integrate.point import Point, counted, untold
-from mbproj.integrate.steppers.runge_kutta import ExplicitRungeKutta, Step
+from mbproj.integrate.steppers.methods import Stepper
+from mbproj.integrate.steppers.runge_kutta import Step
 from mbproj.model.system import System
 from mbproj.projection import Projected
 from mbproj.thresholds import THRESHOLDS
@@ -22,7 +24,7 @@ from mbproj.thresholds import THRESHOLDS
 def accept(
     inside: FullFormulation,
     at_end: FullFormulation,
-    stepper: ExplicitRungeKutta,
+    stepper: Stepper,
     tally: Tally,
     before: Point,
     t: float,
@@ -37,7 +39,7 @@ def accept(
         y, coordinate, turning = _closed(inside, stepper, tally, before, t, step, y)
         if inside.arrive(y[: 7 * inside.system.bodies]) < THRESHOLDS.close_to_singular:
             _check_by_halves(inside, stepper, before, t, y)
-        found = point_at(at_end, y, coordinate, turning)
+        found = point_after(inside, at_end, tally, step, y, coordinate, turning)
         inside.policy.keep(found.found.multipliers)
     if not np.all(np.isfinite(found.slope)):
         raise not_finite(t)
@@ -46,7 +48,7 @@ def accept(
 
 def _closed(
     formulation: FullFormulation,
-    stepper: ExplicitRungeKutta,
+    stepper: Stepper,
     tally: Tally,
     before: Point,
     t: float,
@@ -55,7 +57,7 @@ def _closed(
 ) -> tuple[Array, Array, Turning]:
     """The state after a step, on the constraints, and the joints' coordinates there, without turns and with."""
     tally.steps += 1
-    tally.count_evaluations(1)
+    tally.count_evaluations(int(step.multipliers is None))
     projected = formulation.project(tally.steps, t, y)
     tally.count_projection(projected)
     formulation.check_branch(t, t - before.t, y, projected)
@@ -93,17 +95,15 @@ def left_open_at(formulation: FullFormulation, t: float, position: Array, projec
     return left_open(t, where, position[row], passes, projection=method, failed=failed)
 
 
-def _check_by_halves(
-    formulation: FullFormulation, stepper: ExplicitRungeKutta, before: Point, t: float, y: Array
-) -> None:
+def _check_by_halves(formulation: FullFormulation, stepper: Stepper, before: Point, t: float, y: Array) -> None:
     """Raises SimulationError where a step that came near a singular pose reaches other velocities than two half steps:
     it may have left its branch of the motion with velocities that belong to another one."""
     h, half = 0.5 * (t - before.t), before
     for time in (before.t + h, t):
-        step = stepper.attempt(formulation.derivative, half.t, half.y, time - half.t, half.slope)
+        step = attempted(stepper, formulation, half, time - half.t)
         closed, _ = formulation.project_copy(time, formulation.lead(time, step.y_new))
         turned = counted(formulation, stepper, half, time, step, *formulation.parts(closed)[:2])
-        half = point_at(formulation, closed, *turned)
+        half = point_after(formulation, formulation, Tally(), step, closed, *turned)
     v = formulation.parts(y)[1]
     off = formulation.change(v, formulation.parts(half.y)[1])
     if not off <= THRESHOLDS.branch_change:
@@ -125,13 +125,6 @@ def first_point(formulation: FullFormulation, state: State, tally: Tally) -> Poi
     followed = turning.coordinate[: formulation.followed]
     y = np.concatenate([state.q, state.v, np.zeros(formulation.quadratures), followed])
     return Point(state.t, y, found, coordinate, turning)
-
-
-def point_at(formulation: FullFormulation, y: Array, coordinate: Array, turning: Turning) -> Point:
-    """The point at y at the time of `turning`."""
-    q, v, *_ = formulation.parts(y)
-    found = formulation.accelerations(turning.t, q, v, turning.coordinate)
-    return Point(turning.t, y, found, coordinate, turning)
 
 
 def _joint_rows(system: System) -> slice:

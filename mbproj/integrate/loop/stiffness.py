@@ -18,8 +18,8 @@ from mbproj.dynamics.observe.samples import Samples, join
 from mbproj.errors import SimulationError
 from mbproj.integrate.formulations.choice import Choice
 from mbproj.integrate.outcome.stiff_words import Stiffness, grows, holds, too_stiff
+from mbproj.integrate.steppers.methods import tableau_of
 from mbproj.integrate.steppers.stability_region import amplification, reach
-from mbproj.integrate.steppers.tableau import load_tableau
 from mbproj.model.system import System
 from mbproj.scene.records import Settings
 from mbproj.thresholds import THRESHOLDS
@@ -53,7 +53,7 @@ class StiffnessWatch:
 
     def __init__(self, choice: Choice, system: System, settings: Settings, march: March) -> None:
         self._choice, self._system, self._settings, self._march = choice, system, settings, march
-        self._tableau = load_tableau(settings.integrator)
+        self._tableau = tableau_of(settings.integrator)
         self._kept: list[_Kept] = []
         self._active = settings.projection.gains is not None or (system.forces is not None and system.forces.size > 0)
 

@@ -4,7 +4,14 @@ from __future__ import annotations
 
 from math import floor, log10
 
+import numpy as np
+
+from mbproj.arrays import Array
+from mbproj.dynamics.rank.row_set import in_lengths
+from mbproj.dynamics.stiff_forces import StiffForces
 from mbproj.errors import SimulationError
+from mbproj.integrate.steppers.stages import StagesUnsolved
+from mbproj.model.system import System
 from mbproj.registry import PROJECTIONS
 from mbproj.scene.records import ProjectionSettings
 
@@ -109,6 +116,24 @@ def _rounded_down(value: float) -> float:
     """To two digits."""
     digit = 10.0 ** (floor(log10(value)) - 1)
     return floor(value / digit) * digit
+
+
+def unsolved_stages(
+    system: System, t: float, dq: Array, dv: Array, stiff: StiffForces | None, evaluations: int, *, is_near: bool
+) -> StagesUnsolved:
+    """Newton's method has not solved an implicit step to t; its last change was `dq` and `dv` (7n,). `is_near`: to a
+    singular pose."""
+    if stiff is None or system.forces is None:
+        moved = np.abs(in_lengths(system, dv)).reshape(-1, 7).max(axis=1)
+        where = f"body '{system.names.carriers[int(np.argmax(np.nan_to_num(moved, nan=np.inf)))]}'"
+    else:
+        where = f"force '{system.forces.owners[stiff.leader(dq, dv)]}'"
+    cause = f"Newton's method did not solve the equations of an implicit step in {evaluations} evaluations"
+    if is_near:
+        cause += ": branches of the motion cross near here (a singular position)"
+    unsolved = StagesUnsolved(t, cause, where=where, hint="take smaller steps, or give a tolerance instead")
+    unsolved.evaluations = evaluations
+    return unsolved
 
 
 def dry_friction(t: float, where: str, what: str) -> SimulationError:

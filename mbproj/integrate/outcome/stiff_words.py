@@ -6,12 +6,10 @@ from dataclasses import dataclass
 from math import floor, log10
 
 from mbproj.errors import SimulationError
+from mbproj.integrate.steppers.methods import tableau_of
 from mbproj.integrate.steppers.stability_region import reach
-from mbproj.integrate.steppers.tableau import load_tableau
-from mbproj.registry import integrators
+from mbproj.registry import explicit_integrators, implicit_integrators
 from mbproj.thresholds import THRESHOLDS
-
-NOT_YET = "implicit methods, which stiffness does not hold up, do not exist here yet"
 
 
 @dataclass(frozen=True)
@@ -56,10 +54,11 @@ class Stiffness:
     def remedies(self) -> str:
         """What to do."""
         softer = "a softer force" if self.where.startswith("force") else "smaller gains"
-        limits = {name: reach(load_tableau(name), self.direction) for name in integrators()}
+        limits = {name: reach(tableau_of(name), self.direction) for name in explicit_integrators()}
         best = max(limits, key=lambda name: limits[name])
         larger = f"{best}, which is stable up to {limits[best]:.3g}, or " if limits[best] > 1.2 * self.limit else ""
-        return f"{larger}{softer}; {NOT_YET}"
+        implicit = " or ".join(implicit_integrators())
+        return f"{larger}{softer}; {implicit} is not held up by it"
 
 
 def too_stiff(stopped: SimulationError, found: Stiffness) -> SimulationError:

@@ -1,2 +1,1 @@
-"""Steppers: Runge-Kutta methods. A new explicit one is a tableau, a file in `tableaus`; the coefficients of implicit
-ones are in `implicit_tableaus`."""
+"""Steppers: Runge-Kutta methods. A new one is a tableau, a file in `tableaus`, or in `implicit_tableaus`."""

@@ -5,14 +5,12 @@ from __future__ import annotations
 import json
 from dataclasses import dataclass
 from functools import cache
-from pathlib import Path
 
 import numpy as np
 
 from mbproj.arrays import Array
 from mbproj.integrate.steppers.tableau import matrix, vector
-
-FOLDER = Path(__file__).parent / "implicit_tableaus"
+from mbproj.registry import integrators
 
 
 @dataclass(frozen=True, eq=False)
@@ -49,7 +47,7 @@ class ImplicitTableau:
 @cache
 def load_implicit_tableau(name: str) -> ImplicitTableau:
     """The tableau of an implicit method by its name."""
-    data = json.loads((FOLDER / f"{name}.json").read_text(encoding="utf-8"))
+    data = json.loads(integrators()[name].tableau.read_text(encoding="utf-8"))
     stages = len(data["b"])
     return ImplicitTableau(
         name=name,

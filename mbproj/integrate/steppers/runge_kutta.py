@@ -19,7 +19,8 @@ RightHandSide = Callable[[float, Array], Array]
 @dataclass(frozen=True, eq=False)
 class Step:
     """A step from (t, y) over h to `y_new` (N,), with its stages k (s, N), and f at the new point where its error was
-    estimated."""
+    estimated. Of an implicit step: `multipliers` (s, m) of the stages, how near the last is to a singular pose, how
+    many evaluations it took, and the `estimate` (N,) of its error."""
 
     t: float
     h: float
@@ -27,6 +28,10 @@ class Step:
     y_new: Array
     k: Array
     last: Array | None = None
+    multipliers: Array | None = None
+    nearness: float = 1.0
+    evaluations: int = 0
+    estimate: Array | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -49,6 +54,7 @@ class ExplicitRungeKutta:
     """A method by its tableau. `*_cost`: evaluations of f beyond the first, which the step before has left."""
 
     tableau: Tableau
+    error_cost = 1
 
     @property
     def order(self) -> int:
@@ -66,8 +72,10 @@ class ExplicitRungeKutta:
     def extend_cost(self) -> int:
         return len(self.tableau.extra_c)
 
-    def attempt(self, f: RightHandSide, t: float, y: Array, h: float, first: Array) -> Step:
-        """One step of size h; `first` is f(t, y)."""
+    def attempt(
+        self, f: RightHandSide, t: float, y: Array, h: float, first: Array, multipliers: Array | None = None
+    ) -> Step:
+        """One step of size h; `first` is f(t, y). Only implicit steps carry multipliers on."""
         tableau = self.tableau
         k = np.empty((tableau.stages, len(y)))
         k[0] = first

@@ -37,8 +37,11 @@ def amplification(tableau: Tableau | ImplicitTableau, z: complex) -> float:
 
 
 @cache
-def reach(tableau: Tableau, direction: complex, slack: float = THRESHOLDS.stable_slack) -> float:
-    """The largest r up to which |R(r direction)| <= 1 + slack, of a direction of size 1."""
+def reach(tableau: Tableau | ImplicitTableau, direction: complex, slack: float = THRESHOLDS.stable_slack) -> float:
+    """The largest r up to which |R(r direction)| <= 1 + slack, of a direction of size 1 that does not grow; without
+    bound for implicit methods, which are A-stable."""
+    if isinstance(tableau, ImplicitTableau):
+        return float("inf")
     R = stability_function(tableau)
     r = np.arange(SCAN, FARTHEST, SCAN)
     high = float(r[int(np.argmax(np.abs(R(r * direction)) > 1.0 + slack))])
@@ -49,6 +52,6 @@ def reach(tableau: Tableau, direction: complex, slack: float = THRESHOLDS.stable
     return low
 
 
-def real_axis_limit(tableau: Tableau) -> float:
+def real_axis_limit(tableau: Tableau | ImplicitTableau) -> float:
     """The largest x up to which |R(-x)| <= 1."""
     return reach(tableau, -1.0, slack=0.0)

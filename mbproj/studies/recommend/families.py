@@ -6,8 +6,8 @@ from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from math import log10
 
-from mbproj.integrate.steppers.tableau import load_tableau
-from mbproj.registry import PROJECTIONS, integrators
+from mbproj.integrate.steppers.methods import tableau_of
+from mbproj.registry import PROJECTIONS, explicit_integrators, integrators
 from mbproj.studies.measure.setting import Setting
 
 #: Tolerances from the loosest to the tightest, so many a decade, each of two digits.
@@ -56,7 +56,7 @@ class Family:
 
     def fixed_cost(self, fineness: int, intervals: int) -> int:
         """Evaluations of a run with fixed steps over so many output steps."""
-        return load_tableau(self.integrator).stages * fineness * intervals + 1
+        return tableau_of(self.integrator).stages * fineness * intervals + 1
 
     @property
     def name(self) -> str:
@@ -65,8 +65,9 @@ class Family:
 
 
 def families(base: Setting, interval: float) -> Iterator[Family]:
-    """All of them, those first whose cost grows least with accuracy. `base` says how constraints are enforced."""
-    names = list(integrators())[::-1]
+    """Those of explicit integrators, those first whose cost grows least with accuracy. `base` says how constraints are
+    enforced."""
+    names = explicit_integrators()[::-1]
     yield from (Family(base, name, True, interval) for name in names if integrators()[name].embedded)
     yield from (Family(base, name, False, interval) for name in names)
 

@@ -12,8 +12,8 @@ from typing import Any
 import numpy as np
 
 from mbproj.errors import InputError, Problem
+from mbproj.integrate.steppers.methods import tableau_of
 from mbproj.integrate.steppers.stability_region import real_axis_limit
-from mbproj.integrate.steppers.tableau import load_tableau
 from mbproj.registry import PROJECTIONS
 from mbproj.scene.records import Scene
 from mbproj.scene.text.suggestions import choose_from
@@ -117,7 +117,7 @@ def stability(
     subjects = {name: _with_method(subject, name) for name in names}
     walked = resumable(_walked, (vary, grid), subjects, kept, processes, "methods", tell)
     tracks = [_track(name, [Point.from_json(each) for each in points]) for name, points in walked.items()]
-    analytic = real_axis_limit(load_tableau(subject.setting.integrator)) if quantity.option == "gains" else None
+    analytic = real_axis_limit(tableau_of(subject.setting.integrator)) if quantity.option == "gains" else np.inf
     step = subject.setting.step or 1.0
     return StabilityMap(
         title=scene.title,
@@ -128,7 +128,7 @@ def stability(
         setting=subject.setting,
         until=subject.until,
         limits=subject.limits,
-        analytic=None if analytic is None else analytic / step,
+        analytic=analytic / step if np.isfinite(analytic) else None,
         length=mechanism.system.length,
     )
 

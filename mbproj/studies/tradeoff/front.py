@@ -115,7 +115,7 @@ def tradeoff(
     fresh: bool = False,
     tell: Tell = silent,
 ) -> Tradeoff:
-    """Measures accuracy against cost over `projections`, `integrators` (all), steps, tolerances, schedules.
+    """Measures accuracy against cost over `projections`, `integrators` (those explicit), steps, tolerances, schedules.
 
     The error is the largest up to `until` s (the duration) of the markers `at` (all of them; the bodies' centres where
     the scene has none). `longest`: sweeps end with a run of so many seconds. The study resumes where it was
@@ -124,7 +124,7 @@ def tradeoff(
     """
     mechanism = Mechanism.of(scene)
     points = tuple(mechanism.points[k] for k in mechanism.columns(at))
-    own, names = _own(scene, formulation), tuple(integrators or registry.integrators())
+    own, names = _own(scene, formulation), tuple(integrators or registry.explicit_integrators())
     for projection, name in product(projections, names):
         Setting(projection, name, step=1.0).settings(1.0, 1.0)  # raises InputError for a name that is not there
     base = replace(own, step=None, tolerance=None, formulation=formulation or _common(own, projections))

@@ -1,0 +1,63 @@
+"""What stiff forces add to the matrix of an implicit step: JᵀkJ and JᵀcJ of those that are stiff for its size, with J
+the gradients of their coordinates, (7n,). Springs that push apart and dampers that drive are left out, so that the
+matrix stays positive: the residual holds them exactly."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from mbproj.arrays import Array, Integers
+from mbproj.dynamics.equations.kinematics import Pose, Twist
+from mbproj.dynamics.fast_modes import slopes_at, speeds_of_free_bodies, unit_pulls
+from mbproj.model.system import System
+from mbproj.thresholds import THRESHOLDS
+
+
+@dataclass(frozen=True, eq=False)
+class StiffForces:
+    """The coordinates of forces that are stiff, `chosen` (e,), their gradients J (e, 7n), and k and c (e, e), symmetric
+    and without negative eigenvalues."""
+
+    chosen: Integers
+    J: Array
+    k: Array
+    c: Array
+
+    @cached_property
+    def elastic(self) -> Array:
+        """JᵀkJ, (7n, 7n)."""
+        return np.asarray(self.J.T @ self.k @ self.J)
+
+    @cached_property
+    def viscous(self) -> Array:
+        """JᵀcJ, (7n, 7n)."""
+        return np.asarray(self.J.T @ self.c @ self.J)
+
+    def leader(self, dq: Array, dv: Array) -> int:
+        """The coordinate whose force a change of q and v (7n,) changes most, beside its stiffness."""
+        force = np.abs(self.k @ (self.J @ dq)) + np.abs(self.c @ (self.J @ dv))
+        return int(self.chosen[int(np.argmax(force))])
+
+
+def stiff_forces(system: System, pose: Pose, twist: Twist, t: float, reference: Array, h: float) -> StiffForces | None:
+    """Those that a step of size h at a state cannot take explicitly; None without any."""
+    if system.forces is None or not system.forces.size:
+        return None
+    slope = slopes_at(system, pose, twist, t, reference)
+    chosen = np.flatnonzero(h * speeds_of_free_bodies(system, pose, slope) > THRESHOLDS.stiff_for_step)
+    if not len(chosen):
+        return None
+    k, c = (_positive(matrix) for matrix in slope.matrices(chosen))
+    return StiffForces(chosen, unit_pulls(system, pose, chosen), k, c)
+
+
+def _positive(matrix: Array) -> Array:
+    """The nearest symmetric matrix without negative eigenvalues."""
+    symmetric = 0.5 * (matrix + matrix.T)
+    if not np.any(symmetric - np.diag(np.diagonal(symmetric))):
+        return np.diag(np.maximum(np.diagonal(symmetric), 0.0))
+    values, vectors = np.linalg.eigh(symmetric)
+    return np.asarray((vectors * np.maximum(values, 0.0)) @ vectors.T)

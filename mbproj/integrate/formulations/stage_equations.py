@@ -1,0 +1,223 @@
+"""The stages of an implicit step in the full formulation, by a simplified Newton method.
+
+Of stages y_i = known_i + Σ w_ij y'_j the unknowns are the accelerations a_i and the multipliers λ_i: with weights W,
+v = known_v + W a and q = known_q + W v,
+
+    M_i a_i + Σ_j (W_ij JᵀcJ + (W²)_ij JᵀkJ) (a_j - before_j) + C_qᵀ λ_i = Q_i,    C_q a_i = γ_i,
+
+where M, C_q, Q and γ are those of the stages before the change, and J, k and c those of the stiff forces alone (see
+`mbproj.dynamics.stiff_forces`). Nothing else is differentiated: what gyroscopic terms and the curvature of constraints
+change within a step is small wherever the error is.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import TypeAlias
+
+import numpy as np
+
+from mbproj.arrays import Array
+from mbproj.dynamics.assembly.assemble import coordinates
+from mbproj.dynamics.equations.kinematics import pose_of, twist_of
+from mbproj.dynamics.stiff_forces import StiffForces, stiff_forces
+from mbproj.integrate.formulations.full import FullFormulation
+from mbproj.integrate.formulations.terms import Accelerations, Terms
+from mbproj.integrate.outcome.failures import unsolved_stages
+from mbproj.integrate.steppers.stages import Stages, StagesUnsolved
+from mbproj.thresholds import THRESHOLDS
+
+
+@dataclass(frozen=True, eq=False)
+class StageEquations:
+    """The equations of a formulation. `watched`: its policy takes note of the poses of the stages."""
+
+    formulation: FullFormulation
+    watched: bool = False
+
+    def __call__(self, t: float, y: Array) -> Array:
+        """y' at a state."""
+        return self.formulation.watched_derivative(t, y) if self.watched else self.formulation.derivative(t, y)
+
+    def of_step(self, t: float, y: Array, h: float) -> StepStages:
+        """The same for the stages of a step from (t, y) over h."""
+        return StepStages(self.formulation, h, self.watched)
+
+
+#: Of each stage; None where nothing is stiff.
+_Stiff: TypeAlias = "list[StiffForces] | None"
+
+
+@dataclass(frozen=True, eq=False)
+class StepStages:
+    """The stages of a step of size h."""
+
+    formulation: FullFormulation
+    h: float
+    watched: bool
+
+    def solve(self, times: Array, known: Array, weights: Array, first: Array) -> Stages:
+        """The stages at `times`; see `mbproj.integrate.steppers.stages`. Raises StagesUnsolved."""
+        n, count = 7 * self.formulation.system.bodies, len(times)
+        newton, k = Newton(self.formulation, known, weights), np.tile(first, (count, 1))
+        evaluations, stiff = 0, None
+        while True:
+            y = known + weights @ k
+            y[:, :n] = known[:, :n] + weights @ y[:, n : 2 * n]
+            if newton.is_slow:
+                stiff = self._stiff_at(times, y)
+            terms = [self.formulation.terms(t, *self._state(each)) for t, each in zip(times, y, strict=True)]
+            evaluations += count
+            before, k, found = k, *self._changed(terms, stiff, weights, y, k)
+            if newton.takes(y, k - before):
+                break
+            if newton.has_failed:
+                raise self._unsolved(float(times[-1]), newton, terms, stiff, evaluations)
+        if self.watched:
+            for each in found:
+                self.formulation.policy.see(each.nearness)
+        multipliers = np.array([each.multipliers for each in found])
+
+        def filtered(estimate: Array, h_gamma: float) -> Array:
+            return estimate if stiff is None else self._filtered(terms[-1], stiff[-1], estimate, h_gamma)
+
+        return Stages(k, multipliers, found[-1].nearness, evaluations, filtered)
+
+    def _stiff_at(self, times: Array, y: Array) -> _Stiff:
+        """The forces that are stiff for the step at its stages: those of the first that are, at all."""
+        found: list[StiffForces] = []
+        for t, each in zip(times, y, strict=True):
+            q, v, expected = self._state(each)
+            pose, seen = pose_of(q), self.formulation.window.seen(float(t))
+            stiff = stiff_forces(self.formulation.system, pose, twist_of(pose, v), seen, expected, self.h)
+            if stiff is None:
+                return None
+            found.append(stiff)
+        return found
+
+    def _unsolved(
+        self, t: float, newton: Newton, terms: list[Terms], stiff: _Stiff, evaluations: int
+    ) -> StagesUnsolved:
+        """Why the stages have not been solved."""
+        worst = None if stiff is None else stiff[-1]
+        is_near = min(each.held.nearness for each in terms) < THRESHOLDS.near_singular
+        return unsolved_stages(self.formulation.system, t, *newton.change, worst, evaluations, is_near=is_near)
+
+    def _state(self, y: Array) -> tuple[Array, Array, Array]:
+        q, v, _, expected = self.formulation.parts(y)
+        return q, v, expected
+
+    def _changed(
+        self, terms: list[Terms], stiff: _Stiff, weights: Array, y: Array, k: Array
+    ) -> tuple[Array, list[Accelerations]]:
+        """The slopes of the stages after a change by Newton's method, and what belongs to them."""
+        n, size = 7 * self.formulation.system.bodies, len(terms[0].M)
+        before = np.zeros((len(terms), size))
+        before[:, :n] = k[:, n : 2 * n]
+        terms = [self._stabilised(each, *row) for each, *row in zip(terms, np.diagonal(weights), before, strict=True)]
+        if stiff is None:
+            found = [each.solved(*self.formulation.solve(each.M, each.C_q, each.Q, each.gamma)) for each in terms]
+        else:
+            found = self._coupled(terms, weights, before, stiff)
+        slopes = np.array([self._slope(each, state) for each, state in zip(found, y, strict=True)])
+        slopes[:, :n] = (y + weights @ (slopes - k))[:, n : 2 * n]
+        return slopes, found
+
+    def _stabilised(self, terms: Terms, weight: float, before: Array) -> Terms:
+        """With Baumgarte's terms implicit: C_q a + (2α w + β² w²) C_q (a - before) = γ."""
+        gains = self.formulation.settings.projection.gains
+        if gains is None:
+            return terms
+        more, held = 2.0 * gains[0] * weight + (gains[1] * weight) ** 2, terms.held.C_q
+        gamma = terms.gamma.copy()
+        gamma[: len(held)] = (gamma[: len(held)] + more * held @ before[: held.shape[1]]) / (1.0 + more)
+        return replace(terms, gamma=gamma)
+
+    def _coupled(
+        self, terms: list[Terms], weights: Array, before: Array, stiff: list[StiffForces]
+    ) -> list[Accelerations]:
+        """The accelerations of stages that stiff forces couple, from those `before`, (s, 7n + reflected inertias)."""
+        n, (count, size) = 7 * self.formulation.system.bodies, before.shape
+        rows = [len(each.C_q) for each in terms]
+        added = np.zeros((count, size, count, size))
+        for stage, (each, once, twice) in enumerate(zip(stiff, weights, weights @ weights, strict=True)):
+            added[stage, :n, :, :n] = once[:, None] * each.viscous[:, None] + twice[:, None] * each.elastic[:, None]
+        whole = added.reshape(count * size, count * size)
+        Q, gamma = (np.concatenate([getattr(each, name) for each in terms]) for name in ("Q", "gamma"))
+        M, C_q = (_on_diagonal([getattr(each, name) for each in terms]) for name in ("M", "C_q"))
+        acceleration, multipliers = self.formulation.solve(M + whole, C_q, Q + whole @ before.ravel(), gamma)
+        parts = zip(terms, acceleration.reshape(count, size), np.split(multipliers, np.cumsum(rows)[:-1]), strict=True)
+        return [each.solved(*part) for each, *part in parts]
+
+    def _slope(self, found: Accelerations, y: Array) -> Array:
+        """y' at a state with these accelerations."""
+        q, v, _, expected = self.formulation.parts(y)
+        rates = coordinates(self.formulation.system, q, v)[1] if self.formulation.followed else expected
+        return np.concatenate([v, found.acceleration, found.power, rates])
+
+    def _filtered(self, terms: Terms, stiff: StiffForces, estimate: Array, h_gamma: float) -> Array:
+        """An estimate as stiff forces leave it: ε_v by M + hγ JᵀcJ + (hγ)² JᵀkJ, and ε_q = e_q + hγ ε_v."""
+        n, size = 7 * self.formulation.system.bodies, len(terms.M)
+        of_q, of_v = estimate[:n], estimate[n : 2 * n]
+        added, pull = np.zeros((size, size)), np.zeros(size)
+        added[:n, :n] = h_gamma * stiff.viscous + h_gamma**2 * stiff.elastic
+        pull[:n] = -added[:n, :n] @ of_v - h_gamma * stiff.elastic @ of_q
+        turned = of_v + self.formulation.solve(terms.M + added, terms.C_q, pull, np.zeros(len(terms.C_q)))[0][:n]
+        return np.concatenate([of_q + h_gamma * turned, turned, estimate[2 * n :]])
+
+
+class Newton:
+    """Scratch of Newton's method: how much its changes move the states of the stages, in parts of what it may leave."""
+
+    def __init__(self, formulation: FullFormulation, known: Array, weights: Array) -> None:
+        system, tolerance = formulation.system, formulation.settings.tolerance
+        self._n, self._weights = 7 * system.bodies, weights
+        self._scale = np.tile([system.length] * 3 + [1.0] * 4, 2 * system.bodies)
+        left = THRESHOLDS.newton_fixed if tolerance is None else THRESHOLDS.newton_part * tolerance
+        self._least = max(left, THRESHOLDS.newton_fixed)
+        self._sizes: list[float] = []
+        #: The last change of q and v of the last stage.
+        self.change = np.zeros(self._n), np.zeros(self._n)
+
+    def takes(self, y: Array, change: Array) -> bool:
+        """Whether stages at y have converged with this change of their slopes."""
+        n = self._n
+        dv = self._weights @ change[:, n : 2 * n]
+        dq = self._weights @ dv
+        self.change = dq[-1], dv[-1]
+        moved = np.concatenate([dq, dv], axis=1) / (self._scale + np.abs(y[:, : 2 * n]))
+        size = float(np.sqrt(np.mean(moved * moved, axis=1)).max())
+        self._sizes.append(size)
+        if len(self._sizes) == 1:
+            return size <= 1e-3 * self._least
+        ratio = self.ratio
+        return (ratio < 1.0 and size * ratio / (1.0 - ratio) <= self._least) or (
+            ratio > 0.5 and size <= max(self._least, THRESHOLDS.newton_floor)
+        )
+
+    @property
+    def ratio(self) -> float:
+        """The last change beside the one before."""
+        before = self._sizes[-2]
+        return self._sizes[-1] / before if before > 0.0 else 0.0
+
+    @property
+    def is_slow(self) -> bool:
+        """Whether its matrix has to be made: at first, and where changes shrink too slowly."""
+        return not self._sizes or (len(self._sizes) > 1 and self.ratio > THRESHOLDS.contraction)
+
+    @property
+    def has_failed(self) -> bool:
+        """Whether there is no use to go on."""
+        return not np.isfinite(self._sizes[-1]) or len(self._sizes) >= THRESHOLDS.most_newton
+
+
+def _on_diagonal(blocks: list[Array]) -> Array:
+    """One matrix with these on its diagonal."""
+    if len(blocks) == 1:
+        return blocks[0]
+    heights, widths = (np.cumsum([0, *(block.shape[axis] for block in blocks)]) for axis in (0, 1))
+    whole = np.zeros((heights[-1], widths[-1]))
+    for block, row, column in zip(blocks, heights, widths, strict=False):
+        whole[row : row + block.shape[0], column : column + block.shape[1]] = block
+    return whole

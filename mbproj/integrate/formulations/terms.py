@@ -1,0 +1,45 @@
+"""The terms of Eq. 14 at a state, in the rows that are held there, and what its solution says of the whole system."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from mbproj.arrays import Array
+from mbproj.dynamics.equations.held_rows import Held
+
+
+class Accelerations(NamedTuple):
+    """q'' (7n,), λ (m,), and the power of forces and motions and that of dampers in W, (2,); empty without any.
+    `nearness`: the pose's distance from a singular one, as a part of the largest of the run."""
+
+    acceleration: Array
+    multipliers: Array
+    power: Array
+    nearness: float
+
+
+@dataclass(frozen=True, eq=False)
+class Terms:
+    """M, C_q, Q and γ, each reflected inertia a coordinate and a row of its own after those of `held`; the multipliers
+    `lasting` (m,) of what is not held, the `power` of forces (2,), and the rates of motions, `driven`."""
+
+    M: Array
+    C_q: Array
+    Q: Array
+    gamma: Array
+    held: Held
+    lasting: Array
+    power: Array
+    driven: Array
+
+    def solved(self, acceleration: Array, multipliers: Array) -> Accelerations:
+        """What a solution of Eq. 14 in these terms says of all rows."""
+        rows, size = self.held.C_q.shape
+        found = self.held.multipliers(multipliers[:rows]) + self.lasting
+        power = self.power
+        if len(self.driven):
+            power = power - np.array([found[-len(self.driven) :] @ self.driven, 0.0])
+        return Accelerations(acceleration[:size], found, power, self.held.nearness)

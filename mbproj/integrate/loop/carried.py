@@ -1,0 +1,82 @@
+"""What a step carries on: after an explicit one the accelerations are evaluated anew, after an implicit one they and
+the multipliers are those of its last stage."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from mbproj.arrays import Array
+from mbproj.dynamics.equations.turning import Turning
+from mbproj.integrate.formulations.full import FullFormulation
+from mbproj.integrate.formulations.stage_equations import StageEquations
+from mbproj.integrate.formulations.terms import Accelerations
+from mbproj.integrate.outcome.tally import Tally
+from mbproj.integrate.point import Point
+from mbproj.integrate.steppers.implicit_runge_kutta import ImplicitRungeKutta
+from mbproj.integrate.steppers.methods import Stepper
+from mbproj.integrate.steppers.runge_kutta import Step
+
+
+def attempted(stepper: Stepper, formulation: FullFormulation, point: Point, h: float, *, watched: bool = False) -> Step:
+    """A step of size h from a point. `watched`: the policy takes note of the poses of its stages."""
+    equations = StageEquations(formulation, watched)
+    return stepper.attempt(equations, point.t, point.y, h, point.slope, point.found.multipliers)
+
+
+def point_at(formulation: FullFormulation, y: Array, coordinate: Array, turning: Turning) -> Point:
+    """The point at y at the time of `turning`."""
+    q, v, *_ = formulation.parts(y)
+    found = formulation.accelerations(turning.t, q, v, turning.coordinate)
+    return Point(turning.t, y, found, coordinate, turning)
+
+
+def point_after(
+    inside: FullFormulation,
+    at_end: FullFormulation,
+    tally: Tally,
+    step: Step,
+    y: Array,
+    coordinate: Array,
+    turning: Turning,
+) -> Point:
+    """The point at y after a step that was made `inside` its window, as it is seen by `at_end`."""
+    if step.multipliers is None:
+        return point_at(at_end, y, coordinate, turning)
+    found = _of_slope(inside, step.k[-1], step.multipliers[-1], step.nearness)
+    point = Point(turning.t, y, found, coordinate, turning)
+    if at_end is inside:
+        return point
+    return replace(point, found=jumped(found, seen_by(inside, point, tally), seen_by(at_end, point, tally)))
+
+
+def point_within(
+    formulation: FullFormulation, stepper: Stepper, step: Step, y: Array, coordinate: Array, turning: Turning
+) -> Point:
+    """The point at y within a step."""
+    if not isinstance(stepper, ImplicitRungeKutta):
+        return point_at(formulation, y, coordinate, turning)
+    found = _of_slope(formulation, *stepper.within(step, (turning.t - step.t) / step.h), step.nearness)
+    return Point(turning.t, y, found, coordinate, turning)
+
+
+def seen_by(formulation: FullFormulation, point: Point, tally: Tally) -> Accelerations:
+    """The accelerations at a point as a formulation has them."""
+    tally.count_evaluations(1)
+    q, v, *_ = formulation.parts(point.y)
+    return formulation.accelerations(point.t, q, v, point.turning.coordinate)
+
+
+def jumped(carried: Accelerations, before: Accelerations, after: Accelerations) -> Accelerations:
+    """What is carried on, with the jump of what is evaluated anew. That alone would hold the force that a correction of
+    the positions makes in stiff springs."""
+    acceleration, multipliers, power = (
+        kept + (new - old) for kept, old, new in zip(carried[:3], before[:3], after[:3], strict=True)
+    )
+    return Accelerations(acceleration, multipliers, power, after.nearness)
+
+
+def _of_slope(formulation: FullFormulation, slope: Array, multipliers: Array, nearness: float) -> Accelerations:
+    """The accelerations in y'."""
+    n = 7 * formulation.system.bodies
+    power = slope[2 * n : 2 * n + formulation.quadratures]
+    return Accelerations(slope[n : 2 * n], multipliers, power, nearness)

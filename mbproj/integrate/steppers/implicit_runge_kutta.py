@@ -1,0 +1,92 @@
+"""Implicit Runge-Kutta steps for stiff mechanisms, their filtered error estimates and continuous extensions.
+
+Accelerations and multipliers are the unknowns of the stages, which meet the constraints at the level of accelerations.
+The first stage is the slope that the last step has left: evaluating it anew at the projected state would turn the
+projection's correction of the positions into a force, as many times larger as stiff forces are stiff. For the same
+reason a point takes its accelerations and multipliers from the last stage, and the extension between two points from
+all of them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from mbproj.arrays import Array, may_overflow
+from mbproj.integrate.steppers.implicit_tableau import ImplicitTableau
+from mbproj.integrate.steppers.runge_kutta import Extension, Step
+from mbproj.integrate.steppers.stages import Equations
+
+
+@dataclass(frozen=True, eq=False)
+class ImplicitRungeKutta:
+    """A method by its tableau. Its evaluations are counted as they are made."""
+
+    tableau: ImplicitTableau
+    attempt_cost = 0
+    error_cost = 0
+    extend_cost = 0
+
+    @property
+    def order(self) -> int:
+        return self.tableau.order
+
+    @property
+    def error_order(self) -> int:
+        return self.tableau.error_order
+
+    def attempt(self, f: Equations, t: float, y: Array, h: float, first: Array, multipliers: Array) -> Step:
+        """One step of size h; `first` is the slope at its start, with `multipliers` (m,). Raises StagesUnsolved."""
+        tableau = self.tableau
+        step, k = f.of_step(t, y, h), np.zeros((tableau.stages, len(y)))
+        found = np.zeros((tableau.stages, len(multipliers)))
+        k[0], found[0], evaluations = first, multipliers, 0
+        with may_overflow():
+            for group in self._groups():
+                weights = h * tableau.a[group]
+                known = y + weights[:, : group.start] @ k[: group.start]
+                stages = step.solve(t + h * tableau.c[group], known, weights[:, group], k[group.start - 1])
+                k[group], found[group] = stages.k, stages.multipliers
+                evaluations += stages.evaluations
+            estimate = h * (tableau.error @ k)
+            return Step(
+                t,
+                h,
+                y,
+                y + h * (tableau.b @ k),
+                k,
+                multipliers=found,
+                nearness=stages.nearness,
+                evaluations=evaluations,
+                estimate=stages.filtered(estimate, h * tableau.gamma),
+            )
+
+    def _groups(self) -> list[slice]:
+        """The stages that are solved together, but the first."""
+        stages = self.tableau.stages
+        return [slice(1, stages)] if self.tableau.is_coupled else [slice(i, i + 1) for i in range(1, stages)]
+
+    def error(self, f: Equations, t: float, step: Step) -> tuple[Step, Array]:
+        """The step, and the estimate of its local error, (1, N)."""
+        assert step.estimate is not None
+        return step, step.estimate[None]
+
+    def extend(self, f: Equations, step: Step) -> Extension:
+        """The continuous extension of a step."""
+        return Extension(step, self.tableau.dense.T @ step.k)
+
+    def quadrature(self, step: Step) -> Iterator[tuple[float, Array]]:
+        """Where a step has evaluated f, with the weights of its quadrature."""
+        a, b = self.tableau.a, self.tableau.b
+        for stage in np.flatnonzero(b):
+            yield float(b[stage]), step.y + step.h * (a[stage] @ step.k)
+
+    def within(self, step: Step, theta: float) -> tuple[Array, Array]:
+        """The slope (N,) and the multipliers (m,) at t + θh: the derivatives of the extension and of λ's integral."""
+        dense = self.tableau.dense
+        powers = np.arange(1, dense.shape[1] + 1)
+        weights = dense @ (powers * theta ** (powers - 1))
+        assert step.multipliers is not None
+        return weights @ step.k, weights @ step.multipliers

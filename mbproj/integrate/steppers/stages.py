@@ -1,0 +1,47 @@
+"""What implicit steppers ask of the equations of motion: the stages of a step, solved together or one after another."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Protocol
+
+from mbproj.arrays import Array
+from mbproj.errors import SimulationError
+
+
+@dataclass(frozen=True, eq=False)
+class Stages:
+    """Solved stages: y' (s, N) and λ (s, m) at each, how near the last is to a singular pose, how many evaluations of
+    the accelerations they took, and what filters an estimate e (N,) of the error: (e, hγ) -> (I - hγ ∂f/∂y)⁻¹ e, for
+    stiff forces alone."""
+
+    k: Array
+    multipliers: Array
+    nearness: float
+    evaluations: int
+    filtered: Callable[[Array, float], Array]
+
+
+class StagesUnsolved(SimulationError):
+    """Newton's method did not solve the stages of a step in so many evaluations."""
+
+    evaluations = 0
+
+
+class Equations(Protocol):
+    """y' = f(t, y) of a second-order system, as a right-hand side and stage by stage."""
+
+    def __call__(self, t: float, y: Array) -> Array:
+        """f(t, y)."""
+
+    def of_step(self, t: float, y: Array, h: float) -> StepEquations:
+        """The same for the stages of a step of size h from (t, y)."""
+
+
+class StepEquations(Protocol):
+    """The stages of one step."""
+
+    def solve(self, times: Array, known: Array, weights: Array, first: Array) -> Stages:
+        """Stages at `times` (s,) of y_i = known_i + Σ weights_ij f(t_j, y_j), (s, N), by Newton's method from the
+        slope `first` (N,) on. Raises StagesUnsolved."""
