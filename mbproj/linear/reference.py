@@ -15,7 +15,8 @@ from mbproj.dynamics.equations.forces import law_state
 from mbproj.dynamics.equations.kinematics import pose_of, twist_of
 from mbproj.dynamics.equations.motions import drive_at
 from mbproj.dynamics.rank.right_hand_sides import tangent_gamma
-from mbproj.linear.bordered import Bordered, independent_rows
+from mbproj.linear.bordered import Bordered
+from mbproj.linear.independent_rows import independent_rows
 from mbproj.linear.tangent_space import tangent_lengths, tangent_space
 from mbproj.model.system import System
 from mbproj.thresholds import THRESHOLDS
@@ -80,7 +81,7 @@ def _by_bordered(system: System, still: Motion, force: Array, γ: Array) -> tupl
     from scipy.sparse import diags
 
     lengths, G, pose = tangent_lengths(system), constraint_rows(system, still), still.pose
-    rows = independent_rows(system, pose)
+    rows = independent_rows(system, pose, G)
     change, multipliers = Bordered(system, mass_blocks(system, still).sparse(), G, rows).solve(force, γ)
     left = Bordered(system, diags(lengths**-2), G, rows).solve(force)[0]
     return change, multipliers, left / lengths**2

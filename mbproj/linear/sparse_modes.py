@@ -13,8 +13,9 @@ import numpy as np
 from mbproj.arrays import Array, Integers, Numbers
 from mbproj.dynamics.derivatives.linear_equations import LinearEquations, linear_equations
 from mbproj.errors import InputError, Problem
-from mbproj.linear.bordered import Bordered, diagonal, independent_rows
+from mbproj.linear.bordered import Bordered, diagonal
 from mbproj.linear.frames import in_axes
+from mbproj.linear.independent_rows import independent_rows
 from mbproj.linear.reference import Reference
 from mbproj.thresholds import THRESHOLDS
 
@@ -38,7 +39,7 @@ def sparse_eigen(reference: Reference, count: int) -> SparseEigen:
         said = f"modes of a mechanism that moves are found for up to {THRESHOLDS.dense_modes} bodies"
         raise InputError(Problem(said, hint="linearise it at rest: --at equilibrium"))
     equations = in_axes(linear_equations(system, motion, reference.multipliers), motion, reference.turning)
-    pencil = _Pencil(reference, equations, independent_rows(system, motion.pose))
+    pencil = _Pencil(reference, equations, independent_rows(system, motion.pose, equations.rows.G))
     count = min(count, pencil.freedom)
     values, vectors = pencil.symmetric(count) if pencil.is_symmetric() else pencil.general(count)
     order = np.argsort(np.abs(values), kind="stable")

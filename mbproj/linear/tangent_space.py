@@ -37,9 +37,10 @@ class TangentSpace:
         return N_dot, normal - self.N @ (scaled.T @ scaled)
 
 
-def tangent_space(system: System, G: Array, scale: Array | None = None) -> TangentSpace:
-    """Of rows G (m, 6n) of the joints and then the motions, or of others that are measured against `scale` (m,)."""
-    lengths = tangent_lengths(system)
+def tangent_space(system: System, G: Array, scale: Array | None = None, lengths: Array | None = None) -> TangentSpace:
+    """Of rows G (m, 6n) of the joints and then the motions, or of others that are measured against `scale` (m,); in the
+    mechanism's lengths, or other `lengths` (6n,)."""
+    lengths = tangent_lengths(system) if lengths is None else lengths
     scale = system.row_scale[system.bodies :] if scale is None else scale
     rows = G * lengths / scale[:, None]
     size = np.linalg.norm(rows, axis=1)

@@ -15,6 +15,9 @@ class Linear:
         1e-12, "1", "numpy", "a smaller part of a stiffness or damping is none", "ε × some thousand terms"
     )
     dense_modes: int = threshold(150, "bodies", "numpy", "modes of more are found by sparse matrices", "seconds")
+    dense_equilibria: int = threshold(
+        20, "bodies", "numpy", "the rest of more is found by sparse matrices", "the quicker"
+    )
     no_eigenvalue: float = threshold(
         1e-14, "1", "numpy", "a smaller eigenvalue beside the largest is round-off of one that is 0", "45 ε"
     )
@@ -68,4 +71,25 @@ class Linear:
     )
     balanced: float = threshold(
         1e-9, "1", "numpy", "forces balance where no more than this part of the largest is left", "√ε, with room"
+    )
+    proximal: float = threshold(
+        1e-10, "1", "numpy", "rows of large mechanisms give way by so much, which is taken out again", "√ε, with room"
+    )
+    most_proximal: int = threshold(30, "-", "numpy", "in so many steps at most", "chosen")
+    penalty: float = threshold(
+        1e7, "1", "numpy", "rows are made so stiff to ask what is definite without them", "1 / √ε, with room"
+    )
+    no_shift: float = threshold(
+        1e-11,
+        "1",
+        "numpy",
+        "the stiffness of large mechanisms is raised by so much of the largest",
+        "for what is neutral",
+    )
+    clear_distance: float = threshold(
+        1e-3,
+        "1",
+        "numpy",
+        "rows of long loops that are farther from each other are independent",
+        "⁵√ε: in half of the digits",
     )

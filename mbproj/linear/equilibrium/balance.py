@@ -5,6 +5,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import Protocol
 
 import numpy as np
 
@@ -48,13 +49,28 @@ REST = Turning(AT_REST, AT_REST)
 @dataclass(frozen=True, eq=False)
 class Problem:
     """What is to be balanced: a system at time `t` with its motions held where `drive` says, joint coordinates that are
-    `held` as rows of their own, and how it turns."""
+    `held` as rows of their own, and how it turns. `reach` (m): how far the mechanism goes. Shifts are measured beside
+    it: beside the links of a long chain they would be so large that each step had to be a small one."""
 
     system: System
     t: float
     drive: Drive | None
     held: Conditions
+    reach: float
     turning: Turning = REST
+
+    @classmethod
+    def of(
+        cls, system: System, t: float, q: Array, drive: Drive | None, held: Conditions, turning: Turning = REST
+    ) -> Problem:
+        """As far as the mechanism reaches at a pose."""
+        reach = max(system.length, float(np.ptp(pose_of(q).position[:-1], axis=0).max()))
+        return cls(system, t, drive, held, reach, turning)
+
+    @property
+    def lengths(self) -> Array:
+        """The units of tangent coordinates, (6n,)."""
+        return np.tile([self.reach] * 3 + [1.0] * 3, self.system.bodies)
 
     def at(self, q: Array, expected: Array) -> Balance:
         """The forces at a closed pose; `expected` (nc,): the joints' coordinates near there, turns counted."""
@@ -65,13 +81,53 @@ class Problem:
         held = row_motion(system.coordinates, motion.carried()).G.dense()[self.held.index]
         scale = np.where(system.coordinates.is_length, system.length, 1.0)[self.held.index]
         rows = np.concatenate([constraint_rows(system, motion).dense(), held])
-        space = tangent_space(system, rows, np.concatenate([system.row_scale[system.bodies :], scale]))
+        space = tangent_space(system, rows, np.concatenate([system.row_scale[system.bodies :], scale]), self.lengths)
         return Balance(self, motion, force, space, space.pseudoinverse.T @ force)
 
     def closed(self, q: Array) -> Array | None:
         """The closed pose next to q; None where it cannot be closed."""
         found, left = nearest(self.system, q, self.held, self.drive, THRESHOLDS.closed_at_rest)
         return found if np.abs(left).max(initial=0.0) <= THRESHOLDS.assembled else None
+
+
+class AnyBalance(Protocol):
+    """What is asked of forces at a pose, of small and of large mechanisms."""
+
+    @property
+    def problem(self) -> Problem:
+        """What is to be balanced."""
+
+    @property
+    def motion(self) -> Motion:
+        """The pose, and how it moves."""
+
+    @property
+    def force(self) -> Array:
+        """The forces (6n,)."""
+
+    @property
+    def multipliers(self) -> Array:
+        """Those that balance what they can."""
+
+    @property
+    def unbalanced(self) -> Array:
+        """The displacement (6n,) along which the constraints leave the rest, as large as that."""
+
+    @property
+    def lengths(self) -> Array:
+        """The units of tangent coordinates, (6n,)."""
+
+    @property
+    def largest(self) -> float:
+        """The largest torque, or force times the length, that acts."""
+
+    @property
+    def relative(self) -> float:
+        """What is left beside that."""
+
+    @property
+    def is_held(self) -> bool:
+        """Whether nothing can move."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -90,10 +146,26 @@ class Balance:
         """What the constraints leave, along the tangent space, (f,), in units of a torque: forces times the length."""
         return self.space.N.T @ self.force
 
+    @property
+    def unbalanced(self) -> Array:
+        """The displacement (6n,) along which the constraints leave the residual, as large as that."""
+        return self.space.N @ self.residual
+
+    @property
+    def lengths(self) -> Array:
+        """The units of tangent coordinates, (6n,)."""
+        return self.space.lengths
+
+    @property
+    def is_held(self) -> bool:
+        """Whether nothing can move."""
+        return self.space.freedom == 0
+
     @cached_property
     def largest(self) -> float:
         """The largest torque, or force times the length, that acts."""
-        return largest_force(self.problem.system, self.motion, self.force)
+        acts = largest_force(self.problem.system, self.motion, self.force)
+        return max(acts, float(np.abs(self.force * self.lengths).max(initial=0.0)))
 
     @property
     def relative(self) -> float:

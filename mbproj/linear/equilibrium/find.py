@@ -22,7 +22,6 @@ from mbproj.linear.equilibrium.solve import NoEquilibrium, Solved, solve
 from mbproj.linear.equilibrium.words import direction_words
 from mbproj.linear.modes import modes
 from mbproj.linear.reference import Imbalance, Reference, imbalance
-from mbproj.linear.tangent_space import tangent_lengths
 from mbproj.model.system import Conditions, System
 from mbproj.thresholds import THRESHOLDS
 
@@ -58,19 +57,39 @@ def equilibrium(
 ) -> Equilibrium:
     """Where the mechanism rests from an assembled start, its motions held where they are at time t; or where it turns
     steadily. Raises NoEquilibrium where nothing balances the forces, InputError where a motion is not constant then, or
-    the mechanism is too large."""
+    the mechanism is too large to turn."""
     _refuse(system, t, steadily=turning is not None)
     q, expected = _led_to(system, start, t)
-    problem = Problem(system, t, drive_at(system, t), held, turning or REST)
-    return described(problem, solve(problem, q, expected))
+    problem = Problem.of(system, t, q, drive_at(system, t), held, turning or REST)
+    return described(problem, _solved(problem, q, expected))
+
+
+def is_large(system: System) -> bool:
+    """Whether only its slowest modes are known."""
+    return system.bodies > THRESHOLDS.dense_modes
+
+
+def _solved(problem: Problem, q: Array, expected: Array) -> Solved:
+    turns = bool(problem.held.index.size or np.any(problem.turning.rate))
+    if turns or problem.system.bodies <= THRESHOLDS.dense_equilibria:
+        return solve(problem, q, expected)
+    from mbproj.linear.equilibrium.large import solve_large
+
+    return solve_large(problem, q, expected)
 
 
 def others(
     system: System, found: Equilibrium, count: int, turning: Turning | None = None, held: Conditions = NO_CONDITIONS
 ) -> Iterator[Equilibrium]:
-    """Other equilibria, found from so many other poses that the joints reach; the same ones are left out."""
+    """Other equilibria, found from so many other poses that the joints reach; the same ones are left out. Raises
+    InputError where the mechanism is too large."""
+    if not count:
+        return
+    if is_large(system):
+        said = f"other equilibria are sought for up to {THRESHOLDS.dense_modes} bodies"
+        raise InputError(Wrong(f"{said}, and this mechanism has {system.bodies}", hint="begin at other poses yourself"))
     motion = found.reference.motion
-    problem = Problem(system, motion.t, drive_at(system, motion.t), held, turning or REST)
+    problem = Problem.of(system, motion.t, motion.q, drive_at(system, motion.t), held, turning or REST)
     seen, rng = [motion.q], np.random.default_rng(SEED)
     first = problem.at(motion.q, motion.expected)
     for _ in range(count):
@@ -97,9 +116,9 @@ def _apart(system: System, first: Array, second: Array) -> bool:
 
 
 def _refuse(system: System, t: float, *, steadily: bool) -> None:
-    if system.bodies > THRESHOLDS.dense_modes:
-        said = f"equilibria are found for up to {THRESHOLDS.dense_modes} bodies, and this mechanism has {system.bodies}"
-        raise InputError(Wrong(said, hint="let it come to rest in a run, with dampers"))
+    if steadily and is_large(system):
+        said = f"steady turns are found for up to {THRESHOLDS.dense_modes} bodies, not for {system.bodies}"
+        raise InputError(Wrong(said, hint="let it come to turn steadily in a run, with dampers"))
     drive = drive_at(system, t)
     if drive is None or system.motions is None or steadily:
         return
@@ -128,7 +147,7 @@ def _led_to(system: System, start: State, t: float) -> tuple[Array, Array]:
     for step in range(1, count + 1):
         value = first.value + (last.value - first.value) * step / count
         drive = Drive(value, np.zeros_like(value), np.zeros_like(value))
-        closed = Problem(system, t, drive, NO_CONDITIONS).closed(q)
+        closed = Problem.of(system, t, q, drive, NO_CONDITIONS).closed(q)
         if closed is None:
             said = f"the mechanism cannot reach where its motions are at t = {t:.6g} s"
             raise InputError(Wrong(said, hint="give an earlier time with --at"))
@@ -141,11 +160,12 @@ def described(problem: Problem, solved: Solved) -> Equilibrium:
     """What there is to say of an equilibrium."""
     balance, system = solved.balance, problem.system
     rows, motion = system.constraints - system.bodies, balance.motion
-    lengths = tangent_lengths(system)
-    left: Imbalance = imbalance(system, balance.space.N @ balance.residual / lengths**2, balance.largest)
+    left: Imbalance = imbalance(system, balance.unbalanced / balance.lengths**2, balance.largest)
     where = "steady" if np.any(problem.turning.rate) else "equilibrium"
     reference = Reference(system, motion, balance.multipliers[:rows], left, where, problem.turning.rate)
     stable, unstable, neutral = _stability(reference)
+    if stable and is_large(system) and not solved.is_lowest:
+        stable, unstable = False, "of a mode that is faster than its slowest"
     return Equilibrium(
         reference,
         accelerations(motion.pose, motion.u, motion.change),

@@ -13,7 +13,7 @@ import numpy as np
 
 from mbproj.arrays import Array
 from mbproj.errors import ExitCode, MbprojError, SimulationError
-from mbproj.linear.equilibrium.balance import Balance, Problem, way
+from mbproj.linear.equilibrium.balance import AnyBalance, Balance, Problem, way
 from mbproj.linear.equilibrium.words import direction_words
 from mbproj.thresholds import THRESHOLDS
 
@@ -23,45 +23,47 @@ class NoEquilibrium(MbprojError):
 
     exit_code = ExitCode.FAILED
 
-    def __init__(self, message: str, balance: Balance) -> None:
+    def __init__(self, message: str, balance: AnyBalance) -> None:
         self.balance = balance
         super().__init__(message)
 
 
 @dataclass(frozen=True, eq=False)
 class Solved:
-    """A pose at which the forces balance, and in how many steps it was found."""
+    """A pose at which the forces balance, and in how many steps it was found. `is_lowest`: whether the energy is known
+    to be lowest there; where all modes are known, they tell."""
 
-    balance: Balance
+    balance: AnyBalance
     steps: int
+    is_lowest: bool = True
 
 
 def solve(problem: Problem, q: Array, expected: Array) -> Solved:
     """The equilibrium downhill from a closed pose. Raises NoEquilibrium where there is none, in words."""
     here = start = problem.at(q, expected)
     radius, steps, falling = THRESHOLDS.first_radius, 0, 0
-    while steps < THRESHOLDS.most_balancing and not _is_balanced(here):
+    while steps < THRESHOLDS.most_balancing and not is_balanced(here):
         steps += 1
         K, sizes = here.stiffness()
         step, gain = downhill_of(here, K, sizes, radius)
         there = _tried(here, step)
-        if there is None or not _goes_down(here, there, step, gain):
-            if _is_nearly_balanced(here) and radius < THRESHOLDS.force_grain:
+        if there is None or not goes_down(here, there, gain):
+            if is_nearly_balanced(here) and radius < THRESHOLDS.force_grain:
                 break
             radius = 0.25 * min(radius, float(np.linalg.norm(step)))
             if radius < THRESHOLDS.force_grain:
                 break
             continue
-        falling = falling + 1 if _falls(here, there, step) else 0
-        if falling >= THRESHOLDS.free_fall or _is_far(there, start):
+        falling = falling + 1 if falls(here, there, float(np.linalg.norm(step))) else 0
+        if falling >= THRESHOLDS.free_fall or is_far(there, start):
             raise falls_for_ever(there)
         if np.linalg.norm(step) > 0.8 * radius:
             radius = min(2.0 * radius, THRESHOLDS.largest_radius)
         here = there
-    if not _is_nearly_balanced(here):
+    if not is_nearly_balanced(here):
         here, more = _by_residual(here)
         steps += more
-    if not _is_nearly_balanced(here):
+    if not is_nearly_balanced(here):
         raise falls_for_ever(here)
     return Solved(here, steps)
 
@@ -73,13 +75,13 @@ def downhill_of(here: Balance, K: Array, sizes: Array, radius: float) -> tuple[A
     return downhill(here.residual, K, sizes, radius, THRESHOLDS.balanced * here.largest)
 
 
-def _is_balanced(balance: Balance) -> bool:
+def is_balanced(balance: AnyBalance) -> bool:
     """Down to round-off."""
-    return balance.space.freedom == 0 or balance.relative <= THRESHOLDS.force_grain
+    return balance.is_held or balance.relative <= THRESHOLDS.force_grain
 
 
-def _is_nearly_balanced(balance: Balance) -> bool:
-    return balance.space.freedom == 0 or balance.relative <= THRESHOLDS.balanced
+def is_nearly_balanced(balance: AnyBalance) -> bool:
+    return balance.is_held or balance.relative <= THRESHOLDS.balanced
 
 
 def _tried(here: Balance, step: Array) -> Balance | None:
@@ -91,29 +93,27 @@ def _tried(here: Balance, step: Array) -> Balance | None:
     return there if there is not None and np.all(np.isfinite(there.force)) else None
 
 
-def _goes_down(here: Balance, there: Balance, step: Array, gain: float) -> bool:
+def goes_down(here: AnyBalance, there: AnyBalance, gain: float) -> bool:
     """Whether the forces do the work that was expected, by the trapezoidal rule; of a step whose work is round-off,
     whether less is left than before."""
     moved = way(here.motion, there.motion)
     work = 0.5 * float((here.force + there.force) @ moved)
-    lost = THRESHOLDS.force_grain * float(np.abs(here.force) @ (np.abs(moved) + here.space.lengths))
+    lost = THRESHOLDS.force_grain * float(np.abs(here.force) @ (np.abs(moved) + here.lengths))
     if gain <= 10.0 * lost:
         return there.relative < here.relative
     return work >= THRESHOLDS.good_step * gain
 
 
-def _is_far(there: Balance, start: Balance) -> bool:
+def is_far(there: AnyBalance, start: AnyBalance) -> bool:
     """Whether a body is many lengths away from where it was."""
     shift = there.motion.pose.position - start.motion.pose.position
-    return bool(np.abs(shift).max() > THRESHOLDS.far_away * there.problem.system.length)
+    return bool(np.abs(shift).max() > THRESHOLDS.far_away * start.problem.reach)
 
 
-def _falls(here: Balance, there: Balance, step: Array) -> bool:
-    """Whether what is left is as large as before after the longest step."""
-    before, after = float(np.linalg.norm(here.residual)), float(np.linalg.norm(there.residual))
-    return abs(after - before) <= THRESHOLDS.same_force * before and bool(
-        np.linalg.norm(step) > 0.8 * THRESHOLDS.largest_radius
-    )
+def falls(here: AnyBalance, there: AnyBalance, size: float) -> bool:
+    """Whether what is left is as large as before after one of the longest steps."""
+    before, after = here.relative * here.largest, there.relative * there.largest
+    return abs(after - before) <= THRESHOLDS.same_force * before and size > 0.8 * THRESHOLDS.largest_radius
 
 
 def _by_residual(here: Balance) -> tuple[Balance, int]:
@@ -121,7 +121,7 @@ def _by_residual(here: Balance) -> tuple[Balance, int]:
     from mbproj.linear.equilibrium.trust_region import towards_balance
 
     damping, steps = 0.0, 0
-    while steps < THRESHOLDS.most_balancing and not _is_balanced(here) and damping < 1e12:
+    while steps < THRESHOLDS.most_balancing and not is_balanced(here) and damping < 1e12:
         steps += 1
         K, sizes = here.stiffness()
         largest: float = np.maximum(sizes.max(initial=0.0), np.finfo(float).tiny)
@@ -135,13 +135,12 @@ def _by_residual(here: Balance) -> tuple[Balance, int]:
     return here, steps
 
 
-def falls_for_ever(balance: Balance) -> NoEquilibrium:
+def falls_for_ever(balance: AnyBalance) -> NoEquilibrium:
     """Nothing balances what is left here, in words."""
-    N, residual = balance.space.N, balance.residual
-    lengths = balance.space.lengths
-    left = N @ residual / lengths**2
-    size = float(np.linalg.norm(residual)) / balance.problem.system.length
-    words = direction_words(balance.problem.system, balance.motion, N @ residual)
+    lengths, unbalanced = balance.lengths, balance.unbalanced
+    left = unbalanced / lengths**2
+    size = float(np.linalg.norm(unbalanced / lengths)) / balance.problem.system.length
+    words = direction_words(balance.problem.system, balance.motion, unbalanced)
     rows = left.reshape(-1, 6)
     body = int(np.argmax(np.linalg.norm(rows / lengths.reshape(-1, 6) ** -1, axis=1)))
     force, torque = (float(np.linalg.norm(part)) for part in (rows[body, :3], rows[body, 3:]))

@@ -79,7 +79,9 @@ def refuse_unsteady(found: Equilibrium, turning: Turning, held: Conditions) -> N
     rows = motion.q.reshape(-1, 7)
     position = turning.point + (rows[:, :3] - turning.point) @ A.T
     q = np.concatenate([position, product(np.tile(turn, (len(rows), 1)), rows[:, 3:])], axis=1).ravel()
-    before, after = (Balancing(system, motion.t, None, held, turning).at(x, motion.expected) for x in (motion.q, q))
+    before, after = (
+        Balancing.of(system, motion.t, motion.q, None, held, turning).at(x, motion.expected) for x in (motion.q, q)
+    )
     turned = before.force.reshape(-1, 6).copy()
     turned[:, :3] = turned[:, :3] @ A.T
     off = np.abs((after.force - turned.ravel()) * before.space.lengths).max(initial=0.0)

@@ -1,0 +1,179 @@
+"""Equilibria of large mechanisms, by sparse matrices: steps of Levenberg and Marquardt on the tangent space.
+
+The step of K + σ W, W the metric of the tangent space, is as short as σ asks for, and leads downhill where K + σ W is
+definite on the tangent space. σ grows until that is so, and vanishes on the way, so that the last steps are Newton's.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING, final
+
+import numpy as np
+
+from mbproj.arrays import Array
+from mbproj.dynamics.assembly.assemble import coordinate_values
+from mbproj.dynamics.derivatives.linear_equations import Motion, constraint_rows, linear_equations, tangent_force
+from mbproj.dynamics.derivatives.tangent import moved
+from mbproj.dynamics.equations.constraint_equations import constraint
+from mbproj.dynamics.equations.kinematics import pose_of
+from mbproj.dynamics.equations.teeth import near
+from mbproj.errors import SimulationError
+from mbproj.linear.bordered import Proximal, is_definite
+from mbproj.linear.equilibrium.balance import Problem
+from mbproj.linear.equilibrium.solve import (
+    Solved,
+    falls,
+    falls_for_ever,
+    goes_down,
+    is_balanced,
+    is_far,
+    is_nearly_balanced,
+)
+from mbproj.linear.reference import largest_force
+from mbproj.thresholds import THRESHOLDS
+
+if TYPE_CHECKING:
+    from scipy.sparse import csr_matrix
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class LargeBalance:
+    """The forces (6n,) at a pose of a large mechanism at rest, the multipliers that balance what they can, and
+    `unbalanced` (6n,): the displacement along which the constraints leave the rest, as large as that."""
+
+    problem: Problem
+    motion: Motion
+    force: Array
+    metric: Proximal
+    multipliers: Array
+    unbalanced: Array
+
+    @classmethod
+    def at(cls, problem: Problem, q: Array, expected: Array) -> LargeBalance:
+        """At a closed pose."""
+        system = problem.system
+        counted = np.asarray(near(system, coordinate_values(system, pose_of(q)), expected), dtype=float)
+        motion = problem.turning.motion(problem.t, q, counted)
+        force = tangent_force(system, motion)
+        metric = Proximal(system, _metric(problem), constraint_rows(system, motion))
+        unbalanced, multipliers = metric.solve(force)
+        return cls(problem, motion, force, metric, multipliers, unbalanced)
+
+    @property
+    def lengths(self) -> Array:
+        """The units of tangent coordinates, (6n,)."""
+        return self.problem.lengths
+
+    @cached_property
+    def largest(self) -> float:
+        """The largest torque, or force times the length, that acts."""
+        acts = largest_force(self.problem.system, self.motion, self.force)
+        return max(acts, float(np.abs(self.force * self.lengths).max(initial=0.0)))
+
+    @property
+    def relative(self) -> float:
+        """What is left beside the largest force."""
+        return float(np.linalg.norm(self.unbalanced / self.lengths)) / max(self.largest, float(np.finfo(float).tiny))
+
+    @property
+    def is_held(self) -> bool:
+        """Whether nothing can move: it is not known of large mechanisms, whose residual is then round-off."""
+        return False
+
+    def stiffness(self) -> csr_matrix:
+        """K (6n, 6n)."""
+        return linear_equations(self.problem.system, self.motion, self.multipliers).K.sparse()
+
+    def after(self, ξ: Array) -> LargeBalance | None:
+        """The forces after a displacement and back to the constraints; None where they open or a force has no value."""
+        closed = self._closed(moved(self.motion.q, ξ))
+        if closed is None:
+            return None
+        try:
+            there = LargeBalance.at(self.problem, closed, self.motion.expected)
+        except SimulationError:
+            return None
+        return there if np.all(np.isfinite(there.force)) else None
+
+    def _closed(self, q: Array) -> Array | None:
+        """The closed pose next to q, by Newton's steps, three with one factor."""
+        problem, system = self.problem, self.problem.system
+        metric, scale = self.metric, system.row_scale[system.bodies :]
+        before = np.inf
+        for step in range(THRESHOLDS.most_assembling):
+            open_by = constraint(system, pose_of(q), problem.drive)[system.bodies :]
+            size = float(np.abs(open_by / scale).max(initial=0.0))
+            if size <= THRESHOLDS.closed_at_rest or (size <= 1e3 * THRESHOLDS.closed_at_rest and size > 0.5 * before):
+                return q
+            if not size <= 1.0:
+                return None
+            if step % 3 == 2:
+                rows = constraint_rows(system, problem.turning.motion(problem.t, q, self.motion.expected))
+                metric = Proximal(system, _metric(problem), rows)
+            before = size
+            q = moved(q, metric.solve(np.zeros(len(self.force)), -open_by)[0])
+        return q if size <= THRESHOLDS.assembled else None
+
+
+def solve_large(problem: Problem, q: Array, expected: Array) -> Solved:
+    """The equilibrium downhill from a closed pose. Raises NoEquilibrium where there is none, in words."""
+    here = start = LargeBalance.at(problem, q, expected)
+    radius, σ, steps, falling = THRESHOLDS.first_radius, 0.0, 0, 0
+    while steps < THRESHOLDS.most_balancing and not is_balanced(here):
+        steps += 1
+        K = here.stiffness()
+        step, σ = _downhill(here, K, 0.1 * σ, radius)
+        size = float(np.abs(step / here.lengths).max())
+        there = here.after(step)
+        gain = float(here.force @ step - 0.5 * step @ (K @ step))
+        if there is None or not goes_down(here, there, gain):
+            if is_nearly_balanced(here):
+                break
+            radius = 0.25 * min(radius, size)
+            continue
+        falling = falling + 1 if falls(here, there, 2.0 * size) else 0
+        if falling >= THRESHOLDS.free_fall or is_far(there, start):
+            raise falls_for_ever(there)
+        if size > 0.3 * radius:
+            radius = min(2.0 * radius, THRESHOLDS.largest_radius)
+        here = there
+    if not is_nearly_balanced(here):
+        raise falls_for_ever(here)
+    return Solved(here, steps, _is_lowest(here))
+
+
+def _is_lowest(here: LargeBalance) -> bool:
+    """Whether the energy grows in all directions but neutral ones."""
+    K, system = here.stiffness(), here.problem.system
+    return is_definite(system, 0.5 * (K + K.T) + _least(here, K) * _metric(here.problem), here.metric.G)
+
+
+def _least(here: LargeBalance, K: csr_matrix) -> float:
+    """The least σ: round-off of K."""
+    largest = float(np.abs(K.diagonal() * here.lengths**2).max(initial=0.0))
+    return THRESHOLDS.no_shift * max(largest, here.largest)
+
+
+def _downhill(here: LargeBalance, K: csr_matrix, σ: float, radius: float) -> tuple[Array, float]:
+    """The step of the smallest σ, from that on which is given, with which it leads downhill and moves nothing farther
+    than the radius."""
+    system, W, G = here.problem.system, _metric(here.problem), here.metric.G
+    σ = max(σ, _least(here, K))
+    while True:
+        A, grow = K + σ * W, 10.0
+        if is_definite(system, 0.5 * (A + A.T), G):
+            step = Proximal(system, A, G).solve(here.force)[0]
+            size = float(np.abs(step / here.lengths).max(initial=0.0))
+            if size <= radius:
+                return step, σ
+            grow = min(2.0 * size / radius, grow)
+        σ *= grow
+
+
+def _metric(problem: Problem) -> csr_matrix:
+    from scipy.sparse import diags
+
+    return diags(problem.lengths**-2.0, format="csr")
