@@ -181,11 +181,6 @@ def leading(names: Sequence[str], parts: Array) -> tuple[str, ...]:
     )
 
 
-def fastest_mode(W: Array, laws: Integers, slopes: Slopes) -> Mode | None:
-    """The fastest of `fast_modes`; None without any."""
-    return next(iter(fast_modes(W, laws, slopes)), None)
-
-
 def fast_modes(W: Array, laws: Integers, slopes: Slopes) -> list[Mode]:
     """The modes that do not grow by themselves by more than `growing` of their |λ|, the fastest first; one of each
     conjugate pair."""

@@ -120,3 +120,12 @@ class Steps:
     most_newton: int = threshold(
         20, "1", "numpy", "Newton's method has failed after so many changes", "3 to 8 are usual"
     )
+    unresolved_vibration: float = threshold(
+        1.0, "ω h", "numpy", "an implicit step damps what is faster", "ESDIRK4 and Radau IIA keep 0.9998 of it"
+    )
+    resolved_vibration: float = threshold(
+        0.5, "ω h", "numpy", "a step that follows a vibration, which a note proposes", "12 steps a period"
+    )
+    hardly_damped: float = threshold(
+        0.2, "1", "numpy", "a vibration with less than this damping ratio is one that a user may want", "chosen"
+    )

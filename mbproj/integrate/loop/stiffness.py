@@ -13,11 +13,12 @@ import numpy as np
 from mbproj.arrays import Array
 from mbproj.dynamics.assembly.assemble import State
 from mbproj.dynamics.equations.kinematics import pose_of
-from mbproj.dynamics.fast_modes import Mode, fastest_mode, leading, slopes, speeds_of_free_bodies
+from mbproj.dynamics.fast_modes import Mode, fast_modes, leading, slopes, speeds_of_free_bodies
 from mbproj.dynamics.observe.samples import Samples, join
 from mbproj.errors import SimulationError
 from mbproj.integrate.formulations.choice import Choice
-from mbproj.integrate.outcome.stiff_words import Stiffness, grows, holds, too_stiff
+from mbproj.integrate.outcome.stiff_words import Stiffness, damps, grows, holds, too_stiff
+from mbproj.integrate.steppers.implicit_tableau import ImplicitTableau
 from mbproj.integrate.steppers.methods import tableau_of
 from mbproj.integrate.steppers.stability_region import amplification, reach
 from mbproj.model.system import System
@@ -84,11 +85,35 @@ class StiffnessWatch:
 
     def verdict(self, end: float) -> str:
         """Of a run that has got to its end at that time: what a user should know, or nothing."""
+        if isinstance(self._tableau, ImplicitTableau):
+            damped = self._damped()
+            return "" if damped is None else damps(damped)
         if self._settings.step is not None:
             found = self._spoilt(end, gains=False)
             return "" if found is None else grows(found)
         found = self._held()
         return "" if found is None else holds(found)
+
+    def _damped(self) -> Stiffness | None:
+        """The slowest vibration that the mechanism itself hardly damps and the steps of an implicit method do, at most
+        of the samples."""
+        inner = self._kept[1:-1] or self._kept
+        found = [self._against(kept, *mode) for kept in inner if (mode := self._slowest_vibration(kept)) is not None]
+        return found[-1] if self._active and found and len(found) >= THRESHOLDS.rather * len(inner) else None
+
+    def _slowest_vibration(self, kept: _Kept) -> tuple[str, complex] | None:
+        """The slowest of those that a step of a sample does not resolve."""
+        modes = [
+            mode
+            for mode in self._modes_at(kept)
+            if kept.step * abs(mode.eigenvalue) > THRESHOLDS.unresolved_vibration
+            and abs(mode.eigenvalue.real) < THRESHOLDS.hardly_damped * abs(mode.eigenvalue)
+        ]
+        forces = self._system.forces
+        if not modes or forces is None:
+            return None
+        slowest = min(modes, key=lambda mode: abs(mode.eigenvalue))
+        return _named(forces.owners, slowest), slowest.eigenvalue
 
     def _spoilt(self, end: float, *, gains: bool) -> Stiffness | None:
         """What errors have grown by beyond bounds, with a fixed step, until some time, as it was when that began;
@@ -149,9 +174,10 @@ class StiffnessWatch:
         """The fastest mode at a sample, against what the integrator is stable for."""
         found = [self._of_forces(kept), self._of_gains() if gains else None]
         fastest = sorted((each for each in found if each is not None), key=lambda each: -abs(each[1]))
-        if not fastest:
-            return None
-        where, eigenvalue = fastest[0]
+        return self._against(kept, *fastest[0]) if fastest else None
+
+    def _against(self, kept: _Kept, where: str, eigenvalue: complex) -> Stiffness:
+        """A mode at a sample, against what the integrator does to it."""
         size = abs(eigenvalue)
         direction = complex(round(min(eigenvalue.real, 0.0) / size, 3), round(abs(eigenvalue.imag) / size, 3))
         z = kept.step * eigenvalue
@@ -167,18 +193,23 @@ class StiffnessWatch:
         )
 
     def _of_forces(self, kept: _Kept) -> tuple[str, complex] | None:
-        forces = self._system.forces
-        if forces is None:
+        mode = next(iter(self._modes_at(kept)), None)
+        if mode is None or self._system.forces is None:
             return None
+        return _named(self._system.forces.owners, mode), mode.eigenvalue
+
+    def _modes_at(self, kept: _Kept) -> list[Mode]:
+        """The modes of the forces at a sample, the fastest first; none where all are slow beside its step."""
+        if self._system.forces is None or not self._system.forces.size:
+            return []
         slope = slopes(self._system, kept.state)
         bound = speeds_of_free_bodies(self._system, pose_of(kept.state.q), slope)
         laws = np.sort(np.argsort(-bound)[:LAWS])
         laws = laws[bound[laws] > 0.0]
         if not len(laws) or kept.step * bound.max() < THRESHOLDS.slow_mode:
-            return None
+            return []
         W = self._choice.responses(self._system, kept.state, laws)
-        mode = None if W is None else fastest_mode(W, laws, slope)
-        return None if mode is None else (_named(forces.owners, mode), mode.eigenvalue)
+        return [] if W is None else fast_modes(W, laws, slope)
 
     def _of_gains(self) -> tuple[str, complex] | None:
         """The faster root of λ² + 2αλ + β² = 0 of Baumgarte's terms (ref. 9)."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from math import floor, log10
+from math import floor, log10, pi
 
 from mbproj.errors import SimulationError
 from mbproj.integrate.steppers.methods import tableau_of
@@ -80,4 +80,15 @@ def holds(found: Stiffness) -> str:
     return (
         f"{found.where} is stiff and holds the step at {found.step:.2g} s for stability alone ({found.what}), where "
         f"accuracy would allow larger ones; quicker would be {found.remedies}"
+    )
+
+
+def damps(found: Stiffness) -> str:
+    """A run by an implicit method has damped a vibration that the mechanism itself hardly damps."""
+    frequency, lost = found.omega_h / found.step / (2.0 * pi), 100.0 * (1.0 - min(found.growth, 1.0))
+    follows = THRESHOLDS.resolved_vibration * found.step / found.omega_h
+    return (
+        f"{found.where} vibrates with {frequency:.3g} Hz on the masses that it moves; {found.integrator} damps that "
+        f"by {lost:.2g} % in a step of {found.step:.2g} s (ω h = {found.omega_h:.3g}); steps of {follows:.2g} s would "
+        "follow it. The energy that it loses so is in the energy drift, not in the dissipation"
     )
