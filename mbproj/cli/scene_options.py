@@ -75,17 +75,28 @@ SCENE_OPTIONS = ("--set", *(name for _, name, _, _ in _OPTIONS))
 
 def scene_options(command: Command) -> Command:
     """Adds the argument SCENE and all of these options to a command; `overrides` collects them."""
-    for part, name, metavar, text in reversed(_OPTIONS):
-        command = option(part, name, metavar=metavar, help=text, shell_complete=one_of(_words(metavar)))(command)
-    command = option(
-        Part.WHAT,
-        "--set",
-        "settings",
-        multiple=True,
-        metavar="NAME=VALUE",
-        help="Change a parameter, or any value by its path.",
-    )(command)
-    return click.argument("scene", type=scene_file())(command)
+    return scene_options_without()(command)
+
+
+def scene_options_without(*left_out: str) -> Callable[[Command], Command]:
+    """The same without some of the options."""
+
+    def add(command: Command) -> Command:
+        for part, name, metavar, text in reversed(_OPTIONS):
+            if name not in left_out:
+                words = one_of(_words(metavar))
+                command = option(part, name, metavar=metavar, help=text, shell_complete=words)(command)
+        command = option(
+            Part.WHAT,
+            "--set",
+            "settings",
+            multiple=True,
+            metavar="NAME=VALUE",
+            help="Change a parameter, or any value by its path.",
+        )(command)
+        return click.argument("scene", type=scene_file())(command)
+
+    return add
 
 
 def _words(metavar: str) -> Callable[[], Collection[str]]:

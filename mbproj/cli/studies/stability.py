@@ -13,8 +13,8 @@ from mbproj.cli import study_options
 from mbproj.cli.completion import one_of
 from mbproj.cli.explained import Part, explained, option
 from mbproj.cli.quantity import Positive
-from mbproj.cli.scene_options import overrides, parameters, scene_options
-from mbproj.errors import Place, placed_at
+from mbproj.cli.scene_options import overrides, parameters, scene_options_without
+from mbproj.errors import InputError, Place, Problem, placed_at
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -39,7 +39,7 @@ EXAMPLES = (
 
 
 @explained("stability", EXAMPLES)
-@scene_options
+@scene_options_without("--projection")
 @option(
     Part.WHAT,
     "--vary",
@@ -49,6 +49,7 @@ EXAMPLES = (
     help="step, mass-ratio, inertia-ratio, speed, length-scale, stiffness, baumgarte-gain, penalty or duration.",
 )
 @study_options.projections("none,baumgarte,gopm,gpopm")
+@option(Part.PROJECTION, "--projection", "single", hidden=True, help="The same for one method: use --projections.")
 @option(
     Part.WHAT, "--from", "low", type=Positive(""), metavar="NUMBER", help="Lowest value [default: by the quantity]."
 )
@@ -79,6 +80,7 @@ def command(
     settings: tuple[str, ...],
     vary: str,
     projections: tuple[str, ...] | None,
+    single: str | None,
     low: float | None,
     high: float | None,
     points: int,
@@ -107,6 +109,8 @@ def command(
     what = read_scene(scene, parameters(settings), overrides(options))
     with placed_at(Place("--vary")):
         quantity_named(vary)
+    if single is not None and projections is not None:
+        raise InputError(Problem("--projection and --projections say the same", hint="give --projections alone"))
     files = StudyFiles(output, f"{Path(scene).stem}-stability-{vary}", ending, ("projection", vary), force)
     where = study_options.where_of(options)
     given = {name: value for name, value in (("closed", closed), ("energy", energy)) if value is not None}
@@ -114,7 +118,7 @@ def command(
         found = stability(
             what,
             vary,
-            projections=projections,
+            projections=projections if single is None else (single,),
             low=low,
             high=high,
             points=points,

@@ -57,6 +57,8 @@ def test_json_of_baumgartes_limit(tmp_path):
         (("--vary", "stiffness"), "--vary: error: no force of the scene has a 'stiffness' to vary; add a spring"),
         (("--vary", "sped"), "--vary: error: unknown quantity 'sped'; did you mean 'speed'"),
         (("--vary", "penalty", "--projections", "gopm"), "'gopm' has no 'alpha' to vary"),
+        (("--vary", "penalty", "--projection", "gopm"), "'gopm' has no 'alpha' to vary"),
+        (("--vary", "step", "--projection", "gopm", "--projections", "none"), "give --projections alone"),
         (("--vary", "step", "--from", "-1"), "--from"),
         (("--vary", "step", "--from", "x"), "--from"),
         ((), "Missing option '--vary'"),
