@@ -64,6 +64,11 @@ FIGURES: Mapping[str, tuple[tuple[str, ...], str]] = MappingProxyType(
             "quick_return-markers.png",
         ),
         "sweep_map": (("sweep lengths.yaml", "plot lengths-sweep --kind map"), "lengths-sweep-map.png"),
+        "tolerances_distribution": (
+            ("sweep tolerances.yaml", "plot tolerances-sweep --kind distribution"),
+            "tolerances-sweep-distribution.png",
+        ),
+        "tolerances_sobol": (("sweep shares.yaml", "plot shares-sweep --kind sobol"), "shares-sweep-sobol.png"),
         "bennett_reactions": (
             ('run mechanisms/bennett.yaml --duration "0.2 s" -o bennett.h5', "plot bennett.h5 --kind reactions"),
             "bennett-reactions.png",

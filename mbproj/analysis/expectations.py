@@ -100,10 +100,13 @@ def measured(expectation: Expectation, samples: Samples, duration: float | None)
 
 
 def _components(expectation: Expectation, values: Array) -> Array:
-    """The columns (T, k) that the expectation asks for; their magnitudes where it asks for the largest magnitude."""
+    """The columns (T, k) that the expectation asks for; their magnitudes where it asks for the largest magnitude, how
+    far they are above the smallest where it asks for their range."""
     if expectation.component == "norm":
         return np.linalg.norm(values, axis=1, keepdims=True)
     chosen = values[:, ["xyz".index(expectation.component)]] if expectation.component else values
+    if expectation.at == "range":
+        return np.asarray(chosen - chosen.min(axis=0))
     return np.abs(chosen) if expectation.at == "largest" else chosen
 
 
@@ -116,6 +119,7 @@ def _row(expectation: Expectation, time: Array, values: Array, duration: float |
             "maximum": lambda: np.argmax(values[:, 0]),
             "minimum": lambda: np.argmin(values[:, 0]),
             "largest": lambda: np.argmax(values[:, 0]),
+            "range": lambda: np.argmax(values[:, 0]),
         }
         return int(pick[at]())
     nearest = int(np.argmin(np.abs(time - at)))

@@ -190,7 +190,8 @@ class Expectation:
 
     `of` says of what ("marker", "body", "joint", "force", "motion", "diagnostic"), `item` is its name; `quantity` is
     one of `mbproj.scene.blocks.observables`, in the SI unit `unit`. `component` of a vector: "x", "y", "z", "norm", or
-    "" for all of it. `at` is a time in s, or "end", "maximum", "minimum", "largest" (in magnitude) over the samples.
+    "" for all of it. `at` is a time in s, or "end", "maximum", "minimum", "largest" (in magnitude), "range" (from
+    the minimum to the maximum) over the samples.
     Either `value` holds within `tolerance`, or the quantity stays at or below `below`, or at or above `above`.
     """
 

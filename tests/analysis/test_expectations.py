@@ -49,6 +49,7 @@ def test_components_and_moments(results: Results) -> None:
     assert measured("maximum", "y") == pytest.approx(along.max(), rel=1e-14)
     assert measured("minimum", "y") == pytest.approx(along.min(), rel=1e-14)
     assert measured("largest", "y") == pytest.approx(np.abs(along).max(), rel=1e-14)
+    assert measured("range", "y") == pytest.approx(along.max() - along.min(), rel=1e-14)
     assert measured("maximum", "norm") == pytest.approx(LENGTH * np.abs(speed).max(), rel=1e-14)
     assert measured(0.3, "", "joint", "A", "angle") == pytest.approx(AMPLITUDE * math.cos(0.9), rel=1e-14)
     assert measured(0.3, "", "joint", "A", "angle_speed") == pytest.approx(-0.6 * math.sin(0.9), rel=1e-14)

@@ -98,5 +98,5 @@ OF_BUSHINGS: Mapping[str, Observable] = MappingProxyType(
 #: What one number is made from a vector of three.
 COMPONENTS = ("x", "y", "z", "norm")
 #: Moments that are no time: where the quantity is largest, smallest, largest in magnitude; the last sample.
-EXTREMES = ("maximum", "minimum", "largest")
+EXTREMES = ("maximum", "minimum", "largest", "range")
 MOMENTS = ("end", *EXTREMES)

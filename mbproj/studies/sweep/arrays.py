@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -14,13 +14,15 @@ from mbproj.results.sweep.layout import CASE, ENDINGS, FORMAT, NAME, SCHEMA_VERS
 from mbproj.studies.sweep.design import Grid, Sampled
 from mbproj.studies.sweep.folder import OTHER, Folder
 from mbproj.studies.sweep.spec import Spec, column_of
-from mbproj.studies.sweep.summary import Entry, entries
+from mbproj.studies.sweep.summary import entries
 from mbproj.version import __version__
 
 if TYPE_CHECKING:
     import h5py
 
 SECONDS = frozenset({"time", "seconds"})
+#: What stands where nothing is known, and its type: of texts, of seconds.
+MISSING: tuple[tuple[Any, Any], ...] = (("", object), (np.nan, float))
 
 
 def write_arrays(spec: Spec, folder: Folder) -> Path:
@@ -28,7 +30,7 @@ def write_arrays(spec: Spec, folder: Folder) -> Path:
     import h5py
 
     path = folder.path / NAME
-    found = list(entries(spec, folder))
+    found = _Columns(spec, folder)
     with (
         replacing(path, hdf5(FORMAT), force=True, hint=OTHER) as draft,
         h5py.File(draft, "w", track_order=True) as file,
@@ -36,15 +38,39 @@ def write_arrays(spec: Spec, folder: Folder) -> Path:
         file.attrs.update(_about(spec))
         axes = _axes(file, spec, found)
         shape = tuple(len(axis) for axis in axes)
-        for number, measure in enumerate(spec.measures):
-            values = [np.nan if each.row is None or not each.row.values else each.row.values[number] for each in found]
+        for measure, values in zip(spec.measures, found.measured, strict=True):
             words = (measure.of, measure.item, measure.quantity, measure.component, f"at {measure.at}")
             said = " ".join(word for word in words if word)
-            _variable(file, measure.name, np.reshape(np.array(values), shape), axes, measure.unit or "1", said)
+            _variable(file, measure.name, np.reshape(values, shape), axes, measure.unit or "1", said)
         for name, said in ENDINGS.items():
-            column = np.reshape(_ending(name, found), shape)
+            column = np.reshape(found.endings[name], shape)
             _variable(file, name, column, axes, "s" if name in SECONDS else "", said)
     return path
+
+
+class _Columns:
+    """All cases by columns, of which a million take tens of megabytes: what is `measured` (m, N), how each ended, and,
+    but of a grid, what varies."""
+
+    def __init__(self, spec: Spec, folder: Folder) -> None:
+        count = spec.design.count
+        self.measured = np.full((len(spec.measures), count), np.nan)
+        self.endings = {name: np.full(count, *MISSING[name in SECONDS]) for name in ENDINGS}
+        self.varied = [] if isinstance(spec.design, Grid) else [np.empty(count, object) for _ in spec.design.paths]
+        texts: dict[str, str] = {}  # the same text of many cases is kept once
+        for number, entry in enumerate(entries(spec, folder)):
+            for column, item in zip(self.varied, entry.values, strict=bool(self.varied)):
+                column[number] = item
+            self.endings["status"][number] = entry.status
+            row = entry.row
+            if row is None:
+                continue
+            if row.values:
+                self.measured[:, number] = row.values
+            for name, column in self.endings.items():
+                value = None if name == "status" else getattr(row, name)
+                if value is not None:
+                    column[number] = texts.setdefault(value, value) if isinstance(value, str) else value
 
 
 def _about(spec: Spec) -> dict[str, Any]:
@@ -65,7 +91,7 @@ def _about(spec: Spec) -> dict[str, Any]:
     }
 
 
-def _axes(file: h5py.File, spec: Spec, found: Sequence[Entry]) -> list[h5py.Dataset]:
+def _axes(file: h5py.File, spec: Spec, found: _Columns) -> list[h5py.Dataset]:
     """The dimensions, and what varies as coordinates on them."""
     design = spec.design
     if isinstance(design, Grid):
@@ -75,28 +101,20 @@ def _axes(file: h5py.File, spec: Spec, found: Sequence[Entry]) -> list[h5py.Data
             axis.make_scale(column_of(path))
             axes.append(axis)
         return axes
-    axis = _variable(file, CASE, np.arange(len(found)), (), "", "number of the case")
+    axis = _variable(file, CASE, np.arange(design.count), (), "", "number of the case")
     axis.make_scale(CASE)
-    for number, path in enumerate(design.paths):
-        values = _column([each.values[number] for each in found])
-        _variable(file, column_of(path), values, [axis], spec.units[path] or "1", path)
+    for path, values in zip(design.paths, found.varied, strict=True):
+        _variable(file, column_of(path), _column(values), [axis], spec.units[path] or "1", path)
     file.attrs["coordinates"] = " ".join(map(column_of, design.paths))
     return [axis]
 
 
-def _ending(name: str, found: Sequence[Entry]) -> npt.NDArray[Any]:
-    if name == "status":
-        return _column([each.status for each in found])
-    missing = np.nan if name in SECONDS else ""
-    values = [missing if each.row is None else getattr(each.row, name) for each in found]
-    return _column([missing if value is None else value for value in values])
-
-
-def _column(values: Sequence[float | str]) -> npt.NDArray[Any]:
+def _column(values: Iterable[float | str]) -> npt.NDArray[Any]:
     """Numbers, or else text."""
-    if all(isinstance(value, float) for value in values):
-        return np.array(values, dtype=float)
-    return np.array([str(value) for value in values], dtype=object)
+    items = list(values)
+    if all(isinstance(value, float) for value in items):
+        return np.array(items, dtype=float)
+    return np.array([str(value) for value in items], dtype=object)
 
 
 def _variable(
