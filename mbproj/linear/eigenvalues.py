@@ -62,17 +62,11 @@ def is_symmetric(reduced: Reduced) -> bool:
 def _condensed(reduced: Reduced) -> tuple[Reduced, Array]:
     """The same without motions that move no mass and lose no energy, which follow the others as K says; and how all
     coordinates follow from those that are left."""
-    f = len(reduced.M)
-    _, σ, V = np.linalg.svd(reduced.weighs, full_matrices=True)
-    rank = int(np.count_nonzero(σ > THRESHOLDS.dependent))
-    U, light = V[:rank].T, V[rank:].T
-    limit = THRESHOLDS.linear_round_off * max(float(reduced.D_size.max(initial=0.0)), TINY)
-    if rank == f or max(np.abs(reduced.D @ light).max(), np.abs(light.T @ reduced.D).max()) > limit:
-        return reduced, np.eye(f)
-    held = light.T @ reduced.K @ light
-    sizes = np.abs(light).T @ reduced.K_size @ np.abs(light)
-    if np.linalg.svd(held, compute_uv=False)[-1] <= THRESHOLDS.linear_round_off * max(sizes.max(), TINY):
-        raise massless_and_free()
+    U, light = heavy_and_light(reduced)
+    rank = U.shape[1]
+    if not light.size or is_damped(reduced, light):
+        return reduced, np.eye(len(reduced.M))
+    held = held_by(reduced, light)
     back = U - light @ np.linalg.solve(held, light.T @ reduced.K @ U)
     left = U.T - (U.T @ reduced.K @ light) @ np.linalg.solve(held, light.T)
     size = np.abs(left), np.abs(back)
@@ -87,6 +81,31 @@ def _condensed(reduced: Reduced) -> tuple[Reduced, Array]:
         ),
         back,
     )
+
+
+def heavy_and_light(reduced: Reduced) -> tuple[Array, Array]:
+    """Orthonormal coordinates of the motions that move mass, (f, h), and of those that move none, (f, l)."""
+    _, σ, V = np.linalg.svd(reduced.weighs, full_matrices=True)
+    rank = int(np.count_nonzero(σ > THRESHOLDS.dependent))
+    return V[:rank].T, V[rank:].T
+
+
+def is_damped(reduced: Reduced, light: Array) -> bool:
+    """Whether motions without mass lose energy, or exert forces at their rates."""
+    limit = THRESHOLDS.linear_round_off * max(float(reduced.D_size.max(initial=0.0)), TINY)
+    sizes = (np.abs(part).max(initial=0.0) for part in (reduced.D @ light, light.T @ reduced.D))
+    return bool(max(sizes) > limit)
+
+
+def held_by(reduced: Reduced, light: Array) -> Array:
+    """The stiffness of motions without mass, (l, l). Raises InputError where it does not hold one of them."""
+    held: Array = light.T @ reduced.K @ light
+    sizes = np.abs(light).T @ reduced.K_size @ np.abs(light)
+    if np.linalg.svd(held, compute_uv=False).min(initial=np.inf) <= THRESHOLDS.linear_round_off * max(
+        sizes.max(initial=0.0), TINY
+    ):
+        raise massless_and_free()
+    return held
 
 
 def massless_and_free() -> InputError:

@@ -11,8 +11,8 @@ from mbproj.dynamics.derivatives.bushing_derivatives import bushing_gradient
 from mbproj.dynamics.derivatives.law_derivatives import law_slopes
 from mbproj.dynamics.derivatives.row_derivatives import row_motion
 from mbproj.dynamics.equations.forces import law_state
-from mbproj.errors import InputError, Problem
 from mbproj.linear.eigenvalues import eigen
+from mbproj.linear.kinks import refuse_kinks
 from mbproj.linear.reduction import projected
 from mbproj.linear.reference import Reference
 from mbproj.linear.sparse_modes import sparse_eigen
@@ -63,7 +63,7 @@ class Modes:
 
 
 def modes(reference: Reference, count: int | None = None) -> Modes:
-    """All modes, or the `count` slowest. Raises InputError where a force has no slope there, or nothing holds a motion
+    """All modes, or the `count` slowest. Raises InputError where a force has a kink there, or nothing holds a motion
     without mass."""
     refuse_kinks(reference)
     if reference.system.bodies > THRESHOLDS.dense_modes:
@@ -161,26 +161,6 @@ def law_slopes_at(reference: Reference) -> tuple[Array, Array]:
     assert forces is not None
     pose = motion.pose
     return law_slopes(forces, law_state(forces, pose, motion.twist(pose), motion.t, motion.expected), motion.t)
-
-
-def refuse_kinks(reference: Reference) -> None:
-    """Raises InputError that names the forces which have no slope at the reference: two points that have met, say, or
-    the root of a square."""
-    forces = reference.system.forces
-    if forces is None:
-        return
-    slopes = law_slopes_at(reference)
-    bad = ~(np.isfinite(slopes[0]) & np.isfinite(slopes[1]))
-    problems = [
-        Problem(
-            f"force '{owner}' has no slope at this pose: it has no linear part",
-            hint="linearise beside the kink, or smooth the force",
-        )
-        for owner, is_bad in zip(forces.law_owners, bad, strict=True)
-        if is_bad
-    ]
-    if problems:
-        raise InputError(problems)
 
 
 def _shares(parts: Array) -> Array:

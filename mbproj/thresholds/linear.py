@@ -27,6 +27,10 @@ class Linear:
     first_shift: float = threshold(
         1e-5, "1", "numpy", "which is looked for from so much of the fastest on", "chosen: keeps half of the digits"
     )
+    beside_kink: float = threshold(1e-8, "1", "numpy", "a force is looked at so far beside a pose", "√ε")
+    jumping_slope: float = threshold(
+        1e-3, "1", "numpy", "its slope jumps there where it changes by so much", "chosen: round-off leaves 1e-8"
+    )
     same_sample: float = threshold(
         1e-9, "1", "numpy", "a time is that of a sample where it differs by no more of the span", "as the reader's"
     )

@@ -186,13 +186,14 @@ def test_a_motion_that_goes_on_is_refused():
         at_rest(DRIVEN, t=0.5)
 
 
-def test_the_slider_crank_held_by_a_spring_rings_where_it_rests_as_its_energy_says():
+@pytest.mark.parametrize("free_angle", [0.0, 0.9, 2.5, 4.5])
+def test_the_slider_crank_held_by_a_spring_rings_where_it_rests_as_its_energy_says(free_angle):
     """Its one coordinate φ: V'(φ) = 0 and λ² = -V''(φ) / T, by differences of the energies of its closed poses."""
     path = ROOT / "mechanisms" / "spatial_slider_crank.yaml"
     scene = read_scene(path)
     crank = scene.joints[0].name
     text = path.read_text() + (
-        f"forces:\n  hold: {{type: torsion_spring_damper, joint: {crank}, stiffness: 0.6, free_angle: 0.9}}\n"
+        f"forces:\n  hold: {{type: torsion_spring_damper, joint: {crank}, stiffness: 0.6, free_angle: {free_angle}}}\n"
     )
     found = at_rest(text)
     assert found.stable

@@ -147,6 +147,49 @@ def test_a_small_step_of_a_force_moves_it_as_the_model_says():
     np.testing.assert_allclose(found, expected, rtol=1e-5, atol=1e-6 * np.abs(expected).max())
 
 
+LIGHT = (
+    HEAD
+    + """\
+bodies:
+  plate: {mass: 0, inertia: [0, 0, 0], position: [0, 0, 0]}
+  block: {mass: 2, inertia: [1, 1, 1], position: [1, 0, 0]}
+joints:
+  p: {type: prismatic, bodies: [ground, plate], location: [0, 0, 0], axis: [1, 0, 0]}
+  b: {type: prismatic, bodies: [plate, block], location: [1, 0, 0], axis: [1, 0, 0]}
+forces:
+  first: {type: linear_spring_damper, joint: p, stiffness: 30DAMPED}
+  second: {type: linear_spring_damper, joint: b, stiffness: 60}
+  push: {type: force, body: plate, force: [0, 0, 0]}
+"""
+)
+
+
+def test_what_moves_no_mass_follows_the_others_and_the_inputs_at_once():
+    """A block of mass m on two springs one after the other, with a force F on the plate between them: with x of the
+    block and z of the plate, z = (k2 x + F) / (k1 + k2) and m x'' = k2 (z - x); b.displacement is x - z."""
+    model = model_of(LIGHT.replace("DAMPED", ""), ["push.x"], ["p.displacement", "b.displacement"])
+    assert model.A.shape == (2, 2)
+    k1, k2, m = 30.0, 60.0, 2.0
+    s = 1j * np.array([0.3, 2.0, 9.0])
+    found = np.array([model.C @ np.linalg.solve(i * np.eye(2) - model.A, model.B) + model.D for i in s])[..., 0]
+    x = k2 / (k1 + k2) / (m * s**2 + k1 * k2 / (k1 + k2))
+    z = (k2 * x + 1) / (k1 + k2)
+    np.testing.assert_allclose(found, np.array([z, x - z]).T, rtol=1e-12)
+
+
+def test_the_rate_of_what_follows_an_input_at_once_is_refused():
+    with pytest.raises(InputError, match=r"'p\.displacement_speed' has the rate of an input, as nothing between"):
+        model_of(LIGHT.replace("DAMPED", ""), ["push.x"], ["p.displacement_speed"])
+    model = model_of(LIGHT.replace("DAMPED", ""), ["b.displacement"], ["b.displacement"])
+    static = model.D - model.C @ np.linalg.solve(model.A, model.B)
+    np.testing.assert_allclose(static, 1.0 / 60.0, rtol=1e-12)
+
+
+def test_damped_motions_without_mass_are_refused():
+    with pytest.raises(InputError, match="a motion moves no mass and is damped"):
+        model_of(LIGHT.replace("DAMPED", ", damping: 2"), ["push.x"], ["p.displacement"])
+
+
 def test_names_that_there_are_not_are_refused():
     with pytest.raises(InputError, match=r"--inputs: error: unknown input 'push\.w'; did you mean 'push\.[xyz]'"):
         model_of(MASS, ["push.w"], ["tip.x"])

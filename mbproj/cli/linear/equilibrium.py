@@ -130,7 +130,7 @@ def numbers(found: Equilibrium, more: list[Equilibrium], scene: str, output: str
         "residual": vars(found.reference.imbalance),
         "steps": found.steps,
         "stable": found.stable,
-        "unstable_along": found.unstable or None,
+        "unstable_along": found.unstable or None if found.stable is False else None,
         "neutral": list(found.neutral),
         "coordinates": _coordinates(found),
         "reactions": {
@@ -178,7 +178,7 @@ def report(found: Equilibrium, more: list[Equilibrium], title: str) -> str:
 
 def _stability(found: Equilibrium) -> str:
     if found.stable is None:
-        return "whether it is stable cannot be told: a motion moves no mass, and no force holds it"
+        return f"whether it is stable cannot be told: {found.unstable}"
     return "stable" if found.stable else f"not stable, along the motion {found.unstable}"
 
 

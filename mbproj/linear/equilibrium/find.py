@@ -32,8 +32,8 @@ SEED = 22
 @dataclass(frozen=True, eq=False)
 class Equilibrium:
     """A pose at which forces balance. `stable` is None where it has no modes to tell; `unstable` says along which
-    motion it falls; `neutral` which directions nothing holds. `drive` (h,): what holds the coordinates that turn
-    steadily, N m. `steps` of Newton's method were needed."""
+    motion it falls, or why that cannot be told; `neutral` which directions nothing holds. `drive` (h,): what holds the
+    coordinates that turn steadily, N m. `steps` of Newton's method were needed."""
 
     reference: Reference
     acceleration: Array
@@ -181,8 +181,8 @@ def _stability(reference: Reference) -> tuple[bool | None, str, tuple[str, ...]]
     """Whether no mode grows, along which motion one does, and the neutral directions."""
     try:
         found = modes(reference)
-    except InputError:
-        return None, "", ()
+    except InputError as error:
+        return None, str(error).splitlines()[0].removeprefix("error: "), ()
     rotation = reference.motion.pose.rotation[:-1]
     in_body = found.shapes.copy()
     in_body[..., 3:] = np.einsum("bji,kbj->kbi", rotation, found.shapes[..., 3:])

@@ -4,6 +4,8 @@ is an input, whose second derivative the input is.
 With ξ = N η + B w, where B w is the smallest displacement that motions ask for,
 
     NᵀMN η'' + NᵀDN η' + NᵀKN η = NᵀF u - NᵀM B w'' - NᵀD B w' - NᵀK B w,      δλ = (G⁺)ᵀ (F u - M ξ'' - D ξ' - K ξ).
+
+Motions that move no mass have no states: they follow the others, the motions and the forces at once, as K says.
 """
 
 from __future__ import annotations
@@ -15,7 +17,8 @@ import numpy as np
 
 from mbproj.arrays import Array
 from mbproj.errors import InputError, Place, Problem, placed_at
-from mbproj.linear.modes import refuse_kinks
+from mbproj.linear.eigenvalues import heavy_and_light, held_by, is_damped
+from mbproj.linear.kinks import refuse_kinks
 from mbproj.linear.reduction import Projected, projected
 from mbproj.linear.reference import Reference
 from mbproj.linear.state_space.inputs import Inputs, inputs_named
@@ -47,7 +50,7 @@ class LinearModel:
 
 def linear_model(reference: Reference, inputs: Sequence[str], outputs: Sequence[str]) -> LinearModel:
     """The model at a reference that does not turn its tangent space. Raises InputError for names that there are not,
-    and where the mechanism moves, is too large, or has motions without mass."""
+    where the mechanism moves or is too large, and where motions without mass are damped, or held by nothing."""
     system = reference.system
     if system.bodies > THRESHOLDS.dense_modes:
         said = (
@@ -63,9 +66,6 @@ def linear_model(reference: Reference, inputs: Sequence[str], outputs: Sequence[
     if np.abs(here.N_dot).max(initial=0.0) > THRESHOLDS.linear_round_off * np.abs(here.space.N).max(initial=1.0):
         said = "the mechanism moves here, so that its linear model changes with time"
         raise InputError(Problem(said, hint="linearise where it rests: --at equilibrium"))
-    if np.linalg.svd(here.reduced.weighs, compute_uv=False).min(initial=1.0) <= THRESHOLDS.dependent:
-        said = "a motion moves no mass: it has no state of its own, which this linear model would need"
-        raise InputError(Problem(said, hint="give what moves some mass; `mbproj modes` needs none"))
     return _assembled(reference, here, u, y)
 
 
@@ -77,23 +77,25 @@ def _assembled(reference: Reference, here: Projected, u: Inputs, y: Outputs) -> 
     force = to_body.T @ u.force
     driven = [int(motion) for motion in u.motion if motion >= 0]
     B_w = pseudoinverse[:, [system.joints.size + motion for motion in driven]]
+    N, heavy, B_w, at_once = _without_mass(here, N, B_w, K, force)
     f, k, p = N.shape[1], len(driven), len(u.names)
     w_ddot = np.zeros((k, p))
     w_ddot[np.arange(k), np.flatnonzero(u.motion >= 0)] = 1.0
     # ξ'', ξ' and ξ by x = (η, w, η', w') and u.
     ξ = np.concatenate([N, B_w, np.zeros_like(N), np.zeros_like(B_w)], axis=1)
     ξ_dot = np.concatenate([np.zeros_like(N), np.zeros_like(B_w), N, B_w], axis=1)
-    mass = N.T @ M @ N
-    of_x = -np.linalg.solve(mass, N.T @ (K @ ξ + D @ ξ_dot))
-    of_u = np.linalg.solve(mass, N.T @ (force - M @ B_w @ w_ddot))
+    mass = heavy.T @ M @ N
+    of_x = -np.linalg.solve(mass, heavy.T @ (K @ ξ + D @ ξ_dot))
+    of_u = np.linalg.solve(mass, heavy.T @ (force - M @ B_w @ w_ddot - K @ at_once))
     half = f + k
     A, B = np.zeros((2 * half, 2 * half)), np.zeros((2 * half, p))
     A[:half, half:] = np.eye(half)
     A[half : half + f], B[half : half + f] = of_x, of_u
     B[half + f :] = w_ddot
     λ_x = pseudoinverse.T @ -(M @ N @ of_x + D @ ξ_dot + K @ ξ)
-    λ_u = pseudoinverse.T @ (force - M @ (N @ of_u + B_w @ w_ddot))
+    λ_u = pseudoinverse.T @ (force - M @ (N @ of_u + B_w @ w_ddot) - K @ at_once)
     joints = slice(0, system.joints.size)
+    _refuse_rates_of_inputs(y, to_body, at_once)
     C = y.of_displacement @ to_body @ ξ + y.of_rate @ to_body @ ξ_dot + y.of_multiplier @ λ_x[joints]
     names = [*(f"displacement_{i + 1}" for i in range(f)), *(system.names.motions[motion] for motion in driven)]
     units = [*["1"] * f, *(system.names.motion_units[motion] for motion in driven)]
@@ -102,7 +104,7 @@ def _assembled(reference: Reference, here: Projected, u: Inputs, y: Outputs) -> 
         A,
         B,
         C,
-        y.of_multiplier @ λ_u[joints],
+        y.of_displacement @ to_body @ at_once + y.of_multiplier @ λ_u[joints],
         (*names, *(f"{name}_speed" for name in names)),
         (*units, *("1/s" if unit == "1" else f"{unit}/s" for unit in units)),
         u.names,
@@ -110,6 +112,33 @@ def _assembled(reference: Reference, here: Projected, u: Inputs, y: Outputs) -> 
         y.names,
         y.units,
     )
+
+
+def _without_mass(here: Projected, N: Array, B_w: Array, K: Array, force: Array) -> tuple[Array, Array, Array, Array]:
+    """N and B with what moves no mass in its place, the directions that move some, and what moves with the inputs at
+    once, (6n, p)."""
+    U, light = heavy_and_light(here.reduced)
+    if not light.size:
+        return N, N, B_w, np.zeros_like(force)
+    if is_damped(here.reduced, light):
+        said = "a motion moves no mass and is damped: it has a rate of its own, which this linear model does not know"
+        raise InputError(Problem(said, hint="give what moves some mass; `mbproj modes` needs none"))
+    held, moves = held_by(here.reduced, light), N @ light
+    follows = [-moves @ np.linalg.solve(held, moves.T @ (K @ part)) for part in (N @ U, B_w)]
+    return N @ U + follows[0], N @ U, B_w + follows[1], moves @ np.linalg.solve(held, moves.T @ force)
+
+
+def _refuse_rates_of_inputs(y: Outputs, to_body: Array, at_once: Array) -> None:
+    """Raises InputError where an output is the rate of what moves with the inputs at once: it would be theirs."""
+    rate = np.abs(y.of_rate @ to_body @ at_once)
+    largest = np.abs(y.of_rate) @ np.abs(to_body @ at_once)
+    problems = [
+        Problem(f"output '{name}' has the rate of an input, as nothing between them has mass")
+        for name, part, size in zip(y.names, rate, largest, strict=True)
+        if np.any(part > THRESHOLDS.linear_round_off * size)
+    ]
+    if problems:
+        raise InputError(problems)
 
 
 def _to_body(reference: Reference) -> Array:
