@@ -4,7 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 from scipy.integrate import solve_ivp
+from scipy.linalg import eig
+from scipy.optimize import fsolve
 
+from mbproj.linear.equilibrium.find import equilibrium
+from mbproj.linear.modes import modes
+from mbproj.linear.states import start_of
+from mbproj.model import compile_system
 from tests.mechanisms.expected import expected, scene
 from tests.mechanisms.running import assert_close
 
@@ -67,3 +73,33 @@ def test_the_split_coupler_by_lagranges_equations():
     assert_close(expected("split_coupler", "lost"), done.y[8, -1], 1e-9)
     assert_close(expected("split_coupler", "gap"), np.abs([gap(each)[0] for each in θ.T]).max(), 1e-9)
     assert_close(expected("split_coupler", "bent"), np.abs(BENT @ θ).max(), 1e-8)
+
+
+def pull(θ: np.ndarray) -> np.ndarray:
+    """∂V/∂θ."""
+    y, y_θ = gap(θ)
+    along = 1j * LENGTHS * np.exp(1j * θ)
+    return ((KX * y.real - 1j * KZ * y.imag) * y_θ).real + BENT * KR * (BENT @ θ) + 9.81 * MASS @ along.imag
+
+
+def test_it_rests_and_rings_as_its_four_angles_say():
+    """The modes by differences of the forces, extrapolated, with the rubber's damping."""
+    start = np.array([P["start"], P["tilt"], P["tilt"], P["swing"]])
+    system = compile_system(SCENE)
+    found = equilibrium(system, start_of(SCENE, system))
+    coordinates = dict(zip(system.names.coordinates, found.reference.motion.expected, strict=True))
+    turned = coordinates["A.angle"], coordinates["D.angle"]
+    crank, near = start[0] + turned[0], start[1] + turned[0] + coordinates["B.angle"]
+    far = start[1] + turned[1] - coordinates["C.angle"]
+    θ = fsolve(pull, [crank, near, far, start[3] + turned[1]], xtol=1e-12)
+    assert_close(np.array([crank, near, far, start[3] + turned[1]]), θ, 1e-9)
+    assert found.stable
+    h = 1e-3 * np.eye(4)
+    differences = [np.array([pull(θ + k * e) - pull(θ - k * e) for e in h]) / (2e-3 * k) for k in (1, 2, 3)]
+    K = 1.5 * differences[0] - 0.6 * differences[1] + 0.1 * differences[2]
+    y_θ = gap(θ)[1]
+    D = CX * np.outer(y_θ.real, y_θ.real) + CZ * np.outer(y_θ.imag, y_θ.imag) + CR * np.outer(BENT, BENT)
+    one, none = np.eye(4), np.zeros((4, 4))
+    λ = eig(np.block([[none, one], [-K, -D]]), np.block([[one, none], [none, mass(θ)]]), right=False)
+    λ = λ[λ.imag > 0]
+    np.testing.assert_allclose(modes(found.reference).eigenvalues, λ[np.argsort(np.abs(λ))], rtol=1e-8)
