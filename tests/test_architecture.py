@@ -99,7 +99,17 @@ FOLDERS = {
     "cli": ("report", "simulate", "studies", "linear", "commands"),
 }
 #: The kernel's folders: a header includes only headers of its own folder and of those that stand before it.
-KERNEL_FOLDERS = ("model", "kinematics", "elimination", "loops", "dynamics", "projection", "stepping", "bindings")
+KERNEL_FOLDERS = (
+    "model",
+    "kinematics",
+    "elimination",
+    "loops",
+    "dynamics",
+    "projection",
+    "steppers",
+    "stepping",
+    "bindings",
+)
 
 MOST_FILES = 15
 #: Folders that may have more files, and why.

@@ -109,16 +109,16 @@ class Steps:
         0.3, "1", "numpy", "Newton's matrix is made anew where a change shrinks less", "measured on prototypes"
     )
     newton_part: float = threshold(
-        0.05, "tolerances", "numpy", "Newton's method leaves so much of a stage", "chosen, below the error of a step"
+        0.05, "tolerances", "both", "Newton's method leaves so much of a stage", "chosen, below the error of a step"
     )
     newton_fixed: float = threshold(
-        1e-11, "1", "numpy", "with fixed steps it leaves this part of a state", "below what orders 4 and 5 show"
+        1e-11, "1", "both", "with fixed steps it leaves this part of a state", "below what orders 4 and 5 show"
     )
     newton_floor: float = threshold(
-        1e-9, "1", "numpy", "changes below this part of a state that shrink no more are round-off", "ε k / c of a stage"
+        1e-9, "1", "both", "changes below this part of a state that shrink no more are round-off", "ε k / c of a stage"
     )
     most_newton: int = threshold(
-        20, "1", "numpy", "Newton's method has failed after so many changes", "3 to 8 are usual"
+        20, "1", "both", "Newton's method has failed after so many changes", "3 to 8 are usual"
     )
     unresolved_vibration: float = threshold(
         1.0, "ω h", "numpy", "an implicit step damps what is faster", "ESDIRK4 and Radau IIA keep 0.9998 of it"

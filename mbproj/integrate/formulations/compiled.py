@@ -28,10 +28,13 @@ from mbproj.integrate.outcome.failures import (
     singular,
     step_vanished,
     unresolved,
+    unsolved_stage,
 )
 from mbproj.integrate.outcome.marks import START, Mark, Marks, restored_events, resuming, saved_events
 from mbproj.integrate.outcome.tally import Passed, Peak, Tally
-from mbproj.integrate.steppers.tableau import Tableau, load_tableau
+from mbproj.integrate.steppers.implicit_tableau import ImplicitTableau
+from mbproj.integrate.steppers.methods import tableau_of
+from mbproj.integrate.steppers.tableau import Tableau
 from mbproj.model.system import System
 from mbproj.registry import PROJECTIONS
 from mbproj.scene.records import ProjectionSettings, Settings
@@ -137,7 +140,7 @@ class Compiled(ABC):
         turns = np.ascontiguousarray(self.turns(state.turns), dtype=np.int64)
         return kind(
             self.model,
-            _tableau(self.core, load_tableau(settings.integrator)),
+            _tableau(self.core, tableau_of(settings.integrator)),
             self.projection(settings.projection),
             _steps(self.core, settings, state.t, breaks_of(self.system, state.t, settings)),
             self.state(state.q, state.v),
@@ -185,6 +188,8 @@ class Compiled(ABC):
             switches = switches_of(self.system.forces)
             assert switches is not None
             return dry_friction(t, switches.owner(outcome.row), switches.what(outcome.row))
+        if outcome.status == status.unsolved:
+            return unsolved_stage(t, self.system, int(outcome.body), int(outcome.force))
         if outcome.status == status.broken:
             return self._broken(t, run.broken_state)
         where = self.system.row_owner(self.row(outcome.row))
@@ -267,7 +272,12 @@ def _peak(compiled: Compiled, peak: Any) -> Peak:
     return Peak(peak.value, compiled.row(peak.row) if peak.value > 0.0 else first, peak.time)
 
 
-def _tableau(core: ModuleType, tableau: Tableau) -> Any:
+def _tableau(core: ModuleType, tableau: Tableau | ImplicitTableau) -> Any:
+    if isinstance(tableau, ImplicitTableau):
+        coefficients = {
+            name: np.ascontiguousarray(getattr(tableau, name)) for name in ("a", "b", "c", "error", "dense")
+        }
+        return core.Tableau.implicit(tableau.order, tableau.error_order, tableau.gamma, **coefficients)
     parts = (tableau.a, tableau.b, tableau.c, tableau.error, tableau.extra_a, tableau.extra_c, tableau.dense)
     return core.Tableau(tableau.order, tableau.error_order, *(np.ascontiguousarray(part) for part in parts))
 

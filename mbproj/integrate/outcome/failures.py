@@ -136,6 +136,16 @@ def unsolved_stages(
     return unsolved
 
 
+def unsolved_stage(t: float, system: System, body: int, force: int) -> SimulationError:
+    """Newton's method has not solved an implicit step for want of a body's accelerations, or of a force's where that is
+    not -1: by its number among those that forces act along."""
+    where = f"body '{system.names.carriers[body]}'"
+    if force >= 0 and system.forces is not None:
+        where = f"force '{system.forces.owners[force]}'"
+    cause = "Newton's method did not solve the equations of an implicit step"
+    return SimulationError(t, cause, where=where, hint="take smaller steps, or give a tolerance instead")
+
+
 def dry_friction(t: float, where: str, what: str) -> SimulationError:
     """The motion on both sides of a law's edge leads back onto it."""
     cause = (

@@ -186,7 +186,8 @@ forces:
 @pytest.mark.parametrize("name", [name for name, entry in integrators().items() if entry.compiled])
 def test_the_balance_closes_with_the_order_of_the_integrator(name):
     order = integrators()[name].order
-    steps = (0.04, 0.02) if order > 5 else (0.01, 0.005)
+    # Of small errors the knots of the table, which fixed steps pass over, would be a large part.
+    steps = (0.04, 0.02) if order > 5 else (0.02, 0.01) if integrators()[name].implicit else (0.01, 0.005)
     errors = [np.abs(run(EVERYTHING, integrator=name, step=step)["diagnostics/energy_balance"]).max() for step in steps]
     assert np.log2(errors[0] / errors[1]) > order - 0.6
     assert errors[1] < 1e-3

@@ -99,6 +99,24 @@ inline void check_tableau(const Tableau& t, int most_stages) {
     if (t.order < 1 || (embedded && t.error_order < 1)) refuse("order", "is not positive");
 }
 
+// A stiffly accurate method with an explicit first stage, of which each stage depends on those before and on itself.
+inline void check_implicit_tableau(const Tableau& t, int most_stages) {
+    const Eigen::Index s = t.stages();
+    require_positive(t.gamma, "gamma");
+    if (s < 2 || s > most_stages) refuse("b", "has a wrong shape");
+    if (t.a.rows() != s || t.a.cols() != s) refuse("a", "has a wrong shape");
+    if (static_cast<Eigen::Index>(t.c.size()) != s) refuse("c", "has a wrong shape");
+    if (t.error.cols() != s) refuse("error", "has a wrong shape");
+    if (t.dense.rows() != s || t.dense.cols() < 1) refuse("dense", "has a wrong shape");
+    if (t.order < 1 || t.error_order < 1) refuse("order", "is not positive");
+    for (Eigen::Index i = 0; i < s; ++i) {
+        if (t.a(i, i) != (i ? t.gamma : 0.0)) refuse("a", "does not have gamma on its diagonal");
+        if (t.a(s - 1, i) != t.b[i]) refuse("b", "is not the last stage");
+        for (Eigen::Index j = i + 1; j < s; ++j)
+            if (t.a(i, j) != 0.0) refuse("a", "couples its stages");
+    }
+}
+
 constexpr int slots_of(Kind kind) {
     switch (kind) {
         case Kind::coincident:

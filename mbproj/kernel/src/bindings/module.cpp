@@ -50,20 +50,35 @@ void add_settings(nb::module_& m) {
             return std::make_tuple(found.x, found.d, found.dd);
         });
     nb::class_<Tableau>(m, "Tableau")
-        .def("__init__", [](Tableau* self, int order, int error_order, Numbers2 a, Numbers1 b, Numbers1 c,
-                            Numbers2 error, Numbers2 extra_a, Numbers1 extra_c, Numbers2 dense) {
-            Tableau built{order,
-                          error_order,
-                          matrix(a, "a"),
-                          numbers(b, "b"),
-                          numbers(c, "c"),
-                          matrix(error, "error"),
-                          matrix(extra_a, "extra_a"),
-                          numbers(extra_c, "extra_c"),
-                          matrix(dense, "dense")};
-            check_tableau(built, 32);
-            new (self) Tableau(std::move(built));
-        });
+        .def("__init__",
+             [](Tableau* self, int order, int error_order, Numbers2 a, Numbers1 b, Numbers1 c, Numbers2 error,
+                Numbers2 extra_a, Numbers1 extra_c, Numbers2 dense) {
+                 Tableau built{order,
+                               error_order,
+                               matrix(a, "a"),
+                               numbers(b, "b"),
+                               numbers(c, "c"),
+                               matrix(error, "error"),
+                               matrix(extra_a, "extra_a"),
+                               numbers(extra_c, "extra_c"),
+                               matrix(dense, "dense")};
+                 check_tableau(built, 32);
+                 new (self) Tableau(std::move(built));
+             })
+        .def_static(
+            "implicit",
+            [](int order, int error_order, double gamma, Numbers2 a, Numbers1 b, Numbers1 c, Numbers1 error,
+               Numbers2 dense) {
+                Tableau built{order, error_order, matrix(a, "a"), numbers(b, "b"), numbers(c, "c"), {}, {}, {}, {}};
+                const std::vector<double> weights = numbers(error, "error");
+                built.error = Eigen::Map<const RowMajor>(weights.data(), 1, static_cast<Eigen::Index>(weights.size()));
+                built.dense = matrix(dense, "dense");
+                built.gamma = gamma;
+                check_implicit_tableau(built, 32);
+                return built;
+            },
+            nb::arg("order"), nb::arg("error_order"), nb::arg("gamma"), nb::arg("a"), nb::arg("b"), nb::arg("c"),
+            nb::arg("error"), nb::arg("dense"));
     nb::enum_<Correction>(m, "Correction")
         .value("none", Correction::none)
         .value("baumgarte", Correction::baumgarte)
@@ -116,7 +131,8 @@ void add_settings(nb::module_& m) {
         .value("branch", Status::branch)
         .value("unresolved", Status::unresolved)
         .value("untold", Status::untold)
-        .value("pushed_back", Status::pushed_back);
+        .value("pushed_back", Status::pushed_back)
+        .value("unsolved", Status::unsolved);
     nb::class_<Outcome>(m, "Outcome")
         .def_ro("status", &Outcome::status)
         .def_ro("time", &Outcome::time)
@@ -129,7 +145,9 @@ void add_settings(nb::module_& m) {
         .def_prop_ro("coordinate", [](const Outcome& self) { return self.slip.coordinate; })
         .def_prop_ro("turned", [](const Outcome& self) { return self.slip.turned; })
         .def_prop_ro("off", [](const Outcome& self) { return self.slip.off; })
-        .def_ro("step", &Outcome::step);
+        .def_ro("step", &Outcome::step)
+        .def_ro("body", &Outcome::body)
+        .def_ro("force", &Outcome::force);
     nb::class_<Peak>(m, "Peak").def_ro("value", &Peak::value).def_ro("row", &Peak::row).def_ro("time", &Peak::time);
 }
 

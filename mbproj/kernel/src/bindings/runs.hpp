@@ -49,7 +49,8 @@ template <int D> void add_run(nb::module_& m, const char* name) {
              [](TimeLoop<D>& self, const nb::dict& mark) {
                  const auto total = static_cast<std::size_t>(self.equations().total());
                  const auto& joints = self.equations().solver().order().loop_joints;
-                 if (!self.resume(mark_from<D>(mark, self.model(), joints, total))) refuse("events", "do not fit");
+                 if (!self.resume(mark_from<D>(mark, self.model(), joints, total, self.carries_slope())))
+                     refuse("events", "do not fit");
              })
         .def_rw("keeps_marks", &TimeLoop<D>::keeps_marks)
         .def("mark",
@@ -58,6 +59,8 @@ template <int D> void add_run(nb::module_& m, const char* name) {
                  return mark ? saved_mark<D>(*mark) : nb::dict();
              })
         .def_prop_ro("rows", [](TimeLoop<D>& self) { return saved_rows<D>(self.equations().policy().save()); })
+        .def_prop_ro("loop_joints",
+                     [](TimeLoop<D>& self) { return self.equations().solver().order().loop_joints.size(); })
         .def_prop_ro("close_looks", [](TimeLoop<D>& self) { return self.equations().solver().close_looks(); })
         .def_prop_ro("outcome", [](const TimeLoop<D>& self) { return self.outcome(); })
         .def("take_met", [](TimeLoop<D>& self) { return self.events().take_met(); })

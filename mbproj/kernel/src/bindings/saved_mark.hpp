@@ -50,6 +50,8 @@ template <int D> nb::dict saved_mark(const Mark<D>& mark) {
     found["grid"] = mark.grid;
     found["shortened"] = mark.shortened;
     found["y"] = array_of(std::vector<double>(mark.y.begin(), mark.y.end()), numbers);
+    if (mark.slope.size())
+        found["slope"] = array_of(std::vector<double>(mark.slope.begin(), mark.slope.end()), numbers);
     found["angles"] = array_of(std::move(angles), sines);
     found["turns"] = mark.counted.turns;
     found["previous_error"] = mark.control.previous;
@@ -62,8 +64,14 @@ template <int D> nb::dict saved_mark(const Mark<D>& mark) {
     return found;
 }
 
+inline Eigen::VectorXd finite_numbers(const nb::dict& given, const char* name, std::size_t total) {
+    const auto found = nb::cast<Numbers1>(given[name]);
+    require(found, {total}, name);
+    return Eigen::Map<const Eigen::VectorXd>(found.data(), static_cast<Eigen::Index>(total));
+}
+
 template <int D> Mark<D> mark_from(const nb::dict& given, const Model<D>& model, const std::vector<int>& loop_joints,
-                                   std::size_t total) {
+                                   std::size_t total, bool with_slope) {
     const auto finite = [&given](const char* name) {
         const auto value = nb::cast<double>(given[name]);
         if (!std::isfinite(value)) refuse(name, "is not finite");
@@ -74,10 +82,8 @@ template <int D> Mark<D> mark_from(const nb::dict& given, const Model<D>& model,
     mark.h = finite("h");
     mark.grid = nb::cast<long>(given["grid"]);
     mark.shortened = nb::cast<int>(given["shortened"]);
-    const auto y = nb::cast<Numbers1>(given["y"]);
-    require(y, {total}, "y");
-    mark.y = Eigen::Map<const Eigen::VectorXd>(y.data(), static_cast<Eigen::Index>(total));
-    if (!mark.y.allFinite()) refuse("y", "is not finite");
+    mark.y = finite_numbers(given, "y", total);
+    if (with_slope) mark.slope = finite_numbers(given, "slope", total);
     const std::size_t coordinates = model.coordinates.instances.size();
     const auto angles = nb::cast<Numbers1>(given["angles"]);
     require(angles, {4 * coordinates}, "angles");

@@ -93,7 +93,23 @@ public:
     // is not unique.
     std::optional<Numbers> responses(double t, const double* y, const std::vector<int>& laws) {
         Numbers found;
-        if (!begin(t, y, {}, {}) || !equations_.responses(laws, found)) return std::nullopt;
+        if (!begin(t, y, {}, {})) return std::nullopt;
+        const Numbers none(model_.all_rows(), 0.0);
+        std::vector<Point<D>> shift(model_.size() + 1, Point<D>::Zero());
+        std::vector<Turn<D>> turn(model_.size() + 1, Turn<D>::Zero());
+        Applied<D>& applied = equations_.applied();
+        KktSolver<D>& solver = equations_.solver();
+        for (const int pulled : laws) {
+            applied.pull(*model_.loads, pulled, equations_.pose());
+            for (int b = 0; b < model_.size(); ++b) solver.set_force(b, applied.force[b], applied.torque[b]);
+            if (!solver.solve(none.data())) return std::nullopt;
+            for (int b = 0; b < model_.size(); ++b) {
+                shift[b] = solver.shift(b);
+                turn[b] = solver.turn(b);
+            }
+            for (const int law : laws)
+                found.push_back(applied.rate(*model_.loads, law, equations_.pose(), shift, turn));
+        }
         return found;
     }
 

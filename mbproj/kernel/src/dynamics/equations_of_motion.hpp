@@ -29,13 +29,15 @@ public:
 
     // y' at a state, with the rows that are held: equal input has equal bits, whatever was asked before. False where the
     // equations have no unique solution or a function has no value: see `broken`.
-    bool derivative(double t, const double* y, double* slope) { return factor_stage(t, y) && slope_of_stage(y, slope); }
+    bool derivative(double t, const double* y, double* slope, double* lambda = nullptr) {
+        return factor_stage(t, y) && slope_of_stage(y, slope, lambda);
+    }
     // The same at a stage of a step, where the policy takes note of how near the pose is to a singular one. False also where
     // other rows would serve: see `hold_others`.
-    bool watched_derivative(double t, const double* y, double* slope) {
+    bool watched_derivative(double t, const double* y, double* slope, double* lambda = nullptr) {
         if (!factor_stage(t, y)) return false;
         policy_.see();
-        return !policy_.wants_others() && slope_of_stage(y, slope);
+        return !policy_.wants_others() && slope_of_stage(y, slope, lambda);
     }
 
     // The velocities at the pose in place, with the right-hand sides that go with them; C' on request.
@@ -76,25 +78,6 @@ public:
         return true;
     }
 
-    // At the pose in place, factored with the masses: the acceleration along the coordinates of these laws per unit force
-    // on each of them, row by row; symmetric. False where a body without mass is free to move.
-    bool responses(const std::vector<int>& laws, std::vector<double>& found) {
-        const std::vector<double> none(gamma_.size(), 0.0);
-        std::vector<Point<D>> shift(model_.size() + 1, Point<D>::Zero());
-        std::vector<Turn<D>> turn(model_.size() + 1, Turn<D>::Zero());
-        for (const int pulled : laws) {
-            applied_.pull(*model_.loads, pulled, pose_);
-            for (int b = 0; b < model_.size(); ++b) solver_.set_force(b, applied_.force[b], applied_.torque[b]);
-            if (!solver_.solve(none.data())) return false;
-            for (int b = 0; b < model_.size(); ++b) {
-                shift[b] = solver_.shift(b);
-                turn[b] = solver_.turn(b);
-            }
-            for (const int law : laws) found.push_back(applied_.rate(*model_.loads, law, pose_, shift, turn));
-        }
-        return true;
-    }
-
     // A state at a time, in place of the last.
     void set_pose(double t, const double* y) {
         pose_.update(y);
@@ -126,6 +109,13 @@ public:
     bool factor_all(Metric metric) {
         held_ = factored_ = false;
         return solver_.factor(pose_, metric, 0.0);
+    }
+    // With the masses and what stiff forces add to them in an implicit stage with this g, at the state in place, in a pass of
+    // Newton's method. The rows held stay, however near they are to dependent on the compliant ones.
+    bool factor_stiff(double g, int pass) {
+        metric_ = Metric::stiff;
+        solver_.compliance().set(applied_, pose_, motion_, window_.seen(t_), expected_, g, pass);
+        return held_ = factored_ = solver_.factor(pose_, Metric::stiff, 0.0);
     }
     // A run starts at the pose in place, or goes on there from what was saved of another.
     bool start() { return factored_with_masses(policy_.start(pose_)); }
@@ -168,6 +158,7 @@ public:
     const double* C() const { return C_.data(); }
     // Of the last `set_velocities`.
     const double* gamma() const { return gamma_.data(); }
+    double* gamma() { return gamma_.data(); }
     const double* C_dot() const { return C_dot_.data(); }
 
     // Gears and screws count on from the teeth in mesh now.
@@ -205,9 +196,9 @@ private:
         set_pose(t, y);
         return factor(Metric::mass) && look_near(y);
     }
-    bool slope_of_stage(const double* y, double* slope) {
+    bool slope_of_stage(const double* y, double* slope, double* lambda = nullptr) {
         set_velocities(y, false);
-        return slope_at(y, slope);
+        return slope_at(y, slope, lambda);
     }
 
     // A stage is off the constraints. A row at a distance s from the span of the others, and off what they say of it by c,
@@ -226,7 +217,7 @@ private:
 
     // Flywheels go with their coordinates: nothing is violated in the rows that hold them.
     void leave_flywheels(std::vector<double>& rows) const {
-        if (!model_.flywheels.empty()) std::fill(rows.begin() + model_.constraints.rows, rows.end(), 0.0);
+        std::fill(rows.begin() + model_.constraints.rows, rows.end(), 0.0);
     }
 
     // s² from c.

@@ -19,10 +19,10 @@ public:
 
     // With a penalty factor, all joints stay in the loops: (M + α GᵀG)⁻¹ α Gᵀ = M⁻¹Gᵀ (S + 1/α)⁻¹.
     KktSolver(const Model<D>& model, std::optional<double> penalty)
-        : model_(model), thresholds_(model.thresholds), order_(model, !penalty), leaves_(model, order_.leaves),
-          loops_(model, order_), shift_(penalty ? 1.0 / *penalty : 0.0), lent_(lent_mass(model)),
-          inertias_(model.size()), reference_(model.size() + 1, Point<D>::Zero()), articulated_(model.size(), false),
-          force_(model.size() + 1), delta_(model.size() + 1) {
+        : model_(model), thresholds_(model.thresholds), compliance_(model), order_(model, !penalty),
+          leaves_(model, order_.leaves), loops_(model, order_, compliance_), shift_(penalty ? 1.0 / *penalty : 0.0),
+          lent_(lent_mass(model)), inertias_(model.size()), reference_(model.size() + 1, Point<D>::Zero()),
+          articulated_(model.size(), false), force_(model.size() + 1), delta_(model.size() + 1) {
         for (const Leaf<D>& leaf : order_.leaves)
             if (leaf.hinge.parent < model.size()) articulated_[leaf.hinge.parent] = true;
     }
@@ -42,7 +42,8 @@ public:
         ++factorisations_;
         metric_ = metric;
         looked_ = false;
-        if (const int joint = leaves_.set_pose(pose, reference_); joint >= 0) return fails(joint);
+        const Compliance<D>* stiff = metric == Metric::stiff ? &compliance_ : nullptr;
+        if (const int joint = leaves_.set_pose(pose, reference_, stiff); joint >= 0) return fails(joint);
         for (int b = 0; b < model_.size(); ++b) set_inertia(b, pose[b].rotation, metric);
         if (const int joint = leaves_.factor(inertias_, reference_, metric != Metric::coordinates); joint >= 0)
             return fails(joint);
@@ -51,6 +52,7 @@ public:
         loops_.leave_none_out();
         const double shift = metric == Metric::penalised ? shift_ : 0.0;
         const int failed = loops_.factor(pose, thresholds_.smallest_pivot, shift);
+        if (failed >= 0 && stiff) return loops_.factor_by_qr(pose) || fails(-1);
         if (failed >= 0 || loops_.cholesky().smallest_pivot() < near * usual())
             if (near == 0.0 || !factor_near_singular(pose, shift, failed, near)) return fails(failed);
         return true;
@@ -131,6 +133,9 @@ public:
     Turn<D> turn(int body) const { return delta_[body].template tail<S::turns>(); }
     Point<D> shift(int body) const { return delta_[body].template head<D>() - turned_by(turn(body), reference_[body]); }
 
+    // What the compliant rows are in the metric `stiff`.
+    Compliance<D>& compliance() { return compliance_; }
+
     int singular_joint() const { return singular_joint_; }
     long factorisations() const { return factorisations_; }
     const EliminationOrder<D>& order() const { return order_; }
@@ -156,6 +161,7 @@ private:
         const bool by_coordinates = metric == Metric::coordinates;
         loops_.lend(by_coordinates ? Wrench(Wrench::Zero()) : lent_);
         loops_.turn_flywheels(!by_coordinates);
+        loops_.comply(metric == Metric::stiff);
         for (std::size_t b = 0; b < order_.loop_bodies.size(); ++b) {
             const int body = order_.loop_bodies[b];
             const bool lends = model_.bodies[body].is_light && !by_coordinates;
@@ -183,6 +189,7 @@ private:
 
     const Model<D>& model_;
     const Thresholds& thresholds_;
+    Compliance<D> compliance_;
     EliminationOrder<D> order_;
     Leaves<D> leaves_;
     LoopSolver<D> loops_;

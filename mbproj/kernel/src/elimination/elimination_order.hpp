@@ -12,7 +12,8 @@ namespace mbproj {
 template <int D> struct Leaf {
     int joint;
     Hinge<D> hinge;
-    std::vector<int> flywheels;  // the joints that hold those which its free motions turn
+    std::vector<int>
+        flywheels;  // joints that hold those which its free motions turn, and compliant ones of its coordinates
 };
 
 template <int D> struct EliminationOrder {
@@ -28,7 +29,7 @@ template <int D> struct EliminationOrder {
         std::vector<std::vector<int>> flywheels_of(n);
         for (int j = 0; j < static_cast<int>(model.joints.size()); ++j)
             for (const int body : model.joints[j].bodies)
-                (model.holds_flywheel(j) ? flywheels_of : joints_of)[body].push_back(j);
+                (model.holds_flywheel(j) || model.is_compliant(j) ? flywheels_of : joints_of)[body].push_back(j);
         std::vector<bool> joint_left(model.joints.size(), true), body_left(n, true);
         std::vector<int> degree(n);
         std::queue<int> candidates;

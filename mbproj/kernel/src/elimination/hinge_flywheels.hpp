@@ -1,8 +1,9 @@
-// Flywheels that the free motions of a hinge turn. The hinge's basis of these is chosen so that each flywheel is turned by
+// Flywheels that the free motions of a hinge turn, and the stiff forces along them, which are flywheels of an implicit stage. The hinge's basis of these is chosen so that each flywheel is turned by
 // one of them alone: its inertia then adds to what that motion moves, and the elimination stays what it is.
 #pragma once
 
 #include "elimination/hinge.hpp"
+#include "kinematics/compliant_rows.hpp"
 
 namespace mbproj {
 
@@ -18,6 +19,7 @@ public:
 
     // Whether a coordinate is a function of a hinge's free motions: an angle, or a displacement between its own points.
     static bool fits(const Model<D>& model, const Hinge<D>& hinge, const Joint& flywheel) {
+        if (flywheel.bushing >= 0) return false;
         const auto& attachments = model.constraints.attachments;
         const Instance& p = model.constraints.instances[flywheel.begin];
         for (int s = 0; s < p.slot_count; ++s)
@@ -43,8 +45,8 @@ public:
     }
 
     // What the coordinates are at a pose, as rates of the relative twist at the joint's point; turns the basis of the free
-    // motions. False where a coordinate does not change with any of them.
-    bool update(const Model<D>& model, const Pose<D>& pose, HingeFrame<D>& frame) {
+    // motions. False where a coordinate does not change with any of them. Without `compliance` stiff forces are none.
+    bool update(const Model<D>& model, const Pose<D>& pose, HingeFrame<D>& frame, const Compliance<D>* compliance) {
         Turned* angles[F];
         Turned* shifts[F];
         int angle_count = 0, shift_count = 0;
@@ -54,7 +56,11 @@ public:
             jacobian<D>(model, pose, joint, hinge_.child, G);
             Turned& turned = turned_[k];
             turned.row = joint.row;
-            turned.inertia = model.flywheels[joint.row - model.constraints.rows];
+            turned.is_flywheel = !model.is_compliant(joints_[k]);
+            if (turned.is_flywheel)
+                turned.inertia = model.flywheels[joint.row - model.constraints.rows];
+            else
+                turned.inertia = compliance ? compliance->weight(joints_[k]) : 0.0;
             turned.rate = G.row(0).transpose();
             turned.rate.template tail<S::turns>() -= moment(frame.child_arm, Point<D>(turned.rate.template head<D>()));
             const bool is_angle = model.constraints.instances[joint.begin].kind == Kind::angle;
@@ -84,7 +90,7 @@ public:
                                      ? frame.N_t.col(t.motion).dot(wrench.template head<D>())
                                      : frame.N_r.col(t.motion - shifts).dot(wrench.template tail<S::turns>());
             const double mu = -along / t.ratio;
-            energy += mu * mu / t.inertia;
+            if (t.is_flywheel) energy += mu * mu / t.inertia;
             found -= mu * t.rate;
             if (lambda) lambda[t.row] = mu;
         }
@@ -95,6 +101,7 @@ private:
     struct Turned {
         Twist rate;  // of the coordinate, by the relative twist at the joint's point
         int row = 0, motion = 0;
+        bool is_flywheel = true;
         double inertia = 0.0, ratio = 0.0;  // how fast the free motion turns it
     };
 

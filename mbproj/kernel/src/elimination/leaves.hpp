@@ -21,14 +21,15 @@ public:
             }
     }
 
-    // The hinges at a pose; each child's reference point is its joint. The joint whose rows are dependent, or -1.
-    int set_pose(const Pose<D>& pose, std::vector<Point<D>>& reference) {
+    // The hinges at a pose; each child's reference point is its joint. The joint whose rows are dependent, or -1. Without
+    // `compliance` stiff forces are none.
+    int set_pose(const Pose<D>& pose, std::vector<Point<D>>& reference, const Compliance<D>* compliance) {
         for (std::size_t l = 0; l < factors_.size(); ++l) {
             HingeFrame<D>& frame = factors_[l].frame;
             if (!frame.update(model_, leaves_[l].hinge, pose)) return leaves_[l].joint;
             reference[leaves_[l].hinge.child] = frame.child_arm;
         }
-        return flywheels_.empty() ? -1 : set_flywheels(pose);
+        return flywheels_.empty() ? -1 : set_flywheels(pose, compliance);
     }
 
     // Adds what parents feel of their leaves to their inertias, with that of flywheels where they `turn`. The joint of
@@ -64,9 +65,10 @@ private:
         return s.flywheels >= 0 ? &flywheels_[s.flywheels] : nullptr;
     }
 
-    int set_flywheels(const Pose<D>& pose) {
+    int set_flywheels(const Pose<D>& pose, const Compliance<D>* compliance) {
         for (std::size_t l = 0; l < factors_.size(); ++l)
-            if (const int f = scratch_[l].flywheels; f >= 0 && !flywheels_[f].update(model_, pose, factors_[l].frame))
+            if (const int f = scratch_[l].flywheels;
+                f >= 0 && !flywheels_[f].update(model_, pose, factors_[l].frame, compliance))
                 return leaves_[l].joint;
         return -1;
     }

@@ -94,6 +94,21 @@ public:
         return found;
     }
 
+    // ∂s'/∂(r', ω) of one body, global axes: a column for each freedom.
+    Matrix<Bushing<D>::coordinates, Size<D>::freedoms> gradient(int body) const {
+        Matrix<Bushing<D>::coordinates, Size<D>::freedoms> found;
+        for (int c = 0; c < Size<D>::freedoms; ++c) {
+            const auto velocity = [&](int b) {
+                return b == body && c < D ? Point<D>(Point<D>::Unit(c)) : Point<D>(Point<D>::Zero());
+            };
+            const auto omega = [&](int b) {
+                return b == body && c >= D ? Turn<D>(Turn<D>::Unit(c - D)) : Turn<D>(Turn<D>::Zero());
+            };
+            found.col(c) = rate(velocity, omega);
+        }
+        return found;
+    }
+
     // Adds what forces along the coordinates do to both bodies, about their centres of mass, global axes.
     void pull(const Coordinates& along, std::vector<Point<D>>& force, std::vector<Turn<D>>& torque) const {
         const Point<D> local = along.template head<D>(), push = midway_.axes * local;

@@ -1,6 +1,7 @@
 // The joints' rows: C, C' and γ of Eqs. 2-9, and their gradients as wrenches on the bodies.
 #pragma once
 
+#include "kinematics/loads.hpp"
 #include "kinematics/pose.hpp"
 #include "kinematics/primitives.hpp"
 
@@ -85,6 +86,10 @@ void moving_rows(const Model<D>& model, const Pose<D>& pose, const Motion<D>& mo
 // centre of mass that a unit multiplier takes from the body. `G` has at least joint.rows rows.
 template <int D, class Rows>
 void jacobian(const Model<D>& model, const Pose<D>& pose, const Joint& joint, int body, Rows&& G) {
+    if (joint.bushing >= 0) {
+        G.topRows(joint.rows) = Deflection<D>(model.loads->bushings[joint.bushing], pose).gradient(body);
+        return;
+    }
     G.topRows(joint.rows).setZero();
     for (int i = joint.begin; i < joint.end; ++i) {
         const Instance& p = model.constraints.instances[i];

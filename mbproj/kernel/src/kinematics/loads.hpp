@@ -39,8 +39,22 @@ template <int D> struct Loads {
     std::vector<Bushing<D>> bushings;
     std::vector<Switch> switches;  // those of a law one after another, in the order of its program
 
+    // Whether a law's force changes with the state, not with time alone.
+    bool depends_on_state(const Law& law) const {
+        if (law.stiffness != 0.0 || law.damping != 0.0) return true;
+        if (law.program < 0) return false;
+        for (int at = programs.start[law.program]; at < programs.start[law.program + 1]; ++at)
+            if (programs.op[at] == Op::variable && programs.operand[at] > 0.0) return true;
+        return false;
+    }
+
     // What forces act along: the coordinates of the laws, then six of each bushing.
     int size() const { return static_cast<int>(laws.size() + 6 * bushings.size()); }
+};
+
+// A law at a state: ∂(-F)/∂s and ∂(-F)/∂s', the rate s', and the part of F that a function gives.
+struct LawSlopes {
+    double of_value, of_rate, rate, given;
 };
 
 // What the loads do at a state: force and torque about the centre of mass of each body and the ground, global axes, the
@@ -58,8 +72,7 @@ template <int D> struct Applied {
     // False where a function has no finite value, or a bushing has turned too far.
     bool update(const Loads<D>& loads, const Pose<D>& pose, const Motion<D>& motion, double t,
                 const std::vector<double>& expected) {
-        for (auto& f : force) f.setZero();
-        for (auto& f : torque) f.setZero();
+        clear();
         power = dissipation = 0.0;
         for (std::size_t l = 0; l < loads.laws.size(); ++l)
             if (!apply(loads, static_cast<int>(l), pose, motion, t, expected)) return false;
@@ -70,10 +83,38 @@ template <int D> struct Applied {
         return true;
     }
 
-    // A force of size 1 along one of the coordinates that forces act along, in place of what was applied.
-    void pull(const Loads<D>& loads, int l, const Pose<D>& pose) {
+    // How the force of a law changes with its coordinate and rate, on the branches that are held.
+    LawSlopes slopes(const Loads<D>& loads, int l, const Pose<D>& pose, const Motion<D>& motion, double t,
+                     const std::vector<double>& expected) const {
+        const Law& law = loads.laws[l];
+        LawSlopes found{law.stiffness, law.damping, 0.0, 0.0};
+        if (law.program < 0) return found;
+        Variables now(Along(loads.coordinates, l, pose), motion, t, law, expected.data());
+        found.rate = now.rate;
+        found.given = loads.programs.value(law.program, now.series, held);
+        now.series[0].d = 0.0;
+        const auto slope = [&](int variable) {
+            now.series[variable].d = 1.0;
+            const double rate = loads.programs.slope(law.program, now.series, held);
+            now.series[variable].d = 0.0;
+            return std::isfinite(rate) ? rate : 0.0;
+        };
+        found.of_value -= slope(1);
+        found.of_rate -= slope(2);
+        return found;
+    }
+
+    // Forces along coordinates, one after another, in place of what was applied.
+    void clear() {
         for (auto& f : force) f.setZero();
         for (auto& f : torque) f.setZero();
+    }
+    void add(const Loads<D>& loads, int law, const Pose<D>& pose, double size) {
+        pull(Along(loads.coordinates, law, pose), size);
+    }
+    // A force of size 1 along one of the coordinates that forces act along, in place of what was applied.
+    void pull(const Loads<D>& loads, int l, const Pose<D>& pose) {
+        clear();
         const int of_bushings = l - static_cast<int>(loads.laws.size());
         if (of_bushings >= 0) {
             const Bushing<D>& bushing = loads.bushings[of_bushings / 6];

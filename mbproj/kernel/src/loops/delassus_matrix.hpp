@@ -31,7 +31,8 @@ public:
         Matrix<F, F> Y;
     };
 
-    DelassusMatrix(const Model<D>& model, const EliminationOrder<D>& order) : model_(model), order_(order) {
+    DelassusMatrix(const Model<D>& model, const EliminationOrder<D>& order, const Compliance<D>& compliance)
+        : model_(model), order_(order), compliance_(compliance) {
         halves.resize(order.loop_bodies.size());
         hold({});
     }
@@ -40,15 +41,31 @@ public:
     BlockCholesky cholesky;
     // Whether flywheels have their inertia, as in the metric of the masses. Otherwise nothing turns them, and they nothing.
     bool flywheels_turn = true;
+    // Whether compliant rows are in force, as in a stage of an implicit step: R J with -1 for a flywheel of inertia 1 each,
+    // so that S has R J W⁻¹ Jᵀ Rᵀ + 1 whatever D = RᵀR is.
+    bool complies = false;
 
     // A flywheel I that is held by a row: one more coordinate, with the half-inverse 1/√I, and -1 in that row.
     struct Flywheel {
         int row;             // of S
         std::size_t offset;  // of its diagonal entry
         double y;            // its entry of Y
+        bool is_compliant;   // in place of a stiff force
     };
     const std::vector<Flywheel>& flywheels() const { return flywheels_; }
-    double y(const Flywheel& flywheel) const { return flywheels_turn ? flywheel.y : 0.0; }
+    double y(const Flywheel& flywheel) const {
+        return (flywheel.is_compliant ? complies : flywheels_turn) ? flywheel.y : 0.0;
+    }
+    // Right-hand sides of compliant rows, which are given for J, for the rows R J; none where they are not in force.
+    void scale(double* rhs) const {
+        for (const int h : compliant_) {
+            Eigen::Map<Eigen::VectorXd> part(rhs + cholesky.row(h), held_[h].count);
+            if (complies)
+                part = compliance_.root(held_[h].joint).topLeftCorner(part.size(), part.size()) * part.eval();
+            else
+                part.setZero();
+        }
+    }
 
     const std::vector<JointRows>& held() const { return held_; }
     const std::vector<JointRows>& left_out() const { return left_out_; }
@@ -69,7 +86,7 @@ public:
                     target[r * columns + c] += a.Y.col(r).dot(b.Y.col(c));
         }
         if (shift > 0.0) penalise(shift);
-        for (const Flywheel& f : flywheels_) *cholesky.at(f.offset) += flywheels_turn ? f.y * f.y : 1.0;
+        for (const Flywheel& f : flywheels_) *cholesky.at(f.offset) += y(f) != 0.0 ? f.y * f.y : 1.0;
     }
 
     // The same with bodies that all weigh the same, lengths in the mechanism's own.
@@ -77,9 +94,10 @@ public:
         for (std::size_t b = 0; b < halves.size(); ++b)
             halves[b].bare(1.0 / (model_.length * model_.length), pose[order_.loop_bodies[b]].rotation,
                            Matrix<S::turns, S::turns>::Identity());
-        const bool turn = std::exchange(flywheels_turn, false);
+        const bool turn = std::exchange(flywheels_turn, false), comply = std::exchange(complies, false);
         fill(pose);
         flywheels_turn = turn;
+        complies = comply;
     }
 
     // Columns of Y of the rows that are left out of the run, at the pose of the last `fill`.
@@ -164,14 +182,25 @@ private:
         for (int h = 0; h < static_cast<int>(held_.size()); ++h)
             if (const int joint = held_[h].joint; model_.holds_flywheel(joint)) {
                 const double inertia = model_.flywheels[model_.joints[joint].row - model_.constraints.rows];
-                flywheels_.push_back({cholesky.row(h), cholesky.target(h, h).offset, -1.0 / std::sqrt(inertia)});
+                flywheels_.push_back({cholesky.row(h), cholesky.target(h, h).offset, -1.0 / std::sqrt(inertia), false});
             }
+        compliant_.clear();
+        for (int h = 0; h < static_cast<int>(held_.size()); ++h)
+            if (model_.is_compliant(held_[h].joint)) add_compliant(h);
+    }
+
+    void add_compliant(int h) {
+        compliant_.push_back(h);
+        for (int r = 0; r < held_[h].count; ++r) {
+            const std::size_t diagonal = cholesky.target(h, h).offset + r * (held_[h].count + 1);
+            flywheels_.push_back({cholesky.row(h) + r, diagonal, -1.0, true});
+        }
     }
 
     void penalise(double shift) {
         for (int h = 0; h < static_cast<int>(held_.size()); ++h) {
             double* block = cholesky.at(cholesky.target(h, h).offset);
-            if (!model_.holds_flywheel(held_[h].joint))
+            if (!model_.holds_flywheel(held_[h].joint) && !model_.is_compliant(held_[h].joint))
                 for (int r = 0; r < held_[h].count; ++r) block[r * (held_[h].count + 1)] += shift;
         }
     }
@@ -184,7 +213,12 @@ private:
     void fill_incidence(const Pose<D>& pose, const JointRows& held, Incidence& at) const {
         Matrix<F, F> G;
         if (!flywheels_turn && model_.holds_flywheel(held.joint)) return at.Y.setZero(), void();
+        const bool is_compliant = model_.is_compliant(held.joint);
+        if (is_compliant && !complies) return at.Y.setZero(), void();
         jacobian<D>(model_, pose, model_.joints[held.joint], order_.loop_bodies[at.body], G);
+        if (is_compliant)
+            G.topRows(held.count) =
+                compliance_.root(held.joint).topLeftCorner(held.count, held.count) * G.topRows(held.count).eval();
         for (int r = 0; r < held.count; ++r) {
             Column<F> y = G.row(held.rows[r]).transpose();
             halves[at.body].forward(y);
@@ -194,12 +228,14 @@ private:
 
     const Model<D>& model_;
     const EliminationOrder<D>& order_;
+    const Compliance<D>& compliance_;
     std::vector<JointRows> held_, left_out_;
     std::vector<Incidence> incidences_;
     std::vector<Product> products_;
     std::vector<Flywheel> flywheels_;
-    std::vector<int> place_;  // of a body in the loops
-    int count_ = 0;           // rows that are held
+    std::vector<int> compliant_;  // joints of those held
+    std::vector<int> place_;      // of a body in the loops
+    int count_ = 0;               // rows that are held
 };
 
 }  // namespace mbproj

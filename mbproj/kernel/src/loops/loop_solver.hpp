@@ -16,8 +16,9 @@ template <int D> class LoopSolver final {
 public:
     static constexpr int F = Size<D>::freedoms;
 
-    LoopSolver(const Model<D>& model, const EliminationOrder<D>& order)
-        : model_(model), order_(order), rows_(model, order), work_(order.loop_bodies.size()) {
+    LoopSolver(const Model<D>& model, const EliminationOrder<D>& order, const Compliance<D>& compliance)
+        : model_(model), order_(order), compliance_(compliance), rows_(model, order, compliance),
+          work_(order.loop_bodies.size()) {
         for (std::size_t b = 0; b < work_.size(); ++b)
             if (model.bodies[order.loop_bodies[b]].is_light) {
                 light_.emplace_back();
@@ -31,6 +32,7 @@ public:
         for (Light<D>& light : light_) light.lent = lent;
     }
     void turn_flywheels(bool turn) { rows_.flywheels_turn = turn; }
+    void comply(bool comply) { rows_.complies = comply; }
 
     // S + shift and its factor at a pose; returns the joint whose rows depend on the others, or -1.
     int factor(const Pose<D>& pose, double smallest, double shift = 0.0) {
@@ -100,6 +102,7 @@ public:
         spin_.assign(rows_.flywheels().size(), 0.0);
         rhs_.resize(rows_.count());
         each_row([&](int own, int of_model) { rhs_[own] = -c[of_model]; });
+        rows_.scale(rhs_.data());
         const double driven = light_.empty() ? 0.0 : energy();
         lambda_.assign(rhs_.size(), 0.0);
         step_.resize(rhs_.size());
@@ -145,13 +148,13 @@ public:
 private:
     // All rows, to look for those that depend on others.
     DelassusMatrix<D>& all() {
-        if (!all_) all_ = std::make_unique<DelassusMatrix<D>>(model_, order_);
+        if (!all_) all_ = std::make_unique<DelassusMatrix<D>>(model_, order_, compliance_);
         return *all_;
     }
     // The rows that are held, where all bodies weigh the same; the factor at hand stays.
     DelassusMatrix<D>& even() {
         if (!even_) {
-            even_ = std::make_unique<DelassusMatrix<D>>(model_, order_);
+            even_ = std::make_unique<DelassusMatrix<D>>(model_, order_, compliance_);
             even_->hold(held_);
         }
         return *even_;
@@ -263,6 +266,7 @@ private:
 
     const Model<D>& model_;
     const EliminationOrder<D>& order_;
+    const Compliance<D>& compliance_;
     DelassusMatrix<D> rows_;
     std::unique_ptr<DelassusMatrix<D>> all_, even_;
     std::vector<std::vector<int>> held_;  // as they were given

@@ -69,6 +69,24 @@ inline Column<4> orientation_rate(const Column<4>& p, const Column<3>& omega) {
 }
 inline Column<1> orientation_rate(const Column<1>&, const Column<1>& omega) { return omega; }
 
+// The orientation p with p - g p' = base, where p' = orientation_rate(p, ω): base ⊗ (1 + gω/2) / (1 + |gω/2|²).
+inline Column<4> orientation_ahead(const Column<4>& base, const Column<3>& omega, double g) {
+    return (base + g * orientation_rate(base, omega)) / (1.0 + 0.25 * g * g * omega.squaredNorm());
+}
+inline Column<1> orientation_ahead(const Column<1>& base, const Column<1>& omega, double g) { return base + g * omega; }
+
+// ω in body axes that belongs to Λ': 2 L Λ' / |Λ|².
+inline Column<3> omega_of(const Column<4>& p, const Column<4>& rate) {
+    return (2.0 / p.squaredNorm()) * (matrix_L(p) * rate);
+}
+inline Column<1> omega_of(const Column<1>&, const Column<1>& rate) { return rate; }
+
+// δθ in global axes that belongs to δΛ.
+inline Column<3> turn_of(const Column<4>& p, const Column<4>& by) {
+    return (2.0 / p.squaredNorm()) * (matrix_E(p) * by);
+}
+inline Column<1> turn_of(const Column<1>&, const Column<1>& by) { return by; }
+
 // An angular velocity in body axes from the global ones, and back; in the plane they are one.
 inline Column<3> to_body(const Rotation<3>& A, const Column<3>& omega) { return A.transpose() * omega; }
 inline Column<1> to_body(const Rotation<2>&, const Column<1>& omega) { return omega; }

@@ -48,11 +48,18 @@ template <int D> struct PrimitiveSet {
     int rows = 0;
 };
 
-// A joint is a run of instances, `begin` to `end` of the set, and of rows.
+// A joint is a run of instances, `begin` to `end` of the set, and of rows. That of a stiff bushing has no instances: its
+// rows are the bushing's coordinates.
 struct Joint {
     int begin, end;
     int row, rows;
     std::vector<int> bodies;  // those that move, each once
+    int bushing = -1;
+};
+
+// A force that implicit steps linearise: a law or a bushing, by its number among the loads; the other is -1.
+struct StiffForce {
+    int law, bushing;
 };
 
 // Rows at the end of the constraints that functions of time drive: s(q) - start - f(t), with s one of the coordinates.
@@ -95,6 +102,10 @@ template <int D> struct Model {
     // I of flywheels that coordinates turn, ½ I s'². Each is a joint after all others, with a row after those of C, which
     // holds the flywheel's own rate: s'(bodies) - s'(flywheel) = 0.
     std::vector<double> flywheels;
+    // Forces that implicit steps linearise (kinematics/compliant_rows.hpp); none where steps are explicit. Each is a joint
+    // after those of the flywheels.
+    std::vector<StiffForce> stiff;
+    int stiff_rows = 0;
     Thresholds thresholds;
 
     int joint_of(int row) const {
@@ -113,9 +124,13 @@ template <int D> struct Model {
         return worst;
     }
     int size() const { return static_cast<int>(bodies.size()); }
-    // The rows of C, and those that hold flywheels.
-    int all_rows() const { return constraints.rows + static_cast<int>(flywheels.size()); }
-    bool holds_flywheel(int joint) const { return joint >= static_cast<int>(joints.size() - flywheels.size()); }
+    // The rows of C, those that hold flywheels, and those of stiff forces.
+    int all_rows() const { return constraints.rows + static_cast<int>(flywheels.size()) + stiff_rows; }
+    int first_stiff() const { return static_cast<int>(joints.size() - stiff.size()); }
+    bool holds_flywheel(int joint) const {
+        return joint < first_stiff() && joint >= first_stiff() - static_cast<int>(flywheels.size());
+    }
+    bool is_compliant(int joint) const { return joint >= first_stiff(); }
     // Integrals at the end of the state: work and dissipation where there is either.
     int integrals() const { return loads || !driven.empty() ? 2 : 0; }
     // And after them all coordinates where forces on angles, or teeth, ask for their turns: angles are integrated from

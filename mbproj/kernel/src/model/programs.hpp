@@ -74,6 +74,15 @@ struct Programs {
         return run(program, variables).x;
     }
 
+    // The derivative along the variables' own, on the branches `held`, as `value` has them.
+    double slope(int program, const Series* variables, const double* held) const {
+        if (held) {
+            const Series found = walk(program, variables, held, [](int, const Series&, const Series&) {});
+            if (std::isfinite(found.x)) return found.d;
+        }
+        return run(program, variables).d;
+    }
+
     // Calls see(instruction, x, y) with the arguments of each instruction that takes some; y is without meaning where it
     // takes one.
     template <class See> Series walk(int program, const Series* variables, const double* held, See&& see) const {

@@ -10,7 +10,9 @@ namespace mbproj {
 
 using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
 
-// Butcher's tableau with error weights and continuous extension, as mbproj.integrate.steppers.tableau describes it.
+// Butcher's tableau with error weights and continuous extension, as mbproj.integrate.steppers.tableau describes it. That of
+// an implicit method (mbproj.integrate.steppers.implicit_tableau) begins with f at the start of the step and has no weight
+// of f at its end, which is the last stage.
 struct Tableau {
     int order, error_order;
     RowMajor a;
@@ -19,6 +21,8 @@ struct Tableau {
     RowMajor extra_a;
     std::vector<double> extra_c;
     RowMajor dense;
+    double gamma = 0.0;  // of an implicit method: what filters the error, and the diagonal of a; 0 of an explicit one
+    bool is_implicit() const { return gamma > 0.0; }
     int stages() const { return static_cast<int>(b.size()); }
 };
 

@@ -23,8 +23,9 @@ struct Thresholds {
     int tightenings, stiffenings;
     // mbproj/thresholds/steps.py
     double safety, smallest_change, largest_change, least_error, least_error_before, part_after_break, turns_told,
-        most_turned, located, glance, widest_polishing, bracketed, beside, chatter;
-    int most_polishing, most_chatter;
+        most_turned, located, glance, widest_polishing, bracketed, beside, chatter, newton_part, newton_fixed,
+        newton_floor;
+    int most_polishing, most_chatter, most_newton;
 };
 
 // Calls visit("name", member) for every threshold.
@@ -92,6 +93,10 @@ template <class Visit> void each_threshold(Visit&& visit) {
     visit("beside", &Thresholds::beside);
     visit("chatter", &Thresholds::chatter);
     visit("most_chatter", &Thresholds::most_chatter);
+    visit("newton_part", &Thresholds::newton_part);
+    visit("newton_fixed", &Thresholds::newton_fixed);
+    visit("newton_floor", &Thresholds::newton_floor);
+    visit("most_newton", &Thresholds::most_newton);
 }
 
 }  // namespace mbproj

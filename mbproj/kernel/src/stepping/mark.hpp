@@ -15,6 +15,7 @@ template <int D> struct Mark {
     long grid = 0;      // fixed steps made
     int shortened = 0;  // how often the step at hand was shortened near a singular pose
     Eigen::VectorXd y;
+    Eigen::VectorXd slope;  // with which the next step begins, where it is not a function of y; else none
     typename TurnCounter<D>::Counted counted;
     StepSizeControl::Saved control{};
     SavedEvents events;

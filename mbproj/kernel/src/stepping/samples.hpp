@@ -21,7 +21,8 @@ enum class Status : int {
     branch,
     unresolved,
     untold,
-    pushed_back
+    pushed_back,
+    unsolved
 };
 
 // In the order of the fields of mbproj.integrate.outcome.tally.Tally.
@@ -124,7 +125,8 @@ struct Outcome {
     bool projection_failed = false;
     double velocity_change = 0.0;
     Slip slip{};
-    double step = 0.0;  // that would not slip, s
+    double step = 0.0;          // that would not slip, s
+    int body = -1, force = -1;  // for want of which a step was not solved
     bool stops() const { return status != Status::running; }
 
     static Outcome left_open(double t, int row, double by, int passes, bool projection_failed) {
@@ -145,6 +147,13 @@ struct Outcome {
     static Outcome pushed_back(double t, int number) {
         Outcome found{Status::pushed_back, t};
         found.row = number;
+        return found;
+    }
+    // The equations of an implicit step, for want of the accelerations of a body, or of a force if that is not -1.
+    static Outcome unsolved(double t, int body, int force) {
+        Outcome found{Status::unsolved, t};
+        found.body = body;
+        found.force = force;
         return found;
     }
     // By a step of size h.

@@ -4,8 +4,8 @@
 
 #include <tuple>
 
+#include "steppers/stepper.hpp"
 #include "stepping/crossing.hpp"
-#include "stepping/runge_kutta.hpp"
 
 namespace mbproj {
 

@@ -5,7 +5,7 @@
 #pragma once
 
 #include "projection/projector.hpp"
-#include "stepping/runge_kutta.hpp"
+#include "steppers/stepper.hpp"
 
 namespace mbproj {
 
@@ -15,8 +15,8 @@ public:
     using Vector = Eigen::VectorXd;
 
     StepDoubling(const Stepper<D>& stepper, EquationsOfMotion<D>& equations, Projector<D>& projector)
-        : equations_(equations), projector_(projector), half_(stepper), evaluations_(2 * stepper.attempt_cost() + 1),
-          middle_(Vector::Zero(equations.total())), end_(middle_) {}
+        : equations_(equations), projector_(projector), half_(stepper.copy()), middle_(Vector::Zero(equations.total())),
+          end_(middle_) {}
 
     // Whether the step that was just made needs the check, by the poses that its stages have passed.
     bool is_near() const {
@@ -28,13 +28,15 @@ public:
 
     // Two half steps from y at t, with its slope; false where they fail. Their evaluations count.
     bool repeat(double t, const Vector& y, const Vector& slope, double h, long& evaluations) {
-        evaluations += evaluations_;
-        half_.first() = slope;
-        if (!half_.attempt(t, y, 0.5 * h, middle_) || !projector_.anywhere(t + 0.5 * h, middle_.data()).regular ||
-            !equations_.watched_derivative(t + 0.5 * h, middle_.data(), half_.first().data()) ||
-            !half_.attempt(t + 0.5 * h, middle_, 0.5 * h, end_))
-            return false;
-        return projector_.anywhere(t + h, end_.data()).regular;
+        half_->first() = slope;
+        const bool reaches_middle = half_->attempt(t, y, 0.5 * h, middle_);
+        evaluations += half_->attempt_cost();
+        if (!reaches_middle || !projector_.anywhere(t + 0.5 * h, middle_.data()).regular) return false;
+        evaluations += half_->arrival_cost();
+        if (!half_->follow_on(t + 0.5 * h, middle_)) return false;
+        const bool reaches_end = half_->attempt(t + 0.5 * h, middle_, 0.5 * h, end_);
+        evaluations += half_->attempt_cost();
+        return reaches_end && projector_.anywhere(t + h, end_.data()).regular;
     }
 
     // Where the half steps end.
@@ -66,8 +68,7 @@ private:
 
     EquationsOfMotion<D>& equations_;
     Projector<D>& projector_;
-    Stepper<D> half_;
-    const long evaluations_;
+    std::unique_ptr<Stepper<D>> half_;
     Vector middle_, end_;
 };
 

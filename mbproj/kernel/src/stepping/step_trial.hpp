@@ -83,7 +83,7 @@ private:
         phases_.mark(Phase::evaluation);
         lost_ = {};
         if (!error || !std::isfinite(*error))
-            lost_ = error ? Outcome{Status::not_finite, now_.to.t} : step_end_.failed_at(now_.to.t);
+            lost_ = error ? Outcome{Status::not_finite, now_.to.t} : failed_at(now_.to.t);
         error_ = error.value_or(not_a_number);
         if (!(error_ <= 1.0)) return reject(control_.after_rejected(error_, now_.to.h)), false;
         return true;
@@ -92,11 +92,12 @@ private:
     // With the rows that are held; false also where others would serve.
     bool stages() {
         equations_.policy().begin();
+        const bool made = stepper_.attempt(now_.t, now_.y, now_.to.h, now_.y_new);
         now_.counters.evaluations += stepper_.attempt_cost();
-        return stepper_.attempt(now_.t, now_.y, now_.to.h, now_.y_new);
+        return made;
     }
     std::optional<double> stages_and_error() {
-        ++now_.counters.evaluations;
+        now_.counters.evaluations += stepper_.error_cost();
         if (!stages()) return std::nullopt;
         return stepper_.error(now_.to.t, now_.y, now_.y_new, now_.to.h, steps_.tolerance);
     }
@@ -151,7 +152,12 @@ private:
                         doubling_.off(doubling_.middle(), copy_, now_.to.h));
     }
 
-    void stop_at(double t) { now_.outcome = step_end_.failed_at(t); }
+    // Why a step could not be made.
+    Outcome failed_at(double t) {
+        const auto unsolved = stepper_.unsolved();
+        return unsolved ? Outcome::unsolved(t, unsolved->body, unsolved->force) : step_end_.failed_at(t);
+    }
+    void stop_at(double t) { now_.outcome = failed_at(t); }
 
     const Steps& steps_;
     const Thresholds& thresholds_;

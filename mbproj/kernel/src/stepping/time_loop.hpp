@@ -2,6 +2,7 @@
 // their own headers: the stepper, the schedule with its breaks, the trial of a step, its end, events in the state, samples.
 #pragma once
 
+#include "steppers/choice.hpp"
 #include "stepping/flush_to_zero.hpp"
 #include "stepping/mark.hpp"
 #include "stepping/step_trial.hpp"
@@ -15,10 +16,11 @@ public:
 
     TimeLoop(Model<D> model, Tableau tableau, ProjectionSettings projection, Steps steps, const std::vector<double>& y,
              std::vector<long> turns)
-        : model_(std::move(model)), tableau_(std::move(tableau)), projection_(projection), steps_(std::move(steps)),
+        : model_(tableau.is_implicit() ? with_compliant_rows(std::move(model)) : std::move(model)),
+          tableau_(std::move(tableau)), projection_(projection), steps_(std::move(steps)),
           equations_(model_, projection_), projector_(equations_, projection_, phases_),
-          stepper_(tableau_, equations_, model_.length), turns_(model_, equations_, stepper_),
-          step_end_(model_, equations_, projector_, turns_),
+          made_by_(stepper_of(tableau_, equations_, model_.length, steps_.fixed() ? 0.0 : steps_.tolerance)),
+          stepper_(*made_by_), turns_(model_, equations_, stepper_), step_end_(model_, equations_, projector_, turns_),
           schedule_(steps_), now_{steps_.start, 0.0, Vector::Zero(equations_.total()),
                                   Vector::Zero(equations_.total())},
           trial_(steps_, now_, equations_, projector_, stepper_, step_end_, schedule_, phases_), slope_(now_.y),
@@ -37,8 +39,6 @@ public:
         if (started_ && steps_.fixed()) take_mark();
         return mark_ ? &*mark_ : nullptr;
     }
-    TimeLoop(const TimeLoop&) = delete;
-    TimeLoop& operator=(const TimeLoop&) = delete;
 
     // Runs on until there are `samples` more samples, `seconds` have passed, or the run ends.
     void advance(std::size_t samples, double seconds) {
@@ -63,9 +63,9 @@ public:
     bool keeps_marks = false;  // whether somebody asks for them
 
     const Model<D>& model() const { return model_; }
+    bool carries_slope() const { return stepper_.carries_slope(); }
     const Phases& phases() const { return phases_; }
     EquationsOfMotion<D>& equations() { return equations_; }
-    Projector<D>& projector() { return projector_; }
     StateEvents<D>& events() { return trial_.events(); }
     const StateEvents<D>& events() const { return trial_.events(); }
     const Counters& counters() const { return now_.counters; }
@@ -99,7 +99,9 @@ private:
         equations_.see(schedule_.window());
         equations_.set_pose(now_.t, now_.y.data());
         equations_.set_velocities(now_.y.data(), false);
-        if (!equations_.resume(mark_->rows) || !evaluate(now_.y, false)) return stop_at(now_.t);
+        const bool carries = stepper_.carries_slope();
+        if (!equations_.resume(mark_->rows) || !(carries || evaluate(now_.y, false))) return stop_at(now_.t);
+        if (carries) slope_ = mark_->slope;
         stepper_.first() = slope_;
         factorised_before_ = now_.counters.factorisations - equations_.solver().factorisations();
     }
@@ -131,13 +133,16 @@ private:
     bool accept() {
         if (!now_.y_new.allFinite()) return stop({Status::not_finite, now_.to.t}), false;
         ++now_.counters.steps;
-        ++now_.counters.evaluations;
+        now_.counters.evaluations += stepper_.arrival_cost();
         if (!steps_.fixed()) counted_before_ = counted_;
         const Outcome closed =
             step_end_.close(now_.t, now_.y, now_.to.t, now_.y_new, counted_, trial_.halves(), now_.counters, peaks);
         if (closed.status == Status::untold && !steps_.fixed()) return tell_turns(closed), false;
         if (closed.stops()) return stop(closed), false;
-        if (!equations_.arrive() || !evaluate(now_.y_new, now_.to.due)) return stop_at(now_.to.t), false;
+        double* lambda = now_.to.due ? lambda_.data() : nullptr;
+        if (!equations_.arrive() || !stepper_.arrive(now_.y_new, slope_, lambda) ||
+            (now_.to.at_break && !stepper_.meet_break(now_.to.t, now_.y_new, schedule_.window(), slope_, lambda)))
+            return stop_at(now_.to.t), false;
         if (!slope_.allFinite()) return stop({Status::not_finite, now_.to.t}), false;
         return true;
     }
@@ -153,11 +158,10 @@ private:
     void sample_inside() {
         const double time = schedule_.take();
         ++now_.counters.evaluations;
-        stepper_.at(now_.y, now_.to.h, (time - now_.t) / now_.to.h, copy_);
+        const double h = now_.to.h, theta = (time - now_.t) / h;
+        stepper_.at(now_.y, h, theta, copy_);
         if (const Outcome closed = step_end_.close_sample(time, copy_); closed.stops()) return stop(closed);
-        if (!equations_.factor(Metric::mass)) return stop_at(time);
-        equations_.set_velocities(copy_.data(), false);
-        if (!equations_.slope_at(copy_.data(), copy_slope_.data(), copy_lambda_.data())) return stop_at(time);
+        if (!stepper_.inside(time, h, theta, copy_, copy_slope_, copy_lambda_.data())) return stop_at(time);
         const auto turned = turns_.inside(counted_before_, now_.t, counted_, now_.to.t, time, copy_);
         sample(time, copy_, copy_slope_, copy_lambda_, now_.to.h, turned);
         if (!schedule_.inside()) finish_step();
@@ -182,6 +186,9 @@ private:
 
     // From a break on functions of time are seen from its other side.
     void cross_break() {
+        equations_.see({});  // as the slope at hand does
+        if (!stepper_.before_jump(now_.t, now_.y)) return stop_at(now_.t);
+        equations_.see(schedule_.window());
         if (trial_.locates()) events().before_jump(now_.t, now_.y, schedule_.window());
         schedule_.pass_break(now_.t);
         equations_.see(schedule_.window());
@@ -205,6 +212,7 @@ private:
     // False where the motion leads back.
     template <class Change> bool change_branches(const Change& change) {
         events().glance_before(now_.t, now_.y, stepper_.first(), now_.h, schedule_.window());
+        if (!stepper_.before_jump(now_.t, now_.y)) return stop_at(now_.t), false;
         change();
         if (!renew()) return false;
         events().glance_after(now_.t, now_.y, stepper_.first(), now_.h, schedule_.window());
@@ -215,12 +223,8 @@ private:
 
     // The slope at the state, anew.
     bool renew() {
-        equations_.set_pose(now_.t, now_.y.data());
-        equations_.set_velocities(now_.y.data(), false);
         ++now_.counters.evaluations;
-        if (!equations_.factor(Metric::mass) || !evaluate(now_.y, false)) return stop_at(now_.t), false;
-        stepper_.first() = slope_;
-        return true;
+        return stepper_.after_jump(now_.t, now_.y, stepper_.first(), nullptr) || (stop_at(now_.t), false);
     }
 
     // The step is chosen anew.
@@ -249,6 +253,7 @@ private:
         mark_->control = trial_.control().save(), mark_->shortened = trial_.shortened();
         if (events().any()) mark_->events = events().save();
         mark_->rows = equations_.policy().save();
+        if (stepper_.carries_slope()) mark_->slope = stepper_.first();
     }
     void count_factorisations() {
         now_.counters.factorisations = factorised_before_ + equations_.solver().factorisations();
@@ -275,7 +280,8 @@ private:
     Phases phases_;
     EquationsOfMotion<D> equations_;
     Projector<D> projector_;
-    Stepper<D> stepper_;
+    const std::unique_ptr<Stepper<D>> made_by_;
+    Stepper<D>& stepper_;
     TurnCounter<D> turns_;
     StepEnd<D> step_end_;
     Schedule schedule_;

@@ -6,7 +6,7 @@
 
 #include <cmath>
 
-#include "stepping/runge_kutta.hpp"
+#include "steppers/stepper.hpp"
 #include "stepping/samples.hpp"
 
 namespace mbproj {

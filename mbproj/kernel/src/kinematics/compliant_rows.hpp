@@ -1,0 +1,122 @@
+// Compliant rows: the forces of springs, dampers, laws of the state and bushings as an implicit step has them. Where the
+// velocities are v = c + g a and the coordinates change with g² a, a force along a coordinate s with the gradient J adds
+// J^T D J to the masses, D = g² ∂(-F)/∂s + g ∂(-F)/∂s'. That is a flywheel of inertia D that the coordinate turns: on a hinge it
+// adds to what a free motion moves, in the loops it is one more row of S, with 1/D on its diagonal. D → ∞ is a joint, D = 0
+// nothing.
+#pragma once
+
+#include <Eigen/Eigenvalues>
+
+#include "kinematics/loads.hpp"
+
+namespace mbproj {
+
+// The model with a joint for each force of the state. Explicit steps have no use for them.
+template <int D> Model<D> with_compliant_rows(Model<D> model) {
+    if (!model.loads) return model;
+    const Loads<D>& loads = *model.loads;
+    PrimitiveSet<D>& set = model.constraints;
+    const auto add = [&model](Joint joint, StiffForce force) {
+        joint.row = model.all_rows();
+        model.stiff_rows += joint.rows;
+        model.joints.push_back(std::move(joint));
+        model.stiff.push_back(force);
+    };
+    const auto moves = [&model](std::vector<int>& bodies, int body) {
+        if (body < model.size() && std::find(bodies.begin(), bodies.end(), body) == bodies.end())
+            bodies.push_back(body);
+    };
+    const int slots = static_cast<int>(set.attachments.size());
+    set.attachments.insert(set.attachments.end(), loads.coordinates.attachments.begin(),
+                           loads.coordinates.attachments.end());
+    for (std::size_t l = 0; l < loads.laws.size(); ++l) {
+        if (!loads.depends_on_state(loads.laws[l])) continue;
+        Instance p = loads.coordinates.instances[l];
+        for (int s = 0; s < p.slot_count; ++s) p.slots[s] += slots;
+        p.row = model.all_rows();
+        const int at = static_cast<int>(set.instances.size());
+        Joint joint{at, at + 1, p.row, p.rows, {}};
+        for (int s = 0; s < p.slot_count; ++s) moves(joint.bodies, set.attachments[p.slots[s]].body);
+        set.instances.push_back(p);
+        add(std::move(joint), {static_cast<int>(l), -1});
+    }
+    const int end = static_cast<int>(set.instances.size());
+    for (std::size_t b = 0; b < loads.bushings.size(); ++b) {
+        Joint joint{end, end, 0, Size<D>::freedoms, {}, static_cast<int>(b)};
+        for (const int body : loads.bushings[b].body) moves(joint.bodies, body);
+        add(std::move(joint), {-1, static_cast<int>(b)});
+    }
+    model.row_scale.resize(model.all_rows(), 1.0);
+    return model;
+}
+
+// How the forces of the compliant rows change with the accelerations of a stage.
+template <int D> class Compliance final {
+public:
+    static constexpr int F = Size<D>::freedoms;
+    using Root = Matrix<F, F>;
+
+    explicit Compliance(const Model<D>& model)
+        : model_(model), weights_(model.stiff.size(), 0.0), slopes_(weights_), before_(model.stiff.size()),
+          roots_(model.stiff.size(), Root(Root::Zero())) {}
+
+    bool empty() const { return weights_.empty(); }
+
+    // D and ∂(-F)/∂s at a state, in a pass of Newton's method on a stage. A slope that would give energy is none. A function
+    // that bends within the last change counts with its secant, or Newton's method would jump to and fro over a steep part
+    // between two flat ones; after some passes nothing becomes less stiff, which leaves it no way to cycle.
+    void set(const Applied<D>& applied, const Pose<D>& pose, const Motion<D>& motion, double t,
+             const std::vector<double>& expected, double g, int pass) {
+        for (std::size_t f = 0; f < weights_.size(); ++f) {
+            if (model_.stiff[f].law < 0) continue;
+            const LawSlopes found = applied.slopes(*model_.loads, model_.stiff[f].law, pose, motion, t, expected);
+            double weight = std::max(g * g * found.of_value + g * found.of_rate, 0.0);
+            if (pass > 0 && std::isfinite(found.given)) weight = std::max(weight, secant(f, found, g));
+            weights_[f] = pass > free_passes ? std::max(weights_[f], weight) : weight;
+            before_[f] = found;
+            slopes_[f] = std::max(found.of_value, 0.0);
+            roots_[f](0, 0) = std::sqrt(weights_[f]);
+        }
+        if (g != g_) set_bushings(g);
+    }
+
+    // D of a law, by its joint.
+    double weight(int joint) const { return weights_[joint - model_.first_stiff()]; }
+    // R of a joint, with D = RᵀR.
+    const Root& root(int joint) const { return roots_[joint - model_.first_stiff()]; }
+    // Of the number f among the stiff forces, a law.
+    double slope(std::size_t f) const { return slopes_[f]; }
+
+private:
+    static constexpr int free_passes = 4;
+    static constexpr double bends = 1e-3;  // a smaller change of a rate, as a part of it, is round-off for a secant
+
+    // D of the line through the last two states.
+    double secant(std::size_t f, const LawSlopes& now, double g) const {
+        const LawSlopes& before = before_[f];
+        const Law& law = model_.loads->laws[model_.stiff[f].law];
+        const double change = now.rate - before.rate;
+        if (!(std::abs(change) > bends * std::max(std::abs(now.rate), std::abs(before.rate)))) return 0.0;
+        return g * g * law.stiffness + g * law.damping - g * (now.given - before.given) / change;
+    }
+
+    void set_bushings(double g) {
+        g_ = g;
+        for (std::size_t f = 0; f < roots_.size(); ++f) {
+            if (model_.stiff[f].bushing < 0) continue;
+            const Bushing<D>& bushing = model_.loads->bushings[model_.stiff[f].bushing];
+            const Root weight = g * g * bushing.stiffness + g * bushing.damping;
+            const Eigen::SelfAdjointEigenSolver<Root> principal(0.5 * (weight + weight.transpose()));
+            roots_[f] =
+                principal.eigenvalues().cwiseMax(0.0).cwiseSqrt().asDiagonal() * principal.eigenvectors().transpose();
+        }
+    }
+
+    const Model<D>& model_;
+    std::vector<double> weights_, slopes_;
+    std::vector<LawSlopes> before_;
+    std::vector<Root> roots_;
+    double g_ = 0.0;  // of the bushings' roots
+};
+
+}  // namespace mbproj

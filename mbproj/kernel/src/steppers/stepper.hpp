@@ -1,0 +1,172 @@
+// What the time loop asks of a method: {attempt, error, extend, at}, what they cost, and with which slope a step begins. The
+// loop, the turn counter and the step doubling know no more of it.
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "dynamics/equations_of_motion.hpp"
+
+namespace mbproj {
+
+constexpr int most_stages = 32;  // with those of a continuous extension
+constexpr int most_first = 300;  // times that the trial step for a first step size is shortened, tenfold each
+constexpr double not_a_number = std::numeric_limits<double>::quiet_NaN();
+
+// The size of a first step, and whether the way ahead has limited it.
+struct FirstStep {
+    double h;
+    bool limited;
+};
+
+// The body of which Newton's method has not found the accelerations, and the force that keeps it from doing so: by its
+// number among those that forces act along, or -1.
+struct Unsolved {
+    int body, force;
+};
+
+template <int D> class Stepper {
+public:
+    using Vector = Eigen::VectorXd;
+    using Visit = std::function<void(double, double, const Vector&)>;
+
+    virtual ~Stepper() = default;
+    Stepper& operator=(const Stepper&) = delete;
+    virtual std::unique_ptr<Stepper> copy() const = 0;
+
+    // The slope with which the step begins.
+    Vector& first() { return k_[0]; }
+    const Vector& first() const { return k_[0]; }
+
+    // Evaluations that the last attempt took beyond the first stage, its error, an extension, and the slope at its end.
+    virtual long attempt_cost() const = 0;
+    virtual int error_cost() const = 0;
+    virtual int extend_cost() const = 0;
+    virtual int arrival_cost() const = 0;
+    int error_order() const { return tableau_.error_order; }
+
+    // y_new from y; false where a stage has no unique accelerations, or where its equations are not solved.
+    virtual bool attempt(double t, const Vector& y, double h, Vector& y_new) = 0;
+    // Where the last attempt did not solve them.
+    virtual std::optional<Unsolved> unsolved() const { return std::nullopt; }
+
+    // The states at which the last step, from y at t over h, has evaluated f: visit(weight, time, state).
+    virtual void quadrature(double t, const Vector& y, double h, const Visit& visit) const = 0;
+
+    // Hairer's norm of the estimated error of the step to y_new at t: 1 is just acceptable; none where f fails there.
+    virtual std::optional<double> error(double t, const Vector& y, const Vector& y_new, double h, double tolerance) = 0;
+
+    // What the continuous extension of the last step needs.
+    virtual bool extend(double t, const Vector& y, double h) = 0;
+    // y(t + θ h).
+    void at(const Vector& y, double h, double theta, Vector& out) const {
+        std::vector<double> weights(static_cast<std::size_t>(tableau_.dense.rows()));
+        for (std::size_t s = 0; s < weights.size(); ++s)
+            for (Eigen::Index d = tableau_.dense.cols(); d-- > 0;)
+                weights[s] = theta * (tableau_.dense(static_cast<Eigen::Index>(s), d) + weights[s]);
+        combine(y, h, weights, static_cast<int>(weights.size()), out);
+    }
+
+    // The slope at the end of the last step, which was moved to y, with multipliers on request: the pose of y is in place
+    // and factored with the masses, its velocities are.
+    virtual bool arrive(const Vector& y, Vector& slope, double* lambda) = 0;
+    // The same for a step that follows at once, from y at t.
+    virtual bool follow_on(double t, const Vector& y) = 0;
+    // The slope at a state inside the last step, at the part θ, which was moved to y.
+    virtual bool inside(double t, double h, double theta, const Vector& y, Vector& slope, double* lambda) = 0;
+
+    // Forces jump at y at t, where `slope` and `lambda`, on request, are at hand: they go on as they are after the jump.
+    virtual bool before_jump(double t, const Vector& y) = 0;
+    virtual bool after_jump(double t, const Vector& y, Vector& slope, double* lambda) = 0;
+    // The slope at the end of a step at a break, where forces belong to that time itself; the step has seen them from within
+    // the window.
+    virtual bool meet_break(double t, const Vector& y, const TimeWindow& window, Vector& slope, double* lambda) = 0;
+    // Whether the slope that a step begins with is part of the state, not one of its functions.
+    virtual bool carries_slope() const = 0;
+
+    // A first step size from f and an estimate of f' (Hairer's hinit), at most `longest`; negative where f fails or
+    // overflows however near to the start. Says whether `longest` has a say in it.
+    FirstStep first_step(double t, const Vector& y, double tolerance, double longest) {
+        const auto norm = [&](const Vector& v) {
+            double sum = 0.0;
+            for (int i = 0; i < equations_.size(); ++i) {
+                const double part = v[i] / (tolerance * (scale_[i] + std::abs(y[i])));
+                sum += part * part;
+            }
+            return std::sqrt(sum / equations_.size());
+        };
+        const double size = norm(y), speed = norm(k_[0]);
+        const double wanted = std::min(size, speed) <= 1e-5 ? 1e-6 : 0.01 * size / speed;
+        double h = std::min(wanted, longest), bend = not_a_number;
+        Vector slope(y.size());
+        for (int tried = 0; tried < most_first && !std::isfinite(bend); ++tried, h *= 0.1) {
+            stage_ = y + h * k_[0];
+            if (equations_.derivative(t + h, stage_.data(), slope.data())) bend = norm(slope - k_[0]) / h;
+        }
+        if (!std::isfinite(bend)) return {-1.0, wanted > longest};
+        h *= 10.0;
+        const double steepest = std::max(speed, bend);
+        const double trial =
+            steepest <= 1e-15 ? std::max(1e-6, h * 1e-3) : std::pow(0.01 / steepest, 1.0 / (tableau_.order + 1));
+        const double found = std::min(100.0 * h, trial);
+        return {std::min(found, longest), wanted > longest || found > longest};
+    }
+
+protected:
+    Stepper(const Tableau& tableau, EquationsOfMotion<D>& equations, double length, Eigen::Index kept)
+        : tableau_(tableau), equations_(equations), stage_(equations.total()), scale_(equations.size()) {
+        k_.assign(kept, Vector::Zero(equations.total()));
+        for (int i = 0; i < equations.size(); ++i) {
+            const int within = i % Size<D>::state;
+            const bool is_length = within < D || (within >= Size<D>::pose && within < Size<D>::pose + D);
+            scale_[i] = is_length ? length : 1.0;
+        }
+    }
+    Stepper(const Stepper&) = default;
+
+    // The weights of the stages in y' at t + θ h, by the continuous extension.
+    std::vector<double> dense_rates(double theta) const {
+        std::vector<double> weights(static_cast<std::size_t>(tableau_.dense.rows()));
+        for (std::size_t s = 0; s < weights.size(); ++s)
+            for (Eigen::Index d = tableau_.dense.cols(); d-- > 0;)
+                weights[s] =
+                    theta * weights[s] + static_cast<double>(d + 1) * tableau_.dense(static_cast<Eigen::Index>(s), d);
+        return weights;
+    }
+
+    // y + h Σ w k in one pass, without the stages of no weight.
+    template <class Row> void combine(const Vector& y, double h, const Row& weights, int count, Vector& out) const {
+        const double* stages[most_stages];
+        double factors[most_stages];
+        int used = 0;
+        for (int s = 0; s < count; ++s)
+            if (weights[s] != 0.0) {
+                stages[used] = k_[s].data();
+                factors[used++] = h * weights[s];
+            }
+        const double* from = y.data();
+        double* to = out.data();
+        constexpr Eigen::Index width = 8;  // at a time, so that the sums stay in registers
+        Eigen::Index i = 0;
+        for (; i + width <= y.size(); i += width) {
+            double sum[width] = {};
+            for (int s = 0; s < used; ++s)
+                for (Eigen::Index k = 0; k < width; ++k) sum[k] += factors[s] * stages[s][i + k];
+            for (Eigen::Index k = 0; k < width; ++k) to[i + k] = from[i + k] + sum[k];
+        }
+        for (; i < y.size(); ++i) {
+            double sum = 0.0;
+            for (int s = 0; s < used; ++s) sum += factors[s] * stages[s][i];
+            to[i] = from[i] + sum;
+        }
+    }
+
+    const Tableau& tableau_;
+    EquationsOfMotion<D>& equations_;
+    Vector stage_, scale_;
+    std::vector<Vector> k_;  // y' at the stages
+};
+
+}  // namespace mbproj
