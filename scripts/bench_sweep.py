@@ -1,6 +1,7 @@
 """What sweeps cost: many five-bars beside a plain loop, and the study of a thousand lengths beside MuJoCo.
 
     python scripts/bench_sweep.py overhead [CASES]     five-bars of 1 s: `mbproj sweep` on all processors, a plain loop
+    python scripts/bench_sweep.py growth [CASES]       rows of cases that nobody runs: the store, the summary, memory
     python scripts/bench_sweep.py study [CASES]        5 s, tip right to 1e-5 m at the end, one process (extra `peers`)
 
 What is compared alternates in blocks, and is measured by processor time: other programs on the machine slow both down
@@ -24,8 +25,14 @@ import numpy as np
 sys.path.insert(0, str(Path(__file__).parents[1]))
 
 from mbproj.studies.parallel.hand_out import processors
+from mbproj.studies.sweep.arrays import write_arrays
 from mbproj.studies.sweep.case import Task, Work, run_case
+from mbproj.studies.sweep.folder import Folder
+from mbproj.studies.sweep.keys import Keys
+from mbproj.studies.sweep.row import Row, Status
+from mbproj.studies.sweep.run import run_sweep
 from mbproj.studies.sweep.spec import read_spec
+from mbproj.studies.sweep.summary import write_table
 
 ROOT = Path(__file__).parents[1]
 PROGRAM = "from mbproj.cli import main; main()"
@@ -99,6 +106,35 @@ def _swept(path: Path, output: Path) -> tuple[float, float]:
     return after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime, perf_counter() - begun
 
 
+def growth(cases: int) -> None:
+    """Processor time and bytes a case of what a sweep does around its cases, and the memory that it takes."""
+    with tempfile.TemporaryDirectory() as temporary:
+        spec = read_spec(spec_of(Path(temporary), cases // 100, 0.8, 1.2, "  bodies.bar3.mass: 1:2:100\n"))
+        folder = Folder(Path(temporary) / "out", spec, fresh=False)
+        keys = Keys(spec.scene.text, spec.design.paths)
+
+        def keep() -> None:
+            for number in range(spec.design.count):
+                values = spec.design.case(number)
+                row = Row(Status.DONE, (float(number),), formulation="planar", seconds=0.02)
+                folder.store.add(keys.of(values), dict(zip(spec.design.paths, values, strict=True)), row)
+
+        parts: dict[str, Callable[[], object]] = {
+            "keep": keep,
+            "find": lambda: run_sweep(spec, folder, 1),
+            "summary.csv": lambda: write_table(spec, folder),
+            "summary.h5": lambda: write_arrays(spec, folder),
+        }
+        with folder.store:
+            for name, part in parts.items():
+                begun = process_time()
+                part()
+                spent = 1e6 * (process_time() - begun) / spec.design.count
+                files = sum(each.stat().st_size for each in folder.path.iterdir()) / spec.design.count
+                most = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
+                print(f"{name}: {spent:.0f} us a case; {files:.0f} bytes a case so far, {most:.0f} MB", flush=True)
+
+
 def study(cases: int) -> None:
     """Each program at its cheapest setting that is right at the probes, in turn."""
     with tempfile.TemporaryDirectory() as temporary:
@@ -159,9 +195,11 @@ def load() -> str:
 
 def main() -> None:
     what, *count = sys.argv[1:] or ["help"]
-    if what not in ("overhead", "study"):
+    parts = {"overhead": (overhead, 10_000), "growth": (growth, 1_000_000), "study": (study, 1000)}
+    if what not in parts:
         raise SystemExit(__doc__)
-    {"overhead": overhead, "study": study}[what](int(*count) if count else {"overhead": 10_000, "study": 1000}[what])
+    measure, usual = parts[what]
+    measure(int(*count) if count else usual)
 
 
 if __name__ == "__main__":

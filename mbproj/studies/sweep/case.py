@@ -23,7 +23,7 @@ from mbproj.integrate import simulate
 from mbproj.integrate.events.time_events import Event
 from mbproj.integrate.loop.interruption import TimeIsUp, time_limit
 from mbproj.integrate.outcome.report import Report, summary
-from mbproj.integrate.simulate import EventRecorder, Recorder
+from mbproj.integrate.simulate import EventRecorder, Keep, Recorder
 from mbproj.results import ResultsWriter
 from mbproj.results.files import part_path
 from mbproj.scene.read import SceneText
@@ -133,8 +133,11 @@ class _Kept:
         return np.concatenate(self._parts[path])
 
 
-def _measured(work: Work, mechanism: Mechanism, settings: Settings, kept: _Kept) -> tuple[Row, Report]:
-    report = simulate(mechanism.system, mechanism.state, settings, kept)
+def _measured(
+    work: Work, mechanism: Mechanism, settings: Settings, kept: _Kept, keep: Keep | None = None
+) -> tuple[Row, Report]:
+    """The case's row; `keep` takes the states that a run can go on from."""
+    report = simulate(mechanism.system, mechanism.state, settings, kept, keep=keep)
     found = {each.name: measured(each, kept, settings.duration) for each in work.measures}
     values = tuple(np.nan if one is None else float(one.values[0]) for one in found.values())
     return Row(Status.DONE, values, formulation=report.formulation), report
@@ -161,7 +164,7 @@ def _recorded(work: Work, task: Task, mechanism: Mechanism, settings: Settings) 
     try:
         constants = unique_components(system, mechanism.state)
         with ResultsWriter(private, mechanism.scene, system.names.as_mapping(), constants) as recorder:
-            row, report = _measured(work, mechanism, settings, _Kept(mechanism, work.measures, recorder))
+            row, report = _measured(work, mechanism, settings, _Kept(mechanism, work.measures, recorder), recorder.keep)
             seconds = perf_counter() - started
             recorder.attributes(summary(work.name, str(whole), report, total_seconds=seconds))
     except SimulationError as error:

@@ -102,13 +102,17 @@ def test_a_case_stops_when_its_time_is_up(tmp_path, formulation):
     assert row.seconds < 3.0
 
 
-def test_all_results_may_be_kept_and_repeated(tmp_path):
+def test_all_results_may_be_kept_and_repeated_and_gone_on_with(tmp_path):
     path = write(tmp_path, "  bodies.bar.mass: [2]\n", more="keep: all\n")
     _, (entry,) = swept(path, tmp_path / "out")
     done = mbproj("rerun", f"out/{entry.file}", "-o", "again.h5", "-q", folder=tmp_path)
     assert done.returncode == 0, done.stderr
     with open_results(tmp_path / "again.h5") as results:
         assert results.marker("end").position[-1, 2] == entry.row.values[0]
+    done = mbproj("continue", f"out/{entry.file}", "--until", "0.3", "-o", "on.h5", "-q", folder=tmp_path)
+    assert done.returncode == 0, done.stderr
+    with open_results(tmp_path / "on.h5") as results:
+        assert results.time[-1] == pytest.approx(0.3)
 
 
 def test_the_folder_of_another_sweep_is_left_alone(tmp_path):
