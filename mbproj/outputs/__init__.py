@@ -1,7 +1,7 @@
 """Files that commands write: each is new and private until it is whole, and replaces nothing but its own kind."""
 
 from mbproj.outputs.csv_table import write_csv
-from mbproj.outputs.kinds import JUNIT, PAGE, SCENE, SCENE_SCHEMA, Kind, csv, hdf5, picture
+from mbproj.outputs.kinds import JUNIT, PAGE, SCENE, SCENE_SCHEMA, Kind, csv, film, hdf5, picture
 from mbproj.outputs.replace import check_replaceable, make_folder, replacing, write_text
 
 __all__ = [
@@ -12,6 +12,7 @@ __all__ = [
     "Kind",
     "check_replaceable",
     "csv",
+    "film",
     "hdf5",
     "make_folder",
     "picture",

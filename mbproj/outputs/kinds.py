@@ -19,6 +19,8 @@ _PICTURES: Mapping[str, tuple[bytes, bytes]] = {
     "pdf": (b"%PDF-", b"/Creator (" + MARK.encode() + b")"),
     "svg": (b"<?xml", b"<dc:title>" + MARK.encode() + b"</dc:title>"),
 }
+#: Where the signature of a film begins, and the signature.
+_FILMS: Mapping[str, tuple[int, bytes]] = {"gif": (0, b"GIF89a"), "mp4": (4, b"ftyp")}
 
 
 @dataclass(frozen=True)
@@ -45,6 +47,17 @@ def picture(file_format: str) -> Kind:
         return head.startswith(signature) and mark in head + tail
 
     return Kind(f"a {file_format.upper()} picture", wrote)
+
+
+def film(file_format: str) -> Kind:
+    """A film in one of the formats gif and mp4: its signature and our mark, a comment."""
+    at, signature = _FILMS[file_format]
+
+    def wrote(path: Path) -> bool:
+        head, tail = _ends(path)
+        return head[at:].startswith(signature) and MARK.encode() in head + tail
+
+    return Kind(f"a film in {file_format.upper()}", wrote)
 
 
 def csv(headings: Sequence[str]) -> Kind:

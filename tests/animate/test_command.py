@@ -58,7 +58,7 @@ def test_a_window_without_a_sample_is_refused(path):
 
 
 def test_the_name_of_a_page_ends_in_html(path, tmp_path):
-    with pytest.raises(InputError, match=r"'.*run.txt' is not the name of a page"):
+    with pytest.raises(InputError, match=r"'.*run.txt' is not the name of a page or film"):
         run(path, "-o", tmp_path / "run.txt")
 
 

@@ -5,8 +5,9 @@ const GROUND_COLOUR = "#8a9099";
 const SPRING_COLOUR = "#2f8f6b";
 const COLOUR_OF = { joints: JOINT_COLOUR, ground: GROUND_COLOUR, springs: SPRING_COLOUR };
 const GHOST_COLOUR = "#6f7f95";
-/** Beyond so many bodies edges are not drawn: they double the work. */
-const MOST_WITH_EDGES = 150;
+/** Beyond so many bodies edges are not drawn and circles have fewer corners: each is small, and there are many. */
+const MOST_IN_DETAIL = 150;
+const [MANY_CORNERS, FEW_CORNERS] = [32, 12];
 
 class Figure {
   constructor(run, { ghost = false } = {}) {
@@ -17,7 +18,9 @@ class Figure {
     this.ground = this.#group("ground");
     this.ground.position.set(...run.ground).negate();
     this.meshes = [];
-    this.edges = run.look.bodies.length <= MOST_WITH_EDGES && !ghost;
+    const detailed = run.look.bodies.length <= MOST_IN_DETAIL;
+    this.edges = detailed && !ghost;
+    this.corners = detailed ? MANY_CORNERS : FEW_CORNERS;
     for (const piece of this.#pieces().values()) this.#add(piece);
   }
 
@@ -43,7 +46,7 @@ class Figure {
   #add(parts) {
     const [{ carrier, layer, item }] = parts;
     const { look } = this.run;
-    const geometry = merged(parts.map((part) => geometryOf(part, this.run.meshes)));
+    const geometry = merged(parts.map((part) => geometryOf(part, this.run.meshes, this.corners)));
     const body = layer === "bodies" ? look.bodies[item] : null;
     const colour = this.ghost ? GHOST_COLOUR : body ? body.colour : COLOUR_OF[layer];
     const opacity = this.ghost ? 0.28 : body ? body.opacity : 1;

@@ -1,18 +1,18 @@
 // The parts of a mechanism as geometries, merged into one for each thing that moves as one.
 
-/** The geometry of a part in the axes of what carries it; r140's cylinders are along y, ours along z. */
-function geometryOf(part, meshes) {
-  const geometry = shapeOf(part, meshes);
+/** The geometry of a part in the axes of what carries it, `corners` to a circle; r140's cylinders are along y, ours along z. */
+function geometryOf(part, meshes, corners = 32) {
+  const geometry = shapeOf(part, meshes, corners);
   const [w, x, y, z] = part.orientation;
   geometry.applyQuaternion(new THREE.Quaternion(x, y, z, w));
   return geometry.translate(...part.position);
 }
 
-function shapeOf({ kind, size, mesh }, meshes) {
+function shapeOf({ kind, size, mesh }, meshes, corners) {
   if (kind === "box") return new THREE.BoxGeometry(...size);
-  if (kind === "sphere") return new THREE.SphereGeometry(size[0], 24, 16);
-  if (kind === "cylinder") return new THREE.CylinderGeometry(size[0], size[0], size[1], 32).rotateX(Math.PI / 2);
-  if (kind === "tube") return tube(...size);
+  if (kind === "sphere") return new THREE.SphereGeometry(size[0], 0.75 * corners, 0.5 * corners);
+  if (kind === "cylinder") return new THREE.CylinderGeometry(size[0], size[0], size[1], corners).rotateX(Math.PI / 2);
+  if (kind === "tube") return tube(...size, corners);
   const geometry = new THREE.BufferGeometry();
   geometry.setAttribute("position", new THREE.BufferAttribute(Float32Array.from(meshes[mesh].vertices), 3));
   geometry.setIndex(Array.from(meshes[mesh].triangles));
@@ -22,11 +22,11 @@ function shapeOf({ kind, size, mesh }, meshes) {
 }
 
 /** A hollow cylinder along z: its profile turned about y. */
-function tube(outer, inner, length) {
+function tube(outer, inner, length, corners) {
   const half = length / 2;
   const corners = [[inner, -half], [outer, -half], [outer, half], [inner, half], [inner, -half]];
   const profile = corners.map(([x, y]) => new THREE.Vector2(x, y));
-  const turned = new THREE.LatheGeometry(profile, 40).toNonIndexed();
+  const turned = new THREE.LatheGeometry(profile, corners).toNonIndexed();
   turned.computeVertexNormals();
   return turned.rotateX(Math.PI / 2);
 }

@@ -15,6 +15,8 @@ from mbproj.scene.records import GROUND, PointForce, Scene
 
 #: The radius of a link: this part of the median link, and between these parts of the mechanism's size.
 OF_LINK, OF_SIZE = 0.026, (0.002, 0.013)
+#: Of a long chain no link is thicker than this part of itself, however small it is then.
+STOUTEST = 0.1
 #: Joints that turn about an axis of both bodies.
 TURNING = frozenset({"revolute", "cylindrical", "screw", "planar"})
 
@@ -60,7 +62,8 @@ class Layout:
         held, axes = _held(scene, bodies, frames)
         links = [span for body, points in held.items() if body >= 0 and (span := _span(points)) > 0.01 * size]
         low, high = (part * size for part in OF_SIZE)
-        thickness = float(np.clip(OF_LINK * np.median(links), low, high)) if links else high
+        link = float(np.median(links)) if links else np.inf
+        thickness = float(np.clip(OF_LINK * link, min(low, STOUTEST * link), high))
         return cls(number, bodies, frames, held, axes, markers, springs, size, thickness)
 
 

@@ -19,6 +19,7 @@ if TYPE_CHECKING:
 
 #: A scene is told from results by these endings.
 SCENES = (".yaml", ".yml")
+PAGES, FILMS = (".html", ".htm"), (".gif", ".mp4")
 EXAMPLES = (
     ("Write results.html, which any browser opens offline. modes.h5 works too.", "mbproj animate results.h5"),
     (
@@ -35,9 +36,9 @@ EXAMPLES = (
     Part.OUTPUT,
     "-o",
     "--output",
-    type=File(".html", path_type=Path),
+    type=File(".html", ".gif", ".mp4", path_type=Path),
     metavar="FILE",
-    help="The page [default: <first file>.html].",
+    help="The page, or a film: .gif, .mp4 [default: <first file>.html].",
 )
 @option(Part.OUTPUT, "--label", "labels", multiple=True, metavar="TEXT", help="Name of a run, once for each RESULTS.")
 @option(Part.WHAT, "--from", "start", type=float, metavar="T", help="Begin at this time in s.")
@@ -66,23 +67,45 @@ def command(
 
     Of a file of modes it shows their shapes, of a scene the start. Several results are shown over each other, the first
     solid and the others as ghosts. The page is one file that opens without a network. Its 3D graphics are three.js,
-    which comes with the extra: pip install 'mbproj[animate]'.
+    which comes with the extra: pip install 'mbproj[animate]'. A name that ends in .gif or .mp4 (with ffmpeg) makes a film.
     """
     from mbproj.animate.page.write import html
     from mbproj.outputs import PAGE, check_replaceable, write_text
 
     path = output or sources[0].with_suffix(".html")
-    if path.suffix.lower() not in (".html", ".htm"):
-        raise InputError(Problem(f"--output: '{path}' is not the name of a page", hint="end it in .html"))
+    ending = path.suffix.lower()
+    if ending not in (*PAGES, *FILMS):
+        message = f"--output: '{path}' is not the name of a page or film"
+        raise InputError(Problem(message, hint="end it in .html, .gif or .mp4"))
     if labels and len(labels) != len(sources):
         message = f"--label: {len(labels)} for {len(sources)} files"
         raise InputError(Problem(message, hint="give one for each file, in their order, or none"))
+    if ending in FILMS:
+        for name, value in {"--label": labels or None, "--error": limit, "--full": full or None}.items():
+            if value is not None:
+                raise InputError(Problem(f"{name} is for pages, and '{path}' is a film"))
+        click.echo(_film(sources, start, stop, path, force=force))
+        return
     check_replaceable(path, PAGE, force=force)
     page = _page(sources, labels, start, stop, full, limit)
     for run in page.data["runs"]:
         for remark in run["remarks"]:
             click.echo(f"note: {run['label']}: {remark}", err=True)
     click.echo(write_text(path, html(page.title, page.data, page.packer), PAGE, force=force))
+
+
+def _film(sources: Sequence[Path], start: float | None, stop: float | None, path: Path, *, force: bool) -> Path:
+    from mbproj.cli.linear.pictures import is_linear
+    from mbproj.cli.results_shown import opened, selected
+    from mbproj.outputs import check_replaceable, film
+    from mbproj.plot.kinds.film import save_film
+
+    for source in sources:
+        if source.suffix.lower() in SCENES or is_linear(source):
+            message = f"a film is of results of runs, and '{source}' is none"
+            raise InputError(Problem(message, hint="write a page: end the name in .html"))
+    check_replaceable(path, film(path.suffix[1:].lower()), force=force)
+    return save_film(selected([opened(source) for source in sources], start, stop), path, force=force)
 
 
 def _page(
@@ -99,8 +122,7 @@ def _page(
     if any(map(is_linear, sources)):
         if len(sources) > 1:
             raise InputError(Problem("files of modes are shown one at a time", hint=f"give '{sources[0]}' alone"))
-        unfit = {"--from": start, "--to": stop, "--error": limit, "--full": full or None}
-        for name, value in unfit.items():
+        for name, value in {"--from": start, "--to": stop, "--error": limit, "--full": full or None}.items():
             if value is not None:
                 raise InputError(Problem(f"{name} is for results of runs, and '{sources[0]}' is none"))
         from mbproj.animate.data.modes import page_of_modes

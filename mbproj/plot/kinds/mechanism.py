@@ -35,19 +35,19 @@ def draw(results: Sequence[Results], labels: Sequence[str], times: Sequence[floa
     scene, motion = scene_of(results[0]), motion_of(results[0])
     look = look_of(scene, motion, results[0].meshes())
     view = view_of(scene, motion, look)
-    figure, axis = _canvas(view)
+    figure, axis = canvas(view)
     for other in results[1:]:
         its_scene, its_motion = scene_of(other), motion_of(other)
-        row = _nearest(its_motion, times[-1] if times else None)
+        row = nearest(its_motion, times[-1] if times else None)
         its_look = look_of(its_scene, its_motion, other.meshes())
         draw_pose(axis, its_look, view, its_motion.at([row]), opacity=GHOST, order=1.5)
     _paths(axis, look, motion, view)
-    rows = [_nearest(motion, time) for time in sorted(times)] or [_nearest(motion, None)]
+    rows = [nearest(motion, time) for time in sorted(times)] or [nearest(motion, None)]
     for number, row in enumerate(rows):
         last = number == len(rows) - 1
         faint = 1.0 if last else FAINT + (FAINTEST_LAST - FAINT) * number / (len(rows) - 1)
         draw_pose(axis, look, view, motion.at([row]), opacity=faint, order=2.0 + 0.1 * number)
-    _limits(axis, view)
+    limits(axis, view)
     remark = "at t = " + ", ".join(f"{motion.time[row]:.6g}" for row in rows) + " s"
     return panels.finish(figure, remark=remark, with_legend=bool(look.markers))
 
@@ -55,19 +55,19 @@ def draw(results: Sequence[Results], labels: Sequence[str], times: Sequence[floa
 @styled
 def draw_start(look: Look, view: View, motion: Motion) -> Figure:
     """The picture of a scene that was not run."""
-    figure, axis = _canvas(view)
+    figure, axis = canvas(view)
     draw_pose(axis, look, view, motion)
-    _limits(axis, view)
+    limits(axis, view)
     return panels.finish(figure, with_legend=False)
 
 
-def _nearest(motion: Motion, time: float | None) -> int:
+def nearest(motion: Motion, time: float | None) -> int:
     """The sample with a pose that is nearest to the time; the first where none is asked for."""
     whole = motion.finite
     return int(whole[0] if time is None else whole[np.argmin(np.abs(motion.time[whole] - time))])
 
 
-def _canvas(view: View) -> tuple[Figure, Axes]:
+def canvas(view: View) -> tuple[Figure, Axes]:
     """A panel with one scale, as high as the mechanism asks for. Axes have numbers where they are global ones."""
     width, height = np.ptp(projected(view.points, view), axis=0)
     low, high = HEIGHTS
@@ -87,7 +87,7 @@ def _canvas(view: View) -> tuple[Figure, Axes]:
     return figure, axis
 
 
-def _limits(axis: Axes, view: View) -> None:
+def limits(axis: Axes, view: View) -> None:
     """All that moves, with a margin."""
     points = projected(view.points, view)
     margin = 0.03 * float(np.ptp(points, axis=0).max())
