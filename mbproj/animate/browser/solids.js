@@ -24,8 +24,8 @@ function shapeOf({ kind, size, mesh }, meshes, corners) {
 /** A hollow cylinder along z: its profile turned about y. */
 function tube(outer, inner, length, corners) {
   const half = length / 2;
-  const corners = [[inner, -half], [outer, -half], [outer, half], [inner, half], [inner, -half]];
-  const profile = corners.map(([x, y]) => new THREE.Vector2(x, y));
+  const section = [[inner, -half], [outer, -half], [outer, half], [inner, half], [inner, -half]];
+  const profile = section.map(([x, y]) => new THREE.Vector2(x, y));
   const turned = new THREE.LatheGeometry(profile, corners).toNonIndexed();
   turned.computeVertexNormals();
   return turned.rotateX(Math.PI / 2);

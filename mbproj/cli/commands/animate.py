@@ -67,7 +67,7 @@ def command(
 
     Of a file of modes it shows their shapes, of a scene the start. Several results are shown over each other, the first
     solid and the others as ghosts. The page is one file that opens without a network. Its 3D graphics are three.js,
-    which comes with the extra: pip install 'mbproj[animate]'. A name that ends in .gif or .mp4 (with ffmpeg) makes a film.
+    which comes with the extra: pip install 'mbproj[animate]'. A name in .gif, or .mp4 with ffmpeg, makes a film.
     """
     from mbproj.animate.page.write import html
     from mbproj.outputs import PAGE, check_replaceable, write_text
