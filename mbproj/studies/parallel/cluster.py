@@ -180,7 +180,9 @@ class _Out:
         try:
             yield
         except UNREACHABLE as error:
-            if self._client.status == "running" and not isinstance(error, (CancelledError, asyncio.CancelledError)):
+            # A connection that breaks is an OSError, and the client may learn of it later.
+            lost = isinstance(error, (OSError, CancelledError, asyncio.CancelledError))
+            if self._client.status == "running" and not lost:
                 raise
             raise self._gone() from error
 

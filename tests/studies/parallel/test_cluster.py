@@ -60,6 +60,17 @@ def test_what_the_scheduler_gives_up_is_done_again(running):
     assert keys
 
 
+def test_a_connection_that_breaks_before_the_client_knows_is_the_end_of_the_scheduler(running, monkeypatch):
+    distributed = pytest.importorskip("distributed")
+
+    def broken(future):
+        raise distributed.comm.CommClosedError("Stream is closed")
+
+    monkeypatch.setattr(distributed.Future, "result", broken)
+    with pytest.raises(ClusterLost, match=r"is gone; what was computed is kept"):
+        list(in_parallel(fragile, 0.1, [1, 2], Cluster(running.address)))
+
+
 def test_a_fault_of_a_function_comes_back(running):
     with pytest.raises(ValueError, match="shared -1"):
         list(in_parallel(place, "shared", [0, -1, 0], Cluster(file=running.file)))
