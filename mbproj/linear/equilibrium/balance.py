@@ -18,6 +18,7 @@ from mbproj.dynamics.derivatives.tangent import moved
 from mbproj.dynamics.equations.kinematics import pose_of
 from mbproj.dynamics.equations.motions import Drive
 from mbproj.dynamics.equations.teeth import near
+from mbproj.errors import SimulationError
 from mbproj.linear.frames import in_axes
 from mbproj.linear.reference import largest_force
 from mbproj.linear.tangent_space import TangentSpace, tangent_space
@@ -190,10 +191,17 @@ class Balance:
         return in_global.T @ K.dense() @ in_global, size.T @ sizes @ size
 
     def after(self, step: Array) -> Balance | None:
-        """The forces after a step (f,) along the tangent space and back to the constraints; None where they open."""
+        """The forces after a step (f,) along the tangent space and back to the constraints; None where they open, or a
+        force has no value."""
         problem = self.problem
         closed = problem.closed(moved(self.motion.q, self.space.N @ step))
-        return None if closed is None else problem.at(closed, self.motion.expected)
+        if closed is None:
+            return None
+        try:
+            there = problem.at(closed, self.motion.expected)
+        except SimulationError:
+            return None
+        return there if np.all(np.isfinite(there.force)) else None
 
 
 def _in_global(N: Array, turn: Array) -> Array:

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from mbproj.arrays import Array
-from mbproj.errors import ExitCode, MbprojError, SimulationError
+from mbproj.errors import ExitCode, MbprojError
 from mbproj.linear.equilibrium.balance import AnyBalance, Balance, Problem, way
 from mbproj.linear.equilibrium.words import direction_words
 from mbproj.thresholds import THRESHOLDS
@@ -46,7 +46,7 @@ def solve(problem: Problem, q: Array, expected: Array) -> Solved:
         steps += 1
         K, sizes = here.stiffness()
         step, gain = downhill_of(here, K, sizes, radius)
-        there = _tried(here, step)
+        there = here.after(step)
         if there is None or not goes_down(here, there, gain):
             if is_nearly_balanced(here) and radius < THRESHOLDS.force_grain:
                 break
@@ -84,15 +84,6 @@ def is_nearly_balanced(balance: AnyBalance) -> bool:
     return balance.is_held or balance.relative <= THRESHOLDS.balanced
 
 
-def _tried(here: Balance, step: Array) -> Balance | None:
-    """The pose after a step; None where it opens, or a force has no value there."""
-    try:
-        there = here.after(step)
-    except SimulationError:
-        return None
-    return there if there is not None and np.all(np.isfinite(there.force)) else None
-
-
 def goes_down(here: AnyBalance, there: AnyBalance, gain: float) -> bool:
     """Whether the forces do the work that was expected, by the trapezoidal rule; of a step whose work is round-off,
     whether less is left than before."""
@@ -127,7 +118,7 @@ def _by_residual(here: Balance) -> tuple[Balance, int]:
         largest: float = np.maximum(sizes.max(initial=0.0), np.finfo(float).tiny)
         step = towards_balance(here.residual, K, damping * largest)
         length = float(np.linalg.norm(step))
-        there = _tried(here, step * min(1.0, THRESHOLDS.largest_radius / max(length, THRESHOLDS.force_grain)))
+        there = here.after(step * min(1.0, THRESHOLDS.largest_radius / max(length, THRESHOLDS.force_grain)))
         if there is not None and np.linalg.norm(there.residual) < np.linalg.norm(here.residual):
             here, damping = there, 0.1 * damping if damping > 1e-12 else 0.0
         else:

@@ -7,6 +7,10 @@ from scipy.integrate import solve_ivp
 from scipy.linalg import eig
 from scipy.optimize import fsolve
 
+from mbproj.dynamics.assembly.assemble import coordinate_values
+from mbproj.dynamics.equations.kinematics import pose_of
+from mbproj.dynamics.rank.nearby import NO_CONDITIONS
+from mbproj.linear.equilibrium.balance import Problem
 from mbproj.linear.equilibrium.find import equilibrium
 from mbproj.linear.modes import modes
 from mbproj.linear.states import start_of
@@ -103,3 +107,15 @@ def test_it_rests_and_rings_as_its_four_angles_say():
     λ = eig(np.block([[none, one], [-K, -D]]), np.block([[one, none], [none, mass(θ)]]), right=False)
     λ = λ[λ.imag > 0]
     np.testing.assert_allclose(modes(found.reference).eigenvalues, λ[np.argsort(np.abs(λ))], rtol=1e-8)
+
+
+def test_steps_to_where_the_rubber_has_no_direction_are_not_taken():
+    """Its frames would stand half a turn apart: other equilibria are sought from elsewhere."""
+    system = compile_system(SCENE)
+    start = start_of(SCENE, system)
+    problem = Problem.of(system, 0.0, start.q, None, NO_CONDITIONS)
+    here = problem.at(start.q, coordinate_values(system, pose_of(start.q)))
+    turns = here.space.N.reshape(system.bodies, 6, -1)[:, 4]
+    far = np.linalg.lstsq(turns, np.array([0.0, 3.13, 0.0, 0.0]), rcond=None)[0]
+    assert None in [here.after(part * far) for part in np.linspace(0.7, 1.3, 61)]
+    assert here.after(0.1 * far) is not None
