@@ -136,13 +136,15 @@ def unsolved_stages(
     return unsolved
 
 
-def unsolved_stage(t: float, system: System, body: int, force: int) -> SimulationError:
+def unsolved_stage(t: float, system: System, body: int, force: int, *, is_near: bool) -> SimulationError:
     """Newton's method has not solved an implicit step for want of a body's accelerations, or of a force's where that is
-    not -1: by its number among those that forces act along."""
+    not -1: by its number among those that forces act along. `is_near`: to a singular pose."""
     where = f"body '{system.names.carriers[body]}'"
     if force >= 0 and system.forces is not None:
         where = f"force '{system.forces.owners[force]}'"
     cause = "Newton's method did not solve the equations of an implicit step"
+    if is_near:
+        cause += ": branches of the motion cross near here (a singular position)"
     return SimulationError(t, cause, where=where, hint="take smaller steps, or give a tolerance instead")
 
 

@@ -147,7 +147,8 @@ void add_settings(nb::module_& m) {
         .def_prop_ro("off", [](const Outcome& self) { return self.slip.off; })
         .def_ro("step", &Outcome::step)
         .def_ro("body", &Outcome::body)
-        .def_ro("force", &Outcome::force);
+        .def_ro("force", &Outcome::force)
+        .def_ro("near_singular", &Outcome::near_singular);
     nb::class_<Peak>(m, "Peak").def_ro("value", &Peak::value).def_ro("row", &Peak::row).def_ro("time", &Peak::time);
 }
 

@@ -127,6 +127,7 @@ struct Outcome {
     Slip slip{};
     double step = 0.0;          // that would not slip, s
     int body = -1, force = -1;  // for want of which a step was not solved
+    bool near_singular = false;
     bool stops() const { return status != Status::running; }
 
     static Outcome left_open(double t, int row, double by, int passes, bool projection_failed) {
@@ -150,10 +151,11 @@ struct Outcome {
         return found;
     }
     // The equations of an implicit step, for want of the accelerations of a body, or of a force if that is not -1.
-    static Outcome unsolved(double t, int body, int force) {
+    static Outcome unsolved(double t, int body, int force, bool near_singular) {
         Outcome found{Status::unsolved, t};
         found.body = body;
         found.force = force;
+        found.near_singular = near_singular;
         return found;
     }
     // By a step of size h.

@@ -14,8 +14,8 @@ struct Standing {
     double t, h = 0.0;
     Eigen::VectorXd y, y_new;
     Target to{};
-    Counters counters;
-    Outcome outcome;
+    Counters counters{};
+    Outcome outcome{};
 };
 
 template <int D> class StepTrial {
@@ -155,7 +155,9 @@ private:
     // Why a step could not be made.
     Outcome failed_at(double t) {
         const auto unsolved = stepper_.unsolved();
-        return unsolved ? Outcome::unsolved(t, unsolved->body, unsolved->force) : step_end_.failed_at(t);
+        if (!unsolved) return step_end_.failed_at(t);
+        const bool near = equations_.policy().passed().smallest < thresholds_.near_branch;
+        return Outcome::unsolved(t, unsolved->body, unsolved->force, near);
     }
     void stop_at(double t) { now_.outcome = failed_at(t); }
 
