@@ -14,6 +14,7 @@ import pytest
 from mbproj.cli.main import COMMANDS
 from mbproj.guide.pages import pages
 from mbproj.plot.kinds import KINDS
+from mbproj.plot.sweeps import PICTURES
 from mbproj.registry import PROJECTIONS
 from mbproj.studies.stability.quantities import QUANTITIES
 from tests.support import ROOT
@@ -120,7 +121,7 @@ def test_options_and_their_choices(shell, folder):
     assert sorted(shell.offers(folder, "run", "--projection", "")) == sorted(PROJECTIONS)
     assert shell.offers(folder, "run", "--integrator", "dopr") == ["dopri5"]
     assert shell.offers(folder, "run", "--project-position", "t") == ["true"]
-    assert sorted(shell.offers(folder, "plot", "--kind", "")) == sorted(KINDS)
+    assert sorted(shell.offers(folder, "plot", "--kind", "")) == sorted([*KINDS, *PICTURES])
     assert shell.offers(folder, "plot", "--format", "sv") == ["svg"]
     assert sorted(shell.offers(folder, "stability", "--vary", "")) == sorted(QUANTITIES)
     assert shell.offers(folder, "new", "slid") == ["slider-crank"]

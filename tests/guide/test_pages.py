@@ -165,7 +165,7 @@ QUESTIONS = {
     "compare methods paper": "compare_projection_methods",
     "method breaks": "find_where_a_method_breaks",
     "check mathematics": "check_the_mathematics",
-    "animation": "limits",
+    "animation": "see_it_move",
     "exit code": "exit_codes",
 }
 
