@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from mbproj import assemble, compile_system, initial_guess, read_scene
+from mbproj import assemble, compile_system, initial_guess, read_scene, read_scene_text
 from mbproj.animate.look.equal_inertia import solid_of
 from mbproj.animate.look.gears import radii
 from mbproj.animate.look.glyphs import GLYPHS
@@ -22,6 +22,7 @@ from mbproj.animate.look.view import view_of
 from mbproj.joints import JOINTS
 from mbproj.model.euler_parameters import rotation_matrix
 from mbproj.scene.records import Scene
+from tests.linear.closed_forms import chain
 from tests.support import MECHANISMS, random_chain
 
 LENGTHS = st.floats(0.01, 10.0)
@@ -163,3 +164,10 @@ def test_others_are_seen_from_above_and_one_side(name):
     assert not view.flat
     assert view.eye @ view.up == pytest.approx(np.sin(np.radians(22.0)))
     assert np.linalg.norm(view.eye) == pytest.approx(1.0)
+
+
+@pytest.mark.parametrize("links", [5, 300])
+def test_links_of_a_long_chain_stay_slender(links):
+    scene = read_scene_text(chain(links))
+    layout = Layout.of(scene, start(scene))
+    assert layout.thickness <= 0.1 / links  # of links of 1 m / links

@@ -60,7 +60,8 @@ class Layout:
         cloud += [start.point(number[marker.body], markers[marker.name]) for marker in scene.markers]
         size = float(np.linalg.norm(np.ptp(np.concatenate(cloud), axis=0))) or _gyration(scene)
         held, axes = _held(scene, bodies, frames)
-        links = [span for body, points in held.items() if body >= 0 and (span := _span(points)) > 0.01 * size]
+        spans = [_span(points) for body, points in held.items() if body >= 0]
+        links = [span for span in spans if span > 0.01 * max(spans)]
         low, high = (part * size for part in OF_SIZE)
         link = float(np.median(links)) if links else np.inf
         thickness = float(np.clip(OF_LINK * link, min(low, STOUTEST * link), high))
