@@ -46,13 +46,22 @@ def take_memory() -> None:
     ],
 )
 def test_what_does_not_end_well_is_damage(path, monkeypatch, act, what):
+    fork, children = os.fork, list[int]()
+
+    def noted() -> int:
+        child = fork()
+        children.append(child)
+        return child
+
+    monkeypatch.setattr(os, "fork", noted)
     monkeypatch.setattr(rehearsal, "SECONDS", 1)
     monkeypatch.setattr(rehearsal, "PATIENCE", 1.0 if act is sleep else 60.0)
     with pytest.raises(InputError) as caught:
         rehearse(act, path)
     assert str(caught.value) == f"error: '{path}' is damaged: {what}; repeat the run"
-    with pytest.raises(ChildProcessError):
-        os.waitpid(-1, os.WNOHANG)
+    (child,) = children
+    with pytest.raises(ChildProcessError):  # it is gone, and has been waited for
+        os.waitpid(child, os.WNOHANG)
 
 
 def test_an_input_error_comes_through_with_its_next_step(path):

@@ -120,6 +120,22 @@ class Steps:
     most_newton: int = threshold(
         20, "1", "both", "Newton's method has failed after so many changes", "3 to 8 are usual"
     )
+    first_contraction: float = threshold(
+        0.3,
+        "1",
+        "kernel",
+        "the contraction that a stage's first change of Newton's method counts with",
+        "as contraction",
+    )
+    least_contraction: float = threshold(
+        0.01, "1", "kernel", "a smaller one is chance", "Hairer & Wanner II, sect. IV.8"
+    )
+    secant_change: float = threshold(
+        1e-3, "1", "kernel", "a law counts with its secant where its rate changes by more in a pass", "above round-off"
+    )
+    free_passes: int = threshold(
+        4, "-", "kernel", "after so many passes no law becomes less stiff, so that Newton's method ends", "chosen"
+    )
     unresolved_vibration: float = threshold(
         1.0, "ω h", "numpy", "an implicit step damps what is faster", "ESDIRK4 and Radau IIA keep 0.9998 of it"
     )

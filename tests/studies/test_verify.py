@@ -145,7 +145,7 @@ def test_a_wrong_coefficient_of_the_tableau_is_noticed(monkeypatch, name):
     right = load_tableau("rk4")
     wrong = replace(right, b=right.b + np.array([1.0, -1.0, 0.0, 0.0]) / 36.0)
     assert outcome(name).passed
-    monkeypatch.setattr(compiled, "load_tableau", lambda method: wrong)
+    monkeypatch.setattr(compiled, "tableau_of", lambda method: wrong)
     found = outcome(name)
     assert not found.passed
     assert found.measured == pytest.approx(1.0, abs=0.35)

@@ -189,8 +189,8 @@ class Compiled(ABC):
             assert switches is not None
             return dry_friction(t, switches.owner(outcome.row), switches.what(outcome.row))
         if outcome.status == status.unsolved:
-            where = int(outcome.body), int(outcome.force)
-            return unsolved_stage(t, self.system, *where, is_near=bool(outcome.near_singular))
+            body, force = int(outcome.body), int(outcome.force)
+            return unsolved_stage(t, self.system, body, force, is_near=bool(outcome.near_singular))
         if outcome.status == status.broken:
             return self._broken(t, run.broken_state)
         where = self.system.row_owner(self.row(outcome.row))

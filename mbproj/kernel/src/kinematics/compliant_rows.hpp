@@ -72,7 +72,7 @@ public:
             const LawSlopes found = applied.slopes(*model_.loads, model_.stiff[f].law, pose, motion, t, expected);
             double weight = std::max(g * g * found.of_value + g * found.of_rate, 0.0);
             if (pass > 0 && std::isfinite(found.given)) weight = std::max(weight, secant(f, found, g));
-            weights_[f] = pass > free_passes ? std::max(weights_[f], weight) : weight;
+            weights_[f] = pass > model_.thresholds.free_passes ? std::max(weights_[f], weight) : weight;
             before_[f] = found;
             slopes_[f] = std::max(found.of_value, 0.0);
             roots_[f](0, 0) = std::sqrt(weights_[f]);
@@ -88,15 +88,13 @@ public:
     double slope(std::size_t f) const { return slopes_[f]; }
 
 private:
-    static constexpr int free_passes = 4;
-    static constexpr double bends = 1e-3;  // a smaller change of a rate, as a part of it, is round-off for a secant
-
     // D of the line through the last two states.
     double secant(std::size_t f, const LawSlopes& now, double g) const {
         const LawSlopes& before = before_[f];
         const Law& law = model_.loads->laws[model_.stiff[f].law];
         const double change = now.rate - before.rate;
-        if (!(std::abs(change) > bends * std::max(std::abs(now.rate), std::abs(before.rate)))) return 0.0;
+        if (!(std::abs(change) > model_.thresholds.secant_change * std::max(std::abs(now.rate), std::abs(before.rate))))
+            return 0.0;
         return g * g * law.stiffness + g * law.damping - g * (now.given - before.given) / change;
     }
 

@@ -24,8 +24,8 @@ struct Thresholds {
     // mbproj/thresholds/steps.py
     double safety, smallest_change, largest_change, least_error, least_error_before, part_after_break, turns_told,
         most_turned, located, glance, widest_polishing, bracketed, beside, chatter, newton_part, newton_fixed,
-        newton_floor;
-    int most_polishing, most_chatter, most_newton;
+        newton_floor, secant_change, first_contraction, least_contraction;
+    int most_polishing, most_chatter, most_newton, free_passes;
 };
 
 // Calls visit("name", member) for every threshold.
@@ -97,6 +97,10 @@ template <class Visit> void each_threshold(Visit&& visit) {
     visit("newton_fixed", &Thresholds::newton_fixed);
     visit("newton_floor", &Thresholds::newton_floor);
     visit("most_newton", &Thresholds::most_newton);
+    visit("first_contraction", &Thresholds::first_contraction);
+    visit("least_contraction", &Thresholds::least_contraction);
+    visit("secant_change", &Thresholds::secant_change);
+    visit("free_passes", &Thresholds::free_passes);
 }
 
 }  // namespace mbproj

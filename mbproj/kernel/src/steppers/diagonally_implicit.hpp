@@ -34,7 +34,7 @@ public:
 
     bool attempt(double t, const Vector& y, double h, Vector& y_new) override {
         evaluations_ = 0;
-        contraction_ = first_contraction;
+        contraction_ = thresholds_.first_contraction;
         unsolved_.reset();
         for (int s = 1; s < tableau_.stages(); ++s) {
             combine(y, h, tableau_.a.row(s), s, base_);
@@ -107,8 +107,6 @@ public:
     bool carries_slope() const override { return true; }
 
 private:
-    // How much smaller a change is than the one before, as long as none was seen, and at least.
-    static constexpr double first_contraction = 0.3, least_contraction = 0.01;
     static constexpr int most_extrapolated = 3;  // stages
 
     // The accelerations of stage s from those of the stages before, by the polynomial through them.
@@ -134,7 +132,7 @@ private:
             const double change = g * distance(found_, k);
             k.swap(found_);
             if (!std::isfinite(change)) return fails(k);
-            if (pass > 0) contraction_ = std::max(change / before, least_contraction);
+            if (pass > 0) contraction_ = std::max(change / before, thresholds_.least_contraction);
             if (is_solved(change, before)) {
                 place(g, k);
                 set_rates(stage_, k);
@@ -214,7 +212,7 @@ private:
     std::vector<double> lambda_;  // of the last stage
     std::vector<double> jump_lambda_, after_lambda_;
     long evaluations_ = 0;
-    double contraction_ = first_contraction;
+    double contraction_ = thresholds_.first_contraction;
     std::optional<Unsolved> unsolved_;
 
     using Base::combine, Base::equations_, Base::k_, Base::scale_, Base::stage_, Base::tableau_;
