@@ -112,7 +112,11 @@ class Steps:
         0.05, "tolerances", "both", "Newton's method leaves so much of a stage", "chosen, below the error of a step"
     )
     newton_fixed: float = threshold(
-        1e-11, "1", "both", "with fixed steps it leaves this part of a state", "below what orders 4 and 5 show"
+        1e-14,
+        "1",
+        "both",
+        "it leaves no less of a state, and this with fixed steps",
+        "energy of stiff springs shows 1e-13",
     )
     newton_floor: float = threshold(
         1e-9, "1", "both", "changes below this part of a state that shrink no more are round-off", "ε k / c of a stage"

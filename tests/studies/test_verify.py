@@ -271,3 +271,12 @@ def test_steps_that_cannot_tell_the_teeth_fail_the_check():
     found = {check.name: check for check in verify(read_scene_text(free)).checks}
     assert found["turns"].verdict == "failed"
     assert "the step is too long to tell its turns" in found["turns"].remark
+
+
+@pytest.mark.parametrize("name", ["quarter_car", "governor"])
+def test_the_energy_of_implicit_steps_converges_down_to_round_off(name):
+    """What Newton's method leaves of a stage is less than the energy of stiff springs shows."""
+    scene = read_scene(ROOT / "mechanisms" / f"{name}.yaml", {}, {"integrator": "esdirk4"})
+    found = outcome("energy", Case(Mechanism.of(scene)))
+    assert found.passed
+    assert found.measured == pytest.approx(4.0, abs=0.2)

@@ -131,6 +131,12 @@ class AnyBalance(Protocol):
         """Whether nothing can move."""
 
 
+def largest_acting(at: AnyBalance) -> float:
+    """The largest torque, or force times the length, that acts at a pose."""
+    acts = largest_force(at.problem.system, at.motion, at.force)
+    return max(acts, float(np.abs(at.force * at.lengths).max(initial=0.0)))
+
+
 @dataclass(frozen=True, eq=False)
 class Balance:
     """The forces (6n,) at a pose, the multipliers that balance what they can, of the rows of joints and motions and
@@ -165,8 +171,7 @@ class Balance:
     @cached_property
     def largest(self) -> float:
         """The largest torque, or force times the length, that acts."""
-        acts = largest_force(self.problem.system, self.motion, self.force)
-        return max(acts, float(np.abs(self.force * self.lengths).max(initial=0.0)))
+        return largest_acting(self)
 
     @property
     def relative(self) -> float:

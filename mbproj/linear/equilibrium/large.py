@@ -21,7 +21,7 @@ from mbproj.dynamics.equations.kinematics import pose_of
 from mbproj.dynamics.equations.teeth import near
 from mbproj.errors import SimulationError
 from mbproj.linear.bordered import Proximal, is_definite
-from mbproj.linear.equilibrium.balance import Problem
+from mbproj.linear.equilibrium.balance import Problem, largest_acting
 from mbproj.linear.equilibrium.solve import (
     Solved,
     falls,
@@ -31,7 +31,6 @@ from mbproj.linear.equilibrium.solve import (
     is_far,
     is_nearly_balanced,
 )
-from mbproj.linear.reference import largest_force
 from mbproj.thresholds import THRESHOLDS
 
 if TYPE_CHECKING:
@@ -70,8 +69,7 @@ class LargeBalance:
     @cached_property
     def largest(self) -> float:
         """The largest torque, or force times the length, that acts."""
-        acts = largest_force(self.problem.system, self.motion, self.force)
-        return max(acts, float(np.abs(self.force * self.lengths).max(initial=0.0)))
+        return largest_acting(self)
 
     @property
     def relative(self) -> float:
