@@ -168,8 +168,8 @@ def test_truncated_and_flipped_files(tmp_path, flag):
     whole = bytearray(record(tmp_path / "out.h5", block(times(20))).read_bytes())
     whole[11] = flag
     whole[44:48] = struct.pack("<I", lookup3(bytes(whole[:44])))
-    path, draw, refused = tmp_path / "damaged.h5", random.Random(7), 0
-    for trial in range(150):
+    path, draw, refused = tmp_path / "damaged.h5", random.Random(flag), 0
+    for trial in range(50):
         damaged = bytearray(whole)
         if trial % 3 == 0:
             del damaged[draw.randrange(len(damaged)) :]
@@ -182,7 +182,7 @@ def test_truncated_and_flipped_files(tmp_path, flag):
         except InputError as error:
             assert str(error).startswith(("error: '", "error: no marker"))
             refused += 1
-    assert 50 < refused < 150
+    assert 17 < refused < 50
 
 
 def test_checksum_of_the_superblock():
