@@ -22,8 +22,9 @@ from pathlib import Path
 ROOT = Path(__file__).parents[1]
 COPIED = ("mbproj", "mechanisms", "scripts", "tests", "pyproject.toml", "README.md")
 SANITIZERS = "-fsanitize=address,undefined -fno-sanitize-recover=all"
-#: Enough for the templates to run at a tenth of their speed; frame pointers give the reports their lines.
-FLAGS = f"{SANITIZERS} -O1 -g -fno-omit-frame-pointer"
+#: Enough for the templates to run at a tenth of their speed. Frame pointers and tables of lines give the reports their
+#: places; where variables are held is not told, which would take the compiler gigabytes and most of an hour.
+FLAGS = f"{SANITIZERS} -O1 -g1 -fno-omit-frame-pointer"
 
 
 def main() -> int:

@@ -17,6 +17,7 @@ import traceback
 from typing import Any
 
 import mbproj
+from mbproj.studies.parallel import hand_out
 
 #: What commands import when they need it, beside mbproj's own modules.
 OTHERS = ("matplotlib.backends.backend_agg", "scipy.integrate", "scipy.optimize", "scipy.sparse.linalg", "scipy.stats")
@@ -46,6 +47,7 @@ def become(request: dict[str, Any]) -> None:
         os.close(stream)
     sys.stdin, sys.stdout, sys.stderr = open(0), open(1, "w"), open(2, "w", buffering=1)  # noqa: SIM115
     sys.argv = ["mbproj", *request["arguments"]]
+    hand_out.processors = lambda: 1  # the tests take all, and starting a worker takes longer than most studies here
 
 
 def preload() -> None:

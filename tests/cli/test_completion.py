@@ -22,14 +22,14 @@ from tests.support import ROOT
 #: The function runs as the shell would run it; what only works while the cursor is in a line is replaced.
 BASH = """
 compopt() { echo "left to the shell: ${@: -1}"; }
-eval "$(_MBPROJ_COMPLETE=bash_source mbproj)"
+source "$HOME/completion"
 COMP_WORDS=("$@") COMP_CWORD=$(($# - 1))
 _mbproj_completion mbproj
 printf '%s\\n' "${COMPREPLY[@]}"
 """
 ZSH = """
 autoload -U compinit && compinit -D -u
-eval "$(_MBPROJ_COMPLETE=zsh_source mbproj)"
+source "$HOME/completion"
 compadd() { print -l -- ${(P)@[-1]}; }
 _describe() { print -l -- ${${(P)@[-2]}%%:*}; }
 _path_files() { print "left to the shell: $1"; }
@@ -37,14 +37,14 @@ words=("$@") CURRENT=$#
 _mbproj_completion mbproj
 """
 FISH = """
-_MBPROJ_COMPLETE=fish_source mbproj | source
+source "$HOME/completion"
 complete --do-complete "$argv"
 """
 
 
 @dataclass(frozen=True)
 class Shell:
-    """A shell by its name, its program, and the folder with the command `mbproj`."""
+    """A shell by its name, its program, and the folder with the command `mbproj` and what it prints for the shell."""
 
     name: str
     program: str
@@ -82,7 +82,10 @@ def shell(request, tmp_path_factory) -> Shell:
         f"#!/bin/sh\nPYTHONPATH='{ROOT}' exec '{sys.executable}' -c 'from mbproj.cli import main; main()' \"$@\"\n"
     )
     script.chmod(0o755)
-    return Shell(*request.param, folder)
+    name, program = request.param
+    printed = subprocess.run([script], capture_output=True, check=True, env={"_MBPROJ_COMPLETE": f"{name}_source"})
+    (folder / "completion").write_bytes(printed.stdout)
+    return Shell(name, program, folder)
 
 
 @pytest.fixture(scope="module")

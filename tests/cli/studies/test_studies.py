@@ -23,9 +23,9 @@ SMALL = (
     "--integrators",
     "dop853",
     "--until",
-    "0.2",
+    "0.05",
     "--longest",
-    "0.005",
+    "0.002",
     "--repeat",
     "1",
 )
