@@ -282,17 +282,6 @@ def test_help_and_the_package_itself_import_no_numbers():
         assert not imported_by(code) & {"numpy", "h5py", "scipy", "matplotlib"}
 
 
-def test_tests_import_no_tests_and_skip_nothing_that_they_find_out():
-    """What tests share stands in modules of its own. A test is skipped by a mark, for what the machine has: one that
-    skips itself where its own numbers do not suit passes when nothing suits any more."""
-    for path in sorted((ROOT / "tests").rglob("*.py")):
-        text = path.read_text(encoding="utf-8")
-        assert not re.search(r"(from|import)\s+tests(\.\w+)*[.\s]+(import\s+)?test_\w+", text), path
-        for node in ast.walk(ast.parse(text)):
-            if isinstance(node, ast.Call) and isinstance(node.func, ast.Attribute) and node.func.attr == "skip":
-                assert not isinstance(node.func.value, ast.Name), f"{path}:{node.lineno}"
-
-
 def test_public_names_exist():
     import mbproj
 

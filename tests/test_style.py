@@ -3,6 +3,8 @@ configure."""
 
 from __future__ import annotations
 
+import ast
+import re
 import shutil
 import subprocess
 import sys
@@ -39,3 +41,14 @@ def test_few_places_are_kept_from_the_formatter():
     folders = (ROOT / "mbproj", ROOT / "scripts", ROOT / "tests")
     texts = [path.read_text(encoding="utf-8") for folder in folders for path in folder.rglob("*.py")]
     assert sum(text.count(mark) for text in texts) <= MOST_EXCEPTIONS
+
+
+def test_tests_import_no_tests_and_skip_nothing_that_they_find_out():
+    """What tests share stands in modules of its own. A test is skipped by a mark, for what the machine has: one that
+    skips itself where its own numbers do not suit passes when nothing suits any more."""
+    for path in sorted((ROOT / "tests").rglob("*.py")):
+        text = path.read_text(encoding="utf-8")
+        assert not re.search(r"(from|import)\s+tests(\.\w+)*[.\s]+(import\s+)?test_\w+", text), path
+        for node in ast.walk(ast.parse(text)):
+            if isinstance(node, ast.Call) and isinstance(node.func, ast.Attribute) and node.func.attr == "skip":
+                assert not isinstance(node.func.value, ast.Name), f"{path}:{node.lineno}"

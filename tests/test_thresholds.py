@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import ast
 import json
 import math
 import re
@@ -68,6 +69,16 @@ def test_modules_keep_no_number_of_their_own(folder):
         for match in FLOAT_CONSTANT.finditer(path.read_text(encoding="utf-8")):
             name = match[1]
             assert name in COEFFICIENTS, f"{path.relative_to(ROOT)}: '{name}' belongs into mbproj/thresholds"
+
+
+@pytest.mark.parametrize("folder", ("functions", "model", "projection", "linear", "dynamics/rank"))
+def test_functions_keep_no_number_of_their_own(folder):
+    """A number that is small or large decides something; 1e-100 and less stand for "not 0"."""
+    for path in sorted((ROOT / "mbproj" / folder).rglob("*.py")):
+        for function in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+            for node in ast.walk(function) if isinstance(function, ast.FunctionDef) else ():
+                if isinstance(node, ast.Constant) and isinstance(node.value, float):
+                    assert not (1e-100 < node.value <= 0.01 or node.value >= 1e4), f"{path}:{node.lineno}"
 
 
 @pytest.mark.skipif(core() is None, reason="no compiled kernel")

@@ -57,7 +57,9 @@ def _of(times: Array, values: Array, kinks: Array) -> list[Feature]:
     jumps = np.unique(np.searchsorted(times, kinks))
     change = np.abs(np.diff(values)) / np.ptp(values)
     change[np.clip(np.concatenate([jumps - 1, jumps]), 0, len(change) - 1)] = 0.0
-    cell = np.minimum(((times[:-1] - times[0]) / spacing + 1e-9).astype(int), THRESHOLDS.look_intervals - 1)
+    cell = np.minimum(
+        ((times[:-1] - times[0]) / spacing + THRESHOLDS.same_cell).astype(int), THRESHOLDS.look_intervals - 1
+    )
     in_cell = np.bincount(cell, change, THRESHOLDS.look_intervals).astype(float)
     found = []
     for first, last in _loud(in_cell):

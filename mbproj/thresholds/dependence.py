@@ -114,3 +114,24 @@ class Dependence:
     conditioning_near: float = threshold(
         1e-2, "1", "numpy", "`check` calls a start at a smaller distance near a singular pose", "chosen, words only"
     )
+    branch_reached: float = threshold(
+        1e-3, "1", "numpy", "Newton's method to a branch ends at so much of branch_root", "it converges quadratically"
+    )
+    branch_rank: float = threshold(
+        1e-9, "1", "numpy", "smaller singular values of its equations count as none", "as dependent"
+    )
+    equal_share: float = threshold(
+        1e-6, "1", "numpy", "of owners whose shares differ by less the first is named", "chosen, words only"
+    )
+    along_axis: float = threshold(
+        1e-9, "1", "numpy", "a direction that is so near to x, y or z is named so", "as one_direction, words only"
+    )
+    no_component: float = threshold(
+        1e-6, "1", "numpy", "the first larger component of a direction is told as positive", "chosen, words only"
+    )
+    told_as_zero: float = threshold(
+        5e-4, "1", "numpy", "a smaller component is told as 0", "three digits are told, words only"
+    )
+    no_gradient: float = threshold(
+        1e-9, "1", "numpy", "a row with a smaller gradient does not hold shifts, or turns", "as dependent, words only"
+    )

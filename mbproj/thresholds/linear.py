@@ -97,3 +97,23 @@ class Linear:
         "rows of long loops that are farther from each other are independent",
         "⁵√ε: in half of the digits",
     )
+    free_rank: float = threshold(
+        1e-13,
+        "1",
+        "numpy",
+        "smaller singular values of the mass of free motions count as none",
+        "450 ε: massless bodies",
+    )
+    same_pose: float = threshold(
+        1e-5, "length, rad", "numpy", "equilibria whose bodies are nearer are one", "far above what balancing leaves"
+    )
+    first_damping: float = threshold(
+        1e-8, "1", "numpy", "steps of a worse balance are damped by so much of the largest stiffness", "√ε"
+    )
+    most_damping: float = threshold(
+        1e12, "1", "numpy", "where so much is needed there is no better balance nearby", "chosen"
+    )
+    no_damping: float = threshold(1e-12, "1", "numpy", "less damping than this is none", "4500 ε")
+    slowest_sought: float = threshold(
+        1e-3, "rad/s", "numpy", "the first shift is chosen as if the fastest mode had at least this speed", "chosen"
+    )

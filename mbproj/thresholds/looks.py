@@ -47,3 +47,6 @@ class Looks:
         "the sides of a kink are looked at so far from it",
         "the branch is certain there",
     )
+    same_cell: float = threshold(
+        1e-9, "intervals", "numpy", "a time that is so little before an interval is in it", "round-off of times"
+    )

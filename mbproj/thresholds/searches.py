@@ -43,3 +43,19 @@ class Searches:
     )
     largest_piece: int = threshold(500, "bodies", "numpy", "a larger piece is not tested for a plane", "seconds")
     one_point: float = threshold(1e-14, "m", "numpy", "points that are nearer, over 1 m + their size, are one", "45 ε")
+    no_normal: float = threshold(
+        1e-3,
+        "rad",
+        "numpy",
+        "vectors with a smaller sine do not give the normal of a plane",
+        "it would lose three digits",
+    )
+    no_normal_part: float = threshold(
+        1e-9, "1", "numpy", "a smaller part of a unit vector, normal to an axis, is none", "as one_direction"
+    )
+    half_turn: float = threshold(
+        1e-12, "1", "numpy", "a cosine that is nearer to -1 is a half turn", "its axis has lost half of the digits"
+    )
+    no_motion: float = threshold(
+        1e-6, "length, rad", "numpy", "a direction of which joints allow less leads to no pose nearby", "chosen"
+    )

@@ -75,7 +75,7 @@ def test_the_bits_of_one_long_run(what, formulation, options):
     """The short run ends between two steps of its grid, and once in the middle of a pulse."""
     options = options | {"formulation": formulation}
     what, end = what.replace("start: 3,", "start: 0.6,"), 0.7003
-    assert_goes_on(what, end, end + 0.5, options)
+    assert_goes_on(what, end, end + 0.2, options)
 
 
 @pytest.mark.parametrize(

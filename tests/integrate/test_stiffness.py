@@ -57,7 +57,7 @@ def test_a_spring_beyond_the_stability_of_rk4_is_named(formulation, method):
     )
     assert "gpopm" not in str(error)
     _, report = run(
-        held_by(SPRING, COIL), duration=0.2, step=8e-4, formulation=formulation, projection={"method": method}
+        held_by(SPRING, COIL), duration=0.08, step=8e-4, formulation=formulation, projection={"method": method}
     )
     assert report.stiffness == ""
 

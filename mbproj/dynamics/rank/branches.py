@@ -58,9 +58,9 @@ def _root(forms: Array, trial: Array) -> Array | None:
     for _ in range(THRESHOLDS.most_branch_passes):
         slope = forms @ z
         values = slope @ z
-        if np.abs(values).max(initial=0.0) < 1e-3 * THRESHOLDS.branch_root:
+        if np.abs(values).max(initial=0.0) < THRESHOLDS.branch_reached * THRESHOLDS.branch_root:
             break
         across = slope - np.outer(values, z)  # the forms are homogeneous: a shorter z would be a root of no worth
-        z = z - np.linalg.lstsq(2.0 * across, values, rcond=1e-9)[0]
+        z = z - np.linalg.lstsq(2.0 * across, values, rcond=THRESHOLDS.branch_rank)[0]
         z = z / np.linalg.norm(z)
     return z if np.abs(forms @ z @ z).max(initial=0.0) < THRESHOLDS.branch_root else None

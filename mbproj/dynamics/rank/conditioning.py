@@ -82,4 +82,4 @@ def _largest_owner(system: System, rows: Integers, share: Array) -> str:
     for owner, part in zip(owners, share, strict=True):
         parts[owner] += float(part**2)
     largest = max(parts.values())
-    return next(owner for owner, part in parts.items() if part > largest * (1.0 - 1e-6))
+    return next(owner for owner, part in parts.items() if part > largest * (1.0 - THRESHOLDS.equal_share))

@@ -49,7 +49,7 @@ def _walk(system: System, q: Array, direction: Array) -> Iterator[Pose]:
     for step in (THRESHOLDS.nearby_first, THRESHOLDS.nearby_second):
         motion = _allowed(_joint_rows(system, pose_of(reached)), direction)
         size = float(np.abs(motion).max())
-        if size < 1e-6:
+        if size < THRESHOLDS.no_motion:
             return
         aim = moved(system, reached, motion * (step / size))
         closed, residual = nearest(system, aim, NO_CONDITIONS, None, THRESHOLDS.nearby_closed)

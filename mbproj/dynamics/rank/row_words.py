@@ -11,6 +11,7 @@ from mbproj.arrays import Array, cross
 from mbproj.dynamics.equations.kinematics import Pose, attached, slots_of
 from mbproj.model.primitive_set import PrimitiveSet
 from mbproj.model.system import System
+from mbproj.thresholds import THRESHOLDS
 
 
 @dataclass(frozen=True)
@@ -49,10 +50,10 @@ def direction(vector: Array) -> str:
     """A direction as one reads it: x, y or z where it is one of these, else its components; its sign does not count."""
     unit = vector / np.linalg.norm(vector)
     for axis, name in enumerate("xyz"):
-        if abs(unit[axis]) > 1.0 - 1e-9:
+        if abs(unit[axis]) > 1.0 - THRESHOLDS.along_axis:
             return name
-    unit = unit * np.sign(unit[np.flatnonzero(np.abs(unit) > 1e-6)[0]])
-    return "[" + ", ".join(f"{0.0 if abs(part) < 5e-4 else part:.3g}" for part in unit) + "]"
+    unit = unit * np.sign(unit[np.flatnonzero(np.abs(unit) > THRESHOLDS.no_component)[0]])
+    return "[" + ", ".join(f"{0.0 if abs(part) < THRESHOLDS.told_as_zero else part:.3g}" for part in unit) + "]"
 
 
 def _held(bound: PrimitiveSet, pose: Pose) -> list[str]:
@@ -68,7 +69,7 @@ def _held(bound: PrimitiveSet, pose: Pose) -> list[str]:
 
 
 def _words(along: Array, about: Array) -> str:
-    shifts, turns = np.linalg.norm(along) > 1e-9, np.linalg.norm(about) > 1e-9
+    shifts, turns = (np.linalg.norm(vector) > THRESHOLDS.no_gradient for vector in (along, about))
     if shifts and turns:
         return f"along and about {direction(along)}"
     return f"along {direction(along)}" if shifts else f"about {direction(about)}" if turns else ""

@@ -112,7 +112,7 @@ def _apart(system: System, first: Array, second: Array) -> bool:
     one, two = first.reshape(-1, 7), second.reshape(-1, 7)
     shift = np.abs(one[:, :3] - two[:, :3]).max() / system.length
     turn = 1.0 - np.abs(np.sum(one[:, 3:] * two[:, 3:], axis=1)).min()
-    return bool(max(shift, np.sqrt(max(turn, 0.0))) > 1e-5)
+    return bool(max(shift, np.sqrt(max(turn, 0.0))) > THRESHOLDS.same_pose)
 
 
 def _refuse(system: System, t: float, *, steadily: bool) -> None:

@@ -112,7 +112,7 @@ def _by_residual(here: Balance) -> tuple[Balance, int]:
     from mbproj.linear.equilibrium.trust_region import towards_balance
 
     damping, steps = 0.0, 0
-    while steps < THRESHOLDS.most_balancing and not is_balanced(here) and damping < 1e12:
+    while steps < THRESHOLDS.most_balancing and not is_balanced(here) and damping < THRESHOLDS.most_damping:
         steps += 1
         K, sizes = here.stiffness()
         largest: float = np.maximum(sizes.max(initial=0.0), np.finfo(float).tiny)
@@ -120,9 +120,9 @@ def _by_residual(here: Balance) -> tuple[Balance, int]:
         length = float(np.linalg.norm(step))
         there = here.after(step * min(1.0, THRESHOLDS.largest_radius / max(length, THRESHOLDS.force_grain)))
         if there is not None and np.linalg.norm(there.residual) < np.linalg.norm(here.residual):
-            here, damping = there, 0.1 * damping if damping > 1e-12 else 0.0
+            here, damping = there, 0.1 * damping if damping > THRESHOLDS.no_damping else 0.0
         else:
-            damping = max(10.0 * damping, 1e-8)
+            damping = max(10.0 * damping, THRESHOLDS.first_damping)
     return here, steps
 
 

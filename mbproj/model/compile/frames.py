@@ -9,6 +9,7 @@ import numpy as np
 from mbproj.arrays import Array, cross
 from mbproj.model.euler_parameters import rotation_matrix
 from mbproj.scene.records import Joint, Pair
+from mbproj.thresholds import THRESHOLDS
 
 #: A body's pose: its centre of mass (3,) and its rotation matrix (3, 3).
 Pose = tuple[Array, Array]
@@ -59,7 +60,7 @@ def _unit(vector: Array) -> Array:
 def _normal_part(vector: Array, axis: Array) -> Array:
     """The unit vector of the part of `vector` normal to `axis`; any normal where there is no such part."""
     part = vector - (vector @ axis) * axis
-    return _unit(part) if np.linalg.norm(part) > 1e-9 else _any_normal(axis)
+    return _unit(part) if np.linalg.norm(part) > THRESHOLDS.no_normal_part else _any_normal(axis)
 
 
 def _any_normal(axis: Array) -> Array:
@@ -72,7 +73,7 @@ def _any_normal(axis: Array) -> Array:
 def _turned(vector: Array, start: Array, end: Array) -> Array:
     """`vector`, normal to the unit vector `start`, by the shortest rotation that takes `start` to `end`."""
     axis, cosine = cross(start, end), float(start @ end)
-    if cosine < -1.0 + 1e-12 or not axis.any():
+    if cosine < -1.0 + THRESHOLDS.half_turn or not axis.any():
         return vector
     once: Array = cross(axis, vector)
     return vector + once + cross(axis, once) / (1.0 + cosine)

@@ -25,7 +25,9 @@ def candidate_normals(joints: PrimitiveSet, rotation: Array) -> list[Array]:
     found = _distinct((rotation[joints.body[vectors]] @ joints.local[vectors, :, None])[..., 0], DIRECTIONS)
     first, second = np.triu_indices(len(found), k=1)
     across = cross(found[first], found[second])
-    across = across[np.linalg.norm(across, axis=1) > 1e-3]  # those of nearly parallel vectors are not accurate
+    across = across[
+        np.linalg.norm(across, axis=1) > THRESHOLDS.no_normal
+    ]  # those of nearly parallel vectors are not accurate
     return list(_distinct(np.concatenate([found, across]), DIRECTIONS**2))
 
 
