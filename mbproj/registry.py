@@ -104,6 +104,21 @@ def integrators() -> Mapping[str, IntegratorEntry]:
     return MappingProxyType(dict(sorted(found.items(), key=lambda item: (item[1].implicit, item[1].order))))
 
 
+#: An explicit method where nothing is stiff, and an implicit one where a force is: the run itself tells.
+AUTOMATIC = "auto"
+WHERE_SMOOTH, WHERE_STIFF = "dop853", "esdirk4"
+
+
+def integrator_choices() -> tuple[str, ...]:
+    """What a scene may name: every integrator, and the choice by the run itself."""
+    return *integrators(), AUTOMATIC
+
+
+def is_embedded(integrator: str) -> bool:
+    """Whether it estimates its error, so that a tolerance can hold it."""
+    return integrator == AUTOMATIC or integrators()[integrator].embedded
+
+
 def explicit_integrators() -> tuple[str, ...]:
     """The names of the explicit ones."""
     return tuple(name for name, entry in integrators().items() if not entry.implicit)

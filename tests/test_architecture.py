@@ -75,7 +75,7 @@ FOLDERS = {
     "model": ("compile", "planar"),
     "dynamics": ("equations", "derivatives", "assembly", "observe", "rank"),
     "projection": ("methods", "solve"),
-    "integrate": ("steppers", "events", "outcome", "formulations", "loop"),
+    "integrate": ("steppers", "events", "outcome", "formulations", "loop", "stiff", "automatic"),
     "results": ("file", "crash_safety", "linear", "sweep"),
     "studies": (
         "store",

@@ -13,7 +13,7 @@ import click
 from mbproj.cli.completion import one_of, scene_file
 from mbproj.cli.explained import Part, option
 from mbproj.errors import InputError, Place, Problem
-from mbproj.registry import ACCELERATIONS, FALLBACKS, FORMULATIONS, PROJECTIONS, STOP_TESTS, integrators
+from mbproj.registry import ACCELERATIONS, FALLBACKS, FORMULATIONS, PROJECTIONS, STOP_TESTS, integrator_choices
 
 Command = TypeVar("Command", bound=Callable[..., Any])
 
@@ -28,8 +28,8 @@ _OPTIONS: tuple[tuple[Part, str, str, str], ...] = (
     (
         Part.INTEGRATION,
         "--integrator",
-        _any(integrators()),
-        "Runge-Kutta method; esdirk4 and radau5 are implicit, for stiff scenes.",
+        _any(integrator_choices()),
+        "Runge-Kutta method; esdirk4 and radau5 are implicit, for stiff scenes; auto: as the run asks for.",
     ),
     (Part.INTEGRATION, "--step", "TIME", "Fixed step of the integrator; or give --tolerance."),
     (

@@ -15,22 +15,23 @@ from mbproj.dynamics.assembly.assemble import State
 from mbproj.dynamics.equations.kinematics import pose_of, twist_of
 from mbproj.dynamics.equations.round_off import position_grain, velocity_grain
 from mbproj.dynamics.observe.recorded import Block, Observer
-from mbproj.dynamics.observe.samples import Samples, block_samples, join, stack
+from mbproj.dynamics.observe.samples import Samples, block_samples, join
 from mbproj.dynamics.rank.massless import swamped_motions
 from mbproj.errors import SimulationError
+from mbproj.integrate.automatic.march import Automatic
+from mbproj.integrate.automatic.plan import told
 from mbproj.integrate.events.time_events import Event, crowded, events_of
-from mbproj.integrate.formulations.choice import Choice, choose
-from mbproj.integrate.formulations.compiled import march as march_compiled
-from mbproj.integrate.formulations.full import FullFormulation
+from mbproj.integrate.formulations.choice import choose
 from mbproj.integrate.loop.interruption import Interruption, interruption
-from mbproj.integrate.loop.march import march
-from mbproj.integrate.loop.stiffness import StiffnessWatch
+from mbproj.integrate.loop.one_method import march_by_one_method
 from mbproj.integrate.outcome.lock_up import naming_lock_up
 from mbproj.integrate.outcome.marks import START, Mark, Marks
 from mbproj.integrate.outcome.report import EnergyWatch, Report, words_on_passes, worst, worst_joint
 from mbproj.integrate.outcome.tally import Tally
+from mbproj.integrate.stiff.stiffness import StiffnessWatch
 from mbproj.kernel import fingerprint
 from mbproj.model.system import System
+from mbproj.registry import AUTOMATIC
 from mbproj.scene.records import Settings
 
 #: A block is handed on when it is full or this old, in s.
@@ -102,17 +103,21 @@ def simulate(
     moves = choice.degrees_of_freedom > 0 or system.driven > 0
     tally, energy, floors = Tally(), EnergyWatch(weight * reach, moves=moves), np.zeros(2)
     marks, build = Marks(resumed, wanted=keep is not None), "" if keep is None else fingerprint()
-    stiffness = StiffnessWatch(choice, system, settings, partial(_march, choice, system, tally=Tally()))
+    automatic = Automatic(choice, system, state, settings) if settings.integrator == AUTOMATIC else None
+    stiffness = StiffnessWatch(choice, system, settings, partial(march_by_one_method, choice, system, tally=Tally()))
     started, recording, observer = _Clocks.now(), _Clocks(), Observer(system, state)
     reached = state.t, state.q
     with (
-        _events(recorder, events, tally),
+        _events(recorder, events, tally, automatic),
         interruption() as asked,
         _naming(choice.name),
         naming_lock_up(system, lambda: reached),
         stiffness.naming(),
     ):
-        run = _march(choice, system, state, settings, tally=tally, marks=marks)
+        if automatic is None:
+            run = march_by_one_method(choice, system, state, settings, tally=tally, marks=marks)
+        else:
+            run = automatic.march(tally, marks)
         for samples in _blocks(run, asked, block_samples(system.bodies)):
             reached = float(samples.t[-1]), samples.q[-1]
             handed_over = _Clocks.now()
@@ -125,7 +130,7 @@ def simulate(
                 float(potential.max()),
             )
             floors = np.maximum(floors, _floors(system, samples))
-            stiffness.take(samples)
+            stiffness.take(samples, None if automatic is None else automatic.plan.implicit_at(samples.t))
             if keep is not None:
                 keep(choice.name, build, marks.newest())
             if recorder is not None:
@@ -157,17 +162,21 @@ def simulate(
         events=len({event.time for event in (*events, *tally.met)}),
         crowded=crowded(events),
         passed=words_on_passes(tally.passed),
+        methods=() if automatic is None else told(automatic.plan),
     )
 
 
 @contextmanager
-def _events(recorder: Recorder | None, in_time: Sequence[Event], tally: Tally) -> Iterator[None]:
+def _events(
+    recorder: Recorder | None, in_time: Sequence[Event], tally: Tally, automatic: Automatic | None
+) -> Iterator[None]:
     """However a run ends, its recorder gets the events, if it takes them."""
     try:
         yield
     finally:
         if isinstance(recorder, EventRecorder):
-            recorder.events(sorted([*in_time, *tally.met]))
+            switched = () if automatic is None else [switch.event for switch in automatic.plan.switches]
+            recorder.events(sorted([*in_time, *tally.met, *switched]))
 
 
 @contextmanager
@@ -186,18 +195,6 @@ def _floors(system: System, samples: Samples) -> Array:
         pose = pose_of(samples.q[-1])
         grains = position_grain(system, pose), velocity_grain(system, pose, twist_of(pose, samples.v[-1]))
     return np.array([grain.max(initial=0.0) for grain in grains])
-
-
-def _march(
-    choice: Choice, system: System, state: State, settings: Settings, *, tally: Tally, marks: Marks | None = None
-) -> Iterator[Samples | None]:
-    """Samples in the order of time, in portions as they come; None where there is none, but time has passed."""
-    marks = marks or Marks()
-    if choice.compiled is not None:
-        yield from march_compiled(choice.compiled, state, settings, tally, marks)
-    else:
-        for sample in march(FullFormulation.of(system, state, settings, choice.redundant), state, tally, marks):
-            yield stack([sample])
 
 
 def _blocks(run: Iterator[Samples | None], asked: Interruption, most: int) -> Iterator[Samples]:

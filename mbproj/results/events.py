@@ -18,8 +18,8 @@ TEXT = h5py.string_dtype("utf-8", LONGEST)
 #: By dataset: what an entry is in HDF5 and in NumPy, its unit, what it is.
 LAYOUT = {
     "time": ("f8", "s", "when"),
-    "name": (TEXT, "", "whose: a force, a motion, or the scene's break_times"),
-    "kind": (TEXT, "", "what: a jump, a kink, one of an operation, where a narrow feature begins or ends, asked for"),
+    "name": (TEXT, "", "whose: a force, a motion, the scene's break_times, or the integrator's"),
+    "kind": (TEXT, "", "what: a jump, a kink, one of an operation, an end of a narrow feature, asked for, a method"),
     "direction": ("i8", "1", "1 where what it depends on rises, -1 where it falls, 0 for events in time"),
 }
 

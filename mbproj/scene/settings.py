@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from mbproj.errors import InputError, Place, Problem
-from mbproj.registry import PROJECTIONS, integrators
+from mbproj.registry import AUTOMATIC, PROJECTIONS, integrator_choices, is_embedded
 from mbproj.scene.blocks.simulation import LIST_OPTIONS, OPTIONS, SIMULATION
 from mbproj.scene.fields.reading import Reading
 from mbproj.scene.records import KeyPath, ProjectionSettings, Scene, Settings
@@ -102,10 +102,17 @@ def check_settings(merged: Merged) -> Iterator[Problem]:
 
 def _tolerance_needs_an_estimate(merged: Merged) -> Iterator[Problem]:
     name = merged.values.get(("integrator",), Settings.integrator)
-    if ("tolerance",) in merged.values and not integrators()[name].embedded:
-        able = ", ".join(other for other, entry in integrators().items() if entry.embedded)
+    if ("tolerance",) in merged.values and not is_embedded(name):
+        able = ", ".join(other for other in integrator_choices() if is_embedded(other))
         place = merged.place(("tolerance",), ("integrator",))
         yield Problem(f"'{name}' has no error estimate, which 'tolerance' needs", place, f"these have one: {able}")
+
+
+def _auto_needs_a_tolerance(merged: Merged) -> Iterator[Problem]:
+    name = merged.values.get(("integrator",), Settings.integrator)
+    if name == AUTOMATIC and ("step",) in merged.values:
+        place = merged.place(("step",), ("integrator",))
+        yield Problem(f"'{name}' chooses its steps by their error: it takes no 'step'", place, "give a 'tolerance'")
 
 
 def _output_is_a_multiple(merged: Merged) -> Iterator[Problem]:
@@ -142,6 +149,7 @@ def _steps_can_be_counted(merged: Merged) -> Iterator[Problem]:
 
 _CHECKS: tuple[Callable[[Merged], Iterable[Problem]], ...] = (
     _tolerance_needs_an_estimate,
+    _auto_needs_a_tolerance,
     _output_is_a_multiple,
     _steps_can_be_counted,
     _method_takes_its_options,

@@ -11,6 +11,7 @@ from dataclasses import dataclass, fields
 from functools import cache
 from typing import Any, NamedTuple, final
 
+from mbproj.thresholds.automatic import Automatic
 from mbproj.thresholds.closing import Closing
 from mbproj.thresholds.dependence import Dependence
 from mbproj.thresholds.elimination import Elimination
@@ -25,7 +26,7 @@ __all__ = ["THRESHOLDS", "Row", "Thresholds", "of_the_kernel", "table"]
 
 @final
 @dataclass(frozen=True)
-class Thresholds(Linear, Looks, Searches, Steps, Closing, Passages, Elimination, Dependence):
+class Thresholds(Automatic, Linear, Looks, Searches, Steps, Closing, Passages, Elimination, Dependence):
     """All of them, each under its name."""
 
 

@@ -14,9 +14,9 @@ from mbproj.dynamics.equations.kinematics import pose_of
 from mbproj.dynamics.observe.recorded import Block, Observer
 from mbproj.dynamics.observe.samples import Samples, join, stack
 from mbproj.integrate.formulations.choice import Choice, choose
-from mbproj.integrate.formulations.compiled import march as march_compiled
 from mbproj.integrate.formulations.full import FullFormulation
 from mbproj.integrate.formulations.terms import Accelerations
+from mbproj.integrate.loop.compiled_march import march as march_compiled
 from mbproj.integrate.loop.march import march
 from mbproj.integrate.outcome.tally import Tally
 from mbproj.scene.records import Settings

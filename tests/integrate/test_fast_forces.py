@@ -8,7 +8,7 @@ import pytest
 from mbproj.cli.report.fast_forces import facts, lines
 from mbproj.errors import SimulationError
 from mbproj.integrate.formulations.choice import choose
-from mbproj.integrate.loop.fast_forces import fastest_at, stable_steps
+from mbproj.integrate.stiff.fast_forces import fastest_at, stable_steps
 from mbproj.scene import read_scene, read_scene_text
 from tests.integrate.stiff_scenes import WHEEL, held_by
 from tests.kernel.scenes import assembled

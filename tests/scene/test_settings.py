@@ -98,7 +98,7 @@ WRONG_OPTIONS: tuple[tuple[dict[str, Any], list[str]], ...] = (
         {"tolerance": 1e-6},
         [
             "--tolerance: error: 'rk4' has no error estimate, which 'tolerance' needs; these have one: bs32, dopri5, "
-            "dop853, esdirk4, radau5"
+            "dop853, esdirk4, radau5, auto"
         ],
     ),
     (

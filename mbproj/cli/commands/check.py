@@ -56,7 +56,7 @@ def command(scene: str, settings: tuple[str, ...], picture: Path | None, as_json
     from mbproj.dynamics.equations.kinematics import pose_of
     from mbproj.integrate.formulations.choice import choose
     from mbproj.integrate.formulations.full import FullFormulation
-    from mbproj.integrate.loop.fast_forces import fastest_at, stable_steps
+    from mbproj.integrate.stiff.fast_forces import fastest_at, stable_steps
     from mbproj.linear.equilibrium.started import start_state
     from mbproj.model import compile_system, initial_guess
     from mbproj.scene import read_scene

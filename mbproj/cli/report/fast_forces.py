@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from math import pi
 from typing import Any
 
-from mbproj.integrate.loop.fast_forces import FastMode
+from mbproj.integrate.stiff.fast_forces import FastMode
 
 #: A mode whose |λ| is less than this part imaginary decays rather than vibrates.
 VIBRATES = 0.5

@@ -46,6 +46,7 @@ def print_summary(
         f"{report.degrees_of_freedom} degrees of freedom",
         f"  {report.formulation} formulation: {report.why}",
         f"  {settings.projection.method}, {settings.integrator}, {step_words(settings)}",
+        *(f"    {line}" for line in report.methods),
         f"  {counts['steps']} steps to t = {settings.duration:g} s in {seconds:.2f} s "
         f"({_time(seconds / max(counts['steps'], 1))} a step), {counts['evaluations']} evaluations, "
         f"{counts['rejected_steps']} steps rejected",

@@ -1,10 +1,9 @@
-"""A run in the compiled kernel: what reduced and planar coordinates have in common, and the march in blocks."""
+"""A run in the compiled kernel: what reduced and planar coordinates have in common."""
 
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import replace
+from collections.abc import Mapping, Sequence
 from types import ModuleType
 from typing import Any, ClassVar
 
@@ -15,7 +14,7 @@ from mbproj.dynamics.assembly.assemble import State, coordinate_values
 from mbproj.dynamics.equations.forces import applied
 from mbproj.dynamics.equations.kinematics import pose_of, twist_of
 from mbproj.dynamics.equations.motions import drive_at
-from mbproj.dynamics.observe.samples import Samples, block_samples
+from mbproj.dynamics.observe.samples import Samples
 from mbproj.errors import SimulationError
 from mbproj.integrate.events.breaks import Break, breaks_of
 from mbproj.integrate.events.law_switches import switches_of
@@ -30,8 +29,6 @@ from mbproj.integrate.outcome.failures import (
     unresolved,
     unsolved_stage,
 )
-from mbproj.integrate.outcome.marks import START, Mark, Marks, restored_events, resuming, saved_events
-from mbproj.integrate.outcome.tally import Passed, Peak, Tally
 from mbproj.integrate.steppers.implicit_tableau import ImplicitTableau
 from mbproj.integrate.steppers.methods import tableau_of
 from mbproj.integrate.steppers.tableau import Tableau
@@ -40,16 +37,16 @@ from mbproj.registry import PROJECTIONS
 from mbproj.scene.records import ProjectionSettings, Settings
 from mbproj.scene.sampling import output_every, output_times, whole_steps
 
-#: The kernel comes back for Ctrl-C and for progress at least this often, s.
-RETURN_SECONDS = 0.1
 PHASES = ("accelerations", "position projection", "velocity projection", "rest")
 
 
 class Compiled(ABC):
-    """A system in the kernel's coordinates. `dimension` names the kernel's classes: Space or Plane."""
+    """A system in the kernel's coordinates. `dimension` names the kernel's classes, Space or Plane; its state has
+    `width` numbers a body."""
 
     name: ClassVar[str]
     dimension: ClassVar[str]
+    width: ClassVar[int]
 
     def __init__(self, core: ModuleType | None, system: System, model: Any) -> None:
         assert core is not None
@@ -80,6 +77,15 @@ class Compiled(ABC):
     @abstractmethod
     def turns(self, turns: Integers) -> Integers:
         """Whole turns of the kernel's coordinates from those of the system's (nc,)."""
+
+    @abstractmethod
+    def all_turns(self, turns: Integers) -> Integers:
+        """Whole turns of the system's coordinates (nc,) from those of the kernel's."""
+
+    def standing(self, t: float, y: Array, turns: Sequence[int]) -> State:
+        """The state of a mark of the kernel."""
+        q, v = self.coordinates(y[: self.system.bodies * self.width].reshape(-1, self.width))
+        return State(t, q, v, self.all_turns(np.array(turns, dtype=np.intp)))
 
     @abstractmethod
     def joint(self, number: int) -> int:
@@ -207,70 +213,10 @@ class Compiled(ABC):
         return not_finite(t)
 
 
-def march(
-    compiled: Compiled, state: State, settings: Settings, tally: Tally, marks: Marks | None = None
-) -> Iterator[Samples | None]:
-    """Blocks of samples from the start to the end, or from a mark on; None where the kernel came back without any, so
-    that its caller can look whether the run is still wanted. Raises SimulationError where the run cannot go on."""
-    run, marks = compiled.run(state, settings), marks or Marks()
-    if marks.resumed:
-        _resume(run, tally, marks.resumed)
-    run.keeps_marks = marks.wanted
-    marks.newest = lambda: _mark(run, tally)
-    running, most = compiled.core.Status.running, block_samples(compiled.system.bodies)
-    while run.outcome.status == running:
-        block = run.advance(most, RETURN_SECONDS)
-        tally.set_counters(run.counters.tolist())
-        tally.phases = dict(zip(PHASES, run.phase_seconds, strict=True))
-        tally.position_peak = _peak(compiled, run.position_peak)
-        joint_peak = _peak(compiled, run.joint_peak)
-        tally.joint_peak = replace(joint_peak, row=max(joint_peak.row - compiled.system.bodies, 0))
-        tally.velocity_peak = _peak(compiled, run.velocity_peak)
-        _take_events(compiled.system, run, tally)
-        counters = dict(zip(tally.counters(), block["counters"].T, strict=True))
-        yield _samples(compiled, block, counters) if len(block["t"]) else None
-    failure = compiled.failure(run, settings)
-    if failure is not None:
-        raise failure
-
-
-def _take_events(system: System, run: Any, tally: Tally) -> None:
-    """The events in the state since the last call, and what fixed steps have passed over."""
-    switches = switches_of(system.forces)
-    if switches is None:
-        return
-    tally.met += [switches.event(t, k, direction) for t, k, direction in run.take_met()]
-    tally.passed = [Passed(switches.owner(k), switches.what(k), first, times) for k, first, times in run.passed]
-
-
-def _resume(run: Any, tally: Tally, mark: Mark) -> None:
-    """Before the first step: the run goes on from a mark. Raises InputError where it is not of this scene."""
-    with resuming():
-        run.resume(dict(mark))
-        tally.met = restored_events(mark["met"])
-
-
-def _mark(run: Any, tally: Tally) -> Mark:
-    """Where a longer run can go on from."""
-    mark = run.mark()
-    return {**mark, "met": saved_events(tally.met, float(mark["t"]))} if mark else START
-
-
-def _samples(compiled: Compiled, block: Mapping[str, Any], counters: Mapping[str, Integers]) -> Samples:
-    """A block in the coordinates of all formulations; of a run that is lost it may overflow there."""
-    with may_overflow():
-        return compiled.samples(block, counters)
-
-
 def work_of(block: Mapping[str, Any]) -> Array:
     """Work and dissipation of a block, (T, 2): zero where nothing is integrated."""
     work: Array = block["work"]
     return work if work.shape[1] else np.zeros((len(work), 2))
-
-
-def _peak(compiled: Compiled, peak: Any) -> Peak:
-    first = compiled.system.bodies if compiled.system.constraints > compiled.system.bodies else 0
-    return Peak(peak.value, compiled.row(peak.row) if peak.value > 0.0 else first, peak.time)
 
 
 def _tableau(core: ModuleType, tableau: Tableau | ImplicitTableau) -> Any:

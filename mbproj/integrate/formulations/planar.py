@@ -29,6 +29,7 @@ class InPlane(Compiled):
 
     name = "planar"
     dimension = "Plane"
+    width = 6
 
     def __init__(self, core: ModuleType | None, system: System, plane: Plane) -> None:
         super().__init__(core, system, plane_model(core, system, plane) if core else None)
@@ -59,8 +60,7 @@ class InPlane(Compiled):
         count = len(y)
         p, u = y[..., :3].reshape(count, -1), y[..., 3:].reshape(count, -1)
         q, v, a = self.plane.expand(p, u, acceleration.reshape(count, -1))
-        turns = np.zeros((count, self.system.coordinates.size), dtype=np.intp)
-        turns[:, self.plane.coordinates.source.source] = block["turns"]
+        turns = self.all_turns(block["turns"])
         return Samples(
             t=block["t"],
             q=q,
@@ -75,6 +75,11 @@ class InPlane(Compiled):
 
     def turns(self, turns: Integers) -> Integers:
         return turns[self.plane.coordinates.source.source]
+
+    def all_turns(self, turns: Integers) -> Integers:
+        found = np.zeros((*turns.shape[:-1], self.system.coordinates.size), dtype=np.intp)
+        found[..., self.plane.coordinates.source.source] = turns
+        return found
 
     def joint(self, number: int) -> int:
         beyond = number - len(self._joints)

@@ -24,6 +24,7 @@ class Reduced(Compiled):
 
     name = "reduced"
     dimension = "Space"
+    width = 13
 
     def __init__(self, core: ModuleType | None, system: System) -> None:
         super().__init__(core, system, space_model(core, system) if core else None)
@@ -71,6 +72,9 @@ class Reduced(Compiled):
         return found
 
     def turns(self, turns: Integers) -> Integers:
+        return turns
+
+    def all_turns(self, turns: Integers) -> Integers:
         return turns
 
     def joint(self, number: int) -> int:

@@ -77,7 +77,10 @@ class ErrorControl:
         while done < len(times):
             if not h >= 16.0 * run.grain(point.t):
                 raise lost or step_vanished(point.t)
-            run.mark(point, partial(self._before_step, h, control))
+            before_step = partial(self._before_step, h, control)
+            run.mark(point, before_step)
+            if run.is_left(point, h, before_step):
+                return
             h, t = self.target(h, point.t)
             tried, t, crossing = self.trial(point, h, t)
             if isinstance(tried, SimulationError) or not tried.error <= 1.0:

@@ -12,6 +12,7 @@ from mbproj.integrate.events.law_switches import switches_of
 from mbproj.integrate.formulations.full import FullFormulation
 from mbproj.integrate.loop.carried import attempted
 from mbproj.integrate.loop.error_control import ErrorControl
+from mbproj.integrate.loop.looks import Looks
 from mbproj.integrate.loop.passes import Passes
 from mbproj.integrate.loop.run import Run
 from mbproj.integrate.loop.step_end import first_point
@@ -21,11 +22,13 @@ from mbproj.integrate.point import Point
 from mbproj.scene.sampling import output_every, whole_steps
 
 
-def march(formulation: FullFormulation, state: State, tally: Tally, marks: Marks | None = None) -> Iterator[Sample]:
-    """Samples from the start to the end of the duration, or from a mark on. Raises SimulationError where the run cannot
-    go on."""
+def march(
+    formulation: FullFormulation, state: State, tally: Tally, marks: Marks | None = None, looks: Looks | None = None
+) -> Iterator[Sample]:
+    """Samples from the start to the end of the duration, or from a mark on, or to where `looks` ends it: with error
+    control. Raises SimulationError where the run cannot go on."""
     marks = marks or Marks()
-    run, switches = Run(formulation, state.t, tally, marks), switches_of(formulation.system.forces)
+    run, switches = Run(formulation, state.t, tally, marks, looks), switches_of(formulation.system.forces)
     if formulation.settings.tolerance is not None:
         control = ErrorControl(run, formulation.settings.tolerance, switches)
         begin, go_on = control.samples, control.resumed

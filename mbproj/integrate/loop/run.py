@@ -8,10 +8,13 @@ from dataclasses import replace
 import numpy as np
 
 from mbproj.arrays import Array
+from mbproj.dynamics.assembly.assemble import State
+from mbproj.dynamics.equations.turning import turns_of
 from mbproj.integrate.events.breaks import BreakCursor, breaks_of
 from mbproj.integrate.formulations.full import FullFormulation
 from mbproj.integrate.loop.carried import jumped, seen_by
 from mbproj.integrate.loop.interruption import look
+from mbproj.integrate.loop.looks import Looks, Standing
 from mbproj.integrate.loop.step_end import accept
 from mbproj.integrate.outcome.marks import START, Mark, Marks, restore_tally, saved_events, saved_tally
 from mbproj.integrate.outcome.tally import Tally
@@ -26,7 +29,9 @@ class Run:
     """Scratch of a run from `start`. `exact` sees functions of time at the time itself, `inside` from within the window
     of the step at hand."""
 
-    def __init__(self, formulation: FullFormulation, start: float, tally: Tally, marks: Marks) -> None:
+    def __init__(
+        self, formulation: FullFormulation, start: float, tally: Tally, marks: Marks, looks: Looks | None = None
+    ) -> None:
         settings = formulation.settings
         assert settings.duration is not None  # settings_to_run has seen to it
         self.start, self.end, self.tally = start, start + settings.duration, tally
@@ -37,14 +42,35 @@ class Run:
         self.exact, self.inside = formulation, formulation.seen_within(self.breaks.window)
         #: Whether the run's end has had a say in a step: that of a longer run might be another.
         self.shaped = False
-        self._marks, self._mark = marks, marks.resumed
+        #: A mark that another method has left is no mark of this run.
+        self._marks, self._mark, self._looks = marks, START if marks.resumed.get("anew") else marks.resumed, looks
         marks.newest = self._newest
 
     def mark(self, point: Point, rest: Callable[[], Mark]) -> None:
         """The state before a step, with all that it depends on: a longer run can go on from there, unless the run's end
         has shaped what led to it. `rest` is what the caller knows of it."""
         if self._marks.wanted and not self.shaped:
-            self._mark = {**point.save(), **saved_tally(self.tally), "policy": self.exact.policy.save(), **rest()}
+            self._mark = self._saved(point, rest)
+
+    def _saved(self, point: Point, rest: Callable[[], Mark]) -> Mark:
+        return {**point.save(), **saved_tally(self.tally), "policy": self.exact.policy.save(), **rest()}
+
+    def is_left(self, point: Point, h: float, rest: Callable[[], Mark]) -> bool:
+        """Whether who looks at the run ends it before a step of size h; so that another method goes on."""
+        looks, tally = self._looks, self.tally
+        if looks is None or tally.steps + tally.rejected_steps < looks.due:
+            return False
+        q, v, *_ = self.exact.parts(point.y)
+        standing = Standing(
+            state=State(point.t, q, v, turns_of(self.exact.system, point.turning.coordinate, point.coordinate)),
+            h=h,
+            steps=tally.steps,
+            rejected=tally.rejected_steps,
+            evaluations=tally.evaluations,
+            shaped=self.shaped,
+            mark={**self._saved(point, rest), "met": saved_events(tally.met, point.t), "shaped": self.shaped},
+        )
+        return looks.look(standing)
 
     def _newest(self) -> Mark:
         """The last mark, with the events up to it."""
@@ -70,7 +96,8 @@ class Run:
         restore_tally(self.tally, mark)
         self.exact.policy.restore(mark["policy"])
         self.pass_break(point.t)
-        return point
+        self.shaped = bool(mark.get("shaped", False))
+        return replace(point, found=seen_by(self.inside, point, Tally())) if mark.get("anew") else point
 
     def grain(self, t: float) -> float:
         """How far apart times are near t, and on the way to the next sample."""

@@ -39,7 +39,7 @@ class Report:
     `phases`: seconds by phase in a sample of the steps; empty where they were not measured. `stiffness`: which force
     was too stiff for the step, and what to do; "" where none was. `events`: at how many times steps ended because of
     what happens there; `crowded` names functions with so many kinks that not all count. `passed`: which edges of laws
-    fixed steps passed over; "" where none.
+    fixed steps passed over; "" where none. `methods`: of `integrator: auto` which method made the steps, line by line.
     """
 
     formulation: str
@@ -64,6 +64,7 @@ class Report:
     events: int = 0
     crowded: tuple[str, ...] = ()
     passed: str = ""
+    methods: tuple[str, ...] = ()
 
 
 def worst(system: System, peak: Peak) -> Worst:
@@ -112,6 +113,7 @@ def summary(scene: str, output: str, report: Report, total_seconds: float) -> di
         "stiffness": report.stiffness,
         "events": report.events,
         "passed_over": report.passed,
+        "methods": "; ".join(report.methods),
         "status": "complete",
     }
 

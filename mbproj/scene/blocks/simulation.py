@@ -46,7 +46,7 @@ SIMULATION: Record[dict[str, Any]] = Record(
         "duration": Number("s", above=0.0),
         "step": Number("s", above=0.0),
         "tolerance": Number(above=0.0, maximum=0.1),
-        "integrator": Choice("integrator", registry.integrators),
+        "integrator": Choice("integrator", registry.integrator_choices),
         "formulation": Choice("formulation", lambda: registry.FORMULATIONS),
         "acceleration": Choice("acceleration", lambda: registry.ACCELERATIONS),
         "output_step": Number("s", above=0.0),

@@ -37,14 +37,18 @@ template <int D> void add_run(nb::module_& m, const char* name) {
                  new (self) TimeLoop<D>(model, tableau, projection, steps, {y.data(), y.data() + y.size()},
                                         {turns.data(), turns.data() + turns.size()});
              })
-        .def("advance",
-             [](TimeLoop<D>& self, std::size_t most, double seconds) {
-                 {
-                     nb::gil_scoped_release released;
-                     self.advance(most, seconds);
-                 }
-                 return samples(self);
-             })
+        .def(
+            "advance",
+            [](TimeLoop<D>& self, std::size_t most, double seconds, long attempts) {
+                {
+                    nb::gil_scoped_release released;
+                    self.advance(most, seconds, attempts);
+                }
+                return samples(self);
+            },
+            nb::arg("most"), nb::arg("seconds"), nb::arg("attempts") = std::numeric_limits<long>::max())
+        .def_prop_ro("pauses", [](const TimeLoop<D>& self) { return self.pauses; })
+        .def("here", [](TimeLoop<D>& self) { return saved_mark<D>(self.here()); })
         .def("resume",
              [](TimeLoop<D>& self, const nb::dict& mark) {
                  const auto total = static_cast<std::size_t>(self.equations().total());

@@ -49,6 +49,7 @@ template <int D> nb::dict saved_mark(const Mark<D>& mark) {
     found["h"] = mark.h;
     found["grid"] = mark.grid;
     found["shortened"] = mark.shortened;
+    found["shaped"] = mark.shaped;
     found["y"] = array_of(std::vector<double>(mark.y.begin(), mark.y.end()), numbers);
     if (mark.slope.size())
         found["slope"] = array_of(std::vector<double>(mark.slope.begin(), mark.slope.end()), numbers);
@@ -82,8 +83,10 @@ template <int D> Mark<D> mark_from(const nb::dict& given, const Model<D>& model,
     mark.h = finite("h");
     mark.grid = nb::cast<long>(given["grid"]);
     mark.shortened = nb::cast<int>(given["shortened"]);
+    const auto says = [&given](const char* name) { return given.contains(name) && nb::cast<bool>(given[name]); };
+    mark.shaped = says("shaped"), mark.anew = says("anew");
     mark.y = finite_numbers(given, "y", total);
-    if (with_slope) mark.slope = finite_numbers(given, "slope", total);
+    if (with_slope && !mark.anew) mark.slope = finite_numbers(given, "slope", total);
     const std::size_t coordinates = model.coordinates.instances.size();
     const auto angles = nb::cast<Numbers1>(given["angles"]);
     require(angles, {4 * coordinates}, "angles");
@@ -97,7 +100,7 @@ template <int D> Mark<D> mark_from(const nb::dict& given, const Model<D>& model,
     if (mark.counted.turns.size() != coordinates) refuse("turns", "has a wrong shape");
     mark.control = {finite("previous_error"), nb::cast<bool>(given["rejected"])};
     mark.events = events_from(nb::cast<nb::dict>(given["events"]));
-    mark.rows = rows_from<D>(nb::cast<nb::dict>(given["rows"]), model, loop_joints);
+    if (!mark.anew) mark.rows = rows_from<D>(nb::cast<nb::dict>(given["rows"]), model, loop_joints);
     const auto counters = nb::cast<std::vector<long>>(given["counters"]);
     if (counters.size() != Counters::count) refuse("counters", "has a wrong shape");
     mark.counters = Counters::from(counters);

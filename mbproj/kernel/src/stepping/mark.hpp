@@ -11,9 +11,11 @@ namespace mbproj {
 
 template <int D> struct Mark {
     double t = 0.0;
-    double h = 0.0;     // of the next step
-    long grid = 0;      // fixed steps made
-    int shortened = 0;  // how often the step at hand was shortened near a singular pose
+    double h = 0.0;       // of the next step
+    long grid = 0;        // fixed steps made
+    bool shaped = false;  // by the run's end
+    bool anew = false;    // another method goes on from here: its rows are chosen anew, and its slope is evaluated
+    int shortened = 0;    // how often the step at hand was shortened near a singular pose
     Eigen::VectorXd y;
     Eigen::VectorXd slope;  // with which the next step begins, where it is not a function of y; else none
     typename TurnCounter<D>::Counted counted;

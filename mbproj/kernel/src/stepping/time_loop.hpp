@@ -2,32 +2,21 @@
 // their own headers: the stepper, the schedule with its breaks, the trial of a step, its end, events in the state, samples.
 #pragma once
 
-#include "steppers/choice.hpp"
 #include "stepping/flush_to_zero.hpp"
+#include "stepping/loop_parts.hpp"
 #include "stepping/mark.hpp"
-#include "stepping/step_trial.hpp"
 
 namespace mbproj {
 
-template <int D> class TimeLoop {
+template <int D> class TimeLoop : LoopParts<D> {
 public:
-    using S = Size<D>;
+    using Parts = LoopParts<D>;
     using Vector = Eigen::VectorXd;
 
     TimeLoop(Model<D> model, Tableau tableau, ProjectionSettings projection, Steps steps, const std::vector<double>& y,
              std::vector<long> turns)
-        : model_(tableau.is_implicit() ? with_compliant_rows(std::move(model)) : std::move(model)),
-          tableau_(std::move(tableau)), projection_(projection), steps_(std::move(steps)),
-          equations_(model_, projection_), projector_(equations_, projection_, phases_),
-          made_by_(stepper_of(tableau_, equations_, model_.length, steps_.fixed() ? 0.0 : steps_.tolerance)),
-          stepper_(*made_by_), turns_(model_, equations_, stepper_), step_end_(model_, equations_, projector_, turns_),
-          schedule_(steps_), now_{steps_.start, 0.0, Vector::Zero(equations_.total()),
-                                  Vector::Zero(equations_.total())},
-          trial_(steps_, now_, equations_, projector_, stepper_, step_end_, schedule_, phases_), slope_(now_.y),
-          copy_(now_.y), copy_slope_(now_.y), lambda_(model_.all_rows()),
-          copy_lambda_(lambda_), counted_{{}, std::move(turns)} {
-        std::copy(y.begin(), y.end(), now_.y.data());
-    }
+        : Parts(std::move(model), std::move(tableau), projection, std::move(steps), y), slope_(now_.y), copy_(now_.y),
+          copy_slope_(now_.y), lambda_(model_.all_rows()), copy_lambda_(lambda_), counted_{{}, std::move(turns)} {}
     // Before the first step: the run goes on from the mark of another that has begun alike. False where it is not of this
     // model.
     bool resume(Mark<D> mark) {
@@ -40,27 +29,37 @@ public:
         return mark_ ? &*mark_ : nullptr;
     }
 
-    // Runs on until there are `samples` more samples, `seconds` have passed, or the run ends.
-    void advance(std::size_t samples, double seconds) {
+    // Runs on until there are `samples` more samples, `seconds` have passed, `attempts` steps were tried since the start, or
+    // the run ends.
+    void advance(std::size_t samples, double seconds, long attempts) {
         const FlushToZero flush;
         const auto until = std::chrono::steady_clock::now() + std::chrono::duration<double>(seconds);
         block.clear();
         const long look = std::max(1L, 64L / (1 + model_.size() / 8));  // steps between two looks at the clock
-        for (long done = 0; now_.outcome.status == Status::running && block.t.size() < samples; ++done) {
+        pauses = false;
+        for (long done = 0; now_.outcome.status == Status::running && block.t.size() < samples && !pauses; ++done) {
             if (done % look == look - 1 && std::chrono::steady_clock::now() > until) break;
             if (!started_)
                 begin();
             else if (schedule_.inside())
                 sample_inside();
+            else if (now_.counters.steps + now_.counters.rejected_steps >= attempts)
+                pauses = true, take_mark();
             else
                 step();
         }
         count_factorisations();
     }
+    // The state between two steps, from which a run by another method can go on: the run's end may have shaped it.
+    Mark<D> here() {
+        Mark<D> mark;
+        return write(mark), mark;
+    }
 
     SampleBlock block;
     Peaks peaks;
     bool keeps_marks = false;  // whether somebody asks for them
+    bool pauses = false;       // whether `advance` came back because so many steps were tried
 
     const Model<D>& model() const { return model_; }
     bool carries_slope() const { return stepper_.carries_slope(); }
@@ -99,11 +98,14 @@ private:
         equations_.see(schedule_.window());
         equations_.set_pose(now_.t, now_.y.data());
         equations_.set_velocities(now_.y.data(), false);
-        const bool carries = stepper_.carries_slope();
-        if (!equations_.resume(mark_->rows) || !(carries || evaluate(now_.y, false))) return stop_at(now_.t);
+        const bool anew = mark_->anew, carries = stepper_.carries_slope() && !anew;
+        const bool regular = anew ? equations_.start() : equations_.resume(mark_->rows);
+        if (!regular || !(carries || evaluate(now_.y, false))) return stop_at(now_.t);
         if (carries) slope_ = mark_->slope;
         stepper_.first() = slope_;
         factorised_before_ = now_.counters.factorisations - equations_.solver().factorisations();
+        shaped_ = mark_->shaped;
+        if (anew) mark_.reset();  // another run with this method cannot go on from it
     }
 
     // A step is made, and taken where its error allows it. Its end is closed and counted; samples that lie inside follow one
@@ -247,13 +249,17 @@ private:
     void take_mark() {
         if (shaped_ || !keeps_marks) return;
         if (!mark_) mark_.emplace();
+        write(*mark_);
+    }
+    void write(Mark<D>& mark) {
         count_factorisations();
-        mark_->t = now_.t, mark_->h = now_.h, mark_->y = now_.y, mark_->grid = schedule_.grid();
-        mark_->counted = counted_, mark_->counters = now_.counters, mark_->peaks = peaks;
-        mark_->control = trial_.control().save(), mark_->shortened = trial_.shortened();
-        if (events().any()) mark_->events = events().save();
-        mark_->rows = equations_.policy().save();
-        if (stepper_.carries_slope()) mark_->slope = stepper_.first();
+        mark.t = now_.t, mark.h = now_.h, mark.y = now_.y, mark.grid = schedule_.grid();
+        mark.counted = counted_, mark.counters = now_.counters, mark.peaks = peaks;
+        mark.control = trial_.control().save(), mark.shortened = trial_.shortened();
+        if (events().any()) mark.events = events().save();
+        mark.rows = equations_.policy().save();
+        mark.shaped = shaped_, mark.anew = false;
+        if (stepper_.carries_slope()) mark.slope = stepper_.first();
     }
     void count_factorisations() {
         now_.counters.factorisations = factorised_before_ + equations_.solver().factorisations();
@@ -273,20 +279,8 @@ private:
     void stop(const Outcome& reached) { now_.outcome = reached; }
     void stop_at(double t) { stop(step_end_.failed_at(t)); }
 
-    const Model<D> model_;
-    const Tableau tableau_;
-    const ProjectionSettings projection_;
-    const Steps steps_;
-    Phases phases_;
-    EquationsOfMotion<D> equations_;
-    Projector<D> projector_;
-    const std::unique_ptr<Stepper<D>> made_by_;
-    Stepper<D>& stepper_;
-    TurnCounter<D> turns_;
-    StepEnd<D> step_end_;
-    Schedule schedule_;
-    Standing now_;
-    StepTrial<D> trial_;
+    using Parts::model_, Parts::steps_, Parts::phases_, Parts::equations_, Parts::stepper_, Parts::turns_;
+    using Parts::step_end_, Parts::schedule_, Parts::now_, Parts::trial_;
     Vector slope_;              // at the end of a step, until the step is taken over
     Vector copy_, copy_slope_;  // of a sample inside a step
     std::vector<double> lambda_, copy_lambda_;

@@ -10,28 +10,22 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from mbproj.arrays import Array
+from mbproj.arrays import Array, Flags
 from mbproj.dynamics.assembly.assemble import State
-from mbproj.dynamics.equations.kinematics import pose_of
-from mbproj.dynamics.fast_modes import Mode, fast_modes, leading, slopes, speeds_of_free_bodies
 from mbproj.dynamics.observe.samples import Samples, join
 from mbproj.errors import SimulationError
 from mbproj.integrate.formulations.choice import Choice
 from mbproj.integrate.outcome.stiff_words import Stiffness, damps, grows, holds, too_stiff
 from mbproj.integrate.steppers.implicit_tableau import ImplicitTableau
 from mbproj.integrate.steppers.methods import tableau_of
-from mbproj.integrate.steppers.stability_region import amplification, reach
+from mbproj.integrate.stiff.modes_at_a_step import FastModes, against
 from mbproj.model.system import System
+from mbproj.registry import AUTOMATIC, WHERE_STIFF
 from mbproj.scene.records import Settings
 from mbproj.thresholds import THRESHOLDS
 
 #: Samples of a block that are kept, and of a run.
 OF_A_BLOCK, KEPT = 4, 8
-#: Laws that are looked at, at most: those that would be fastest on free bodies.
-LAWS = 100
-#: So many forces are named at most.
-MOST_NAMED = 3
-
 #: Whether the motion is smooth is looked at at so many points, from so many of the samples.
 POINTS, LOOKS = 60, 3
 
@@ -53,17 +47,20 @@ class StiffnessWatch:
     coordinates, and without Baumgarte's terms, never come here."""
 
     def __init__(self, choice: Choice, system: System, settings: Settings, march: March) -> None:
-        self._choice, self._system, self._settings, self._march = choice, system, settings, march
-        self._tableau = tableau_of(settings.integrator)
+        self._system, self._settings, self._march = system, settings, march
+        self._modes = FastModes(choice, system)
+        self._integrator = WHERE_STIFF if settings.integrator == AUTOMATIC else settings.integrator
+        self._tableau = tableau_of(self._integrator)
         self._kept: list[_Kept] = []
         self._active = settings.projection.gains is not None or (system.forces is not None and system.forces.size > 0)
 
-    def take(self, samples: Samples) -> None:
-        """Keeps some of the samples of a block, evenly spread, and the first of all for good."""
+    def take(self, samples: Samples, chosen: Flags | None = None) -> None:
+        """Keeps some of the samples of a block, evenly spread, and the first of all for good; or some of those that are
+        chosen."""
         if not self._active:
             return
-        count = len(samples.t)
-        for at in _spread(count, OF_A_BLOCK):
+        choice = np.arange(len(samples.t)) if chosen is None else np.flatnonzero(chosen)
+        for at in choice[_spread(len(choice), OF_A_BLOCK)] if len(choice) else choice:
             state = State(float(samples.t[at]), samples.q[at].copy(), samples.v[at].copy(), samples.turns[at].copy())
             if np.all(np.isfinite(state.q)) and np.all(np.isfinite(state.v)):
                 step = self._settings.step or float(samples.step_size[at])
@@ -105,15 +102,14 @@ class StiffnessWatch:
         """The slowest of those that a step of a sample does not resolve."""
         modes = [
             mode
-            for mode in self._modes_at(kept)
+            for mode in self._modes.at(kept.state, kept.step)
             if kept.step * abs(mode.eigenvalue) > THRESHOLDS.unresolved_vibration
             and abs(mode.eigenvalue.real) < THRESHOLDS.hardly_damped * abs(mode.eigenvalue)
         ]
-        forces = self._system.forces
-        if not modes or forces is None:
+        if not modes:
             return None
         slowest = min(modes, key=lambda mode: abs(mode.eigenvalue))
-        return _named(forces.owners, slowest), slowest.eigenvalue
+        return self._modes.named(slowest), slowest.eigenvalue
 
     def _spoilt(self, end: float, *, gains: bool) -> Stiffness | None:
         """What errors have grown by beyond bounds, with a fixed step, until some time, as it was when that began;
@@ -172,44 +168,12 @@ class StiffnessWatch:
 
     def _at(self, kept: _Kept, *, gains: bool) -> Stiffness | None:
         """The fastest mode at a sample, against what the integrator is stable for."""
-        found = [self._of_forces(kept), self._of_gains() if gains else None]
+        found = [self._modes.fastest(kept.state, kept.step), self._of_gains() if gains else None]
         fastest = sorted((each for each in found if each is not None), key=lambda each: -abs(each[1]))
         return self._against(kept, *fastest[0]) if fastest else None
 
     def _against(self, kept: _Kept, where: str, eigenvalue: complex) -> Stiffness:
-        """A mode at a sample, against what the integrator does to it."""
-        size = abs(eigenvalue)
-        direction = complex(round(min(eigenvalue.real, 0.0) / size, 3), round(abs(eigenvalue.imag) / size, 3))
-        z = kept.step * eigenvalue
-        own = np.exp(max(z.real, 0.0))
-        return Stiffness(
-            where=where,
-            omega_h=kept.step * size,
-            limit=reach(self._tableau, direction),
-            growth=amplification(self._tableau, z) / own,
-            step=kept.step,
-            direction=direction,
-            integrator=self._settings.integrator,
-        )
-
-    def _of_forces(self, kept: _Kept) -> tuple[str, complex] | None:
-        mode = next(iter(self._modes_at(kept)), None)
-        if mode is None or self._system.forces is None:
-            return None
-        return _named(self._system.forces.owners, mode), mode.eigenvalue
-
-    def _modes_at(self, kept: _Kept) -> list[Mode]:
-        """The modes of the forces at a sample, the fastest first; none where all are slow beside its step."""
-        if self._system.forces is None or not self._system.forces.size:
-            return []
-        slope = slopes(self._system, kept.state)
-        bound = speeds_of_free_bodies(self._system, pose_of(kept.state.q), slope)
-        laws = np.sort(np.argsort(-bound)[:LAWS])
-        laws = laws[bound[laws] > 0.0]
-        if not len(laws) or kept.step * bound.max() < THRESHOLDS.slow_mode:
-            return []
-        W = self._choice.responses(self._system, kept.state, laws)
-        return [] if W is None else fast_modes(W, laws, slope)
+        return against(self._integrator, kept.step, where, eigenvalue)
 
     def _of_gains(self) -> tuple[str, complex] | None:
         """The faster root of λ² + 2αλ + β² = 0 of Baumgarte's terms (ref. 9)."""
@@ -228,10 +192,3 @@ def _spread(count: int, most: int) -> list[int]:
 def _mean(values: Array) -> float:
     """The root mean square."""
     return float(np.sqrt(np.mean(values * values)))
-
-
-def _named(owners: tuple[str, ...], mode: Mode) -> str:
-    """The forces that make a mode, the one with the largest part first."""
-    names = leading(owners, mode.shares)
-    more = f" and {len(names) - MOST_NAMED} more" if len(names) > MOST_NAMED else ""
-    return f"force{'s' * (len(names) > 1)} " + ", ".join(f"'{name}'" for name in names[:MOST_NAMED]) + more

@@ -1,0 +1,102 @@
+"""The march in the compiled kernel, in blocks of samples."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import replace
+from typing import Any
+
+from mbproj.arrays import Integers, may_overflow
+from mbproj.dynamics.assembly.assemble import State
+from mbproj.dynamics.observe.samples import Samples, block_samples
+from mbproj.integrate.events.law_switches import switches_of
+from mbproj.integrate.formulations.compiled import PHASES, Compiled
+from mbproj.integrate.loop.looks import Looks, Standing
+from mbproj.integrate.outcome.marks import START, Mark, Marks, restored_events, resuming, saved_events
+from mbproj.integrate.outcome.tally import Passed, Peak, Tally
+from mbproj.model.system import System
+from mbproj.scene.records import Settings
+
+#: The kernel comes back for Ctrl-C and for progress at least this often, s.
+RETURN_SECONDS = 0.1
+
+
+def march(
+    compiled: Compiled,
+    state: State,
+    settings: Settings,
+    tally: Tally,
+    marks: Marks | None = None,
+    looks: Looks | None = None,
+) -> Iterator[Samples | None]:
+    """Blocks of samples from the start to the end, or from a mark on; None where the kernel came back without any, so
+    that its caller can look whether the run is still wanted. Raises SimulationError where the run cannot go on."""
+    run, marks = compiled.run(state, settings), marks or Marks()
+    if marks.resumed:
+        _resume(run, tally, marks.resumed)
+    run.keeps_marks = marks.wanted
+    marks.newest = lambda: _mark(run, tally)
+    running, most = compiled.core.Status.running, block_samples(compiled.system.bodies)
+    while run.outcome.status == running:
+        block = run.advance(most, RETURN_SECONDS, *(() if looks is None else (looks.due,)))
+        tally.set_counters(run.counters.tolist())
+        tally.phases = dict(zip(PHASES, run.phase_seconds, strict=True))
+        tally.position_peak = _peak(compiled, run.position_peak)
+        joint_peak = _peak(compiled, run.joint_peak)
+        tally.joint_peak = replace(joint_peak, row=max(joint_peak.row - compiled.system.bodies, 0))
+        tally.velocity_peak = _peak(compiled, run.velocity_peak)
+        _take_events(compiled.system, run, tally)
+        counters = dict(zip(tally.counters(), block["counters"].T, strict=True))
+        yield _samples(compiled, block, counters) if len(block["t"]) else None
+        if looks is not None and run.pauses and looks.look(_standing(compiled, run, tally)):
+            return
+    failure = compiled.failure(run, settings)
+    if failure is not None:
+        raise failure
+
+
+def _take_events(system: System, run: Any, tally: Tally) -> None:
+    """The events in the state since the last call, and what fixed steps have passed over."""
+    switches = switches_of(system.forces)
+    if switches is None:
+        return
+    tally.met += [switches.event(t, k, direction) for t, k, direction in run.take_met()]
+    tally.passed = [Passed(switches.owner(k), switches.what(k), first, times) for k, first, times in run.passed]
+
+
+def _resume(run: Any, tally: Tally, mark: Mark) -> None:
+    """Before the first step: the run goes on from a mark. Raises InputError where it is not of this scene."""
+    with resuming():
+        run.resume(dict(mark))
+        tally.met = restored_events(mark["met"])
+
+
+def _mark(run: Any, tally: Tally) -> Mark:
+    """Where a longer run can go on from."""
+    mark = run.mark()
+    return {**mark, "met": saved_events(tally.met, float(mark["t"]))} if mark else START
+
+
+def _standing(compiled: Compiled, run: Any, tally: Tally) -> Standing:
+    """Where a run stands that has come back between two steps."""
+    mark = run.here()
+    return Standing(
+        state=compiled.standing(mark["t"], mark["y"], mark["turns"]),
+        h=mark["h"],
+        steps=tally.steps,
+        rejected=tally.rejected_steps,
+        evaluations=tally.evaluations,
+        shaped=mark["shaped"],
+        mark={**mark, "met": saved_events(tally.met, float(mark["t"]))},
+    )
+
+
+def _samples(compiled: Compiled, block: Mapping[str, Any], counters: Mapping[str, Integers]) -> Samples:
+    """A block in the coordinates of all formulations; of a run that is lost it may overflow there."""
+    with may_overflow():
+        return compiled.samples(block, counters)
+
+
+def _peak(compiled: Compiled, peak: Any) -> Peak:
+    first = compiled.system.bodies if compiled.system.constraints > compiled.system.bodies else 0
+    return Peak(peak.value, compiled.row(peak.row) if peak.value > 0.0 else first, peak.time)

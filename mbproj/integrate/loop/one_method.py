@@ -1,0 +1,37 @@
+"""The march by one method, in the formulation that was chosen."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from mbproj.dynamics.assembly.assemble import State
+from mbproj.dynamics.observe.samples import Samples, stack
+from mbproj.integrate.formulations.choice import Choice
+from mbproj.integrate.formulations.full import FullFormulation
+from mbproj.integrate.loop.compiled_march import march as march_compiled
+from mbproj.integrate.loop.looks import Looks
+from mbproj.integrate.loop.march import march
+from mbproj.integrate.outcome.marks import Marks
+from mbproj.integrate.outcome.tally import Tally
+from mbproj.model.system import System
+from mbproj.scene.records import Settings
+
+
+def march_by_one_method(
+    choice: Choice,
+    system: System,
+    state: State,
+    settings: Settings,
+    *,
+    tally: Tally,
+    marks: Marks | None = None,
+    looks: Looks | None = None,
+) -> Iterator[Samples | None]:
+    """Samples in the order of time, in portions as they come; None where there is none, but time has passed."""
+    marks = marks or Marks()
+    if choice.compiled is not None:
+        yield from march_compiled(choice.compiled, state, settings, tally, marks, looks)
+    else:
+        formulation = FullFormulation.of(system, state, settings, choice.redundant)
+        for sample in march(formulation, state, tally, marks, looks):
+            yield stack([sample])
