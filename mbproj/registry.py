@@ -119,6 +119,11 @@ def is_embedded(integrator: str) -> bool:
     return integrator == AUTOMATIC or integrators()[integrator].embedded
 
 
+def with_fixed_steps(integrator: str) -> str:
+    """The same, or the explicit method of `auto`, which takes no fixed step."""
+    return WHERE_SMOOTH if integrator == AUTOMATIC else integrator
+
+
 def explicit_integrators() -> tuple[str, ...]:
     """The names of the explicit ones."""
     return tuple(name for name, entry in integrators().items() if not entry.implicit)

@@ -12,7 +12,7 @@ from mbproj.cli.completion import Folder, some_of
 from mbproj.cli.explained import Part, option
 from mbproj.cli.quantity import Names, Positive
 from mbproj.registry import PROJECTIONS
-from mbproj.registry import integrators as known_integrators
+from mbproj.registry import integrator_choices as known_integrators
 
 if TYPE_CHECKING:
     from mbproj.studies.parallel.hand_out import Where

@@ -26,6 +26,19 @@ joints:
   pin: {type: revolute, bodies: [ground, wheel], location: [0, 0, 0], axis: [0, 1, 0], speed: 2, angle: 0.1}
 """
 
+#: A mass of 1 kg that creeps on a spring of 1e8 N/m with its damper, pushed slowly.
+CREEP = """
+mbproj: 1
+gravity: [0, 0, 0]
+simulation: {duration: 0.5 s, tolerance: 1.0e-6, integrator: auto, output_step: 0.1}
+bodies:
+  mass: {mass: 1 kg, inertia: [0.1, 0.1, 0.1], position: [0, 0, 0]}
+joints:
+  rail: {type: prismatic, bodies: [ground, mass], location: [0, 0, 0], axis: [1, 0, 0]}
+forces:
+  bush: {type: linear_spring_damper, joint: rail, force: "1e7*sin(t) - 1e8*displacement - 2e4*displacement_dot"}
+"""
+
 
 def held_by(force: str, base: str = PENDULUM) -> Scene:
     """The mechanism with this force, called 'rod'."""

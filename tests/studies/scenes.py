@@ -18,6 +18,18 @@ markers:
 #: At 0.1 s it has turned by about (m g l / J) t²/2, 0.07 rad: the end, at 1 m, is 7 cm lower.
 HOLDS = "  falls: {marker: end, quantity: position, component: z, at: 0.1, below: -1 mm, source: gravity}\n"
 SHORT = "  rises: {marker: end, quantity: position, component: z, at: 0.1, above: 1 mm, source: a mistake}\n"
+#: A mass of 1 kg on a spring of 1 N/m: it swings at √k rad/s.
+OSCILLATOR = """\
+mbproj: 1
+gravity: [0, 0, 0]
+simulation: {duration: 200, step: 0.1, projection: none}
+bodies:
+  mass: {mass: 1, inertia: [1, 1, 1], position: [1, 0, 0], velocity: [0.1, 0, 0]}
+joints:
+  slide: {type: prismatic, bodies: [ground, mass], location: [0, 0, 0], axis: [1, 0, 0]}
+forces:
+  spring: {type: linear_spring_damper, joint: slide, stiffness: 1}
+"""
 
 
 def write(folder: Path, name: str, expect: str = "", old: str = "", new: str = "") -> Path:

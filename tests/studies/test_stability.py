@@ -21,22 +21,10 @@ from mbproj.studies.variants.livelier import with_speed
 from mbproj.studies.variants.ratios import joints_from_ground, with_inertia_ratio, with_mass_ratio
 from mbproj.studies.variants.rescaled import rescaled
 from tests.mechanisms.running import run_scene
-from tests.studies.scenes import PENDULUM
+from tests.studies.scenes import OSCILLATOR, PENDULUM
 from tests.support import REDUNDANT, ROOT
 
 SLIDER_CRANK = read_scene(ROOT / "mechanisms" / "spatial_slider_crank.yaml")
-#: A mass of 1 kg on a spring of 1 N/m: it swings at √k rad/s.
-OSCILLATOR = """\
-mbproj: 1
-gravity: [0, 0, 0]
-simulation: {duration: 200, step: 0.1, projection: none}
-bodies:
-  mass: {mass: 1, inertia: [1, 1, 1], position: [1, 0, 0], velocity: [0.1, 0, 0]}
-joints:
-  slide: {type: prismatic, bodies: [ground, mass], location: [0, 0, 0], axis: [1, 0, 0]}
-forces:
-  spring: {type: linear_spring_damper, joint: slide, stiffness: 1}
-"""
 
 
 def limit(found) -> Change:
@@ -109,7 +97,7 @@ def test_the_size_of_a_mechanism_does_not_matter():
     assert np.ptp([point.energy for point in track.points]) <= 1e-6 * track.points[0].energy
 
 
-@pytest.mark.parametrize("vary", [name for name in QUANTITIES if name not in ("stiffness", "penalty")])
+@pytest.mark.parametrize("vary", [name for name in QUANTITIES if name not in ("stiffness", "damping", "penalty")])
 def test_at_its_own_value_a_quantity_changes_nothing(vary):
     subject = Subject(SLIDER_CRANK, Setting.of(SLIDER_CRANK.settings), 0.5, Limits())
     quantity = QUANTITIES[vary]

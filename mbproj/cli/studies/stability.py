@@ -46,7 +46,7 @@ EXAMPLES = (
     required=True,
     metavar="QUANTITY",
     shell_complete=one_of(_quantities),
-    help="step, mass-ratio, inertia-ratio, speed, length-scale, stiffness, baumgarte-gain, penalty or duration.",
+    help="step, mass-ratio, inertia-ratio, speed, length-scale, stiffness, damping, baumgarte-gain, penalty, duration.",
 )
 @study_options.projections("none,baumgarte,gopm,gpopm")
 @option(Part.PROJECTION, "--projection", "single", hidden=True, help="The same for one method: use --projections.")

@@ -12,11 +12,12 @@ from mbproj.arrays import Array, Integers
 from mbproj.dynamics.assembly.assemble import State
 from mbproj.dynamics.equations.kinematics import pose_of
 from mbproj.dynamics.fast_modes import Mode, fast_modes, leading, moved_bodies, slopes, speeds_of_free_bodies
-from mbproj.integrate.formulations.choice import Choice
+from mbproj.integrate.formulations.choice import Choice, choose
 from mbproj.integrate.steppers.methods import tableau_of
 from mbproj.integrate.steppers.stability_region import reach
 from mbproj.model.system import System
-from mbproj.registry import explicit_integrators
+from mbproj.registry import WHERE_SMOOTH, explicit_integrators
+from mbproj.scene.records import Settings
 from mbproj.thresholds import THRESHOLDS
 
 #: Coordinates that are looked at, at most: those that would be fastest on free bodies; and modes that are told.
@@ -65,6 +66,15 @@ def stable_steps(modes: Sequence[FastMode]) -> dict[str, float]:
         name: min(reach(tableau_of(name), mode.direction) * mode.time_constant for mode in modes)
         for name in explicit_integrators()
     }
+
+
+def steps_for_stability(system: System, state: State, settings: Settings) -> float:
+    """How many steps DOP853 makes at least over a run with these settings, for its stability alone, as the forces are
+    at the start; 0 without forces along coordinates."""
+    if system.forces is None or not system.forces.size:
+        return 0.0
+    stable = stable_steps(fastest_at(choose(system, state, settings), system, state))
+    return (settings.duration or 0.0) / stable[WHERE_SMOOTH] if stable else 0.0
 
 
 def _described(system: System, state: State, chosen: Integers, mode: Mode) -> FastMode:

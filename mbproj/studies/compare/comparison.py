@@ -12,7 +12,7 @@ import numpy as np
 
 from mbproj.arrays import Array
 from mbproj.errors import InputError, Place, Problem, SimulationError
-from mbproj.registry import integrators
+from mbproj.registry import AUTOMATIC, integrator_choices, is_embedded
 from mbproj.scene.records import Scene
 from mbproj.studies.compare.energy_split import EnergySplit, energy_split
 from mbproj.studies.measure.measurement import Measurement, measured
@@ -171,10 +171,13 @@ def _settings(
         for formulation, projection, integrator, size in product(
             chosen, projections, methods or [own.integrator], sizes
         )
-        if size["step"] is not None or _estimates(integrator)
+        if (_estimates(integrator) if size["step"] is None else integrator != AUTOMATIC)
     ]
     if not found:
         message = f"{', '.join(methods or [own.integrator])}: no error estimate, which a tolerance needs"
+        if AUTOMATIC in (methods or [own.integrator]):
+            message = f"'{AUTOMATIC}' chooses its steps by their error: it takes no 'step'"
+            raise InputError(Problem(message, Place("--steps"), "give --tolerances"))
         raise InputError(Problem(message, Place("--tolerances"), "add --integrators dop853, or give --steps"))
     for setting in found:
         setting.settings(1.0, setting.step or 1.0)  # raises InputError for a name that is not there
@@ -183,7 +186,7 @@ def _settings(
 
 def _estimates(integrator: str) -> bool:
     """Whether an integrator can be run to a tolerance; one that is not there is left to be complained of."""
-    return integrator not in integrators() or integrators()[integrator].embedded
+    return integrator not in integrator_choices() or is_embedded(integrator)
 
 
 def labels_of(settings: Sequence[Setting]) -> list[str]:

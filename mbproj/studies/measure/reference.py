@@ -8,19 +8,24 @@ is what the reference is uncertain by.
 Where a force or a motion is not smooth, fixed steps hit its kinks anywhere and converge by luck. Two solutions with
 error control, whose steps shrink there, take their place if they agree better; where they are farther from those with
 fixed steps than these are uncertain, one of the two has missed something, and that distance is the uncertainty.
+
+Where stability alone asks explicit methods for more steps than there is time for, the two are implicit methods that
+differ, to tolerances that fall until the time is up.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from time import process_time
 
 import numpy as np
 
 from mbproj.arrays import Array
-from mbproj.errors import InputError
+from mbproj.errors import InputError, MbprojError
 from mbproj.integrate.events.law_switches import switches_of
+from mbproj.integrate.stiff.fast_forces import steps_for_stability
 from mbproj.studies.measure.mechanism import Mechanism
 from mbproj.studies.measure.setting import Setting
 from mbproj.studies.measure.solve import Solution, solve
@@ -39,6 +44,8 @@ FEWEST_STEPS = 200
 SECONDS = 10.0
 #: Tolerances with error control.
 TOLERANCES = (1e-12, 1e-13, 1e-14)
+#: The two of stiff mechanisms, and their tolerances: where stability asks an explicit method for so many steps.
+IMPLICIT, STIFF_TOLERANCES, STIFF = ("esdirk4", "radau5"), tuple(10.0**-k for k in range(6, 13)), 50_000
 #: A solution is fine enough when it moves by less than this part of the mechanism's size.
 GOAL = 1e-13
 #: Halving goes on while a solution moves by less than this part of what it moved by before.
@@ -93,13 +100,27 @@ def reference(
 
     It is kept on disk (`mbproj.studies.store`). Raises InputError where the mechanism cannot be run at all.
     """
-    first, second = INTEGRATORS if INTEGRATORS[0] not in compared or INTEGRATORS[1] in compared else INTEGRATORS[::-1]
+    pair = IMPLICIT if _is_stiff(mechanism, times) else INTEGRATORS
+    first, second = pair if pair[0] not in compared or pair[1] in compared else pair[::-1]
     what = ("reference", mechanism.identity, times.tolist(), first, seconds, FALLING, PART, TOLERANCES)
     return cached(what, lambda: _computed(mechanism, times, first, second, seconds), (Reference,))
 
 
+def _is_stiff(mechanism: Mechanism, times: Array) -> bool:
+    """Whether explicit methods would need too many steps, as the forces are at the start. What cannot be run is not."""
+    setting = Setting(integrator=INTEGRATORS[1], tolerance=TOLERANCES[0])
+    try:
+        settings = mechanism.settings(setting, float(times[-1]), float(times[1]))
+        return steps_for_stability(mechanism.system, mechanism.state, settings) > STIFF
+    except MbprojError:
+        return False
+
+
 def _computed(mechanism: Mechanism, times: Array, first: str, second: str, seconds: float) -> Reference:
-    """Fixed steps, but where laws have edges in the state, at which steps end with error control alone."""
+    """Fixed steps, but where laws have edges in the state, at which steps end with error control alone, and where it is
+    stiff."""
+    if first in IMPLICIT:
+        return _checked(partial(_tight, tolerances=STIFF_TOLERANCES), mechanism, times, first, second, seconds)
     solved = _fine if switches_of(mechanism.system.forces) is None else _tight
     return _checked(solved, mechanism, times, first, second, seconds)
 
@@ -161,20 +182,27 @@ def _fine(mechanism: Mechanism, setting: Setting, times: Array, seconds: float, 
             return replace(best, out_of_time=True)
 
 
-def _tight(mechanism: Mechanism, setting: Setting, times: Array, seconds: float, instead: str = "") -> _Fine:
+def _tight(
+    mechanism: Mechanism,
+    setting: Setting,
+    times: Array,
+    seconds: float,
+    instead: str = "",
+    tolerances: Sequence[float] = TOLERANCES,
+) -> _Fine:
     """With error control, at tolerances that fall to what round-off dominates. Where the formulation is refused,
     `instead` takes its place."""
-    started, first = process_time(), solve(mechanism, replace(setting, tolerance=TOLERANCES[0]), times)
+    started, first = process_time(), solve(mechanism, replace(setting, tolerance=tolerances[0]), times)
     best = _Fine(first, np.full((len(times), 1), np.inf))
     if best.solution.failure and best.solution.failure.status == "refused":
-        return _tight(mechanism, replace(setting, formulation=instead), times, seconds)
-    for tolerance in TOLERANCES[1:]:
+        return _tight(mechanism, replace(setting, formulation=instead), times, seconds, tolerances=tolerances)
+    for tolerance in tolerances[1:]:
         begun = process_time()
         tighter = solve(mechanism, replace(setting, tolerance=tolerance), times)
         moved = running_largest(np.linalg.norm(tighter.position - best.solution.position, axis=2))
         best, taken = _Fine(tighter, moved), process_time()
         if taken - started + 2.0 * (taken - begun) > seconds:
-            return replace(best, out_of_time=tolerance != TOLERANCES[-1])
+            return replace(best, out_of_time=tolerance != tolerances[-1])
     return best
 
 

@@ -7,7 +7,14 @@ from dataclasses import dataclass, replace
 from math import log10
 
 from mbproj.integrate.steppers.methods import tableau_of
-from mbproj.registry import PROJECTIONS, explicit_integrators, integrators
+from mbproj.registry import (
+    AUTOMATIC,
+    PROJECTIONS,
+    explicit_integrators,
+    implicit_integrators,
+    integrators,
+    with_fixed_steps,
+)
 from mbproj.studies.measure.setting import Setting
 
 #: Tolerances from the loosest to the tightest, so many a decade, each of two digits.
@@ -31,8 +38,8 @@ class Family:
 
     @property
     def order(self) -> int:
-        """Of the integrator."""
-        return integrators()[self.integrator].order
+        """Of the integrator; of the explicit one where the run itself chooses."""
+        return integrators()[with_fixed_steps(self.integrator)].order
 
     def setting(self, fineness: int) -> Setting:
         """The setting of this fineness."""
@@ -64,12 +71,15 @@ class Family:
         return f"{self.integrator}, {'error control' if self.by_error else 'fixed steps'}"
 
 
-def families(base: Setting, interval: float) -> Iterator[Family]:
-    """Those of explicit integrators, those first whose cost grows least with accuracy. `base` says how constraints are
-    enforced."""
+def families(base: Setting, interval: float, *, stiff: bool = False) -> Iterator[Family]:
+    """Those of explicit integrators, those first whose cost grows least with accuracy; where forces may be `stiff` then
+    those of the implicit ones that the kernel has, and of `auto`. `base` says how constraints are enforced."""
     names = explicit_integrators()[::-1]
     yield from (Family(base, name, True, interval) for name in names if integrators()[name].embedded)
     yield from (Family(base, name, False, interval) for name in names)
+    if stiff:
+        implicit = (name for name in implicit_integrators() if integrators()[name].compiled)
+        yield from (Family(base, name, True, interval) for name in (*implicit, AUTOMATIC))
 
 
 def closing(setting: Setting) -> Setting:

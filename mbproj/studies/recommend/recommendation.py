@@ -12,6 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from mbproj.errors import ExitCode, MbprojError
+from mbproj.integrate.stiff.fast_forces import steps_for_stability
 from mbproj.scene.records import Scene, Settings
 from mbproj.studies.measure.cause import why_not
 from mbproj.studies.measure.measurement import Measurement
@@ -30,6 +31,8 @@ from mbproj.studies.store import Kept
 CONTENDERS = 1.25
 #: Where the search in a family begins: the tolerance that is this part of the error over the mechanism's size.
 FIRST = 0.1
+#: Implicit integrators are tried where stability alone asks for this part of the steps that an explicit one makes.
+HELD_UP = 0.5
 #: Part of the time that is given up at once where the error cannot be kept to the end.
 SHORTER = 0.02
 
@@ -151,7 +154,7 @@ def _start(bench: Bench, family: Family) -> int:
 def _contenders(bench: Bench, base: Setting, first: Measurement, tell: Tell) -> list[Measurement]:
     """The cheapest of each family that is near the cheapest of all, fewest evaluations first."""
     found, intervals = [first], len(bench.reference.times) - 1
-    tried = list(families(base, _interval(bench)))
+    tried = list(families(base, _interval(bench), stiff=_is_held_up(bench, first)))
     for through, family in enumerate(tried[1:], 1):
         tell("integrators", through, len(tried))
         budget = CONTENDERS * min(one.evaluations for one in found)
@@ -160,6 +163,13 @@ def _contenders(bench: Bench, base: Setting, first: Measurement, tell: Tell) -> 
         found += [best] if best is not None else []
     found.sort(key=lambda one: one.evaluations)
     return [one for one in found if one.evaluations <= CONTENDERS * found[0].evaluations]
+
+
+def _is_held_up(bench: Bench, first: Measurement) -> bool:
+    """Whether the first family makes its steps for stability, rather than for accuracy."""
+    settings = bench.mechanism.settings(first.setting, bench.until, _interval(bench))
+    needed = steps_for_stability(bench.mechanism.system, bench.mechanism.state, settings)
+    return needed >= HELD_UP * first.counters["steps"]
 
 
 def _timed(

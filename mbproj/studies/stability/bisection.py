@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from bisect import insort
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
 from math import exp, log
@@ -14,7 +14,7 @@ import numpy as np
 from mbproj.errors import InputError, Problem
 from mbproj.integrate.steppers.methods import tableau_of
 from mbproj.integrate.steppers.stability_region import real_axis_limit
-from mbproj.registry import PROJECTIONS
+from mbproj.registry import PROJECTIONS, WHERE_STIFF, integrators, with_fixed_steps
 from mbproj.scene.records import Scene
 from mbproj.scene.text.suggestions import choose_from
 from mbproj.studies.measure.mechanism import Mechanism
@@ -115,6 +115,8 @@ def stability(
     kept = Kept(what, fresh)
     grid = values(whole, points)
     subjects = {name: _with_method(subject, name) for name in names}
+    if quantity.of_forces and not integrators()[subject.setting.integrator].implicit:
+        subjects |= _implicit(subjects)
     walked = resumable(_walked, (vary, grid), subjects, kept, processes, "methods", tell)
     tracks = [_track(name, [Point.from_json(each) for each in points]) for name, points in walked.items()]
     analytic = real_axis_limit(tableau_of(subject.setting.integrator)) if quantity.option == "gains" else np.inf
@@ -163,7 +165,7 @@ def _fixed(mechanism: Mechanism, until: float) -> Setting:
     if own.tolerance is not None:
         report = solve(mechanism, own, sample_times(until, 1)).report
         steps = report.counters["steps"] if report is not None else steps
-    return replace(own, step=until / steps, tolerance=None)
+    return replace(own, integrator=with_fixed_steps(own.integrator), step=until / steps, tolerance=None)
 
 
 def _with_method(subject: Subject, name: str) -> Subject:
@@ -171,6 +173,15 @@ def _with_method(subject: Subject, name: str) -> Subject:
     own = subject.setting
     taken = {option: getattr(own, option) for option in PROJECTIONS[name].options}
     return replace(subject, setting=replace(own, **{"alpha": None, "gains": None, **taken}, projection=name))
+
+
+def _implicit(subjects: Mapping[str, Subject]) -> dict[str, Subject]:
+    """The same by an implicit method, where the kernel closes the joints."""
+    return {
+        f"{name}, {WHERE_STIFF}": replace(each, setting=replace(each.setting, integrator=WHERE_STIFF))
+        for name, each in subjects.items()
+        if PROJECTIONS[name].corrects and PROJECTIONS[name].compiled
+    }
 
 
 def _walked(shared: tuple[str, list[float]], subject: Subject) -> list[dict[str, Any]]:

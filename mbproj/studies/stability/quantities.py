@@ -12,7 +12,7 @@ from mbproj.scene.text.suggestions import choose_from
 from mbproj.studies.stability.gains import growth
 from mbproj.studies.stability.judge import judged
 from mbproj.studies.stability.subject import Point, Subject
-from mbproj.studies.variants.livelier import with_speed, with_stiffness
+from mbproj.studies.variants.livelier import with_damping, with_speed, with_stiffness
 from mbproj.studies.variants.ratios import with_inertia_ratio, with_mass_ratio
 from mbproj.studies.variants.rescaled import rescaled
 
@@ -29,7 +29,7 @@ class Span:
 @dataclass(frozen=True)
 class Quantity:
     """One that can be varied. `option`: what a projection method has to have for it ("gains", "alpha"), or any; `run`
-    judges a subject at a value."""
+    judges a subject at a value; `of_forces`: it makes forces stiff, so that an implicit method is tried too."""
 
     unit: str
     summary: str
@@ -37,6 +37,7 @@ class Quantity:
     changed: Callable[[Subject, float], Subject]
     option: str = ""
     run: Callable[[Subject, float], Point] = judged
+    of_forces: bool = False
 
 
 def _of_scene(change: Callable[[Scene, float], Scene]) -> Callable[[Subject, float], Subject]:
@@ -129,6 +130,14 @@ QUANTITIES: Mapping[str, Quantity] = MappingProxyType(
             "the stiffness of all springs so many times",
             _ratio(1e-6, 1e6, with_stiffness),
             _of_scene(with_stiffness),
+            of_forces=True,
+        ),
+        "damping": Quantity(
+            "",
+            "the damping of all dampers so many times",
+            _ratio(1e-6, 1e6, with_damping),
+            _of_scene(with_damping),
+            of_forces=True,
         ),
         "baumgarte-gain": Quantity(
             "1/s",

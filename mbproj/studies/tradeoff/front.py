@@ -126,7 +126,8 @@ def tradeoff(
     points = tuple(mechanism.points[k] for k in mechanism.columns(at))
     own, names = _own(scene, formulation), tuple(integrators or registry.explicit_integrators())
     for projection, name in product(projections, names):
-        Setting(projection, name, step=1.0).settings(1.0, 1.0)  # raises InputError for a name that is not there
+        free = name == registry.AUTOMATIC  # raises InputError for a name that is not there
+        Setting(projection, name, None if free else 1.0, 1e-3 if free else None).settings(1.0, 1.0)
     base = replace(own, step=None, tolerance=None, formulation=formulation or _common(own, projections))
     truth, notes = certain_reference(mechanism, span(scene, until), own, names, tell)
     goal = max(ABOVE_FLOOR * float(truth.uncertainty[-1].max()), FINEST * mechanism.system.length)

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 from mbproj.arrays import Array
-from mbproj.registry import integrators
+from mbproj.registry import AUTOMATIC, is_embedded
 from mbproj.studies.measure.setting import Setting, shortest
 from mbproj.studies.measure.spans import divisors
 
@@ -68,8 +68,9 @@ def integrator_ladders(base: Setting, names: Sequence[str]) -> list[Ladder]:
     """One ladder for each integrator with fixed steps, and one to a tolerance where it can."""
     found = []
     for name in names:
-        found.append(Ladder(_sizeless(base, integrator=name), by_tolerance=False))
-        if integrators()[name].embedded:
+        if name != AUTOMATIC:
+            found.append(Ladder(_sizeless(base, integrator=name), by_tolerance=False))
+        if is_embedded(name):
             found.append(Ladder(_sizeless(base, integrator=name), by_tolerance=True))
     return found
 

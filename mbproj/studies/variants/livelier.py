@@ -1,4 +1,4 @@
-"""A scene that moves faster, or whose springs are stiffer."""
+"""A scene that moves faster, or whose springs or dampers are stiffer."""
 
 from __future__ import annotations
 
@@ -41,31 +41,44 @@ def with_speed(scene: Scene, factor: float) -> Scene:
 
 def with_stiffness(scene: Scene, factor: float) -> Scene:
     """Every stiffness times a factor; dampers, tables and functions stay."""
-    if not any(_is_elastic(force) for force in scene.forces):
-        what = "no force of the scene has a 'stiffness' to vary"
+    return _with_laws(scene, "stiffness", factor)
+
+
+def with_damping(scene: Scene, factor: float) -> Scene:
+    """Every damping times a factor; springs, tables and functions stay."""
+    return _with_laws(scene, "damping", factor)
+
+
+def _with_laws(scene: Scene, of: str, factor: float) -> Scene:
+    """The `stiffness` or the `damping` of every law and bushing times a factor."""
+    if not any(_has(force, of) for force in scene.forces):
+        what = f"no force of the scene has a '{of}' to vary"
         raise InputError(Problem(what, hint="add a spring_damper, or vary something else"))
 
-    def stiffer(law: Law) -> Law:
-        return replace(law, stiffness=factor * law.stiffness)
+    k, c = (factor, 1.0) if of == "stiffness" else (1.0, factor)
+
+    def scaled(law: Law) -> Law:
+        return replace(law, stiffness=k * law.stiffness, damping=c * law.damping)
 
     def changed(force: Force) -> Force:
         if isinstance(force, BodyForce):
             return force
         if isinstance(force, JointForce):
-            return replace(force, laws={name: stiffer(law) for name, law in force.laws.items()})
+            return replace(force, laws={name: scaled(law) for name, law in force.laws.items()})
         if isinstance(force, Bushing):
-            translation, rotation = (scaled_matrix(factor, matrix) for matrix in force.stiffness)
-            return replace(force, stiffness=(translation, rotation))
-        return replace(force, law=stiffer(force.law))
+            (k_t, k_r), (c_t, c_r) = force.stiffness, force.damping
+            stiffness = scaled_matrix(k, k_t), scaled_matrix(k, k_r)
+            return replace(force, stiffness=stiffness, damping=(scaled_matrix(c, c_t), scaled_matrix(c, c_r)))
+        return replace(force, law=scaled(force.law))
 
     return replace(scene, forces=tuple(map(changed, scene.forces)))
 
 
-def _is_elastic(force: Force) -> bool:
-    """Whether a force has a stiffness."""
+def _has(force: Force, of: str) -> bool:
+    """Whether a force has any stiffness, or damping."""
     if isinstance(force, BodyForce):
         return False
     if isinstance(force, Bushing):
-        return any(any(row) for matrix in force.stiffness for row in matrix)
+        return any(any(row) for matrix in getattr(force, of) for row in matrix)
     laws = force.laws.values() if isinstance(force, JointForce) else [force.law]
-    return any(law.stiffness > 0.0 for law in laws)
+    return any(getattr(law, of) > 0.0 for law in laws)

@@ -6,7 +6,7 @@ import numpy as np
 
 from mbproj.dynamics.equations.kinematics import pose_of, twist_of
 from mbproj.integrate.events.law_switches import switches_of
-from mbproj.registry import PROJECTIONS, integrators
+from mbproj.registry import PROJECTIONS, integrators, with_fixed_steps
 from mbproj.studies.measure.solve import Solution
 from mbproj.studies.verify.case import Case
 from mbproj.studies.verify.finding import Finding, Found
@@ -56,7 +56,7 @@ def energy_balance(case: Case) -> Found:
 
 def _against(case: Case, order: Order, remark: str) -> Found:
     """An observed order against the integrator's: rounded to a whole number, and not surer than it is."""
-    name = case.scene.settings.integrator
+    name = with_fixed_steps(case.scene.settings.integrator)
     wanted = integrators()[name].order
     if order.uncertainty > UNTOLD:
         return f"its errors fall too unevenly to tell an order ({order.value:.1f} ± {order.uncertainty:.1f})"
@@ -85,7 +85,7 @@ def joints_closed(case: Case) -> Found:
 
 def _stopped(case: Case) -> Found:
     """A run that does not get to its end at any step is a failure of the check."""
-    wanted = integrators()[case.scene.settings.integrator].order
+    wanted = integrators()[with_fixed_steps(case.scene.settings.integrator)].order
     return Finding(0.0, wanted - ROUNDED, f"the run stops: {case.runs.failure}", at_least=True)
 
 

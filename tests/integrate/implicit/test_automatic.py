@@ -17,6 +17,7 @@ from mbproj.integrate.automatic.plan import Plan
 from mbproj.model import compile_system, initial_guess
 from mbproj.scene import read_scene, read_scene_text, settings_to_run
 from tests.cli.commands import mbproj
+from tests.integrate.stiff_scenes import CREEP
 from tests.support import ROOT, Recorder
 
 #: A cart is pushed to 0.05 m, where a clamp of 1e8 N/m holds it from 0.5 s to 1 s, and back. A bob swings beside it.
@@ -37,18 +38,6 @@ forces:
     type: linear_spring_damper
     joint: rail
     force: "-(1e8*(displacement - 0.05) + 2e4*displacement_dot)*(sign(t - 0.5) - sign(t - 1))/2"
-"""
-#: A mass of 1 kg that creeps on a spring of 1e8 N/m with its damper, pushed slowly.
-CREEP = """
-mbproj: 1
-gravity: [0, 0, 0]
-simulation: {duration: 0.5 s, tolerance: 1.0e-6, integrator: auto, output_step: 0.1}
-bodies:
-  mass: {mass: 1 kg, inertia: [0.1, 0.1, 0.1], position: [0, 0, 0]}
-joints:
-  rail: {type: prismatic, bodies: [ground, mass], location: [0, 0, 0], axis: [1, 0, 0]}
-forces:
-  bush: {type: linear_spring_damper, joint: rail, force: "1e7*sin(t) - 1e8*displacement - 2e4*displacement_dot"}
 """
 #: A mass on a spring of 1e8 N/m with its damper, and one that vibrates with 300 rad/s for good, which every method has
 #: to follow.
