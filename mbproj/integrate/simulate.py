@@ -162,6 +162,7 @@ def simulate(
         events=len({event.time for event in (*events, *tally.met)}),
         crowded=crowded(events),
         passed=words_on_passes(tally.passed),
+        round_off=float(floors[0]) / max(system.length, 1.0),
         methods=() if automatic is None else told(automatic.plan),
     )
 

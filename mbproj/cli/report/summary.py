@@ -98,6 +98,12 @@ def warnings(report: Report) -> list[str]:
             f"the projection's tolerance of {asked:.0e} is below round-off, {report.position_floor:.0e}: the "
             "iterations stop where the violation falls no further"
         )
+    finest = report.settings.tolerance
+    if finest is not None and finest < report.round_off:
+        found.append(
+            f"the tolerance of {finest:.0e} is below what round-off leaves of positions, {report.round_off:.0e} of the "
+            "mechanism's length: smaller steps make nothing more accurate"
+        )
     if report.swamped:
         found.append(
             f"round-off of the other bodies' forces decides motions with less than {THRESHOLDS.hardly_any:.0e} of the "

@@ -40,6 +40,7 @@ class Report:
     was too stiff for the step, and what to do; "" where none was. `events`: at how many times steps ended because of
     what happens there; `crowded` names functions with so many kinks that not all count. `passed`: which edges of laws
     fixed steps passed over; "" where none. `methods`: of `integrator: auto` which method made the steps, line by line.
+    `round_off`: what it leaves of positions, in lengths of the mechanism or rad.
     """
 
     formulation: str
@@ -65,6 +66,7 @@ class Report:
     crowded: tuple[str, ...] = ()
     passed: str = ""
     methods: tuple[str, ...] = ()
+    round_off: float = 0.0
 
 
 def worst(system: System, peak: Peak) -> Worst:
