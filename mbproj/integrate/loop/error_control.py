@@ -49,7 +49,7 @@ class ErrorControl:
     """Scratch of a run with error control; `events` where its laws have switches."""
 
     def __init__(self, run: Run, tolerance: float, switches: LawSwitches | None) -> None:
-        self.run, self.tolerance, self.scale = run, tolerance, _absolute_scale(run.exact)
+        self.run, self.tolerance, self.scale = run, tolerance, absolute_scale(run.exact)
         self.events = None if switches is None else StateEvents(run, switches, tolerance)
 
     def samples(self, point: Point) -> Iterator[Sample]:
@@ -214,7 +214,7 @@ class ErrorControl:
             yield point.sample(formulation, step.h, self.run.tally)
 
 
-def _absolute_scale(formulation: FullFormulation) -> Array:
+def absolute_scale(formulation: FullFormulation) -> Array:
     """What the absolute tolerance is relative to, (14n + integrals,): the system's length (per s) for r (r'), 1 (per s)
     for Λ; without bound for work and dissipation, which do not steer the step."""
     scale = np.tile([formulation.system.length] * 3 + [1.0] * 4, 2 * formulation.system.bodies)

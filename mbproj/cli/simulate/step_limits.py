@@ -1,0 +1,76 @@
+"""What limited the smaller steps of a run: a table for a reader, or numbers."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import asdict, replace
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from mbproj.cli.report.table import columns
+from mbproj.cli.simulate.stored_scene import stored_scene
+from mbproj.errors import InputError, Problem
+from mbproj.registry import AUTOMATIC, WHERE_SMOOTH
+
+if TYPE_CHECKING:
+    from mbproj.integrate.stiff.step_limits import StepLimit
+    from mbproj.results import Results
+
+#: So many of the smaller steps are looked at, and so many bodies are named.
+LOOKED_AT, NAMED = 8, 3
+
+
+def found(results: Results) -> list[StepLimit]:
+    """Of the steps that are no larger than most, evenly spread over the run. Raises InputError for fixed steps."""
+    from mbproj.integrate.stiff.step_limits import step_limit
+    from mbproj.linear.states import stored_state
+    from mbproj.model import compile_system
+
+    settings = results.settings
+    if settings.tolerance is None:
+        raise InputError(
+            Problem(f"{results.path}: its steps are fixed, and nothing limits them", hint="run it with a --tolerance")
+        )
+    system, sizes, time = compile_system(stored_scene(results)[0]), results["diagnostics/step_size"], results.time
+    smaller = np.flatnonzero((sizes > 0.0) & (sizes <= np.median(sizes)))
+    chosen = smaller[np.unique(np.linspace(0, len(smaller) - 1, min(len(smaller), LOOKED_AT)).astype(int))]
+    return [
+        step_limit(
+            system,
+            stored_state(system, results, float(time[at])),
+            replace(settings, integrator=_method(results, float(time[at]))),
+            float(sizes[at]),
+        )
+        for at in chosen
+    ]
+
+
+def _method(results: Results, time: float) -> str:
+    """Which method made the steps at a time."""
+    if results.settings.integrator != AUTOMATIC:
+        return results.settings.integrator
+    changes = [event.kind.split()[0] for event in results.events if event.name == "integrator" and event.time < time]
+    return changes[-1] if changes else WHERE_SMOOTH
+
+
+def facts(results: Results) -> dict[str, Any]:
+    """One object."""
+    return {
+        "file": str(results.path),
+        "steps": [{**asdict(each), "shares": dict(each.shares)} for each in found(results)],
+    }
+
+
+def lines(results: Results) -> Iterator[str]:
+    """A line for each step."""
+    rows = [
+        [f"{each.time:.4g} s", f"{each.step:.3g} s", f"{each.error:.2g}", _bodies(each), each.reason or "accuracy"]
+        for each in found(results)
+    ]
+    yield f"{results.path}: what limits the smaller steps; errors in tolerances, bodies with their part in the error"
+    yield columns(["at", "step", "error", "bodies", "held by"], rows)
+
+
+def _bodies(limit: StepLimit) -> str:
+    return ", ".join(f"{name} {100.0 * part:.0f} %" for name, part in limit.shares[:NAMED] if part >= 0.01)

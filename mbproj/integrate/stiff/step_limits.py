@@ -1,0 +1,72 @@
+"""What limits a step of a run with error control: the step is tried again, and its error told by bodies, or the force
+that holds it for stability alone."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from mbproj.arrays import may_overflow
+from mbproj.dynamics.assembly.assemble import State
+from mbproj.errors import SimulationError
+from mbproj.integrate.formulations.choice import choose
+from mbproj.integrate.formulations.full import FullFormulation
+from mbproj.integrate.formulations.stage_equations import StageEquations
+from mbproj.integrate.loop.carried import attempted
+from mbproj.integrate.loop.error_control import absolute_scale
+from mbproj.integrate.loop.step_end import first_point
+from mbproj.integrate.loop.step_size import error_norm
+from mbproj.integrate.outcome.tally import Tally
+from mbproj.integrate.steppers.methods import stepper_of
+from mbproj.integrate.stiff.modes_at_a_step import FastModes, against
+from mbproj.model.system import System
+from mbproj.registry import integrators
+from mbproj.scene.records import Settings
+from mbproj.thresholds import THRESHOLDS
+
+
+@dataclass(frozen=True)
+class StepLimit:
+    """A step of size `step` (s) from `time` on (s): its error in tolerances, NaN where it cannot be made; `shares`: the
+    part that each body has in the square of the error, the largest first; `reason`: what holds the step apart from
+    accuracy, "" where nothing does."""
+
+    time: float
+    step: float
+    error: float
+    shares: tuple[tuple[str, float], ...]
+    reason: str
+
+
+def step_limit(system: System, state: State, settings: Settings, step: float) -> StepLimit:
+    """What limits a step of this size from a state, by the integrator and the tolerance of `settings`. The full
+    formulation tells it for all."""
+    assert settings.tolerance is not None
+    full = replace(settings, formulation="full")
+    choice = choose(system, state, full)
+    formulation, stepper = FullFormulation.of(system, state, full, choice.redundant), stepper_of(settings.integrator)
+    held = _held(FastModes(choice, system), state, settings.integrator, step)
+    try:
+        with may_overflow():
+            point = first_point(formulation, state, Tally())
+            tried = attempted(stepper, formulation, point, step)
+            tried, estimates = stepper.error(StageEquations(formulation), state.t + step, tried)
+    except SimulationError as error:
+        return StepLimit(state.t, step, np.nan, (), ": ".join(filter(None, [error.where, error.cause])))
+    scale, tolerance = absolute_scale(formulation), settings.tolerance
+    weight = scale + np.maximum(np.abs(tried.y), np.abs(tried.y_new))
+    square = ((estimates[0] / weight)[: 14 * system.bodies] ** 2).reshape(2, -1, 7).sum(axis=(0, 2))
+    part = square / max(float(square.sum()), np.finfo(float).tiny)
+    order = np.argsort(-part, kind="stable")
+    shares = tuple((system.names.carriers[body], float(part[body])) for body in order)
+    return StepLimit(state.t, step, error_norm(estimates, tried.y, tried.y_new, tolerance, scale), shares, held)
+
+
+def _held(modes: FastModes, state: State, integrator: str, step: float) -> str:
+    """The force that holds an explicit step at the limit of its stability."""
+    fastest = None if integrators()[integrator].implicit else modes.fastest(state, step)
+    if fastest is None:
+        return ""
+    found = against(integrator, step, *fastest)
+    return f"{found.where}: {found.what}" if found.omega_h >= THRESHOLDS.near_limit * found.limit else ""
