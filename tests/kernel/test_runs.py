@@ -25,7 +25,7 @@ def chain() -> Scene:
     return random_chain(12, ["revolute", "universal", "spherical"])
 
 
-@pytest.mark.parametrize(("name", "duration"), [("five_bar", 2.0), ("spatial_slider_crank", 0.4)])
+@pytest.mark.parametrize(("name", "duration"), [("five_bar", 1.0), ("spatial_slider_crank", 0.4)])
 def test_tight_trajectories_are_one_to_a_nanometre(name, duration):
     """Positions and reactions of all formulations, at output times inside steps and at their ends."""
     keys = {"duration": duration, "output_step": duration / 10, **TIGHT}
