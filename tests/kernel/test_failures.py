@@ -100,7 +100,11 @@ def test_ctrl_c_on_the_command_line_keeps_the_results(tmp_path):
     program = [sys.executable, "-c", "from mbproj.cli import main; main()", "run", FIVE_BAR, "--quiet"]
     options = ["--duration", "1e6", "--step", "1e-4", "--output-step", "0.1"]
     process = subprocess.Popen(
-        [*program, *options], cwd=tmp_path, env={"PYTHONPATH": str(ROOT)}, stderr=subprocess.PIPE, text=True
+        [*program, *options],
+        cwd=tmp_path,
+        env={**os.environ, "PYTHONPATH": str(ROOT)},
+        stderr=subprocess.PIPE,
+        text=True,
     )
     part = tmp_path / "results.h5.part"
     while not part.exists() and process.poll() is None:
