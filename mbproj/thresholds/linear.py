@@ -115,5 +115,5 @@ class Linear:
     )
     no_damping: float = threshold(1e-12, "1", "numpy", "less damping than this is none", "4500 ε")
     slowest_sought: float = threshold(
-        1e-3, "rad/s", "numpy", "the first shift is chosen as if the fastest mode had at least this speed", "chosen"
+        1e-3, "rad/s", "numpy", "the first shift is chosen as if a mode had at least this speed", "chosen"
     )

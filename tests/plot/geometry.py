@@ -9,12 +9,14 @@ from matplotlib.figure import Figure
 from matplotlib.text import Text
 from matplotlib.transforms import Bbox
 
+#: A text with its place in pixels.
+Placed = tuple[str, Bbox]
 #: Pixels by which boxes of texts may overlap: letters do not fill them.
 SLACK = 2.0
 
 
-def texts(figure: Figure) -> list[tuple[str, Bbox]]:
-    """Every text that is drawn, with its place in pixels."""
+def texts(figure: Figure) -> list[Placed]:
+    """Every text that is drawn. Drawing is what takes the time."""
     canvas = FigureCanvasAgg(figure)
     canvas.draw()
     renderer = canvas.get_renderer()
@@ -33,20 +35,20 @@ def texts(figure: Figure) -> list[tuple[str, Bbox]]:
     return [(text.get_text(), text.get_window_extent(renderer)) for text in drawn if text.get_text().strip()]
 
 
-def outside(figure: Figure) -> list[str]:
+def outside(figure: Figure, drawn: list[Placed]) -> list[str]:
     """The texts that are not wholly on the page."""
     page = figure.bbox.padded(1.0)
     return [
         text
-        for text, box in texts(figure)
+        for text, box in drawn
         if not (page.x0 <= box.x0 and box.x1 <= page.x1 and page.y0 <= box.y0 and box.y1 <= page.y1)
     ]
 
 
-def overlapping(figure: Figure) -> list[tuple[str, str]]:
+def overlapping(drawn: list[Placed]) -> list[tuple[str, str]]:
     """Pairs of texts of which one lies over the other."""
     found = []
-    for (one, first), (other, second) in combinations(texts(figure), 2):
+    for (one, first), (other, second) in combinations(drawn, 2):
         wide = min(first.x1, second.x1) - max(first.x0, second.x0)
         high = min(first.y1, second.y1) - max(first.y0, second.y0)
         if wide > SLACK and high > SLACK:

@@ -12,7 +12,7 @@ from mbproj.plot.save import save
 from mbproj.plot.style import line
 from mbproj.plot.words import CUT, width, wrapped
 from mbproj.results import open_results
-from tests.plot.geometry import outside, overlapping
+from tests.plot.geometry import outside, overlapping, texts
 from tests.results.pendulum_blocks import NAMES, block, record, scene, times
 
 LONG = "a_very_long_name_of_a_part_of_a_machine_" * 3
@@ -48,8 +48,9 @@ def crowded(tmp_path_factory):
 @pytest.mark.parametrize("results", [1, 2])
 def test_all_texts_are_on_the_page_and_beside_each_other(crowded, kind, results):
     figure = draw(kind, crowded[:results], ["first", "p" * 300 + " = 1e-3"][:results])
-    assert outside(figure) == []
-    assert overlapping(figure) == []
+    drawn = texts(figure)
+    assert outside(figure, drawn) == []
+    assert overlapping(drawn) == []
     assert figure.get_figwidth() == 6.3
     assert figure.get_figheight() < PAGE
 
