@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from mbproj.arrays import Array
-from mbproj.registry import PROJECTIONS
+from mbproj.registry import PROJECTIONS, with_fixed_steps
 from mbproj.scene.records import ProjectionSettings
 from mbproj.studies.measure.mechanism import Mechanism
 from mbproj.studies.measure.setting import Setting
@@ -97,6 +97,7 @@ def halved(mechanism: Mechanism, rate: float, slow: bool) -> Halved:
 def _over(mechanism: Mechanism, span: float, slow: bool) -> Halved:
     """The runs over a span in s."""
     own, times = Setting.of(mechanism.scene.settings), sample_times(span, 1)
+    own = replace(own, integrator=with_fixed_steps(own.integrator))
     done, solutions, failure = [], [], None
     for steps in STEPS[:FEWER] if slow else STEPS:
         found = solve(mechanism, replace(own, step=span / steps, tolerance=None), times)

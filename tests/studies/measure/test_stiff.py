@@ -15,8 +15,9 @@ from mbproj.studies.recommend.families import families
 from mbproj.studies.recommend.recommendation import recommend
 from mbproj.studies.stability import stability
 from mbproj.studies.variants.livelier import with_damping
+from mbproj.studies.verify.checks import verify
 from tests.integrate.stiff_scenes import CREEP
-from tests.studies.scenes import OSCILLATOR
+from tests.studies.scenes import OSCILLATOR, PENDULUM
 
 DAMPED = OSCILLATOR.replace("stiffness: 1}", "stiffness: 1, damping: 1}")
 
@@ -76,3 +77,13 @@ def test_auto_is_compared_at_tolerances_alone(stiff):
     with pytest.raises(InputError) as caught:
         compare(stiff, projections=["gpopm"], integrators=["auto"], steps=[0.1])
     assert caught.value.problems[0].message == "'auto' chooses its steps by their error: it takes no 'step'"
+
+
+def test_verify_takes_the_explicit_method_of_auto_with_fixed_steps():
+    """The order is that of DOP853."""
+    text = PENDULUM.replace("step: 0.01", "tolerance: 1.0e-6, integrator: auto")
+    spring = "forces:\n  coil: {type: torsion_spring_damper, joint: pin, stiffness: 10, damping: 0.1}\n"
+    found = verify(read_scene_text(text + spring))
+    assert not found.of("failed")
+    (order,) = (check for check in found.checks if check.name == "order")
+    assert order.remark.startswith("dop853 has order 8")
