@@ -133,9 +133,11 @@ def _run(shared: tuple[Scene, Array], setting: Setting) -> tuple[Solution, Energ
 
 
 def _solved(mechanism: Mechanism, setting: Setting, times: Array) -> tuple[Solution, EnergySplit | None]:
+    """A solution, and the split of its drift: none of `auto`, whose steps are not all of one method."""
     solution = solve(mechanism, setting, times)
     try:
-        return solution, None if solution.failure else energy_split(mechanism, solution)
+        split = None if solution.failure or setting.integrator == AUTOMATIC else energy_split(mechanism, solution)
+        return solution, split
     except SimulationError:
         return solution, None
 

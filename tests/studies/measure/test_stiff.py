@@ -74,6 +74,10 @@ def test_every_damping_is_scaled():
 
 
 def test_auto_is_compared_at_tolerances_alone(stiff):
+    found = compare(stiff, projections=["gpopm"], integrators=["auto"], tolerances=[1e-4], until=0.2, repetitions=1)
+    (entry,) = found.entries
+    assert entry.solution.failure is None
+    assert entry.split is None
     with pytest.raises(InputError) as caught:
         compare(stiff, projections=["gpopm"], integrators=["auto"], steps=[0.1])
     assert caught.value.problems[0].message == "'auto' chooses its steps by their error: it takes no 'step'"
