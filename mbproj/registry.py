@@ -81,15 +81,13 @@ STARTS = ("scene", EQUILIBRIUM)
 @dataclass(frozen=True)
 class IntegratorEntry:
     """An integrator's order, whether it estimates its error (an embedded pair), one line on it, its tableau's file;
-    whether its stages are implicit, for stiff scenes, and whether the kernel has it. Without, it runs in the full
-    formulation alone."""
+    whether its stages are implicit, for stiff scenes."""
 
     order: int
     embedded: bool
     summary: str
     tableau: Path
     implicit: bool = False
-    compiled: bool = True
 
 
 @cache
@@ -99,8 +97,8 @@ def integrators() -> Mapping[str, IntegratorEntry]:
     steppers = Path(__file__).parent / "integrate" / "steppers"
     for path in (*steppers.glob("tableaus/*.json"), *steppers.glob("implicit_tableaus/*.json")):
         data = json.loads(path.read_text(encoding="utf-8"))
-        implicit, compiled = path.parent.name.startswith("implicit"), data.get("compiled", True)
-        found[path.stem] = IntegratorEntry(data["order"], "error" in data, data["summary"], path, implicit, compiled)
+        implicit = path.parent.name.startswith("implicit")
+        found[path.stem] = IntegratorEntry(data["order"], "error" in data, data["summary"], path, implicit)
     return MappingProxyType(dict(sorted(found.items(), key=lambda item: (item[1].implicit, item[1].order))))
 
 

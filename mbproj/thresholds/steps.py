@@ -122,7 +122,7 @@ class Steps:
         1e-9, "1", "both", "changes below this part of a state that shrink no more are round-off", "ε k / c of a stage"
     )
     most_newton: int = threshold(
-        20, "1", "both", "Newton's method has failed after so many changes", "3 to 8 are usual"
+        40, "1", "both", "Newton's method has failed after so many changes", "3 to 8 are usual, 20 of coupled stages"
     )
     first_contraction: float = threshold(
         0.3,
@@ -136,6 +136,13 @@ class Steps:
     )
     secant_change: float = threshold(
         1e-3, "1", "kernel", "a law counts with its secant where its rate changes by more in a pass", "above round-off"
+    )
+    softened: float = threshold(
+        0.5,
+        "1",
+        "kernel",
+        "errors are filtered with a law as stiff as at the stage where it is softer than this part",
+        "a mass that comes to stick within a step",
     )
     free_passes: int = threshold(
         4, "-", "kernel", "after so many passes no law becomes less stiff, so that Newton's method ends", "chosen"

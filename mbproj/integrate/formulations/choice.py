@@ -22,7 +22,7 @@ from mbproj.kernel import build_info, core
 from mbproj.kernel.absence import warn_of_absence
 from mbproj.model.planar import NotPlanar, Plane, obstacle_in_plane, planar_reduction
 from mbproj.model.system import System
-from mbproj.registry import AUTOMATIC, PROJECTIONS, integrators
+from mbproj.registry import PROJECTIONS
 from mbproj.scene.records import Settings
 from mbproj.thresholds import THRESHOLDS
 
@@ -93,8 +93,6 @@ def _obstacle(system: System, settings: Settings) -> str | None:
     method = settings.projection.method
     if not PROJECTIONS[method].compiled:
         return f"the projection '{method}' exists in the full formulation only"
-    if settings.integrator != AUTOMATIC and not integrators()[settings.integrator].compiled:
-        return f"the integrator '{settings.integrator}' exists in the full formulation only"
     if settings.acceleration != "bordered":
         return f"'acceleration: {settings.acceleration}' exists in the full formulation only"
     return None if core() is not None else _no_kernel()

@@ -221,9 +221,8 @@ def work_of(block: Mapping[str, Any]) -> Array:
 
 def _tableau(core: ModuleType, tableau: Tableau | ImplicitTableau) -> Any:
     if isinstance(tableau, ImplicitTableau):
-        coefficients = {
-            name: np.ascontiguousarray(getattr(tableau, name)) for name in ("a", "b", "c", "error", "dense")
-        }
+        names = ("a", "b", "c", "error", "dense", "splitting")
+        coefficients = {name: np.ascontiguousarray(getattr(tableau, name)) for name in names}
         return core.Tableau.implicit(tableau.order, tableau.error_order, tableau.gamma, **coefficients)
     parts = (tableau.a, tableau.b, tableau.c, tableau.error, tableau.extra_a, tableau.extra_c, tableau.dense)
     return core.Tableau(tableau.order, tableau.error_order, *(np.ascontiguousarray(part) for part in parts))

@@ -20,7 +20,8 @@ class ImplicitTableau:
 
     `a` (s, s), `b` (s,) is its last row, `c` (s,). `error` (s,): weights of the stages in the estimate of the local
     error, which is filtered by (I - h `gamma` ∂f/∂y)⁻¹; it is of order `error_order` + 1 in h. `dense` (s, d): the
-    coefficients of θ, θ², … of the continuous extension, over the stages.
+    coefficients of θ, θ², … of the continuous extension, over the stages. `splitting` (s, s): the lower triangle, with
+    `gamma` on its diagonal, by which the kernel solves the stages; `a` itself where none needs a later one.
     """
 
     name: str
@@ -32,6 +33,7 @@ class ImplicitTableau:
     c: Array
     error: Array
     dense: Array
+    splitting: Array
 
     @property
     def stages(self) -> int:
@@ -59,4 +61,5 @@ def load_implicit_tableau(name: str) -> ImplicitTableau:
         c=vector(data["c"]),
         error=vector(data["error"]),
         dense=matrix(data["dense"], len(data["dense"][0])),
+        splitting=matrix([[], *data.get("splitting", data["a"])], stages),
     )

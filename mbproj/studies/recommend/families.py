@@ -73,13 +73,12 @@ class Family:
 
 def families(base: Setting, interval: float, *, stiff: bool = False) -> Iterator[Family]:
     """Those of explicit integrators, those first whose cost grows least with accuracy; where forces may be `stiff` then
-    those of the implicit ones that the kernel has, and of `auto`. `base` says how constraints are enforced."""
+    those of the implicit ones, and of `auto`. `base` says how constraints are enforced."""
     names = explicit_integrators()[::-1]
     yield from (Family(base, name, True, interval) for name in names if integrators()[name].embedded)
     yield from (Family(base, name, False, interval) for name in names)
     if stiff:
-        implicit = (name for name in implicit_integrators() if integrators()[name].compiled)
-        yield from (Family(base, name, True, interval) for name in (*implicit, AUTOMATIC))
+        yield from (Family(base, name, True, interval) for name in (*implicit_integrators(), AUTOMATIC))
 
 
 def closing(setting: Setting) -> Setting:

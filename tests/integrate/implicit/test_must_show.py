@@ -7,7 +7,8 @@ from math import asin, cos, sqrt
 import numpy as np
 import pytest
 
-from scripts.stiff_work_precision import belt, chain, governor, run
+from scripts.stiff.cases import belt, chain, governor
+from scripts.stiff.measure import run
 
 IMPLICIT = ("esdirk4", "radau5")
 

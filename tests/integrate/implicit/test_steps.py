@@ -8,7 +8,7 @@ from functools import cache
 import numpy as np
 import pytest
 
-from mbproj.errors import InputError, SimulationError
+from mbproj.errors import SimulationError
 from mbproj.integrate import simulate
 from mbproj.registry import integrators
 from mbproj.scene import read_scene, read_scene_text
@@ -139,12 +139,6 @@ def test_samples_within_a_step(integrator):
     assert report.counters["steps"] < 20
     assert off(found, spinning(), "q") < 1e-6
     assert off(found, spinning(), "acceleration") < 1e-3
-
-
-def test_the_kernel_does_not_have_it_yet():
-    scene = read_scene_text(SPINNING)
-    with pytest.raises(InputError, match="the integrator 'radau5' exists in the full formulation only"):
-        run(scene, duration=0.1, step=0.02, integrator="radau5", formulation="reduced")
 
 
 def test_what_does_not_converge_is_named():

@@ -84,10 +84,10 @@ def attempt(text: str, parameters: dict | None = None, **simulation: object) -> 
 
 
 def assert_stopped_with_the_reason(outcome: Outcome, singular_time: float, step: float) -> None:
-    """Within two steps of the pose, as a singular one, or because implicit stages have no solution there."""
+    """Within two steps of the pose, as a singular one."""
     error = outcome.stopped
     assert error is not None
-    assert "singular position" in error.cause or "Newton's method did not solve" in error.cause, str(error)
+    assert "singular position" in error.cause, str(error)
     assert abs(error.time - singular_time) <= 2.0 * step, str(error)
 
 
@@ -127,7 +127,7 @@ def test_a_parallelogram_keeps_its_cranks_parallel(offset, closure, formulation)
 
 
 @pytest.mark.parametrize(("closure", "formulation"), FORMS[:3])
-@pytest.mark.parametrize("integrator", [name for name, entry in integrators().items() if entry.compiled])
+@pytest.mark.parametrize("integrator", list(integrators()))
 def test_no_integrator_leaves_the_parallelogram(integrator, closure, formulation):
     """Eight turns, with stages of the step everywhere; each of 16 passages may cost 1 % of the speed."""
     for step in (0.02, 0.1, np.pi / 16):
@@ -147,9 +147,7 @@ def test_no_integrator_leaves_the_parallelogram(integrator, closure, formulation
 
 
 @pytest.mark.parametrize("closure", ["revolute", "point_on_line"])
-@pytest.mark.parametrize(
-    "integrator", [name for name, entry in integrators().items() if entry.embedded and entry.compiled]
-)
+@pytest.mark.parametrize("integrator", [name for name, entry in integrators().items() if entry.embedded])
 def test_error_control_does_not_leave_the_parallelogram(integrator, closure):
     text = PARALLELOGRAM.replace("CLOSURE", closure).replace("step: 0.05", "tolerance: 1.0e-8, output_step: 0.05")
     for start in (-1.0, -0.4321, np.pi - 2.0):

@@ -109,11 +109,13 @@ inline void check_implicit_tableau(const Tableau& t, int most_stages) {
     if (t.error.cols() != s) refuse("error", "has a wrong shape");
     if (t.dense.rows() != s || t.dense.cols() < 1) refuse("dense", "has a wrong shape");
     if (t.order < 1 || t.error_order < 1) refuse("order", "is not positive");
+    if (t.splitting.rows() != s || t.splitting.cols() != s) refuse("splitting", "has a wrong shape");
+    if (!t.a.row(0).isZero(0.0)) refuse("a", "does not begin with the start of the step");
     for (Eigen::Index i = 0; i < s; ++i) {
-        if (t.a(i, i) != (i ? t.gamma : 0.0)) refuse("a", "does not have gamma on its diagonal");
+        if (t.splitting(i, i) != (i ? t.gamma : 0.0)) refuse("splitting", "does not have gamma on its diagonal");
         if (t.a(s - 1, i) != t.b[i]) refuse("b", "is not the last stage");
         for (Eigen::Index j = i + 1; j < s; ++j)
-            if (t.a(i, j) != 0.0) refuse("a", "couples its stages");
+            if (t.splitting(i, j) != 0.0) refuse("splitting", "is not lower triangular");
     }
 }
 

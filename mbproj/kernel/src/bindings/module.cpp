@@ -68,8 +68,9 @@ void add_settings(nb::module_& m) {
         .def_static(
             "implicit",
             [](int order, int error_order, double gamma, Numbers2 a, Numbers1 b, Numbers1 c, Numbers1 error,
-               Numbers2 dense) {
+               Numbers2 dense, Numbers2 splitting) {
                 Tableau built{order, error_order, matrix(a, "a"), numbers(b, "b"), numbers(c, "c"), {}, {}, {}, {}};
+                built.splitting = matrix(splitting, "splitting");
                 const std::vector<double> weights = numbers(error, "error");
                 built.error = Eigen::Map<const RowMajor>(weights.data(), 1, static_cast<Eigen::Index>(weights.size()));
                 built.dense = matrix(dense, "dense");
@@ -78,7 +79,7 @@ void add_settings(nb::module_& m) {
                 return built;
             },
             nb::arg("order"), nb::arg("error_order"), nb::arg("gamma"), nb::arg("a"), nb::arg("b"), nb::arg("c"),
-            nb::arg("error"), nb::arg("dense"));
+            nb::arg("error"), nb::arg("dense"), nb::arg("splitting"));
     nb::enum_<Correction>(m, "Correction")
         .value("none", Correction::none)
         .value("baumgarte", Correction::baumgarte)

@@ -112,7 +112,7 @@ public:
     }
     // With the masses and what stiff forces add to them in an implicit stage with this g, at the state in place, in a pass of
     // Newton's method. The rows held stay, however near they are to dependent on the compliant ones.
-    bool factor_stiff(double g, int pass) {
+    bool factor_stiff(double g, Pass pass) {
         metric_ = Metric::stiff;
         solver_.compliance().set(applied_, pose_, motion_, window_.seen(t_), expected_, g, pass);
         return held_ = factored_ = solver_.factor(pose_, Metric::stiff, 0.0);

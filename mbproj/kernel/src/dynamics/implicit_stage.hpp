@@ -19,24 +19,31 @@ public:
     // Whether Newton's matrix is more than that of the masses.
     bool is_stiff() const { return !model_.stiff.empty(); }
 
+    // Stages are numbered below so many.
+    void remember(int stages) { equations_.solver().compliance().remember(stages); }
+
     // y' with the accelerations a at the state y at t, which was made by those in `before`, a slope; multipliers on request.
-    // `pass`: of Newton's method. False where there are none, or not with these rows.
-    bool slope(double t, const double* y, double g, const double* before, int pass, double* slope, double* lambda) {
+    // False where there are none, or not with these rows.
+    bool slope(double t, const double* y, double g, const double* before, Pass pass, double* slope, double* lambda) {
         if (!is_stiff()) return equations_.watched_derivative(t, y, slope, lambda);
         return stiff_slope(t, y, g, before, pass, slope, lambda);
     }
     // The same at a state beside the step, of which the row policy takes no note.
     bool slope_beside(double t, const double* y, double g, const double* before, double* slope, double* lambda) {
-        if (is_stiff()) return stiff_slope(t, y, g, before, 0, slope, lambda);
+        if (is_stiff()) return stiff_slope(t, y, g, before, {0, 0}, slope, lambda);
         equations_.set_pose(t, y);
         if (!equations_.factor(Metric::mass)) return false;
         equations_.set_velocities(y, false);
         return equations_.slope_at(y, slope, lambda);
     }
 
-    // (I - g ∂f/∂y)⁻¹ e of an error e of the state y, by the factor at hand: what stiff forces would make of it. What e does
-    // to the rows of G is left to the projection.
-    bool filter(const double* y, double g, double* e) {
+    // (I - g ∂f/∂y)⁻¹ e of an error e of the state y after so many stages: what stiff forces would make of it. By the factor
+    // at hand, unless a force was softer at another stage: where it gives way it has not held the error back. What e does to
+    // the rows of G is left to the projection.
+    bool filter(const double* y, double g, int stages, double* e) {
+        if (equations_.solver().compliance().soften(stages, g) &&
+            !equations_.solver().factor(equations_.pose(), Metric::stiff, 0.0))
+            return false;
         Applied<D>& applied = equations_.applied();
         KktSolver<D>& solver = equations_.solver();
         const Pose<D>& pose = equations_.pose();
@@ -102,7 +109,7 @@ private:
             turn_[b] = to_global(equations_.pose()[b].rotation, Turn<D>(part.omega()));
         }
     }
-    bool stiff_slope(double t, const double* y, double g, const double* before, int pass, double* slope,
+    bool stiff_slope(double t, const double* y, double g, const double* before, Pass pass, double* slope,
                      double* lambda) {
         equations_.set_pose(t, y);
         equations_.set_velocities(y, false);

@@ -50,6 +50,11 @@ template <int D> Model<D> with_compliant_rows(Model<D> model) {
     return model;
 }
 
+// Of Newton's method on the stage of this number.
+struct Pass {
+    int stage, number;
+};
+
 // How the forces of the compliant rows change with the accelerations of a stage.
 template <int D> class Compliance final {
 public:
@@ -57,27 +62,54 @@ public:
     using Root = Matrix<F, F>;
 
     explicit Compliance(const Model<D>& model)
-        : model_(model), weights_(model.stiff.size(), 0.0), slopes_(weights_), before_(model.stiff.size()),
+        : model_(model), weights_(model.stiff.size(), 0.0), slopes_(weights_),
           roots_(model.stiff.size(), Root(Root::Zero())) {}
 
+    // What was seen at each of so many stages.
+    void remember(int stages) {
+        before_.resize(stages * model_.stiff.size());
+        most_.resize(before_.size());
+    }
     bool empty() const { return weights_.empty(); }
 
     // D and ∂(-F)/∂s at a state, in a pass of Newton's method on a stage. A slope that would give energy is none. A function
     // that bends within the last change counts with its secant, or Newton's method would jump to and fro over a steep part
     // between two flat ones; after some passes nothing becomes less stiff, which leaves it no way to cycle.
     void set(const Applied<D>& applied, const Pose<D>& pose, const Motion<D>& motion, double t,
-             const std::vector<double>& expected, double g, int pass) {
+             const std::vector<double>& expected, double g, Pass pass) {
         for (std::size_t f = 0; f < weights_.size(); ++f) {
             if (model_.stiff[f].law < 0) continue;
             const LawSlopes found = applied.slopes(*model_.loads, model_.stiff[f].law, pose, motion, t, expected);
             double weight = std::max(g * g * found.of_value + g * found.of_rate, 0.0);
-            if (pass > 0 && std::isfinite(found.given)) weight = std::max(weight, secant(f, found, g));
-            weights_[f] = pass > model_.thresholds.free_passes ? std::max(weights_[f], weight) : weight;
-            before_[f] = found;
+            const std::size_t seen = pass.stage * weights_.size() + f;
+            if (pass.number > 0 && std::isfinite(found.given))
+                weight = std::max(weight, secant(model_.loads->laws[model_.stiff[f].law], before_[seen], found, g));
+            if (pass.number > model_.thresholds.free_passes) weight = std::max(weight, most_[seen]);
+            weights_[f] = most_[seen] = weight;
+            before_[seen] = found;
             slopes_[f] = std::max(found.of_value, 0.0);
             roots_[f](0, 0) = std::sqrt(weights_[f]);
         }
         if (g != g_) set_bushings(g);
+    }
+
+    // D of the stage, of so many, at which each law was least stiff, for an error that was made over all of them. False where
+    // the last one's is much the same.
+    bool soften(int stages, double g) {
+        bool changed = false;
+        for (std::size_t f = 0; f < weights_.size(); ++f) {
+            if (model_.stiff[f].law < 0) continue;
+            for (int stage = 1; stage < stages; ++stage) {
+                const LawSlopes& seen = before_[stage * weights_.size() + f];
+                const double weight = std::max(g * g * seen.of_value + g * seen.of_rate, 0.0);
+                if (!(weight < model_.thresholds.softened * weights_[f])) continue;
+                weights_[f] = weight;
+                slopes_[f] = std::max(seen.of_value, 0.0);
+                roots_[f](0, 0) = std::sqrt(weight);
+                changed = true;
+            }
+        }
+        return changed;
     }
 
     // D of a law, by its joint.
@@ -89,9 +121,7 @@ public:
 
 private:
     // D of the line through the last two states.
-    double secant(std::size_t f, const LawSlopes& now, double g) const {
-        const LawSlopes& before = before_[f];
-        const Law& law = model_.loads->laws[model_.stiff[f].law];
+    double secant(const Law& law, const LawSlopes& before, const LawSlopes& now, double g) const {
         const double change = now.rate - before.rate;
         if (!(std::abs(change) > model_.thresholds.secant_change * std::max(std::abs(now.rate), std::abs(before.rate))))
             return 0.0;
@@ -112,7 +142,8 @@ private:
 
     const Model<D>& model_;
     std::vector<double> weights_, slopes_;
-    std::vector<LawSlopes> before_;
+    std::vector<LawSlopes> before_;  // of each force at each stage
+    std::vector<double> most_;       // D, likewise
     std::vector<Root> roots_;
     double g_ = 0.0;  // of the bushings' roots
 };

@@ -21,8 +21,10 @@ struct Tableau {
     RowMajor extra_a;
     std::vector<double> extra_c;
     RowMajor dense;
-    double gamma = 0.0;  // of an implicit method: what filters the error, and the diagonal of a; 0 of an explicit one
+    double gamma = 0.0;  // of an implicit method: what filters the error, and the diagonal of `splitting`; else 0
+    RowMajor splitting;  // the lower triangle with which stages are solved; a itself where none needs a later one
     bool is_implicit() const { return gamma > 0.0; }
+    bool is_coupled() const { return is_implicit() && splitting != a; }
     int stages() const { return static_cast<int>(b.size()); }
 };
 

@@ -24,7 +24,7 @@ struct Thresholds {
     // mbproj/thresholds/steps.py
     double safety, smallest_change, largest_change, least_error, least_error_before, part_after_break, turns_told,
         most_turned, located, glance, widest_polishing, bracketed, beside, chatter, newton_part, newton_fixed,
-        newton_floor, secant_change, first_contraction, least_contraction;
+        newton_floor, secant_change, softened, first_contraction, least_contraction;
     int most_polishing, most_chatter, most_newton, free_passes;
 };
 
@@ -100,6 +100,7 @@ template <class Visit> void each_threshold(Visit&& visit) {
     visit("first_contraction", &Thresholds::first_contraction);
     visit("least_contraction", &Thresholds::least_contraction);
     visit("secant_change", &Thresholds::secant_change);
+    visit("softened", &Thresholds::softened);
     visit("free_passes", &Thresholds::free_passes);
 }
 

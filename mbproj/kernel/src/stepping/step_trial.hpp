@@ -156,7 +156,8 @@ private:
     Outcome failed_at(double t) {
         const auto unsolved = stepper_.unsolved();
         if (!unsolved) return step_end_.failed_at(t);
-        const bool near = equations_.policy().passed().smallest < thresholds_.near_branch;
+        const bool near =
+            equations_.policy().passed().smallest < thresholds_.near_branch || equations_.is_near_singular();
         return Outcome::unsolved(t, unsolved->body, unsolved->force, near);
     }
     void stop_at(double t) { now_.outcome = failed_at(t); }

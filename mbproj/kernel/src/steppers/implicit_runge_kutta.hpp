@@ -1,7 +1,9 @@
-// Singly diagonally implicit Runge-Kutta steps of an explicit first stage, stiffly accurate (ESDIRK): each stage is solved
-// after the other for its accelerations (dynamics/implicit_stage.hpp). The last stage is the end of the step, and its slope
-// the first of the next step: evaluated anew after the projection, a stiff spring would make a large force of the little that
-// the projection has moved it.
+// Implicit Runge-Kutta steps of an explicit first stage, stiffly accurate. Stages are solved for their accelerations
+// (dynamics/implicit_stage.hpp), one after another where none needs a later one (ESDIRK). Where they are coupled, A = L + (A - L)
+// with L lower triangular and hγ on its diagonal: in each pass of Newton's method, one stage after another is solved with L,
+// and what A - L adds is that of the pass before (van der Houwen & de Swart 1997). The last stage is the end of the step, and
+// its slope the first of the next step: evaluated anew after the projection, a stiff spring would make a large force of the
+// little that the projection has moved it.
 #pragma once
 
 #include "dynamics/implicit_stage.hpp"
@@ -9,7 +11,7 @@
 
 namespace mbproj {
 
-template <int D> class DiagonallyImplicit final : public Stepper<D> {
+template <int D> class ImplicitRungeKutta final : public Stepper<D> {
 public:
     using Base = Stepper<D>;
     using S = Size<D>;
@@ -17,15 +19,17 @@ public:
     using typename Base::Visit;
 
     // `tolerance`: of the steps, or 0 where they are fixed.
-    DiagonallyImplicit(const Tableau& tableau, EquationsOfMotion<D>& equations, double length, double tolerance)
+    ImplicitRungeKutta(const Tableau& tableau, EquationsOfMotion<D>& equations, double length, double tolerance)
         : Base(tableau, equations, length, tableau.stages()), implicit_(equations),
           thresholds_(equations.model().thresholds),
           least_(std::max(thresholds_.newton_part * tolerance, thresholds_.newton_fixed)), base_(equations.total()),
           found_(Vector::Zero(equations.total())), jump_(found_), lambda_(equations.model().all_rows()),
-          jump_lambda_(lambda_), after_lambda_(lambda_) {}
-    DiagonallyImplicit(const DiagonallyImplicit&) = default;
+          jump_lambda_(lambda_), after_lambda_(lambda_), old_(tableau.stages(), found_) {
+        implicit_.remember(tableau.stages());
+    }
+    ImplicitRungeKutta(const ImplicitRungeKutta&) = default;
 
-    std::unique_ptr<Base> copy() const override { return std::make_unique<DiagonallyImplicit>(*this); }
+    std::unique_ptr<Base> copy() const override { return std::make_unique<ImplicitRungeKutta>(*this); }
 
     long attempt_cost() const override { return evaluations_; }
     int error_cost() const override { return 0; }
@@ -36,11 +40,13 @@ public:
         evaluations_ = 0;
         contraction_ = thresholds_.first_contraction;
         unsolved_.reset();
-        for (int s = 1; s < tableau_.stages(); ++s) {
-            combine(y, h, tableau_.a.row(s), s, base_);
-            extrapolate(s);
-            if (!solve(t + tableau_.c[s] * h, h * tableau_.a(s, s), k_[s])) return false;
+        if (tableau_.is_coupled()) {
+            if (!solve(t, y, h, 1, tableau_.stages())) return false;
+            combine(y, h, tableau_.b, tableau_.stages(), y_new);
+            return true;
         }
+        for (int s = 1; s < tableau_.stages(); ++s)
+            if (!solve(t, y, h, s, s + 1)) return false;
         y_new = stage_;
         return true;
     }
@@ -50,7 +56,7 @@ public:
         Vector state(y.size());
         for (int s = 0; s < tableau_.stages(); ++s) {
             if (tableau_.b[s] == 0.0) continue;
-            combine(y, h, tableau_.a.row(s), s + 1, state);
+            combine(y, h, tableau_.a.row(s), tableau_.stages(), state);
             visit(tableau_.b[s], t + tableau_.c[s] * h, state);
         }
     }
@@ -58,7 +64,7 @@ public:
     std::optional<double> error(double, const Vector& y, const Vector& y_new, double h, double tolerance) override {
         found_.setZero();
         for (int s = 0; s < tableau_.stages(); ++s) found_ += (h * tableau_.error(0, s)) * k_[s];
-        if (implicit_.is_stiff() && !implicit_.filter(y_new.data(), h * tableau_.gamma, found_.data()))
+        if (implicit_.is_stiff() && !implicit_.filter(y_new.data(), h * tableau_.gamma, tableau_.stages(), found_.data()))
             return std::nullopt;
         double sum = 0.0;
         for (int i = 0; i < equations_.size(); ++i) {
@@ -109,43 +115,62 @@ public:
 private:
     static constexpr int most_extrapolated = 3;  // stages
 
-    // The accelerations of stage s from those of the stages before, by the polynomial through them.
-    void extrapolate(int s) {
+    // The accelerations of the stages from s on, from those of the stages before, by the polynomial through them.
+    void extrapolate(int s, int end) {
         const std::vector<double>& c = tableau_.c;
         const int from = std::max(0, s - most_extrapolated);
-        k_[s].setZero();
-        for (int i = from; i < s; ++i) {
-            double weight = 1.0;
-            for (int j = from; j < s; ++j)
-                if (j != i) weight *= (c[s] - c[j]) / (c[i] - c[j]);
-            k_[s] += weight * k_[i];
-        }
-    }
-    // Newton's method for the stage at t, with the accelerations in k to begin with: k becomes its slope, `stage_` its state.
-    bool solve(double t, double g, Vector& k) {
-        double before = std::numeric_limits<double>::infinity();
-        for (int pass = 0; pass < thresholds_.most_newton; ++pass) {
-            place(g, k);
-            ++evaluations_;
-            if (!implicit_.slope(t, stage_.data(), g, k.data(), pass, found_.data(), lambda_.data()))
-                return pass > 0 && !equations_.broken_state().empty() && fails(k);
-            const double change = g * distance(found_, k);
-            k.swap(found_);
-            if (!std::isfinite(change)) return fails(k);
-            if (pass > 0) contraction_ = std::max(change / before, thresholds_.least_contraction);
-            if (is_solved(change, before)) {
-                place(g, k);
-                set_rates(stage_, k);
-                return true;
+        for (int to = s; to < end; ++to) {
+            k_[to].setZero();
+            for (int i = from; i < s; ++i) {
+                double weight = 1.0;
+                for (int j = from; j < s; ++j)
+                    if (j != i) weight *= (c[to] - c[j]) / (c[i] - c[j]);
+                k_[to] += weight * k_[i];
             }
-            before = change;
         }
-        return fails(k);
     }
 
-    // After a pass that has led from the accelerations in `found_` to those in k.
-    bool fails(const Vector& k) {
-        const Vector change = k - found_;
+    // Newton's method for the stages from `first` to `end`: k become their slopes, `stage_` the state of the last.
+    bool solve(double t, const Vector& y, double h, int first, int end) {
+        const double g = h * tableau_.gamma;
+        double before = std::numeric_limits<double>::infinity();
+        for (int pass = 0; pass < thresholds_.most_newton; ++pass) {
+            double change = 0.0;
+            for (int s = first; s < end; ++s) {
+                if (pass == 0) extrapolate(s, end);
+                if (pass == 0 || end - first > 1) set_base(y, h, s, first, pass);
+                place(g, k_[s]);
+                ++evaluations_;
+                const double time = t + tableau_.c[s] * h;
+                if (!implicit_.slope(time, stage_.data(), g, k_[s].data(), {s, pass}, found_.data(), lambda_.data()))
+                    return (pass > 0 || s > first) && !equations_.broken_state().empty() && fails(pass > 0 ? s : s - 1);
+                change = std::max(change, g * distance(found_, k_[s]));
+                k_[s].swap(found_);
+                old_[s].swap(found_);
+                if (!std::isfinite(change)) return fails(s);
+                place(g, k_[s]);
+                set_rates(stage_, k_[s]);
+            }
+            if (pass > 0) contraction_ = std::max(change / before, thresholds_.least_contraction);
+            if (is_solved(change, before)) return true;
+            before = change;
+        }
+        return fails(end - 1);
+    }
+
+    // What stage s is without hγ of its own slope: in the first pass with what the stages before have come to.
+    void set_base(const Vector& y, double h, int s, int first, int pass) {
+        for (int j = 0; j < tableau_.stages(); ++j) weights_[j] = tableau_.a(s, j);
+        weights_[s] -= tableau_.gamma;
+        for (int j = first; pass > 0 && j < s; ++j) weights_[j] = tableau_.splitting(s, j);
+        combine(y, h, weights_, tableau_.stages(), base_);
+        for (int j = first; pass > 0 && j < s; ++j)
+            base_ += h * (tableau_.a(s, j) - tableau_.splitting(s, j)) * old_[j];
+    }
+
+    // For want of stage s.
+    bool fails(int s) {
+        const Vector change = k_[s] - old_[s];
         unsolved_ = Unsolved{furthest(change), implicit_.leader(change)};
         return false;
     }
@@ -209,8 +234,10 @@ private:
     const Thresholds& thresholds_;
     const double least_;  // of a velocity, to which stages are solved
     Vector base_, found_, jump_;
+    double weights_[most_stages];
     std::vector<double> lambda_;  // of the last stage
     std::vector<double> jump_lambda_, after_lambda_;
+    std::vector<Vector> old_;  // slopes of the stages in the pass before
     long evaluations_ = 0;
     double contraction_ = thresholds_.first_contraction;
     std::optional<Unsolved> unsolved_;
