@@ -110,6 +110,12 @@ public:
         held_ = factored_ = false;
         return solver_.factor(pose_, metric, 0.0);
     }
+    // How stiff forces are at the start of a step.
+    void begin_stiff(double t, const double* y, double g) {
+        set_pose(t, y);
+        set_velocities(y, false);
+        solver_.compliance().set(applied_, pose_, motion_, window_.seen(t_), expected_, g, {0, 0});
+    }
     // With the masses and what stiff forces add to them in an implicit stage with this g, at the state in place, in a pass of
     // Newton's method. The rows held stay, however near they are to dependent on the compliant ones.
     bool factor_stiff(double g, Pass pass) {

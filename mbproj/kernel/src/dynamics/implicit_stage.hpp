@@ -22,6 +22,11 @@ public:
     // Stages are numbered below so many.
     void remember(int stages) { equations_.solver().compliance().remember(stages); }
 
+    // A step begins at y at t: `filter` looks at how stiff forces are there, too.
+    void begin(double t, const double* y, double g) {
+        if (is_stiff()) equations_.begin_stiff(t, y, g);
+    }
+
     // y' with the accelerations a at the state y at t, which was made by those in `before`, a slope; multipliers on request.
     // False where there are none, or not with these rows.
     bool slope(double t, const double* y, double g, const double* before, Pass pass, double* slope, double* lambda) {
@@ -38,8 +43,8 @@ public:
     }
 
     // (I - g ∂f/∂y)⁻¹ e of an error e of the state y after so many stages: what stiff forces would make of it. By the factor
-    // at hand, unless a force was softer at another stage: where it gives way it has not held the error back. What e does to
-    // the rows of G is left to the projection.
+    // at hand, unless a force was softer at an earlier stage: where it gives way it has not held the error back. What e does
+    // to the rows of G is left to the projection.
     bool filter(const double* y, double g, int stages, double* e) {
         if (equations_.solver().compliance().soften(stages, g) &&
             !equations_.solver().factor(equations_.pose(), Metric::stiff, 0.0))

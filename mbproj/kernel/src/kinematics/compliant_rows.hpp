@@ -99,7 +99,7 @@ public:
         bool changed = false;
         for (std::size_t f = 0; f < weights_.size(); ++f) {
             if (model_.stiff[f].law < 0) continue;
-            for (int stage = 1; stage < stages; ++stage) {
+            for (int stage = 0; stage < stages; ++stage) {
                 const LawSlopes& seen = before_[stage * weights_.size() + f];
                 const double weight = std::max(g * g * seen.of_value + g * seen.of_rate, 0.0);
                 if (!(weight < model_.thresholds.softened * weights_[f])) continue;

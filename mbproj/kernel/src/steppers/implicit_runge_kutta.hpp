@@ -40,6 +40,7 @@ public:
         evaluations_ = 0;
         contraction_ = thresholds_.first_contraction;
         unsolved_.reset();
+        implicit_.begin(t, y.data(), h * tableau_.gamma);
         if (tableau_.is_coupled()) {
             if (!solve(t, y, h, 1, tableau_.stages())) return false;
             combine(y, h, tableau_.b, tableau_.stages(), y_new);
@@ -64,7 +65,8 @@ public:
     std::optional<double> error(double, const Vector& y, const Vector& y_new, double h, double tolerance) override {
         found_.setZero();
         for (int s = 0; s < tableau_.stages(); ++s) found_ += (h * tableau_.error(0, s)) * k_[s];
-        if (implicit_.is_stiff() && !implicit_.filter(y_new.data(), h * tableau_.gamma, tableau_.stages(), found_.data()))
+        if (implicit_.is_stiff() &&
+            !implicit_.filter(y_new.data(), h * tableau_.gamma, tableau_.stages(), found_.data()))
             return std::nullopt;
         double sum = 0.0;
         for (int i = 0; i < equations_.size(); ++i) {
