@@ -54,6 +54,38 @@ class Sketch:
 
 FLAT = (-90.0, 0.0)
 SKETCHES: Mapping[str, Sketch] = {
+    "bouncing_ball": Sketch(
+        FLAT,
+        2.0,
+        (0.35, 0.68, 1.35),
+        {"ball": (disc((0, 0, 0), 0.1, 1),), "ground": (bar((-0.2, 0, -0.01), (1.5, 0, -0.01), width=4),)},
+    ),
+    "bump_stop": Sketch(
+        FLAT,
+        1.2,
+        (0.33,),
+        {
+            "body": (*box(0.35, 0.08, 0.1), bar((-0.08, 0, -0.1), (-0.08, 0, -0.26), width=12)),
+            "hub": (disc((0, 0, 0), 0.3, 1), bar((0, 0, 0), (0, 0, 0.4), width=6)),
+            "ground": (bar((-0.6, 0, -0.01), (0.6, 0, -0.01), width=4),),
+        },
+    ),
+    "door_with_stop": Sketch(
+        (-65.0, 28.0),
+        1.2,
+        (0.25, 0.56),
+        {
+            "leaf": box(0.45, 0.02, 1.0),
+            "ground": (bar((0, 0, 0), (0, 0, 2.05), (0.93, 0, 2.05), (0.93, 0, 0), width=5),),
+        },
+    ),
+    "newtons_cradle": Sketch(
+        FLAT,
+        0.9,
+        (0.45,),
+        {"ball_*": (bar((0, 0, 0.2), (0, 0, 0), width=1.5), disc((0, 0, 0), 0.025, 1))},
+        hangs=True,
+    ),
     "physical_pendulum": Sketch(FLAT, 1.4, (0.3, 0.5, 0.7), hangs=True),
     "double_pendulum": Sketch(FLAT, 3.0, (0.3, 0.45, 0.6), hangs=True),
     "five_bar": Sketch(FLAT, 2.0, (0.4, 0.7, 1.0), hangs=True),

@@ -73,9 +73,9 @@ MAY_IMPORT = {
 FOLDERS = {
     "scene": ("text", "expressions", "fields", "ranges", "solids", "blocks"),
     "model": ("compile", "planar"),
-    "dynamics": ("equations", "derivatives", "assembly", "observe", "rank"),
+    "dynamics": ("equations", "derivatives", "assembly", "observe", "rank", "contact"),
     "projection": ("methods", "solve"),
-    "integrate": ("steppers", "events", "outcome", "formulations", "loop", "stiff", "automatic"),
+    "integrate": ("steppers", "events", "outcome", "formulations", "loop", "stiff", "automatic", "stops"),
     "results": ("file", "crash_safety", "linear", "sweep"),
     "studies": (
         "store",

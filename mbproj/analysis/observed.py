@@ -17,7 +17,14 @@ from mbproj.results import Results
 from mbproj.scene.records import Expectation
 
 #: The names of the columns by what is observed, and where its samples stand.
-PLACES = {"marker": "markers", "body": "bodies", "joint": "joints", "force": "forces", "motion": "motions"}
+PLACES = {
+    "marker": "markers",
+    "body": "bodies",
+    "joint": "joints",
+    "force": "forces",
+    "motion": "motions",
+    "stop": "stops",
+}
 ENERGIES = ("diagnostics/kinetic_energy", "diagnostics/potential_energy")
 BALANCE = "diagnostics/energy_balance"
 _TRANSLATION, _ROTATION = ("x", "y", "z"), ("rx", "ry", "rz")

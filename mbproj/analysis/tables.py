@@ -1,4 +1,4 @@
-"""Results as tables of numbers by time: one for each body, marker, joint, force and motion, and one of diagnostics."""
+"""Results as tables of numbers by time: one for each body, marker, joint, force, motion and stop; diagnostics."""
 
 from __future__ import annotations
 
@@ -34,9 +34,11 @@ def tables(results: Results) -> Iterator[Table]:
                 blocks += _coordinates(results, name)
             open_ = _not_unique(results, column) if kind == "joints" else ()
             yield _table(results, f"{group}-{name}", blocks, open_)
-    for kind, symbol, group in (("force_units", "nf", "force"), ("motion_units", "nm", "motion")):
+    along = (("force_units", "nf", "force"), ("motion_units", "nm", "motion"), ("stop_units", "ns", "stop"))
+    for kind, symbol, group in along:
+        columns_of = [dataset for dataset in results.datasets if dataset.symbol == symbol]
         for column, unit in enumerate(results.names(kind)):
-            parts = [(dataset.path, own_unit(dataset.unit, unit)) for dataset in DATASETS if dataset.symbol == symbol]
+            parts = [(dataset.path, own_unit(dataset.unit, unit)) for dataset in columns_of]
             blocks = [(path.partition("/")[2], unit, results[path][:, column]) for path, unit in parts]
             yield _table(results, f"{group}-{results.names(f'{group}s')[column]}", blocks)
     diagnostics = [entry for entry in DATASETS if entry.path.startswith("diagnostics/")]
@@ -50,8 +52,12 @@ def tables(results: Results) -> Iterator[Table]:
 
 def _events(results: Results) -> Table:
     """When steps ended because of an event; whose and what it was is in the results file."""
+    headings: tuple[str, ...] = ("time (s)", "direction")
     values = np.array([[event.time, event.direction] for event in results.events])
-    return Table("events", ("time (s)", "direction"), values)
+    if results.names("stops"):
+        headings = (*headings, "impulse (N s or N m s)", "energy (J)")
+        values = np.hstack([values, [[event.impulse, event.energy] for event in results.events]])
+    return Table("events", headings, values)
 
 
 def _trust(trust: Trust) -> Table:

@@ -23,12 +23,13 @@ from mbproj.integrate.automatic.plan import told
 from mbproj.integrate.events.time_events import Event, crowded, events_of
 from mbproj.integrate.formulations.choice import choose
 from mbproj.integrate.loop.interruption import Interruption, interruption
-from mbproj.integrate.loop.one_method import march_by_one_method
 from mbproj.integrate.outcome.lock_up import naming_lock_up
 from mbproj.integrate.outcome.marks import START, Mark, Marks
 from mbproj.integrate.outcome.report import EnergyWatch, Report, words_on_passes, worst, worst_joint
 from mbproj.integrate.outcome.tally import Tally
 from mbproj.integrate.stiff.stiffness import StiffnessWatch
+from mbproj.integrate.stops.march import march
+from mbproj.integrate.stops.start import refuse_automatic, refuse_penetration
 from mbproj.kernel import fingerprint
 from mbproj.model.system import System
 from mbproj.registry import AUTOMATIC
@@ -96,6 +97,8 @@ def simulate(
     where the run cannot go on, and KeyboardInterrupt after SIGINT or SIGTERM; the last two after everything computed so
     far was recorded.
     """
+    refuse_penetration(system, state)
+    refuse_automatic(system, settings)
     choice = choose(system, state, settings)
     events = events_of(system, state.t, settings)
     weight = float(np.sum(system.mass) * np.linalg.norm(system.gravity))
@@ -104,7 +107,7 @@ def simulate(
     tally, energy, floors = Tally(), EnergyWatch(weight * reach, moves=moves), np.zeros(2)
     marks, build = Marks(resumed, wanted=keep is not None), "" if keep is None else fingerprint()
     automatic = Automatic(choice, system, state, settings) if settings.integrator == AUTOMATIC else None
-    stiffness = StiffnessWatch(choice, system, settings, partial(march_by_one_method, choice, system, tally=Tally()))
+    stiffness = StiffnessWatch(choice, system, settings, partial(march, choice, system, tally=Tally()))
     started, recording, observer = _Clocks.now(), _Clocks(), Observer(system, state)
     reached = state.t, state.q
     with (
@@ -115,7 +118,7 @@ def simulate(
         stiffness.naming(),
     ):
         if automatic is None:
-            run = march_by_one_method(choice, system, state, settings, tally=tally, marks=marks)
+            run = march(choice, system, state, settings, tally=tally, marks=marks)
         else:
             run = automatic.march(tally, marks)
         for samples in _blocks(run, asked, block_samples(system.bodies)):

@@ -15,6 +15,7 @@ from mbproj.model.bushings import Bushings
 from mbproj.model.euler_parameters import rotation_matrix
 from mbproj.model.forces import Forces
 from mbproj.model.planar import Plane, bushings_in_plane, coordinates_in_plane, locals_in_plane
+from mbproj.model.primitive_set import PrimitiveSet
 from mbproj.model.system import System
 
 
@@ -73,8 +74,9 @@ def plane_loads(core: ModuleType, system: System, plane: Plane, coordinates: Bou
     reference = np.concatenate([rotation_matrix(plane.reference), np.eye(3)[None]])[forces.on_bodies.body]
     given = forces.on_bodies
     maps = np.where(given.in_body[:, None, None], plane.axes.T @ reference @ given.turn, plane.axes.T)
+    along = along_in_plane(forces.laws.coordinates, forces.laws.joint_coordinate, plane, coordinates)
     return core.PlaneLoads(
-        coordinates=primitives(core.PlanePrimitives, system.bodies, _laws_in_plane(forces, plane, coordinates)),
+        coordinates=primitives(core.PlanePrimitives, system.bodies, along),
         joint_coordinate=_indices(coordinates_in_plane(plane, forces.laws.joint_coordinate)),
         point=_floats((plane.axes.T @ reference @ given.point[..., None])[:, :2, 0], 2),
         force_map=_floats(maps[:, :2], 2, 3),
@@ -111,13 +113,13 @@ def _plane_bushings(core: ModuleType, bodies: int, bushings: Bushings, plane: Pl
     )
 
 
-def _laws_in_plane(forces: Forces, plane: Plane, coordinates: Bound) -> Bound:
-    """The laws' coordinates: those of joints, and distances, one each."""
-    flat = bound_in_space(forces.laws.coordinates)._replace(local=locals_in_plane(plane, forces.laws.coordinates))
+def along_in_plane(own: PrimitiveSet, joint_coordinate: Integers, plane: Plane, coordinates: Bound) -> Bound:
+    """What forces or stops act along, one each: coordinates of joints where `joint_coordinate` numbers them, and where
+    it is -1 what is in `own`."""
+    flat = bound_in_space(own)._replace(local=locals_in_plane(plane, own))
     every = joined([coordinates, flat])
-    number = coordinates_in_plane(plane, forces.laws.joint_coordinate)
-    of_laws = len(coordinates.kind) + np.arange(forces.laws.size)
-    return every.only(np.where(number >= 0, number, of_laws))
+    number = coordinates_in_plane(plane, joint_coordinate)
+    return every.only(np.where(number >= 0, number, len(coordinates.kind) + np.arange(own.size)))
 
 
 def _common(core: ModuleType, system: System, forces: Forces) -> dict[str, Any]:
@@ -126,6 +128,7 @@ def _common(core: ModuleType, system: System, forces: Forces) -> dict[str, Any]:
         "bodies": system.bodies,
         "law": _floats(np.column_stack([laws.stiffness, laws.damping, laws.free]), 3),
         "law_program": _indices(laws.program),
+        "law_loses": _indices(laws.loses),
         "body": _indices(given.body),
         "is_torque": _indices(given.is_torque),
         "in_body": _indices(given.in_body),

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from types import ModuleType
 from typing import Any
 
@@ -9,9 +10,17 @@ import numpy as np
 
 from mbproj.arrays import Array, Integers, distinct_rows
 from mbproj.kernel.bound import Bound, bound_in_plane, bound_in_space, joined, primitives
-from mbproj.kernel.loads import motion_coordinate, motion_programs, motion_start, plane_loads, space_loads
+from mbproj.kernel.loads import (
+    along_in_plane,
+    motion_coordinate,
+    motion_programs,
+    motion_start,
+    plane_loads,
+    space_loads,
+)
 from mbproj.model.meshes import Meshes
 from mbproj.model.planar import Plane, coordinates_in_plane
+from mbproj.model.stops import Stops
 from mbproj.model.system import System
 from mbproj.thresholds import of_the_kernel
 
@@ -38,6 +47,7 @@ def space_model(core: ModuleType, system: System) -> Any:
         motion_coordinate=motion_coordinate(system).tolist(),
         meshes=_meshes(system.meshes.row, system.meshes.coordinate, system.meshes),
         **_space_flywheels(core, system),
+        **_space_stops(core, system),
     )
 
 
@@ -64,6 +74,30 @@ def _plane_flywheels(core: ModuleType, system: System, plane: Plane, coordinates
     }
 
 
+def _space_stops(core: ModuleType, system: System) -> dict[str, Any]:
+    """What stops limit; none where the scene has none."""
+    stops = system.stops
+    return {} if stops is None else _stops(core.SpacePrimitives, bound_in_space(stops.coordinates), system, stops)
+
+
+def _plane_stops(core: ModuleType, system: System, plane: Plane, coordinates: Bound) -> dict[str, Any]:
+    """The same in a plane: a coordinate that no motion in it changes is seen from within it, too."""
+    stops = system.stops
+    if stops is None:
+        return {}
+    along = along_in_plane(stops.coordinates, stops.joint_coordinate, plane, coordinates)
+    in_plane = replace(stops, joint_coordinate=coordinates_in_plane(plane, stops.joint_coordinate))
+    return _stops(core.PlanePrimitives, along, system, in_plane)
+
+
+def _stops(kind: Any, along: Bound, system: System, stops: Stops) -> dict[str, Any]:
+    return {
+        "stop_coordinates": primitives(kind, system.bodies, along),
+        "stop_turns": stops.joint_coordinate.tolist(),
+        "stop_bounds": stops.bound.tolist(),
+    }
+
+
 def plane_model(core: ModuleType, system: System, plane: Plane) -> Any:
     """The kernel's model of a planar system. Its joints are those with rows in the plane, by `joints_in_plane`."""
     coordinates = bound_in_plane(plane.coordinates)
@@ -85,6 +119,7 @@ def plane_model(core: ModuleType, system: System, plane: Plane) -> Any:
         motion_coordinate=coordinates_in_plane(plane, motion_coordinate(system)).tolist(),
         meshes=_meshes_in_plane(system, plane),
         **_plane_flywheels(core, system, plane, coordinates),
+        **_plane_stops(core, system, plane, coordinates),
     )
 
 

@@ -8,8 +8,8 @@ import numpy as np
 
 from mbproj.arrays import Array, Integers, Numbers
 from mbproj.dynamics.derivatives.blocks import Rows
+from mbproj.dynamics.derivatives.tangent_space import tangent_lengths
 from mbproj.errors import InputError, Problem
-from mbproj.linear.tangent_space import tangent_lengths
 from mbproj.model.system import System
 from mbproj.thresholds import THRESHOLDS
 

@@ -8,10 +8,10 @@ import numpy as np
 
 from mbproj.arrays import Array, Integers
 from mbproj.dynamics.derivatives.blocks import Rows
+from mbproj.dynamics.derivatives.tangent_space import tangent_lengths
 from mbproj.dynamics.equations.kinematics import Pose
 from mbproj.dynamics.rank.components import component_rows, loops_of
 from mbproj.dynamics.rank.row_space import row_distances, unit_rows
-from mbproj.linear.tangent_space import tangent_lengths
 from mbproj.model.system import System
 from mbproj.thresholds import THRESHOLDS
 

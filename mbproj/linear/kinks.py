@@ -7,8 +7,12 @@ from collections.abc import Iterator
 import numpy as np
 
 from mbproj.arrays import Array
+from mbproj.dynamics.assembly.assemble import coordinate_values
+from mbproj.dynamics.contact.inside import stop_sizes
 from mbproj.dynamics.derivatives.law_derivatives import law_slopes
 from mbproj.dynamics.equations.forces import law_state
+from mbproj.dynamics.equations.gaps import gaps
+from mbproj.dynamics.equations.turning import turns_of
 from mbproj.errors import InputError, Problem
 from mbproj.functions.program import COORDINATE, RATE
 from mbproj.functions.series import constant_series, run, slope
@@ -22,11 +26,27 @@ HINT = "linearise beside the kink, or smooth the force"
 def refuse_kinks(reference: Reference) -> None:
     """Raises InputError that names the forces which have no slope at the reference, two points that have met or the
     root of a square, or another one on either side: a stop at its edge, dry friction at rest."""
+    _refuse_touching(reference)
     if reference.system.forces is None:
         return
     problems = [
         Problem(f"force '{owner}' {why} at this pose: it has no linear part", hint=HINT)
         for owner, why in _kinks(reference, reference.system.forces)
+    ]
+    if problems:
+        raise InputError(problems)
+
+
+def _refuse_touching(reference: Reference) -> None:
+    """Raises InputError that names the rigid stops which touch at the reference: they act on one side alone."""
+    system, motion = reference.system, reference.motion
+    if system.stops is None:
+        return
+    turns = turns_of(system, motion.expected, coordinate_values(system, motion.pose))
+    near = gaps(system.stops, motion.pose, turns) <= THRESHOLDS.touching * stop_sizes(system)
+    problems = [
+        Problem(f"the rigid stop '{system.names.stops[k]}' touches at this pose: it has no linear part", hint=HINT)
+        for k in np.flatnonzero(system.stops.is_rigid & near)
     ]
     if problems:
         raise InputError(problems)

@@ -12,12 +12,12 @@ import numpy as np
 from mbproj.arrays import Array
 from mbproj.dynamics.derivatives.blocks import Blocks
 from mbproj.dynamics.derivatives.linear_equations import LinearEquations, linear_equations, tangent_force
+from mbproj.dynamics.derivatives.tangent_space import TangentSpace, tangent_lengths, tangent_space
 from mbproj.dynamics.equations.kinematics import Pose
 from mbproj.dynamics.equations.reflected import tangent_gradients
 from mbproj.linear.eigenvalues import Reduced
 from mbproj.linear.frames import in_axes
 from mbproj.linear.reference import Reference
-from mbproj.linear.tangent_space import TangentSpace, tangent_lengths, tangent_space
 from mbproj.model.system import System
 
 

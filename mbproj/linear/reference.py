@@ -10,6 +10,7 @@ from mbproj.arrays import Array
 from mbproj.dynamics.assembly.assemble import State, coordinate_values
 from mbproj.dynamics.derivatives.linear_equations import Motion, constraint_rows, mass_blocks, tangent_force
 from mbproj.dynamics.derivatives.tangent import tangent_velocities
+from mbproj.dynamics.derivatives.tangent_space import tangent_lengths, tangent_space
 from mbproj.dynamics.equations.equations_of_motion import tangent_mass_matrix
 from mbproj.dynamics.equations.forces import law_state
 from mbproj.dynamics.equations.kinematics import pose_of, twist_of
@@ -17,7 +18,7 @@ from mbproj.dynamics.equations.motions import drive_at
 from mbproj.dynamics.rank.right_hand_sides import tangent_gamma
 from mbproj.linear.bordered import Bordered
 from mbproj.linear.independent_rows import independent_rows
-from mbproj.linear.tangent_space import tangent_lengths, tangent_space
+from mbproj.model.contacts import standing_on_stops
 from mbproj.model.system import System
 from mbproj.thresholds import THRESHOLDS
 
@@ -52,6 +53,7 @@ class Reference:
 
 def reference_at(system: System, state: State, where: str) -> Reference:
     """The motion through a consistent state: the accelerations and multipliers are those of the equations of motion."""
+    system = standing_on_stops(system)
     pose = pose_of(state.q)
     twist, u = twist_of(pose, state.v), tangent_velocities(pose, state.v)
     expected = coordinate_values(system, pose) + 2.0 * np.pi * state.turns

@@ -29,6 +29,12 @@ class Bushings:
     damping: Array
     preload: Array
 
+    @classmethod
+    def none(cls) -> Bushings:
+        """No bushings."""
+        turn, square = np.zeros((0, 2, 4)), np.zeros((0, 6, 6))
+        return cls(np.zeros((0, 2), dtype=np.intp), np.zeros((0, 2, 3)), turn, square, square, np.zeros((0, 6)))
+
     @property
     def size(self) -> int:
         """B."""

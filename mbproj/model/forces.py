@@ -21,7 +21,8 @@ class Laws:
 
     `coordinates`: the s as primitives, E rows. `joint_coordinate` (E,): which of the system's coordinates s is, so that
     an angle counts the turns of its joint; -1 for distances. `stiffness`, `damping`, `free` (E,). `program` (E,): its
-    number in `Forces.programs`, -1 where a law has none.
+    number in `Forces.programs`, -1 where a law has none. `loses` (E,): whether what the program gives is energy
+    lost, as a damper's, not work done.
     """
 
     coordinates: PrimitiveSet
@@ -30,6 +31,7 @@ class Laws:
     damping: Array
     free: Array
     program: Integers
+    loses: npt.NDArray[np.bool_]
 
     @property
     def size(self) -> int:

@@ -13,13 +13,15 @@ from mbproj.model.meshes import Meshes
 from mbproj.model.motions import Motions
 from mbproj.model.primitive_set import PrimitiveSet
 from mbproj.model.reflected import ReflectedInertias
+from mbproj.model.stops import Stops
 
 
 @dataclass(frozen=True, eq=False)
 class Names:
-    """Names in the order of the arrays; coordinates as "joint.coordinate", with their units. `force_units` and
-    `motion_units` are those of what forces act along and motions drive, m or rad. `forces` end with the
-    reflected inertias, "joint.coordinate.inertia".
+    """Names in the order of the arrays; coordinates as "joint.coordinate", with their units. `force_units`,
+    `motion_units` and `stop_units` are those of what forces act along, motions drive and stops limit, m or rad.
+    `forces` end with the reflected inertias, "joint.coordinate.inertia"; `stops` are "joint.coordinate.low" and
+    "joint.coordinate.high", or the name of a force.
 
     `carriers` are what moves: the bodies, but for those that fixed joints have merged, which are called by their first.
     """
@@ -34,6 +36,8 @@ class Names:
     force_units: tuple[str, ...] = ()
     motions: tuple[str, ...] = ()
     motion_units: tuple[str, ...] = ()
+    stops: tuple[str, ...] = ()
+    stop_units: tuple[str, ...] = ()
 
     def as_mapping(self) -> dict[str, tuple[str, ...]]:
         """The names by kind, as a results file stores them."""
@@ -59,7 +63,7 @@ class System:
     carrier. `marker_body` (k,), `marker_local` (k, 3). `reaction_body` (nj,), `reaction_local` (nj, 3): body 2 of each
     joint and its point in it. `length` is the size of the mechanism in m: what an absolute tolerance is taken relative
     to. `body_places`, `joint_places`: where each carrier and joint stands in the scene file, for messages. `forces`,
-    `motions` and `reflected` (inertias on coordinates) are None where the scene has none.
+    `motions`, `reflected` (inertias on coordinates) and `stops` are None where the scene has none.
     """
 
     names: Names
@@ -83,6 +87,7 @@ class System:
     forces: Forces | None = None
     motions: Motions | None = None
     reflected: ReflectedInertias | None = None
+    stops: Stops | None = None
 
     @property
     def bodies(self) -> int:
@@ -107,7 +112,10 @@ class System:
         return np.concatenate([np.ones(self.bodies), *scales])
 
     def row_owner(self, row: int) -> str:
-        """Whose row of C this is, for messages: "joint 'A'", "motion 'm'", or "Euler parameters of 'rod'"."""
+        """Whose row of C this is, for messages: "joint 'A'", "motion 'm'", or "Euler parameters of 'rod'". After the
+        last row follow those that the stops have while they are held: "stop 'A.angle.low'"."""
+        if row >= self.constraints:
+            return f"stop '{self.names.stops[row - self.constraints]}'"
         if row >= self.bodies + self.joints.size:
             return f"motion '{self.names.motions[row - self.bodies - self.joints.size]}'"
         if row < self.bodies:

@@ -8,7 +8,7 @@ from math import prod
 
 from mbproj.errors import InputError
 from mbproj.results.file.contents import UNCHECKED
-from mbproj.results.layout import CONSTANTS, DATASETS, NAMES, Dataset
+from mbproj.results.layout import CONSTANTS, NAMES, Dataset
 from mbproj.results.reader import BESIDE_SAMPLES
 from mbproj.results.record import Results
 
@@ -29,10 +29,10 @@ class Soundness:
 def check_results(results: Results) -> Soundness:
     """Reads every dataset and attribute of the layout, one after another."""
     constants = [entry.path for entry in CONSTANTS if results.contents.has(entry.path)]
-    paths = [*SCENE, *(entry.path for entry in NAMES.values()), *constants, *(entry.path for entry in DATASETS)]
+    paths = [*SCENE, *(entry.path for entry in NAMES.values()), *constants, *(entry.path for entry in results.datasets)]
     faults = [*_beside_samples(results, constants), *_of_samples(results)]
     unguarded = tuple(path for path in paths if not results.contents.is_guarded(path))
-    size = sum(8 * prod(results.shape(dataset.path)) for dataset in DATASETS)
+    size = sum(8 * prod(results.shape(dataset.path)) for dataset in results.datasets)
     return Soundness(tuple(dict.fromkeys(faults)), len(paths), size, unguarded)
 
 
@@ -56,7 +56,7 @@ def _beside_samples(results: Results, constants: list[str]) -> Iterator[str]:
 
 
 def _of_samples(results: Results) -> Iterator[str]:
-    for dataset in DATASETS:
+    for dataset in results.datasets:
         try:
             yield from _of_dataset(results, dataset)
         except InputError as error:

@@ -8,6 +8,7 @@ from typing import NamedTuple, Protocol
 import h5py
 import numpy as np
 
+from mbproj.arrays import Array
 from mbproj.results.file.checksums import NOT_YET, crc32, stamp
 from mbproj.results.file.contents import Contents
 
@@ -20,6 +21,8 @@ LAYOUT = {
     "time": ("f8", "s", "when"),
     "name": (TEXT, "", "whose: a force, a motion, the scene's break_times, or the integrator's"),
     "kind": (TEXT, "", "what: a jump, a kink, one of an operation, an end of a narrow feature, asked for, a method"),
+    "impulse": ("f8", "N s or N m s", "that a stop gave in an impact; 0 of other events"),
+    "energy": ("f8", "J", "that was lost in the impact at that stop"),
     "direction": ("i8", "1", "1 where what it depends on rises, -1 where it falls, 0 for events in time"),
 }
 
@@ -35,15 +38,21 @@ class Happening(Protocol):
     def kind(self) -> str: ...
     @property
     def direction(self) -> int: ...
+    @property
+    def impulse(self) -> float: ...
+    @property
+    def energy(self) -> float: ...
 
 
 class RecordedEvent(NamedTuple):
-    """One event; `direction` is 0 in time."""
+    """One event; `direction` is 0 in time. Of an impact, the impulse in N s or N m s and the lost energy in J."""
 
     time: float
     name: str
     kind: str
     direction: int = 0
+    impulse: float = 0.0
+    energy: float = 0.0
 
 
 def create(file: h5py.File) -> None:
@@ -82,6 +91,14 @@ def read(contents: Contents) -> tuple[RecordedEvent, ...]:
     count = len(names)
     times = contents.array(f"{GROUP}/time", (count,))
     directions = contents.array(f"{GROUP}/direction", (count,), np.int64)
-    if len(kinds) != count or not np.isfinite(times).all() or not np.isin(directions, (-1, 0, 1)).all():
+    numbers = [_numbers(contents, name, count) for name in ("impulse", "energy")]
+    if len(kinds) != count or not np.isfinite([times, *numbers]).all() or not np.isin(directions, (-1, 0, 1)).all():
         raise contents.damaged(GROUP, "does not fit together")
-    return tuple(map(RecordedEvent, times.tolist(), names, kinds, directions.tolist()))
+    parts = (times.tolist(), names, kinds, directions.tolist(), *(each.tolist() for each in numbers))
+    return tuple(map(RecordedEvent, *parts))
+
+
+def _numbers(contents: Contents, name: str, count: int) -> Array:
+    """Zero in files of older programs."""
+    path = f"{GROUP}/{name}"
+    return contents.array(path, (count,)) if contents.has(path) else np.zeros(count)

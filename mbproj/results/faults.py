@@ -16,6 +16,7 @@ KINDS = {
     "coordinates": "joint coordinate",
     "forces": "force",
     "motions": "motion",
+    "stops": "stop",
 }
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 FORMAT = "mbproj results"
@@ -66,6 +67,13 @@ NAMES = {
     "motion_units": NameList("nm", "motions/units", "unit of the joint coordinate that each motion drives, rad or m"),
 }
 
+#: The same of what a file has only where the scene has some.
+LATER_NAMES = {
+    "stops": NameList("ns", "stops/names", "names of the stops: joint.coordinate.low or .high, or that of the force"),
+    "stop_units": NameList("ns", "stops/units", "unit of what each stop limits, rad or m"),
+}
+ALL_NAMES = {**NAMES, **LATER_NAMES}
+
 #: What a joint coordinate may be in.
 UNITS = ("rad", "m")
 
@@ -129,6 +137,19 @@ DATASETS: tuple[Dataset, ...] = (
     ),
     Dataset("diagnostics/factorisations", (), "1", f"factorisations {SINCE_START}", dtype=COUNT),
 )
+
+#: What a file has only where the scene has stops.
+OF_STOPS: tuple[Dataset, ...] = (
+    Dataset("stops/gap", ("ns",), "rad or m", "how far the mechanism is from the stop; negative where that gives way"),
+    Dataset("stops/rate", ("ns",), "rad/s or m/s", "its rate"),
+    Dataset("stops/force", ("ns",), "N m or N", "how hard the stop pushes, never negative; impacts are in /events"),
+)
+
+
+def datasets_for(sizes: Mapping[str, int]) -> tuple[Dataset, ...]:
+    """What a file with so many columns, by symbol, has; "time" is the first."""
+    return (*DATASETS, *OF_STOPS) if sizes.get("ns") else DATASETS
+
 
 UNIQUE = "whether the constraints determine this component; where not, redundant joints share it at will"
 CONSTANTS: tuple[Constant, ...] = (

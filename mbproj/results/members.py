@@ -58,6 +58,15 @@ class Motion:
 
 
 @dataclass(frozen=True)
+class Stop:
+    """How far a mechanism is from a stop (T) in m or rad, its rate, and how hard the stop pushes in N or N m."""
+
+    gap: Array
+    rate: Array
+    force: Array
+
+
+@dataclass(frozen=True)
 class Coordinate:
     """Value (T) in rad or m as `unit` says, and its rate."""
 

@@ -11,7 +11,7 @@ from mbproj.results.faults import damaged, not_ours
 from mbproj.results.file.contents import Contents
 from mbproj.results.file.opening import open_rehearsed
 from mbproj.results.files import part_path
-from mbproj.results.layout import CONSTANTS, DATASETS, FORMAT, NAMES, SCHEMA_VERSION, UNITS, trailing
+from mbproj.results.layout import ALL_NAMES, CONSTANTS, FORMAT, NAMES, SCHEMA_VERSION, UNITS, datasets_for, trailing
 from mbproj.results.record import Results, View
 from mbproj.results.trust import better_samples
 
@@ -47,7 +47,7 @@ def open_results(path: Path | str) -> Results:
 def _look_at_all(results: Results) -> None:
     """Reads whatever a reader may ask for; of the samples, every place where the file has some. What is damaged beside
     the samples is said when it is asked for."""
-    for dataset in DATASETS:
+    for dataset in results.datasets:
         results.contents.check_room(dataset.path, results.shape(dataset.path)[0])
     for name in BESIDE_SAMPLES:
         with suppress(InputError):
@@ -85,15 +85,15 @@ def _checked(contents: Contents) -> Results:
         raise InputError(Problem(message, hint="repeat the run, or read it with the mbproj that wrote it"))
     if not isinstance(attributes.get("status"), str):
         raise damaged(path, "it has no status")
-    names = {kind: _names(contents, kind) for kind in NAMES}
+    names = {kind: _names(contents, kind) for kind in ALL_NAMES}
     samples = _samples(contents, _sizes(contents, names))
     return Results(contents, MappingProxyType(attributes), names, View(slice(0, samples), {}))
 
 
 def _names(contents: Contents, kind: str) -> tuple[str, ...]:
     """The names of a kind, which become file names and reach terminals."""
-    path = NAMES[kind].path
-    names = contents.texts(path)
+    path = ALL_NAMES[kind].path
+    names = contents.texts(path) if kind in NAMES or contents.has(path) else ()
     for name in names:
         if not (name in UNITS if kind.endswith("_units") else _can_be_a_name(name)):
             raise contents.damaged(path, f"has {name!r}, which is not one")
@@ -103,7 +103,7 @@ def _names(contents: Contents, kind: str) -> tuple[str, ...]:
 def _sizes(contents: Contents, names: dict[str, tuple[str, ...]]) -> dict[str, int]:
     """How many columns there are by symbol of the layout. Names of columns and their units are as many."""
     sizes: dict[str, int] = {}
-    for kind, entry in NAMES.items():
+    for kind, entry in ALL_NAMES.items():
         found = len(names[kind])
         if sizes.setdefault(entry.symbol, found) != found:
             raise contents.damaged(entry.path, f"has {found} entries for {sizes[entry.symbol]} columns")
@@ -116,6 +116,6 @@ def _can_be_a_name(name: str) -> bool:
 
 def _samples(contents: Contents, sizes: dict[str, int]) -> int:
     """The number of samples that every dataset has: after a kill some may be longer than others."""
-    samples = min(contents.rows(entry.path, trailing(entry, sizes), entry.dtype) for entry in DATASETS)
+    samples = min(contents.rows(entry.path, trailing(entry, sizes), entry.dtype) for entry in datasets_for(sizes))
     contents.grows_from = samples if contents.unfinished else None
     return samples

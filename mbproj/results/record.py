@@ -22,8 +22,8 @@ from mbproj.results.events import RecordedEvent
 from mbproj.results.faults import no_such_name
 from mbproj.results.file import stored_scene
 from mbproj.results.file.contents import Contents
-from mbproj.results.layout import CONSTANTS, DATASETS, NAMES, Dataset, trailing
-from mbproj.results.members import Body, Coordinate, Force, Joint, Marker, Motion
+from mbproj.results.layout import ALL_NAMES, CONSTANTS, DATASETS, OF_STOPS, Dataset, datasets_for, trailing
+from mbproj.results.members import Body, Coordinate, Force, Joint, Marker, Motion, Stop
 from mbproj.results.stored_settings import UnfitSettings, settings_from
 from mbproj.results.trust import Poses, Trust
 from mbproj.results.verification import Verification
@@ -31,8 +31,8 @@ from mbproj.scene.meshes import TriangleMesh
 from mbproj.scene.records import Settings, Vector
 from mbproj.scene.text.suggestions import choose_from
 
-NAMES_BY_PATH = MappingProxyType({entry.path: kind for kind, entry in NAMES.items()})
-BY_PATH: Mapping[str, Dataset] = MappingProxyType({dataset.path: dataset for dataset in DATASETS})
+NAMES_BY_PATH = MappingProxyType({entry.path: kind for kind, entry in ALL_NAMES.items()})
+BY_PATH: Mapping[str, Dataset] = MappingProxyType({each.path: each for each in (*DATASETS, *OF_STOPS)})
 
 #: Part of the last time by which a sample may miss a window, because 70 × 0.01 is more than 0.7.
 SAME_TIME = 1e-9
@@ -85,7 +85,7 @@ class Results:
         columns, as "joints/names", are an array of strings. Raises KeyError with the nearest path."""
         if path in NAMES_BY_PATH:
             return np.array(self.names(NAMES_BY_PATH[path]))
-        if path not in BY_PATH:
+        if path not in BY_PATH or (BY_PATH[path] in OF_STOPS and not self._all_names["stops"]):
             raise KeyError(f"results have no dataset '{path}'; {choose_from(path, BY_PATH)}")
         if path not in self._arrays:
             self._arrays[path] = self._read(BY_PATH[path])
@@ -104,7 +104,12 @@ class Results:
 
     def _all_sizes(self) -> dict[str, int]:
         """By symbol of the layout, how many columns the file has."""
-        return {entry.symbol: len(self._all_names[kind]) for kind, entry in NAMES.items()}
+        return {entry.symbol: len(self._all_names[kind]) for kind, entry in ALL_NAMES.items()}
+
+    @property
+    def datasets(self) -> tuple[Dataset, ...]:
+        """What the file has of the layout."""
+        return datasets_for(self._all_sizes())
 
     def constant(self, path: str) -> npt.NDArray[np.bool_] | None:
         """Marks of the layout that do not change with time, as "joints/reaction_force_unique" (nj, 3); None where the
@@ -120,7 +125,7 @@ class Results:
 
     def shape(self, path: str) -> tuple[int, ...]:
         """The shape of a dataset's array, without reading it."""
-        sizes = {NAMES[kind].symbol: len(self.names(kind)) for kind in NAMES}
+        sizes = {ALL_NAMES[kind].symbol: len(self.names(kind)) for kind in ALL_NAMES}
         return (self._view.samples.stop - self._view.samples.start, *trailing(BY_PATH[path], sizes))
 
     @property
@@ -129,9 +134,9 @@ class Results:
         return self["time"]
 
     def names(self, kind: str) -> tuple[str, ...]:
-        """Names of the columns by kind: "bodies", "markers", "joints", "coordinates", "forces", "motions", or their
-        "coordinate_units", "force_units", "motion_units"."""
-        columns = self._view.columns.get(NAMES[kind].symbol)
+        """Names of the columns by kind: "bodies", "markers", "joints", "coordinates", "forces", "motions", "stops", or
+        their "coordinate_units", "force_units", "motion_units", "stop_units"."""
+        columns = self._view.columns.get(ALL_NAMES[kind].symbol)
         names = self._all_names[kind]
         return names if columns is None else tuple(names[column] for column in columns)
 
@@ -155,6 +160,10 @@ class Results:
         """What a motion prescribes, and what it takes."""
         return Motion(*self._columns("nm", self._find("motions", name)))
 
+    def stop(self, name: str) -> Stop:
+        """How far the mechanism is from a stop, and how hard that pushes."""
+        return Stop(*self._columns("ns", self._find("stops", name)))
+
     def coordinate(self, name: str) -> Coordinate:
         """A joint coordinate by its whole name, e.g. "A.angle"."""
         column = self._find("coordinates", name)
@@ -171,7 +180,7 @@ class Results:
         return trusting.read_better(self.contents, len(self.names("bodies")), self._view.samples)
 
     def _columns(self, symbol: str, column: int) -> list[Array]:
-        return [self[dataset.path][:, column] for dataset in DATASETS if dataset.symbol == symbol]
+        return [self[dataset.path][:, column] for dataset in self.datasets if dataset.symbol == symbol]
 
     def _find(self, kind: str, name: str) -> int:
         names = self.names(kind)

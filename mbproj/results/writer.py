@@ -30,7 +30,7 @@ from mbproj.results.events import Happening
 from mbproj.results.faults import OutputError, cannot_write
 from mbproj.results.file.checksums import crc32, stamp, stamp_attributes
 from mbproj.results.files import check_output, part_path
-from mbproj.results.layout import CONSTANTS, DATASETS, NAMES, Dataset, trailing
+from mbproj.results.layout import ALL_NAMES, CONSTANTS, LATER_NAMES, Dataset, datasets_for, trailing
 from mbproj.results.provenance import Attribute, as_text, create_text, root_attributes, write_scene
 from mbproj.results.trust import Trust
 from mbproj.scene.records import Scene
@@ -47,9 +47,6 @@ Constants: TypeAlias = Mapping[str, npt.NDArray[np.bool_]]
 VERSIONS = ("v110", "v110")
 FLUSH_SECONDS = 1.0
 FLUSH_BYTES = 2**23
-
-#: Data first and time last: where a kill falls between, the length of `time` counts the samples that are whole.
-WRITING_ORDER = (*DATASETS[1:], DATASETS[0])
 
 
 @final
@@ -75,8 +72,11 @@ class ResultsWriter:
         self.path = check_output(Path(path))
         self.part = part_path(self.path)
         self._scene = scene
-        self._names = {kind: list(names[kind]) for kind in NAMES}
-        self._sizes = {entry.symbol: len(self._names[kind]) for kind, entry in NAMES.items()}
+        self._names = {
+            kind: list(names.get(kind, ())) if kind in LATER_NAMES else list(names[kind]) for kind in ALL_NAMES
+        }
+        self._sizes = {entry.symbol: len(self._names[kind]) for kind, entry in ALL_NAMES.items()}
+        self._datasets = datasets_for(self._sizes)
         #: Where the part that a killed run had left is kept now.
         self.set_aside: Path | None = None
         self._certified = certified
@@ -88,7 +88,7 @@ class ResultsWriter:
         self._pending: list[dict[str, npt.NDArray[Any]]] = []
         self._pending_bytes = 0
         self._samples = 0
-        self._checksums = dict.fromkeys((dataset.path for dataset in DATASETS), 0)
+        self._checksums = dict.fromkeys((dataset.path for dataset in self._datasets), 0)
         self._last_time = 0.0
         self._broken = self._finished = False
 
@@ -117,13 +117,13 @@ class ResultsWriter:
 
         Raises ValueError where a dataset is missing, unknown or of the wrong shape, OutputError where the disk refuses.
         """
-        unknown = block.keys() - {dataset.path for dataset in DATASETS}
+        unknown = block.keys() - {dataset.path for dataset in self._datasets}
         if unknown:
             raise ValueError(f"the layout has no '{min(unknown)}'")
         samples = len(block["time"])
         if not samples:
             return
-        columns = {dataset.path: self._column(dataset, block, samples) for dataset in DATASETS}
+        columns = {dataset.path: self._column(dataset, block, samples) for dataset in self._datasets}
         self._pending.append(columns)
         self._pending_bytes += sum(values.nbytes for values in columns.values())
         if self._pending_bytes >= FLUSH_BYTES or time.monotonic() - self._flushed >= FLUSH_SECONDS:
@@ -170,9 +170,10 @@ class ResultsWriter:
         with h5py.File("image", "w", driver="core", backing_store=False, libver=VERSIONS) as file:
             file.attrs.update(root_attributes())
             write_scene(file, self._scene)
-            for kind, entry in NAMES.items():
-                create_text(file, entry.path, self._names[kind], entry.description)
-            for dataset in DATASETS:
+            for kind, entry in ALL_NAMES.items():
+                if kind not in LATER_NAMES or self._names[kind]:
+                    create_text(file, entry.path, self._names[kind], entry.description)
+            for dataset in self._datasets:
                 create_dataset(file, dataset, trailing(dataset, self._sizes))
             happening.create(file)
             restarting.create(file, self._sizes["n"])
@@ -216,8 +217,10 @@ class ResultsWriter:
             raise OutputError(f"{what}; make room and run again, what was written before is kept") from error
         checksums: dict[str, int] = {}
         with self._breaking():
-            for dataset in WRITING_ORDER:
-                if dataset is DATASETS[0]:
+            # Data first and time last: where a kill falls between, the length of `time` counts the whole samples.
+            time_dataset, *others = self._datasets
+            for dataset in (*others, time_dataset):
+                if dataset is time_dataset:
                     self._file.flush()
                 target = self._file[dataset.path]
                 target.resize(total, axis=0)

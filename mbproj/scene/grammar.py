@@ -11,10 +11,11 @@ from mbproj.scene.blocks.body import BODY
 from mbproj.scene.blocks.coordinates import act_on_coordinates, drive_coordinates, on_bodies
 from mbproj.scene.blocks.expectation_checks import CHECKS
 from mbproj.scene.blocks.expectations import EXPECTATION
-from mbproj.scene.blocks.forces import FORCE
+from mbproj.scene.blocks.forces import COORDINATES, FORCE
 from mbproj.scene.blocks.motions import MOTION
 from mbproj.scene.blocks.parameters import Parameters
 from mbproj.scene.blocks.simulation import SIMULATION
+from mbproj.scene.blocks.stops import limit_field
 from mbproj.scene.fields.alternatives import Variants
 from mbproj.scene.fields.checks import (
     Placed,
@@ -69,6 +70,8 @@ def _joint_variant(type_name: str, kind: JointType) -> Record[Joint]:
         keys["speed"] = _each("a speed", rates)
         inertias = {name: Number(INERTIA_UNITS[unit], minimum=0.0) for name, unit in units.items()}
         keys["reflected_inertia"] = _each("a reflected inertia", inertias)
+        limits = {name: limit_field(unit) for name, unit in units.items()}
+        keys["limits"] = Record(f"a {type_name} joint", limits, dict, elsewhere=frozenset(COORDINATES))
     keys |= {name: position_in(unit) for name, unit in units.items()}
     (point,) = place
     checks = [Check(("bodies", point), of_these_bodies(point))]
@@ -107,6 +110,7 @@ def _joint(
         parameters={key: given[key] for key in kind.parameters if key in given},
         reaction=given.get("reaction", False),
         reflected_inertia=given.get("reflected_inertia", {}),
+        limits=given.get("limits", {}),
     )
 
 
@@ -159,6 +163,6 @@ SCENE: Record[dict[str, Any]] = Record(
         Check(("bodies", "forces"), on_bodies),
         Check(("joints", "forces"), act_on_coordinates),
         Check(("joints", "motions"), drive_coordinates),
-        *(Check(keys, find) for keys, find in CHECKS),
+        *CHECKS,
     ),
 )

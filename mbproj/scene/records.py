@@ -10,6 +10,7 @@ from typing import Any, TypeAlias
 from mbproj.errors import Place, Problem
 from mbproj.functions.program import Program
 from mbproj.scene.looks import Appearance, PlacedShape
+from mbproj.scene.stops import DistanceStop, Limit, PlaneStop
 
 Vector = tuple[float, float, float]
 Quaternion = tuple[float, float, float, float]
@@ -60,7 +61,8 @@ class Joint:
     `axes` is None where the type has none. `start` are hard conditions on its coordinates at t = 0 (rad, m), `speed` on
     their rates (rad/s, m/s), by coordinate name. `parameters`: a pitch, a length (m), numbers of teeth. `reaction`:
     whether the reaction of a joint that merges its bodies is wanted, so that they stay two. `couples`: the two joints
-    that a gear couples; its `bodies` are then their second bodies. `reflected_inertia` by coordinate name (kg m², kg).
+    that a gear couples; its `bodies` are then their second bodies. `reflected_inertia` (kg m², kg) and `limits` are by
+    coordinate name.
     """
 
     name: str
@@ -74,6 +76,7 @@ class Joint:
     reaction: bool = False
     couples: tuple[str, str] | None = None
     reflected_inertia: Mapping[str, float] = field(default_factory=dict)
+    limits: Mapping[str, Limit] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -158,7 +161,7 @@ class Bushing:
     preload: tuple[Vector, Vector] = ((0.0, 0.0, 0.0), (0.0, 0.0, 0.0))
 
 
-Force: TypeAlias = "PointForce | JointForce | BodyForce | Bushing"
+Force: TypeAlias = "PointForce | JointForce | BodyForce | Bushing | DistanceStop | PlaneStop"
 
 
 @dataclass(frozen=True)
@@ -188,10 +191,10 @@ class Marker:
 class Expectation:
     """What a run has to find, with where the number comes from (`source`).
 
-    `of` says of what ("marker", "body", "joint", "force", "motion", "diagnostic"), `item` is its name; `quantity` is
-    one of `mbproj.scene.blocks.observables`, in the SI unit `unit`. `component` of a vector: "x", "y", "z", "norm", or
-    "" for all of it. `at` is a time in s, or "end", "maximum", "minimum", "largest" (in magnitude), "range" (from
-    the minimum to the maximum) over the samples.
+    `of` says of what ("marker", "body", "joint", "force", "motion", "stop", "diagnostic"), `item` is its name. The
+    `quantity` is one of `mbproj.scene.blocks.observables`, in the SI unit `unit`. `component` of a vector: "x", "y",
+    "z", "norm", or "" for all of it. `at` is a time in s, or "end", "maximum", "minimum", "largest" (in magnitude),
+    "range" (from the minimum to the maximum) over the samples.
     Either `value` holds within `tolerance`, or the quantity stays at or below `below`, or at or above `above`.
     """
 

@@ -13,6 +13,7 @@ from typing import Any, NamedTuple, final
 
 from mbproj.thresholds.automatic import Automatic
 from mbproj.thresholds.closing import Closing
+from mbproj.thresholds.contact import Contact
 from mbproj.thresholds.dependence import Dependence
 from mbproj.thresholds.elimination import Elimination
 from mbproj.thresholds.linear import Linear
@@ -26,7 +27,7 @@ __all__ = ["THRESHOLDS", "Row", "Thresholds", "of_the_kernel", "table"]
 
 @final
 @dataclass(frozen=True)
-class Thresholds(Automatic, Linear, Looks, Searches, Steps, Closing, Passages, Elimination, Dependence):
+class Thresholds(Automatic, Linear, Contact, Looks, Searches, Steps, Closing, Passages, Elimination, Dependence):
     """All of them, each under its name."""
 
 

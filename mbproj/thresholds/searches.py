@@ -59,3 +59,6 @@ class Searches:
     no_motion: float = threshold(
         1e-6, "length, rad", "numpy", "a direction of which joints allow less leads to no pose nearby", "chosen"
     )
+    starts_inside: float = threshold(
+        1e-9, "length, rad", "numpy", "a start that is less beyond a stop touches it", "round-off of typed numbers"
+    )

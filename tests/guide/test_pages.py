@@ -155,6 +155,8 @@ QUESTIONS = {
     "units": "scene",
     "shape": "scene",
     "spring": "forces",
+    "end stop": "stop_a_joint",
+    "restitution": "stop_a_joint",
     "motor": "motions",
     "reaction": "reactions_of_an_overconstrained_linkage",
     "redundant reactions": "reactions_of_an_overconstrained_linkage",

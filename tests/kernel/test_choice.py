@@ -26,8 +26,11 @@ FREE = "not planar: nothing but symmetry "
 #: The formulation, the beginning of the reason, and the degrees of freedom of every mechanism.
 EXPECTED = {
     "bennett": ("reduced", "not planar: joint 'B' is tilted", 1),
+    "bouncing_ball": ("reduced", f"{FREE}can keep the bodies in a plane: no joint has an axis", 6),
     "bricard": ("reduced", f"{FREE}keeps body 'bar3' in the plane", 1),
+    "bump_stop": ("planar", "the joints keep every body in the plane normal to", 2),
     "delta_robot": ("reduced", "not planar: joint 'A2' is tilted", 3),
+    "door_with_stop": ("planar", "the joints keep every body in the plane normal to [0, 0, 1]", 1),
     "double_pendulum": ("planar", IN_Y, 2),
     "five_bar": ("planar", IN_Y, 5),
     "free_body": ("reduced", f"{FREE}can keep the bodies in a plane: no joint has an axis", 6),
@@ -38,6 +41,7 @@ EXPECTED = {
     "locomotive": ("planar", IN_Y, 1),
     "massless_coupler": ("planar", IN_Y, 1),
     "n_four_bar": ("planar", IN_Y, 1),
+    "newtons_cradle": ("planar", IN_Y, 5),
     "physical_pendulum": ("planar", IN_Y, 1),
     "planar_four_bar": ("planar", IN_Y, 1),
     "quarter_car": ("reduced", "not planar: joint 'lower' is tilted", 2),

@@ -14,8 +14,11 @@ from tests.support import MECHANISMS, REDUNDANT
 #: Bodies and degrees of freedom: the spatial four-bar's with the idle spin of its rod, the engine is driven.
 SIZES = {
     "bennett": (3, 1),
+    "bouncing_ball": (1, 6),
     "bricard": (5, 1),
+    "bump_stop": (2, 2),
     "delta_robot": (10, 3),
+    "door_with_stop": (1, 1),
     "double_pendulum": (2, 2),
     "five_bar": (5, 5),
     "free_body": (1, 6),
@@ -26,6 +29,7 @@ SIZES = {
     "locomotive": (4, 1),
     "massless_coupler": (3, 1),
     "n_four_bar": (5, 1),
+    "newtons_cradle": (5, 5),
     "physical_pendulum": (1, 1),
     "planar_four_bar": (3, 1),
     "quarter_car": (5, 2),

@@ -23,8 +23,11 @@ from tests.support import MECHANISMS
 #: What the shipped mechanisms are: the plane's normal, or the reason.
 SHIPPED = {
     "bennett": "joint 'B' is tilted, seen in the plane normal to [0, 0, 1]",
+    "bouncing_ball": "nothing but symmetry can keep the bodies in a plane: no joint has an axis",
     "bricard": "nothing but symmetry keeps body 'bar3' in the plane normal to [1, 0, 0]",
+    "bump_stop": [1, 0, 0],
     "delta_robot": "joint 'A2' is tilted, seen in the plane normal to [0, 1, 0]",
+    "door_with_stop": [0, 0, 1],
     "double_pendulum": [0, 1, 0],
     "five_bar": [0, 1, 0],
     "free_body": "nothing but symmetry can keep the bodies in a plane: no joint has an axis",
@@ -35,6 +38,7 @@ SHIPPED = {
     "locomotive": [0, 1, 0],
     "massless_coupler": [0, 1, 0],
     "n_four_bar": [0, 1, 0],
+    "newtons_cradle": [0, 1, 0],
     "physical_pendulum": [0, 1, 0],
     "planar_four_bar": [0, 1, 0],
     "quarter_car": "joint 'lower' is tilted, seen in the plane normal to [1, 0, 0]",

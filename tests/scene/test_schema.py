@@ -23,6 +23,7 @@ from mbproj.scene.solids.shapes import SHAPES
 from tests.cli.commands import mbproj
 from tests.scene.good_scene import GOOD, changed, read
 from tests.scene.wrong_scenes import BLIND, IDS, ROWS
+from tests.stops.scenes import SCENE as STOPS
 from tests.support import MECHANISMS
 
 SCHEMA = scene_schema()
@@ -69,6 +70,12 @@ def test_the_schema_is_one() -> None:
 @pytest.mark.parametrize("path", MECHANISMS, ids=lambda path: path.stem)
 def test_the_shipped_mechanisms_are_valid(path: Path, load: Any) -> None:
     assert_valid(load(path.read_text(encoding="utf-8")))
+
+
+@pytest.mark.parametrize("load", [as_text, as_typed, as_python])
+def test_open_sides_of_ranges_are_valid_as_text_and_as_null(load: Any) -> None:
+    assert "[null, 0.5]" in STOPS
+    assert_valid(load(STOPS))
 
 
 @pytest.mark.parametrize("identity", IDS)

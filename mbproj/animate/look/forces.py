@@ -1,4 +1,5 @@
-"""What forces are drawn as: bushings as rubber rings, torsion springs as spirals, given forces as arrows."""
+"""What forces are drawn as: bushings as rubber rings, torsion springs as spirals, given forces as arrows, planes that
+stop something as plates."""
 
 from __future__ import annotations
 
@@ -13,9 +14,12 @@ from mbproj.animate.look.parts import Mesh, Part, cylinder, triad
 from mbproj.arrays import Array
 from mbproj.model.compile.frames import pose
 from mbproj.scene.records import GROUND, BodyForce, Bushing, JointForce, Scene
+from mbproj.scene.stops import OfBody, PlaneStop
 
 #: Of a spiral: turns, points of each, and its radii in thicknesses.
 TURNS, ROUND, INNER, OUTER = 2.5, 20, 1.5, 3.6
+#: The side of a plate, in sizes of the mechanism.
+PLATE = 0.6
 
 
 @dataclass(frozen=True, eq=False)
@@ -29,10 +33,12 @@ class LoadLook:
 
 
 def force_parts(scene: Scene, layout: Layout) -> Iterator[Drawn]:
-    """The parts of bushings and torsion springs; `item` is the number of the force in the scene."""
+    """The parts of bushings, torsion springs and planes; `item` is the number of the force in the scene."""
     for item, force in enumerate(scene.forces):
         if isinstance(force, Bushing):
             yield from _bushing(scene, force, item, layout)
+        elif isinstance(force, PlaneStop):
+            yield Drawn(_plate(scene, force, layout), layout.number[force.location.body], "springs", item)
         elif isinstance(force, JointForce) and force.joint in layout.frames and _springs(force, "angle", "rad"):
             frame, carrier = layout.frames[force.joint], layout.bodies[force.joint][0]
             yield Drawn(spiral(frame["p1"], frame["z1"], frame["x1"], layout.thickness), carrier, "springs", item)
@@ -80,6 +86,26 @@ def _bushing(scene: Scene, force: Bushing, item: int, layout: Layout) -> Iterato
         z, x = (turned if force.axes.local else rotation.T @ turned)[:, [2, 0]].T
         ring = Part("tube", (3.2 * r, 1.4 * r, 4.4 * r), point, triad(z, x))
         yield Drawn(cylinder(1.2 * r, 8.0 * r, point, z) if side else ring, layout.number[body], "springs", item)
+
+
+def _plate(scene: Scene, stop: PlaneStop, layout: Layout) -> Part:
+    """A square plate under the point that the plane stops, with its upper face in the plane."""
+    poses, thick = _poses(scene), 2.0 * layout.thickness
+    place, turn = poses[stop.location.body]
+
+    def on_plane(placed: OfBody) -> Array:
+        position, rotation = poses[placed.body]
+        vector = np.array(placed.vector)
+        return np.asarray(turn.T @ ((position + rotation @ vector if placed.local else vector) - place))
+
+    given = np.array(stop.normal.vector)
+    normal = given if stop.normal.local else turn.T @ given
+    point, location = on_plane(stop.point), on_plane(stop.location)
+    foot = point - normal * float(normal @ (point - location) + 0.5 * thick)
+    across = np.eye(3)[int(np.argmin(np.abs(normal)))]
+    x = across - normal * float(normal @ across)
+    side = PLATE * layout.size
+    return Part("box", (side, side, thick), foot, triad(normal, x / np.linalg.norm(x)))
 
 
 def _poses(scene: Scene) -> dict[str, tuple[Array, Array]]:

@@ -76,7 +76,8 @@ def _cloud(look: Look, motion: Motion) -> Array:
     points += [(marker.body, marker.point) for marker in look.markers]
     points += [end for span in look.spans for end in zip(span.carriers, span.points, strict=True)]
     for drawn in look.drawn:
-        if drawn.layer == "bodies":
+        is_plate = drawn.layer == "springs" and drawn.part.kind == "box"  # where something is stopped
+        if drawn.layer == "bodies" or is_plate:
             corners = drawn.part.outline()
             points += [(drawn.carrier, corner) for corner in _corners(corners.min(axis=0), corners.max(axis=0))]
     return np.stack([motion.point(body, local) for body, local in points], axis=1)

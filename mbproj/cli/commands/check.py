@@ -57,6 +57,7 @@ def command(scene: str, settings: tuple[str, ...], picture: Path | None, as_json
     from mbproj.integrate.formulations.choice import choose
     from mbproj.integrate.formulations.full import FullFormulation
     from mbproj.integrate.stiff.fast_forces import fastest_at, stable_steps
+    from mbproj.integrate.stops.start import gaps_at_start, refuse_penetration
     from mbproj.linear.equilibrium.started import start_state
     from mbproj.model import compile_system, initial_guess
     from mbproj.scene import read_scene
@@ -68,6 +69,7 @@ def command(scene: str, settings: tuple[str, ...], picture: Path | None, as_json
     state = start_state(what, system)
     if picture is not None:
         draw_start(picture, what, system, state)
+    refuse_penetration(system, state)
     choice, problems = None, []
     try:
         choice = choose(system, state, what.settings)
@@ -95,6 +97,7 @@ def command(scene: str, settings: tuple[str, ...], picture: Path | None, as_json
         "velocity_violation": float(abs(constraint_velocity_at(system, state.q, state.v)).max()),
         "moved_by": moved_by(guess.q, state.q),
         "coordinates_at_start": _coordinates(system, state),
+        "stops_at_start": gaps_at_start(system, state),
         **diagnosis.facts(),
         **fast_forces.facts(fast, steps),
         "expectations": [each.name for each in what.expectations],
@@ -228,6 +231,14 @@ def _formulation(scene: Scene, facts: dict[str, Any]) -> list[str]:
     return lines
 
 
+def _stops(facts: dict[str, Any]) -> list[str]:
+    """How many stops there are, and which of them touch."""
+    stops = facts["stops_at_start"]
+    touching = ", ".join(f"'{name}'" for name, entry in stops.items() if entry["touches"])
+    said = f"touching at the start: {touching}" if touching else "none touches at the start"
+    return [f"  {len(stops)} stops, {said}"] if stops else []
+
+
 def _expectations(scene: Scene) -> list[str]:
     """What the scene expects of its run."""
     from mbproj.cli.report.expectations import subject, wanted
@@ -257,6 +268,7 @@ def _start(scene: Scene, facts: dict[str, Any]) -> list[str]:
         f"moving apart at {facts['velocity_violation']:.1e} per s; "
         f"bodies moved from their guess by up to {length:.2g} m and {angle:.2g} rad",
         *_shortened(rows),
+        *_stops(facts),
         *_formulation(scene, facts),
         f"  {settings.projection.method}, {settings.integrator}, {step}, {duration}",
         *_expectations(scene),

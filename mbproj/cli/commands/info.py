@@ -108,7 +108,7 @@ def _contents(results: Results) -> dict[str, Any]:
 
     from mbproj.analysis import summary
     from mbproj.analysis.reactions import reactions_not_unique
-    from mbproj.results import DATASETS
+    from mbproj.analysis.stops import seen_by_stops
 
     return {
         **summary(results),
@@ -119,11 +119,13 @@ def _contents(results: Results) -> dict[str, Any]:
         "overrides": results.overrides,
         "attributes": dict(results.attributes),
         "names": {kind: list(results.names(kind)) for kind in ("bodies", "markers", "joints", "coordinates")},
+        "stops": seen_by_stops(results),
         "events": [event._asdict() for event in results.events],
         **({} if results.trust is None else {"trust": as_numbers(results.trust)}),
         **({} if results.verification is None else {"verification": verification_as_json(results.verification)}),
         "datasets": {
-            dataset.path: {"shape": list(results.shape(dataset.path)), "unit": dataset.unit} for dataset in DATASETS
+            dataset.path: {"shape": list(results.shape(dataset.path)), "unit": dataset.unit}
+            for dataset in results.datasets
         },
     }
 
@@ -145,6 +147,8 @@ def _finite(value: Any) -> Any:
 
 
 def _lines(results: Results) -> Iterator[str]:
+    from mbproj.analysis.stops import in_words
+
     has = _contents(results)
     partial = " (partial: the run was killed or still goes on)" if has["partial"] else ""
     numbers = _numbers(has) if has["samples"] else {"samples": "none"}
@@ -161,6 +165,9 @@ def _lines(results: Results) -> Iterator[str]:
             **_reactions(has),
         }
     )
+    if has["stops"]:
+        yield "\nstops"
+        yield from table({name: in_words(seen) for name, seen in has["stops"].items()}, "  ")
     if results.events:
         yield "\nevents"
         yield from _events(results)
@@ -181,8 +188,13 @@ def _events(results: Results) -> Iterator[str]:
     """The first of them."""
     events = results.events
     sense = {1: ", rising", -1: ", falling"}
+    units = dict(zip(results.names("stops"), results.names("stop_units"), strict=True))
     for event in events[:SHOWN_EVENTS]:
-        yield f"  t = {event.time:.9g} s: {event.name}, {event.kind}{sense.get(event.direction, '')}"
+        what = f"{event.name}, {event.kind}{sense.get(event.direction, '')}"
+        if event.impulse:
+            unit = "N m s" if units.get(event.name[len("stop '") : -1]) == "rad" else "N s"
+            what = f"{event.name}, {event.kind} of {event.impulse:.6g} {unit}, which took {event.energy:.3g} J"
+        yield f"  t = {event.time:.9g} s: {what}"
     if len(events) > SHOWN_EVENTS:
         yield f"  and {len(events) - SHOWN_EVENTS} more"
 

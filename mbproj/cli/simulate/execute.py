@@ -102,12 +102,10 @@ def _copy(results: Results, recorder: ResultsWriter, until: float) -> None:
     """The samples up to some time."""
     import numpy as np
 
-    from mbproj.results import DATASETS
-
     count = int(np.searchsorted(results.time, until, side="right"))
     for first in range(0, count, COPIED):
         rows = slice(first, min(first + COPIED, count))
-        shapes = {dataset: (None, *results.shape(dataset.path)[1:]) for dataset in DATASETS}
+        shapes = {dataset: (None, *results.shape(dataset.path)[1:]) for dataset in results.datasets}
         read = results.contents.array
         recorder.write({each.path: read(each.path, shape, each.dtype, rows) for each, shape in shapes.items()})
 

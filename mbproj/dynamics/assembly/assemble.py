@@ -17,6 +17,7 @@ from mbproj.dynamics.assembly.driven_start import (
     motions_out_of_reach,
     refuse_contradictions,
 )
+from mbproj.dynamics.assembly.gauss_newton import gauss_newton, inverse_weights, keeping_norms
 from mbproj.dynamics.equations.constraint_equations import (
     constraint,
     constraint_velocity,
@@ -101,31 +102,16 @@ def _close(system: System, q: Array, start: Conditions, drive: Drive | None) -> 
 def nearest(
     system: System, q: Array, start: Conditions, drive: Drive | None, close_enough: float
 ) -> tuple[Array, Array]:
-    """Gauss-Newton with the shortest weighted step; where that does not reduce the violation, Levenberg's damping.
-    The pose reached, and what is left of the violation, in rad and parts of the length; it ends at `close_enough`."""
-    weights = _inverse_weights(system)
-    residual, damping = _residual(system, q, start, drive), 0.0
-    for _ in range(THRESHOLDS.most_assembling):
-        if np.abs(residual).max(initial=0.0) <= close_enough or damping > 1e6:
-            break
-        rows = _rows(system, pose_of(q), start) * weights
-        trial = _normalised(q + weights * _damped_solution(rows, -residual, damping))
-        trial_residual = _residual(system, trial, start, drive)
-        if np.linalg.norm(trial_residual) < np.linalg.norm(residual):
-            q, residual, damping = trial, trial_residual, damping / 10.0 if damping > 1e-9 else 0.0
-        else:
-            damping = max(10.0 * damping, 1e-6)
-    return q, residual
+    """Gauss-Newton with the shortest weighted step. The pose reached, and what is left of the violation, in rad and
+    parts of the length; it ends at `close_enough`."""
+
+    def rows(q: Array) -> Array:
+        return scaled_rows(system, pose_of(q), start)
+
+    return gauss_newton(system, q, lambda q: scaled_residual(system, q, start, drive), rows, close_enough)
 
 
-def _damped_solution(rows: Array, wanted: Array, damping: float) -> Array:
-    """x that minimises |rows x - wanted|² + damping |x|²; the shortest one without damping."""
-    if damping == 0.0:
-        return np.asarray(np.linalg.lstsq(rows, wanted, rcond=1e-12)[0], dtype=float)
-    return rows.T @ np.linalg.solve(rows @ rows.T + damping * np.eye(len(rows)), wanted)
-
-
-def _residual(system: System, q: Array, start: Conditions, drive: Drive | None) -> Array:
+def scaled_residual(system: System, q: Array, start: Conditions, drive: Drive | None) -> Array:
     """Joint, motion and start rows, lengths in units of the system's length, (m + c,)."""
     pose = pose_of(q)
     rows = (constraint(system, pose, drive) / system.row_scale)[system.bodies :]
@@ -135,26 +121,11 @@ def _residual(system: System, q: Array, start: Conditions, drive: Drive | None) 
     return np.concatenate([rows, excess])
 
 
-def _rows(system: System, pose: Pose, start: Conditions) -> Array:
+def scaled_rows(system: System, pose: Pose, start: Conditions) -> Array:
     joints = (jacobian(system, pose) / system.row_scale[:, None])[system.bodies :]
     wanted = set_jacobian(system.coordinates, pose)[start.index]
     wanted = wanted / np.where(is_angle(system)[start.index], 1.0, system.length)[:, None]
-    rows = np.concatenate([joints, wanted]).reshape(-1, system.bodies, 7)
-    # Only turns that keep |Λ|: Λ is normalised after each step.
-    Λ = pose.orientation[:-1]
-    rows[..., 3:] -= np.sum(rows[..., 3:] * Λ, axis=-1, keepdims=True) * Λ
-    return rows.reshape(len(rows), -1)
-
-
-def _inverse_weights(system: System) -> Array:
-    """Lengths in units of the system's length, and |Δθ| = 2 |ΔΛ|, (7n,)."""
-    return np.tile([system.length] * 3 + [0.5] * 4, system.bodies)
-
-
-def _normalised(q: Array) -> Array:
-    rows = q.reshape(-1, 7).copy()
-    rows[:, 3:] /= np.linalg.norm(rows[:, 3:], axis=1, keepdims=True)
-    return rows.ravel()
+    return keeping_norms(np.concatenate([joints, wanted]), pose)
 
 
 def _not_closed(system: System, residual: Array) -> InputError:
@@ -209,7 +180,7 @@ def _consistent_velocity(system: System, pose: Pose, guess: Guess, drive: Drive 
         moving = constraint_velocity(system, pose, twist_of(pose, guess.v), drive)
         if np.abs(moving).max(initial=0.0) <= _close_enough(system):
             return guess.v
-    weights = _inverse_weights(system)
+    weights = inverse_weights(system)
     speeds = set_jacobian(system.coordinates, pose)[guess.speed.index]
     rows = np.concatenate([jacobian(system, pose), speeds])
     wanted = np.concatenate([-time_derivative(system, drive), guess.speed.value])

@@ -63,13 +63,17 @@ def law_state(
     """
     laws = forces.laws
     value, rate = law_coordinates(forces, pose, twist, reference)
-    given = np.zeros_like(value)
+    given, damper = np.zeros_like(value), -laws.damping * rate
     for law in np.flatnonzero(laws.program >= 0):
         variables = law_variables(t, value, rate, int(law))
-        given[..., law] = run_held(forces.programs, int(laws.program[law]), variables, held)
+        found = run_held(forces.programs, int(laws.program[law]), variables, held)
+        if laws.loses[law]:
+            damper[..., law] += found
+        else:
+            given[..., law] = found
     extension = value - laws.free
     stored = 0.5 * np.sum(laws.stiffness * extension**2, axis=-1)
-    own = LawState(value, rate, -laws.stiffness * extension, -laws.damping * rate, given, stored)
+    own = LawState(value, rate, -laws.stiffness * extension, damper, given, stored)
     return _with_bushings(forces, own, pose, twist) if forces.bushings.size else own
 
 

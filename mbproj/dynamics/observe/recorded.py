@@ -23,6 +23,7 @@ from mbproj.dynamics.equations.constraint_equations import (
 )
 from mbproj.dynamics.equations.energy import kinetic_energy
 from mbproj.dynamics.equations.forces import LawState
+from mbproj.dynamics.equations.gaps import gap_rates, gaps, stored_energy
 from mbproj.dynamics.equations.kinematics import (
     Pose,
     Twist,
@@ -40,6 +41,7 @@ from mbproj.dynamics.observe.reactions import reactions
 from mbproj.dynamics.observe.samples import Samples
 from mbproj.dynamics.observe.total_energy import laws_at, potential, total_energy
 from mbproj.model.euler_parameters import product, rotation_matrix
+from mbproj.model.stops import Stops
 from mbproj.model.system import System
 
 #: Values of T samples by the path of their dataset; the first axis is time.
@@ -80,14 +82,17 @@ class Observation(Mapping[str, npt.NDArray[Any]]):
 
     def __iter__(self) -> Iterator[str]:
         yield from QUANTITIES
+        yield from OF_STOPS if self.system.stops is not None else ()
         yield from (COUNTERS + name for name in self.samples.counters)
 
     def __len__(self) -> int:
-        return len(QUANTITIES) + len(self.samples.counters)
+        return len(QUANTITIES) + len(self.samples.counters) + len(OF_STOPS) * (self.system.stops is not None)
 
     def _computed(self, path: str) -> npt.NDArray[Any]:
         if path in QUANTITIES:
             return QUANTITIES[path](self)
+        if path in OF_STOPS and self.system.stops is not None:
+            return OF_STOPS[path](self, self.system.stops)
         return self.samples.counters[path.removeprefix(COUNTERS)]
 
     @cached_property
@@ -172,6 +177,12 @@ class Observation(Mapping[str, npt.NDArray[Any]]):
         found: Numbers = np.zeros((len(self.samples.t), 0)) if self.drive is None else getattr(self.drive, name)
         return found
 
+    def stored(self) -> Numbers:
+        """V of gravity, springs and compliant stops, (T,)."""
+        own = potential(self.system, self.pose, self.laws)
+        stops = self.system.stops
+        return own if stops is None else own + stored_energy(stops, gaps(stops, self.pose, self.samples.turns))
+
     def balance(self) -> Numbers:
         """E(t) - E(0) - W + D, (T,)."""
         work = self.samples.work
@@ -230,7 +241,7 @@ QUANTITIES: Mapping[str, Callable[[Observation], npt.NDArray[Any]]] = MappingPro
         "motions/rate": lambda seen: seen.driven("rate"),
         "motions/force": Observation.motion_force,
         "diagnostics/kinetic_energy": lambda seen: kinetic_energy(seen.system, seen.pose, seen.twist),
-        "diagnostics/potential_energy": lambda seen: potential(seen.system, seen.pose, seen.laws),
+        "diagnostics/potential_energy": Observation.stored,
         "diagnostics/total_energy": lambda seen: (
             seen["diagnostics/kinetic_energy"] + seen["diagnostics/potential_energy"]
         ),
@@ -245,6 +256,16 @@ QUANTITIES: Mapping[str, Callable[[Observation], npt.NDArray[Any]]] = MappingPro
             constraint_acceleration(seen.system, seen.pose, seen.twist, seen.change, seen.drive)
         ).max(axis=-1),
         "diagnostics/step_size": lambda seen: seen.samples.step_size,
+    }
+)
+
+
+#: What is recorded of stops, where there are some.
+OF_STOPS: Mapping[str, Callable[[Observation, Stops], npt.NDArray[Any]]] = MappingProxyType(
+    {
+        "stops/gap": lambda seen, stops: gaps(stops, seen.pose, seen.samples.turns),
+        "stops/rate": lambda seen, stops: gap_rates(stops, seen.pose, seen.twist),
+        "stops/force": lambda seen, stops: seen.samples.pushes,
     }
 )
 

@@ -41,7 +41,8 @@ class Sample:
 @dataclass(frozen=True, eq=False)
 class Samples:
     """T consecutive samples: the fields of `Sample` with a leading axis of length T. `solved` gives the multipliers,
-    which may cost more than all else: they are solved for where somebody asks."""
+    which may cost more than all else: they are solved for where somebody asks. `press`: how hard each stop pushes,
+    (T, S), where there are stops."""
 
     t: Array
     q: Array
@@ -52,11 +53,18 @@ class Samples:
     step_size: Array
     work: Array
     counters: Mapping[str, Integers]
+    press: Callable[[], Array] | None = None
 
     @cached_property
     def multipliers(self) -> Array:
         """λ of the joints' rows and then the motions', (T, m)."""
         return self.solved()
+
+    @cached_property
+    def pushes(self) -> Array:
+        """How hard each stop pushes, (T, S)."""
+        assert self.press is not None, "a run of a mechanism with stops knows what they do"
+        return self.press()
 
 
 def stack(samples: Sequence[Sample]) -> Samples:
@@ -82,7 +90,15 @@ def join(blocks: Sequence[Samples]) -> Samples:
     arrays = {
         field.name: np.concatenate([getattr(block, field.name) for block in blocks])
         for field in fields(Samples)
-        if field.name not in {"counters", "solved"}
+        if field.name not in {"counters", "solved", "press"}
     }
     counters = {key: np.concatenate([block.counters[key] for block in blocks]) for key in blocks[0].counters}
-    return Samples(**arrays, solved=lambda: np.concatenate([block.multipliers for block in blocks]), counters=counters)
+    pressing = [block.press for block in blocks if block.press is not None]
+    return Samples(
+        **arrays,
+        solved=lambda: np.concatenate([block.multipliers for block in blocks]),
+        counters=counters,
+        press=None
+        if None in pressing
+        else lambda: np.concatenate([press() for press in pressing if press is not None]),
+    )

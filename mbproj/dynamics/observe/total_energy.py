@@ -8,6 +8,7 @@ from mbproj.arrays import Array, Integers, Numbers
 from mbproj.dynamics.assembly.assemble import State, coordinate_values
 from mbproj.dynamics.equations.energy import kinetic_energy, potential_energy
 from mbproj.dynamics.equations.forces import LawState, law_state
+from mbproj.dynamics.equations.gaps import gaps, stored_energy
 from mbproj.dynamics.equations.kinematics import Pose, Twist, pose_of, twist_of
 from mbproj.model.system import System
 
@@ -24,7 +25,8 @@ def total_energies(system: System, t: Array, q: Array, v: Array, turns: Integers
     laws = None
     if system.forces is not None:
         laws = laws_at(system, pose, twist, t, coordinate_values(system, pose) + 2.0 * np.pi * turns)
-    return kinetic_energy(system, pose, twist) + potential(system, pose, laws)
+    total = kinetic_energy(system, pose, twist) + potential(system, pose, laws)
+    return total if system.stops is None else total + stored_energy(system.stops, gaps(system.stops, pose, turns))
 
 
 def laws_at(system: System, pose: Pose, twist: Twist, t: Numbers | float, coordinate: Numbers) -> LawState | None:

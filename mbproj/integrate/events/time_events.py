@@ -28,12 +28,15 @@ OF_FORCES, OF_MOTIONS = 1, 3
 
 @dataclass(frozen=True, order=True)
 class Event:
-    """When, whose it is ("force 'push'", "motion 'm'", "break_times"), what it is, and where to: 1 or -1, 0 in time."""
+    """When, whose it is ("force 'push'", "motion 'm'", "stop 's'", "break_times"), what it is, and where to: 1 or -1, 0
+    in time. Of an impact, the impulse in N s or N m s and the energy that is lost in J."""
 
     time: float
     name: str
     kind: str
     direction: int = 0
+    impulse: float = 0.0
+    energy: float = 0.0
 
 
 def time_events(

@@ -8,6 +8,7 @@ import numpy as np
 
 from mbproj.arrays import Array, Integers
 from mbproj.dynamics.assembly.assemble import State
+from mbproj.dynamics.contact.driven import refuse_driven_beyond
 from mbproj.dynamics.equations.kinematics import pose_of
 from mbproj.dynamics.equations.motion_jumps import refuse_jumps
 from mbproj.dynamics.fast_modes import responses
@@ -57,8 +58,10 @@ class Choice:
 
 def choose(system: System, state: State, settings: Settings) -> Choice:
     """The formulation for a run from `state`. Raises InputError where the one asked for is not available, or where the
-    equations have no unique solution at the start or a motion jumps."""
+    equations have no unique solution at the start or a motion jumps or goes
+    beyond a rigid stop."""
     refuse_jumps(system, state.t, state.t + (settings.duration or 0.0))
+    refuse_driven_beyond(system, state.t, state.t + (settings.duration or 0.0))
     asked = settings.formulation
     obstacle = None if asked == "full" else _obstacle(system, settings)
     if asked == "full" or obstacle is not None:

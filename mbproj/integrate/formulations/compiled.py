@@ -16,8 +16,8 @@ from mbproj.dynamics.equations.kinematics import pose_of, twist_of
 from mbproj.dynamics.equations.motions import drive_at
 from mbproj.dynamics.observe.samples import Samples
 from mbproj.errors import SimulationError
-from mbproj.integrate.events.breaks import Break, breaks_of
 from mbproj.integrate.events.law_switches import switches_of
+from mbproj.integrate.events.leg import Leg
 from mbproj.integrate.outcome.failures import (
     TurnsUntold,
     dry_friction,
@@ -35,7 +35,6 @@ from mbproj.integrate.steppers.tableau import Tableau
 from mbproj.model.system import System
 from mbproj.registry import PROJECTIONS
 from mbproj.scene.records import ProjectionSettings, Settings
-from mbproj.scene.sampling import output_every, output_times, whole_steps
 
 PHASES = ("accelerations", "position projection", "velocity projection", "rest")
 
@@ -96,6 +95,10 @@ class Compiled(ABC):
         """A row of the system's C (norm rows first) for one of the kernel's rows."""
 
     @abstractmethod
+    def own_row(self, row: int) -> int:
+        """The kernel's row for one of the system's C, after the norm rows."""
+
+    @abstractmethod
     def coordinate(self, number: int) -> int:
         """The system's number of one of the kernel's coordinates."""
 
@@ -140,15 +143,15 @@ class Compiled(ABC):
             pose = pose_of(q)
             applied(self.system, pose, twist_of(pose, v), t, coordinate_values(self.system, pose))
 
-    def run(self, state: State, settings: Settings) -> Any:
-        """The kernel's run from a state."""
+    def run(self, state: State, settings: Settings, leg: Leg | None = None) -> Any:
+        """The kernel's run from a state, or a leg of one."""
         kind = getattr(self.core, f"{self.dimension}Run")
         turns = np.ascontiguousarray(self.turns(state.turns), dtype=np.int64)
         return kind(
             self.model,
             _tableau(self.core, tableau_of(settings.integrator)),
             self.projection(settings.projection),
-            _steps(self.core, settings, state.t, breaks_of(self.system, state.t, settings)),
+            _steps(self.core, settings, leg or Leg.whole(self.system, settings, state.t)),
             self.state(state.q, state.v),
             turns,
         )
@@ -228,10 +231,10 @@ def _tableau(core: ModuleType, tableau: Tableau | ImplicitTableau) -> Any:
     return core.Tableau(tableau.order, tableau.error_order, *(np.ascontiguousarray(part) for part in parts))
 
 
-def _steps(core: ModuleType, settings: Settings, start: float, breaks: Sequence[Break]) -> Any:
-    given = [tuple(each) for each in breaks]
-    if settings.step is not None:
-        steps, every = whole_steps(settings), output_every(settings)
-        return core.Steps.fixed(start, settings.duration, settings.step, steps, every, given)
-    times = output_times(settings, start)
-    return core.Steps.by_error(start, settings.duration, settings.tolerance, times, given)
+def _steps(core: ModuleType, settings: Settings, leg: Leg) -> Any:
+    breaks = [tuple(each) for each in leg.breaks]
+    if leg.step is not None:
+        return core.Steps.fixed(leg.start, leg.duration, leg.step, leg.count, leg.every, breaks)
+    return core.Steps.by_error(
+        leg.start, leg.duration, settings.tolerance, list(leg.times), breaks, -1.0 if leg.first is None else leg.first
+    )

@@ -6,10 +6,14 @@ from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from typing import Any
 
+import numpy as np
+
 from mbproj.arrays import Integers, may_overflow
 from mbproj.dynamics.assembly.assemble import State
 from mbproj.dynamics.observe.samples import Samples, block_samples
+from mbproj.integrate.events.halts import Halted, HaltedAt, Watched
 from mbproj.integrate.events.law_switches import switches_of
+from mbproj.integrate.events.leg import Leg
 from mbproj.integrate.formulations.compiled import PHASES, Compiled
 from mbproj.integrate.loop.looks import Looks, Standing
 from mbproj.integrate.outcome.marks import START, Mark, Marks, restored_events, resuming, saved_events
@@ -28,10 +32,15 @@ def march(
     tally: Tally,
     marks: Marks | None = None,
     looks: Looks | None = None,
+    leg: Leg | None = None,
+    watched: Watched | None = None,
 ) -> Iterator[Samples | None]:
-    """Blocks of samples from the start to the end, or from a mark on; None where the kernel came back without any, so
-    that its caller can look whether the run is still wanted. Raises SimulationError where the run cannot go on."""
-    run, marks = compiled.run(state, settings), marks or Marks()
+    """Blocks of samples from the start to the end of a leg, the whole run where none is given, or from a mark on; None
+    where the kernel came back without any, so that its caller can look whether the run is still wanted. Raises
+    SimulationError where the run cannot go on, and Halted where it has met something that is `watched`."""
+    run, marks = compiled.run(state, settings, leg), marks or Marks()
+    if watched is not None:
+        run.watch(watched.gaps, [(compiled.own_row(each.row), *each[1:]) for each in watched.rows])
     if marks.resumed:
         _resume(run, tally, marks.resumed)
     run.keeps_marks = marks.wanted
@@ -50,9 +59,18 @@ def march(
         yield _samples(compiled, block, counters) if len(block["t"]) else None
         if looks is not None and run.pauses and looks.look(_standing(compiled, run, tally)):
             return
+    if run.outcome.status == compiled.core.Status.halted:
+        raise Halted(_halted_at(compiled, run))
     failure = compiled.failure(run, settings)
     if failure is not None:
         raise failure
+
+
+def _halted_at(compiled: Compiled, run: Any) -> HaltedAt:
+    """Where a run stands before a step that meets a stop."""
+    at = run.standing
+    work = at["work"] if len(at["work"]) else np.zeros(2)
+    return HaltedAt(compiled.standing(at["t"], at["y"].ravel(), at["turns"]), at["h"], work)
 
 
 def _take_events(system: System, run: Any, tally: Tally) -> None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from bisect import bisect_left, bisect_right
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from functools import partial
 from typing import NamedTuple, TypeAlias
 
@@ -30,7 +30,6 @@ from mbproj.integrate.outcome.marks import Mark, resuming
 from mbproj.integrate.point import Point
 from mbproj.integrate.steppers.runge_kutta import Step
 from mbproj.integrate.steppers.stages import StagesUnsolved
-from mbproj.scene.sampling import output_times
 from mbproj.thresholds import THRESHOLDS
 
 
@@ -55,7 +54,7 @@ class ErrorControl:
     def samples(self, point: Point) -> Iterator[Sample]:
         """Samples from a point to the end; those within a step by the continuous extension."""
         run = self.run
-        h = self.first_step(run.exact, point, self.way_left(point.t))
+        h = run.leg.first or self.first_step(run.exact, point, self.way_left(point.t))
         yield point.sample(run.exact, h, run.tally)
         if run.breaks.passed or self.events is not None:
             point, h = self.go_on(point, None, h)
@@ -72,7 +71,7 @@ class ErrorControl:
 
     def steps(self, point: Point, h: float, control: Controller) -> Iterator[Sample]:
         """The samples that follow a point, from which the next step is of size h."""
-        run, times, lost = self.run, output_times(self.run.exact.settings, self.run.start), None
+        run, times, lost = self.run, self.run.leg.times, None
         done = bisect_right(times, point.t)
         while done < len(times):
             if not h >= 16.0 * run.grain(point.t):
@@ -194,7 +193,7 @@ class ErrorControl:
             return lost
         return _Attempt(step, error) if np.isfinite(error) else not_finite(t)
 
-    def in_between(self, before: Point, after: Point, step: Step, times: list[float]) -> Iterator[Sample]:
+    def in_between(self, before: Point, after: Point, step: Step, times: Sequence[float]) -> Iterator[Sample]:
         """Samples inside a step: the extension's value, of which a copy is projected; the integration goes on without
         it."""
         self.run.tally.count_evaluations(self.run.stepper.extend_cost + len(times))

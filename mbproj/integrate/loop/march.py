@@ -9,6 +9,7 @@ from functools import partial
 from mbproj.dynamics.assembly.assemble import State
 from mbproj.dynamics.observe.samples import Sample
 from mbproj.integrate.events.law_switches import switches_of
+from mbproj.integrate.events.leg import Leg
 from mbproj.integrate.formulations.full import FullFormulation
 from mbproj.integrate.loop.carried import attempted
 from mbproj.integrate.loop.error_control import ErrorControl
@@ -16,20 +17,28 @@ from mbproj.integrate.loop.looks import Looks
 from mbproj.integrate.loop.passes import Passes
 from mbproj.integrate.loop.run import Run
 from mbproj.integrate.loop.step_end import first_point
+from mbproj.integrate.loop.stop_watch import StopWatch
 from mbproj.integrate.outcome.marks import Mark, Marks, resuming
 from mbproj.integrate.outcome.tally import Tally
 from mbproj.integrate.point import Point
-from mbproj.scene.sampling import output_every, whole_steps
 
 
 def march(
-    formulation: FullFormulation, state: State, tally: Tally, marks: Marks | None = None, looks: Looks | None = None
+    formulation: FullFormulation,
+    state: State,
+    tally: Tally,
+    marks: Marks | None = None,
+    looks: Looks | None = None,
+    leg: Leg | None = None,
+    watch: StopWatch | None = None,
 ) -> Iterator[Sample]:
-    """Samples from the start to the end of the duration, or from a mark on, or to where `looks` ends it: with error
-    control. Raises SimulationError where the run cannot go on."""
-    marks = marks or Marks()
-    run, switches = Run(formulation, state.t, tally, marks, looks), switches_of(formulation.system.forces)
-    if formulation.settings.tolerance is not None:
+    """Samples from the start to the end of a leg, the whole run where none is given, or from a mark on; or to where
+    `looks` ends it, with error control, or `watch` halts it. Raises SimulationError where the run cannot go on."""
+    marks, leg = marks or Marks(), leg or Leg.whole(formulation.system, formulation.settings, state.t)
+    run = Run(formulation, leg, tally, marks, looks, watch)
+    switches = switches_of(formulation.system.forces)
+    if leg.step is None:
+        assert formulation.settings.tolerance is not None
         control = ErrorControl(run, formulation.settings.tolerance, switches)
         begin, go_on = control.samples, control.resumed
     else:
@@ -48,8 +57,8 @@ class FixedSteps:
     def samples(self, point: Point) -> Iterator[Sample]:
         """Samples from a point at the start to the end."""
         run = self.run
-        assert run.exact.settings.step is not None
-        yield point.sample(run.exact, run.exact.settings.step, run.tally)
+        assert run.leg.step is not None
+        yield point.sample(run.exact, run.leg.step, run.tally)
         if self.passes is not None:
             self.passes.watch(point)
         yield from self.steps(1, run.cross_break(point) if run.breaks.passed else point)
@@ -68,8 +77,8 @@ class FixedSteps:
 
     def steps(self, first: int, point: Point) -> Iterator[Sample]:
         """The samples of this step and all that follow."""
-        run, settings, passes = self.run, self.run.exact.settings, self.passes
-        steps, every, h = whole_steps(settings), output_every(settings), settings.step
+        run, passes = self.run, self.passes
+        steps, every, h = run.leg.count, run.leg.every, run.leg.step
         assert h is not None
         for k in range(first, steps + 1):
             grid = run.end if k == steps else run.start + k * h

@@ -10,19 +10,20 @@ import numpy as np
 from mbproj.arrays import Array
 from mbproj.dynamics.assembly.assemble import State
 from mbproj.dynamics.equations.turning import turns_of
-from mbproj.integrate.events.breaks import BreakCursor, breaks_of
+from mbproj.integrate.events.breaks import BreakCursor
+from mbproj.integrate.events.leg import Leg
 from mbproj.integrate.formulations.full import FullFormulation
 from mbproj.integrate.loop.carried import jumped, seen_by
 from mbproj.integrate.loop.interruption import look
 from mbproj.integrate.loop.looks import Looks, Standing
 from mbproj.integrate.loop.step_end import accept
+from mbproj.integrate.loop.stop_watch import StopWatch
 from mbproj.integrate.outcome.marks import START, Mark, Marks, restore_tally, saved_events, saved_tally
 from mbproj.integrate.outcome.tally import Tally
 from mbproj.integrate.point import Point
 from mbproj.integrate.steppers.implicit_runge_kutta import ImplicitRungeKutta
 from mbproj.integrate.steppers.methods import stepper_of
 from mbproj.integrate.steppers.runge_kutta import Step
-from mbproj.scene.sampling import output_interval
 
 
 class Run:
@@ -30,15 +31,19 @@ class Run:
     of the step at hand."""
 
     def __init__(
-        self, formulation: FullFormulation, start: float, tally: Tally, marks: Marks, looks: Looks | None = None
+        self,
+        formulation: FullFormulation,
+        leg: Leg,
+        tally: Tally,
+        marks: Marks,
+        looks: Looks | None = None,
+        watch: StopWatch | None = None,
     ) -> None:
-        settings = formulation.settings
-        assert settings.duration is not None  # settings_to_run has seen to it
-        self.start, self.end, self.tally = start, start + settings.duration, tally
-        self.stepper = stepper_of(settings.integrator)
+        self.leg, self.start, self.end, self.tally, self.watch = leg, leg.start, leg.end, tally, watch
+        self.stepper = stepper_of(formulation.settings.integrator)
         #: Between two samples, s.
-        self.interval = output_interval(settings)
-        self.breaks = BreakCursor(breaks_of(formulation.system, start, settings), start, self.interval)
+        self.interval = leg.interval
+        self.breaks = BreakCursor(leg.breaks, leg.start, self.interval)
         self.exact, self.inside = formulation, formulation.seen_within(self.breaks.window)
         #: Whether the run's end has had a say in a step: that of a longer run might be another.
         self.shaped = False
@@ -116,7 +121,10 @@ class Run:
         """The point after a step; what is recorded at a break belongs to that time itself."""
         look()
         at_end = self.exact if self.breaks.is_at(t) else self.inside
-        return accept(self.inside, at_end, self.stepper, self.tally, before, t, step)
+        point = accept(self.inside, at_end, self.stepper, self.tally, before, t, step)
+        if self.watch is not None:
+            self.watch.take(before, point)
+        return point
 
     def pass_break(self, t: float) -> None:
         """From a break on functions of time are seen from its other side."""

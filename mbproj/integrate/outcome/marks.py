@@ -50,7 +50,7 @@ def saved_events(met: Sequence[Event], until: float) -> list[list[Any]]:
 
 def restored_events(saved: Sequence[Sequence[Any]]) -> list[Event]:
     """The events that were saved."""
-    return [Event(float(t), str(name), str(kind), int(way)) for t, name, kind, way in saved]
+    return [Event(float(t), str(name), str(kind), int(way), *map(float, rest)) for t, name, kind, way, *rest in saved]
 
 
 def saved_tally(tally: Tally) -> dict[str, Any]:

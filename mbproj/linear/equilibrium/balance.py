@@ -15,13 +15,13 @@ from mbproj.dynamics.derivatives.blocks import added
 from mbproj.dynamics.derivatives.linear_equations import Motion, constraint_rows, linear_equations, tangent_force
 from mbproj.dynamics.derivatives.row_derivatives import force_derivative, row_motion
 from mbproj.dynamics.derivatives.tangent import moved
+from mbproj.dynamics.derivatives.tangent_space import TangentSpace, tangent_space
 from mbproj.dynamics.equations.kinematics import pose_of
 from mbproj.dynamics.equations.motions import Drive
 from mbproj.dynamics.equations.teeth import near
 from mbproj.errors import SimulationError
 from mbproj.linear.frames import in_axes
 from mbproj.linear.reference import largest_force
-from mbproj.linear.tangent_space import TangentSpace, tangent_space
 from mbproj.model.system import Conditions, System
 from mbproj.thresholds import THRESHOLDS
 

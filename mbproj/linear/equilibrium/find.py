@@ -9,7 +9,9 @@ import numpy as np
 
 from mbproj.arrays import Array
 from mbproj.dynamics.assembly.assemble import State, coordinate_values
+from mbproj.dynamics.contact.inside import stop_sizes
 from mbproj.dynamics.derivatives.tangent import accelerations, velocities
+from mbproj.dynamics.equations.gaps import gaps
 from mbproj.dynamics.equations.kinematics import pose_of
 from mbproj.dynamics.equations.motions import Drive, drive_at
 from mbproj.dynamics.equations.teeth import near
@@ -22,6 +24,7 @@ from mbproj.linear.equilibrium.solve import NoEquilibrium, Solved, solve
 from mbproj.linear.equilibrium.words import direction_words
 from mbproj.linear.modes import modes
 from mbproj.linear.reference import Imbalance, Reference, imbalance
+from mbproj.model.contacts import standing_on_stops
 from mbproj.model.system import Conditions, System
 from mbproj.thresholds import THRESHOLDS
 
@@ -59,9 +62,25 @@ def equilibrium(
     steadily. Raises NoEquilibrium where nothing balances the forces, InputError where a motion is not constant then, or
     the mechanism is too large to turn."""
     _refuse(system, t, steadily=turning is not None)
+    system = standing_on_stops(system)
     q, expected = _led_to(system, start, t)
     problem = Problem.of(system, t, q, drive_at(system, t), held, turning or REST)
-    return described(problem, _solved(problem, q, expected))
+    return _inside_stops(described(problem, _solved(problem, q, expected)))
+
+
+def _inside_stops(found: Equilibrium) -> Equilibrium:
+    """The same. Raises InputError where it lies beyond a rigid stop."""
+    system, state = found.reference.system, found.state
+    if system.stops is None:
+        return found
+    gap = gaps(system.stops, pose_of(state.q), state.turns)
+    beyond = np.flatnonzero(system.stops.is_rigid & (gap < -THRESHOLDS.touching * stop_sizes(system)))
+    if not len(beyond):
+        return found
+    k = int(beyond[np.argmin(gap[beyond])])
+    said = f"forces balance {-gap[k]:.6g} {system.names.stop_units[k]} beyond the rigid stop '{system.names.stops[k]}'"
+    hint = "run it with dampers until it rests on the stop, or make the stop compliant with 'stiffness'"
+    raise InputError(Wrong(said, system.stops.places[k], hint))
 
 
 def is_large(system: System) -> bool:

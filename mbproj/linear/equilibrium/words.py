@@ -7,8 +7,8 @@ import numpy as np
 from mbproj.arrays import Array
 from mbproj.dynamics.derivatives.linear_equations import Motion
 from mbproj.dynamics.derivatives.row_derivatives import row_motion
+from mbproj.dynamics.derivatives.tangent_space import tangent_lengths
 from mbproj.dynamics.rank.row_words import direction
-from mbproj.linear.tangent_space import tangent_lengths
 from mbproj.model.system import System
 from mbproj.thresholds import THRESHOLDS
 

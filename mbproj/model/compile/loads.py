@@ -19,6 +19,7 @@ from mbproj.model.compile.rigid_groups import Seat
 from mbproj.model.forces import BodyForces, Forces, Laws
 from mbproj.model.primitive_set import Binding, bind
 from mbproj.scene.records import BodyForce, Bushing, JointForce, Law, PointForce, Scene
+from mbproj.scene.stops import DistanceStop, PlaneStop
 from mbproj.thresholds import THRESHOLDS
 
 
@@ -53,9 +54,9 @@ class _Programs:
 def compile_forces(
     scene: Scene, seats: Mapping[str, Seat], poses: Mapping[str, Pose], coordinates: Mapping[str, Binding]
 ) -> tuple[Forces | None, tuple[str, ...]]:
-    """The forces, None where there are none, and what results call what they act along: the force's name, with the
-    coordinate where it acts on several. `coordinates` are the joints' by whole name. Raises InputError."""
-    if not scene.forces:
+    """The forces but for stops, None where there are none, and what results call what they act along: the force's name,
+    with the coordinate where it acts on several. `coordinates` are the joints' by whole name. Raises InputError."""
+    if all(isinstance(force, DistanceStop | PlaneStop) for force in scene.forces):
         return None, ()
     entries: list[_Entry] = []
     for force in scene.forces:
@@ -89,6 +90,7 @@ def _laws(entries: Sequence[_Entry], met: _Programs) -> Laws:
         damping=np.array([law.damping for law in laws], dtype=float),
         free=np.array([law.free or 0.0 for law in laws], dtype=float),
         program=np.array([met.number(entry.law.function, entry.force) for entry in entries], dtype=np.intp),
+        loses=np.zeros(len(laws), dtype=bool),
     )
 
 

@@ -15,6 +15,7 @@ from mbproj.model.compile.drives import compile_motions
 from mbproj.model.compile.frames import Pose, local_frames, pose
 from mbproj.model.compile.loads import compile_forces
 from mbproj.model.compile.rigid_groups import RigidGroups, Seat, rigid_groups
+from mbproj.model.compile.stops import compile_stops
 from mbproj.model.euler_parameters import rotation_matrix
 from mbproj.model.meshes import compile_meshes
 from mbproj.model.primitive_set import Binding, bind
@@ -52,6 +53,7 @@ def compile_system(scene: Scene) -> System:
     forces, force_names = compile_forces(scene, groups.seats, poses, named)
     motions, motion_names = compile_motions(scene, named)
     reflected = compile_reflected(scene, named)
+    stops, stop_names = compile_stops(scene, groups.seats, poses, named)
     turning = [] if reflected is None else reflected.joint_coordinate.tolist()
     bodies = [groups.seats[body.name] for body in scene.bodies]
     return System(
@@ -66,6 +68,8 @@ def compile_system(scene: Scene) -> System:
             force_units=(*(() if forces is None else forces.units), *(units[at] for at in turning)),
             motions=motion_names,
             motion_units=() if motions is None else motions.rows.units,
+            stops=stop_names,
+            stop_units=() if stops is None else stops.coordinates.units,
         ),
         mass=np.array([carrier.mass for carrier in groups.carriers]),
         inertia=np.array([carrier.inertia for carrier in groups.carriers]),
@@ -87,6 +91,7 @@ def compile_system(scene: Scene) -> System:
         forces=forces,
         motions=motions,
         reflected=reflected,
+        stops=stops,
     )
 
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from mbproj.arrays import Array, Integers
@@ -23,22 +25,39 @@ def obstacle_in_plane(system: System, plane: Plane) -> str | None:
         if len(locked):
             return f"motion '{system.names.motions[locked[0]]}' drives a coordinate out of the plane"
     if system.forces is not None:
-        laws, owners = system.forces.laws, system.forces.law_owners
-        of_joints = laws.joint_coordinate >= 0
-        locked = np.flatnonzero(of_joints & (coordinates_in_plane(plane, laws.joint_coordinate) < 0))
-        if len(locked):
-            return f"force '{owners[locked[0]]}' acts along a coordinate out of the plane"
-        depth = _depths(plane, laws.coordinates)
-        for group in laws.coordinates.groups:
-            apart = np.ptp(depth[group.slots], axis=1) > THRESHOLDS.in_plane * max(
-                system.length, float(np.abs(depth).max())
-            )
-            tilted = [row for row in group.rows[apart, 0] if not of_joints[row]]
-            if tilted:
-                return f"force '{owners[tilted[0]]}' acts between points at different depths"
+        laws, owners = system.forces.laws, [f"force '{name}' acts" for name in system.forces.law_owners]
+        leaves = _leaves_plane(system, plane, laws.coordinates, laws.joint_coordinate, owners)
+        if leaves is not None:
+            return leaves
         leaning = tilted_bushings(plane, system.forces.bushings)
         if len(leaning):
             return f"the frames of force '{system.forces.bushing_names[leaning[0]]}' lean against each other"
+    if system.stops is not None:
+        owners = [f"the stop of {owner} acts" for owner in system.stops.owners]
+        return _leaves_plane(system, plane, system.stops.coordinates, system.stops.joint_coordinate, owners)
+    return None
+
+
+def _leaves_plane(
+    system: System, plane: Plane, along: PrimitiveSet, joint_coordinate: Integers, owners: Sequence[str]
+) -> str | None:
+    """Which of the coordinates that something acts along, one each, is no function of those in the plane."""
+    of_joints = joint_coordinate >= 0
+    locked = np.flatnonzero(of_joints & (coordinates_in_plane(plane, joint_coordinate) < 0))
+    if len(locked):
+        return f"{owners[locked[0]]} along a coordinate out of the plane"
+    depth = _depths(plane, along)
+    least = THRESHOLDS.in_plane * max(system.length, float(np.abs(depth).max(initial=0.0)))
+    for group in along.groups:
+        free = ~of_joints[group.rows[:, 0]]
+        if not free.any():
+            continue
+        points = along.is_point[group.slots[0]] > 0.0
+        apart = np.ptp(depth[group.slots[:, points]], axis=1) > least
+        leans = np.abs(depth[group.slots[:, ~points]]).max(axis=1, initial=0.0) > THRESHOLDS.in_plane
+        for row in group.rows[free & (leans if (~points).any() else apart), 0]:
+            what = "along an axis out of the plane" if (~points).any() else "between points at different depths"
+            return f"{owners[row]} {what}"
     return None
 
 

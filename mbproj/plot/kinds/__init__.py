@@ -47,6 +47,7 @@ KINDS: Mapping[str, Kind] = MappingProxyType(
         "motions": Kind(
             "driven", "what motions prescribe, and what they take", "motions", usual=False, function="draw_motions"
         ),
+        "stops": Kind("driven", "gap and force of each stop", "stops", usual=False, function="draw_stops"),
         "energy": Kind("energy", "kinetic, potential and total energy, and the energy balance", of_motion=False),
         "steps": Kind("steps", "step size and iterations of the projection", of_motion=False),
         "mechanism": Kind(
@@ -68,6 +69,7 @@ NEEDED = {
     "coordinates": "joint coordinates",
     "forces": "forces",
     "motions": "motions",
+    "stops": "stops",
 }
 
 

@@ -1,4 +1,4 @@
-"""Forces and motions over time: what each acts along, and the force or torque along it."""
+"""Forces, motions and stops over time: what each acts along, and the force or torque along it."""
 
 from __future__ import annotations
 
@@ -50,6 +50,12 @@ def draw_motions(results: Sequence[Results], labels: Sequence[str]) -> Figure:
     return _draw(results, labels, "motions", "value")
 
 
+@styled
+def draw_stops(results: Sequence[Results], labels: Sequence[str]) -> Figure:
+    """A row a stop: how far the mechanism is from it, and how hard it pushes."""
+    return _draw(results, labels, "stops", "gap")
+
+
 def _draw(results: Sequence[Results], labels: Sequence[str], kind: str, dataset: str) -> Figure:
     names = shown.all_names(results, kind)
     together = _together(results, kind, dataset, names)
@@ -87,7 +93,8 @@ def _group(results: Sequence[Results], kind: str, dataset: str, own: tuple[str, 
     read, act = Columns(kind, own[:1], dataset), Columns(kind, own, "force")
     unit = units_of(si, [values for result in results if (values := read(result)) is not None]).value
     words, acts_in = ACTION[si]
-    along = Quantity(_along(first, own, si, read), unit, read)
+    label = f"{own[0]}: gap" if kind == "stops" else _along(first, own, si, read)
+    along = Quantity(label, unit, read)
     if len(own) == 1:
         listed: list[Row] = [(along, Quantity(words, acts_in, act))]
     elif len(results) == 1:

@@ -7,6 +7,7 @@ from collections.abc import Iterable, Iterator, Mapping
 from mbproj.joints import COORDINATE_UNITS, JOINTS
 from mbproj.scene.fields.containers import Complaint
 from mbproj.scene.records import GROUND, Body, Force, Joint, JointForce, KeyPath, Motion, PointForce
+from mbproj.scene.stops import DistanceStop
 from mbproj.scene.text.suggestions import choose_from
 
 WORDS = {"rad": "angle", "m": "displacement", None: "coordinate"}
@@ -22,7 +23,10 @@ def on_bodies(bodies: Mapping[str, Body], forces: Mapping[str, Force]) -> Iterat
     """A check that the points of forces are on bodies that there are."""
     known = (GROUND, *bodies)
     for force in forces.values():
-        for name in force.bodies if isinstance(force, PointForce) else ():
+        points = force.bodies if isinstance(force, PointForce) else ()
+        if isinstance(force, DistanceStop):
+            points = force.first.body, force.second.body
+        for name in points:
             if name not in known:
                 hint = choose_from(name, known)
                 yield Complaint(("forces", force.name, "points", name), f"unknown body '{name}'", hint)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from typing import Any
 
 from mbproj.joints import JOINTS
@@ -11,9 +11,11 @@ from mbproj.scene.blocks.expectation_fit import fits
 from mbproj.scene.blocks.expectations import Given, expectation, subject
 from mbproj.scene.blocks.forces import COORDINATES
 from mbproj.scene.blocks.observables import OBSERVABLES, OF_BUSHINGS, Observable
-from mbproj.scene.fields.containers import Complaint
+from mbproj.scene.blocks.stops import stop_units
+from mbproj.scene.fields.containers import Check, Complaint
 from mbproj.scene.records import BodyForce, Bushing, Expectation, Force, Joint, JointForce, Motion, PointForce, Settings
 from mbproj.scene.sampling import nearest_samples
+from mbproj.scene.stops import DistanceStop, PlaneStop
 from mbproj.scene.text.suggestions import choose_from
 
 Items = Mapping[str, Any]
@@ -60,6 +62,11 @@ def of_forces(forces: Mapping[str, Force], expected: Expected) -> Iterator[Compl
         elif quantity not in able:
             what = f"force '{item}' is a bushing and" if isinstance(force, Bushing) else "a force"
             yield Complaint(("expect", name, "quantity"), f"{what} has no '{quantity}'", _choices(quantity, able))
+        elif isinstance(force, DistanceStop | PlaneStop):
+            message = f"force '{item}' is a stop"
+            yield Complaint(
+                ("expect", name, "force"), message, "write  stop: NAME  with the quantity gap, rate or force"
+            )
         elif isinstance(force, PointForce | Bushing):
             yield from fits(name, given, able[quantity], able[quantity].unit_with("m"))
 
@@ -91,6 +98,20 @@ def of_motions(motions: Mapping[str, Motion], expected: Expected) -> Iterator[Co
             yield from fits(name, given, able[quantity], unit)
 
 
+def of_stops(expected: Expected, joints: Mapping[str, Joint], forces: Mapping[str, Force]) -> Iterator[Complaint]:
+    """A check of the expectations of stops."""
+    able = OBSERVABLES["stop"]
+    for name, given, item, quantity in _of("stop", expected):
+        units = stop_units(joints, forces)
+        if item not in units:
+            hint = choose_from(item, units, "stops are") if units else "the scene has no stops"
+            yield Complaint(("expect", name, "stop"), f"unknown stop '{item}'", hint)
+        elif quantity not in able:
+            yield Complaint(("expect", name, "quantity"), f"a stop has no '{quantity}'", _choices(quantity, able))
+        else:
+            yield from fits(name, given, able[quantity], able[quantity].unit_with(units[item]))
+
+
 def expectations_of(found: Mapping[str, Any]) -> Iterator[Expectation]:
     """The records, of a scene's blocks as they were read and found right."""
     joints = found.get("joints", {})
@@ -103,6 +124,8 @@ def expectations_of(found: Mapping[str, Any]) -> Iterator[Expectation]:
             coordinate = COORDINATES[acts_on(force, joints)[0]] if isinstance(force, JointForce) else "m"
         elif of == "motion":
             coordinate = COORDINATES[found["motions"][item].coordinate]
+        elif of == "stop":
+            coordinate = stop_units(joints, found.get("forces", {}))[item]
         yield expectation(name, given, able[quantity].unit_with(coordinate))
 
 
@@ -141,10 +164,11 @@ def _choices(quantity: str, able: Mapping[str, Observable]) -> str:
     return choose_from(quantity, able, "it has")
 
 
-CHECKS: tuple[tuple[tuple[str, ...], Callable[..., Iterator[Complaint]]], ...] = (
-    (("expect",), of_markers_and_bodies),
-    (("joints", "expect"), of_joints),
-    (("forces", "expect"), of_forces),
-    (("joints", "forces", "expect"), of_joint_forces),
-    (("motions", "expect"), of_motions),
+CHECKS = (
+    Check(("expect",), of_markers_and_bodies),
+    Check(("joints", "expect"), of_joints),
+    Check(("forces", "expect"), of_forces),
+    Check(("joints", "forces", "expect"), of_joint_forces),
+    Check(("motions", "expect"), of_motions),
+    Check(("expect",), of_stops, besides=("joints", "forces")),
 )

@@ -20,13 +20,14 @@ from mbproj.scene.text.suggestions import choose_from
 
 #: An expectation as read: values by key. Numbers whose unit depends on the quantity have kept their dimension.
 Given = Mapping[str, Any]
-#: Keys that say what it is of, and the top-level block of each.
+#: Keys that say what it is of, and the top-level block of each; stops are in those of joints and forces.
 SUBJECTS: Mapping[str, str] = {
     "marker": "markers",
     "body": "bodies",
     "joint": "joints",
     "force": "forces",
     "motion": "motions",
+    "stop": "",
     "diagnostic": "",
 }
 BOUNDS = ("below", "above")
@@ -95,6 +96,7 @@ EXPECTATION: Record[Given] = Record(
     "an expectation",
     {
         **{of: Reference(of, block) for of, block in SUBJECTS.items() if block},
+        "stop": Text(),
         "diagnostic": Choice("diagnostic", lambda: OBSERVABLES["diagnostic"]),
         "quantity": Choice("quantity", lambda: QUANTITIES),
         "component": Choice("component", lambda: COMPONENTS),

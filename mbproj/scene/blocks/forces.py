@@ -10,13 +10,14 @@ from mbproj.functions.program import COORDINATE, Program, variable
 from mbproj.functions.standard import tabulated
 from mbproj.joints import COORDINATE_UNITS, JOINTS
 from mbproj.scene.blocks.bushing import bushing_record
+from mbproj.scene.blocks.stops import stop_record
 from mbproj.scene.fields.alternatives import Alternatives, Variants
-from mbproj.scene.fields.checks import of_these_bodies, pair_of
+from mbproj.scene.fields.checks import of_these_bodies
 from mbproj.scene.fields.choices import Choice, Reference
 from mbproj.scene.fields.containers import Check, OneOf, Record
 from mbproj.scene.fields.fields import Converted, Field, List
 from mbproj.scene.fields.functions import Function, table
-from mbproj.scene.fields.placing import BODY_POINT, POINTS_OF, TWO_BODIES, TWO_POINTS
+from mbproj.scene.fields.placing import BODY_POINT, POINTS_OF, TWO_BODIES, TWO_POINTS, two_ends
 from mbproj.scene.fields.quantities import Number, position_in
 from mbproj.scene.fields.reading import Unfit
 from mbproj.scene.records import BodyForce, Force, JointForce, Law, PointForce
@@ -65,12 +66,7 @@ def _law(given: Mapping[str, Any], force: str, free: str, default: float | None)
 def _spring(
     name: str, type: str, points: Any = None, bodies: Any = None, locations: Any = None, **law: Any
 ) -> PointForce:
-    if points is not None:
-        bodies, pair = points
-    elif locations is not None:
-        pair = pair_of(locations, bodies)
-    else:
-        raise Unfit("lacks 'locations'", "give a point of each of its bodies")
+    bodies, pair = two_ends(points, bodies, locations)
     return PointForce(name, bodies, pair, _law(law, "force", "free_length", None))
 
 
@@ -143,6 +139,7 @@ FORCE_RECORDS: Mapping[str, Record[Force]] = MappingProxyType(
         "torsion_spring_damper": _on_joint("a torsion_spring_damper", "torque", "angle", "rad", "free_angle"),
         "linear_spring_damper": _on_joint("a linear_spring_damper", "force", "displacement", "m", "free_displacement"),
         "bushing": bushing_record(FORCE_TYPE),
+        "stop": stop_record(FORCE_TYPE),
         "force": _on_body("a force", "force", "N", {"location": BODY_POINT}),
         "torque": _on_body("a torque", "torque", "N*m", {}),
         "friction": Record(

@@ -12,7 +12,7 @@ from mbproj.scene.fields.fields import Converted, Field
 from mbproj.scene.fields.reading import Unfit
 from mbproj.scene.records import Expectation, Scene, Settings
 
-_WORDS = (*(of for of, block in SUBJECTS.items() if block), "diagnostic", "quantity", "component", "at")
+_WORDS = (*SUBJECTS, "quantity", "component", "at")
 
 MEASURE: Record[Given] = Record(
     "a measure",
@@ -43,9 +43,8 @@ def items_of(scene: Scene) -> dict[str, tuple[str, ...]]:
 def complaints(measures: Mapping[str, Given], scene: Scene) -> Iterator[Complaint]:
     """What the scene does not have of what they ask for."""
     blocks = {**_blocks(scene), "expect": measures}
-    for keys, find in CHECKS:
-        for found in find(*(blocks[key] for key in keys)):
-            yield _at_home(found)
+    for check in CHECKS:
+        yield from map(_at_home, check.complaints(blocks, blocks))
 
 
 def untimely(measures: Mapping[str, Given], settings: Settings) -> Iterator[Complaint]:

@@ -59,6 +59,11 @@ OBSERVABLES: Mapping[str, Mapping[str, Observable]] = MappingProxyType(
             "rate": Observable("rad/s or m/s"),
             "force": Observable("N*m or N"),
         },
+        "stop": {
+            "gap": Observable("rad or m"),
+            "rate": Observable("rad/s or m/s"),
+            "force": Observable("N*m or N"),
+        },
         "diagnostic": {
             "position_violation": Observable(""),
             "velocity_violation": Observable(""),

@@ -1,7 +1,7 @@
 """Units as they are written: products, quotients and powers of the symbols, as in kg*mm^2, N·s/mm, N/(m*s), 1/s.
 
     unit   = [1 /] factor {(* | · | /) factor}
-    factor = (symbol | (unit)) [^ whole number | ² | ³]
+    factor = (symbol | (unit)) [^ number | ² | ³]
 
 Where a unit ends depends on the parameters. After the first factor the name of a parameter is that parameter: with a
 parameter `g`, `2 kg*g` is 2 kg times g. The units of COMPOUNDS, written without spaces, are units all the same: with a
@@ -42,7 +42,7 @@ _LONGEST_FIRST = sorted(COMPOUNDS, key=len, reverse=True)
 _COMPOUND = re.compile(rf"(?:{'|'.join(map(re.escape, _LONGEST_FIRST))})(?![A-Za-z0-9_])")
 _NAME = re.compile(r"\s*([A-Za-z_][A-Za-z0-9_]*)")
 _OPERATOR = re.compile(r"\s*([*·⋅/])(?!\*)")
-_POWER = re.compile(r"\s*(?:\^\s*(?P<number>[-+]?[0-9]{1,6})(?![0-9.])|(?P<raised>[²³]))")
+_POWER = re.compile(r"\s*(?:\^\s*(?P<number>[-+]?[0-9]{1,6}(?:\.[0-9]{1,12})?)(?![0-9.])|(?P<raised>[²³]))")
 _ONE_OVER = re.compile(r"\s*1\s*/(?!\*)")
 _OPEN, _CLOSE = re.compile(r"\s*\("), re.compile(r"\s*\)")
 _RAISED = {"²": 2, "³": 3}
@@ -102,7 +102,7 @@ class _Reader:
         power = _POWER.match(self._text, end)
         if power is None:
             return unit, end
-        exponent = int(power["number"]) if power["number"] else _RAISED[power["raised"]]
+        exponent = float(power["number"]) if power["number"] else _RAISED[power["raised"]]
         return unit**exponent, power.end()
 
     def _symbol(self, at: int) -> tuple[Unit, int] | None:

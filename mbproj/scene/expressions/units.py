@@ -43,7 +43,7 @@ class Unit:
         multiply, divide = self.multiply * other.multiply, self.divide * other.divide
         return Unit(self.dimension * other.dimension, *_in_lowest_terms(multiply, divide))
 
-    def __pow__(self, exponent: int) -> Unit:
+    def __pow__(self, exponent: float) -> Unit:
         factors = (self.multiply, self.divide) if exponent >= 0 else (self.divide, self.multiply)
         multiply, divide = (_raised(factor, abs(exponent)) for factor in factors)
         return Unit(self.dimension**exponent, multiply, divide)
@@ -57,7 +57,7 @@ def _in_lowest_terms(multiply: float, divide: float) -> tuple[float, float]:
     return float(int(multiply) // shared), float(int(divide) // shared)
 
 
-def _raised(factor: float, exponent: int) -> float:
+def _raised(factor: float, exponent: float) -> float:
     """The factor to a power, infinite where that is too large."""
     try:
         return factor**exponent

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Container, Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any, ClassVar, Generic, NamedTuple
 
@@ -28,10 +28,18 @@ class Complaint(NamedTuple):
 
 @dataclass(frozen=True)
 class Check:
-    """A rule on several values of a record: `find` gets those of `keys` by position, where all are given and right."""
+    """A rule on several values of a record: `find` gets those of `keys` by position, where all are given and right,
+    and those of `besides`, which are empty mappings where they are not given."""
 
     keys: tuple[str, ...]
     find: Callable[..., Iterable[Complaint]]
+    besides: tuple[str, ...] = ()
+
+    def complaints(self, values: Mapping[str, Any], given: Container[str]) -> Iterable[Complaint]:
+        """On the values that are right, of the keys that are given."""
+        if not values.keys() >= {*self.keys} or any(key in given and key not in values for key in self.besides):
+            return ()
+        return self.find(*(values[key] for key in self.keys), *(values.get(key, {}) for key in self.besides))
 
 
 class OneOf(NamedTuple):
@@ -82,10 +90,9 @@ class Record(Field[T_co], Generic[T_co]):
         self._report_keys(mapping, reading)
         values = dict(read_keys(self.keys, mapping, path, reading))
         for check in self.checks:
-            if values.keys() >= {*check.keys}:
-                for complaint in check.find(*(values[key] for key in check.keys)):
-                    where = (*path, *complaint.path)
-                    reading.report(complaint.message, reading.places[where], complaint.hint)
+            for complaint in check.complaints(values, mapping.values):
+                where = (*path, *complaint.path)
+                reading.report(complaint.message, reading.places[where], complaint.hint)
         if len(reading.problems) > before or len(values) < len(mapping.values):
             return None
         name = {"name": path[-1]} if self.named else {}

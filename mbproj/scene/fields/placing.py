@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from mbproj.scene.fields.alternatives import Alternatives
-from mbproj.scene.fields.checks import Placed, different, shared, two_axes, two_points
+from mbproj.scene.fields.checks import Placed, different, pair_of, shared, two_axes, two_points
 from mbproj.scene.fields.choices import Reference
 from mbproj.scene.fields.containers import Named
 from mbproj.scene.fields.fields import Converted, Field, List
@@ -20,6 +20,7 @@ AXES: Field[Placed] = Alternatives((Converted(List(DIRECTION, 2, "axes"), two_ax
 TWO_POINTS: Field[Placed] = Alternatives((Converted(List(POINT, 2, "points"), two_points), Named("body", POINT)))
 TWO_BODIES: Field[Any] = Converted(List(Reference("body", "bodies", (GROUND,)), 2, "names of bodies"), different)
 BODY_POINT: Field[Any] = Alternatives((POINT, Named("body", POINT)))
+BODY_DIRECTION: Field[Any] = Alternatives((DIRECTION, Named("body", DIRECTION)))
 
 
 def _pair_on(points: Mapping[str, Vector]) -> tuple[tuple[str, str], Pair]:
@@ -32,3 +33,12 @@ def _pair_on(points: Mapping[str, Vector]) -> tuple[tuple[str, str], Pair]:
 
 #: Two points by body that are global all the same.
 POINTS_OF: Field[Any] = Converted(Named("body", POINT), _pair_on)
+
+
+def two_ends(points: tuple[tuple[str, str], Pair] | None, bodies: Any, locations: Any) -> tuple[tuple[str, str], Pair]:
+    """Two bodies and a point of each, from `points`, or else from `bodies` with their `locations`."""
+    if points is not None:
+        return points
+    if locations is None:
+        raise Unfit("lacks 'locations'", "give a point of each of its bodies")
+    return bodies, pair_of(locations, bodies)

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 
 from mbproj.errors import InputError, Problem
 from mbproj.functions.program import TIME
 from mbproj.scene.records import BodyForce, Bushing, Force, JointForce, Law, Motion, Scene, Vector
+from mbproj.scene.stops import DistanceStop, Limit, PlaneStop, StopLaw
 from mbproj.studies.variants.programs import with_argument
 from mbproj.studies.variants.rescaled import scaled_matrix
 
@@ -40,7 +42,7 @@ def with_speed(scene: Scene, factor: float) -> Scene:
 
 
 def with_stiffness(scene: Scene, factor: float) -> Scene:
-    """Every stiffness times a factor; dampers, tables and functions stay."""
+    """Every stiffness times a factor, those of stops too; dampers, tables and functions stay."""
     return _with_laws(scene, "stiffness", factor)
 
 
@@ -50,8 +52,9 @@ def with_damping(scene: Scene, factor: float) -> Scene:
 
 
 def _with_laws(scene: Scene, of: str, factor: float) -> Scene:
-    """The `stiffness` or the `damping` of every law and bushing times a factor."""
-    if not any(_has(force, of) for force in scene.forces):
+    """The `stiffness` or the `damping` of every law, bushing and compliant stop times a factor."""
+    limits = [limit.law for joint in scene.joints for limit in joint.limits.values()]
+    if not any(_has(force, of) for force in scene.forces) and not any(_gives(law, of) for law in limits):
         what = f"no force of the scene has a '{of}' to vary"
         raise InputError(Problem(what, hint="add a spring_damper, or vary something else"))
 
@@ -60,9 +63,20 @@ def _with_laws(scene: Scene, of: str, factor: float) -> Scene:
     def scaled(law: Law) -> Law:
         return replace(law, stiffness=k * law.stiffness, damping=c * law.damping)
 
+    def stopping(law: StopLaw) -> StopLaw:
+        damping = None if law.damping is None else c * law.damping
+        return replace(law, stiffness=k * law.stiffness, damping=damping)
+
+    def limit(old: Limit) -> Limit:
+        return replace(old, law=stopping(old.law))
+
     def changed(force: Force) -> Force:
         if isinstance(force, BodyForce):
             return force
+        if isinstance(force, DistanceStop):
+            return replace(force, limit=limit(force.limit))
+        if isinstance(force, PlaneStop):
+            return replace(force, law=stopping(force.law))
         if isinstance(force, JointForce):
             return replace(force, laws={name: scaled(law) for name, law in force.laws.items()})
         if isinstance(force, Bushing):
@@ -71,7 +85,19 @@ def _with_laws(scene: Scene, of: str, factor: float) -> Scene:
             return replace(force, stiffness=stiffness, damping=(scaled_matrix(c, c_t), scaled_matrix(c, c_r)))
         return replace(force, law=scaled(force.law))
 
-    return replace(scene, forces=tuple(map(changed, scene.forces)))
+    return replace(
+        scene,
+        forces=tuple(map(changed, scene.forces)),
+        joints=tuple(
+            replace(joint, limits={name: limit(old) for name, old in joint.limits.items()}) for joint in scene.joints
+        ),
+    )
+
+
+def _gives(law: StopLaw, of: str) -> bool:
+    """Whether a stop has a stiffness that can vary, or a damping."""
+    value = getattr(law, of)
+    return value is not None and 0.0 < value < math.inf
 
 
 def _has(force: Force, of: str) -> bool:
@@ -80,5 +106,7 @@ def _has(force: Force, of: str) -> bool:
         return False
     if isinstance(force, Bushing):
         return any(any(row) for matrix in getattr(force, of) for row in matrix)
+    if isinstance(force, DistanceStop | PlaneStop):
+        return _gives(force.limit.law if isinstance(force, DistanceStop) else force.law, of)
     laws = force.laws.values() if isinstance(force, JointForce) else [force.law]
     return any(getattr(law, of) > 0.0 for law in laws)

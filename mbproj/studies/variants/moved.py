@@ -21,6 +21,7 @@ from mbproj.scene.records import (
     Scene,
     Vector,
 )
+from mbproj.scene.stops import DistanceStop, OfBody, PlaneStop
 from mbproj.studies.variants.programs import combined
 
 
@@ -99,7 +100,24 @@ class RigidMotion:
             given = force.location
             location = given if given is None or force.local else self._point(given)
             return replace(force, components=components, location=location)
+        if isinstance(force, DistanceStop):
+            return replace(force, first=self._of_body(force.first), second=self._of_body(force.second))
+        if isinstance(force, PlaneStop):
+            normal = force.normal
+            if not _stays(normal):
+                normal = replace(normal, vector=self._direction(normal.vector))
+            return replace(
+                force, location=self._of_body(force.location), normal=normal, point=self._of_body(force.point)
+            )
         return force
+
+    def _of_body(self, point: OfBody) -> OfBody:
+        return point if _stays(point) else replace(point, vector=self._point(point.vector))
+
+
+def _stays(placed: OfBody) -> bool:
+    """Whether a point or direction is given in the axes of a body that moves with all."""
+    return placed.local and placed.body != "ground"
 
 
 def _of_ground(holder: Joint | PointForce | Bushing, pair: Pair, moved: list[Vector]) -> Pair:

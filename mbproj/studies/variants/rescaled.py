@@ -26,6 +26,7 @@ from mbproj.scene.records import (
     Scene,
     Vector,
 )
+from mbproj.scene.stops import DistanceStop, Limit, OfBody, PlaneStop, StopLaw
 from mbproj.studies.variants.programs import times, with_argument
 
 #: Parameters of joints that are lengths, and lengths a turn.
@@ -80,6 +81,7 @@ class _Larger:
                 name: value if self._unit(joint.name, name) == self.k else self.k**2 * value
                 for name, value in joint.reflected_inertia.items()
             },
+            limits={name: self._limit(limit, self._unit(joint.name, name)) for name, limit in joint.limits.items()},
         )
 
     def marker(self, marker: Marker) -> Marker:
@@ -93,7 +95,27 @@ class _Larger:
             return replace(force, laws=laws)
         if isinstance(force, Bushing):
             return self._bushing(force)
+        if isinstance(force, DistanceStop):
+            ends = (self.of_body(force.first), self.of_body(force.second))
+            return replace(force, first=ends[0], second=ends[1], limit=self._limit(force.limit, self.k))
+        if isinstance(force, PlaneStop):
+            plane, point = self.of_body(force.location), self.of_body(force.point)
+            law = self._stop_law(force.law, self.k)
+            return replace(force, location=plane, point=point, radius=self.k * force.radius, law=law)
         return self._on_body(force)
+
+    def of_body(self, point: OfBody) -> OfBody:
+        return replace(point, vector=self.vector(point.vector))
+
+    def _limit(self, limit: Limit, unit: float) -> Limit:
+        low, high = (None if bound is None else unit * bound for bound in (limit.low, limit.high))
+        return Limit(low, high, self._stop_law(limit.law, unit))
+
+    def _stop_law(self, law: StopLaw, unit: float) -> StopLaw:
+        """The law of a stop on a coordinate whose unit of length is `unit`, as `_law` has it."""
+        stiffer = self.k if unit == self.k else self.k**2
+        damping = None if law.damping is None else law.damping / unit
+        return replace(law, stiffness=stiffer * law.stiffness / unit**law.exponent, damping=damping)
 
     def _bushing(self, force: Bushing) -> Bushing:
         """Against rotation k² times as strong; against translation as before, forces being k times as large."""

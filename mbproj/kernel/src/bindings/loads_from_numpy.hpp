@@ -80,15 +80,16 @@ inline std::vector<Switch> switches(const Integers2& given, const std::vector<La
 
 template <int D> Loads<D> loads(std::size_t bodies, const PrimitiveSet<D>& coordinates,
                                 const Integers1& joint_coordinate, const Numbers2& law, const Integers1& law_program,
-                                const Integers1& body, const Numbers2& point, const Integers1& is_torque,
-                                const Integers1& in_body, const Numbers3& force_map, const Numbers3& torque_map,
-                                const Integers2& program, const Programs& programs, const Bushings<D>& bushings,
-                                const Integers2& switches) {
+                                const Integers1& law_loses, const Integers1& body, const Numbers2& point,
+                                const Integers1& is_torque, const Integers1& in_body, const Numbers3& force_map,
+                                const Numbers3& torque_map, const Integers2& program, const Programs& programs,
+                                const Bushings<D>& bushings, const Integers2& switches) {
     constexpr int W = Size<D>::turns;
     const std::size_t laws = coordinates.instances.size(), given = body.size(), count = programs.start.size() - 1;
     require(joint_coordinate, {laws}, "joint_coordinate");
     require(law, {laws, 3}, "law");
     require(law_program, {laws}, "law_program");
+    require(law_loses, {laws}, "law_loses");
     require(point, {given, D}, "point");
     require(is_torque, {given}, "is_torque");
     require(in_body, {given}, "in_body");
@@ -102,7 +103,7 @@ template <int D> Loads<D> loads(std::size_t bodies, const PrimitiveSet<D>& coord
         if (coordinate < 0 && coordinates.instances[l].kind == Kind::angle)
             refuse("joint_coordinate", "leaves an angle out");
         const int function = optional_index(law_program.data()[l], count, "law_program");
-        built.laws.push_back({coordinate, numbers[0], numbers[1], numbers[2], function});
+        built.laws.push_back({coordinate, numbers[0], numbers[1], numbers[2], function, law_loses.data()[l] != 0});
     }
     for (std::size_t f = 0; f < given; ++f) {
         BodyForce<D> force;
@@ -153,6 +154,20 @@ void add_flywheels(Model<D>& model, const PrimitiveSet<D>& coordinates, const st
     for (const double I : inertia) require_positive(I, "flywheels");
     model.flywheels = inertia;
     model.row_scale.resize(model.all_rows(), 1.0);
+}
+
+// What stops limit: one instance each.
+template <int D> void add_stops(Model<D>& model, const PrimitiveSet<D>& coordinates, const std::vector<int>& turns,
+                                std::vector<double> bounds) {
+    const std::size_t count = coordinates.instances.size();
+    if (turns.size() != count || bounds.size() != count) refuse("stop_coordinates", "do not fit their bounds");
+    for (const int number : turns)
+        if (number != -1) index_below(number, model.coordinates.instances.size(), "stop_turns");
+    for (const Attachment<D>& a : coordinates.attachments)
+        if (a.body > model.size()) refuse("stop_coordinates", "have a body that the model does not");
+    for (const double bound : bounds)
+        if (!std::isfinite(bound)) refuse("stop_bounds", "hold a number that is not finite");
+    model.stops = {coordinates, turns, std::move(bounds)};
 }
 
 // The last rows of the constraints, one for each function of time.

@@ -33,7 +33,9 @@ template <int D> void add_model(nb::module_& m, const char* primitives, const ch
                const PrimitiveSet<D>& coordinates, double length, std::shared_ptr<Loads<D>> loads,
                std::shared_ptr<Programs> motions, std::vector<double> motion_start,
                const std::vector<int>& motion_coordinate, const std::vector<MeshNumbers>& meshes,
-               const PrimitiveSet<D>* flywheel_coordinates, std::vector<double> flywheels) {
+               const PrimitiveSet<D>* flywheel_coordinates, std::vector<double> flywheels,
+               const PrimitiveSet<D>* stop_coordinates, const std::vector<int>& stop_turns,
+               std::vector<double> stop_bounds) {
                 require(gravity, {D}, "gravity");
                 require(row_scale, {static_cast<std::size_t>(constraints.rows)}, "row_scale");
                 Model<D> built;
@@ -59,6 +61,7 @@ template <int D> void add_model(nb::module_& m, const char* primitives, const ch
                 built.meshes = mbproj::meshes(constraints.rows, coordinates.instances.size(), meshes);
                 built.follows_angles = !built.meshes.empty() || has_angles(built.loads.get());
                 if (flywheel_coordinates) add_flywheels(built, *flywheel_coordinates, flywheels);
+                if (stop_coordinates) add_stops(built, *stop_coordinates, stop_turns, std::move(stop_bounds));
                 new (self) Model<D>(std::move(built));
             },
             nb::kw_only(), nb::arg("thresholds"), nb::arg("mass"), nb::arg("inertia"), nb::arg("gravity"),
@@ -66,7 +69,8 @@ template <int D> void add_model(nb::module_& m, const char* primitives, const ch
             nb::arg("length"), nb::arg("loads").none() = nb::none(), nb::arg("motions").none() = nb::none(),
             nb::arg("motion_start") = std::vector<double>(), nb::arg("motion_coordinate") = std::vector<int>(),
             nb::arg("meshes") = std::vector<MeshNumbers>(), nb::arg("flywheel_coordinates").none() = nb::none(),
-            nb::arg("flywheels") = std::vector<double>())
+            nb::arg("flywheels") = std::vector<double>(), nb::arg("stop_coordinates").none() = nb::none(),
+            nb::arg("stop_turns") = std::vector<int>(), nb::arg("stop_bounds") = std::vector<double>())
         .def_prop_ro("bodies", &Model<D>::size)
         .def_rw("redundant", &Model<D>::redundant);
 }
@@ -85,17 +89,17 @@ template <int D> void add_loads(nb::module_& m, const char* bushings, const char
     nb::class_<Loads<D>>(m, name).def(
         "__init__",
         [](Loads<D>* self, std::size_t bodies, const PrimitiveSet<D>& coordinates, Integers1 joint_coordinate,
-           Numbers2 law, Integers1 law_program, Integers1 body, Numbers2 point, Integers1 is_torque, Integers1 in_body,
-           Numbers3 force_map, Numbers3 torque_map, Integers2 program, const Programs& programs,
-           const Bushings<D>& bushings, Integers2 switches) {
+           Numbers2 law, Integers1 law_program, Integers1 law_loses, Integers1 body, Numbers2 point,
+           Integers1 is_torque, Integers1 in_body, Numbers3 force_map, Numbers3 torque_map, Integers2 program,
+           const Programs& programs, const Bushings<D>& bushings, Integers2 switches) {
             new (self)
-                Loads<D>(loads<D>(bodies, coordinates, joint_coordinate, law, law_program, body, point, is_torque,
-                                  in_body, force_map, torque_map, program, programs, bushings, switches));
+                Loads<D>(loads<D>(bodies, coordinates, joint_coordinate, law, law_program, law_loses, body, point,
+                                  is_torque, in_body, force_map, torque_map, program, programs, bushings, switches));
         },
         nb::kw_only(), nb::arg("bodies"), nb::arg("coordinates"), nb::arg("joint_coordinate"), nb::arg("law"),
-        nb::arg("law_program"), nb::arg("body"), nb::arg("point"), nb::arg("is_torque"), nb::arg("in_body"),
-        nb::arg("force_map"), nb::arg("torque_map"), nb::arg("program"), nb::arg("programs"), nb::arg("bushings"),
-        nb::arg("switches"));
+        nb::arg("law_program"), nb::arg("law_loses"), nb::arg("body"), nb::arg("point"), nb::arg("is_torque"),
+        nb::arg("in_body"), nb::arg("force_map"), nb::arg("torque_map"), nb::arg("program"), nb::arg("programs"),
+        nb::arg("bushings"), nb::arg("switches"));
 }
 
 template <int D> void add_equations(nb::module_& m, const char* name) {

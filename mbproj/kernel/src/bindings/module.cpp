@@ -111,16 +111,17 @@ void add_settings(nb::module_& m) {
             nb::arg("breaks") = BreakNumbers())
         .def_static(
             "by_error",
-            [](double start, double duration, double tolerance, std::vector<double> times, const BreakNumbers& breaks) {
+            [](double start, double duration, double tolerance, std::vector<double> times, const BreakNumbers& breaks,
+               double first) {
                 require_positive(duration, "duration");
                 require_positive(tolerance, "tolerance");
                 bool increasing = std::isfinite(start) && !times.empty() && times.front() == start;
                 for (std::size_t i = 1; i < times.size(); ++i) increasing = increasing && times[i] > times[i - 1];
                 if (!increasing) refuse("times", "do not increase from the start");
-                return Steps{start, duration, -1.0, tolerance, 0, 1, std::move(times), breaks_of(breaks)};
+                return Steps{start, duration, -1.0, tolerance, 0, 1, std::move(times), breaks_of(breaks), first};
             },
             nb::arg("start"), nb::arg("duration"), nb::arg("tolerance"), nb::arg("times"),
-            nb::arg("breaks") = BreakNumbers());
+            nb::arg("breaks") = BreakNumbers(), nb::arg("first") = -1.0);
     nb::enum_<Status>(m, "Status")
         .value("running", Status::running)
         .value("finished", Status::finished)
@@ -133,7 +134,8 @@ void add_settings(nb::module_& m) {
         .value("unresolved", Status::unresolved)
         .value("untold", Status::untold)
         .value("pushed_back", Status::pushed_back)
-        .value("unsolved", Status::unsolved);
+        .value("unsolved", Status::unsolved)
+        .value("halted", Status::halted);
     nb::class_<Outcome>(m, "Outcome")
         .def_ro("status", &Outcome::status)
         .def_ro("time", &Outcome::time)

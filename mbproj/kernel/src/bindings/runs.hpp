@@ -26,6 +26,15 @@ template <int D> nb::dict samples(TimeLoop<D>& run) {
     return found;
 }
 
+// What halts a run: the number of a stop or row, the sign, and the slack of each.
+using WatchedNumbers = std::vector<std::tuple<int, double, double>>;
+
+template <class Watched> std::vector<Watched> watched(const WatchedNumbers& given, std::size_t count) {
+    std::vector<Watched> found;
+    for (const auto& [number, sign, slack] : given) found.push_back({index_below(number, count, "watch"), sign, slack});
+    return found;
+}
+
 template <int D> void add_run(nb::module_& m, const char* name) {
     nb::class_<TimeLoop<D>>(m, name)
         .def("__init__",
@@ -62,11 +71,33 @@ template <int D> void add_run(nb::module_& m, const char* name) {
                  const Mark<D>* mark = self.mark();
                  return mark ? saved_mark<D>(*mark) : nb::dict();
              })
+        .def(
+            "watch",
+            [](TimeLoop<D>& self, const WatchedNumbers& gaps, const WatchedNumbers& rows) {
+                self.stops().watch(watched<WatchedGap>(gaps, self.model().stops.bound.size()),
+                                   watched<WatchedRow>(rows, self.model().constraints.rows));
+            },
+            nb::arg("gaps"), nb::arg("rows"))
+        .def_prop_ro("standing",
+                     [](const TimeLoop<D>& self) {
+                         const auto bodies = static_cast<std::size_t>(self.model().size());
+                         const double* y = self.now().y.data();
+                         nb::dict found;
+                         found["t"] = self.now().t;
+                         found["h"] = self.now().to.h;
+                         found["y"] =
+                             array_of(std::vector<double>(y, y + bodies * Size<D>::state), bodies, Size<D>::state);
+                         const double* work = y + bodies * Size<D>::state;
+                         const auto integrals = static_cast<std::size_t>(self.model().integrals());
+                         found["work"] = array_of(std::vector<double>(work, work + integrals), integrals);
+                         found["turns"] = self.turns();
+                         return found;
+                     })
         .def_prop_ro("rows", [](TimeLoop<D>& self) { return saved_rows<D>(self.equations().policy().save()); })
         .def_prop_ro("loop_joints",
                      [](TimeLoop<D>& self) { return self.equations().solver().order().loop_joints.size(); })
         .def_prop_ro("close_looks", [](TimeLoop<D>& self) { return self.equations().solver().close_looks(); })
-        .def_prop_ro("outcome", [](const TimeLoop<D>& self) { return self.outcome(); })
+        .def_prop_ro("outcome", [](const TimeLoop<D>& self) { return self.now().outcome; })
         .def("take_met", [](TimeLoop<D>& self) { return self.events().take_met(); })
         .def_prop_ro("passed", [](const TimeLoop<D>& self) { return self.events().passed(); })
         .def_prop_ro("broken_state",
@@ -80,7 +111,7 @@ template <int D> void add_run(nb::module_& m, const char* name) {
         .def_prop_ro("counters",
                      [](const TimeLoop<D>& self) {
                          return array_of(std::vector<long>([&] {
-                                             const auto list = self.counters().list();
+                                             const auto list = self.now().counters.list();
                                              return std::vector<long>(list.begin(), list.end());
                                          }()),
                                          Counters::count);

@@ -14,6 +14,7 @@ struct Law {
     int coordinate;  // of the joints, or -1
     double stiffness, damping, free;
     int program;  // or -1
+    bool loses;   // what the program gives is energy lost, as a damper's
 };
 
 // A force at a point, or a torque: `map` takes the three programs' values to the body's axes or to the global ones.
@@ -214,7 +215,7 @@ private:
         const Variables now(along, motion, t, law, expected.data());
         const double given = law.program < 0 ? 0.0 : loads.programs.value(law.program, now.series, held);
         const double size = given - law.stiffness * (now.at - law.free) - law.damping * now.rate;
-        power += given * now.rate;
+        (law.loses ? dissipation : power) += (law.loses ? -given : given) * now.rate;
         dissipation += law.damping * now.rate * now.rate;
         if (!std::isfinite(size)) return false;
         pull(along, size);

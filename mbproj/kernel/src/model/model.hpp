@@ -78,6 +78,14 @@ struct Mesh {
     double period;
 };
 
+// Coordinates that stops limit, one instance each: their bounds, and from which of the joints' coordinates an angle takes
+// its turns, or -1.
+template <int D> struct Stops {
+    PrimitiveSet<D> coordinates;
+    std::vector<int> joint_coordinate;
+    std::vector<double> bound;
+};
+
 // An angle with the whole turns that bring it next to what is expected of it.
 inline double near(double angle, double expected) {
     return angle + 2.0 * M_PI * std::nearbyint((expected - angle) / (2.0 * M_PI));
@@ -106,6 +114,7 @@ template <int D> struct Model {
     // after those of the flywheels.
     std::vector<StiffForce> stiff;
     int stiff_rows = 0;
+    Stops<D> stops;
     Thresholds thresholds;
 
     int joint_of(int row) const {

@@ -22,7 +22,8 @@ enum class Status : int {
     unresolved,
     untold,
     pushed_back,
-    unsolved
+    unsolved,
+    halted
 };
 
 // In the order of the fields of mbproj.integrate.outcome.tally.Tally.

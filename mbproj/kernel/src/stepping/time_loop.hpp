@@ -5,6 +5,7 @@
 #include "stepping/flush_to_zero.hpp"
 #include "stepping/loop_parts.hpp"
 #include "stepping/mark.hpp"
+#include "stepping/stop_watch.hpp"
 
 namespace mbproj {
 
@@ -15,16 +16,16 @@ public:
 
     TimeLoop(Model<D> model, Tableau tableau, ProjectionSettings projection, Steps steps, const std::vector<double>& y,
              std::vector<long> turns)
-        : Parts(std::move(model), std::move(tableau), projection, std::move(steps), y), slope_(now_.y), copy_(now_.y),
-          copy_slope_(now_.y), lambda_(model_.all_rows()), copy_lambda_(lambda_), counted_{{}, std::move(turns)} {}
+        : Parts(std::move(model), std::move(tableau), projection, std::move(steps), y), stops_(model_), slope_(now_.y),
+          copy_(now_.y), copy_slope_(now_.y), lambda_(model_.all_rows()),
+          copy_lambda_(lambda_), counted_{{}, std::move(turns)} {}
     // Before the first step: the run goes on from the mark of another that has begun alike. False where it is not of this
     // model.
     bool resume(Mark<D> mark) {
         mark_ = std::move(mark);
         return events().resume(mark_->events);
     }
-    // Where a longer run can go on from; null where that is the start.
-    const Mark<D>* mark() {
+    const Mark<D>* mark() {  // where a longer run can go on from; null where that is the start
         if (started_ && steps_.fixed()) take_mark();
         return mark_ ? &*mark_ : nullptr;
     }
@@ -67,22 +68,23 @@ public:
     EquationsOfMotion<D>& equations() { return equations_; }
     StateEvents<D>& events() { return trial_.events(); }
     const StateEvents<D>& events() const { return trial_.events(); }
-    const Counters& counters() const { return now_.counters; }
-    const Outcome& outcome() const { return now_.outcome; }
+    StopWatch<D>& stops() { return stops_; }
+    const Standing& now() const { return now_; }
+    const std::vector<long>& turns() const { return counted_.turns; }
 
 private:
     void begin() {
-        started_ = true;
-        ++now_.counters.evaluations;
+        started_ = true, ++now_.counters.evaluations;
         equations_.set_pose(now_.t, now_.y.data());
         equations_.set_velocities(now_.y.data(), true);
         peaks.watch(equations_.constraint(), equations_.C_dot(), model_.constraints.rows, model_.driven.size(), now_.t);
         counted_ = turns_.start(counted_.turns, now_.t, now_.y);
+        if (stops_.any()) stops_.begin(equations_.pose(), equations_.motion(), counted_.turns);
         if (mark_) return go_on_from_mark();
         if (!equations_.start() || !evaluate(now_.y, true)) return stop_at(now_.t);
         stepper_.first() = slope_;
-        now_.h = steps_.step;
-        if (!steps_.fixed() && !choose_step(schedule_.left(now_.t))) return;
+        now_.h = steps_.fixed() ? steps_.step : steps_.first;
+        if (!(now_.h > 0.0) && !choose_step(schedule_.left(now_.t))) return;
         sample(now_.t, now_.y, slope_, lambda_, now_.h, counted_.turns);
         equations_.see(schedule_.window());
         if (trial_.passes()) events().watch(now_.t, now_.y, schedule_.window());
@@ -108,8 +110,7 @@ private:
         if (anew) mark_.reset();  // another run with this method cannot go on from it
     }
 
-    // A step is made, and taken where its error allows it. Its end is closed and counted; samples that lie inside follow one
-    // by one, before the step is taken over.
+    // Its end is closed and counted; samples that lie inside follow one by one, before the step is taken over.
     void step() {
         if (!steps_.fixed() && !schedule_.resolves(now_.t, now_.h))
             return stop(trial_.lost().stops() ? trial_.lost() : Outcome{Status::vanished, now_.t});
@@ -131,33 +132,38 @@ private:
         if (!schedule_.inside()) finish_step();
     }
 
-    // The end of a step: closed, counted, and its slope evaluated.
-    bool accept() {
+    bool accept() {  // the end of a step: closed, counted, and its slope evaluated
         if (!now_.y_new.allFinite()) return stop({Status::not_finite, now_.to.t}), false;
         ++now_.counters.steps;
         now_.counters.evaluations += stepper_.arrival_cost();
-        if (!steps_.fixed()) counted_before_ = counted_;
+        if (!steps_.fixed() || stops_.any()) counted_before_ = counted_;
         const Outcome closed =
             step_end_.close(now_.t, now_.y, now_.to.t, now_.y_new, counted_, trial_.halves(), now_.counters, peaks);
         if (closed.status == Status::untold && !steps_.fixed()) return tell_turns(closed), false;
         if (closed.stops()) return stop(closed), false;
-        double* lambda = now_.to.due ? lambda_.data() : nullptr;
+        double* lambda = now_.to.due || stops_.any() ? lambda_.data() : nullptr;
         if (!equations_.arrive() || !stepper_.arrive(now_.y_new, slope_, lambda) ||
             (now_.to.at_break && !stepper_.meet_break(now_.to.t, now_.y_new, schedule_.window(), slope_, lambda)))
             return stop_at(now_.to.t), false;
         if (!slope_.allFinite()) return stop({Status::not_finite, now_.to.t}), false;
+        return !(stops_.any() && meets_stop());
+    }
+
+    bool meets_stop() {  // in the step: the run halts where that began
+        if (!stops_.met(now_.to.h, equations_.pose(), equations_.motion(), counted_.turns, lambda_)) return false;
+        --now_.counters.steps;
+        counted_ = counted_before_;
+        stop({Status::halted, now_.t});
         return true;
     }
 
-    // A step that cannot tell turns is made again, shorter.
     void tell_turns(const Outcome& untold) {
         --now_.counters.steps;
         counted_ = counted_before_;
-        trial_.reject(untold.step);
+        trial_.reject(untold.step);  // it is made again, shorter
     }
 
-    // One sample inside a step: the extension's value, of which a copy is projected; the integration does not see it.
-    void sample_inside() {
+    void sample_inside() {  // the extension's value, of which a copy is projected; the integration does not see it
         const double time = schedule_.take();
         ++now_.counters.evaluations;
         const double h = now_.to.h, theta = (time - now_.t) / h;
@@ -186,8 +192,7 @@ private:
         }
     }
 
-    // From a break on functions of time are seen from its other side.
-    void cross_break() {
+    void cross_break() {     // functions of time are seen from the other side from here on
         equations_.see({});  // as the slope at hand does
         if (!stepper_.before_jump(now_.t, now_.y)) return stop_at(now_.t);
         equations_.see(schedule_.window());
@@ -200,7 +205,7 @@ private:
         go_on();
     }
 
-    // From the end of a step on, where a switch changes its branch, the branch beyond is held. False where the run stops.
+    // Where a switch changes its branch, the branch beyond is held from here on. False where the run stops.
     bool cross_event() {
         const Crossing crossing = *trial_.crossing();
         trial_.crossing().reset();
@@ -211,8 +216,7 @@ private:
         return passes;
     }
 
-    // False where the motion leads back.
-    template <class Change> bool change_branches(const Change& change) {
+    template <class Change> bool change_branches(const Change& change) {  // false where the motion leads back
         events().glance_before(now_.t, now_.y, stepper_.first(), now_.h, schedule_.window());
         if (!stepper_.before_jump(now_.t, now_.y)) return stop_at(now_.t), false;
         change();
@@ -223,15 +227,13 @@ private:
         return true;
     }
 
-    // The slope at the state, anew.
-    bool renew() {
+    bool renew() {  // the slope at the state
         ++now_.counters.evaluations;
         return stepper_.after_jump(now_.t, now_.y, stepper_.first(), nullptr) || (stop_at(now_.t), false);
     }
 
-    // The step is chosen anew.
     void go_on() {
-        if (steps_.fixed()) return;
+        if (steps_.fixed()) return;  // else the step is chosen anew
         trial_.control().forget();
         choose_step(model_.thresholds.part_after_break * schedule_.left(now_.t));
     }
@@ -281,14 +283,14 @@ private:
 
     using Parts::model_, Parts::steps_, Parts::phases_, Parts::equations_, Parts::stepper_, Parts::turns_;
     using Parts::step_end_, Parts::schedule_, Parts::now_, Parts::trial_;
+    StopWatch<D> stops_;
     Vector slope_;              // at the end of a step, until the step is taken over
     Vector copy_, copy_slope_;  // of a sample inside a step
     std::vector<double> lambda_, copy_lambda_;
     typename TurnCounter<D>::Counted counted_, counted_before_;
     std::optional<Mark<D>> mark_;
-    long factorised_before_ = 0;  // by the run that this one goes on with
-    bool shaped_ = false;         // by the run's end
-    bool started_ = false;
+    long factorised_before_ = 0;             // by the run that this one goes on with
+    bool shaped_ = false, started_ = false;  // shaped by the run's end
 };
 
 }  // namespace mbproj

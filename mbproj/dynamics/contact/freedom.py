@@ -1,0 +1,119 @@
+"""What the joints leave free at a pose, in coordinates x in which the kinetic energy is ½|x|²: u = u₀ + T R⁻¹ x, with
+G T = 0 and TᵀM T = RᵀR; and the rows N in which stops see x."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from mbproj.arrays import Array, cross
+from mbproj.dynamics.assembly.assemble import State, coordinate_values
+from mbproj.dynamics.derivatives.tangent import velocities
+from mbproj.dynamics.derivatives.tangent_space import tangent_space
+from mbproj.dynamics.equations.constraint_equations import set_bias, set_jacobian, tangent_jacobian
+from mbproj.dynamics.equations.equations_of_motion import tangent_mass_matrix
+from mbproj.dynamics.equations.forces import applied
+from mbproj.dynamics.equations.kinematics import Pose, Twist, body_rates, pose_of, twist_of
+from mbproj.dynamics.equations.motions import drive_at
+from mbproj.dynamics.equations.reflected import tangent_gradients
+from mbproj.dynamics.rank.right_hand_sides import tangent_gamma
+from mbproj.errors import SimulationError
+from mbproj.model.primitive_set import PrimitiveSet
+from mbproj.model.stops import Stops
+from mbproj.model.system import System
+
+
+@dataclass(frozen=True, eq=False)
+class Freedom:
+    """The mechanism at a state: `basis` T R⁻¹ (6n, f) and the pose and twist it belongs to."""
+
+    system: System
+    t: float
+    pose: Pose
+    twist: Twist
+    M: Array
+    G: Array
+    basis: Array
+    smallest: Array  # G⁺ (6n, m)
+
+    @classmethod
+    def at(cls, system: System, state: State) -> Freedom:
+        """At a state. Raises SimulationError where a motion that the joints leave free has no inertia."""
+        pose = pose_of(state.q)
+        M, G = tangent_mass_matrix(system, pose), _rows(system, pose)
+        space = tangent_space(system, G)
+        try:
+            R = np.linalg.cholesky(space.N.T @ M @ space.N).T
+        except np.linalg.LinAlgError as error:
+            cause = "a stop meets a motion without inertia: no impulse is finite there"
+            raise SimulationError(state.t, cause, hint="give its bodies mass and inertia") from error
+        basis = np.linalg.solve(R.T, space.N.T).T
+        return cls(system, state.t, pose, twist_of(pose, state.v), M, G, basis, space.pseudoinverse)
+
+    def rows(self, stops: Stops) -> Array:
+        """N (S, f): g' = N x of the gaps, but for what motions drive."""
+        return np.asarray(_gradients(stops, self.pose) @ self.basis)
+
+    def changed(self, x: Array) -> Array:
+        """By how much q' changes with x (f,), (7n,)."""
+        return velocities(self.pose, self.basis @ x)
+
+    def gained(self, x: Array) -> float:
+        """The kinetic energy that comes with x, J."""
+        change, u = self.basis @ x, np.concatenate([self.twist.velocity, body_rates(self.pose, self.twist)], axis=1)
+        return float(change @ self.M @ (u[:-1].ravel() + 0.5 * change))
+
+    def gap_accelerations(self, stops: Stops, counted: Array) -> Array:
+        """g'' of the gaps (S,) where no stop acts; `counted` (nc,): the joints' coordinates with turns."""
+        system, pose, twist = self.system, self.pose, self.twist
+        drive = drive_at(system, self.t)
+        particular = self.smallest @ tangent_gamma(system, pose, twist, drive)
+        force = _forces(system, pose, twist, self.t, counted)
+        change = particular + self.basis @ (self.basis.T @ (force - self.M @ particular))
+        return np.asarray(_gradients(stops, pose) @ change + stops.side * _bias(stops.coordinates, pose, twist))
+
+
+def counted_coordinates(system: System, state: State) -> Array:
+    """The joints' coordinates with turns, (nc,)."""
+    return coordinate_values(system, pose_of(state.q)) + 2.0 * np.pi * state.turns
+
+
+def _rows(system: System, pose: Pose) -> Array:
+    """G (m, 6n) of the joints and the motions."""
+    sets = [system.joints] if system.motions is None else [system.joints, system.motions.rows]
+    return np.concatenate([_in_bodies(bound, pose) for bound in sets])
+
+
+def _in_bodies(bound: PrimitiveSet, pose: Pose) -> Array:
+    """∂/∂(δr, δθ) of a set's values, (m, 6n)."""
+    return np.ascontiguousarray(tangent_jacobian(bound, pose)[:, :-1, :6]).reshape(
+        bound.size, 6 * (len(pose.position) - 1)
+    )
+
+
+def _gradients(stops: Stops, pose: Pose) -> Array:
+    return stops.side[:, None] * _in_bodies(stops.coordinates, pose)
+
+
+def _bias(bound: PrimitiveSet, pose: Pose, twist: Twist) -> Array:
+    """The part of s'' that does not hold (r'', ω'), (k,): that of Λ'' which keeps |Λ| is -|Λ'|² Λ."""
+    kept = np.zeros((len(pose.position) - 1, 7))
+    kept[:, 3:] = -np.sum(twist.rate[:-1] ** 2, axis=1, keepdims=True) * pose.orientation[:-1]
+    return np.asarray(set_bias(bound, pose, twist) + set_jacobian(bound, pose) @ kept.ravel())
+
+
+def _forces(system: System, pose: Pose, twist: Twist, t: float, counted: Array) -> Array:
+    """Forces, and torques with the gyroscopic ones in body axes, (6n,): f of M u' + Gᵀλ = f."""
+    ω = body_rates(pose, twist)[:-1]
+    force = np.zeros((system.bodies, 6))
+    force[:, :3] = system.mass[:, None] * system.gravity
+    force[:, 3:] = -cross(ω, (system.inertia @ ω[..., None])[..., 0])
+    if system.forces is not None:
+        loads = applied(system, pose, twist, t, counted)
+        force[:, :3] += loads.force[:-1]
+        force[:, 3:] += loads.torque[:-1]
+    if system.reflected is not None:
+        pull = system.reflected.inertia * _bias(system.reflected.rows, pose, twist)
+        force -= np.einsum("k,kbi->bi", pull, tangent_gradients(system.reflected, pose)[:, :-1])
+    return force.ravel()

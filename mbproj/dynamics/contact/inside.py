@@ -1,0 +1,57 @@
+"""The pose next to one that is beyond stops at which all of them let the mechanism be, if there is one."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from mbproj.arrays import Array, Integers
+from mbproj.dynamics.assembly.assemble import State, coordinate_values, nearest, scaled_residual, scaled_rows
+from mbproj.dynamics.assembly.gauss_newton import gauss_newton, keeping_norms
+from mbproj.dynamics.equations.constraint_equations import set_jacobian
+from mbproj.dynamics.equations.gaps import gaps
+from mbproj.dynamics.equations.kinematics import Pose, pose_of
+from mbproj.dynamics.equations.motions import drive_at
+from mbproj.dynamics.equations.teeth import near
+from mbproj.dynamics.equations.turning import turns_of
+from mbproj.model.system import Conditions, System
+from mbproj.thresholds import THRESHOLDS
+
+NO_CONDITIONS = Conditions(np.zeros(0, dtype=np.intp), np.zeros(0))
+
+
+def stop_sizes(system: System) -> Array:
+    """What gaps are measured against, (S,): the mechanism's length in m, and 1 rad."""
+    assert system.stops is not None
+    return np.where(system.stops.coordinates.is_length, system.length, 1.0)
+
+
+def nearest_inside(system: System, state: State) -> tuple[Array, Array]:
+    """A pose q at which the joints close and no stop is passed, sought from that of a state; and the gaps (S,) there:
+    below 0 of stops that are passed even so."""
+    stops, drive, none = system.stops, drive_at(system, state.t), NO_CONDITIONS
+    assert stops is not None
+    sizes = stop_sizes(system)
+    start = coordinate_values(system, pose_of(state.q)) + 2.0 * np.pi * state.turns
+
+    def gap(pose: Pose) -> Array:
+        return np.asarray(gaps(stops, pose, _turns(system, pose, start)))
+
+    def residual(q: Array) -> Array:
+        passed = np.minimum(gap(pose_of(q)), 0.0) / sizes
+        return np.concatenate([scaled_residual(system, q, none, drive), passed])
+
+    def rows(q: Array) -> Array:
+        pose = pose_of(q)
+        factor = np.where(gap(pose) < 0.0, stops.side / sizes, 0.0)
+        passed = factor[:, None] * set_jacobian(stops.coordinates, pose)
+        return np.concatenate([scaled_rows(system, pose, none), keeping_norms(passed, pose)])
+
+    between, _ = gauss_newton(system, state.q, residual, rows, THRESHOLDS.assembled)
+    q, _ = nearest(system, between, none, drive, THRESHOLDS.assembled)  # where both cannot be, the joints go first
+    return q, gap(pose_of(q))
+
+
+def _turns(system: System, pose: Pose, start: Array) -> Integers:
+    """Whole turns (nc,) of the joints' coordinates at a pose that is next to one where they were `start`."""
+    angles = coordinate_values(system, pose)
+    return turns_of(system, near(system, angles, start), angles)

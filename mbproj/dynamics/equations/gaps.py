@@ -1,0 +1,47 @@
+"""Gaps: how far a mechanism is from its stops."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from mbproj.arrays import Array, Integers, Numbers
+from mbproj.dynamics.equations.constraint_equations import set_velocity
+from mbproj.dynamics.equations.kinematics import Pose, Twist, attached, slots_of
+from mbproj.model.stops import Stops
+
+
+def gaps(stops: Stops, pose: Pose, turns: Integers) -> Numbers:
+    """g = side (s - bound) at poses (...) with whole turns (..., nc) of the joints' angles, (..., S), in m or rad."""
+    value = stops.coordinates.value(attached(pose, *slots_of(stops.coordinates)))
+    counted = turns[..., stops.joint_coordinate] * _counts_turns(stops) if np.shape(turns)[-1] else 0.0
+    return np.asarray(stops.side * (value + 2.0 * np.pi * counted - stops.bound))
+
+
+def gap_rates(stops: Stops, pose: Pose, twist: Twist) -> Numbers:
+    """g', (..., S), in m/s or rad/s."""
+    with np.errstate(divide="ignore", invalid="ignore"):  # two points that have met have no rate
+        return np.asarray(stops.side * set_velocity(stops.coordinates, pose, twist))
+
+
+def pressing(stops: Stops, damping: Array, gap: Numbers, rate: Numbers) -> Numbers:
+    """What compliant stops push apart with at these gaps (..., S) and rates, k δᵖ max(0, 1 + c δ'), in N or N m; 0 of
+    rigid ones. `damping` c (S,)."""
+    δ = np.maximum(-gap, 0.0)
+    elastic = _stiffness(stops) * δ**stops.exponent
+    return np.asarray(np.where(δ > 0.0, elastic * np.maximum(1.0 - damping * rate, 0.0), 0.0))
+
+
+def stored_energy(stops: Stops, gap: Numbers) -> Numbers:
+    """What compliant stops keep, Σ k δᵖ⁺¹ / (p + 1), shape (...), in J."""
+    δ, p = np.maximum(-gap, 0.0), stops.exponent
+    return np.asarray(np.sum(_stiffness(stops) * δ ** (p + 1.0) / (p + 1.0), axis=-1))
+
+
+def _counts_turns(stops: Stops) -> Array:
+    """1 for angles of joints, 0 for the others, (S,)."""
+    return ((stops.joint_coordinate >= 0) & ~stops.coordinates.is_length).astype(float)
+
+
+def _stiffness(stops: Stops) -> Array:
+    """k of compliant stops, 0 of rigid ones, (S,)."""
+    return np.where(stops.is_rigid, 0.0, stops.stiffness)

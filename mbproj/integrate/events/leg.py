@@ -1,0 +1,43 @@
+"""What part of a run is made in one go: all of it, or a leg between two events that the loop itself does not know."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from mbproj.integrate.events.breaks import Break, breaks_of
+from mbproj.model.system import System
+from mbproj.scene.records import Settings
+from mbproj.scene.sampling import output_every, output_interval, output_times, whole_steps
+
+
+@dataclass(frozen=True)
+class Leg:
+    """From `start` over `duration`, s. Fixed steps: `count` of size `step`, of which every `every`-th is recorded. With
+    error control: samples at `times`, from `start` on; a `first` step of that size, None where it is chosen. `breaks`
+    are those of the whole run, and `interval` lies between two of its samples."""
+
+    start: float
+    duration: float
+    interval: float
+    breaks: tuple[Break, ...]
+    step: float | None = None
+    count: int = 0
+    every: int = 1
+    times: Sequence[float] = ()
+    first: float | None = None
+
+    @classmethod
+    def whole(cls, system: System, settings: Settings, start: float) -> Leg:
+        """A whole run."""
+        assert settings.duration is not None  # settings_to_run has seen to it
+        duration, breaks, interval = settings.duration, breaks_of(system, start, settings), output_interval(settings)
+        if settings.step is None:
+            return cls(start, duration, interval, breaks, times=output_times(settings, start))
+        steps, every = whole_steps(settings), output_every(settings)
+        return cls(start, duration, interval, breaks, settings.step, steps, every)
+
+    @property
+    def end(self) -> float:
+        """When it ends."""
+        return self.start + self.duration

@@ -1,0 +1,35 @@
+"""Why a run ends at a stop: each with the time, the stops, and what to try."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from mbproj.arrays import Integers
+from mbproj.errors import SimulationError
+from mbproj.model.system import System
+
+
+def named(system: System, which: Sequence[int] | Integers) -> str:
+    """The stops by name: "stop 'A'", "stops 'A', 'B'"."""
+    names = ", ".join(f"'{system.names.stops[int(k)]}'" for k in which)
+    return f"stop{'s' * (len(which) > 1)} {names}"
+
+
+def driven_into(t: float, system: System, which: Sequence[int] | Integers) -> SimulationError:
+    """Nothing that the joints allow opens the gaps."""
+    cause = "a rigid stop is driven into: no motion that the joints allow can turn back there"
+    hint = "end the motion before the stop, drive with a force, or make the stop compliant with 'stiffness'"
+    return SimulationError(t, cause, where=named(system, which), hint=hint)
+
+
+def creates_energy(t: float, system: System, which: Sequence[int] | Integers, energy: float) -> SimulationError:
+    """Newton's law with unequal restitutions of stops that are struck together."""
+    cause = f"the impact would create {energy:.4g} J: Newton's law does not hold where unequal restitutions meet"
+    return SimulationError(t, cause, where=named(system, which), hint="give them the same 'restitution'")
+
+
+def never_ends(t: float, system: System, which: int) -> SimulationError:
+    """More happens at one time than stops can explain."""
+    cause = "it is met and released again and again at one time"
+    hint = "make it compliant with 'stiffness', or use a smaller step or tolerance"
+    return SimulationError(t, cause, where=named(system, [which]), hint=hint)

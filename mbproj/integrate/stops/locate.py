@@ -1,0 +1,144 @@
+"""When a stop is met: the size of the step that ends there, found on the step itself, so that its order is that of the
+method."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from mbproj.arrays import Array
+from mbproj.integrate.events.halts import Watched, cubic, lowest, may_pass, watched_gaps
+from mbproj.integrate.stops.legs import Reached
+from mbproj.model.system import System
+
+#: A step is tried so often at most.
+MOST_TRIES = 80
+#: Where in a step a body is looked for that may have gone through another one.
+THROUGH = (0.5, 0.25, 0.75, 0.375, 0.625)
+
+
+@dataclass(frozen=True, eq=False)
+class Margins:
+    """What is watched at a state, (k,): gaps with their signs, then forces of contacts, none negative while nothing is
+    met; and the rates of the gaps, NaN of forces."""
+
+    value: Array
+    rate: Array
+    slack: Array
+
+    @property
+    def worst(self) -> int:
+        """Which is furthest below what it may be, by its slack."""
+        return int(np.argmin(self.value / self.slack))
+
+
+@dataclass(frozen=True, eq=False)
+class Met:
+    """The size h of a step that ends where something is met, the end, and which of the watched things it is; None where
+    nothing is after all."""
+
+    h: float
+    end: Reached
+    which: int | None
+
+
+def margins(system: System, watched: Watched, reached: Reached) -> Margins:
+    """At the end of a step."""
+    gap, rate = watched_gaps(system, watched, reached.state)
+    force = np.array([each.sign * reached.multipliers[each.row] for each in watched.rows])
+    slack = np.array([each.slack for each in watched.gaps] + [each.slack for each in watched.rows])
+    return Margins(np.concatenate([gap, force]), np.concatenate([rate, np.full(len(force), np.nan)]), slack)
+
+
+def locate(at: Callable[[float], Margins], reach: Callable[[float], Reached], h: float, grain: float) -> Met:
+    """The first time in a step of size h at which something is met, to within `grain` s. `at` gives the margins after
+    a step of a size, 0 too, and `reach` its end."""
+    first, last = at(0.0), at(h)
+    high = h if (last.value < -last.slack).any() else _dip(at, first, last, h)
+    if high is None:
+        return Met(h, reach(h), None)
+    below = at(high)
+    which = below.worst
+    guess = high * _crossing(first, below, which, high)
+    low = _inside(at, first, which, guess, grain)
+    if low is None:
+        return Met(0.0, reach(min(h, grain)), which)
+    found, which = _root(at, low, high, guess, which, grain)
+    return Met(found, reach(found), which)
+
+
+def _crossing(first: Margins, last: Margins, k: int, h: float) -> float:
+    """The part of a step of size h at which the cubic through both ends falls below zero, last of all; along a line
+    where there are no rates."""
+    start, end = float(first.value[k]), float(last.value[k])
+    a, b = h * float(first.rate[k]), h * float(last.rate[k])
+    if not np.isfinite(a + b):
+        return start / (start - end) if start > 0.0 else 0.5
+    change = end - start
+    roots = np.roots([a + b - 2.0 * change, 3.0 * change - 2.0 * a - b, a, start])
+    inside = roots[np.isreal(roots)].real
+    inside = inside[(inside > 0.0) & (inside < 1.0)]
+    return float(inside.max(initial=0.0)) or 0.5
+
+
+def _dip(at: Callable[[float], Margins], first: Margins, last: Margins, h: float) -> float | None:
+    """A size at which something is met that is inside again at the end; None where nothing is."""
+    looks: list[float] = []
+    for k in np.flatnonzero(np.isfinite(first.rate)):
+        ends = first.value[k], first.rate[k], last.value[k], last.rate[k]
+        theta = lowest(*ends, h)
+        looks += [theta] if theta > 0.0 and cubic(*ends, h, theta) < -first.slack[k] else []
+        looks += THROUGH if may_pass(*ends, h) else ()
+    for theta in looks:
+        there = at(theta * h)
+        if (there.value < -there.slack).any():
+            return theta * h
+    return None
+
+
+def _inside(at: Callable[[float], Margins], first: Margins, which: int, guess: float, grain: float) -> float | None:
+    """A size before that of a crossing at which it is not met yet; None where it is met from the start on. A contact
+    pushes at the start, by how much is not known."""
+    if first.value[which] > first.slack[which]:
+        return 0.0
+    size = guess
+    while size > grain and not first.rate[which] <= 0.0:
+        size *= 0.5
+        if at(size).value[which] > 0.0:
+            return size
+    return None
+
+
+def _root(
+    at: Callable[[float], Margins], low: float, high: float, guess: float, which: int, grain: float
+) -> tuple[float, int]:
+    """Where the margin that is least crosses zero, between sizes with it above and below: Newton's method where it has
+    a rate, else the Illinois rule; both ends stay around it."""
+    above, below = at(low), at(high)
+    y_low, y_high, side = float(above.value[which]), float(below.value[which]), 0
+    for _ in range(MOST_TRIES):
+        if not low < guess < high:
+            guess = high - y_high * (high - low) / (y_high - y_low)
+        if not low < guess < high:
+            guess = 0.5 * (low + high)
+        if high - low <= grain or guess in (low, high):
+            break
+        there = at(guess)
+        if there.worst != which and there.value[there.worst] < -there.slack[there.worst]:
+            which = there.worst
+            y_low = float(above.value[which])
+        value = float(there.value[which])
+        if abs(value) <= 1e-3 * there.slack[which]:
+            return guess, which
+        if value > 0.0:
+            low, y_low, above = guess, value, there
+            y_high *= 0.5 if side > 0 else 1.0
+            side = 1
+        else:
+            high, y_high = guess, value
+            y_low *= 0.5 if side < 0 else 1.0
+            side = -1
+        guess -= float(value / there.rate[which])
+    return high, which

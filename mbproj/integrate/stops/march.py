@@ -1,0 +1,296 @@
+"""The march of a mechanism with stops: legs of the time loop, between the times at which stops are met.
+
+while t < end:
+    run a leg until something is met            # gaps closed, contacts that would pull
+    find when, on the step itself               # locate
+    step there, and see what happens            # meet: impact, contact, release
+"""
+
+from __future__ import annotations
+
+from bisect import bisect_right
+from collections.abc import Iterator
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from mbproj.arrays import Array, Flags
+from mbproj.dynamics.assembly.assemble import State
+from mbproj.dynamics.contact.inside import stop_sizes
+from mbproj.dynamics.equations.gaps import gaps, stored_energy
+from mbproj.dynamics.equations.kinematics import pose_of
+from mbproj.dynamics.observe.samples import Samples
+from mbproj.integrate.events.halts import Halted, HaltedAt, Watched, WatchedGap, WatchedRow
+from mbproj.integrate.events.leg import Leg
+from mbproj.integrate.formulations.choice import Choice
+from mbproj.integrate.loop.one_method import march_by_one_method
+from mbproj.integrate.outcome.marks import (
+    START,
+    Mark,
+    Marks,
+    restore_tally,
+    resuming,
+    saved_events,
+    saved_tally,
+)
+from mbproj.integrate.outcome.tally import Tally
+from mbproj.integrate.stops.failures import never_ends
+from mbproj.integrate.stops.legs import (
+    Reached,
+    end_of,
+    of_the_whole,
+    one_step,
+    row_of_the_whole,
+    samples_of,
+    stored_in_stops,
+)
+from mbproj.integrate.stops.locate import Margins, locate, margins
+from mbproj.integrate.stops.meeting import Meeting, meet
+from mbproj.integrate.stops.variants import Variant, Variants
+from mbproj.model.contacts import Contacts
+from mbproj.model.system import System
+from mbproj.scene.records import Settings
+from mbproj.thresholds import THRESHOLDS
+
+#: What samples have one of each.
+ARRAYS = ("t", "q", "v", "acceleration", "turns", "step_size", "work")
+
+
+class StopMarch:
+    """Scratch of a run from `start`: where it is, what touches, and what has been lost and worked in no time."""
+
+    def __init__(
+        self, choice: Choice, system: System, start: State, settings: Settings, tally: Tally, marks: Marks
+    ) -> None:
+        assert system.stops is not None
+        self.marks, self.mark = marks, marks.resumed
+        self.system, self.stops, self.settings, self.tally = system, system.stops, settings, tally
+        self.whole = Leg.whole(system, settings, start.t)
+        self.variants = Variants(choice, system, settings)
+        self.state, self.contacts, self.push = start, Contacts(), 0.0
+        self.lost_and_worked = np.zeros(2)  # work, dissipation
+        self.met_at, self.met_often = -np.inf, 0
+        self.recorded = -np.inf
+        self._inner, self._resumed, self._begin = Marks(), START, dict[str, Any]()
+
+    def samples(self) -> Iterator[Samples | None]:
+        """Those of the whole run, or from a mark on. Raises InputError where that is not of this mechanism."""
+        self.marks.newest = self._newest
+        if self.mark:
+            with resuming():
+                self._restore(self.mark["stops"])
+                self.recorded = float(self.mark["t"])
+                self._resumed = {name: value for name, value in self.mark.items() if name != "stops"}
+        else:
+            self._meet(self.state, None)
+        while self.state.t < self.whole.end:
+            variant = self.variants.of(self.contacts, self.state)
+            try:
+                yield from self._leg(variant, self._next_leg(), self._watched(variant))
+            except Halted as halted:
+                yield from self._to_stop(variant, halted.standing)
+
+    def _next_leg(self) -> Leg:
+        """From where the run is to its end; of fixed steps that are cut, to the next of their grid."""
+        t, whole = self.state.t, self.whole
+        if whole.step is None:
+            times = whole.times[bisect_right(whole.times, t) :]
+            return replace(whole, start=t, duration=whole.end - t, times=(t, *times[:-1], t + (whole.end - t)))
+        made = (t - whole.start) / whole.step
+        k = round(made)
+        if abs(made - k) > THRESHOLDS.on_grid:
+            k = int(np.ceil(made))
+            h = min(whole.start + k * whole.step, whole.end) - t
+            return replace(whole, start=t, duration=h, step=h, count=1, every=1)
+        return replace(whole, start=t, duration=whole.end - t, count=whole.count - k, every=1)
+
+    def _watched(self, variant: Variant) -> Watched:
+        """What halts a leg: gaps of stops that do not touch, those of compliant ones that open again, and contacts that
+        pull."""
+        slack, contacts = THRESHOLDS.stop_slack * stop_sizes(self.system), variant.contacts
+        gaps = [
+            WatchedGap(k, -self.stops.side[k] if k in contacts.pushing else self.stops.side[k], float(slack[k]))
+            for k in range(self.stops.size)
+            if k not in contacts.held
+        ]
+        first = variant.system.joints.size - len(contacts.held)
+        least = THRESHOLDS.contact_pulls * self.push
+        rows = [WatchedRow(first + at, -self.stops.side[k], least) for at, k in enumerate(contacts.held)]
+        return Watched(tuple(gaps), tuple(rows))
+
+    def _leg(self, variant: Variant, leg: Leg, watched: Watched | None) -> Iterator[Samples | None]:
+        """The samples of a leg that are due; at its end the run is there. Raises Halted. A run can go on from within a
+        leg that lasts to its end."""
+        own, start = Tally(), self.tally.counters()
+        lasts = watched is not None and leg.end == self.whole.end
+        inner = Marks(self._resumed, self.marks.wanted and lasts)
+        self._resumed = START
+        self._begin = self._saved()
+        settings = replace(self.settings, duration=leg.duration, step=leg.step)
+        if leg.step is not None:
+            settings = replace(settings, tolerance=None)
+        last = None
+        before, stored = self.lost_and_worked, self._stored(self.state)
+        self._inner = inner
+        try:
+            for samples in samples_of(variant, self.state, settings, leg, own, watched, inner):
+                self._count(start, own)
+                if samples is None:
+                    yield None
+                    continue
+                work = samples.work + before
+                work[:, 1] -= stored_in_stops(variant, samples) - stored
+                last = replace(samples, work=work), variant
+                times = self._times(samples.t)
+                due = ~np.isnan(times) & (times > self.recorded)
+                counted = {name: start[name] + values for name, values in samples.counters.items()}
+                if due.any():
+                    self.recorded = float(times[due][-1])
+                    yield _only(of_the_whole(variant, replace(last[0], t=times, counters=counted)), due)
+        except Halted as halted:
+            self.lost_and_worked = before + halted.standing.work
+            self.lost_and_worked[1] -= self._stored(halted.standing.state) - stored
+            raise
+        finally:
+            self._count(start, own)
+            self.mark, self._inner = self._newest(), Marks()
+        assert last is not None
+        self.lost_and_worked = last[0].work[-1].copy()
+        self.state = replace(end_of(last[0]).state, t=leg.end)
+
+    def _stored(self, state: State) -> float:
+        """What compliant stops keep, J."""
+        return float(stored_energy(self.stops, gaps(self.stops, pose_of(state.q), state.turns)))
+
+    def _times(self, t: Array) -> Array:
+        """The times of the whole run's samples that these are, NaN for those that are none."""
+        whole = self.whole
+        if whole.step is None:
+            times = np.asarray(whole.times)
+            at = np.clip(np.searchsorted(times, t), 0, len(times) - 1)
+            found = np.where(times[at] == t, t, np.nan)
+        else:
+            n = np.round((t - whole.start) / whole.step)
+            is_one = (np.abs(t - whole.start - n * whole.step) <= THRESHOLDS.on_grid * whole.step) & (
+                n % whole.every == 0
+            )
+            found = np.where(is_one, whole.start + n * whole.step, np.nan)
+        return np.where(t >= whole.end - 4.0 * np.spacing(whole.end), whole.end, found)
+
+    def _count(self, start: dict[str, int], own: Tally) -> None:
+        """The whole run's counters and peaks, with those of a leg."""
+        self.tally.set_counters(start[name] + value for name, value in own.counters().items())
+        for name in ("position_peak", "velocity_peak", "joint_peak"):
+            peak = getattr(own, name)
+            of_joints = 0 if name == "joint_peak" else self.system.bodies
+            row = row_of_the_whole(self.system, self.contacts, peak.row, of_joints)
+            if peak.value > getattr(self.tally, name).value and (of_joints or row < self.system.joints.size):
+                setattr(self.tally, name, replace(peak, row=row))
+        self.tally.phases = {name: self.tally.phases.get(name, 0.0) for name in own.phases} or self.tally.phases
+        self.tally.met += own.met
+        own.met = []
+
+    def _newest(self) -> Mark:
+        """Where a longer run can go on from: what the leg at hand knows, and where that began."""
+        inner = self._inner.newest()
+        return {**inner, "stops": self._begin} if inner else self.mark
+
+    def _saved(self) -> dict[str, Any]:
+        """All that a leg depends on, as plain data."""
+        state, contacts = self.state, self.contacts
+        return {
+            "state": [state.t, state.q.tolist(), state.v.tolist(), state.turns.tolist()],
+            "held": list(contacts.held),
+            "pushing": [[k, c] for k, c in contacts.pushing.items()],
+            "push": self.push,
+            "lost_and_worked": self.lost_and_worked.tolist(),
+            "tally": {**saved_tally(self.tally), "met": saved_events(self.tally.met, np.inf)},
+        }
+
+    def _restore(self, mark: Mark) -> None:
+        """Goes on from what was saved."""
+        t, q, v, turns = mark["state"]
+        self.state = State(float(t), np.array(q, dtype=float), np.array(v, dtype=float), np.array(turns, dtype=np.intp))
+        held = tuple(int(k) for k in mark["held"])
+        if any(not 0 <= k < self.stops.size for k in (*held, *(int(k) for k, _ in mark["pushing"]))):
+            raise ValueError("a stop is not there")
+        self.contacts = Contacts(held, {int(k): float(c) for k, c in mark["pushing"]})
+        self.push, self.lost_and_worked = float(mark["push"]), np.array(mark["lost_and_worked"], dtype=float)
+        restore_tally(self.tally, mark["tally"])
+
+    def _to_stop(self, variant: Variant, standing: HaltedAt) -> Iterator[Samples | None]:
+        """From where a leg has halted to where something is met, and what happens there."""
+        self.state = standing.state
+        watched, tried = self._watched(variant), {}
+
+        def reach(h: float) -> Reached:
+            if h not in tried:
+                tried[h] = one_step(variant, standing.state, self.settings, self.whole, h, self.tally)
+            return tried[h]
+
+        def at(h: float) -> Margins:
+            if h == 0.0:
+                return margins(self.system, watched, Reached(standing.state, self._multipliers(variant)))
+            return margins(self.system, watched, reach(h))
+
+        grain = 4.0 * float(np.finfo(float).eps) * max(abs(standing.state.t), self.whole.interval)
+        met = locate(at, reach, standing.h, grain)
+        if met.h > 0.0:
+            yield from self._leg(variant, self._short_leg(standing, met.h), None)
+        which = met.which
+        if which is not None:
+            released = which - len(watched.gaps)
+            self._meet(self.state, variant.contacts.held[released] if released >= 0 else None, which)
+
+    def _multipliers(self, variant: Variant) -> Array:
+        """At the start of a leg contacts push, by as much as counts."""
+        return np.full(variant.system.constraints - variant.system.bodies, 0.0)
+
+    def _short_leg(self, standing: HaltedAt, h: float) -> Leg:
+        """One step of size h, with the samples inside."""
+        t, whole = standing.state.t, self.whole
+        if whole.step is not None:
+            return replace(whole, start=t, duration=h, step=h, count=1, every=1)
+        first, last = bisect_right(whole.times, t), bisect_right(whole.times, t + h)
+        inside = [time for time in whole.times[first:last] if time < t + h]
+        return replace(whole, start=t, duration=h, times=(t, *inside, t + h), first=h)
+
+    def _meet(self, state: State, released: int | None, which: int = 0) -> None:
+        """What happens at a state; from here on these contacts hold."""
+        near = 16.0 * np.finfo(float).eps * max(abs(state.t), self.whole.interval)
+        self.met_often = self.met_often + 1 if state.t - self.met_at <= near else 1
+        self.met_at = state.t
+        if self.met_often > THRESHOLDS.most_meetings:
+            raise never_ends(state.t, self.system, which % self.stops.size)
+        meeting: Meeting = meet(self.system, state, self.contacts, released)
+        self.state, self.contacts, self.push = meeting.state, meeting.contacts, meeting.push
+        self.lost_and_worked += (meeting.work, meeting.lost)
+        self.tally.met += meeting.events
+
+
+def _only(samples: Samples, which: Flags) -> Samples:
+    """Some of the samples."""
+    if which.all():
+        return samples
+    press = samples.press
+    return replace(
+        samples,
+        **{
+            name: getattr(samples, name)[which]
+            for name in ("t", "q", "v", "acceleration", "turns", "step_size", "work")
+        },
+        solved=lambda: samples.multipliers[which],
+        counters={name: values[which] for name, values in samples.counters.items()},
+        press=None if press is None else lambda: press()[which],
+    )
+
+
+def march(
+    choice: Choice, system: System, state: State, settings: Settings, *, tally: Tally, marks: Marks | None = None
+) -> Iterator[Samples | None]:
+    """Samples in the order of time by one method, of a mechanism with stops or without any."""
+    if system.stops is None:
+        yield from march_by_one_method(choice, system, state, settings, tally=tally, marks=marks)
+    else:
+        yield from StopMarch(choice, system, state, settings, tally, marks or Marks()).samples()

@@ -1,0 +1,102 @@
+"""The start of a run with stops: inside all of them, or touching some with speeds that agree."""
+
+from __future__ import annotations
+
+from typing import TypedDict
+
+import numpy as np
+
+from mbproj.arrays import Array, Integers
+from mbproj.dynamics.assembly.assemble import State
+from mbproj.dynamics.contact.inside import nearest_inside, stop_sizes
+from mbproj.dynamics.equations.gaps import gap_rates, gaps
+from mbproj.dynamics.equations.kinematics import pose_of, twist_of
+from mbproj.errors import InputError, Problem
+from mbproj.model.system import System
+from mbproj.registry import AUTOMATIC
+from mbproj.scene.records import Settings
+from mbproj.thresholds import THRESHOLDS
+
+#: What is beyond the bound, by the side of a stop.
+BEYOND = {1.0: "below the least", -1.0: "above the most"}
+
+
+class AtStart(TypedDict):
+    """The gap of a stop in m or rad and its rate per s, the `unit` of the gap, and whether the stop touches."""
+
+    gap: float
+    rate: float
+    unit: str
+    touches: bool
+
+
+def gaps_at_start(system: System, state: State) -> dict[str, AtStart]:
+    """The stops by name."""
+    if system.stops is None:
+        return {}
+    pose = pose_of(state.q)
+    gap, rate = gaps(system.stops, pose, state.turns), gap_rates(system.stops, pose, twist_of(pose, state.v))
+    touches = gap <= THRESHOLDS.starts_inside * stop_sizes(system)
+    return {
+        name: {
+            "gap": float(gap[k]),
+            "rate": float(rate[k]),
+            "unit": system.names.stop_units[k],
+            "touches": bool(touches[k]),
+        }
+        for k, name in enumerate(system.names.stops)
+    }
+
+
+def refuse_penetration(system: System, state: State) -> None:
+    """Raises InputError where the state is beyond a stop, or touches a rigid one and moves into it."""
+    if system.stops is None:
+        return
+    pose = pose_of(state.q)
+    gap, slack = gaps(system.stops, pose, state.turns), THRESHOLDS.starts_inside * stop_sizes(system)
+    beyond = np.flatnonzero(gap < -slack)
+    if len(beyond):
+        raise InputError(_beyond(system, state, gap, beyond))
+    rate = gap_rates(system.stops, pose, twist_of(pose, state.v))
+    struck = system.stops.is_rigid & (gap <= slack) & (rate < -slack)
+    if struck.any():
+        raise InputError([_into(system, int(k), float(-rate[k])) for k in np.flatnonzero(struck)])
+
+
+def _beyond(system: System, state: State, gap: Array, beyond: Integers) -> list[Problem]:
+    """What to say of stops that the start is beyond: how to begin inside them, or that they exclude each other."""
+    assert system.stops is not None
+    places = system.stops.places
+    _, left = nearest_inside(system, state)
+    apart = np.flatnonzero(left < -np.sqrt(THRESHOLDS.assembled) * stop_sizes(system))
+    if len(apart):
+        names = " and ".join(f"'{system.names.stops[k]}'" for k in apart)
+        whom = "exclude each other" if len(apart) > 1 else "cannot be kept"
+        missed = " and ".join(f"{-left[k]:.3g} {system.names.stop_units[k]}" for k in apart)
+        said = f"the limits {names} {whom}: no pose near the start is inside, the nearest is beyond by {missed}"
+        return [Problem(said, places[k], "widen the range, or look at the joints of the loop") for k in apart]
+    return [_outside(system, int(k), float(gap[k])) for k in beyond]
+
+
+def _outside(system: System, k: int, gap: float) -> Problem:
+    stops, unit = system.stops, system.names.stop_units[k]
+    assert stops is not None
+    side, bound = float(stops.side[k]), float(stops.bound[k])
+    at = f"at {bound + side * gap:.6g} {unit}, {BEYOND[side]}, {bound:.6g} {unit}"
+    message = f"the start is beyond the stop '{system.names.stops[k]}' by {-gap:.6g} {unit}: {at}"
+    return Problem(message, stops.places[k], "start inside, or widen the range")
+
+
+def _into(system: System, k: int, speed: float) -> Problem:
+    stops, unit = system.stops, system.names.stop_units[k]
+    assert stops is not None
+    message = f"the start touches the stop '{system.names.stops[k]}' and moves into it at {speed:.6g} {unit}/s"
+    return Problem(message, stops.places[k], "start before the stop, or with a speed that leads away from it")
+
+
+def refuse_automatic(system: System, settings: Settings) -> None:
+    """Raises InputError where the integrator of a mechanism with stops is to be chosen on the way."""
+    if system.stops is not None and settings.integrator == AUTOMATIC:
+        message = f"integrator '{AUTOMATIC}' does not know stops"
+        hint = "use dop853, or esdirk4 where a force or a stop is stiff"
+        raise InputError(Problem(message, key=("simulation", "integrator"), hint=hint))

@@ -1,0 +1,137 @@
+"""The scene's stops as arrays: one row for each side of a limit that is not open."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from mbproj.arrays import Array
+from mbproj.constraints import PRIMITIVES
+from mbproj.errors import InputError, Place, Problem
+from mbproj.model.compile.frames import Pose
+from mbproj.model.compile.rigid_groups import Seat
+from mbproj.model.primitive_set import Binding, bind
+from mbproj.model.stops import Stops
+from mbproj.scene.records import Scene
+from mbproj.scene.stops import DistanceStop, OfBody, PlaneStop, StopLaw
+from mbproj.thresholds import THRESHOLDS
+
+
+@dataclass(frozen=True, eq=False)
+class _Side:
+    """One side of a limit on its way into the arrays; `coordinate` as `Stops.joint_coordinate` has it."""
+
+    name: str
+    owner: str
+    place: Place | None
+    along: Binding
+    side: float
+    bound: float
+    law: StopLaw
+    coordinate: int = -1
+
+
+def compile_stops(
+    scene: Scene, seats: Mapping[str, Seat], poses: Mapping[str, Pose], coordinates: Mapping[str, Binding]
+) -> tuple[Stops | None, tuple[str, ...]]:
+    """The stops, None where there are none, and their names: those of joints first. `coordinates` are the joints' by
+    whole name. Raises InputError where one is between two points of one rigid body."""
+    sides = [*_of_joints(scene, coordinates), *_of_forces(scene, seats, poses)]
+    if not sides:
+        return None, ()
+    laws = [side.law for side in sides]
+    stops = Stops(
+        coordinates=bind([Binding(each.along.primitive, at, each.along.slots) for at, each in enumerate(sides)]),
+        joint_coordinate=np.array([each.coordinate for each in sides], dtype=np.intp),
+        side=np.array([each.side for each in sides]),
+        bound=np.array([each.bound for each in sides]),
+        stiffness=np.array([law.stiffness for law in laws]),
+        exponent=np.array([law.exponent for law in laws]),
+        restitution=_or_nan([law.restitution for law in laws]),
+        damping=_or_nan([law.damping for law in laws]),
+        owners=tuple(each.owner for each in sides),
+        places=tuple(each.place for each in sides),
+    )
+    return stops, tuple(each.name for each in sides)
+
+
+def _or_nan(numbers: Sequence[float | None]) -> Array:
+    return np.array([np.nan if number is None else number for number in numbers])
+
+
+def _side(at: int) -> float:
+    """`Stops.side` of the least, 0, and of the most, 1."""
+    return -1.0 if at else 1.0
+
+
+def _of_joints(scene: Scene, coordinates: Mapping[str, Binding]) -> Iterator[_Side]:
+    index = {name: number for number, name in enumerate(coordinates)}
+    for joint in scene.joints:
+        for coordinate, limit in joint.limits.items():
+            whole, owner = f"{joint.name}.{coordinate}", f"joint '{joint.name}'"
+            for name, (at, bound) in zip(limit.names(joint.name, coordinate), limit.sides(), strict=True):
+                place = scene.place("joints", joint.name, "limits", coordinate, "range", at)
+                yield _Side(name, owner, place, coordinates[whole], _side(at), bound, limit.law, index[whole])
+
+
+def _of_forces(scene: Scene, seats: Mapping[str, Seat], poses: Mapping[str, Pose]) -> Iterator[_Side]:
+    for force in scene.forces:
+        if isinstance(force, DistanceStop):
+            along = _distance(scene, force, seats, poses)
+            for name, (at, bound) in zip(force.stops, force.limit.sides(), strict=True):
+                place = scene.place("forces", force.name, ("shortest", "longest")[at])
+                yield _Side(name, f"force '{force.name}'", place, along, _side(at), bound, force.limit.law)
+        elif isinstance(force, PlaneStop):
+            place = scene.place("forces", force.name)
+            along = _from_plane(scene, force, seats, poses)
+            yield _Side(force.name, f"force '{force.name}'", place, along, _side(0), force.radius, force.law)
+
+
+def _distance(scene: Scene, force: DistanceStop, seats: Mapping[str, Seat], poses: Mapping[str, Pose]) -> Binding:
+    """The distance of two points."""
+    points = [_local(end, poses) for end in (force.first, force.second)]
+    first, second = (
+        position + rotation @ point
+        for point, (position, rotation) in zip(points, (poses[force.first.body], poses[force.second.body]), strict=True)
+    )
+    _refuse_one_body(scene, force.name, "two points", seats[force.first.body], seats[force.second.body])
+    size = max(np.abs(first).max(), np.abs(second).max())
+    if np.linalg.norm(second - first) <= THRESHOLDS.one_point * (1.0 + size):
+        what = f"force '{force.name}' has no direction: its two points are one at the scene's pose"
+        raise InputError(Problem(what, scene.place("forces", force.name), "move one of its points"))
+    seated = [_seated(end, point, seats) for end, point in zip((force.first, force.second), points, strict=True)]
+    slots = tuple((carrier, side, local) for side, (carrier, local) in enumerate(seated, 1))
+    return Binding(PRIMITIVES["distance"](), 0, slots)
+
+
+def _from_plane(scene: Scene, force: PlaneStop, seats: Mapping[str, Seat], poses: Mapping[str, Pose]) -> Binding:
+    """How far a point is from a plane, to the side of its normal."""
+    _refuse_one_body(scene, force.name, "a plane and a point", seats[force.location.body], seats[force.point.body])
+    rotation = poses[force.normal.body][1]
+    normal = np.array(force.normal.vector)
+    seat = seats[force.normal.body]
+    local_normal = seat.vector(normal if force.normal.local else rotation.T @ normal)
+    carrier, location = _seated(force.location, _local(force.location, poses), seats)
+    other, point = _seated(force.point, _local(force.point, poses), seats)
+    return Binding(PRIMITIVES["along"](), 0, ((carrier, 1, local_normal), (carrier, 1, location), (other, 2, point)))
+
+
+def _local(placed: OfBody, poses: Mapping[str, Pose]) -> Array:
+    """A point in the axes of its body."""
+    position, rotation = poses[placed.body]
+    point = np.array(placed.vector)
+    return point if placed.local else rotation.T @ (point - position)
+
+
+def _seated(placed: OfBody, local: Array, seats: Mapping[str, Seat]) -> tuple[int, Array]:
+    """The carrier of a point, and the point in its axes."""
+    seat = seats[placed.body]
+    return seat.carrier, seat.point(local)
+
+
+def _refuse_one_body(scene: Scene, name: str, what: str, first: Seat, second: Seat) -> None:
+    if first.carrier == second.carrier:
+        said = f"force '{name}' acts between {what} of one rigid body"
+        raise InputError(Problem(said, scene.place("forces", name), "fixed joints have made its bodies one"))

@@ -1,0 +1,48 @@
+"""Stops as arrays: what coordinates may not pass."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from mbproj.arrays import Array, Integers
+from mbproj.errors import Place
+from mbproj.model.primitive_set import PrimitiveSet
+
+
+@dataclass(frozen=True, eq=False)
+class Stops:
+    """S one-sided limits on scalar coordinates s: the gap g = side (s - bound) is never negative at a rigid stop, and
+    a compliant one pushes with k δᵖ (1 + c δ') while its penetration δ = -g is positive (Hunt & Crossley 1975).
+
+    `coordinates`: the s as primitives, S rows. `joint_coordinate` (S,): which of the system's coordinates s is, so that
+    an angle counts its turns; -1 for the distance of two points, or of a point from a plane. `side` (S,): 1 for the
+    least that s may be, -1 for the most; `bound` (S,) in m or rad. `stiffness` k (S,), in N or N m per m or rad to the
+    power `exponent` p (S,): infinite where a stop is rigid. `restitution` (S,): the part of the speed of approach with
+    which a free impact ends, NaN where the damping is given. `damping` c (S,) in s/m or s/rad, NaN where the
+    restitution is given. `owners`: "joint 'hinge'" or "force 'bumper'", for messages; `places`: where each stands in
+    the scene.
+    """
+
+    coordinates: PrimitiveSet
+    joint_coordinate: Integers
+    side: Array
+    bound: Array
+    stiffness: Array
+    exponent: Array
+    restitution: Array
+    damping: Array
+    owners: tuple[str, ...]
+    places: tuple[Place | None, ...]
+
+    @property
+    def size(self) -> int:
+        """S."""
+        return len(self.side)
+
+    @property
+    def is_rigid(self) -> npt.NDArray[np.bool_]:
+        """Which are rigid, (S,)."""
+        return np.isinf(self.stiffness)

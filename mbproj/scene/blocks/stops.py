@@ -1,0 +1,246 @@
+"""Limits of joints, and the force `stop`: what each is written as.
+
+limits: {angle: {range: [-30 deg, 95 deg], stiffness: 1e5 N*m/rad, restitution: 0.4}}      # of a joint
+type: stop, points: {ground: [0, 0, 0], wheel: [0, 0, 0.3]}, shortest: 0.1 m, rigid: true
+type: stop, plane: {body: ground, location: [0, 0, 0], normal: [0, 0, 1]}, point: {body: ball, location: [..]}, ...
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, replace
+from functools import cache
+from typing import Any, ClassVar
+
+from mbproj.joints import COORDINATE_UNITS, JOINTS
+from mbproj.scene.fields.checks import of_these_bodies
+from mbproj.scene.fields.choices import Choice, Reference
+from mbproj.scene.fields.containers import Check, Complaint, OneOf, Record
+from mbproj.scene.fields.fields import Field, Flag, Schema, T_co
+from mbproj.scene.fields.placing import BODY_DIRECTION, BODY_POINT, POINTS_OF, TWO_BODIES, TWO_POINTS, two_ends
+from mbproj.scene.fields.quantities import Number, position_in
+from mbproj.scene.fields.reading import Reading, Unfit, label
+from mbproj.scene.records import GROUND, Force, Joint, KeyPath
+from mbproj.scene.stops import DistanceStop, Limit, OfBody, PlaneStop, StopLaw
+from mbproj.scene.text.nodes import MappingNode, Node, ScalarNode, SequenceNode
+
+#: What YAML has for nothing.
+OPEN = ("null", "~", "")
+
+
+@dataclass(frozen=True)
+class Range(Field[tuple[float | None, float | None]]):
+    """The least and the most that a coordinate in `unit` may be; null where it is open."""
+
+    unit: str
+    node_type: ClassVar[type] = SequenceNode
+
+    @property
+    def expects(self) -> str:
+        return f"the least and the most that it may be, in {self.unit}, or null"
+
+    def read(self, node: Node, path: KeyPath, reading: Reading) -> tuple[float | None, float | None] | None:
+        if not isinstance(node, SequenceNode) or len(node.items) != 2:
+            self.reject(node, path, reading)
+            return None
+        before = len(reading.problems)
+        low, high = (self._side(item, (*path, at), reading) for at, item in enumerate(node.items))
+        if len(reading.problems) > before:
+            return None
+        if low is None and high is None:
+            reading.report(f"{label(path)} is open on both sides", node.place, "give a number on one of them")
+            return None
+        if low is not None and high is not None and not low < high:
+            said = f"{label(path)} has nothing in it: it goes from {low:.6g} to {high:.6g} {self.unit}"
+            reading.report(said, node.place, "the least comes first; to hold a coordinate still, use another joint")
+            return None
+        return low, high
+
+    def _side(self, node: Node, path: KeyPath, reading: Reading) -> float | None:
+        is_open = isinstance(node, ScalarNode) and node.text in OPEN
+        side: float | None = None if is_open else reading.read(_position(self.unit), node, path)
+        return side
+
+    def schema(self) -> Schema:
+        side = {"anyOf": [_position(self.unit).schema(), {"enum": [None, *OPEN]}]}
+        return {"description": self.expects, "type": "array", "items": side, "minItems": 2, "maxItems": 2}
+
+
+@cache
+def _position(unit: str) -> Number:
+    return position_in(unit)
+
+
+@cache
+def _stiffness(unit: str | None) -> Number:
+    return Number(unit, above=0.0)
+
+
+class StopRecord(Record[T_co]):
+    """A record with a stop's law in it: its `stiffness`, whose unit without exponent stands in `keys`, is in that unit
+    with the length or angle to the power of the `exponent`."""
+
+    def read(self, node: Node, path: KeyPath, reading: Reading) -> T_co | None:
+        given = node.values.get("exponent") if isinstance(node, MappingNode) else None
+        stiffness = self.keys["stiffness"]
+        if given is None or not isinstance(stiffness, Number):
+            return super().read(node, path, reading)
+        exponent = self.keys["exponent"].read(given, path, Reading(names=reading.names))
+        unit = None if exponent is None else f"{stiffness.unit}^{exponent:.10g}"
+        return Record.read(replace(self, keys={**self.keys, "stiffness": _stiffness(unit)}), node, path, reading)
+
+
+def _law_keys(unit: str) -> dict[str, Field[Any]]:
+    """The keys of a stop's law on a coordinate in m or rad."""
+    return {
+        "rigid": Flag(),
+        "exponent": Number(minimum=1.0),
+        "stiffness": _stiffness("N*m/rad" if unit == "rad" else "N/m"),
+        "restitution": Number(minimum=0.0, maximum=1.0),
+        "damping": Number(f"s/{unit}", minimum=0.0),
+    }
+
+
+LAW_CHOICES = (
+    OneOf(("stiffness", "rigid"), needed=True, hint="a rigid stop gives way to nothing"),
+    OneOf(("exponent", "rigid"), hint="the exponent is that of the stiffness"),
+    OneOf(("damping", "rigid"), hint="a rigid stop takes its 'restitution'"),
+    OneOf(("damping", "restitution"), hint="the one follows from the other"),
+)
+
+
+def _obtained(stiffness: float, restitution: float) -> Iterator[Complaint]:
+    """A check that what gives way gives something back: that nothing comes back takes damping without bound."""
+    if restitution == 0.0:
+        hint = "give a small one, as 0.05, or rigid: true instead of 'stiffness'"
+        yield Complaint(("restitution",), "the 'restitution' of a stop with 'stiffness' must be greater than 0", hint)
+
+
+LAW_CHECKS = (Check(("stiffness", "restitution"), _obtained),)
+
+
+def _law(given: Mapping[str, Any]) -> StopLaw:
+    if "stiffness" not in given:
+        if not given["rigid"]:
+            raise Unfit("is not rigid and has no 'stiffness'", "give the stiffness, or rigid: true")
+        return StopLaw(restitution=given.get("restitution", 0.0))
+    restitution = given.get("restitution")
+    damping = given.get("damping", 0.0 if restitution is None else None)
+    return StopLaw(given["stiffness"], given.get("exponent", 1.0), restitution, damping)
+
+
+def limit_field(unit: str) -> Record[Limit]:
+    """What limits a coordinate in m or rad."""
+    return StopRecord(
+        "a limit",
+        {"range": Range(unit), **_law_keys(unit)},
+        lambda range, **law: Limit(range[0], range[1], _law(law)),
+        ("range",),
+        LAW_CHECKS,
+        LAW_CHOICES,
+    )
+
+
+def _of_body(body: str, placed: Any) -> OfBody:
+    """A point or direction that is given in global axes, or by body in its own."""
+    return OfBody(body, placed[body], local=True) if isinstance(placed, Mapping) else OfBody(body, placed)
+
+
+def _point(body: str, location: Any) -> OfBody:
+    return _of_body(body, location)
+
+
+def _plane(body: str, location: Any, normal: Any) -> tuple[OfBody, OfBody]:
+    return _of_body(body, location), _of_body(body, normal)
+
+
+def _stop(name: str, type: str, plane: Any = None, **given: Any) -> Force:
+    if plane is None:
+        return _between_points(name, **given)
+    if "point" not in given:
+        raise Unfit("lacks 'point'", "give the point that stays on one side of the plane")
+    location, normal = plane
+    point = given.pop("point")
+    if point.body == location.body:
+        raise Unfit(f"has its plane and its point on body '{point.body}'", "give two different bodies")
+    return PlaneStop(name, location, normal, point, given.pop("radius", 0.0), _law(given))
+
+
+def _between_points(
+    name: str, points: Any = None, bodies: Any = None, locations: Any = None, **given: Any
+) -> DistanceStop:
+    bodies, pair = two_ends(points, bodies, locations)
+    low, high = given.pop("shortest", None), given.pop("longest", None)
+    if low is None and high is None:
+        raise Unfit("does nothing", "give 'shortest' or 'longest'")
+    ends = [OfBody(body, at, pair.local) for body, at in zip(bodies, (pair.first, pair.second), strict=True)]
+    return DistanceStop(name, ends[0], ends[1], Limit(low, high, _law(given)))
+
+
+def _between(shortest: float, longest: float) -> Iterator[Complaint]:
+    """A check that some distance is left."""
+    if not shortest < longest:
+        said = f"the distance has no room: it is at least {shortest:.6g} m and at most {longest:.6g} m"
+        yield Complaint(("longest",), said, "the longest is more than the shortest; a 'distance' joint keeps one")
+
+
+def _record(what: str, make: Callable[..., Any], vectors: Mapping[str, Field[Any]]) -> Record[Any]:
+    """Points or directions of one body."""
+    keys: dict[str, Field[Any]] = {"body": Reference("body", "bodies", (GROUND,)), **vectors}
+    checks = tuple(Check(("body", key), of_these_bodies(key)) for key in vectors)
+    return Record(what, keys, make, tuple(keys), checks)
+
+
+#: Which keys go with which: the distance of two points, or that of a point from a plane.
+_SHAPES = (
+    OneOf(("points", "bodies", "plane"), needed=True, hint="a stop is between two points, or a plane and a point"),
+    OneOf(("points", "locations"), hint="'points' are in global axes, 'locations' go with 'bodies'"),
+    *(
+        OneOf(pair, hint="a stop is between two points, or a plane and a point")
+        for pair in (
+            *(("plane", key) for key in ("locations", "shortest", "longest")),
+            *((shape, key) for shape in ("points", "bodies") for key in ("point", "radius")),
+        )
+    ),
+)
+
+
+def stop_record(force_type: Choice) -> Record[Force]:
+    """What the force `stop` is written as."""
+    return StopRecord(
+        "a stop",
+        {
+            "type": force_type,
+            "points": POINTS_OF,
+            "bodies": TWO_BODIES,
+            "locations": TWO_POINTS,
+            "shortest": Number("m", above=0.0),
+            "longest": Number("m", above=0.0),
+            "plane": _record("a plane", _plane, {"location": BODY_POINT, "normal": BODY_DIRECTION}),
+            "point": _record("a point", _point, {"location": BODY_POINT}),
+            "radius": Number("m", minimum=0.0),
+            **_law_keys("m"),
+        },
+        _stop,
+        ("type",),
+        (
+            Check(("bodies", "locations"), of_these_bodies("locations")),
+            Check(("shortest", "longest"), _between),
+            *LAW_CHECKS,
+        ),
+        (*_SHAPES, *LAW_CHOICES),
+        named=True,
+    )
+
+
+def stop_units(joints: Mapping[str, Joint], forces: Mapping[str, Force]) -> dict[str, str]:
+    """The names of the stops, as results call them, with the units of what they limit."""
+    found: dict[str, str] = {}
+    for joint in joints.values():
+        for coordinate, limit in joint.limits.items():
+            unit = COORDINATE_UNITS[JOINTS[joint.type].coordinates[coordinate][0]]
+            found |= dict.fromkeys(limit.names(joint.name, coordinate), unit)
+    for force in forces.values():
+        if isinstance(force, DistanceStop | PlaneStop):
+            found |= dict.fromkeys(force.stops, "m")
+    return found

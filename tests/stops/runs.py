@@ -1,0 +1,47 @@
+"""Runs of scenes with stops, with what is recorded of them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from mbproj import assemble, compile_system, initial_guess, read_scene_text, settings_to_run, simulate
+
+DOP853 = "integrator: dop853, tolerance: 1.0e-11, output_step: 0.1"
+FIXED = "integrator: rk4, step: 1.0e-3, output_step: 0.1"
+
+
+@dataclass
+class Recorded:
+    """Takes what a run records."""
+
+    blocks: list = field(default_factory=list)
+    happened: list = field(default_factory=list)
+
+    def write(self, block):
+        self.blocks.append({path: np.array(block[path]) for path in block})
+
+    def events(self, events):
+        self.happened = list(events)
+
+    def __getitem__(self, path):
+        return np.concatenate([block[path] for block in self.blocks])
+
+    def of(self, *kinds):
+        """The events of these kinds."""
+        return [event for event in self.happened if event.kind in kinds]
+
+    @property
+    def unbalanced(self):
+        """The largest |E(t) - E(0) - W + D|, J."""
+        return np.abs(self["diagnostics/energy_balance"]).max()
+
+
+def run(text, **parameters):
+    """A scene's run: the report, and what was recorded."""
+    scene = read_scene_text(text, parameters={name: str(value) for name, value in parameters.items()})
+    system = compile_system(scene)
+    recorded = Recorded()
+    report = simulate(system, assemble(system, initial_guess(scene, system)), settings_to_run(scene), recorded)
+    return report, recorded

@@ -1,0 +1,113 @@
+"""Compliant stops: the restitution that is obtained, energies, rest, and the way to rigid ones."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from mbproj.dynamics.contact.hunt_crossley import relative_damping
+from tests.stops.runs import DOP853, FIXED, run
+
+BALL = """
+mbproj: 1
+gravity: [0, 0, {g}]
+simulation: {{duration: {duration}, {steps}, formulation: {formulation}}}
+bodies:
+  ball: {{mass: 2, inertia: [0.1, 0.1, 0.1], position: [0, 0, 1], velocity: [0, 0, {speed}]}}
+forces:
+  floor:
+    {{type: stop, plane: {{body: ground, location: [0, 0, 0], normal: [0, 0, 1]}},
+     point: {{body: ball, location: [0, 0, 1]}}, {law}}}
+"""
+
+
+def ball(law, speed=-2, g=0, duration=1, steps=DOP853, formulation="reduced"):
+    return run(BALL.format(law=law, speed=speed, g=g, duration=duration, steps=steps, formulation=formulation))
+
+
+@pytest.mark.parametrize("e", [1e-4, 0.1, 0.5, 0.9, 0.999, 1 - 1e-9, 1.0])
+def test_the_damping_solves_the_equation_of_the_impact(e):
+    d = relative_damping(e)
+    assert 0.0 <= d <= 1.0 / e
+    if 0.01 < e < 0.9999:
+        assert d * (1.0 + e) == pytest.approx(np.log((1.0 + d) / (1.0 - e * d)), rel=1e-10)
+    if e > 0.9:
+        assert d == pytest.approx(1.5 * (1.0 - e**2) / (1.0 + e**3), rel=0.2, abs=1e-14)
+
+
+@pytest.mark.parametrize("exponent", [1, 1.5, 2])
+@pytest.mark.parametrize("e", [0.1, 0.3, 0.7, 1.0])
+def test_a_free_impact_has_the_restitution(e, exponent):
+    _, recorded = ball(f"stiffness: 1.0e5, exponent: {exponent}, restitution: {e}")
+    assert recorded["bodies/velocity"][-1, 0, 2] == pytest.approx(2.0 * e, rel=1e-6)
+    assert recorded["diagnostics/dissipation"][-1] == pytest.approx(4.0 * (1.0 - e**2), rel=1e-6, abs=1e-8)
+    assert [event.kind for event in recorded.happened] == ["contact", "release"]
+    assert recorded.unbalanced < 1e-7
+    assert recorded["stops/force"].min() >= 0.0
+
+
+@pytest.mark.parametrize("formulation", ["reduced", "full"])
+def test_fixed_steps_end_where_it_is_met(formulation):
+    steps = FIXED if formulation == "reduced" else "integrator: rk4, step: 5.0e-3"
+    _, recorded = ball("stiffness: 1.0e3, restitution: 0.5", steps=steps, formulation=formulation)
+    met, left = recorded.happened
+    assert met.time == pytest.approx(0.5, abs=1e-12)
+    assert recorded["bodies/velocity"][-1, 0, 2] == pytest.approx(1.0, rel=1e-4)
+    assert left.time > 0.5 + 0.5 * np.pi * np.sqrt(2.0 / 1.0e3)
+
+
+def test_what_rests_on_it_sinks_in_by_its_weight():
+    _, recorded = ball("stiffness: 1.0e4, restitution: 0.3", speed=0, g=-10, duration=4)
+    assert recorded["stops/gap"][-1, 0] == pytest.approx(-20.0 / 1.0e4, rel=1e-3)
+    assert recorded["stops/force"][-1, 0] == pytest.approx(20.0, rel=1e-3)
+    assert recorded.unbalanced < 1e-7
+
+
+def test_given_damping_is_that_of_every_contact():
+    """F = k δ (1 + c δ'): the energy that a contact takes follows from c times the speed."""
+    c = relative_damping(0.5) / 2.0
+    _, recorded = ball(f"stiffness: 1.0e5, damping: {c}")
+    assert recorded["bodies/velocity"][-1, 0, 2] == pytest.approx(1.0, rel=1e-7)
+
+
+def test_it_becomes_rigid_with_its_stiffness():
+    """A ball that bounces, e = 1: it is late by the time of contact, π √(m/k), an error of order 1/2 in k."""
+    late = []
+    for k in (1.0e6, 1.0e8):
+        _, recorded = ball(f"stiffness: {k:g}, restitution: 1", duration=1)
+        late.append(1.0 - recorded["bodies/position"][-1, 0, 2])
+    assert late == pytest.approx([2.0 * np.pi * np.sqrt(2.0 / k) for k in (1.0e6, 1.0e8)], rel=1e-3)
+    assert np.log10(late[0] / late[1]) / 2.0 == pytest.approx(0.5, abs=0.01)
+
+
+HINGED = """
+mbproj: 1
+gravity: [0, -10, 0]
+simulation: {{duration: 0.5, {steps}, formulation: {formulation}}}
+bodies:
+  door: {{mass: 1, inertia: [0.1, 0.1, 0.1], position: [0.5, 0, 0]}}
+joints:
+  hinge:
+    type: revolute
+    bodies: [ground, door]
+    location: [0, 0, 0]
+    axis: [0, 0, 1]
+    angle: {start} deg
+    speed: {speed}
+    limits: {{angle: {{range: {range}, stiffness: 1.0e4, restitution: 0.6}}}}
+"""
+
+
+@pytest.mark.parametrize("formulation", ["planar", "reduced", "full"])
+@pytest.mark.parametrize(
+    ("start", "speed", "limits"), [(0, -3, "[-30 deg, null]"), (170, 9, "[null, 200 deg]"), (720, 9, "[null, 750 deg]")]
+)
+def test_limits_of_angles_count_turns(formulation, start, speed, limits):
+    steps = DOP853 if formulation != "full" else "integrator: dop853, tolerance: 1.0e-6, output_step: 0.1"
+    _, recorded = run(HINGED.format(steps=steps, formulation=formulation, start=start, speed=speed, range=limits))
+    bound = {-3: -30.0, 9: 200.0 if start == 170 else 750.0}[speed]
+    first = recorded.happened[0]
+    assert first.kind == "contact"
+    far = np.degrees(recorded["joints/coordinate"][:, 0]) - bound
+    assert np.sign(speed) * far.max() < 3.0 if speed > 0 else far.min() > -3.0
+    assert recorded.unbalanced < 1e-3
