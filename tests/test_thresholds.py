@@ -25,6 +25,7 @@ COEFFICIENTS = {
     "FARTHEST, SCAN, HALVINGS": "a scan of the complex plane, which bisection refines",
     "FURTHER": "trial points",
     "LOOKS": "places in a step",
+    "THROUGH": "places in a step",
     "RETURN_SECONDS": "how often the screen is refreshed",
     "BLOCK_SECONDS": "how often the file is written",
     "COMPLEX_STEP": "its square is nothing beside 1",

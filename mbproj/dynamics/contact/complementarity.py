@@ -12,9 +12,8 @@ import numpy as np
 import numpy.typing as npt
 
 from mbproj.arrays import Array
+from mbproj.thresholds import THRESHOLDS
 
-#: Beside terms of size 1, this is round-off.
-ROUND_OFF = 1e-11
 #: Exchanges per unknown, at most.
 MOST_EXCHANGES = 20
 
@@ -22,11 +21,11 @@ MOST_EXCHANGES = 20
 def one_sided(N: Array, b: Array) -> Array | None:
     """z (k,) for rows N (k, f) and b (k,); None where no x fulfils all conditions."""
     size = np.linalg.norm(N, axis=1)
-    able = size > ROUND_OFF * size.max(initial=0.0)
+    able = size > THRESHOLDS.no_push * size.max(initial=0.0)
     deepest = float(np.max(-b, initial=0.0))
     if deepest == 0.0:
         return np.zeros(len(b))
-    if not able.any() or (-b[~able] > ROUND_OFF * deepest).any():
+    if not able.any() or (-b[~able] > THRESHOLDS.no_push * deepest).any():
         return None
     length = np.where(able, size, 1.0)
     unit, wanted = np.where(able[:, None], N, 0.0) / length[:, None], -b / length
@@ -35,7 +34,7 @@ def one_sided(N: Array, b: Array) -> Array | None:
     goal = np.zeros(len(E))
     goal[-1] = 1.0
     u = non_negative(E, goal)
-    if (goal - E @ u)[-1] <= ROUND_OFF:
+    if (goal - E @ u)[-1] <= THRESHOLDS.no_push:
         return None
     return _polished(unit, wanted, u > 0.0) / length
 
@@ -43,7 +42,7 @@ def one_sided(N: Array, b: Array) -> Array | None:
 def _polished(unit: Array, wanted: Array, pressing: npt.NDArray[np.bool_]) -> Array:
     """The pushes of the rows that press, to round-off: their conditions hold as equations."""
     rows, z = unit[pressing], np.zeros(len(wanted))
-    z[pressing] = np.maximum(np.linalg.lstsq(rows @ rows.T, wanted[pressing], rcond=ROUND_OFF)[0], 0.0)
+    z[pressing] = np.maximum(np.linalg.lstsq(rows @ rows.T, wanted[pressing], rcond=THRESHOLDS.no_push)[0], 0.0)
     return z
 
 
@@ -55,7 +54,7 @@ def non_negative(E: Array, goal: Array) -> Array:
         slope = E.T @ (goal - E @ u)
         slope[free] = -np.inf
         best = int(np.argmax(slope))
-        if slope[best] <= ROUND_OFF:
+        if slope[best] <= THRESHOLDS.no_push:
             break
         free[best] = True
         while True:
@@ -66,7 +65,7 @@ def non_negative(E: Array, goal: Array) -> Array:
                 break
             way = u[back] / np.maximum(u[back] - trial[back], np.finfo(float).tiny)
             u = u + float(way.min()) * (trial - u)
-            free &= u > ROUND_OFF * float(u.max())
+            free &= u > THRESHOLDS.no_push * float(u.max())
             u[~free] = 0.0
         u = trial
     return u
