@@ -23,7 +23,7 @@ from mbproj.dynamics.equations.constraint_equations import (
 )
 from mbproj.dynamics.equations.energy import kinetic_energy
 from mbproj.dynamics.equations.forces import LawState
-from mbproj.dynamics.equations.gaps import gap_rates, gaps, stored_energy
+from mbproj.dynamics.equations.gaps import gap_rates, gaps, pressing, stored_energy
 from mbproj.dynamics.equations.kinematics import (
     Pose,
     Twist,
@@ -183,6 +183,13 @@ class Observation(Mapping[str, npt.NDArray[Any]]):
         stops = self.system.stops
         return own if stops is None else own + stored_energy(stops, gaps(stops, self.pose, self.samples.turns))
 
+    def pushes(self, stops: Stops) -> Numbers:
+        """How hard each stop pushes, (T, S): as a run knows it; of a state at rest, compliant ones by their gaps."""
+        if self.samples.press is not None:
+            return self.samples.press()
+        gap = self["stops/gap"]
+        return pressing(stops, np.zeros(stops.size), gap, np.zeros_like(gap))
+
     def balance(self) -> Numbers:
         """E(t) - E(0) - W + D, (T,)."""
         work = self.samples.work
@@ -265,7 +272,7 @@ OF_STOPS: Mapping[str, Callable[[Observation, Stops], npt.NDArray[Any]]] = Mappi
     {
         "stops/gap": lambda seen, stops: gaps(stops, seen.pose, seen.samples.turns),
         "stops/rate": lambda seen, stops: gap_rates(stops, seen.pose, seen.twist),
-        "stops/force": lambda seen, stops: seen.samples.pushes,
+        "stops/force": lambda seen, stops: seen.pushes(stops),
     }
 )
 

@@ -60,12 +60,6 @@ class Samples:
         """λ of the joints' rows and then the motions', (T, m)."""
         return self.solved()
 
-    @cached_property
-    def pushes(self) -> Array:
-        """How hard each stop pushes, (T, S)."""
-        assert self.press is not None, "a run of a mechanism with stops knows what they do"
-        return self.press()
-
 
 def stack(samples: Sequence[Sample]) -> Samples:
     """One block of at least one sample."""

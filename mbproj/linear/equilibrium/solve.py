@@ -135,9 +135,12 @@ def falls_for_ever(balance: AnyBalance) -> NoEquilibrium:
     rows = left.reshape(-1, 6)
     body = int(np.argmax(np.linalg.norm(rows / lengths.reshape(-1, 6) ** -1, axis=1)))
     force, torque = (float(np.linalg.norm(part)) for part in (rows[body, :3], rows[body, 3:]))
+    stops = balance.problem.system.stops
+    rigid = stops is not None and bool(stops.is_rigid.any())
     return NoEquilibrium(
         f"there is no equilibrium: nothing balances {force:.4g} N and {torque:.4g} N m on "
         f"'{balance.problem.system.names.carriers[body]}' along the motion {words} ({size:.3g} N in all); "
-        "hold that motion with a joint, a spring or a motion, or balance the force",
+        "hold that motion with a joint, a spring or a motion, or balance the force"
+        + ("; rigid stops hold nothing here, compliant ones with a 'stiffness' do" if rigid else ""),
         balance,
     )
