@@ -1,4 +1,4 @@
-"""One-sided conditions: complementarity for any rows, and the impact of a loop against one coordinate."""
+"""One-sided conditions: complementarity for any rows, and the energy of impacts."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from mbproj.dynamics.contact.complementarity import one_sided
+from mbproj.dynamics.contact.impact import impact
 
 
 @given(st.integers(0, 10_000), st.integers(1, 8), st.integers(1, 6))
@@ -36,3 +37,39 @@ def test_the_push_is_unique_in_what_it_does():
 @pytest.mark.parametrize("N", [np.zeros((1, 1)), np.array([[1.0], [-1.0]])])
 def test_what_cannot_open_has_no_push(N):
     assert one_sided(N, -np.ones(len(N))) is None
+
+
+class Free:
+    """A body in coordinates in which its kinetic energy is ½|x|²."""
+
+    def __init__(self, speeds):
+        self.speeds = speeds
+
+    def changed(self, x):
+        return x
+
+    def gained(self, x):
+        return float(x @ (self.speeds + 0.5 * x))
+
+
+@given(st.integers(0, 10_000), st.integers(1, 6), st.integers(1, 6), st.floats(0.0, 1.0))
+def test_equal_restitutions_create_no_energy(seed, rows, freedoms, e):
+    rng = np.random.default_rng(seed)
+    speeds = rng.normal(size=freedoms)
+    N = rng.normal(size=(rows, freedoms))
+    N *= -np.sign(N @ speeds)[:, None]  # all are struck
+    found = impact(Free(speeds), speeds, N, N @ speeds, np.full(rows, e))
+    energy = 0.5 * speeds @ speeds
+    assert found.lost >= -1e-9 * energy
+    assert 0.5 * found.v @ found.v == pytest.approx(energy - found.lost, abs=1e-8 * energy)
+    assert found.work == pytest.approx(0.0, abs=1e-8 * energy)
+
+
+def test_unequal_restitutions_may_create_energy_and_that_is_seen():
+    """Three planes whose normals nearly balance: one asks for what the others leave hardly room for."""
+    N = np.array(
+        [[0.7611379, -0.54606341, -0.34997693], [0.42011854, 0.89911651, -0.12284096], [-0.74977728, -0.6, 0.27846724]]
+    )
+    speeds = np.array([0.23854459, 0.72664687, -0.64426765])
+    found = impact(Free(speeds), speeds, N, N @ speeds, np.array([0.0, 0.0, 1.0]))
+    assert found.lost < -1.0
