@@ -86,7 +86,7 @@ def test_examples_are_listed_and_copied_but_never_over_others(tmp_path):
     assert {path.name for path in validation.glob("*")} == {path.name for path in validation_scenes()}
     again = mbproj("examples", "--copy", "here", folder=tmp_path)
     assert again.returncode == 2
-    assert "here has already bennett.yaml, bricard.yaml, delta_robot.yaml" in again.stderr
+    assert "here has already bennett.yaml, bouncing_ball.yaml, bricard.yaml" in again.stderr
 
 
 def test_every_example_can_run(tmp_path):

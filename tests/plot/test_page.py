@@ -26,6 +26,8 @@ MANY = {
     "force_units": ["rad"] * 9,
     "motions": [f"{LONG}M{i}" for i in range(3)],
     "motion_units": ["m"] * 3,
+    "stops": [f"{LONG}S{i}" for i in range(9)],
+    "stop_units": ["rad"] * 9,
 }
 TITLE = "A title that " + "goes on and on, " * 40 + "and costs 5 $ and $x^2$\nwith a new line"
 #: A4 with margins, and the room that long legends and small print take of it at most, inches.

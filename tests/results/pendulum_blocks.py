@@ -70,6 +70,7 @@ def block(time: npt.NDArray[np.float64], names: Mapping[str, Sequence[str]] = NA
     count = np.arange(len(time)) if len(time) == 0 else np.round(time / 0.01).astype(np.int64)
     kinds = ("bodies", "markers", "joints", "coordinates", "forces", "motions")
     n, k, nj, nc, nf, nm = (len(names[kind]) for kind in kinds)
+    ns = len(names.get("stops", ()))
     force = -pull[:, None] * tip / LENGTH
 
     def each(values: npt.NDArray[Any], columns: int) -> npt.NDArray[Any]:
@@ -100,6 +101,11 @@ def block(time: npt.NDArray[np.float64], names: Mapping[str, Sequence[str]] = NA
         "motions/value": each(angle, nm),
         "motions/rate": each(speed, nm),
         "motions/force": each(2 * angle, nm),
+        **(
+            {"stops/gap": each(0.1 + angle, ns), "stops/rate": each(speed, ns), "stops/force": each(0 * angle, ns)}
+            if ns
+            else {}
+        ),
         "diagnostics/work": 0 * time,
         "diagnostics/dissipation": 0 * time,
         "diagnostics/position_violation": violation,
