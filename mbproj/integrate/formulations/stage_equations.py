@@ -68,7 +68,12 @@ class StepStages:
                 stiff = self._stiff_at(times, y)
             terms = [self.formulation.terms(t, *self._state(each)) for t, each in zip(times, y, strict=True)]
             evaluations += count
-            before, k, found = k, *self._changed(terms, stiff, weights, y, k)
+            try:
+                before, k, found = k, *self._changed(terms, stiff, weights, y, k)
+            except np.linalg.LinAlgError as error:  # of a mechanism that is singular, or of states far off
+                if newton.has_begun:
+                    raise self._unsolved(float(times[-1]), newton, terms, stiff, evaluations) from error
+                raise self.formulation.singular(float(times[-1]), *self._state(y[-1])[:2]) from error
             if newton.takes(y, k - before):
                 break
             if newton.has_failed:
@@ -200,6 +205,11 @@ class Newton:
         """The last change beside the one before."""
         before = self._sizes[-2]
         return self._sizes[-1] / before if before > 0.0 else 0.0
+
+    @property
+    def has_begun(self) -> bool:
+        """Whether it has made a change."""
+        return bool(self._sizes)
 
     @property
     def is_slow(self) -> bool:

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from mbproj.arrays import Array
+from mbproj.arrays import Array, Flags
 from mbproj.dynamics.assembly.assemble import State
 from mbproj.dynamics.equations.gaps import gap_rates, gaps, pressing, stored_energy
 from mbproj.dynamics.equations.kinematics import pose_of, twist_of
@@ -25,6 +25,9 @@ from mbproj.integrate.stops.variants import Variant
 from mbproj.model.contacts import Contacts
 from mbproj.model.system import System
 from mbproj.scene.records import Settings
+
+#: What samples have one of each.
+ARRAYS = ("t", "q", "v", "acceleration", "turns", "step_size", "work")
 
 
 def samples_of(
@@ -106,3 +109,20 @@ def row_of_the_whole(system: System, contacts: Contacts, row: int, before: int) 
     if number < 0:
         return row
     return system.constraints + contacts.held[number] if number < held else row - held
+
+
+def only(samples: Samples, which: Flags) -> Samples:
+    """Some of the samples."""
+    if which.all():
+        return samples
+    press = samples.press
+    return replace(
+        samples,
+        **{
+            name: getattr(samples, name)[which]
+            for name in ("t", "q", "v", "acceleration", "turns", "step_size", "work")
+        },
+        solved=lambda: samples.multipliers[which],
+        counters={name: values[which] for name, values in samples.counters.items()},
+        press=None if press is None else lambda: press()[which],
+    )

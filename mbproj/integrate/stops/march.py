@@ -15,7 +15,7 @@ from typing import Any
 
 import numpy as np
 
-from mbproj.arrays import Array, Flags
+from mbproj.arrays import Array
 from mbproj.dynamics.assembly.assemble import State
 from mbproj.dynamics.contact.inside import stop_sizes
 from mbproj.dynamics.equations.gaps import gaps, stored_energy
@@ -41,6 +41,7 @@ from mbproj.integrate.stops.legs import (
     end_of,
     of_the_whole,
     one_step,
+    only,
     row_of_the_whole,
     samples_of,
     stored_in_stops,
@@ -52,9 +53,6 @@ from mbproj.model.contacts import Contacts
 from mbproj.model.system import System
 from mbproj.scene.records import Settings
 from mbproj.thresholds import THRESHOLDS
-
-#: What samples have one of each.
-ARRAYS = ("t", "q", "v", "acceleration", "turns", "step_size", "work")
 
 
 class StopMarch:
@@ -72,7 +70,8 @@ class StopMarch:
         self.lost_and_worked = np.zeros(2)  # work, dissipation
         self.met_at, self.met_often = -np.inf, 0
         self.recorded = -np.inf
-        self._inner, self._resumed, self._begin = Marks(), START, dict[str, Any]()
+        self._inner, self._resumed, self._begin, self._met = Marks(), START, dict[str, Any](), 0
+        self._last: tuple[Mark, dict[str, Any], int] | None = None
 
     def samples(self) -> Iterator[Samples | None]:
         """Those of the whole run, or from a mark on. Raises InputError where that is not of this mechanism."""
@@ -126,7 +125,8 @@ class StopMarch:
         lasts = watched is not None and leg.end == self.whole.end
         inner = Marks(self._resumed, self.marks.wanted and lasts)
         self._resumed = START
-        self._begin = self._saved()
+        self._begin = self._saved() if inner.wanted else {}
+        self._met = len(self.tally.met)
         settings = replace(self.settings, duration=leg.duration, step=leg.step)
         if leg.step is not None:
             settings = replace(settings, tolerance=None)
@@ -147,14 +147,14 @@ class StopMarch:
                 counted = {name: start[name] + values for name, values in samples.counters.items()}
                 if due.any():
                     self.recorded = float(times[due][-1])
-                    yield _only(of_the_whole(variant, replace(last[0], t=times, counters=counted)), due)
+                    yield only(of_the_whole(variant, replace(last[0], t=times, counters=counted)), due)
         except Halted as halted:
             self.lost_and_worked = before + halted.standing.work
             self.lost_and_worked[1] -= self._stored(halted.standing.state) - stored
             raise
         finally:
             self._count(start, own)
-            self.mark, self._inner = self._newest(), Marks()
+            self._last, self._inner = self._known(), Marks()
         assert last is not None
         self.lost_and_worked = last[0].work[-1].copy()
         self.state = replace(end_of(last[0]).state, t=leg.end)
@@ -193,11 +193,20 @@ class StopMarch:
 
     def _newest(self) -> Mark:
         """Where a longer run can go on from: what the leg at hand knows, and where that began."""
+        found = self._known()
+        if found is None:
+            return self.mark
+        inner, begin, before = found
+        met = saved_events(self.tally.met[:before], np.inf)
+        return {**inner, "stops": {**begin, "tally": {**begin["tally"], "met": met}}}
+
+    def _known(self) -> tuple[Mark, dict[str, Any], int] | None:
+        """What a leg knows of where a run can go on, how it began, and how many events were before it."""
         inner = self._inner.newest()
-        return {**inner, "stops": self._begin} if inner else self.mark
+        return (dict(inner), self._begin, self._met) if inner else self._last
 
     def _saved(self) -> dict[str, Any]:
-        """All that a leg depends on, as plain data."""
+        """All that a leg depends on, but for the events before it, as plain data."""
         state, contacts = self.state, self.contacts
         return {
             "state": [state.t, state.q.tolist(), state.v.tolist(), state.turns.tolist()],
@@ -205,7 +214,7 @@ class StopMarch:
             "pushing": [[k, c] for k, c in contacts.pushing.items()],
             "push": self.push,
             "lost_and_worked": self.lost_and_worked.tolist(),
-            "tally": {**saved_tally(self.tally), "met": saved_events(self.tally.met, np.inf)},
+            "tally": saved_tally(self.tally),
         }
 
     def _restore(self, mark: Mark) -> None:
@@ -267,23 +276,6 @@ class StopMarch:
         self.state, self.contacts, self.push = meeting.state, meeting.contacts, meeting.push
         self.lost_and_worked += (meeting.work, meeting.lost)
         self.tally.met += meeting.events
-
-
-def _only(samples: Samples, which: Flags) -> Samples:
-    """Some of the samples."""
-    if which.all():
-        return samples
-    press = samples.press
-    return replace(
-        samples,
-        **{
-            name: getattr(samples, name)[which]
-            for name in ("t", "q", "v", "acceleration", "turns", "step_size", "work")
-        },
-        solved=lambda: samples.multipliers[which],
-        counters={name: values[which] for name, values in samples.counters.items()},
-        press=None if press is None else lambda: press()[which],
-    )
 
 
 def march(
