@@ -97,7 +97,7 @@ def simulate(
     where the run cannot go on, and KeyboardInterrupt after SIGINT or SIGTERM; the last two after everything computed so
     far was recorded.
     """
-    refuse_penetration(system, state)
+    refuse_penetration(system, state, settings.start)
     refuse_automatic(system, settings)
     choice = choose(system, state, settings)
     events = events_of(system, state.t, settings)

@@ -274,7 +274,11 @@ def test_whatever_stands_beside_the_samples_is_rehearsed(path):
     """A property that reads the file is in the list of what a child tries first."""
     from mbproj.results import Results
 
-    lazy = {name for name, value in vars(Results).items() if isinstance(value, property)} - {"time", "status", "datasets"}
+    lazy = {name for name, value in vars(Results).items() if isinstance(value, property)} - {
+        "time",
+        "status",
+        "datasets",
+    }
     assert lazy == set(BESIDE_SAMPLES)
 
 

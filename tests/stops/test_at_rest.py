@@ -5,12 +5,14 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from mbproj import InputError, assemble, compile_system, initial_guess, read_scene_text
+from mbproj import InputError, assemble, compile_system, initial_guess, read_scene_text, settings_to_run, simulate
 from mbproj.linear.equilibrium.find import equilibrium
 from mbproj.linear.equilibrium.recorded import observed
 from mbproj.linear.equilibrium.solve import NoEquilibrium
+from mbproj.linear.equilibrium.started import start_state
 from mbproj.linear.modes import modes
 from mbproj.linear.reference import reference_at
+from tests.stops.runs import Recorded
 
 #: A block of 2 kg on a vertical slide, above a stop, with a spring that holds it where SPRING says so.
 BLOCK = """
@@ -71,3 +73,12 @@ def test_a_rigid_stop_that_touches_has_no_linear_part():
     state = assemble(system, initial_guess(scene, system))
     with pytest.raises(InputError, match=r"the rigid stop 'slide.displacement.low' touches at this pose"):
         modes(reference_at(system, state, "start"))
+
+
+def test_a_run_from_the_equilibrium_stays_there():
+    text = BLOCK.replace("LAW", "stiffness: 1.0e4, restitution: 0.5").replace("SPRING", "")
+    scene = read_scene_text(text.replace("step: 1 ms", "step: 1 ms, start: equilibrium"))
+    system, recorded = compile_system(scene), Recorded()
+    simulate(system, start_state(scene, system), settings_to_run(scene), recorded)
+    assert recorded["stops/gap"][:, 0] == pytest.approx(-20.0 / 1e4, abs=1e-12)
+    assert recorded["stops/force"][:, 0] == pytest.approx(20.0, rel=1e-9)

@@ -69,7 +69,7 @@ def command(scene: str, settings: tuple[str, ...], picture: Path | None, as_json
     state = start_state(what, system)
     if picture is not None:
         draw_start(picture, what, system, state)
-    refuse_penetration(system, state)
+    refuse_penetration(system, state, what.settings.start)
     choice, problems = None, []
     try:
         choice = choose(system, state, what.settings)

@@ -13,7 +13,7 @@ from mbproj.dynamics.equations.gaps import gap_rates, gaps
 from mbproj.dynamics.equations.kinematics import pose_of, twist_of
 from mbproj.errors import InputError, Problem
 from mbproj.model.system import System
-from mbproj.registry import AUTOMATIC
+from mbproj.registry import AUTOMATIC, EQUILIBRIUM
 from mbproj.scene.records import Settings
 from mbproj.thresholds import THRESHOLDS
 
@@ -48,13 +48,14 @@ def gaps_at_start(system: System, state: State) -> dict[str, AtStart]:
     }
 
 
-def refuse_penetration(system: System, state: State) -> None:
-    """Raises InputError where the state is beyond a stop, or touches a rigid one and moves into it."""
+def refuse_penetration(system: System, state: State, start: str = "scene") -> None:
+    """Raises InputError where the state is beyond a stop, or touches a rigid one and moves into it. Where a run is to
+    `start` from its equilibrium, it may lie on compliant stops, pressed in."""
     if system.stops is None:
         return
     pose = pose_of(state.q)
     gap, slack = gaps(system.stops, pose, state.turns), THRESHOLDS.starts_inside * stop_sizes(system)
-    beyond = np.flatnonzero(gap < -slack)
+    beyond = np.flatnonzero((gap < -slack) & (system.stops.is_rigid | (start != EQUILIBRIUM)))
     if len(beyond):
         raise InputError(_beyond(system, state, gap, beyond))
     rate = gap_rates(system.stops, pose, twist_of(pose, state.v))

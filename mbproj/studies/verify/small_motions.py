@@ -10,6 +10,7 @@ from mbproj.arrays import Array, Numbers
 from mbproj.dynamics import State
 from mbproj.dynamics.derivatives.linear_equations import tangent_force
 from mbproj.dynamics.derivatives.tangent import moved, velocities
+from mbproj.dynamics.equations.gaps import gaps
 from mbproj.dynamics.equations.kinematics import pose_of
 from mbproj.dynamics.equations.motions import drive_at
 from mbproj.errors import InputError
@@ -19,6 +20,7 @@ from mbproj.linear.equilibrium.solve import NoEquilibrium
 from mbproj.linear.equilibrium.started import consistent
 from mbproj.linear.modes import Modes, modes
 from mbproj.model import initial_guess
+from mbproj.registry import EQUILIBRIUM
 from mbproj.scene.records import Settings
 from mbproj.studies.verify.case import Case
 from mbproj.studies.verify.finding import Finding, Found
@@ -43,6 +45,8 @@ def small_motions(case: Case) -> Found:
         found = modes(rest.reference)
     except (NoEquilibrium, InputError) as error:
         return f"there is nothing to linearise: {str(error).splitlines()[0].removeprefix('error: ')}"
+    if _lies_on_stops(rest):
+        return "it lies on a stop whose damping follows from the speed of an impact"
     slow = np.flatnonzero((found.eigenvalues.imag > 0.0) & np.any(np.abs(found.coordinates) > 0.0, axis=1))
     if not len(slow):
         return "no mode oscillates"
@@ -58,6 +62,15 @@ def small_motions(case: Case) -> Found:
     expected = (moves * np.exp(found.eigenvalues[mode] * time)).real
     off = np.abs((ends[0] - ends[1]) / (2.0 * AMPLITUDE) - expected).max() / np.abs(moves).max()
     return Finding(float(off), ALLOWED, f"in the mode of {found.frequencies[mode]:.4g} Hz")
+
+
+def _lies_on_stops(rest: Equilibrium) -> bool:
+    """Whether a stop with restitution is pressed in."""
+    system, state = rest.reference.system, rest.state
+    if system.stops is None:
+        return False
+    pressed = gaps(system.stops, pose_of(state.q), state.turns) < 0.0
+    return bool((pressed & np.isfinite(system.stops.restitution) & ~system.stops.is_rigid).any())
 
 
 def _beside(case: Case, rest: Equilibrium, found: Modes, mode: int, size: float) -> State:
@@ -83,6 +96,7 @@ def _changes(case: Case, rest: Equilibrium, time: float) -> bool:
 def _end(case: Case, start: State, time: float, steps: int) -> Array:
     """The joints' coordinates after a time."""
     kept = Kept()
-    settings = Settings(duration=time, step=time / steps, output_step=time, formulation=case.scene.settings.formulation)
+    formulation = case.scene.settings.formulation
+    settings = Settings(duration=time, step=time / steps, output_step=time, formulation=formulation, start=EQUILIBRIUM)
     simulate(case.system, start, settings, kept)
     return kept.coordinate[-1]
