@@ -61,7 +61,9 @@ void add_settings(nb::module_& m) {
                                matrix(error, "error"),
                                matrix(extra_a, "extra_a"),
                                numbers(extra_c, "extra_c"),
-                               matrix(dense, "dense")};
+                               matrix(dense, "dense"),
+                               0.0,
+                               {}};
                  check_tableau(built, 32);
                  new (self) Tableau(std::move(built));
              })
@@ -69,12 +71,20 @@ void add_settings(nb::module_& m) {
             "implicit",
             [](int order, int error_order, double gamma, Numbers2 a, Numbers1 b, Numbers1 c, Numbers1 error,
                Numbers2 dense, Numbers2 splitting) {
-                Tableau built{order, error_order, matrix(a, "a"), numbers(b, "b"), numbers(c, "c"), {}, {}, {}, {}};
-                built.splitting = matrix(splitting, "splitting");
+                Tableau built{order,
+                              error_order,
+                              matrix(a, "a"),
+                              numbers(b, "b"),
+                              numbers(c, "c"),
+                              {},
+                              {},
+                              {},
+                              {},
+                              gamma,
+                              matrix(splitting, "splitting")};
                 const std::vector<double> weights = numbers(error, "error");
                 built.error = Eigen::Map<const RowMajor>(weights.data(), 1, static_cast<Eigen::Index>(weights.size()));
                 built.dense = matrix(dense, "dense");
-                built.gamma = gamma;
                 check_implicit_tableau(built, 32);
                 return built;
             },

@@ -69,6 +69,7 @@ private:
 
     Look along(const Instance& p, const Pose<D>& pose, const Motion<D>& motion) const {
         Point<D> x[most_slots], x_dot[most_slots], g[most_slots];
+        for (Point<D>& each : x) each.setZero();
         for (int s = 0; s < p.slot_count; ++s) {
             const Attachment<D>& a = stops_.coordinates.attachments[p.slots[s]];
             x[s].noalias() = pose[a.body].rotation * a.local;
