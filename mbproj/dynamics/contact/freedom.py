@@ -7,16 +7,15 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from mbproj.arrays import Array, cross
+from mbproj.arrays import Array
 from mbproj.dynamics.assembly.assemble import State, coordinate_values
-from mbproj.dynamics.derivatives.tangent import velocities
+from mbproj.dynamics.derivatives.linear_equations import Motion, tangent_force
+from mbproj.dynamics.derivatives.tangent import tangent_velocities, velocities
 from mbproj.dynamics.derivatives.tangent_space import tangent_space
 from mbproj.dynamics.equations.constraint_equations import set_bias, set_jacobian, tangent_jacobian
 from mbproj.dynamics.equations.equations_of_motion import tangent_mass_matrix
-from mbproj.dynamics.equations.forces import applied
-from mbproj.dynamics.equations.kinematics import Pose, Twist, body_rates, pose_of, twist_of
+from mbproj.dynamics.equations.kinematics import Pose, Twist, pose_of, twist_of
 from mbproj.dynamics.equations.motions import drive_at
-from mbproj.dynamics.equations.reflected import tangent_gradients
 from mbproj.dynamics.rank.right_hand_sides import tangent_gamma
 from mbproj.errors import SimulationError
 from mbproj.model.primitive_set import PrimitiveSet
@@ -30,6 +29,8 @@ class Freedom:
 
     system: System
     t: float
+    q: Array
+    v: Array
     pose: Pose
     twist: Twist
     M: Array
@@ -49,7 +50,7 @@ class Freedom:
             cause = "a stop meets a motion without inertia: no impulse is finite there"
             raise SimulationError(state.t, cause, hint="give its bodies mass and inertia") from error
         basis = np.linalg.solve(R.T, space.N.T).T
-        return cls(system, state.t, pose, twist_of(pose, state.v), M, G, basis, space.pseudoinverse)
+        return cls(system, state.t, state.q, state.v, pose, twist_of(pose, state.v), M, G, basis, space.pseudoinverse)
 
     def rows(self, stops: Stops) -> Array:
         """N (S, f): g' = N x of the gaps, but for what motions drive."""
@@ -61,16 +62,16 @@ class Freedom:
 
     def gained(self, x: Array) -> float:
         """The kinetic energy that comes with x, J."""
-        change, u = self.basis @ x, np.concatenate([self.twist.velocity, body_rates(self.pose, self.twist)], axis=1)
-        return float(change @ self.M @ (u[:-1].ravel() + 0.5 * change))
+        change = self.basis @ x
+        return float(change @ self.M @ (tangent_velocities(self.pose, self.v) + 0.5 * change))
 
     def gap_accelerations(self, stops: Stops, counted: Array) -> Array:
         """g'' of the gaps (S,) where no stop acts; `counted` (nc,): the joints' coordinates with turns."""
         system, pose, twist = self.system, self.pose, self.twist
         drive = drive_at(system, self.t)
         particular = self.smallest @ tangent_gamma(system, pose, twist, drive)
-        force = _forces(system, pose, twist, self.t, counted)
-        change = particular + self.basis @ (self.basis.T @ (force - self.M @ particular))
+        still = Motion(self.t, self.q, tangent_velocities(pose, self.v), particular, counted)
+        change = particular + self.basis @ (self.basis.T @ tangent_force(system, still))
         return np.asarray(_gradients(stops, pose) @ change + stops.side * _bias(stops.coordinates, pose, twist))
 
 
@@ -101,19 +102,3 @@ def _bias(bound: PrimitiveSet, pose: Pose, twist: Twist) -> Array:
     kept = np.zeros((len(pose.position) - 1, 7))
     kept[:, 3:] = -np.sum(twist.rate[:-1] ** 2, axis=1, keepdims=True) * pose.orientation[:-1]
     return np.asarray(set_bias(bound, pose, twist) + set_jacobian(bound, pose) @ kept.ravel())
-
-
-def _forces(system: System, pose: Pose, twist: Twist, t: float, counted: Array) -> Array:
-    """Forces, and torques with the gyroscopic ones in body axes, (6n,): f of M u' + Gᵀλ = f."""
-    ω = body_rates(pose, twist)[:-1]
-    force = np.zeros((system.bodies, 6))
-    force[:, :3] = system.mass[:, None] * system.gravity
-    force[:, 3:] = -cross(ω, (system.inertia @ ω[..., None])[..., 0])
-    if system.forces is not None:
-        loads = applied(system, pose, twist, t, counted)
-        force[:, :3] += loads.force[:-1]
-        force[:, 3:] += loads.torque[:-1]
-    if system.reflected is not None:
-        pull = system.reflected.inertia * _bias(system.reflected.rows, pose, twist)
-        force -= np.einsum("k,kbi->bi", pull, tangent_gradients(system.reflected, pose)[:, :-1])
-    return force.ravel()

@@ -154,6 +154,7 @@ class StopMarch:
             raise
         finally:
             self._count(start, own)
+            self._end_leg(own)
             self._last, self._inner = self._known(), Marks()
         assert last is not None
         self.lost_and_worked = last[0].work[-1].copy()
@@ -187,9 +188,18 @@ class StopMarch:
             row = row_of_the_whole(self.system, self.contacts, peak.row, of_joints)
             if peak.value > getattr(self.tally, name).value and (of_joints or row < self.system.joints.size):
                 setattr(self.tally, name, replace(peak, row=row))
-        self.tally.phases = {name: self.tally.phases.get(name, 0.0) for name in own.phases} or self.tally.phases
+
+    def _end_leg(self, own: Tally) -> None:
+        """What belongs to a leg as a whole: its events, what it passed over, and the seconds of its phases."""
         self.tally.met += own.met
-        own.met = []
+        for name, seconds in own.phases.items():
+            self.tally.phases[name] = self.tally.phases.get(name, 0.0) + seconds
+        for each in own.passed:
+            same = [one for one in self.tally.passed if (one.owner, one.what) == (each.owner, each.what)]
+            first = min([each.first, *(one.first for one in same)])
+            times = each.times + sum(one.times for one in same)
+            others = [one for one in self.tally.passed if one not in same]
+            self.tally.passed = [*others, replace(each, first=first, times=times)]
 
     def _newest(self) -> Mark:
         """Where a longer run can go on from: what the leg at hand knows, and where that began."""
@@ -240,7 +250,8 @@ class StopMarch:
 
         def at(h: float) -> Margins:
             if h == 0.0:
-                return margins(self.system, watched, Reached(standing.state, self._multipliers(variant)))
+                none = np.zeros(variant.system.constraints - variant.system.bodies)  # how hard they push is not known
+                return margins(self.system, watched, Reached(standing.state, none))
             return margins(self.system, watched, reach(h))
 
         grain = 4.0 * float(np.finfo(float).eps) * max(abs(standing.state.t), self.whole.interval)
@@ -251,10 +262,6 @@ class StopMarch:
         if which is not None:
             released = which - len(watched.gaps)
             self._meet(self.state, variant.contacts.held[released] if released >= 0 else None, which)
-
-    def _multipliers(self, variant: Variant) -> Array:
-        """At the start of a leg contacts push, by as much as counts."""
-        return np.full(variant.system.constraints - variant.system.bodies, 0.0)
 
     def _short_leg(self, standing: HaltedAt, h: float) -> Leg:
         """One step of size h, with the samples inside."""
