@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping
-from dataclasses import dataclass
 from math import inf
 from typing import Any, NamedTuple
 
@@ -11,6 +10,7 @@ import numpy as np
 
 from mbproj.analysis.observed import Samples, is_unique, series
 from mbproj.arrays import Array
+from mbproj.dataclass import dataclass
 from mbproj.results import Results
 from mbproj.scene.records import Expectation
 from mbproj.scene.sampling import SAME_TIME

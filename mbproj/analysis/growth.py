@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from mbproj.arrays import Array
+from mbproj.dataclass import dataclass
 
 #: An error counts where it is this many times its uncertainty, and below this part of the path's extent.
 CLEAR, SATURATED = 10.0, 0.1

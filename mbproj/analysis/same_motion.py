@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 
 import numpy as np
 
 from mbproj.analysis.comparison import common_samples
 from mbproj.analysis.shared import KINDS, Columns, floors, one_sided, reactions_left_out, shared_columns
 from mbproj.arrays import Array
+from mbproj.dataclass import dataclass
 from mbproj.errors import InputError, Problem
 from mbproj.results import Results
 

@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from mbproj.arrays import Array
+from mbproj.dataclass import dataclass
 
 #: Of an interval: the share of what it is to hold, and how many standard deviations of the normal distribution that is.
 CONFIDENCE, DEVIATIONS = 0.95, 1.959964

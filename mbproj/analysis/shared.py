@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -11,6 +10,7 @@ from mbproj.analysis.energy import exchanged
 from mbproj.analysis.reactions import REACTIONS, Marks, open_components
 from mbproj.analysis.tables import own_unit
 from mbproj.arrays import Array, Integers
+from mbproj.dataclass import dataclass
 from mbproj.results import DATASETS, Results
 
 #: Kinds of names by the symbol of a dataset's columns.

@@ -7,11 +7,11 @@ true error is between d - u and d + u, which gives a range of times.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
 from mbproj.arrays import Array, Flags
+from mbproj.dataclass import dataclass
 from mbproj.results import Results
 
 #: Part of the distance that the markers travel which an error must stay below by default.

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import final
 
 import numpy as np
 
 from mbproj.arrays import Numbers
 from mbproj.constraints.primitive import Primitive
+from mbproj.dataclass import dataclass
 
 
 @final

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from abc import abstractmethod
-from dataclasses import dataclass
 from typing import final
 
 import numpy as np
@@ -12,6 +11,7 @@ from mbproj.arrays import Numbers
 from mbproj.constraints.along import Along
 from mbproj.constraints.angle import Angle
 from mbproj.constraints.primitive import Primitive
+from mbproj.dataclass import dataclass
 
 _ALONG, _ANGLE = Along(), Angle()
 

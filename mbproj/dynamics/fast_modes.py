@@ -9,11 +9,11 @@ motion changes in W are left out: a stiff force is faster than those.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
 from mbproj.arrays import Array, Integers, Numbers, cross, distinct_rows
+from mbproj.dataclass import dataclass
 from mbproj.dynamics.assembly.assemble import State, coordinate_values
 from mbproj.dynamics.derivatives.law_derivatives import law_slopes
 from mbproj.dynamics.equations.bushings import deflection

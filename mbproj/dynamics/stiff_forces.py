@@ -4,12 +4,12 @@ matrix stays positive: the residual holds them exactly."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
 
 from mbproj.arrays import Array, Integers
+from mbproj.dataclass import dataclass
 from mbproj.dynamics.equations.kinematics import Pose, Twist
 from mbproj.dynamics.fast_modes import slopes_at, speeds_of_free_bodies, unit_pulls
 from mbproj.model.system import System

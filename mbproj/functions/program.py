@@ -7,9 +7,9 @@ nothing of ours, and no NumPy: the reader of scenes makes programs too.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from enum import IntEnum
 
+from mbproj.dataclass import dataclass
 from mbproj.functions.table import Table
 
 

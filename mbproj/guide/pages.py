@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
 from types import MappingProxyType
+
+from mbproj.dataclass import dataclass
 
 ROOT = Path(__file__).parent
 #: The kinds of pages in the order of reading, each with what it is for.

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from mbproj.arrays import Array
+from mbproj.dataclass import dataclass
 from mbproj.dynamics.assembly.assemble import coordinates
 from mbproj.dynamics.equations.motions import drive_at
 from mbproj.dynamics.equations.turning import Slip, Turning, turns_of

@@ -21,8 +21,10 @@ the joint takes, by the names that its primitives have for them; those that no r
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import field
 from types import MappingProxyType
+
+from mbproj.dataclass import dataclass
 
 #: A primitive's name and the points and vectors it takes, e.g. ("perpendicular", "x1", "z2").
 Row = tuple[str, ...]

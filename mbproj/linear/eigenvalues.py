@@ -8,11 +8,10 @@ splits into ±√ε: its position is taken out, and its velocity is the unknown.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from mbproj.arrays import Array, Numbers
+from mbproj.dataclass import dataclass
 from mbproj.errors import InputError, Problem
 from mbproj.thresholds import THRESHOLDS
 

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
 from mbproj.arrays import Array, Numbers
+from mbproj.dataclass import dataclass
 from mbproj.dynamics.derivatives.bushing_derivatives import bushing_gradient
 from mbproj.dynamics.derivatives.law_derivatives import law_slopes
 from mbproj.dynamics.derivatives.row_derivatives import row_motion

@@ -5,11 +5,10 @@ NᵀMN η'' + Nᵀ(D N + 2 M N') η' + Nᵀ(K N + D N' + M N'') η = 0.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from mbproj.arrays import Array
+from mbproj.dataclass import dataclass
 from mbproj.dynamics.derivatives.blocks import Blocks
 from mbproj.dynamics.derivatives.linear_equations import LinearEquations, linear_equations, tangent_force
 from mbproj.dynamics.derivatives.tangent_space import TangentSpace, tangent_lengths, tangent_space

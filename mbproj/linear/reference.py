@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from mbproj.arrays import Array
+from mbproj.dataclass import dataclass
 from mbproj.dynamics.assembly.assemble import State, coordinate_values
 from mbproj.dynamics.derivatives.linear_equations import Motion, constraint_rows, mass_blocks, tangent_force
 from mbproj.dynamics.derivatives.tangent import tangent_velocities

@@ -6,11 +6,10 @@ see: (K + σD + σ²M) ξ + Gᵀμ = b, G ξ = 0 is factored once. The shift σ 
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from mbproj.arrays import Array, Integers, Numbers
+from mbproj.dataclass import dataclass
 from mbproj.dynamics.derivatives.linear_equations import LinearEquations, linear_equations
 from mbproj.errors import InputError, Problem
 from mbproj.linear.bordered import Bordered, diagonal

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 
 import numpy as np
 
 from mbproj.arrays import Array
+from mbproj.dataclass import dataclass
 from mbproj.functions.program import COORDINATE, RATE, Code, Instruction, Op, Program, apply, number, variable
 from mbproj.functions.program_set import ProgramSet, flatten
 from mbproj.model.bushings import Bushings

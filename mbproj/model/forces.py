@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 import numpy.typing as npt
 
 from mbproj.arrays import Array, Integers
+from mbproj.dataclass import dataclass
 from mbproj.functions.program_set import ProgramSet
 from mbproj.model.bushings import COORDINATES, Bushings
 from mbproj.model.primitive_set import PrimitiveSet

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
 from mbproj.arrays import Array, Integers
 from mbproj.constraints.mesh import Mesh
+from mbproj.dataclass import dataclass
 from mbproj.model.primitive_set import Binding
 
 

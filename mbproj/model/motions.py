@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 from mbproj.arrays import Array, Integers
+from mbproj.dataclass import dataclass
 from mbproj.errors import Place
 from mbproj.functions.program_set import ProgramSet
 from mbproj.model.primitive_set import PrimitiveSet

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
 
 from mbproj.arrays import Array, Integers, Numbers
 from mbproj.constraints import Primitive
+from mbproj.dataclass import dataclass
 
 
 @dataclass(frozen=True, eq=False)

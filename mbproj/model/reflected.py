@@ -8,11 +8,11 @@ the flywheel sits, and which way its axis points, does not count: of its momentu
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 
 import numpy as np
 
 from mbproj.arrays import Array, Integers
+from mbproj.dataclass import dataclass
 from mbproj.model.primitive_set import Binding, PrimitiveSet, bind
 from mbproj.scene.records import Scene
 

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 
+from mbproj.dataclass import dataclass
 from mbproj.errors import InputError
 from mbproj.rehearsal import rehearse
 

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import Any
 
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from mbproj.dataclass import dataclass
 from mbproj.plot import differences, panels
 from mbproj.plot.differences import Read
 from mbproj.plot.style import OPEN

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
 from math import pi
 
 import numpy as np
@@ -12,6 +11,7 @@ from matplotlib.ticker import MultipleLocator
 
 from mbproj.analysis.shared import floors
 from mbproj.arrays import Array
+from mbproj.dataclass import dataclass
 from mbproj.results import Results
 
 

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 from math import prod
 
+from mbproj.dataclass import dataclass
 from mbproj.errors import InputError
 from mbproj.results.file.contents import UNCHECKED
 from mbproj.results.layout import CONSTANTS, NAMES, Dataset

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+
+from mbproj.dataclass import dataclass
 
 FORMAT = "mbproj results"
 SCHEMA_VERSION = 3

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 from mbproj.arrays import Array
+from mbproj.dataclass import dataclass
 
 
 @dataclass(frozen=True)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from types import MappingProxyType
 from typing import Any
 
@@ -11,6 +10,7 @@ import h5py
 import numpy as np
 
 from mbproj.arrays import Array
+from mbproj.dataclass import dataclass
 from mbproj.results.file.checksums import NOT_YET, crc32, stamp, stamp_attributes
 from mbproj.results.file.contents import Contents
 from mbproj.results.provenance import create_text

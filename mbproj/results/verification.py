@@ -5,13 +5,14 @@ from __future__ import annotations
 import json
 import shutil
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass
+from dataclasses import asdict
 from math import isfinite
 from pathlib import Path
 from typing import Any
 
 import h5py
 
+from mbproj.dataclass import dataclass
 from mbproj.errors import InputError, Problem
 from mbproj.outputs import hdf5, replacing
 from mbproj.rehearsal import rehearse

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 from types import MappingProxyType
+
+from mbproj.dataclass import dataclass
 
 Vector = tuple[float, float, float]
 Quaternion = tuple[float, float, float, float]

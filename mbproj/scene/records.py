@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import field
 from pathlib import Path
 from typing import Any, TypeAlias
 
+from mbproj.dataclass import dataclass
 from mbproj.errors import Place, Problem
 from mbproj.functions.program import Program
 from mbproj.scene.looks import Appearance, PlacedShape

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any
 
+from mbproj.dataclass import dataclass
 from mbproj.errors import InputError, Place, Problem
 from mbproj.registry import AUTOMATIC, PROJECTIONS, integrator_choices, is_embedded
 from mbproj.scene.blocks.simulation import LIST_OPTIONS, OPTIONS, SIMULATION

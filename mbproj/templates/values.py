@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 
+from mbproj.dataclass import dataclass
 from mbproj.errors import InputError, Place, Problem
 from mbproj.scene.fields.fields import Field
 from mbproj.scene.fields.given import given_number

@@ -7,10 +7,11 @@ are used: 4 ε, 2π, the coefficients of a method, and how many rows a message s
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields
+from dataclasses import fields
 from functools import cache
 from typing import Any, NamedTuple, final
 
+from mbproj.dataclass import dataclass
 from mbproj.thresholds.automatic import Automatic
 from mbproj.thresholds.closing import Closing
 from mbproj.thresholds.contact import Contact

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
+from mbproj.dataclass import dataclass
 from mbproj.thresholds.entry import threshold
 
 

@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from mbproj.arrays import Array, Integers
+from mbproj.dataclass import dataclass
 from mbproj.errors import InputError, Problem
 
 #: Frames a second of time, and those that a short run has at least: it is watched more slowly.

@@ -8,11 +8,12 @@ from __future__ import annotations
 
 import zlib
 from base64 import b64encode
-from dataclasses import dataclass, field
+from dataclasses import field
 
 import numpy as np
 
 from mbproj.arrays import Array
+from mbproj.dataclass import dataclass
 
 #: The multiple that stands for what is no number.
 NO_NUMBER = -(2**31)

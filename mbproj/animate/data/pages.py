@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -20,6 +19,7 @@ from mbproj.animate.look.motion import Motion
 from mbproj.animate.look.recorded import motion_of, scene_of
 from mbproj.animate.look.view import View, view_of
 from mbproj.arrays import Integers
+from mbproj.dataclass import dataclass
 from mbproj.model import System, compile_system
 from mbproj.results import Results
 from mbproj.scene.meshes import meshes_of

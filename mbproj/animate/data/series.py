@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
 from mbproj.arrays import Array
+from mbproj.dataclass import dataclass
 from mbproj.results import Results
 
 #: Numbers of all series together; what comes later in `GROUPS` is left out first.

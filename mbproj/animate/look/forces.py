@@ -4,7 +4,6 @@ stop something as plates."""
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -12,6 +11,7 @@ from mbproj.animate.look.joints import Drawn
 from mbproj.animate.look.layout import Layout
 from mbproj.animate.look.parts import Mesh, Part, cylinder, triad
 from mbproj.arrays import Array
+from mbproj.dataclass import dataclass
 from mbproj.model.compile.frames import pose
 from mbproj.scene.records import GROUND, BodyForce, Bushing, JointForce, Scene
 from mbproj.scene.stops import OfBody, PlaneStop

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass
 from types import MappingProxyType
 
 import numpy as np
 
 from mbproj.animate.look.parts import Part, box, cylinder, sphere, triad
 from mbproj.arrays import Array
+from mbproj.dataclass import dataclass
 
 
 @dataclass(frozen=True, eq=False)

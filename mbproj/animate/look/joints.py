@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -13,6 +12,7 @@ from mbproj.animate.look.layout import Layout
 from mbproj.animate.look.motion import Motion
 from mbproj.animate.look.parts import Part
 from mbproj.arrays import Array
+from mbproj.dataclass import dataclass
 from mbproj.scene.records import Joint, Scene
 
 #: A pin is at most this many thicknesses long to either side: through a body that is long along it, it has no need.

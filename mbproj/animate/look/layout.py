@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
 from mbproj.animate.look.motion import Motion
 from mbproj.arrays import Array
+from mbproj.dataclass import dataclass
 from mbproj.joints import JOINTS
 from mbproj.model.compile.frames import Pose, local_frames, pose
 from mbproj.scene.records import GROUND, PointForce, Scene

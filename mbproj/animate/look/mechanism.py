@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -14,6 +13,7 @@ from mbproj.animate.look.joints import Drawn, joint_parts, up_of
 from mbproj.animate.look.layout import TURNING, Layout
 from mbproj.animate.look.motion import Motion
 from mbproj.arrays import Array
+from mbproj.dataclass import dataclass
 from mbproj.scene.looks import Appearance
 from mbproj.scene.meshes import TriangleMesh
 from mbproj.scene.records import Body, Joint, PointForce, Scene

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
 from mbproj.arrays import Array, Integers
+from mbproj.dataclass import dataclass
 from mbproj.dynamics.equations.kinematics import attached, pose_of
 from mbproj.model.euler_parameters import product, rotation_matrix
 from mbproj.model.system import System

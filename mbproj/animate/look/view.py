@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from mbproj.animate.look.joints import up_of
 from mbproj.animate.look.mechanism import Look
 from mbproj.animate.look.motion import Motion
 from mbproj.arrays import Array
+from mbproj.dataclass import dataclass
 from mbproj.model.euler_parameters import rotation_matrix
 from mbproj.scene.records import Scene
 

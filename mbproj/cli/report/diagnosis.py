@@ -4,10 +4,11 @@ singular poses are."""
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import asdict, dataclass
+from dataclasses import asdict
 from typing import Any
 
 from mbproj.analysis.reactions import in_words, open_components, shortened
+from mbproj.dataclass import dataclass
 from mbproj.dynamics import State
 from mbproj.dynamics.equations.kinematics import pose_of
 from mbproj.dynamics.rank.conditioning import Conditioning, conditioning

@@ -9,13 +9,13 @@ from __future__ import annotations
 
 import re
 from collections.abc import Sequence
-from dataclasses import dataclass
 from datetime import datetime, timezone
 from pathlib import Path
 from typing import TYPE_CHECKING
 from xml.etree import ElementTree as Xml
 
 from mbproj.cli.report.expectations import error_words, subject, verdict, wanted
+from mbproj.dataclass import dataclass
 from mbproj.errors import ExitCode
 from mbproj.outputs.escapes import escaped_text
 

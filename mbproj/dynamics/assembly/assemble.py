@@ -6,11 +6,12 @@ guess carries no energy meaning, so the mass matrix has no say here (Nikravesh 2
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
 from mbproj.arrays import Array, Integers
+from mbproj.dataclass import dataclass
 from mbproj.dynamics.assembly.driven_start import (
     known_at_start,
     motions_at_odds,

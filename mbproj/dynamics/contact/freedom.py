@@ -3,11 +3,10 @@ G T = 0 and TᵀM T = RᵀR; and the rows N in which stops see x."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from mbproj.arrays import Array
+from mbproj.dataclass import dataclass
 from mbproj.dynamics.assembly.assemble import State, coordinate_values
 from mbproj.dynamics.derivatives.linear_equations import Motion, tangent_force
 from mbproj.dynamics.derivatives.tangent import tangent_velocities, velocities

@@ -6,11 +6,10 @@ pushes, the speed is just that (Glocker & Pfeiffer 1995). Rows of joints and mot
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from mbproj.arrays import Array
+from mbproj.dataclass import dataclass
 from mbproj.dynamics.contact.complementarity import one_sided
 from mbproj.dynamics.contact.freedom import Freedom
 

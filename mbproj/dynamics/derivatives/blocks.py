@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from mbproj.arrays import Array, Integers
+from mbproj.dataclass import dataclass
 
 if TYPE_CHECKING:
     from scipy.sparse import csr_matrix

@@ -7,11 +7,10 @@ where g' and the last term are complex steps of the gradients, exact to round-of
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from mbproj.arrays import Array, Numbers
+from mbproj.dataclass import dataclass
 from mbproj.dynamics.derivatives.blocks import Blocks
 from mbproj.dynamics.derivatives.row_derivatives import COMPLEX_STEP
 from mbproj.dynamics.equations.bushings import deflected

@@ -9,11 +9,10 @@ and with δs = gξ, δs' = gξ' + g'ξ and δs'' = gξ'' + 2 g'ξ' + g''ξ of an
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from mbproj.arrays import Array
+from mbproj.dataclass import dataclass
 from mbproj.dynamics.derivatives.blocks import Blocks, Rows, added, on_diagonal, products, stacked
 from mbproj.dynamics.derivatives.bushing_derivatives import bushing_derivatives
 from mbproj.dynamics.derivatives.law_derivatives import given_derivative, law_slopes

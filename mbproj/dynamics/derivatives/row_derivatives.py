@@ -12,13 +12,13 @@ all of it: C_xx is what their curvature polarises to, and C_xxx the complex step
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from itertools import combinations
 
 import numpy as np
 
 from mbproj.arrays import Array
 from mbproj.constraints import Primitive
+from mbproj.dataclass import dataclass
 from mbproj.dynamics.derivatives.blocks import Blocks, Rows, added
 from mbproj.dynamics.equations.kinematics import Pose, Twist
 from mbproj.model.primitive_set import Group, PrimitiveSet

@@ -5,11 +5,10 @@ Lengths are measured in the mechanism's own. Rows may depend on each other: N is
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from mbproj.arrays import Array
+from mbproj.dataclass import dataclass
 from mbproj.model.system import System
 from mbproj.thresholds import THRESHOLDS
 

@@ -10,11 +10,10 @@ three frames. Neither body comes first. With angular velocities in the axes of t
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from mbproj.arrays import Array, Numbers
+from mbproj.dataclass import dataclass
 from mbproj.dynamics.equations.kinematics import Pose, Twist
 from mbproj.model.bushings import Bushings
 from mbproj.model.euler_parameters import matrix_E, product, rotation_matrix

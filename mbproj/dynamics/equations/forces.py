@@ -7,11 +7,10 @@ functions of a scene give is work done.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from mbproj.arrays import Array, Integers, Numbers, cross
+from mbproj.dataclass import dataclass
 from mbproj.dynamics.equations.bushings import Deflection, deflection, rates, wrenches
 from mbproj.dynamics.equations.constraint_equations import set_velocity
 from mbproj.dynamics.equations.kinematics import Pose, Twist, attached, body_rates, slots_of

@@ -5,12 +5,12 @@ q holds (r, Λ) per body (Eq. 1), 7n numbers; leading axes (samples in time) are
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
 
 from mbproj.arrays import Array, Integers, Numbers
+from mbproj.dataclass import dataclass
 from mbproj.model.euler_parameters import matrix_E, matrix_L
 from mbproj.model.primitive_set import PrimitiveSet
 

@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from mbproj.arrays import Numbers
+from mbproj.dataclass import dataclass
 from mbproj.dynamics.equations.teeth import Teeth
 from mbproj.errors import SimulationError
 from mbproj.functions.series import failure, run, time_series

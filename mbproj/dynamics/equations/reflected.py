@@ -3,11 +3,10 @@ give I gᵀ s'', of which s'' = g a + g' v; so M gains I gᵀg and Q loses I g�
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from mbproj.arrays import Array, Numbers
+from mbproj.dataclass import dataclass
 from mbproj.dynamics.equations.constraint_equations import set_bias, set_jacobian, set_velocity, tangent_jacobian
 from mbproj.dynamics.equations.kinematics import Pose, Twist
 from mbproj.model.reflected import ReflectedInertias

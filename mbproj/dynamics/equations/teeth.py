@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from mbproj.arrays import Array, Numbers
+from mbproj.dataclass import dataclass
 from mbproj.dynamics.equations.kinematics import Pose, attached, slots_of
 from mbproj.model.system import System
 

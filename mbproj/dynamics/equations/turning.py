@@ -7,11 +7,10 @@ the pose is not there either, the step is too coarse to tell the turns.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from mbproj.arrays import Array, Integers
+from mbproj.dataclass import dataclass
 from mbproj.dynamics.equations.motions import Drive
 from mbproj.dynamics.equations.teeth import near
 from mbproj.model.system import System

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, fields
+from dataclasses import fields
 from functools import cached_property
 
 import numpy as np
 
 from mbproj.arrays import Array, Integers
+from mbproj.dataclass import dataclass
 
 #: A block has so many samples of so many bodies together, within these bounds: what it takes to observe a block is then
 #: small beside its samples, and so is its memory (some MB).

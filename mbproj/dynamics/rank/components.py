@@ -9,11 +9,11 @@ on each other within components, those of a tree are single joints, and the rank
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 
 import numpy as np
 
 from mbproj.arrays import Array, Integers
+from mbproj.dataclass import dataclass
 from mbproj.dynamics.equations.constraint_equations import tangent_entries
 from mbproj.dynamics.equations.kinematics import Pose
 from mbproj.model.primitive_set import PrimitiveSet

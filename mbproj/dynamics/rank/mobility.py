@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
+from mbproj.dataclass import dataclass
 from mbproj.dynamics.equations.kinematics import Pose
 from mbproj.dynamics.rank.components import component_rows, loops_of
 from mbproj.dynamics.rank.massless import MasslessMotion, massless_motions, massless_problem

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
 from mbproj.arrays import Array
+from mbproj.dataclass import dataclass
 from mbproj.dynamics.assembly.assemble import nearest
 from mbproj.dynamics.equations.kinematics import Pose, pose_of
 from mbproj.dynamics.rank.branches import branch_directions

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
 from mbproj.arrays import Array, Integers
+from mbproj.dataclass import dataclass
 from mbproj.dynamics.assembly.assemble import State
 from mbproj.dynamics.equations.constraint_equations import gamma, jacobian, time_derivative
 from mbproj.dynamics.equations.kinematics import Pose, Twist, body_rates, pose_of, twist_of

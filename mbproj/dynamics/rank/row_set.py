@@ -13,11 +13,11 @@ goes on, so that leaving the combination out errs by σ at most.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
 
 import numpy as np
 
 from mbproj.arrays import Array
+from mbproj.dataclass import dataclass
 from mbproj.dynamics.equations.constraint_equations import constraint, jacobian, time_derivative
 from mbproj.dynamics.equations.held_rows import Held
 from mbproj.dynamics.equations.kinematics import Pose

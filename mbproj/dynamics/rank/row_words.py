@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass
 
 import numpy as np
 
 from mbproj.arrays import Array, cross
+from mbproj.dataclass import dataclass
 from mbproj.dynamics.equations.kinematics import Pose, attached, slots_of
 from mbproj.model.primitive_set import PrimitiveSet
 from mbproj.model.system import System

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from bisect import bisect_left
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
 
+from mbproj.dataclass import dataclass
 from mbproj.integrate.events.time_events import events_of
 from mbproj.model.system import System
 from mbproj.scene.records import Settings

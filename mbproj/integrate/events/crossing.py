@@ -6,12 +6,12 @@ What the arguments are, and what happens where one leaves, is not known here: ki
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
 
 from mbproj.arrays import Array, Integers
+from mbproj.dataclass import dataclass
 from mbproj.thresholds import THRESHOLDS
 
 #: Arguments at a part θ of a step, (K,).

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
 
 from mbproj.arrays import Array, Flags, Numbers
+from mbproj.dataclass import dataclass
 from mbproj.dynamics.assembly.assemble import State
 from mbproj.dynamics.equations.gaps import gap_rates, gaps
 from mbproj.dynamics.equations.kinematics import pose_of, twist_of

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
 import numpy.typing as npt
 
 from mbproj.arrays import Array, Integers
+from mbproj.dataclass import dataclass
 from mbproj.dynamics.equations.forces import law_coordinates, law_variables
 from mbproj.dynamics.equations.kinematics import Pose, Twist
 from mbproj.functions.program import Op

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
+from mbproj.dataclass import dataclass
 from mbproj.integrate.events.breaks import Break, breaks_of
 from mbproj.model.system import System
 from mbproj.scene.records import Settings

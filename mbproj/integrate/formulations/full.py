@@ -8,12 +8,13 @@ each stage how far the wheels have turned.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import final
 
 import numpy as np
 
 from mbproj.arrays import Array, may_overflow
+from mbproj.dataclass import dataclass
 from mbproj.dynamics.assembly.assemble import State, coordinate_values, coordinates
 from mbproj.dynamics.equations.constraint_equations import constraint, constraint_velocity, gamma, jacobian
 from mbproj.dynamics.equations.equations_of_motion import SOLVERS, Solver, generalised_force, mass_matrix

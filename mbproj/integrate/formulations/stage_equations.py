@@ -12,12 +12,13 @@ change within a step is small wherever the error is.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import TypeAlias
 
 import numpy as np
 
 from mbproj.arrays import Array
+from mbproj.dataclass import dataclass
 from mbproj.dynamics.assembly.assemble import coordinates
 from mbproj.dynamics.equations.kinematics import pose_of, twist_of
 from mbproj.dynamics.stiff_forces import StiffForces, stiff_forces

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
 
 import numpy as np
 
 from mbproj.arrays import Array, may_overflow
+from mbproj.dataclass import dataclass
 from mbproj.errors import SimulationError
 from mbproj.integrate.steppers.runge_kutta import RightHandSide
 from mbproj.thresholds import THRESHOLDS

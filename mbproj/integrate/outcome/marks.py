@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import astuple, dataclass, field
+from dataclasses import astuple, field
 from types import MappingProxyType
 from typing import Any
 
+from mbproj.dataclass import dataclass
 from mbproj.errors import InputError, Problem
 from mbproj.integrate.events.time_events import Event
 from mbproj.integrate.outcome.tally import Passed, Peak, Tally

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import Any
 
+from mbproj.dataclass import dataclass
 from mbproj.dynamics.equations.round_off import EPSILON
 from mbproj.integrate.outcome.tally import Passed, Peak
 from mbproj.model.system import System

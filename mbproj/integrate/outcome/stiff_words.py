@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from math import floor, log10, pi
 
+from mbproj.dataclass import dataclass
 from mbproj.errors import SimulationError
 from mbproj.integrate.steppers.methods import tableau_of
 from mbproj.integrate.steppers.stability_region import reach

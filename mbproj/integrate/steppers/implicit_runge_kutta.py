@@ -10,11 +10,11 @@ all of them.
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 
 import numpy as np
 
 from mbproj.arrays import Array, may_overflow
+from mbproj.dataclass import dataclass
 from mbproj.integrate.steppers.implicit_tableau import ImplicitTableau
 from mbproj.integrate.steppers.runge_kutta import Extension, Step
 from mbproj.integrate.steppers.stages import Equations

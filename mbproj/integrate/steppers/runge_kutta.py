@@ -6,11 +6,12 @@ A stepper has {attempt, error, extend, at} and says what they cost. The time loo
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
 from mbproj.arrays import Array, may_overflow
+from mbproj.dataclass import dataclass
 from mbproj.integrate.steppers.tableau import Tableau
 
 RightHandSide = Callable[[float, Array], Array]

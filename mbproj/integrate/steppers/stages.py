@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
 from typing import Protocol
 
 from mbproj.arrays import Array
+from mbproj.dataclass import dataclass
 from mbproj.errors import SimulationError
 
 

@@ -3,11 +3,12 @@ that holds it for stability alone."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
 from mbproj.arrays import may_overflow
+from mbproj.dataclass import dataclass
 from mbproj.dynamics.assembly.assemble import State
 from mbproj.errors import SimulationError
 from mbproj.integrate.formulations.choice import choose

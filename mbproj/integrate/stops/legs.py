@@ -4,11 +4,12 @@ mechanism, in which contacts are forces of stops."""
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
 from mbproj.arrays import Array, Flags
+from mbproj.dataclass import dataclass
 from mbproj.dynamics.assembly.assemble import State
 from mbproj.dynamics.equations.gaps import gap_rates, gaps, pressing, stored_energy
 from mbproj.dynamics.equations.kinematics import pose_of, twist_of

@@ -4,11 +4,11 @@ method."""
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
 
 import numpy as np
 
 from mbproj.arrays import Array
+from mbproj.dataclass import dataclass
 from mbproj.integrate.events.halts import Watched, cubic, lowest, may_pass, watched_gaps
 from mbproj.integrate.stops.legs import Reached
 from mbproj.model.system import System

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import cached_property
 
 import numpy as np
 
 from mbproj.arrays import Array, Flags
+from mbproj.dataclass import dataclass
 from mbproj.dynamics.assembly.assemble import State
 from mbproj.dynamics.contact.freedom import Freedom, counted_coordinates
 from mbproj.dynamics.contact.hunt_crossley import relative_damping

@@ -3,13 +3,14 @@ changes along the tangent space."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import cached_property
 from typing import Protocol
 
 import numpy as np
 
 from mbproj.arrays import Array, Numbers, cross
+from mbproj.dataclass import dataclass
 from mbproj.dynamics.assembly.assemble import coordinate_values, nearest
 from mbproj.dynamics.derivatives.blocks import added
 from mbproj.dynamics.derivatives.linear_equations import Motion, constraint_rows, linear_equations, tangent_force

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 
 import numpy as np
 
 from mbproj.arrays import Array
+from mbproj.dataclass import dataclass
 from mbproj.dynamics.assembly.assemble import State, coordinate_values
 from mbproj.dynamics.contact.inside import stop_sizes
 from mbproj.dynamics.derivatives.tangent import accelerations, velocities

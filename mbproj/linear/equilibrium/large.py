@@ -6,13 +6,13 @@ definite on the tangent space. σ grows until that is so, and vanishes on the wa
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING, final
 
 import numpy as np
 
 from mbproj.arrays import Array
+from mbproj.dataclass import dataclass
 from mbproj.dynamics.assembly.assemble import coordinate_values
 from mbproj.dynamics.derivatives.linear_equations import Motion, constraint_rows, linear_equations, tangent_force
 from mbproj.dynamics.derivatives.tangent import moved

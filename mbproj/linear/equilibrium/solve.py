@@ -7,11 +7,10 @@ Where that does not come to an end, forces without an energy being at work, the 
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from mbproj.arrays import Array
+from mbproj.dataclass import dataclass
 from mbproj.errors import ExitCode, MbprojError
 from mbproj.linear.equilibrium.balance import AnyBalance, Balance, Problem, way
 from mbproj.linear.equilibrium.words import direction_words

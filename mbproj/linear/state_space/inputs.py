@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
 from mbproj.arrays import Array, Integers
+from mbproj.dataclass import dataclass
 from mbproj.dynamics.derivatives.row_derivatives import row_motion
 from mbproj.errors import InputError, Problem
 from mbproj.linear.reference import Reference

@@ -11,11 +11,11 @@ Motions that move no mass have no states: they follow the others, the motions an
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
 from mbproj.arrays import Array
+from mbproj.dataclass import dataclass
 from mbproj.errors import InputError, Place, Problem, placed_at
 from mbproj.linear.eigenvalues import heavy_and_light, held_by, is_damped
 from mbproj.linear.kinks import refuse_kinks

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
 from mbproj.arrays import Array
+from mbproj.dataclass import dataclass
 from mbproj.dynamics.derivatives.row_derivatives import COMPLEX_STEP, row_motion
 from mbproj.dynamics.derivatives.tangent import velocities
 from mbproj.dynamics.equations.kinematics import attached_velocity, pose_of, twist_of

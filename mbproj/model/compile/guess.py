@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from mbproj.arrays import Array
+from mbproj.dataclass import dataclass
 from mbproj.model.compile.rigid_groups import rigid_groups
 from mbproj.model.euler_parameters import matrix_L
 from mbproj.model.system import Conditions, System

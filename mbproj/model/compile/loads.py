@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
 from mbproj.arrays import Array
 from mbproj.constraints import PRIMITIVES
+from mbproj.dataclass import dataclass
 from mbproj.errors import InputError, Problem
 from mbproj.functions.program import Program
 from mbproj.functions.program_set import flatten

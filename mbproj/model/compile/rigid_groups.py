@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 
 import numpy as np
 
 from mbproj.arrays import Array, cross
+from mbproj.dataclass import dataclass
 from mbproj.joints import JOINTS
 from mbproj.model.compile.frames import Pose, pose
 from mbproj.scene.records import GROUND, Body, Joint, Scene

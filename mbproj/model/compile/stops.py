@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
 from mbproj.arrays import Array
 from mbproj.constraints import PRIMITIVES
+from mbproj.dataclass import dataclass
 from mbproj.errors import InputError, Place, Problem
 from mbproj.model.compile.frames import Pose
 from mbproj.model.compile.rigid_groups import Seat

@@ -7,11 +7,10 @@ bear the rest.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from mbproj.arrays import Array, Integers
+from mbproj.dataclass import dataclass
 from mbproj.model.bushings import Bushings
 from mbproj.model.euler_parameters import rotation_matrix
 from mbproj.model.planar.plane import Plane

@@ -6,11 +6,10 @@ tested against. It builds what it needs at each call, and is not made for speed.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from mbproj.arrays import Array, Integers, Numbers
+from mbproj.dataclass import dataclass
 from mbproj.model.planar.planar_set import PlanarSet
 from mbproj.model.planar.plane import Plane
 from mbproj.model.primitive_set import Binding, PrimitiveSet, bind

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 import numpy.typing as npt
 
 from mbproj.arrays import Array, Integers
 from mbproj.constraints import Primitive
+from mbproj.dataclass import dataclass
 from mbproj.model.planar.rows import RowMap, Seen, kind_of
 from mbproj.model.primitive_set import PrimitiveSet
 

@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from mbproj.arrays import Array, Integers
+from mbproj.dataclass import dataclass
 from mbproj.model.euler_parameters import matrix_E, product
 from mbproj.model.planar.planar_set import PlanarSet
 

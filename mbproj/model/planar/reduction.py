@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 import numpy.typing as npt
 
 from mbproj.arrays import Array, cross
 from mbproj.constraints import PRIMITIVES
+from mbproj.dataclass import dataclass
 from mbproj.model.euler_parameters import rotation_matrix
 from mbproj.model.planar.normals import candidate_normals, plane_axes
 from mbproj.model.planar.planar_set import planar_set

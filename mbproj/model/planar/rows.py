@@ -13,13 +13,12 @@ vector its own, so that a row is one of these:
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 import numpy.typing as npt
 
 from mbproj.arrays import Array, Integers
 from mbproj.constraints import PRIMITIVES, Primitive
+from mbproj.dataclass import dataclass
 from mbproj.model.primitive_set import PrimitiveSet
 from mbproj.thresholds import THRESHOLDS
 

@@ -13,12 +13,12 @@ is not among the directions, the joint is tilted and the scene is not planar.
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
 
 from mbproj.arrays import Array, Integers, cross
+from mbproj.dataclass import dataclass
 from mbproj.model.planar.rows import INSIDE, OUTSIDE, STRANGE, TILTED, RowMap, Seen, kind_of, strangeness
 from mbproj.model.primitive_set import PrimitiveSet
 from mbproj.thresholds import THRESHOLDS

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
 from importlib import import_module
 from types import MappingProxyType
 from typing import TYPE_CHECKING
 
+from mbproj.dataclass import dataclass
 from mbproj.errors import InputError
 
 if TYPE_CHECKING:

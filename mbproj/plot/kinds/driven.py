@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 from matplotlib.figure import Figure
 
 from mbproj.arrays import Array
+from mbproj.dataclass import dataclass
 from mbproj.plot import rows, shown
 from mbproj.plot.differences import SIGN
 from mbproj.plot.rows import Group, Quantity, Row

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -16,6 +15,7 @@ from mbproj.animate.look.parts import Part, bar
 from mbproj.animate.look.plates import hull
 from mbproj.animate.look.view import View
 from mbproj.arrays import Array
+from mbproj.dataclass import dataclass
 
 ROD, SPRING = "#5d6875", "#2f8f6b"
 #: Colours of what is no body.

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -12,6 +11,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import EngFormatter
 
 from mbproj.arrays import Array
+from mbproj.dataclass import dataclass
 from mbproj.plot import panels
 from mbproj.plot.style import SHADE, WIDTH, line, styled
 from mbproj.plot.words import fitted

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -11,6 +10,7 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 
 from mbproj.arrays import Array
+from mbproj.dataclass import dataclass
 from mbproj.plot import panels
 from mbproj.plot.margins import put_legend
 from mbproj.plot.style import AXIS_HEIGHT, WIDTH, styled

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -10,6 +9,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from mbproj.arrays import Array
+from mbproj.dataclass import dataclass
 from mbproj.plot import panels
 from mbproj.plot.style import AXIS_HEIGHT, SHADE, WIDTH, line, styled
 

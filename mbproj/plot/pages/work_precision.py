@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -12,6 +11,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import EngFormatter, LogLocator, NullFormatter
 
 from mbproj.arrays import Array
+from mbproj.dataclass import dataclass
 from mbproj.plot import panels
 from mbproj.plot.margins import put_legend, small_print
 from mbproj.plot.style import LABEL_SIZE, SHADE, WIDTH, line, styled

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import TypeAlias
 
 import numpy as np
 import numpy.typing as npt
 
 from mbproj.arrays import Array
+from mbproj.dataclass import dataclass
 from mbproj.errors import InputError, Problem
 from mbproj.plot.sweeps.scales import Scale, scale_of
 from mbproj.results.sweep.table import GRID, Column, Table

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 from math import pi
 from types import MappingProxyType
 from typing import Any, Literal
@@ -12,6 +11,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.ticker import MaxNLocator, NullLocator
 
+from mbproj.dataclass import dataclass
 from mbproj.plot.style import LABEL_SIZE
 from mbproj.plot.words import fitted
 from mbproj.results.sweep.table import Column

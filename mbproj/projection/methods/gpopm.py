@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import final
 
 from mbproj.arrays import Array
+from mbproj.dataclass import dataclass
 from mbproj.projection.methods.method import Projection, weighted_correction
 
 

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import ClassVar, final
 
 import numpy as np
 
 from mbproj.arrays import Array
+from mbproj.dataclass import dataclass
 from mbproj.projection.methods.method import Projection
 
 

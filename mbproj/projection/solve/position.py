@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
 from mbproj.arrays import Array
+from mbproj.dataclass import dataclass
 from mbproj.dynamics.equations.constraint_equations import constraint
 from mbproj.dynamics.equations.equations_of_motion import mass_matrix
 from mbproj.dynamics.equations.kinematics import pose_of

@@ -7,10 +7,11 @@ three components of a small turn in rad, in global axes.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, fields
+from dataclasses import fields
 from pathlib import Path
 
 from mbproj.arrays import Array, Numbers
+from mbproj.dataclass import dataclass
 from mbproj.results.linear.parts import Layout, Part, read, write
 from mbproj.results.provenance import Attribute
 from mbproj.scene.records import Scene

@@ -6,7 +6,6 @@ What is complex stands in two datasets, "<path>_real" and "<path>_imag", which e
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -14,6 +13,7 @@ import h5py
 import numpy as np
 import numpy.typing as npt
 
+from mbproj.dataclass import dataclass
 from mbproj.errors import InputError, Problem
 from mbproj.outputs import hdf5, replacing
 from mbproj.results.file import stored_scene

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from math import prod
 from pathlib import Path
 from typing import Any
@@ -11,6 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from mbproj.arrays import Array
+from mbproj.dataclass import dataclass
 from mbproj.errors import InputError, Problem
 from mbproj.results.file.contents import Contents
 from mbproj.results.file.opening import open_rehearsed

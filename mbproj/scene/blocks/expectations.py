@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 from typing import Any
 
+from mbproj.dataclass import dataclass
 from mbproj.scene.blocks.observables import COMPONENTS, MOMENTS, OBSERVABLES, OF_BUSHINGS
 from mbproj.scene.expressions.evaluate import Value
 from mbproj.scene.fields.alternatives import Alternatives

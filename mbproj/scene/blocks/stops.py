@@ -8,10 +8,11 @@ type: stop, plane: {body: ground, location: [0, 0, 0], normal: [0, 0, 1]}, point
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import cache
 from typing import Any, ClassVar
 
+from mbproj.dataclass import dataclass
 from mbproj.joints import COORDINATE_UNITS, JOINTS
 from mbproj.scene.fields.checks import of_these_bodies
 from mbproj.scene.fields.choices import Choice, Reference

@@ -5,9 +5,9 @@ from __future__ import annotations
 import math
 import operator
 from collections.abc import Callable, Iterable, Mapping
-from dataclasses import dataclass
 from types import MappingProxyType
 
+from mbproj.dataclass import dataclass
 from mbproj.scene.expressions.syntax_tree import Binary, Call, Expression, Name, Negative, Number, Quantity
 from mbproj.scene.expressions.tokens import ExpressionError
 from mbproj.scene.expressions.unit_text import similar_unit, unit_of

@@ -7,10 +7,10 @@ operand = (number | name | name(sum, ...) | (sum)) [unit]          `unit_text` h
 from __future__ import annotations
 
 from collections.abc import Iterator, Set
-from dataclasses import dataclass
 from functools import lru_cache
 from typing import TypeAlias
 
+from mbproj.dataclass import dataclass
 from mbproj.scene.expressions.tokens import HINTS, ExpressionError, Token, tokens
 
 MAX_LENGTH = 1000

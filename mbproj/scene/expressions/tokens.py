@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator, Set
-from dataclasses import dataclass
 
+from mbproj.dataclass import dataclass
 from mbproj.scene.expressions.unit_text import similar_unit, unit_at
 
 

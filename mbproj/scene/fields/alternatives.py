@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 from typing import Any, ClassVar, Generic
 
+from mbproj.dataclass import dataclass
 from mbproj.scene.fields.choices import Choice
 from mbproj.scene.fields.containers import Record, read_keys, report_unknown_key
 from mbproj.scene.fields.fields import Field, Schema, T_co

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
-from dataclasses import dataclass
 
+from mbproj.dataclass import dataclass
 from mbproj.scene.fields.fields import Field, Schema
 from mbproj.scene.fields.reading import Reading, either
 from mbproj.scene.records import KeyPath

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Container, Iterable, Iterator, Mapping
-from dataclasses import dataclass
 from typing import Any, ClassVar, Generic, NamedTuple
 
+from mbproj.dataclass import dataclass
 from mbproj.errors import Place
 from mbproj.scene.fields.fields import Field, Schema, T_co
 from mbproj.scene.fields.reading import Reading, Unfit, either, label

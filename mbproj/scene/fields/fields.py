@@ -5,9 +5,9 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable
-from dataclasses import dataclass
 from typing import Any, ClassVar, Generic, TypeAlias, TypeVar
 
+from mbproj.dataclass import dataclass
 from mbproj.scene.fields.reading import Reading, Unfit, label
 from mbproj.scene.records import KeyPath
 from mbproj.scene.text.nodes import Node, ScalarNode, SequenceNode, describe

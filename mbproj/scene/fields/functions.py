@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
 from functools import partial
 from itertools import pairwise
 from typing import Any, ClassVar
 
+from mbproj.dataclass import dataclass
 from mbproj.functions.program import COORDINATE, RATE, TIME, Program
 from mbproj.functions.table import Table, polygon, spline
 from mbproj.scene.expressions.units import describe

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import math
 import operator
-from dataclasses import dataclass
 
+from mbproj.dataclass import dataclass
 from mbproj.errors import Problem
 from mbproj.scene.expressions.syntax_tree import Binary, Expression, Quantity
 from mbproj.scene.expressions.unit_text import unit_of

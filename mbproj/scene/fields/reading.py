@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import Any
 
+from mbproj.dataclass import dataclass
 from mbproj.errors import Place, Problem
 from mbproj.functions.program import Program
 from mbproj.scene.expressions.compiled import compiled

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from dataclasses import dataclass, field
+from dataclasses import field
 from math import exp, log
 from statistics import NormalDist
 from typing import TypeAlias
 
+from mbproj.dataclass import dataclass
 from mbproj.scene.expressions.units import Dimension
 from mbproj.scene.text.nodes import Node
 

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass
 
+from mbproj.dataclass import dataclass
 from mbproj.scene.fields import inertia, rotations
 from mbproj.scene.fields.checks import inertia_of
 from mbproj.scene.fields.quantities import LARGEST

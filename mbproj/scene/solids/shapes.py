@@ -16,12 +16,12 @@ All are homogeneous, with their centres of mass at the middle. `spread` are the 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass
 from functools import partial
 from math import pi
 from types import MappingProxyType
 from typing import Any
 
+from mbproj.dataclass import dataclass
 from mbproj.scene.fields.choices import Choice
 from mbproj.scene.fields.containers import Check, Complaint, OneOf, Record
 from mbproj.scene.fields.fields import Converted, Field, List

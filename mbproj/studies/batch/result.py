@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass
 from pathlib import Path
 
 from mbproj.analysis import Outcome
+from mbproj.dataclass import dataclass
 from mbproj.errors import ExitCode
 
 #: What a scene's code means, in a word or two.

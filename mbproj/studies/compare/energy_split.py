@@ -9,13 +9,14 @@ because the kernel then projects with the factor of another stage.
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
 
 from mbproj.arrays import Array, Integers
+from mbproj.dataclass import dataclass
 from mbproj.dynamics import State
 from mbproj.dynamics.observe.recorded import Block
 from mbproj.dynamics.observe.total_energy import total_energies

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import cached_property
 from typing import Any
 
+from mbproj.dataclass import dataclass
 from mbproj.scene.records import Scene
 from mbproj.studies.measure.measurement import Measurement, measured
 from mbproj.studies.measure.mechanism import Mechanism

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass, field, replace
+from dataclasses import asdict, field, replace
 from math import inf
 from typing import Any
 
 import numpy as np
 
+from mbproj.dataclass import dataclass
 from mbproj.studies.measure.measures import error
 from mbproj.studies.measure.reference import Reference
 from mbproj.studies.measure.setting import Setting

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any
 
+from mbproj.dataclass import dataclass
 from mbproj.dynamics import State
 from mbproj.errors import InputError, Problem
 from mbproj.linear.equilibrium.started import start_state

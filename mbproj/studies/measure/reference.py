@@ -16,13 +16,14 @@ differ, to tolerances that fall until the time is up.
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import partial
 from time import process_time
 
 import numpy as np
 
 from mbproj.arrays import Array
+from mbproj.dataclass import dataclass
 from mbproj.errors import InputError, MbprojError
 from mbproj.integrate.events.law_switches import switches_of
 from mbproj.integrate.stiff.fast_forces import steps_for_stability

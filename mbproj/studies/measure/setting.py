@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import asdict, dataclass, fields
+from dataclasses import asdict, fields
 from typing import Any
 
+from mbproj.dataclass import dataclass
 from mbproj.errors import InputError
 from mbproj.registry import PROJECTIONS
 from mbproj.scene.fields.reading import Reading

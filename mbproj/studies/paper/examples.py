@@ -7,11 +7,11 @@ truth.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
 
 import numpy as np
 
 from mbproj.arrays import Array
+from mbproj.dataclass import dataclass
 from mbproj.dynamics import assemble
 from mbproj.dynamics.observe.recorded import Block
 from mbproj.errors import SimulationError

@@ -7,11 +7,11 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Callable, Generator, Iterable, Iterator
-from dataclasses import dataclass
 from itertools import islice
 from time import perf_counter
 from typing import Any, Generic, TypeAlias, TypeVar
 
+from mbproj.dataclass import dataclass
 from mbproj.studies.parallel.client import Cluster
 from mbproj.studies.parallel.hand_out import Where, in_parallel
 

@@ -7,10 +7,10 @@ import json
 import logging
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
-from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from mbproj.dataclass import dataclass
 from mbproj.errors import ExitCode, InputError, MbprojError, Place, Problem
 
 if TYPE_CHECKING:

@@ -12,12 +12,12 @@ from collections import deque
 from collections.abc import Callable, Generator, Iterable, Iterator
 from concurrent.futures import CancelledError
 from contextlib import contextmanager, suppress
-from dataclasses import dataclass
 from functools import lru_cache
 from queue import Empty, SimpleQueue
 from time import monotonic
 from typing import TYPE_CHECKING, Any, TypeVar
 
+from mbproj.dataclass import dataclass
 from mbproj.errors import InputError, Place, Problem
 from mbproj.integrate.loop.interruption import interruption
 from mbproj.studies.parallel.client import UNREACHABLE, Cluster, ClusterLost, connected

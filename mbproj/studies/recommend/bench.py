@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 
 import numpy as np
 
 from mbproj.arrays import Array
+from mbproj.dataclass import dataclass
 from mbproj.studies.measure.measurement import Measurement, measured
 from mbproj.studies.measure.measures import error
 from mbproj.studies.measure.mechanism import Mechanism

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from math import log10
 
+from mbproj.dataclass import dataclass
 from mbproj.integrate.steppers.methods import tableau_of
 from mbproj.registry import (
     AUTOMATIC,

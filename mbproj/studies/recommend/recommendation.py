@@ -7,10 +7,10 @@ quarter of the fewest are then timed in turn. All settings close the joints afte
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
+from mbproj.dataclass import dataclass
 from mbproj.errors import ExitCode, MbprojError
 from mbproj.integrate.stiff.fast_forces import steps_for_stability
 from mbproj.scene.records import Scene, Settings

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from math import inf
 
+from mbproj.dataclass import dataclass
 from mbproj.studies.measure.measurement import Measurement
 from mbproj.studies.recommend.bench import Bench
 from mbproj.studies.recommend.families import Family

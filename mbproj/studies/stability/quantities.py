@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from types import MappingProxyType
 
+from mbproj.dataclass import dataclass
 from mbproj.errors import InputError, Problem
 from mbproj.scene.records import Scene
 from mbproj.scene.text.suggestions import choose_from

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass
+from dataclasses import asdict
 from typing import Any
 
+from mbproj.dataclass import dataclass
 from mbproj.errors import InputError, MbprojError, SimulationError
 from mbproj.scene.records import Scene
 from mbproj.studies.measure.setting import Setting

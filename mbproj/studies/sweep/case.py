@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import lru_cache
 from pathlib import Path
 from time import perf_counter
@@ -15,6 +15,7 @@ import numpy.typing as npt
 
 from mbproj.analysis.expectations import measured
 from mbproj.analysis.observed import datasets
+from mbproj.dataclass import dataclass
 from mbproj.dynamics import unique_components
 from mbproj.dynamics.observe.recorded import Block
 from mbproj.ending import ending

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Mapping
-from dataclasses import dataclass
 from functools import cached_property
 from math import prod
 from typing import TypeAlias
@@ -12,6 +11,7 @@ from typing import TypeAlias
 import numpy as np
 
 from mbproj.arrays import Array
+from mbproj.dataclass import dataclass
 from mbproj.scene.fields.reading import Reading
 from mbproj.scene.ranges import Item, Points, Range
 from mbproj.studies.sweep.samples import POWERS_OF_TWO, SALTELLI, SAMPLERS

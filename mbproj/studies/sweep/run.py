@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import closing
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
+from mbproj.dataclass import dataclass
 from mbproj.studies.parallel.bundles import in_bundles
 from mbproj.studies.parallel.hand_out import Where
 from mbproj.studies.parallel.workers import OVERDUE

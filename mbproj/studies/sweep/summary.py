@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from mbproj.dataclass import dataclass
 from mbproj.outputs import write_csv
 from mbproj.results.sweep.layout import NOT_RUN
 from mbproj.studies.sweep.design import Case

@@ -6,10 +6,11 @@ The paper recommends it in one sentence (sect. 4.3) and tests nothing.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
+from mbproj.dataclass import dataclass
 from mbproj.errors import InputError, Problem
 from mbproj.registry import PROJECTIONS
 from mbproj.scene.records import Scene

@@ -8,7 +8,7 @@ turn, several times over.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, replace
 from functools import cached_property
 from itertools import product
 from math import inf
@@ -18,6 +18,7 @@ import numpy as np
 
 from mbproj import registry
 from mbproj.arrays import Array
+from mbproj.dataclass import dataclass
 from mbproj.scene.records import Scene
 from mbproj.studies.measure.accuracy import Yardstick, attempt
 from mbproj.studies.measure.certain import certain_reference

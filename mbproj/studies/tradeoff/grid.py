@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 from mbproj.arrays import Array
+from mbproj.dataclass import dataclass
 from mbproj.registry import AUTOMATIC, is_embedded
 from mbproj.studies.measure.setting import Setting, shortest
 from mbproj.studies.measure.spans import divisors

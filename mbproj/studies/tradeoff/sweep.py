@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import Any
 
+from mbproj.dataclass import dataclass
 from mbproj.studies.measure.accuracy import Yardstick
 from mbproj.studies.measure.measurement import Measurement
 from mbproj.studies.parallel.hand_out import Where

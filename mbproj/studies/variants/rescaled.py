@@ -6,8 +6,9 @@ of length, k = 1000 for millimetres.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
+from mbproj.dataclass import dataclass
 from mbproj.functions.program import COORDINATE, RATE, Program
 from mbproj.joints import COORDINATE_UNITS, JOINTS
 from mbproj.scene.records import (

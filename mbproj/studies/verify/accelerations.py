@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from mbproj.arrays import Array
+from mbproj.dataclass import dataclass
 from mbproj.dynamics.equations.equations_of_motion import solve_bordered, solve_eliminated, tangent_mass_matrix
 from mbproj.dynamics.equations.kinematics import pose_of
 from mbproj.model.euler_parameters import matrix_L, rotation_matrix

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import cached_property
 
 import numpy as np
 
 from mbproj.arrays import Array
+from mbproj.dataclass import dataclass
 from mbproj.dynamics import State
 from mbproj.dynamics.assembly.assemble import coordinate_values
 from mbproj.dynamics.equations.kinematics import pose_of

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
 from types import MappingProxyType
 
 import numpy as np
 
+from mbproj.dataclass import dataclass
 from mbproj.errors import SimulationError
 from mbproj.results.verification import Check, Verification
 from mbproj.scene.records import Scene

@@ -3,11 +3,10 @@ formulas with theirs."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from mbproj.arrays import Array, Integers
+from mbproj.dataclass import dataclass
 from mbproj.dynamics import State
 from mbproj.dynamics.assembly.assemble import coordinate_values
 from mbproj.dynamics.equations.constraint_equations import constraint_at, constraint_velocity_at, gamma, jacobian

@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from mbproj.arrays import Array
+from mbproj.dataclass import dataclass
 from mbproj.studies.verify.rounded import EPS
 
 #: Where round-off alone may change a result by this part of itself, nothing can be told.

@@ -7,13 +7,13 @@ is computed, condition and scale included.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from scipy.linalg import lu
 
 from mbproj.arrays import Array
+from mbproj.dataclass import dataclass
 
 EPS = float(np.finfo(float).eps)
 

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
 from mbproj.arrays import Array
+from mbproj.dataclass import dataclass
 from mbproj.registry import PROJECTIONS, with_fixed_steps
 from mbproj.scene.records import ProjectionSettings
 from mbproj.studies.measure.mechanism import Mechanism
