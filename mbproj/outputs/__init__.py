@@ -1,8 +1,23 @@
-"""Files that commands write: each is new and private until it is whole, and replaces nothing but its own kind."""
+"""Files that commands write: each is new and private until it is whole, and replaces nothing but its own kind.
 
-from mbproj.outputs.csv_table import write_csv
-from mbproj.outputs.kinds import JUNIT, PAGE, SCENE, SCENE_SCHEMA, Kind, csv, film, hdf5, picture
-from mbproj.outputs.replace import check_replaceable, make_folder, replacing, write_text
+What writes comes when it is first used: every command escapes what it prints, few write tables.
+"""
+
+from __future__ import annotations
+
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from mbproj.outputs.csv_table import write_csv
+    from mbproj.outputs.kinds import JUNIT, PAGE, SCENE, SCENE_SCHEMA, Kind, csv, film, hdf5, picture
+    from mbproj.outputs.replace import check_replaceable, make_folder, replacing, write_text
+
+_NAMES_IN = {
+    "csv_table": ("write_csv",),
+    "kinds": ("JUNIT", "PAGE", "SCENE", "SCENE_SCHEMA", "Kind", "csv", "film", "hdf5", "picture"),
+    "replace": ("check_replaceable", "make_folder", "replacing", "write_text"),
+}
 
 __all__ = [
     "JUNIT",
@@ -20,3 +35,10 @@ __all__ = [
     "write_csv",
     "write_text",
 ]
+
+
+def __getattr__(name: str) -> Any:
+    home = next((module for module, names in _NAMES_IN.items() if name in names), None)
+    if home is None:
+        raise AttributeError(f"module 'mbproj.outputs' has no attribute '{name}'")
+    return getattr(import_module(f"mbproj.outputs.{home}"), name)

@@ -7,7 +7,6 @@ import stat
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
-from secrets import token_hex
 
 from mbproj.errors import InputError, Problem
 from mbproj.outputs.kinds import Kind
@@ -87,7 +86,7 @@ def cannot_write(path: Path, error: OSError, hint: str) -> InputError:
 def _new_file(target: Path) -> tuple[Path, int]:
     """A new file beside `target` that its owner alone can read, and the permissions that it is to have in the end:
     those of the file that it replaces, or those that a new file gets here."""
-    draft = target.with_name(f".mbproj-{token_hex(8)}{target.suffix[:8]}")
+    draft = target.with_name(f".mbproj-{os.urandom(8).hex()}{target.suffix[:8]}")
     descriptor = os.open(draft, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o666)
     try:
         mode = stat.S_IMODE(os.fstat(descriptor).st_mode)

@@ -4,7 +4,7 @@ from mbproj.results.check import Soundness, check_results
 from mbproj.results.faults import OutputError
 from mbproj.results.files import check_output, part_path
 from mbproj.results.layout import DATASETS, Dataset
-from mbproj.results.reader import open_results
+from mbproj.results.reader import open_own_results, open_results
 from mbproj.results.record import Results
 from mbproj.results.trust import Trust
 from mbproj.results.verification import Check, Verification
@@ -23,6 +23,7 @@ __all__ = [
     "Verification",
     "check_output",
     "check_results",
+    "open_own_results",
     "open_results",
     "part_path",
 ]

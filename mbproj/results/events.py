@@ -9,6 +9,7 @@ import h5py
 import numpy as np
 
 from mbproj.arrays import Array
+from mbproj.results.file.attributes import add_texts
 from mbproj.results.file.checksums import NOT_YET, crc32, stamp
 from mbproj.results.file.contents import Contents
 
@@ -59,7 +60,7 @@ def create(file: h5py.File) -> None:
     """The group without events. They come at the end, and the file's structure must be there from the start."""
     for name, (dtype, unit, description) in LAYOUT.items():
         data = file.create_dataset(f"{GROUP}/{name}", (0,), dtype, maxshape=(None,), chunks=(64,), fletcher32=True)
-        data.attrs.update({"units": unit, "description": description} if unit else {"description": description})
+        add_texts(data, {"units": unit, "description": description} if unit else {"description": description})
         stamp(data, NOT_YET)
 
 
@@ -73,9 +74,11 @@ def write(file: h5py.File, events: Sequence[Happening]) -> None:
     for name, (dtype, _, _) in LAYOUT.items():
         values = [getattr(event, name) for event in events]
         data = np.array([_cut(value) for value in values] if dtype is TEXT else values, dtype=dtype)
-        file[GROUP][name].resize(data.shape)
-        file[GROUP][name][...] = data
-        stamp(file[GROUP][name], crc32(data))
+        dataset = file[GROUP][name]
+        dataset.resize(data.shape)
+        if data.size:
+            dataset[...] = data
+        stamp(dataset, crc32(data))
 
 
 def _cut(text: str) -> bytes:

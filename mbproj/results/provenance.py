@@ -12,6 +12,7 @@ from datetime import datetime
 import h5py
 import numpy as np
 
+from mbproj.results.file.attributes import add_texts
 from mbproj.results.file.checksums import crc32, stamp
 from mbproj.results.layout import FORMAT, SCHEMA_VERSION
 from mbproj.scene.meshes import meshes_of
@@ -49,7 +50,7 @@ def create_text(group: h5py.Group, path: str, texts: str | Sequence[str], descri
     kind = h5py.string_dtype("utf-8", max([1, *map(len, encoded)]))
     data = np.array(encoded, dtype=kind)
     dataset = group.create_dataset(path, data=data.reshape(() if isinstance(texts, str) else (-1,)), dtype=kind)
-    dataset.attrs["description"] = description
+    add_texts(dataset, {"description": description})
     stamp(dataset, crc32(data))
 
 
@@ -70,7 +71,7 @@ def write_scene(file: h5py.File, scene: Scene) -> None:
     values = np.array(scene.gravity, dtype=float)
     gravity = group.create_dataset("gravity", data=values)
     stamp(gravity, crc32(values))
-    gravity.attrs.update({"units": "m/s^2", "description": "acceleration of gravity", "frame": "global axes"})
+    add_texts(gravity, {"units": "m/s^2", "description": "acceleration of gravity", "frame": "global axes"})
 
 
 def _write_meshes(scene_group: h5py.Group, scene: Scene) -> None:
@@ -88,4 +89,4 @@ def _write_meshes(scene_group: h5py.Group, scene: Scene) -> None:
         for name, (values, unit, description) in parts.items():
             dataset = group.create_dataset(f"{number}/{name}", data=values)
             stamp(dataset, crc32(values))
-            dataset.attrs.update({"units": unit, "description": description})
+            add_texts(dataset, {"units": unit, "description": description})

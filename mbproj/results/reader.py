@@ -9,7 +9,7 @@ from types import MappingProxyType
 from mbproj.errors import InputError, Problem
 from mbproj.results.faults import damaged, not_ours
 from mbproj.results.file.contents import Contents
-from mbproj.results.file.opening import open_rehearsed
+from mbproj.results.file.opening import open_own, open_rehearsed
 from mbproj.results.files import part_path
 from mbproj.results.layout import ALL_NAMES, CONSTANTS, FORMAT, NAMES, SCHEMA_VERSION, UNITS, datasets_for, trailing
 from mbproj.results.record import Results, View
@@ -36,7 +36,15 @@ def open_results(path: Path | str) -> Results:
 
     Raises InputError where there is no file, it is not ours, of another schema version, cut short or damaged.
     """
-    contents = open_rehearsed(_existing(Path(path)), lambda contents: _look_at_all(_checked(contents)))
+    return _results(open_rehearsed(_existing(Path(path)), lambda contents: _look_at_all(_checked(contents))))
+
+
+def open_own_results(path: Path | str) -> Results:
+    """The results that this process has just written: no child process reads them first, as it does others."""
+    return _results(open_own(Path(path)))
+
+
+def _results(contents: Contents) -> Results:
     try:
         return _checked(contents)
     except BaseException:

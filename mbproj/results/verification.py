@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import shutil
 from collections.abc import Mapping
 from dataclasses import asdict
 from math import isfinite
@@ -14,7 +13,6 @@ import h5py
 
 from mbproj.dataclass import dataclass
 from mbproj.errors import InputError, Problem
-from mbproj.outputs import hdf5, replacing
 from mbproj.rehearsal import rehearse
 from mbproj.results.faults import ELSEWHERE, cannot_write, damaged, not_ours
 from mbproj.results.file.checksums import stamp_attributes
@@ -84,6 +82,10 @@ def store(path: Path, scene: Scene, verification: Verification) -> None:
 
     A copy is changed and renamed over the file, so that a kill leaves it whole. Raises InputError where there is no
     such file, or it is of another scene."""
+    import shutil
+
+    from mbproj.outputs import hdf5, replacing
+
     check_store(path, scene)
     with replacing(path, hdf5(FORMAT), force=True, hint=ELSEWHERE) as copy:
         shutil.copyfile(path, copy)

@@ -105,6 +105,7 @@ class ResultsWriter:
             reserve(self._descriptor, len(image) + MARGIN)
             self._file = h5py.File(self.part, "r+", libver=VERSIONS)
             self._file.swmr_mode = True
+            self._targets = {dataset.path: self._file[dataset.path] for dataset in self._datasets}
         except OSError as error:
             os.close(self._descriptor)
             self.part.unlink(missing_ok=True)
@@ -211,7 +212,7 @@ class ResultsWriter:
             return
         total = self._samples + sum(len(columns["time"]) for columns in self._pending)
         try:
-            reserve(self._descriptor, room_for(self._file, total) + self._slots.room)
+            reserve(self._descriptor, self._room_for(total) + self._slots.room)
         except OSError as error:
             what = f"no room for results after t = {self._last_time:.6g} s in '{self.path}': {error.strerror}"
             raise OutputError(f"{what}; make room and run again, what was written before is kept") from error
@@ -222,7 +223,7 @@ class ResultsWriter:
             for dataset in (*others, time_dataset):
                 if dataset is time_dataset:
                     self._file.flush()
-                target = self._file[dataset.path]
+                target = self._targets[dataset.path]
                 target.resize(total, axis=0)
                 values = np.concatenate([columns[dataset.path] for columns in self._pending])
                 target[self._samples : total] = values
@@ -237,20 +238,23 @@ class ResultsWriter:
     def _finish(self, status: str) -> None:
         with self._breaking():
             if self._trust is not None:
-                reserve(self._descriptor, room_for(self._file, self._samples) + trusting.room(self._trust))
+                reserve(self._descriptor, self._room_for(self._samples) + trusting.room(self._trust))
                 trusting.write(self._file, self._trust)
             met = [event for event in self._events if event.time <= self._last_time]
-            reserve(self._descriptor, room_for(self._file, self._samples) + happening.room(met) + self._slots.room)
+            reserve(self._descriptor, self._room_for(self._samples) + happening.room(met) + self._slots.room)
             happening.write(self._file, met)
             self._slots.write(self._file)
             self._file.attrs.update({name: value for name, value in self._summary.items() if value is not None})
             self._file.attrs["status"] = status
             stamp_attributes(self._file)
             for path, checksum in self._checksums.items():
-                stamp(self._file[path], checksum)
+                stamp(self._targets[path], checksum)
             restarting.seal(self._file)
             self._file.flush()
         self._finished = True
+
+    def _room_for(self, samples: int) -> int:
+        return room_for(self._file, self._targets.values(), samples)
 
     def _discard(self) -> None:
         """Nothing was simulated: OUT stays as it was."""

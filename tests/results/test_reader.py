@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from mbproj.errors import InputError
-from mbproj.results import open_results
+from mbproj.results import open_own_results, open_results
 from mbproj.results.file.checksums import NOT_YET, stamp, stamp_attributes
 from mbproj.results.file.superblock import lookup3
 from tests.results.pendulum_blocks import AMPLITUDE, LENGTH, NAMES, PATHS, RATE, block, record, times
@@ -33,6 +33,15 @@ def test_arrays_by_name(results):
     joint = results.joint("Gelenk ä")
     assert np.array_equal(joint.violation_angle, results["joints/violation_angle"][:, 1])
     assert np.array_equal(joint.reaction_torque, results["joints/reaction_torque"][:, 1])
+
+
+def test_own_results_are_read_without_a_child_process(tmp_path, monkeypatch):
+    path = record(tmp_path / "out.h5", block(times(40)))
+    with open_results(path) as results:
+        expected = {name: results[name].tobytes() for name in PATHS}
+    monkeypatch.setattr("os.fork", None)
+    with open_own_results(path) as results:
+        assert {name: results[name].tobytes() for name in PATHS} == expected
 
 
 def test_members_have_the_layouts_columns(results):

@@ -115,9 +115,9 @@ def _expected(scene: Scene, output: str) -> list[Outcome]:
     if not scene.expectations:
         return []
     from mbproj.analysis import outcomes
-    from mbproj.results import open_results
+    from mbproj.results import open_own_results
 
-    with open_results(output) as results:
+    with open_own_results(output) as results:
         return outcomes(scene.expectations, results)
 
 

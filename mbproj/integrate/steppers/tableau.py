@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 from collections.abc import Sequence
-from fractions import Fraction
 from functools import cache
 
 import numpy as np
@@ -68,7 +67,13 @@ def load_tableau(name: str) -> Tableau:
 
 def vector(numbers: Sequence[str]) -> Array:
     """Numbers that are written as fractions or decimals."""
-    return np.array([float(Fraction(number)) for number in numbers])
+    return np.array([_number(text) for text in numbers])
+
+
+def _number(text: str) -> float:
+    """The number nearest to p/q, or to a decimal."""
+    numerator, _, denominator = text.partition("/")
+    return int(numerator) / int(denominator) if denominator else float(numerator)
 
 
 def matrix(rows: Sequence[Sequence[str]], width: int) -> Array:

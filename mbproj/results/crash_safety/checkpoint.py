@@ -17,6 +17,7 @@ import h5py
 import numpy as np
 
 from mbproj.registry import FORMULATIONS
+from mbproj.results.file.attributes import add_texts
 from mbproj.results.file.checksums import NOT_YET, crc32, stamp
 from mbproj.results.file.contents import Contents
 
@@ -41,7 +42,7 @@ def create(file: h5py.File, bodies: int) -> None:
     """The group without a state."""
     chunk = min(CHUNK_GROUND + CHUNK_BODY * bodies, LARGEST_CHUNK)
     data = file.create_dataset(SLOTS, (2, 0), "u1", maxshape=(2, None), chunks=(1, chunk))
-    data.attrs["description"] = DESCRIPTION
+    add_texts(data, {"description": DESCRIPTION})
     stamp(data, NOT_YET)
 
 

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import errno
+import math
 import os
+from collections.abc import Iterable
 
 import h5py
-
-from mbproj.results.layout import DATASETS
 
 #: Room for HDF5's own bookkeeping of one flush, and for the attributes at the end.
 MARGIN = 2**20
@@ -16,16 +16,14 @@ CHECKSUM = 4
 FULL = (errno.ENOSPC, errno.EFBIG, errno.EDQUOT, errno.EIO)
 
 
-def room_for(file: h5py.File, samples: int) -> int:
-    """The size in bytes that the file may reach when its datasets grow to `samples`."""
+def room_for(file: h5py.File, datasets: Iterable[h5py.Dataset], samples: int) -> int:
+    """The size in bytes that the file may reach when `datasets` grow to `samples`."""
     growth = 0
-    for dataset in DATASETS:
-        stored = file[dataset.path]
-        new_chunks = -(-samples // stored.chunks[0]) - -(-stored.shape[0] // stored.chunks[0])
-        row_bytes = stored.dtype.itemsize
-        for size in stored.shape[1:]:
-            row_bytes *= size
-        growth += max(0, new_chunks) * (stored.chunks[0] * row_bytes + CHECKSUM)
+    for dataset in datasets:
+        shape, chunk = dataset.shape, dataset.chunks[0]
+        new_chunks = -(-samples // chunk) - -(-shape[0] // chunk)
+        row_bytes = dataset.dtype.itemsize * math.prod(shape[1:])
+        growth += max(0, new_chunks) * (chunk * row_bytes + CHECKSUM)
     return int(file.id.get_filesize()) + growth + MARGIN
 
 

@@ -16,6 +16,8 @@ import h5py
 import numpy as np
 import numpy.typing as npt
 
+from mbproj.results.file.attributes import put_integer
+
 #: The attribute of a dataset; NOT_YET while samples are added.
 OF_DATA, NOT_YET = "crc32", -1
 #: The attribute of a group: a JSON object, checksum by attribute.
@@ -30,7 +32,7 @@ def crc32(values: npt.NDArray[Any], so_far: int = 0) -> int:
 
 def stamp(dataset: h5py.Dataset, checksum: int) -> None:
     """Note the checksum at the dataset."""
-    dataset.attrs.modify(OF_DATA, np.int64(checksum))
+    put_integer(dataset, OF_DATA, checksum)
 
 
 def stamp_attributes(group: h5py.Group) -> None:

@@ -11,6 +11,7 @@ import h5py
 from mbproj.errors import InputError, Problem
 from mbproj.rehearsal import rehearse
 from mbproj.results.faults import damaged, not_ours
+from mbproj.results.file.checksums import plain
 from mbproj.results.file.contents import Contents
 from mbproj.results.file.dataset import DAMAGE
 from mbproj.results.file.lock import is_locked
@@ -41,6 +42,11 @@ def open_rehearsed(path: Path, act: Callable[[Contents], object] = Contents.attr
     except OSError as error:
         raise unreadable(path) from error
     return _open_contents(path, looked_over=looked_over)
+
+
+def open_own(path: Path) -> Contents:
+    """A file that this process has just written, which needs no rehearsal."""
+    return _open_contents(path, looked_over=True)
 
 
 def _open_contents(path: Path, *, looked_over: bool = False) -> Contents:
@@ -77,11 +83,19 @@ def identify(path: Path) -> Identity:
     if not has_signature(path):
         return Identity.FOREIGN
     try:
-        with open_rehearsed(path) as contents:
-            ours = contents.attributes().get("format") == FORMAT
+        rehearse(lambda: _format_of(path), path)
+        return Identity.OURS if _format_of(path) == FORMAT else Identity.FOREIGN
     except InputError:
         return Identity.UNREADABLE
-    return Identity.OURS if ours else Identity.FOREIGN
+
+
+def _format_of(path: Path) -> object:
+    """The attribute that says whose the file is; nothing else of it is looked at."""
+    try:
+        with _open(path, is_open_for_writing(path)) as file:
+            return plain(file.attrs.get("format"))
+    except DAMAGE as error:
+        raise unreadable(path) from error
 
 
 def unreadable(path: Path) -> InputError:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import difflib
 from collections.abc import Iterable
 
 #: Among more names than this none is suggested: a generated scene may have thousands of wrong names.
@@ -11,6 +10,8 @@ MAX_NAMES = 300
 
 def did_you_mean(word: str, names: Iterable[str]) -> str | None:
     """A hint that names what is closest to `word`, upper and lower case alike; None where nothing is close."""
+    import difflib
+
     by_folded = {name.casefold(): name for name in names}
     if len(by_folded) > MAX_NAMES or len(word) > 200:
         return None
