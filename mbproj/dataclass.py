@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import dataclasses
 from dataclasses import MISSING, FrozenInstanceError, fields
+from functools import cache
 from reprlib import recursive_repr
 from typing import TYPE_CHECKING, Any
 
@@ -24,7 +25,7 @@ def _completed(cls: type, frozen: bool, eq: bool) -> type:
     """`cls` with its fields and methods. What it defines itself stays."""
     methods: dict[str, Any] = {"__init__": _first_init(cls), "__repr__": _repr}
     if eq:
-        methods |= {"__eq__": _eq, "__hash__": _hash if frozen else None}
+        methods |= _comparing(cls, hashed=frozen)
     if frozen:
         methods |= {"__setattr__": _refuse, "__delattr__": _refuse}
     for name, method in methods.items():
@@ -65,16 +66,20 @@ def _written_init(cls: Any) -> Any:
     return init
 
 
-def _compared(record: Any) -> tuple[object, ...]:
-    return tuple([getattr(record, each.name) for each in fields(record) if each.compare])
+def _comparing(cls: Any, *, hashed: bool) -> dict[str, Any]:
+    """`__eq__` and `__hash__` by the values of the fields."""
 
+    @cache
+    def names() -> tuple[str, ...]:
+        return tuple(each.name for each in fields(cls) if each.compare)
 
-def _eq(self: object, other: object) -> bool:
-    return _compared(self) == _compared(other) if other.__class__ is self.__class__ else NotImplemented
+    def values(record: object) -> tuple[object, ...]:
+        return tuple([getattr(record, name) for name in names()])
 
+    def eq(self: object, other: object) -> bool:
+        return values(self) == values(other) if other.__class__ is self.__class__ else NotImplemented
 
-def _hash(self: object) -> int:
-    return hash(_compared(self))
+    return {"__eq__": eq, "__hash__": (lambda self: hash(values(self))) if hashed else None}
 
 
 @recursive_repr()

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import threading
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from pathlib import Path
@@ -24,6 +25,8 @@ from mbproj.scene.text.source import MAX_BYTES, read_text
 #: The blocks whose items other items name.
 _REFERRED = ("bodies", "joints", "forces", "motions", "markers")
 _NOTHING: Mapping[str, Any] = {}
+#: A text that is longer is not held in memory after it was read.
+KEPT_CHARACTERS = 100_000
 
 
 def read_scene(
@@ -35,7 +38,7 @@ def read_scene(
     expression, or a number). `simulation` replaces settings, by the names in `simulation.OPTIONS`; None is as if not
     given. Raises InputError with every problem, in text order.
     """
-    return SceneText(read_text(Path(path)), str(path), Path(path)).scene(parameters, simulation)
+    return _taken_apart(read_text(Path(path)), str(path), Path(path)).scene(parameters, simulation)
 
 
 def read_scene_text(
@@ -47,7 +50,7 @@ def read_scene_text(
     """The scene in `text`, which messages call `name`; otherwise as `read_scene`."""
     if len(text) > MAX_BYTES:
         raise InputError(Problem(f"the text is longer than {MAX_BYTES // 1_000_000} million characters", Place(name)))
-    return SceneText(text.removeprefix("\ufeff"), name).scene(parameters, simulation)
+    return _taken_apart(text.removeprefix("\ufeff"), name, None).scene(parameters, simulation)
 
 
 class SceneText:
@@ -104,6 +107,27 @@ class SceneText:
             places=reading.places,
             notes=tuple(in_text_order(reading.notes)),
         )
+
+
+class _Last(threading.local):
+    """The text that a thread read last, and what it was taken apart into."""
+
+    source: tuple[str, str, Path | None] | None = None
+    taken_apart: SceneText | None = None
+
+
+_last = _Last()
+
+
+def _taken_apart(text: str, name: str, path: Path | None) -> SceneText:
+    """A text that is read again and again, with other values, is taken apart once."""
+    if _last.taken_apart is None or _last.source != (text, name, path):
+        _last.source, _last.taken_apart = None, None
+        taken_apart = SceneText(text, name, path)
+        if len(text) > KEPT_CHARACTERS:
+            return taken_apart
+        _last.source, _last.taken_apart = (text, name, path), taken_apart
+    return _last.taken_apart
 
 
 def _connected(joints: Mapping[str, Joint]) -> Iterator[Joint]:

@@ -6,7 +6,7 @@ import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from mbproj.model.euler_parameters import matrix_E, matrix_L, rotation_matrix
+from mbproj.model.euler_parameters import matrix_E, matrix_L, product, rotation_matrix, turning
 
 NUMBERS = st.floats(-2.0, 2.0, allow_subnormal=False)
 QUATERNIONS = st.tuples(NUMBERS, NUMBERS, NUMBERS, NUMBERS).filter(lambda q: sum(x * x for x in q) > 0.01).map(np.array)
@@ -47,6 +47,14 @@ def test_body_rates_turn_body_vectors(quaternion, x, y, z):
     derivative = 2.0 * matrix_E(unit) @ matrix_L(rate).T @ s
     np.testing.assert_allclose(derivative, rotation_matrix(unit) @ np.cross(omega, s), atol=1e-14)
     np.testing.assert_allclose(2.0 * matrix_L(unit) @ rate, omega, atol=1e-14)
+
+
+@given(QUATERNIONS, QUATERNIONS)
+@settings(derandomize=True, deadline=None)
+def test_entry_by_entry_is_as_with_the_matrices(first, second):
+    np.testing.assert_allclose(turning(first, second), 2.0 * matrix_L(first) @ second, atol=1e-14)
+    turns = rotation_matrix(first) @ rotation_matrix(second)
+    np.testing.assert_allclose(rotation_matrix(product(first, second)), turns, atol=1e-12)
 
 
 def test_parameters_of_a_turn_about_z():

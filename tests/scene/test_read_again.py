@@ -8,7 +8,9 @@ import pytest
 
 from mbproj.errors import InputError
 from mbproj.mechanisms_folder import mechanism, validation_scenes
-from mbproj.scene.read import SceneText
+from mbproj.scene import read
+from mbproj.scene.read import SceneText, read_scene
+from mbproj.scene.text.document import compose
 
 SCENES = [mechanism("five_bar"), mechanism("locomotive"), mechanism("stewart_platform"), *validation_scenes()[:6]]
 #: A scene in which a value follows from a parameter by another one, names occur in laws, and a unit depends on a name.
@@ -73,3 +75,15 @@ def test_a_reading_that_fails_leaves_nothing_behind():
     with pytest.raises(InputError, match=r"'mass' must be"):
         text.scene({"k": -1.0})
     same(text.scene({"k": 5.0}), SceneText(TEXT, "a").scene({"k": 5.0}))
+
+
+def test_a_file_that_is_read_again_is_taken_apart_once_and_anew_when_it_has_changed(tmp_path, monkeypatch):
+    composed = []
+    monkeypatch.setattr(read, "compose", lambda text, name: composed.append(name) or compose(text, name))
+    path = tmp_path / "scene.yaml"
+    path.write_text(TEXT, encoding="utf-8")
+    for value in (1.5, 1.6, 1.7):
+        same(read_scene(path, {"a": value}), SceneText(TEXT, str(path), path).scene({"a": value}))
+    assert composed == [str(path)] * 4  # one of the file, three of the text
+    path.write_text(TEXT.replace("mass: 2", "mass: 5"), encoding="utf-8")
+    assert read_scene(path, {"a": 1.5}).bodies[1].mass == 5.0

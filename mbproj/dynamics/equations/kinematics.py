@@ -11,7 +11,7 @@ import numpy as np
 
 from mbproj.arrays import Array, Integers, Numbers
 from mbproj.dataclass import dataclass
-from mbproj.model.euler_parameters import matrix_E, matrix_L
+from mbproj.model.euler_parameters import matrix_E, matrix_L, turning
 from mbproj.model.primitive_set import PrimitiveSet
 
 _GROUND = np.array([[0.0, 0, 0, 1, 0, 0, 0]])
@@ -19,12 +19,21 @@ _GROUND = np.array([[0.0, 0, 0, 1, 0, 0, 0]])
 
 @dataclass(frozen=True, eq=False)
 class Pose:
-    """Position (..., n+1, 3), Euler parameters (..., n+1, 4), L and A of each (..., n+1, 3, 4 and 3)."""
+    """Position (..., n+1, 3) and Euler parameters (..., n+1, 4). What follows from them is computed when somebody asks:
+    energies need no A."""
 
     position: Numbers
     orientation: Numbers
-    L: Numbers
-    rotation: Numbers
+
+    @cached_property
+    def L(self) -> Numbers:
+        """L of each, (..., n+1, 3, 4)."""
+        return matrix_L(self.orientation)
+
+    @cached_property
+    def rotation(self) -> Numbers:
+        """A = E Lᵀ of each, (..., n+1, 3, 3)."""
+        return matrix_E(self.orientation) @ np.swapaxes(self.L, -1, -2)
 
 
 @dataclass(frozen=True, eq=False)
@@ -55,9 +64,7 @@ class Twist:
 def pose_of(q: Numbers) -> Pose:
     """The pose of every body and of the ground from q (..., 7n)."""
     rows = _by_body(q, _GROUND)
-    orientation = rows[..., 3:]
-    L = matrix_L(orientation)
-    return Pose(rows[..., :3], orientation, L, matrix_E(orientation) @ np.swapaxes(L, -1, -2))
+    return Pose(rows[..., :3], rows[..., 3:])
 
 
 def twist_of(pose: Pose, v: Numbers) -> Twist:
@@ -88,7 +95,7 @@ def slots_of(bound: PrimitiveSet) -> tuple[Integers, Array, Array]:
 
 def body_rates(pose: Pose, twist: Twist) -> Numbers:
     """Angular velocities ω = 2 L Λ' in body axes, (..., n+1, 3) (Eq. 16)."""
-    return 2.0 * (pose.L @ twist.rate[..., None])[..., 0]
+    return turning(pose.orientation, twist.rate)
 
 
 def _rotated(matrices: Numbers, body: Integers, local: Array) -> Numbers:

@@ -57,13 +57,18 @@ class Plane:
         """
         x, x_dot, x_ddot = (part.reshape(*part.shape[:-1], -1, 3) for part in (p, u, u_dot))
         half, spin, change = 0.5 * x[..., 2:], x_dot[..., 2:], x_ddot[..., 2:]
-        turn = np.concatenate([np.cos(half), np.sin(half) * self.axes[:, 2]], axis=-1)
-        orientation = product(turn, np.broadcast_to(self.reference, turn.shape))
-        quarter = product(np.array([0.0, *self.axes[:, 2]]), orientation)  # its rate is ½ ω that: Λ' = ½ (0, ω n) Λ
+        cosine, sine = np.cos(half), np.sin(half)
+        turned = product(np.array([0.0, *self.axes[:, 2]]), self.reference)  # by 180 degrees about n
+        orientation = cosine * self.reference + sine * turned
+        quarter = cosine * turned - sine * self.reference  # (0, n) Λ: the rate of Λ is ½ ω times that
         parts = (
-            (x[..., :2] @ self.axes[:, :2].T + self.depth[:, None] * self.axes[:, 2], orientation),
-            (x_dot[..., :2] @ self.axes[:, :2].T, 0.5 * spin * quarter),
-            (x_ddot[..., :2] @ self.axes[:, :2].T, 0.5 * change * quarter - 0.25 * spin**2 * orientation),
+            (self._in_space(x) + self.depth[:, None] * self.axes[:, 2], orientation),
+            (self._in_space(x_dot), 0.5 * spin * quarter),
+            (self._in_space(x_ddot), 0.5 * change * quarter - 0.25 * spin**2 * orientation),
         )
         q, v, acceleration = (np.concatenate(part, axis=-1).reshape(*p.shape[:-1], -1) for part in parts)
         return q, v, acceleration
+
+    def _in_space(self, x: Array) -> Array:
+        """The vectors (..., 3) with these components (..., 3) along the axes, the last of which is an angle."""
+        return x[..., :1] * self.axes[:, 0] + x[..., 1:2] * self.axes[:, 1]

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
-from mbproj.arrays import Array, cross
+from mbproj.arrays import Array, Integers, cross
 from mbproj.constraints import PRIMITIVES
 from mbproj.dataclass import dataclass
 from mbproj.model.euler_parameters import rotation_matrix
@@ -46,8 +46,8 @@ def planar_reduction(system: System, q: Array) -> Plane | NotPlanar:
     orientation = rows[:, 3:] / np.linalg.norm(rows[:, 3:], axis=1, keepdims=True)
     pose = _Pose(rows[:, :3], orientation, rotation_matrix(orientation))
     refusals = []
-    for axes in _candidates(system, pose):
-        found = _reduction(system, pose, axes)
+    for axes, joints, side in _candidates(system, pose):
+        found = _reduction(system, pose, axes, joints, side)
         if isinstance(found, Plane):
             return found
         refusals.append(found)
@@ -58,20 +58,22 @@ def planar_reduction(system: System, q: Array) -> Plane | NotPlanar:
     )
 
 
-def _candidates(system: System, pose: _Pose) -> list[Array]:
-    """Axes (3, 3) to try, first those with which most rows are outside, and of these fewest inside."""
+def _candidates(system: System, pose: _Pose) -> list[tuple[Array, Seen, Integers]]:
+    """Axes (3, 3) to try, with the joints as seen along them and the side of each row: first those with which most rows
+    are outside, and of these fewest inside."""
     ranked = []
     for normal in candidate_normals(system.joints, pose.rotation):
         axes = plane_axes(normal)
-        side = sides(system.joints, _seen(system.joints, pose, axes, system.length))
-        ranked.append((-np.count_nonzero(side == OUTSIDE), np.count_nonzero(side == INSIDE), axes))
-    return [axes for *_, axes in sorted(ranked, key=lambda entry: entry[:2])]
+        joints = _seen(system.joints, pose, axes, system.length)
+        side = sides(system.joints, joints)
+        ranked.append((-np.count_nonzero(side == OUTSIDE), np.count_nonzero(side == INSIDE), (axes, joints, side)))
+    return [candidate for *_, candidate in sorted(ranked, key=lambda entry: entry[:2])]
 
 
-def _reduction(system: System, pose: _Pose, axes: Array) -> Plane | NotPlanar:
+def _reduction(system: System, pose: _Pose, axes: Array, joints: Seen, side: Integers) -> Plane | NotPlanar:
     """The plane with these axes, or what is against it."""
-    n, joints = system.bodies, _seen(system.joints, pose, axes, system.length)
-    parts = split(system.joints, joints, sides(system.joints, joints))
+    n = system.bodies
+    parts = split(system.joints, joints, side)
     if isinstance(parts, Refusal):
         return _not_planar(f"joint '{system.names.joints[parts.joint]}' {parts.cause}, seen in the plane", axes)
     loose = escape(system.joints, joints, parts.outside, system.names.carriers, system.length)
