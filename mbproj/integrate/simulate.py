@@ -25,7 +25,7 @@ from mbproj.integrate.formulations.choice import choose
 from mbproj.integrate.loop.interruption import Interruption, interruption
 from mbproj.integrate.outcome.lock_up import naming_lock_up
 from mbproj.integrate.outcome.marks import START, Mark, Marks
-from mbproj.integrate.outcome.report import EnergyWatch, Report, words_on_passes, worst, worst_joint
+from mbproj.integrate.outcome.report import EnergyAccount, EnergyWatch, Report, words_on_passes, worst, worst_joint
 from mbproj.integrate.outcome.tally import Tally
 from mbproj.integrate.stiff.stiffness import StiffnessWatch
 from mbproj.integrate.stops.march import march
@@ -107,6 +107,7 @@ def simulate(
     tally, energy, floors = Tally(), EnergyWatch(weight * reach, moves=moves), np.zeros(2)
     marks, build = Marks(resumed, wanted=keep is not None), "" if keep is None else fingerprint()
     automatic = Automatic(choice, system, state, settings) if settings.integrator == AUTOMATIC else None
+    account = EnergyAccount()
     stiffness = StiffnessWatch(choice, system, settings, partial(march, choice, system, tally=Tally()))
     started, recording, observer = _Clocks.now(), _Clocks(), Observer(system, state)
     reached = state.t, state.q
@@ -125,9 +126,11 @@ def simulate(
             reached = float(samples.t[-1]), samples.q[-1]
             handed_over = _Clocks.now()
             block = observer.at(samples)
-            potential = block["diagnostics/potential_energy"]
+            potential, balance = block["diagnostics/potential_energy"], block["diagnostics/energy_balance"]
+            work, dissipation = samples.work[-1].tolist()
+            account = EnergyAccount(work, dissipation, float(balance[-1]))
             energy.take(
-                float(np.abs(block["diagnostics/energy_balance"]).max()),
+                float(np.abs(balance).max()),
                 float(block["diagnostics/kinetic_energy"].max()),
                 float(potential.min()),
                 float(potential.max()),
@@ -157,6 +160,7 @@ def simulate(
         worst_joint=worst_joint(system, tally.joint_peak),
         energy_drift=energy.drift,
         energy_drift_relative=energy.relative,
+        energy=account,
         integration_seconds=integration.elapsed,
         integration_cpu_seconds=integration.busy,
         recording_seconds=recording.elapsed,

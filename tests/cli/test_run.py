@@ -13,6 +13,7 @@ import pytest
 
 from mbproj import open_results
 from tests.cli.commands import FIVE_BAR, SLIDER_CRANK, mbproj
+from tests.integrate.stiff_scenes import CREEP
 from tests.support import REDUNDANT, ROOT
 
 KEYS = {
@@ -30,6 +31,9 @@ KEYS = {
     "worst_joint",
     "energy_drift",
     "energy_drift_relative",
+    "energy_put_in",
+    "energy_dissipated",
+    "energy_numerical",
     "status",
 }
 
@@ -46,6 +50,17 @@ def test_the_users_command(tmp_path):
     assert results.status == "complete"
     assert len(results.time) == 51
     assert not (tmp_path / "results.h5.part").exists()
+
+
+def test_the_summary_says_apart_what_dampers_and_what_the_method_took(tmp_path):
+    scene = tmp_path / "stiff.yaml"
+    scene.write_text(CREEP, encoding="utf-8")
+    done = mbproj("run", "stiff.yaml", "--integrator", "radau5", folder=tmp_path)
+    assert re.search(
+        r"\n  energy in, out      forces put in \S+ J, dampers took \S+ J, "
+        r"integrator and projection (took|added) \S+ J\n",
+        done.stdout,
+    )
 
 
 def test_json_is_one_object_with_the_promised_keys(tmp_path):

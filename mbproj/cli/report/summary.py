@@ -13,6 +13,7 @@ from mbproj.dynamics.equations.round_off import EPSILON
 from mbproj.dynamics.rank.massless import SHOWN
 from mbproj.integrate.outcome.report import Report, Worst
 from mbproj.model.system import System
+from mbproj.registry import PROJECTIONS, explicit_integrators
 from mbproj.results.trust import Trust
 from mbproj.scene.records import Settings
 from mbproj.thresholds import THRESHOLDS
@@ -54,6 +55,7 @@ def print_summary(
         f"  velocity violation  {_worst(report.velocity_violation)}; {_velocity_floor(report)}",
         f"  energy drift        {report.energy_drift:.2e} J "
         f"({report.energy_drift_relative:.1e} of the largest kinetic energy + |ΔV|)",
+        *_account(report, system),
         f"  projection          {counts['projections']} times, {counts['projection_iterations']} position and "
         f"{counts['velocity_iterations']} velocity iterations, {counts['projection_failures']} failures"
         f"{_fallbacks(counts)}",
@@ -130,6 +132,20 @@ def _redundant(report: Report) -> str:
 def _fallbacks(counts: dict[str, int]) -> str:
     """How often a projection fell back on gopm's metric, where that was allowed."""
     return f", {counts['projection_fallbacks']} in gopm's metric" if counts["projection_fallbacks"] else ""
+
+
+def _account(report: Report, system: System) -> list[str]:
+    """Where the energy came from and went until the end, where something puts in or takes any, or the method damps."""
+    energy, settings = report.energy, report.settings
+    if not (energy.work or energy.dissipation) and settings.integrator in explicit_integrators():
+        return []
+    damping = "dampers and impacts" if system.stops is not None else "dampers"
+    projects = PROJECTIONS[settings.projection.method].corrects and system.constraints > system.bodies
+    numerics = "integrator and projection" if projects else "the integrator"
+    return [
+        f"  energy in, out      forces put in {energy.work:.2e} J, {damping} took {energy.dissipation:.2e} J, "
+        f"{numerics} {'took' if energy.numerical < 0.0 else 'added'} {abs(energy.numerical):.2e} J"
+    ]
 
 
 def _time(seconds: float) -> str:

@@ -26,6 +26,18 @@ class Worst:
 
 
 @dataclass(frozen=True)
+class EnergyAccount:
+    """What became of the energy from the start to the end, in J: the `work` that forces and motions put in, the
+    `dissipation` of dampers, friction and impacts, and what is `numerical`, E - E(0) - W + D: what the integrator and
+    the projection put in. Negative is what they took, which is how implicit methods damp vibration that they do not
+    resolve."""
+
+    work: float = 0.0
+    dissipation: float = 0.0
+    numerical: float = 0.0
+
+
+@dataclass(frozen=True)
 class Report:
     """What a run did, and how well.
 
@@ -34,8 +46,9 @@ class Report:
     violations are those over all steps, recorded or not;
     `position_floor` and `velocity_floor` are what round-off alone leaves (m or rad, per s), the largest of the samples.
     `worst_joint` names the joint that was open most, None without joints. `energy_drift` in J, and relative to the
-    largest kinetic energy + |ΔV|. `integration_seconds` went into the steps (`integration_cpu_seconds` of them
-    with the processor, by the thread's own clock), `recording_seconds` into observing and writing the samples.
+    largest kinetic energy + |ΔV|; `energy`: where it came from and went. `integration_seconds` went into the steps
+    (`integration_cpu_seconds` of them with the processor, by the thread's own clock), `recording_seconds` into
+    observing and writing the samples.
     `phases`: seconds by phase in a sample of the steps; empty where they were not measured. `stiffness`: which force
     was too stiff for the step, and what to do; "" where none was. `events`: at how many times steps ended because of
     what happens there; `crowded` names functions with so many kinks that not all count. `passed`: which edges of laws
@@ -67,6 +80,7 @@ class Report:
     passed: str = ""
     methods: tuple[str, ...] = ()
     round_off: float = 0.0
+    energy: EnergyAccount = EnergyAccount()
 
 
 def worst(system: System, peak: Peak) -> Worst:
@@ -112,6 +126,9 @@ def summary(scene: str, output: str, report: Report, total_seconds: float) -> di
         "worst_joint": report.worst_joint,
         "energy_drift": report.energy_drift,
         "energy_drift_relative": report.energy_drift_relative,
+        "energy_put_in": report.energy.work,
+        "energy_dissipated": report.energy.dissipation,
+        "energy_numerical": report.energy.numerical,
         "stiffness": report.stiffness,
         "events": report.events,
         "passed_over": report.passed,
