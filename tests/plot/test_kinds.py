@@ -138,6 +138,17 @@ def test_steps(results):
     assert figure.axes[0].get_yscale() == "linear"
 
 
+def test_rejected_steps_are_marked(tmp_path):
+    values = block(times())
+    values["diagnostics/rejected_steps"] = np.cumsum(np.isin(np.arange(201), (0, 50, 51, 120)))
+    with open_results(record(tmp_path / "run.h5", values)) as results:
+        figure = draw("steps", [results], ["run"])
+    _, crosses = figure.axes[0].lines
+    np.testing.assert_array_equal(crosses.get_xdata(), times()[[50, 51, 120]])
+    np.testing.assert_array_equal(crosses.get_ydata(), 0.01)
+    assert "steps were rejected" in figure.get_supxlabel()
+
+
 def test_steps_of_very_different_size_have_a_logarithmic_axis(tmp_path):
     values = block(times())
     values["diagnostics/step_size"] = np.geomspace(1e-6, 1e-2, 201)

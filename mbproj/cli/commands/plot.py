@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import click
 
@@ -18,6 +19,11 @@ from mbproj.errors import InputError, Problem
 from mbproj.plot.kinds import KINDS
 from mbproj.plot.sweeps import PICTURES
 from mbproj.scene.text.suggestions import choose_from
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from mbproj.results import Results
 
 OTHER_DIRECTORY = "choose another directory with -o"
 KINDS_HELP = "; ".join(f"{name}: {kind.summary}" for name, kind in KINDS.items())
@@ -112,7 +118,8 @@ def command(
 
     Writes DIR/<first file>-<kind>.<format> and prints the paths. All kinds that apply are drawn unless --kind names
     some. Files of modes have kinds of their own: eigenvalues, shapes, traces; linear models have bode. RESULTS may be
-    the folder of a sweep, which has its own kinds too.
+    the folder of a sweep, which has its own kinds too. `--kind steps` of a run with error control says which body or
+    force limits its smaller steps.
     """
     from mbproj.outputs import check_replaceable, make_folder, picture
     from mbproj.plot.kinds import draw, nothing_to_see, why_not
@@ -147,7 +154,26 @@ def command(
     for path in paths.values():  # all or none
         check_replaceable(path, picture(file_format), force=force, hint=OTHER_DIRECTORY)
     for kind, path in paths.items():
-        click.echo(save(draw(kind, shown, names, limit, times or ()), path, force=force))
+        figure = draw(kind, shown, names, limit, times or ())
+        if kind == "steps" and kind in kinds:
+            _say_what_limits(shown, figure)
+        click.echo(save(figure, path, force=force))
+
+
+def _say_what_limits(results: Sequence[Results], figure: Figure) -> None:
+    """What limited the steps of a single run with error control: below the panels, and as a table."""
+    from mbproj.cli.simulate import step_limits
+    from mbproj.plot.margins import small_print
+
+    if len(results) > 1 or results[0].settings.tolerance is None:
+        return
+    try:
+        found = step_limits.found(results[0])
+    except InputError as error:
+        click.echo(f"note: what limits the steps cannot be told: {error.problems[0].message}", err=True)
+        return
+    small_print(figure, step_limits.remark(found))
+    click.echo("\n".join(step_limits.table(results[0], found)), err=True)
 
 
 def _given(options: Mapping[str, object]) -> list[str]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import asdict, replace
 from typing import TYPE_CHECKING, Any
 
@@ -64,9 +64,23 @@ def facts(results: Results) -> dict[str, Any]:
 
 def lines(results: Results) -> Iterator[str]:
     """A line for each step."""
+    return table(results, found(results))
+
+
+def remark(limits: Sequence[StepLimit]) -> str:
+    """A sentence for a picture: the force that holds each step, or the body with the largest part in its error."""
+    times: dict[str, list[str]] = {}
+    for each in limits:
+        what = each.reason.partition(":")[0] or (f"body '{each.shares[0][0]}'" if each.shares else "nothing")
+        times.setdefault(what, []).append(f"{each.time:.3g}")
+    return "; ".join(f"steps limited by {what} at {', '.join(found)} s" for what, found in times.items())
+
+
+def table(results: Results, limits: Sequence[StepLimit]) -> Iterator[str]:
+    """A line for each step."""
     rows = [
         [f"{each.time:.4g} s", f"{each.step:.3g} s", f"{each.error:.2g}", _bodies(each), each.reason or "accuracy"]
-        for each in found(results)
+        for each in limits
     ]
     yield f"{results.path}: what limits the smaller steps; errors in tolerances, bodies with their part in the error"
     yield columns(["at", "step", "error", "bodies", "held by"], rows)

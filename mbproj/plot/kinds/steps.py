@@ -8,7 +8,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from mbproj.arrays import Array
+from mbproj.arrays import Array, Flags
 from mbproj.plot import panels
 from mbproj.plot.style import styled
 from mbproj.results import Results
@@ -17,6 +17,7 @@ ITERATIONS = (
     ("diagnostics/projection_iterations", "position iterations a step"),
     ("diagnostics/velocity_iterations", "velocity iterations a step"),
 )
+REJECTED = "×: steps were rejected since the sample before"
 #: From this ratio of the largest step to the smallest on, the axis is logarithmic.
 WIDE = 20.0
 
@@ -26,9 +27,14 @@ def draw(results: Sequence[Results], labels: Sequence[str]) -> Figure:
     """Three panels, a line a result. Iterations are averages over the steps between two samples; where no step ended
     between them, those of the step before, in which they lie."""
     figure, axes = panels.panels(3)
-    sizes = [result["diagnostics/step_size"] for result in results]
+    sizes, remark = [result["diagnostics/step_size"] for result in results], ""
     for index, (result, label) in enumerate(zip(results, labels, strict=True)):
         panels.plot(axes[0, 0], result.time, sizes[index], label, index, drawstyle="steps-pre")
+        after = rejected(result)
+        if after.any():
+            crosses = {"linestyle": "none", "marker": "x", "markersize": 4}
+            panels.plot(axes[0, 0], result.time[after], sizes[index][after], "", index, **crosses)
+            remark = REJECTED
         for axis, (path, _) in zip(axes[1:, 0], ITERATIONS, strict=True):
             panels.plot(axis, result.time, _held(per_step(result, path)), label, index, drawstyle="steps-pre")
     for axis, (_, name) in zip(axes[1:, 0], ITERATIONS, strict=True):
@@ -36,7 +42,14 @@ def draw(results: Sequence[Results], labels: Sequence[str]) -> Figure:
         _from_zero(axis)
     panels.name(axes[0, 0], "step size", "s")
     _scale(axes[0, 0], np.concatenate(sizes))
-    return panels.finish(figure, with_legend=len(results) > 1)
+    return panels.finish(figure, remark=remark, with_legend=len(results) > 1)
+
+
+def rejected(result: Results) -> Flags:
+    """At which samples steps had been rejected since the sample before, (T,)."""
+    count = result["diagnostics/rejected_steps"]
+    found: Flags = np.diff(count, prepend=count[:1]) > 0
+    return found
 
 
 def per_step(result: Results, path: str) -> Array:

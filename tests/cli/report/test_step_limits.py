@@ -45,6 +45,15 @@ def test_the_faster_mass_makes_the_error(tmp_path):
     assert "accuracy" in shown
 
 
+def test_the_picture_of_the_steps_says_it_too(tmp_path):
+    steps_of(tmp_path, TWO)
+    done = mbproj("plot", "results.h5", "--kind", "steps", "--format", "svg", folder=tmp_path)
+    assert (done.returncode, done.stdout.split()) == (0, ["results-steps.svg"])
+    shown = mbproj("info", "results.h5", "--steps", folder=tmp_path).stdout
+    assert done.stderr == shown
+    assert "steps limited by body 'fast' at " in (tmp_path / "results-steps.svg").read_text(encoding="utf-8")
+
+
 def test_a_stiff_force_holds_them(tmp_path):
     found = steps_of(tmp_path, CREEP, "--integrator", "dop853", "--duration", "0.3", "--output-step", "0.01")
     held = [each for each in found if each["reason"].startswith("force 'bush': c h / m = ")]
