@@ -41,3 +41,13 @@ def test_check_refuses_a_start_beyond_a_stop(tmp_path):
     assert done.returncode == 2
     assert "trolley.yaml:9:41: error: the start is beyond the stop 'rail.displacement.high' by 0.7 m" in done.stderr
     assert "trolley.yaml:11:81: error: the start is beyond the stop 'rope' by 0.4 m: at 1.9 m" in done.stderr
+
+
+def test_check_and_run_refuse_a_motion_beyond_a_stop_alike(tmp_path):
+    path = tmp_path / "trolley.yaml"
+    scene = SCENE.replace("displacement: 0.2,", "displacement: -0.1,")
+    path.write_text(f"{scene}motions: {{push: {{joint: rail, displacement: 0.5*sin(t) - 0.1}}}}\n")
+    checked, ran = (mbproj(command, str(path), folder=tmp_path) for command in ("check", "run"))
+    assert (checked.returncode, ran.returncode) == (2, 2)
+    assert checked.stderr == ran.stderr
+    assert "trolley.yaml:9:41: error: motion 'push' drives rail.displacement beyond this rigid stop" in ran.stderr

@@ -280,3 +280,21 @@ def test_the_energy_of_implicit_steps_converges_down_to_round_off(name):
     found = outcome("energy", Case(Mechanism.of(scene)))
     assert found.passed
     assert found.measured == pytest.approx(4.0, abs=0.2)
+
+
+def test_a_scene_none_of_whose_runs_comes_to_its_end_fails_by_name():
+    found = {
+        check.name: check
+        for check in verify(
+            read_scene_text("""
+mbproj: 1
+gravity: [0, 0, 0]
+simulation: {duration: 1 s, step: 0.01}
+bodies: {mass: {mass: 1, inertia: [0.1, 0.1, 0.1], position: [0, 0, 0]}}
+joints: {rail: {type: prismatic, bodies: [ground, mass], location: [0, 0, 0], axis: [1, 0, 0]}}
+forces: {push: {type: linear_spring_damper, joint: rail, force: sqrt(1e-6 - t)}}
+""")
+        ).of("failed")
+    }
+    assert found.keys() == {"order", "energy", "closed"}
+    assert all("the run stops: " in check.remark and "force 'push'" in check.remark for check in found.values())

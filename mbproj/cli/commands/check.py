@@ -52,6 +52,7 @@ def command(scene: str, settings: tuple[str, ...], picture: Path | None, as_json
     from mbproj.cli.start_picture import draw_start
     from mbproj.dynamics import mobility
     from mbproj.dynamics.assembly.assemble import moved_by
+    from mbproj.dynamics.contact.driven import refuse_driven_beyond
     from mbproj.dynamics.equations.constraint_equations import constraint_at, constraint_velocity_at
     from mbproj.dynamics.equations.kinematics import pose_of
     from mbproj.integrate.formulations.choice import choose
@@ -61,7 +62,7 @@ def command(scene: str, settings: tuple[str, ...], picture: Path | None, as_json
     from mbproj.linear.equilibrium.started import start_state
     from mbproj.model import compile_system, initial_guess
     from mbproj.scene import read_scene
-    from mbproj.scene.problem_places import placed
+    from mbproj.scene.problem_places import placed, placed_in
 
     what = read_scene(scene, parameters(settings), overrides(options))
     system = compile_system(what)
@@ -69,7 +70,9 @@ def command(scene: str, settings: tuple[str, ...], picture: Path | None, as_json
     state = start_state(what, system)
     if picture is not None:
         draw_start(picture, what, system, state)
-    refuse_penetration(system, state, what.settings.start)
+    with placed_in(what):
+        refuse_penetration(system, state, what.settings.start)
+        refuse_driven_beyond(system, state.t, state.t + (what.settings.duration or 0.0))
     choice, problems = None, []
     try:
         choice = choose(system, state, what.settings)

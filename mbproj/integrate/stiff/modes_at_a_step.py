@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from mbproj.arrays import may_overflow
 from mbproj.dataclass import dataclass
 from mbproj.dynamics.assembly.assemble import State
 from mbproj.dynamics.equations.kinematics import pose_of
@@ -32,7 +33,8 @@ class FastModes:
         """The modes at a state, the fastest first; none where all are slow beside the step."""
         if self.system.forces is None or not self.system.forces.size:
             return []
-        slope = slopes(self.system, state)
+        with may_overflow():  # the state may be the last one of a run that is lost
+            slope = slopes(self.system, state)
         bound = speeds_of_free_bodies(self.system, pose_of(state.q), slope)
         laws = np.sort(np.argsort(-bound)[:LAWS])
         laws = laws[bound[laws] > 0.0]

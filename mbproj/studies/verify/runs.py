@@ -56,6 +56,8 @@ class Halved:
     @property
     def errors(self) -> Array:
         """How far runs end from the finest, in positions and velocities of bodies and markers; of the coarser ones."""
+        if not self.solutions:
+            return np.zeros(0)
         ends = np.array([self._end(each) for each in self.solutions])
         return np.abs(ends - ends[-1]).max(axis=1)[COARSER * self.steps <= self.steps[-1]]
 
