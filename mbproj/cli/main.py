@@ -120,7 +120,7 @@ def main() -> None:
     # Matrices here are small: threads would only cost, and results must not depend on their number.
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     os.environ.setdefault("OMP_NUM_THREADS", "1")
-    # The search for cycles of garbage would go through all that is imported dozens of times: a part in fifteen of a run.
+    # The search for cycles of garbage would go through all that is imported dozens of times: 6 % of a short run.
     gc.set_threshold(50_000)
     protect_streams()
     _show_notes()
