@@ -9,7 +9,7 @@ from mbproj.dataclass import dataclass
 from mbproj.dynamics.observe.recorded import Block
 from mbproj.errors import InputError, SimulationError
 from mbproj.integrate import Report, simulate
-from mbproj.integrate.outcome.report import Worst
+from mbproj.integrate.outcome.report import EnergyAccount, Worst
 from mbproj.scene.records import ProjectionSettings, Scene, Settings
 from mbproj.studies.measure.mechanism import Mechanism
 from mbproj.studies.measure.setting import Setting
@@ -79,7 +79,7 @@ class Solution:
 
 
 #: What a solution consists of, for the store.
-SOLUTION_RECORDS = (Solution, Failure, Setting, Report, Worst, Settings, ProjectionSettings)
+SOLUTION_RECORDS = (Solution, Failure, Setting, Report, EnergyAccount, Worst, Settings, ProjectionSettings)
 
 
 def sample_times(until: float, samples: int) -> Array:
