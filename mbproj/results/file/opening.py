@@ -84,9 +84,13 @@ def identify(path: Path) -> Identity:
         return Identity.FOREIGN
     try:
         rehearse(lambda: _format_of(path), path)
-        return Identity.OURS if _format_of(path) == FORMAT else Identity.FOREIGN
+        if _format_of(path) == FORMAT:
+            return Identity.OURS
+        with open_rehearsed(path) as contents:  # it may be hidden by what is damaged
+            ours = contents.attributes().get("format") == FORMAT
     except InputError:
         return Identity.UNREADABLE
+    return Identity.OURS if ours else Identity.FOREIGN
 
 
 def _format_of(path: Path) -> object:
