@@ -16,6 +16,8 @@ SETTINGS = [
     Setting(step=0.01, threshold=1e-6),
     Setting(step=0.01, formulation="full"),
     Setting("gopm", "heun2", step=0.0125 / 2),
+    Setting("gopm", "esdirk4", step=0.01, every=3),
+    Setting(integrator="radau5", step=0.01),
 ]
 
 

@@ -35,17 +35,21 @@ EXAMPLES = (
 @option(Part.WHAT, "--build", is_flag=True, help="Show versions, the compiled kernel and its instruction set instead.")
 @option(Part.WHAT, "--thresholds", is_flag=True, help="Show every threshold with its unit, reason and source instead.")
 @option(Part.WHAT, "--steps", is_flag=True, help="Say which body or force limits the smaller steps of RESULTS instead.")
+@option(Part.WHAT, "--energy", is_flag=True, help="Say what dampers, integrator and projection took instead.")
 @option(Part.WHAT, "--check", is_flag=True, help="Read all of RESULTS and hold it against its checksums instead.")
 @option(Part.OUTPUT, "--json", "as_json", is_flag=True, help="Print one JSON object instead of text.")
-def command(results: Path | None, build: bool, thresholds: bool, steps: bool, check: bool, as_json: bool) -> int:
+def command(
+    results: Path | None, build: bool, thresholds: bool, steps: bool, energy: bool, check: bool, as_json: bool
+) -> int:
     """Shows what RESULTS holds: settings, violations, timings, datasets.
 
     Exit code 4: --check has found something wrong.
     """
-    if (check or steps) and results is None:
-        raise click.UsageError(f"--{'check' if check else 'steps'} needs RESULTS, a results file")
-    if check and steps:
-        raise click.UsageError("give --check or --steps, not both")
+    asked = [name for name, given in (("--check", check), ("--steps", steps), ("--energy", energy)) if given]
+    if asked and results is None:
+        raise click.UsageError(f"{asked[0]} needs RESULTS, a results file")
+    if len(asked) > 1:
+        raise click.UsageError(f"give {' or '.join(asked)}, not both")
     if (results is not None) + build + thresholds != 1:
         raise click.UsageError(
             "give RESULTS, a results file, or --build, for how mbproj itself was built, or --thresholds, for the "
@@ -61,10 +65,11 @@ def command(results: Path | None, build: bool, thresholds: bool, steps: bool, ch
             found = check_results(opened)
             click.echo(_json(_soundness(opened, found)) if as_json else "\n".join(_sound_lines(opened, found)))
             return int(ExitCode.CHECK_FAILED if found.faults else ExitCode.DONE)
-        if steps:
-            from mbproj.cli.simulate.step_limits import facts, lines
+        if steps or energy:
+            from mbproj.cli.simulate import energy_parts, step_limits
 
-            click.echo(_json(facts(opened)) if as_json else "\n".join(lines(opened)))
+            said = step_limits if steps else energy_parts
+            click.echo(_json(said.facts(opened)) if as_json else "\n".join(said.lines(opened)))
             return int(ExitCode.DONE)
         click.echo(_json(_contents(opened)) if as_json else "\n".join(_lines(opened)))
     return int(ExitCode.DONE)

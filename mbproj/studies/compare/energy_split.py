@@ -24,6 +24,7 @@ from mbproj.integrate import simulate
 from mbproj.integrate.formulations.choice import Choice, choose
 from mbproj.integrate.formulations.full import FullFormulation
 from mbproj.integrate.loop.march import march
+from mbproj.integrate.outcome.marks import START, Mark
 from mbproj.integrate.outcome.tally import Tally
 from mbproj.registry import PROJECTIONS
 from mbproj.scene.records import Settings
@@ -47,10 +48,12 @@ class EnergySplit:
 
 
 class _End(NamedTuple):
-    """The end of one step: the state, and W - D over the step in J."""
+    """The end of one step: the state, W - D over the step in J, and what the kernel carries on from it, the
+    rows that hold and what implicit stages begin with: the mark of the run, and W - D there."""
 
     state: State
     work: float
+    carried: tuple[Mark, float] = (START, 0.0)
 
 
 def energy_split(mechanism: Mechanism, solution: Solution) -> EnergySplit:
@@ -89,31 +92,36 @@ def _steps(mechanism: Mechanism, setting: Setting, ends: Array) -> Iterator[tupl
     """The end of each step without and with projection; the next one starts from the second."""
     settings = mechanism.settings(setting, float(ends[-1]), float(ends[-1]))
     every, state = settings.projection.every, mechanism.state
-    choice = choose(mechanism.system, state, settings)
+    choice, carried = choose(mechanism.system, state, settings), (START, 0.0)
     always = replace(settings, projection=replace(settings.projection, every=1))
     never = replace(settings, projection=replace(settings.projection, method="none"))
     for number, (begin, end) in enumerate(pairwise(ends.tolist()), start=1):
-        free = _one_step(mechanism, choice, never, state, end - begin)
-        closed = _one_step(mechanism, choice, always, state, end - begin) if number % every == 0 else free
+        free = _one_step(mechanism, choice, never, state, end - begin, carried)
+        closed = _one_step(mechanism, choice, always, state, end - begin, carried) if number % every == 0 else free
         yield free, closed
-        state = replace(closed.state, t=end)
+        state, carried = replace(closed.state, t=end), closed.carried
 
 
-def _one_step(mechanism: Mechanism, choice: Choice, settings: Settings, state: State, h: float) -> _End:
-    """One step of size h (s). Raises SimulationError where there is none."""
+def _one_step(
+    mechanism: Mechanism, choice: Choice, settings: Settings, state: State, h: float, carried: tuple[Mark, float]
+) -> _End:
+    """One step of size h (s), from a state with what is carried on. Raises SimulationError where there is none."""
     single = replace(settings, step=h, duration=h, tolerance=None, output_step=None)
     if choice.compiled is None:
         full = FullFormulation.of(mechanism.system, state, single, choice.redundant)
         *_, last = march(full, state, Tally())
         return _End(State(last.t, last.q, last.v, last.turns), float(last.work[0] - last.work[1]))
-    run = choice.compiled.run(state, single)
+    run, (mark, before) = choice.compiled.run(state, single), carried
+    if mark:
+        run.resume({**mark, "t": state.t, "h": h, "grid": 0})
     block = run.advance(2, np.inf)
     failure = choice.compiled.failure(run, settings)
     if failure is not None:
         raise failure
     found = choice.compiled.samples({name: values[-1:] for name, values in block.items()}, {})
     work = float(found.work[0, 0] - found.work[0, 1])
-    return _End(State(float(found.t[0]), found.q[0], found.v[0], found.turns[0]), work)
+    end = State(float(found.t[0]), found.q[0], found.v[0], found.turns[0])
+    return _End(end, work - before, (run.here(), work))
 
 
 class _StepSizes:
