@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from types import ModuleType
 from typing import Any
 
@@ -20,7 +19,6 @@ from mbproj.kernel.loads import (
 )
 from mbproj.model.meshes import Meshes
 from mbproj.model.planar import Plane, coordinates_in_plane
-from mbproj.model.stops import Stops
 from mbproj.model.system import System
 from mbproj.thresholds import of_the_kernel
 
@@ -48,6 +46,7 @@ def space_model(core: ModuleType, system: System) -> Any:
         meshes=_meshes(system.meshes.row, system.meshes.coordinate, system.meshes),
         **_space_flywheels(core, system),
         **_space_stops(core, system),
+        **_space_bearings(system),
     )
 
 
@@ -75,26 +74,72 @@ def _plane_flywheels(core: ModuleType, system: System, plane: Plane, coordinates
 
 
 def _space_stops(core: ModuleType, system: System) -> dict[str, Any]:
-    """What stops limit; none where the scene has none."""
-    stops = system.stops
-    return {} if stops is None else _stops(core.SpacePrimitives, bound_in_space(stops.coordinates), system, stops)
+    """What stops limit, and then what dry friction resists; none where the scene has neither."""
+    parts = [bound_in_space(own.coordinates) for own in (system.stops, system.frictions) if own is not None]
+    return _stops(core.SpacePrimitives, joined(parts), system, *_watched(system)) if parts else {}
 
 
 def _plane_stops(core: ModuleType, system: System, plane: Plane, coordinates: Bound) -> dict[str, Any]:
     """The same in a plane: a coordinate that no motion in it changes is seen from within it, too."""
-    stops = system.stops
-    if stops is None:
+    parts = [
+        along_in_plane(own.coordinates, own.joint_coordinate, plane, coordinates)
+        for own in (system.stops, system.frictions)
+        if own is not None
+    ]
+    if not parts:
         return {}
-    along = along_in_plane(stops.coordinates, stops.joint_coordinate, plane, coordinates)
-    in_plane = replace(stops, joint_coordinate=coordinates_in_plane(plane, stops.joint_coordinate))
-    return _stops(core.PlanePrimitives, along, system, in_plane)
+    turns, bounds = _watched(system)
+    return _stops(core.PlanePrimitives, joined(parts), system, coordinates_in_plane(plane, turns), bounds)
 
 
-def _stops(kind: Any, along: Bound, system: System, stops: Stops) -> dict[str, Any]:
+def _watched(system: System) -> tuple[Integers, Array]:
+    """From which of the joints' coordinates they take their turns, and what they are measured from."""
+    turns, bounds = [np.zeros(0, dtype=np.intp)], [np.zeros(0)]
+    if system.stops is not None:
+        turns, bounds = [system.stops.joint_coordinate], [system.stops.bound]
+    if system.frictions is not None:
+        turns, bounds = [*turns, system.frictions.joint_coordinate], [*bounds, np.zeros(system.frictions.size)]
+    return np.concatenate(turns), np.concatenate(bounds)
+
+
+def _stops(kind: Any, along: Bound, system: System, turns: Integers, bounds: Array) -> dict[str, Any]:
     return {
         "stop_coordinates": primitives(kind, system.bodies, along),
-        "stop_turns": stops.joint_coordinate.tolist(),
-        "stop_bounds": stops.bound.tolist(),
+        "stop_turns": turns.tolist(),
+        "stop_bounds": bounds.tolist(),
+    }
+
+
+def _space_bearings(system: System) -> dict[str, Any]:
+    """What joints carry, by which friction goes."""
+    bearings = system.bearings
+    if bearings is None:
+        return _bearings([], [], np.zeros((0, 3)), np.zeros((0, 3)))
+    body, point = system.reaction_body[bearings.joint], system.reaction_local[bearings.joint]
+    numbers = zip(bearings.radial, bearings.axial, bearings.length, bearings.preload, strict=True)
+    return _bearings(
+        list(zip(bearings.joint.tolist(), body.tolist(), strict=True)), list(numbers), point, bearings.axis
+    )
+
+
+def _plane_bearings(system: System, plane: Plane) -> dict[str, Any]:
+    """The same in a plane, where forces along the axis and moments have no say."""
+    bearings, own = system.bearings, joints_in_plane(plane).tolist()
+    if bearings is None:
+        return _bearings([], [], np.zeros((0, 2)), np.zeros((0, 2)))
+    joints = [own.index(joint) for joint in bearings.joint.tolist()]
+    body, none = system.reaction_body[bearings.joint].tolist(), np.zeros((bearings.size, 2))
+    numbers = [
+        (radial, 0.0, np.inf, preload) for radial, preload in zip(bearings.radial, bearings.preload, strict=True)
+    ]
+    return _bearings(list(zip(joints, body, strict=True)), numbers, none, none)
+
+
+def _bearings(whose: list[tuple[int, int]], numbers: list[Any], points: Array, axes: Array) -> dict[str, Any]:
+    return {
+        "bearings": [(*who, *map(float, own)) for who, own in zip(whose, numbers, strict=True)],
+        "bearing_points": np.ascontiguousarray(points),
+        "bearing_axes": np.ascontiguousarray(axes),
     }
 
 
@@ -120,6 +165,7 @@ def plane_model(core: ModuleType, system: System, plane: Plane) -> Any:
         meshes=_meshes_in_plane(system, plane),
         **_plane_flywheels(core, system, plane, coordinates),
         **_plane_stops(core, system, plane, coordinates),
+        **_plane_bearings(system, plane),
     )
 
 

@@ -43,6 +43,9 @@ def model(**changes: Any) -> Any:
         "row_scale": np.ones(4),
         "coordinates": no_primitives(),
         "length": 1.0,
+        "bearings": [],
+        "bearing_points": np.zeros((0, 3)),
+        "bearing_axes": np.zeros((0, 3)),
     }
     return core().SpaceModel(**good | changes)
 

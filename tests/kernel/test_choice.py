@@ -30,8 +30,10 @@ EXPECTED = {
     "bricard": ("reduced", f"{FREE}keeps body 'bar3' in the plane", 1),
     "bump_stop": ("planar", "the joints keep every body in the plane normal to", 2),
     "delta_robot": ("reduced", "not planar: joint 'A2' is tilted", 3),
+    "door_closer": ("reduced", "not planar: friction goes by what joint 'hinge' carries out of the plane", 1),
     "door_with_stop": ("planar", "the joints keep every body in the plane normal to [0, 0, 1]", 1),
     "double_pendulum": ("planar", IN_Y, 2),
+    "drum_brake": ("planar", "the joints keep every body in the plane normal to [0, 0, 1]", 1),
     "five_bar": ("planar", IN_Y, 5),
     "free_body": ("reduced", f"{FREE}can keep the bodies in a plane: no joint has an axis", 6),
     "governor": ("reduced", f"{FREE}keeps body ", 2),
@@ -45,11 +47,14 @@ EXPECTED = {
     "physical_pendulum": ("planar", IN_Y, 1),
     "planar_four_bar": ("planar", IN_Y, 1),
     "quarter_car": ("reduced", "not planar: joint 'lower' is tilted", 2),
+    "rocking_cabinet": ("planar", IN_Y, 3),
+    "screw_press": ("reduced", "not planar: joint 'nut' turns a rotation into a shift", 1),
     "spatial_four_bar": ("reduced", f"{FREE}keeps body 'crank' in the plane", 2),
     "spatial_slider_crank": ("reduced", f"{FREE}keeps body 'slider' in the plane", 1),
     "spherical_pendulum": ("reduced", f"{FREE}can keep the bodies in a plane: no joint has an axis", 3),
     "split_coupler": ("planar", IN_Y, 4),
     "stewart_platform": ("reduced", "not planar: joint 'U1' is tilted", 6),
+    "stick_slip": ("planar", IN_Y, 1),
 }
 FULL_ONLY = sorted(name for name, entry in PROJECTIONS.items() if not entry.compiled)
 OPTIONS = {"alpha": 1e3, "gains": (25.0, 25.0)}

@@ -80,16 +80,21 @@ inline std::vector<Switch> switches(const Integers2& given, const std::vector<La
 
 template <int D> Loads<D> loads(std::size_t bodies, const PrimitiveSet<D>& coordinates,
                                 const Integers1& joint_coordinate, const Numbers2& law, const Integers1& law_program,
-                                const Integers1& law_loses, const Integers1& body, const Numbers2& point,
-                                const Integers1& is_torque, const Integers1& in_body, const Numbers3& force_map,
-                                const Numbers3& torque_map, const Integers2& program, const Programs& programs,
-                                const Bushings<D>& bushings, const Integers2& switches) {
+                                const Integers1& law_loses, const Integers1& law_bearing, const Integers1& law_apart,
+                                const Integers1& law_partner, const Numbers2& law_sliding, const Integers1& body,
+                                const Numbers2& point, const Integers1& is_torque, const Integers1& in_body,
+                                const Numbers3& force_map, const Numbers3& torque_map, const Integers2& program,
+                                const Programs& programs, const Bushings<D>& bushings, const Integers2& switches) {
     constexpr int W = Size<D>::turns;
     const std::size_t laws = coordinates.instances.size(), given = body.size(), count = programs.start.size() - 1;
     require(joint_coordinate, {laws}, "joint_coordinate");
     require(law, {laws, 3}, "law");
     require(law_program, {laws}, "law_program");
     require(law_loses, {laws}, "law_loses");
+    require(law_bearing, {laws}, "law_bearing");
+    require(law_apart, {laws}, "law_apart");
+    require(law_partner, {laws}, "law_partner");
+    require(law_sliding, {laws, 2}, "law_sliding");
     require(point, {given, D}, "point");
     require(is_torque, {given}, "is_torque");
     require(in_body, {given}, "in_body");
@@ -97,13 +102,18 @@ template <int D> Loads<D> loads(std::size_t bodies, const PrimitiveSet<D>& coord
     require(torque_map, {given, W, 3}, "torque_map");
     require(program, {given, 3}, "program");
     Loads<D> built{coordinates, {}, {}, programs, bushings.each, {}};
+    int apart = 0;
     for (std::size_t l = 0; l < laws; ++l) {
         const double* numbers = law.data() + 3 * l;
         const int coordinate = optional_index(joint_coordinate.data()[l], 1u << 30, "joint_coordinate");
         if (coordinate < 0 && coordinates.instances[l].kind == Kind::angle)
             refuse("joint_coordinate", "leaves an angle out");
         const int function = optional_index(law_program.data()[l], count, "law_program");
-        built.laws.push_back({coordinate, numbers[0], numbers[1], numbers[2], function, law_loses.data()[l] != 0});
+        const int bearing = optional_index(law_bearing.data()[l], 1u << 30, "law_bearing");
+        const int own = law_apart.data()[l] != 0 ? apart++ : -1;
+        const int partner = optional_index(law_partner.data()[l], laws, "law_partner");
+        built.laws.push_back({coordinate, numbers[0], numbers[1], numbers[2], function, law_loses.data()[l] != 0,
+                              bearing, own, partner, law_sliding.data()[2 * l], law_sliding.data()[2 * l + 1]});
     }
     for (std::size_t f = 0; f < given; ++f) {
         BodyForce<D> force;
@@ -122,7 +132,7 @@ template <int D> Loads<D> loads(std::size_t bodies, const PrimitiveSet<D>& coord
 }
 
 // Loads must be of the model's bodies and joint coordinates.
-template <int D> void check_loads(const Loads<D>* loads, int bodies, std::size_t coordinates) {
+template <int D> void check_loads(const Loads<D>* loads, int bodies, std::size_t coordinates, std::size_t bearings) {
     if (!loads) return;
     for (const Attachment<D>& a : loads->coordinates.attachments)
         if (a.body > bodies) refuse("loads", "have a body that the model does not");
@@ -131,9 +141,11 @@ template <int D> void check_loads(const Loads<D>* loads, int bodies, std::size_t
     for (const Bushing<D>& bushing : loads->bushings)
         for (const int body : bushing.body)
             if (body > bodies) refuse("loads", "have a body that the model does not");
-    for (const Law& law : loads->laws)
+    for (const Law& law : loads->laws) {
         if (law.coordinate >= static_cast<int>(coordinates))
             refuse("loads", "have a coordinate that the model does not");
+        if (law.bearing >= static_cast<int>(bearings)) refuse("loads", "have a bearing that the model does not");
+    }
 }
 
 // Flywheels that coordinates turn: their rows follow those of C, and each is a joint of its own.
@@ -154,6 +166,25 @@ void add_flywheels(Model<D>& model, const PrimitiveSet<D>& coordinates, const st
     for (const double I : inertia) require_positive(I, "flywheels");
     model.flywheels = inertia;
     model.row_scale.resize(model.all_rows(), 1.0);
+}
+
+// Of a bearing: its joint and body 2 there; its arms, its length and its preload.
+using BearingNumbers = std::tuple<int, int, double, double, double, double>;
+
+// What joints carry; points and axes in the axes of the bodies.
+template <int D> std::vector<Bearing<D>> bearings(const Model<D>& model, const std::vector<BearingNumbers>& given,
+                                                  const Numbers2& points, const Numbers2& axes) {
+    require(points, {given.size(), D}, "bearing_points");
+    require(axes, {given.size(), D}, "bearing_axes");
+    std::vector<Bearing<D>> found;
+    for (const auto& [joint, body, radial, axial, length, preload] : given) {
+        const std::size_t at = D * found.size();
+        found.push_back({index_below(joint, model.joints.size(), "bearings"),
+                         index_below(body, model.bodies.size() + 1, "bearings"),
+                         Eigen::Map<const Point<D>>(points.data() + at), Eigen::Map<const Point<D>>(axes.data() + at),
+                         radial, axial, length, preload});
+    }
+    return found;
 }
 
 // What stops limit: one instance each.

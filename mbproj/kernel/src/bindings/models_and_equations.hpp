@@ -35,7 +35,8 @@ template <int D> void add_model(nb::module_& m, const char* primitives, const ch
                const std::vector<int>& motion_coordinate, const std::vector<MeshNumbers>& meshes,
                const PrimitiveSet<D>* flywheel_coordinates, std::vector<double> flywheels,
                const PrimitiveSet<D>* stop_coordinates, const std::vector<int>& stop_turns,
-               std::vector<double> stop_bounds) {
+               std::vector<double> stop_bounds, const std::vector<BearingNumbers>& bearings, Numbers2 bearing_points,
+               Numbers2 bearing_axes) {
                 require(gravity, {D}, "gravity");
                 require(row_scale, {static_cast<std::size_t>(constraints.rows)}, "row_scale");
                 Model<D> built;
@@ -52,9 +53,12 @@ template <int D> void add_model(nb::module_& m, const char* primitives, const ch
                 for (const double scale : built.row_scale)
                     if (!(scale > 0.0)) refuse("row_scale", "is not positive");
                 if (!(std::isfinite(length) && length > 0.0)) refuse("length", "is not positive");
-                check_loads(loads.get(), built.size(), coordinates.instances.size());
+                check_loads(loads.get(), built.size(), coordinates.instances.size(), bearings.size());
                 built.length = length;
                 built.loads = std::move(loads);
+                if (built.loads)
+                    for (const Law& law : built.loads->laws) built.apart = std::max(built.apart, law.apart + 1);
+                built.bearings = mbproj::bearings(built, bearings, bearing_points, bearing_axes);
                 built.motions = std::move(motions);
                 built.driven = driven_rows(constraints, coordinates.instances.size(), motion_start, motion_coordinate,
                                            built.motions.get());
@@ -70,7 +74,8 @@ template <int D> void add_model(nb::module_& m, const char* primitives, const ch
             nb::arg("motion_start") = std::vector<double>(), nb::arg("motion_coordinate") = std::vector<int>(),
             nb::arg("meshes") = std::vector<MeshNumbers>(), nb::arg("flywheel_coordinates").none() = nb::none(),
             nb::arg("flywheels") = std::vector<double>(), nb::arg("stop_coordinates").none() = nb::none(),
-            nb::arg("stop_turns") = std::vector<int>(), nb::arg("stop_bounds") = std::vector<double>())
+            nb::arg("stop_turns") = std::vector<int>(), nb::arg("stop_bounds") = std::vector<double>(),
+            nb::arg("bearings"), nb::arg("bearing_points"), nb::arg("bearing_axes"))
         .def_prop_ro("bodies", &Model<D>::size)
         .def_rw("redundant", &Model<D>::redundant);
 }
@@ -89,15 +94,17 @@ template <int D> void add_loads(nb::module_& m, const char* bushings, const char
     nb::class_<Loads<D>>(m, name).def(
         "__init__",
         [](Loads<D>* self, std::size_t bodies, const PrimitiveSet<D>& coordinates, Integers1 joint_coordinate,
-           Numbers2 law, Integers1 law_program, Integers1 law_loses, Integers1 body, Numbers2 point,
-           Integers1 is_torque, Integers1 in_body, Numbers3 force_map, Numbers3 torque_map, Integers2 program,
-           const Programs& programs, const Bushings<D>& bushings, Integers2 switches) {
-            new (self)
-                Loads<D>(loads<D>(bodies, coordinates, joint_coordinate, law, law_program, law_loses, body, point,
-                                  is_torque, in_body, force_map, torque_map, program, programs, bushings, switches));
+           Numbers2 law, Integers1 law_program, Integers1 law_loses, Integers1 law_bearing, Integers1 law_apart,
+           Integers1 law_partner, Numbers2 law_sliding, Integers1 body, Numbers2 point, Integers1 is_torque,
+           Integers1 in_body, Numbers3 force_map, Numbers3 torque_map, Integers2 program, const Programs& programs,
+           const Bushings<D>& bushings, Integers2 switches) {
+            new (self) Loads<D>(loads<D>(bodies, coordinates, joint_coordinate, law, law_program, law_loses,
+                                         law_bearing, law_apart, law_partner, law_sliding, body, point, is_torque,
+                                         in_body, force_map, torque_map, program, programs, bushings, switches));
         },
         nb::kw_only(), nb::arg("bodies"), nb::arg("coordinates"), nb::arg("joint_coordinate"), nb::arg("law"),
-        nb::arg("law_program"), nb::arg("law_loses"), nb::arg("body"), nb::arg("point"), nb::arg("is_torque"),
+        nb::arg("law_program"), nb::arg("law_loses"), nb::arg("law_bearing"), nb::arg("law_apart"),
+        nb::arg("law_partner"), nb::arg("law_sliding"), nb::arg("body"), nb::arg("point"), nb::arg("is_torque"),
         nb::arg("in_body"), nb::arg("force_map"), nb::arg("torque_map"), nb::arg("program"), nb::arg("programs"),
         nb::arg("bushings"), nb::arg("switches"));
 }

@@ -145,7 +145,8 @@ void add_settings(nb::module_& m) {
         .value("untold", Status::untold)
         .value("pushed_back", Status::pushed_back)
         .value("unsolved", Status::unsolved)
-        .value("halted", Status::halted);
+        .value("halted", Status::halted)
+        .value("jammed", Status::jammed);
     nb::class_<Outcome>(m, "Outcome")
         .def_ro("status", &Outcome::status)
         .def_ro("time", &Outcome::time)

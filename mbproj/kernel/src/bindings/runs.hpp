@@ -5,6 +5,7 @@
 #include <nanobind/stl/vector.h>
 
 #include "bindings/from_numpy.hpp"
+#include "bindings/loads_from_numpy.hpp"
 #include "bindings/saved_mark.hpp"
 #include "stepping/time_loop.hpp"
 
@@ -26,13 +27,23 @@ template <int D> nb::dict samples(TimeLoop<D>& run) {
     return found;
 }
 
-// What halts a run: the number of a stop or row, the sign, and the slack of each.
-using WatchedNumbers = std::vector<std::tuple<int, double, double>>;
+// What halts a run, as WatchedGap and WatchedRow have it.
+using WatchedGaps = std::vector<std::tuple<int, double, double, bool, int, double>>;
+using WatchedRows = std::vector<std::tuple<int, double, double, double, double, int, int>>;
 
-template <class Watched> std::vector<Watched> watched(const WatchedNumbers& given, std::size_t count) {
-    std::vector<Watched> found;
-    for (const auto& [number, sign, slack] : given) found.push_back({index_below(number, count, "watch"), sign, slack});
-    return found;
+template <int D> void watch(TimeLoop<D>& run, const WatchedGaps& gaps, const WatchedRows& rows, double spacing) {
+    const Model<D>& model = run.model();
+    std::vector<WatchedGap> own_gaps;
+    for (const auto& [stop, sign, slack, of_rate, other, other_sign] : gaps)
+        own_gaps.push_back({index_below(stop, model.stops.bound.size(), "watch"), sign, slack, of_rate,
+                            optional_index(other, model.stops.bound.size(), "watch"), other_sign});
+    std::vector<WatchedRow> own_rows;
+    for (const auto& [row, sign, slack, bound, part, bearing, other] : rows)
+        own_rows.push_back({index_below(row, model.constraints.rows, "watch"), sign, slack, bound, part,
+                            optional_index(bearing, model.bearings.size(), "watch"),
+                            optional_index(other, model.constraints.rows, "watch")});
+    require_positive(spacing, "watch");
+    run.stops().watch(std::move(own_gaps), std::move(own_rows), spacing);
 }
 
 template <int D> void add_run(nb::module_& m, const char* name) {
@@ -71,13 +82,7 @@ template <int D> void add_run(nb::module_& m, const char* name) {
                  const Mark<D>* mark = self.mark();
                  return mark ? saved_mark<D>(*mark) : nb::dict();
              })
-        .def(
-            "watch",
-            [](TimeLoop<D>& self, const WatchedNumbers& gaps, const WatchedNumbers& rows) {
-                self.stops().watch(watched<WatchedGap>(gaps, self.model().stops.bound.size()),
-                                   watched<WatchedRow>(rows, self.model().constraints.rows));
-            },
-            nb::arg("gaps"), nb::arg("rows"))
+        .def("watch", &watch<D>, nb::arg("gaps"), nb::arg("rows"), nb::arg("spacing"))
         .def_prop_ro("standing",
                      [](const TimeLoop<D>& self) {
                          const auto bodies = static_cast<std::size_t>(self.model().size());

@@ -3,8 +3,10 @@
 
 #include <limits>
 
+#include "dynamics/bearing_loads.hpp"
 #include "dynamics/drive.hpp"
 #include "dynamics/row_policy.hpp"
+#include "dynamics/row_values.hpp"
 #include "kinematics/joint_angle.hpp"
 #include "kinematics/loads.hpp"
 #include "kinematics/teeth.hpp"
@@ -19,7 +21,8 @@ public:
     EquationsOfMotion(const Model<D>& model, const ProjectionSettings& projection)
         : model_(model), projection_(projection), pose_(model), motion_(model), solver_(model, penalty(projection)),
           policy_(model, solver_), gamma_(model.all_rows()), C_(model.all_rows()), C_dot_(model.all_rows()),
-          lambda_(model.all_rows()), drive_(model), applied_(model), teeth_(model), expected_(model.followed()) {}
+          lambda_(model.all_rows()), drive_(model), applied_(model), bearings_(model), teeth_(model),
+          expected_(model.followed()) {}
 
     // Numbers of the bodies' state, and of all that is integrated.
     int size() const { return S::state * model_.size(); }
@@ -46,7 +49,7 @@ public:
         const bool baumgarte = projection_.correction == Correction::baumgarte;
         with_C_dot = with_C_dot || baumgarte;
         moving_rows(model_, pose_, motion_, with_C_dot ? C_dot_.data() : nullptr, gamma_.data());
-        leave_flywheels(C_dot_);
+        leave_flywheels(model_, C_dot_);
         for (std::size_t k = 0; k < drive_.size(); ++k) {
             gamma_[model_.driven[k].row] += drive_[k].dd;
             if (with_C_dot) C_dot_[model_.driven[k].row] -= drive_[k].d;
@@ -56,7 +59,9 @@ public:
 
     // y' where the pose is in place and factored with the masses, and its velocities are; multipliers on request.
     bool slope_at(const double* y, double* slope, double* lambda = nullptr) {
+        if (bearings_.any()) unload();
         if (broken_ || !set_forces(y)) return broken(y);
+        if (bearings_.any() && !settle_bearings(y)) return false;
         if (!solver_.solve(gamma_.data(), lambda || !drive_.empty() ? lambda_.data() : nullptr)) return false;
         for (int b = 0; b < model_.size(); ++b) {
             const Part<D> part(y, b);
@@ -71,6 +76,7 @@ public:
             for (std::size_t k = 0; k < drive_.size(); ++k) power -= lambda_[model_.driven[k].row] * drive_[k].d;
             slope[size()] = power;
             slope[size() + 1] = applied_.dissipation;
+            std::copy(applied_.lost.begin(), applied_.lost.end(), slope + size() + 2);
         }
         for (int i = 0; i < model_.followed(); ++i)
             slope[followed() + i] = model_.counts_turns[i] ? angle(i).speed : 0.0;
@@ -112,6 +118,7 @@ public:
     }
     // How stiff forces are at the start of a step.
     void begin_stiff(double t, const double* y, double g) {
+        unload();
         set_pose(t, y);
         set_velocities(y, false);
         solver_.compliance().set(applied_, pose_, motion_, window_.seen(t_), expected_, g, {0, 0});
@@ -143,7 +150,7 @@ public:
     bool holds(Metric metric) const { return held_ && metric == metric_; }
     const double* constraint() {
         mbproj::constraint(model_, pose_, C_.data());
-        leave_flywheels(C_);
+        leave_flywheels(model_, C_);
         teeth_.count(pose_, expected_, C_.data());
         for (std::size_t k = 0; k < drive_.size(); ++k) {
             const DrivenRow& driven = model_.driven[k];
@@ -156,7 +163,7 @@ public:
     const double* constraint_velocity(const double* y) {
         motion_.update(y, pose_);
         moving_rows(model_, pose_, motion_, C_dot_.data(), static_cast<double*>(nullptr));
-        leave_flywheels(C_dot_);
+        leave_flywheels(model_, C_dot_);
         for (std::size_t k = 0; k < drive_.size(); ++k) C_dot_[model_.driven[k].row] -= drive_[k].d;
         return C_dot_.data();
     }
@@ -177,6 +184,8 @@ public:
     const std::vector<double>& broken_state() const { return broken_state_; }
     void forget_broken_state() { broken_state_.clear(); }
     double time() const { return t_; }
+    // The law of a friction that leaves no unique solution at the last state, or -1.
+    int jammed() const { return bearings_.jammed(); }
     // Whether the pose in place has overflowed.
     bool finite() const {
         for (int b = 0; b < model_.size(); ++b)
@@ -213,30 +222,21 @@ private:
         if (solver_.nearness() >= model_.thresholds.near_branch) return true;
         constraint();
         constraint_velocity(y);
-        const double first = held_above(largest(C_) + largest(C_dot_) * time_scale(model_, y));
+        const double first =
+            held_above(model_.thresholds, largest(model_, C_) + largest(model_, C_dot_) * time_scale(model_, y));
         if (solver_.nearness() > first || solver_.is_clear(pose_, first)) return true;
         if (!(held_ = factored_ = solver_.factor(pose_, Metric::mass, first))) return false;
         const double off =
             solver_.contradiction(C_.data()) + solver_.contradiction(C_dot_.data()) * time_scale(model_, y);
-        return held_ = factored_ = solver_.factor(pose_, Metric::mass, std::min(held_above(off), first));
+        return held_ = factored_ =
+                   solver_.factor(pose_, Metric::mass, std::min(held_above(model_.thresholds, off), first));
     }
 
-    // Flywheels go with their coordinates: nothing is violated in the rows that hold them.
-    void leave_flywheels(std::vector<double>& rows) const {
-        std::fill(rows.begin() + model_.constraints.rows, rows.end(), 0.0);
+    // Friction that depends on what its bearing carries counts from here on.
+    bool settle_bearings(const double* y) {
+        return bearings_.settle(applied_, solver_, pose_, gamma_.data()) && (set_forces(y) || broken(y));
     }
-
-    // s² from c.
-    double held_above(double off) const {
-        return std::pow(std::max(off, model_.thresholds.least_violation), 2.0 / 3.0);
-    }
-
-    // The largest row, lengths in the mechanism's own.
-    double largest(const std::vector<double>& rows) const {
-        double most = 0.0;
-        for (std::size_t r = 0; r < rows.size(); ++r) most = larger(most, std::abs(rows[r]) / model_.row_scale[r]);
-        return most;
-    }
+    void unload() { std::fill(applied_.carried.begin(), applied_.carried.end(), 0.0); }
 
     bool set_forces(const double* y) {
         if (model_.loads && !applied_.update(*model_.loads, pose_, motion_, window_.seen(t_), expected_)) return false;
@@ -285,6 +285,7 @@ private:
     Drive<D> drive_;  // at t_
     TimeWindow window_;
     Applied<D> applied_;
+    BearingLoads<D> bearings_;
     Teeth<D> teeth_;
     std::vector<double> expected_;  // the joints' coordinates as they are followed, to less than half a turn
     std::vector<double> broken_state_;

@@ -15,6 +15,12 @@ struct Law {
     double stiffness, damping, free;
     int program;  // or -1
     bool loses;   // what the program gives is energy lost, as a damper's
+    int bearing;  // whose load what the program gives is multiplied by, or -1
+    int apart;    // the number of the integral of what it loses, or -1
+    // Of friction in a plane, the law along the other tangent, or -1, and the direction of sliding along both: what the
+    // program gives of the speed v is along v, as long as that has not turned round.
+    int partner;
+    double own, other;
 };
 
 // A force at a point, or a torque: `map` takes the three programs' values to the body's axes or to the global ones.
@@ -65,9 +71,13 @@ template <int D> struct Applied {
     std::vector<Turn<D>> torque;
     double power = 0.0, dissipation = 0.0;
     const double* held = nullptr;  // the branches of the laws' programs, or none
+    std::vector<double> carried;   // the loads of the bearings
+    std::vector<double> lost;      // of laws whose losses are integrated apart, W
+    std::vector<double> given;     // by the programs of laws, before any load
 
     explicit Applied(const Model<D>& model)
-        : force(model.loads ? model.size() + 1 : 0), torque(force.size()),
+        : force(model.loads ? model.size() + 1 : 0), torque(force.size()), carried(model.bearings.size(), 0.0),
+          lost(model.apart, 0.0), given(model.loads ? model.loads->laws.size() : 0, 0.0),
           least_cosine_(std::cos(0.5 * model.thresholds.most_turned)) {}
 
     // False where a function has no finite value, or a bushing has turned too far.
@@ -92,11 +102,12 @@ template <int D> struct Applied {
         if (law.program < 0) return found;
         Variables now(Along(loads.coordinates, l, pose), motion, t, law, expected.data());
         found.rate = now.rate;
-        found.given = loads.programs.value(law.program, now.series, held);
+        const double load = load_of(law) * along_sliding(loads, law, pose, motion, now);
+        found.given = load * loads.programs.value(law.program, now.series, held);
         now.series[0].d = 0.0;
         const auto slope = [&](int variable) {
             now.series[variable].d = 1.0;
-            const double rate = loads.programs.slope(law.program, now.series, held);
+            const double rate = load * loads.programs.slope(law.program, now.series, held);
             now.series[variable].d = 0.0;
             return std::isfinite(rate) ? rate : 0.0;
         };
@@ -110,6 +121,7 @@ template <int D> struct Applied {
         for (auto& f : force) f.setZero();
         for (auto& f : torque) f.setZero();
     }
+    double load_of(const Law& law) const { return law.bearing < 0 ? 1.0 : carried[law.bearing]; }
     void add(const Loads<D>& loads, int law, const Pose<D>& pose, double size) {
         pull(Along(loads.coordinates, law, pose), size);
     }
@@ -200,6 +212,19 @@ private:
         }
     };
 
+    // The part of friction in a plane that is along this law's tangent, 1 of other laws; its program sees the speed.
+    static double along_sliding(const Loads<D>& loads, const Law& law, const Pose<D>& pose, const Motion<D>& motion,
+                                Variables& now) {
+        if (law.partner < 0) return 1.0;
+        const double across =
+            Along(loads.coordinates, law.partner, pose)
+                .rate([&](int b) { return motion[b].velocity; }, [&](int b) { return motion[b].omega; });
+        const double speed = std::hypot(now.rate, across);
+        now.series[2] = {speed, 0.0, 0.0};
+        if (!(speed > 0.0)) return law.own;
+        return (law.own * now.rate + law.other * across < 0.0 ? -now.rate : now.rate) / speed;
+    }
+
     void pull(const Along& along, double size) {
         for (int s = 0; s < along.p.slot_count; ++s) {
             const Attachment<D>& a = along.attachment(s);
@@ -212,11 +237,14 @@ private:
                const std::vector<double>& expected) {
         const Law& law = loads.laws[l];
         const Along along(loads.coordinates, l, pose);
-        const Variables now(along, motion, t, law, expected.data());
-        const double given = law.program < 0 ? 0.0 : loads.programs.value(law.program, now.series, held);
-        const double size = given - law.stiffness * (now.at - law.free) - law.damping * now.rate;
-        (law.loses ? dissipation : power) += (law.loses ? -given : given) * now.rate;
+        Variables now(along, motion, t, law, expected.data());
+        const double part = along_sliding(loads, law, pose, motion, now);
+        given[l] = law.program < 0 ? 0.0 : part * loads.programs.value(law.program, now.series, held);
+        const double pushed = given[l] * load_of(law);
+        const double size = pushed - law.stiffness * (now.at - law.free) - law.damping * now.rate;
+        (law.loses ? dissipation : power) += (law.loses ? -pushed : pushed) * now.rate;
         dissipation += law.damping * now.rate * now.rate;
+        if (law.apart >= 0) lost[law.apart] = -pushed * now.rate;
         if (!std::isfinite(size)) return false;
         pull(along, size);
         return true;

@@ -78,12 +78,21 @@ struct Mesh {
     double period;
 };
 
-// Coordinates that stops limit, one instance each: their bounds, and from which of the joints' coordinates an angle takes
-// its turns, or -1.
+// Coordinates that stops limit and dry friction resists, one instance each: what they are measured from, and from which of
+// the joints' coordinates an angle takes its turns, or -1.
 template <int D> struct Stops {
     PrimitiveSet<D> coordinates;
     std::vector<int> joint_coordinate;
     std::vector<double> bound;
+};
+
+// What a joint carries, by which dry friction goes: with the force F and the moment T on body 2 at `point`, along `axis` z (both
+// in its axes), preload + radial (|f₁| + |f₂|) + axial |F·z| with f₁, f₂ = ½ (F - (F·z) z) ± (T × z)/length. In a plane the axis
+// is normal to it.
+template <int D> struct Bearing {
+    int joint, body;
+    Point<D> point, axis;
+    double radial, axial, length, preload;
 };
 
 // An angle with the whole turns that bring it next to what is expected of it.
@@ -115,6 +124,8 @@ template <int D> struct Model {
     std::vector<StiffForce> stiff;
     int stiff_rows = 0;
     Stops<D> stops;
+    std::vector<Bearing<D>> bearings;
+    int apart = 0;  // laws whose losses are integrated apart
     Thresholds thresholds;
 
     int joint_of(int row) const {
@@ -140,8 +151,8 @@ template <int D> struct Model {
         return joint < first_stiff() && joint >= first_stiff() - static_cast<int>(flywheels.size());
     }
     bool is_compliant(int joint) const { return joint >= first_stiff(); }
-    // Integrals at the end of the state: work and dissipation where there is either.
-    int integrals() const { return loads || !driven.empty() ? 2 : 0; }
+    // Integrals at the end of the state: work and dissipation where there is either, and what laws lose apart.
+    int integrals() const { return loads || !driven.empty() ? 2 + apart : 0; }
     // And after them all coordinates where forces on angles, or teeth, ask for their turns: angles are integrated from
     // step to step, so that each stage knows how far the wheels have turned.
     bool follows_angles = false;

@@ -26,6 +26,9 @@ struct Thresholds {
         most_turned, located, glance, widest_polishing, bracketed, beside, chatter, newton_part, newton_fixed,
         newton_floor, secant_change, softened, first_contraction, least_contraction;
     int most_polishing, most_chatter, most_newton, free_passes;
+    // mbproj/thresholds/contact.py
+    double settled_load;
+    int most_load_passes;
 };
 
 // Calls visit("name", member) for every threshold.
@@ -102,6 +105,8 @@ template <class Visit> void each_threshold(Visit&& visit) {
     visit("secant_change", &Thresholds::secant_change);
     visit("softened", &Thresholds::softened);
     visit("free_passes", &Thresholds::free_passes);
+    visit("settled_load", &Thresholds::settled_load);
+    visit("most_load_passes", &Thresholds::most_load_passes);
 }
 
 }  // namespace mbproj

@@ -23,7 +23,8 @@ enum class Status : int {
     untold,
     pushed_back,
     unsolved,
-    halted
+    halted,
+    jammed
 };
 
 // In the order of the fields of mbproj.integrate.outcome.tally.Tally.
@@ -143,6 +144,12 @@ struct Outcome {
     static Outcome at_branch(Status status, double t, double change) {
         Outcome found{status, t};
         found.velocity_change = change;
+        return found;
+    }
+    // Friction that leaves no unique solution: the number of its law.
+    static Outcome jammed(double t, int law) {
+        Outcome found{Status::jammed, t};
+        found.row = law;
         return found;
     }
     // On both sides of this switch the motion leads back onto it.

@@ -60,7 +60,8 @@ public:
     double take() { return steps_.times[next_sample_++]; }
 
     // Time does not resolve steps that are shorter.
-    bool resolves(double t, double h) const { return !(h < 16.0 * grain(t)); }
+    bool resolves(double t, double h) const { return !(h < shortest(t)); }
+    double shortest(double t) const { return 16.0 * grain(t); }
 
     // Breaks up to t are passed.
     void pass_break(double t) {

@@ -55,6 +55,7 @@ public:
     Outcome failed_at(double t) {
         if (!equations_.broken_state().empty()) return {Status::broken, equations_.time()};
         if (!equations_.finite()) return {Status::not_finite, t};
+        if (equations_.jammed() >= 0) return Outcome::jammed(t, equations_.jammed());
         Outcome found{Status::singular, t};
         found.joint = equations_.solver().singular_joint();
         return found;

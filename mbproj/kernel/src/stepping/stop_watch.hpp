@@ -1,35 +1,46 @@
-// Looks for stops that a step has met: gaps that are closed within it, or that open again, and contacts that would pull. The
-// run halts before such a step; who drives it finds the time, and what happens then (mbproj.integrate.stops).
+// Looks for what ends the contacts and frictions of a leg within a step: gaps that are closed, or that open again, contacts
+// that would pull, sliding that comes to rest, friction that holds no longer. The run halts before such a step; who drives it
+// finds the time, and what happens then (mbproj.integrate.stops).
 #pragma once
 
 #include <algorithm>
 #include <limits>
 #include <vector>
 
+#include "dynamics/equations_of_motion.hpp"
+#include "kinematics/bearings.hpp"
 #include "kinematics/pose.hpp"
 #include "kinematics/primitives.hpp"
 
 namespace mbproj {
 
-// What halts a run: sign (s - bound) below -slack, s one of the stops' coordinates.
+// What halts a run: sign (s - bound) below -slack, s one of the stops' coordinates; or sign s', to which another one may be
+// added with its sign.
 struct WatchedGap {
     int stop;
     double sign, slack;
+    bool of_rate;
+    int other;
+    double other_sign;
 };
 
-// What halts a run: sign λ below -slack, λ the multiplier of a row of the constraints.
+// What halts a run: bound + part · load + sign λ below -slack, λ the multiplier of a row of the constraints, with the load of a
+// bearing, or none (-1); with another row, -|λ| of both in place of sign λ.
 struct WatchedRow {
     int row;
-    double sign, slack;
+    double sign, slack, bound, part;
+    int bearing, other;
 };
 
 template <int D> class StopWatch {
 public:
-    explicit StopWatch(const Model<D>& model) : stops_(model.stops) {}
+    explicit StopWatch(const Model<D>& model) : model_(model), stops_(model.stops) {}
 
-    void watch(std::vector<WatchedGap> gaps, std::vector<WatchedRow> rows) {
+    // Forces are looked at every `spacing` seconds at least, and in the middle of each step.
+    void watch(std::vector<WatchedGap> gaps, std::vector<WatchedRow> rows, double spacing) {
         gaps_ = std::move(gaps);
         rows_ = std::move(rows);
+        spacing_ = spacing;
     }
     bool any() const { return !gaps_.empty() || !rows_.empty(); }
 
@@ -43,15 +54,45 @@ public:
     bool met(double h, const Pose<D>& pose, const Motion<D>& motion, const std::vector<long>& turns,
              const std::vector<double>& lambda) {
         look(pose, motion, turns, now_);
-        for (std::size_t k = 0; k < gaps_.size(); ++k)
-            if (least(before_[k], now_[k], h) < -gaps_[k].slack) return true;
-        for (const WatchedRow& each : rows_)
-            if (each.sign * lambda[each.row] < -each.slack) return true;
+        for (std::size_t k = 0; k < gaps_.size(); ++k) {
+            const bool of_rate = gaps_[k].of_rate;
+            const double found = of_rate ? slowest(before_[k], now_[k], h) : least(before_[k], now_[k], h);
+            if (found < -gaps_[k].slack) return true;
+        }
+        if (gives_way(pose, lambda)) return true;
         before_.swap(now_);
         return false;
     }
 
+    // Whether a force is beyond its bound within a step of size h from y to y_new, with these slopes: at states on the cubic
+    // through both ends.
+    bool gives_way_inside(EquationsOfMotion<D>& equations, double t, double h, const Eigen::VectorXd& y,
+                          const Eigen::VectorXd& slope, const Eigen::VectorXd& y_new,
+                          const Eigen::VectorXd& slope_new) {
+        if (rows_.empty()) return false;
+        const int looks = std::max(1, static_cast<int>(std::min(std::ceil(h / spacing_), 1e6)) - 1);
+        Eigen::VectorXd inside(y.size()), rate(y.size());
+        std::vector<double> lambda(model_.all_rows());
+        for (int look = 1; look <= looks; ++look) {
+            const double x = look / (looks + 1.0), a = x * x * (3.0 - 2.0 * x);
+            inside = (1.0 - a) * y + a * y_new + h * x * (1.0 - x) * ((1.0 - x) * slope - x * slope_new);
+            if (equations.derivative(t + x * h, inside.data(), rate.data(), lambda.data()) &&
+                gives_way(equations.pose(), lambda))
+                return true;
+        }
+        return false;
+    }
+
 private:
+    bool gives_way(const Pose<D>& pose, const std::vector<double>& lambda) const {
+        return std::any_of(rows_.begin(), rows_.end(), [&](const WatchedRow& each) {
+            const double load = each.bearing < 0 ? 0.0 : mbproj::load(model_, pose, each.bearing, lambda.data());
+            const double force =
+                each.other < 0 ? each.sign * lambda[each.row] : -std::hypot(lambda[each.row], lambda[each.other]);
+            return each.bound + each.part * load + force < -each.slack;
+        });
+    }
+
     struct Look {
         double value, rate;
     };
@@ -63,7 +104,13 @@ private:
             const int coordinate = stops_.joint_coordinate[each.stop];
             const double whole = coordinate < 0 ? 0.0 : 2.0 * M_PI * static_cast<double>(turns[coordinate]);
             const Look at = along(stops_.coordinates.instances[each.stop], pose, motion);
-            found.push_back({each.sign * (at.value + whole - stops_.bound[each.stop]), each.sign * at.rate});
+            Look seen{each.sign * (at.value + whole - stops_.bound[each.stop]), each.sign * at.rate};
+            if (each.other >= 0) {
+                const Look across = along(stops_.coordinates.instances[each.other], pose, motion);
+                seen.value += each.other_sign * across.value;
+                seen.rate += each.other_sign * across.rate;
+            }
+            found.push_back(seen);
         }
     }
 
@@ -99,9 +146,21 @@ private:
         return std::min(ends, from.value + theta * (a + theta * (c2 + theta * c3)));
     }
 
+    // The least rate within a step, on the same cubic.
+    static double slowest(const Look& from, const Look& to, double h) {
+        const double ends = std::min(from.rate, to.rate), a = h * from.rate, b = h * to.rate;
+        const double change = to.value - from.value;
+        const double c3 = a + b - 2.0 * change, c2 = 3.0 * change - 2.0 * a - b;
+        const double theta = -c2 / (3.0 * c3);
+        if (!(c3 > 0.0 && theta > 0.0 && theta < 1.0)) return ends;
+        return std::min(ends, (a + theta * (2.0 * c2 + 3.0 * theta * c3)) / h);
+    }
+
+    const Model<D>& model_;
     const Stops<D>& stops_;
     std::vector<WatchedGap> gaps_;
     std::vector<WatchedRow> rows_;
+    double spacing_ = 1.0;
     std::vector<Look> before_, now_;
 };
 

@@ -150,7 +150,9 @@ private:
     }
 
     bool meets_stop() {  // in the step: the run halts where that began
-        if (!stops_.met(now_.to.h, equations_.pose(), equations_.motion(), counted_.turns, lambda_)) return false;
+        if (!stops_.met(now_.to.h, equations_.pose(), equations_.motion(), counted_.turns, lambda_) &&
+            !stops_.gives_way_inside(equations_, now_.t, now_.to.h, now_.y, stepper_.first(), now_.y_new, slope_))
+            return false;
         --now_.counters.steps;
         counted_ = counted_before_;
         stop({Status::halted, now_.t});
@@ -242,7 +244,7 @@ private:
         const FirstStep first = stepper_.first_step(now_.t, now_.y, steps_.tolerance, longest);
         ++now_.counters.evaluations;
         if (first.h < 0.0) return stop_at(now_.t), false;
-        now_.h = first.h;
+        now_.h = std::max(first.h, schedule_.shortest(now_.t));  // round-off of y may ask for less
         shaped_ = shaped_ || (first.limited && schedule_.is_before_end());
         return true;
     }

@@ -1,0 +1,100 @@
+// The loads of bearings whose friction is part of what they carry. The multipliers are linear in the forces, so with the
+// response of each bearing to each friction the loads L follow from as many equations, L = load(f₀ + Σ Lⱼ fⱼ), by Newton's method.
+// Where friction is so strong that a load may grow by more than itself there is no solution, or there are two (Painlevé).
+#pragma once
+
+#include <Eigen/LU>
+
+#include "dynamics/kkt_solver.hpp"
+#include "kinematics/bearings.hpp"
+
+namespace mbproj {
+
+template <int D> class BearingLoads final {
+public:
+    explicit BearingLoads(const Model<D>& model) : model_(model), none_(model.all_rows(), 0.0), lambda_(none_) {
+        if (!model.loads) return;
+        for (std::size_t l = 0; l < model.loads->laws.size(); ++l)
+            if (model.loads->laws[l].bearing >= 0) laws_.push_back(static_cast<int>(l));
+    }
+
+    // Whether friction depends on a bearing.
+    bool any() const { return !laws_.empty(); }
+    // The law without a unique solution at the last state, or -1.
+    int jammed() const { return jammed_; }
+
+    // The loads at a pose with this right-hand side of the rows, where the solver has the forces but for these frictions,
+    // which `applied` knows. False where the equations have no solution: `jammed` where no unique one.
+    bool settle(Applied<D>& applied, KktSolver<D>& solver, const Pose<D>& pose, const double* gamma) {
+        jammed_ = -1;
+        if (!solver.solve(gamma, lambda_.data())) return false;
+        const std::size_t bearings = model_.bearings.size();
+        see(pose, base_);
+        responses_.assign(bearings, std::vector<Supports<D>>(bearings));
+        for (const int l : laws_) {
+            applied.clear();
+            applied.add(*model_.loads, l, pose, applied.given[l]);
+            for (int b = 0; b < model_.size(); ++b) solver.set_force(b, applied.force[b], applied.torque[b]);
+            if (!solver.solve(none_.data(), lambda_.data())) return false;
+            see(pose, own_);
+            const int by = model_.loads->laws[l].bearing;
+            for (std::size_t k = 0; k < bearings; ++k) responses_[k][by].add(own_[k], 1.0);
+        }
+        return is_unique() && newton(applied.carried);
+    }
+
+private:
+    void see(const Pose<D>& pose, std::vector<Supports<D>>& found) {
+        found.clear();
+        for (const Bearing<D>& bearing : model_.bearings) found.emplace_back(model_, pose, bearing, lambda_.data());
+    }
+
+    // Whether no loads grow by more than themselves: (I - K) x = 1 has a positive solution, K the largest growth of each load
+    // with each other one.
+    bool is_unique() {
+        const auto count = static_cast<Eigen::Index>(model_.bearings.size());
+        Eigen::MatrixXd left = Eigen::MatrixXd::Identity(count, count);
+        for (Eigen::Index k = 0; k < count; ++k)
+            for (Eigen::Index j = 0; j < count; ++j) left(k, j) -= responses_[k][j].load(model_.bearings[k]);
+        const Eigen::VectorXd x = left.partialPivLu().solve(Eigen::VectorXd::Ones(count));
+        Eigen::Index worst = 0;
+        if (x.allFinite() && x.minCoeff() > 0.0) return true;
+        left.diagonal().minCoeff(&worst);
+        jammed_ = laws_.front();
+        for (const int l : laws_)
+            if (model_.loads->laws[l].bearing == worst) jammed_ = l;
+        return false;
+    }
+
+    bool newton(std::vector<double>& loads) {
+        const auto count = static_cast<Eigen::Index>(model_.bearings.size());
+        Eigen::VectorXd L = Eigen::VectorXd::Zero(count), off(count);
+        Eigen::MatrixXd slope(count, count);
+        for (int pass = 0; pass < model_.thresholds.most_load_passes; ++pass) {
+            for (Eigen::Index k = 0; k < count; ++k) {
+                const Bearing<D>& bearing = model_.bearings[k];
+                Supports<D> at = base_[k];
+                for (Eigen::Index j = 0; j < count; ++j) at.add(responses_[k][j], L[j]);
+                off[k] = L[k] - bearing.preload - at.load(bearing);
+                for (Eigen::Index j = 0; j < count; ++j)
+                    slope(k, j) = (k == j ? 1.0 : 0.0) - at.slope(bearing, responses_[k][j]);
+            }
+            const Eigen::VectorXd change = slope.partialPivLu().solve(off);
+            L -= change;
+            if (!L.allFinite()) return false;
+            if (change.cwiseAbs().maxCoeff() <= model_.thresholds.settled_load * L.cwiseAbs().maxCoeff()) break;
+        }
+        std::copy(L.begin(), L.end(), loads.begin());
+        return true;
+    }
+
+    const Model<D>& model_;
+    const std::vector<double> none_;
+    std::vector<double> lambda_;
+    std::vector<int> laws_;
+    std::vector<Supports<D>> base_, own_;
+    std::vector<std::vector<Supports<D>>> responses_;  // of each bearing to the load of each
+    int jammed_ = -1;
+};
+
+}  // namespace mbproj

@@ -1,0 +1,29 @@
+// What numbers for each row say: the values of the constraints, or their rates.
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+#include "kinematics/pose.hpp"
+
+namespace mbproj {
+
+// Flywheels go with their coordinates: nothing is violated in the rows that hold them.
+template <int D> void leave_flywheels(const Model<D>& model, std::vector<double>& rows) {
+    std::fill(rows.begin() + model.constraints.rows, rows.end(), 0.0);
+}
+
+// The largest row, lengths in the mechanism's own.
+template <int D> double largest(const Model<D>& model, const std::vector<double>& rows) {
+    double most = 0.0;
+    for (std::size_t r = 0; r < rows.size(); ++r) most = larger(most, std::abs(rows[r]) / model.row_scale[r]);
+    return most;
+}
+
+// The squared distance s² from the span of the others above which a row is held, where the rows are violated by c.
+inline double held_above(const Thresholds& thresholds, double c) {
+    return std::pow(std::max(c, thresholds.least_violation), 2.0 / 3.0);
+}
+
+}  // namespace mbproj

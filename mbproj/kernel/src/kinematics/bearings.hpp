@@ -1,0 +1,59 @@
+// What the bearings of joints carry, from the multipliers of their rows: by it dry friction goes (mbproj.model.bearings).
+#pragma once
+
+#include "kinematics/constraint_rows.hpp"
+
+namespace mbproj {
+
+// The forces on the two supports of a bearing, and that along its axis; linear in the multipliers.
+template <int D> struct Supports {
+    Point<D> first = Point<D>::Zero(), second = Point<D>::Zero();
+    double along = 0.0;
+
+    Supports() = default;
+    Supports(const Model<D>& model, const Pose<D>& pose, const Bearing<D>& bearing, const double* lambda) {
+        const Joint& joint = model.joints[bearing.joint];
+        Matrix<6, Size<D>::freedoms> G;
+        jacobian<D>(model, pose, joint, bearing.body, G);
+        Column<Size<D>::freedoms> wrench = Column<Size<D>::freedoms>::Zero();
+        for (int r = 0; r < joint.rows; ++r) wrench -= lambda[joint.row + r] * G.row(r).transpose();
+        const Point<D> force = wrench.template head<D>();
+        first = second = 0.5 * force;
+        if constexpr (D == 3) {
+            const Rotation<3>& A = pose[bearing.body].rotation;
+            const Point<3> arm = A * bearing.point, z = A * bearing.axis;
+            const Point<3> torque = wrench.template tail<3>() - arm.cross(force);
+            along = force.dot(z);
+            const Point<3> radial = 0.5 * (force - along * z), couple = torque.cross(z) / bearing.length;
+            first = radial + couple;
+            second = radial - couple;
+        }
+    }
+
+    void add(const Supports& other, double part) {
+        first += part * other.first;
+        second += part * other.second;
+        along += part * other.along;
+    }
+    // Without the preload.
+    double load(const Bearing<D>& bearing) const {
+        return bearing.radial * (first.norm() + second.norm()) + bearing.axial * std::abs(along);
+    }
+    // How the load changes where these change by `change`.
+    double slope(const Bearing<D>& bearing, const Supports& change) const {
+        const auto part = [](const Point<D>& f, const Point<D>& by) {
+            const double size = f.norm();
+            return size > 0.0 ? f.dot(by) / size : by.norm();
+        };
+        return bearing.radial * (part(first, change.first) + part(second, change.second)) +
+               bearing.axial * (along < 0.0 ? -change.along : change.along);
+    }
+};
+
+// The load of a bearing with these multipliers.
+template <int D> double load(const Model<D>& model, const Pose<D>& pose, int bearing, const double* lambda) {
+    const Bearing<D>& own = model.bearings[bearing];
+    return own.preload + Supports<D>(model, pose, own, lambda).load(own);
+}
+
+}  // namespace mbproj
