@@ -66,7 +66,7 @@ class Point:
         """This point as it is recorded."""
         acceleration, multipliers, power, _ = self.found
         n = len(acceleration)
-        q, v, work = self.y[:n], self.y[n : 2 * n], self.y[2 * n :][:2] if len(power) else np.zeros(2)
+        q, v, work = self.y[:n], self.y[n : 2 * n], self.y[2 * n :][: len(power)] if len(power) else np.zeros(2)
         rows = multipliers[n // 7 :]
         turns = turns_of(formulation.system, self.turning.coordinate, self.coordinate)
         return Sample(self.t, q, v, acceleration, rows, turns, step_size, work, tally.counters())

@@ -14,6 +14,7 @@ from mbproj.arrays import Array, may_overflow
 from mbproj.dynamics.assembly.assemble import State
 from mbproj.dynamics.equations.kinematics import pose_of, twist_of
 from mbproj.dynamics.equations.round_off import position_grain, velocity_grain
+from mbproj.dynamics.friction.shared import refuse_shared_loads
 from mbproj.dynamics.observe.recorded import Block, Observer
 from mbproj.dynamics.observe.samples import Samples, block_samples, join
 from mbproj.dynamics.rank.massless import swamped_motions
@@ -99,6 +100,7 @@ def simulate(
     """
     refuse_penetration(system, state, settings.start)
     refuse_automatic(system, settings)
+    refuse_shared_loads(system, state)
     choice = choose(system, state, settings)
     events = events_of(system, state.t, settings)
     weight = float(np.sum(system.mass) * np.linalg.norm(system.gravity))
@@ -127,7 +129,7 @@ def simulate(
             handed_over = _Clocks.now()
             block = observer.at(samples)
             potential, balance = block["diagnostics/potential_energy"], block["diagnostics/energy_balance"]
-            work, dissipation = samples.work[-1].tolist()
+            work, dissipation, *_ = samples.work[-1].tolist()
             account = EnergyAccount(work, dissipation, float(balance[-1]))
             energy.take(
                 float(np.abs(balance).max()),

@@ -1,19 +1,20 @@
-"""A mechanism while some of its stops touch: rigid ones hold rows of C, compliant ones are laws."""
+"""A mechanism while some of its stops touch and some of its dry frictions stick or slide: rigid stops that touch and
+frictions that stick hold rows of C; compliant stops that push and frictions that slide are laws."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import field, replace
+from collections.abc import Iterator, Mapping
+from dataclasses import field, fields, replace
 
 import numpy as np
 
-from mbproj.arrays import Array
 from mbproj.dataclass import dataclass
-from mbproj.functions.program import COORDINATE, RATE, Code, Instruction, Op, Program, apply, number, variable
-from mbproj.functions.program_set import ProgramSet, flatten
-from mbproj.model.bushings import Bushings
-from mbproj.model.forces import BodyForces, Forces, Laws
-from mbproj.model.primitive_set import Binding, PrimitiveSet, bind
+from mbproj.errors import Place
+from mbproj.functions.program import COORDINATE, RATE, Code, Instruction, Op, apply, number, variable
+from mbproj.model.added_laws import AddedLaw, with_laws
+from mbproj.model.bearings import Bearings
+from mbproj.model.frictions import Frictions
+from mbproj.model.primitive_set import Binding, PrimitiveSet, bind, bindings
 from mbproj.model.stops import Stops
 from mbproj.model.system import System
 
@@ -24,27 +25,45 @@ TINY = 1e-60
 @dataclass(frozen=True)
 class Contacts:
     """The stops that touch: rigid ones that are `held`, in their order; compliant ones that push, with the damping c
-    of each in s/m or s/rad."""
+    of each in s/m or s/rad. And the dry frictions: those that are `sliding`, with the sign of s', or the part of the
+    direction along a tangent; those that are `stuck` at this value of s; those that stick because others hold them, and
+    are `bearing` this part, -1 to 1, of their static force. Those in a plane that are `starting` or go `straight`
+    to rest are slow, and keep their direction."""
 
     held: tuple[int, ...] = ()
     pushing: Mapping[int, float] = field(default_factory=dict)
+    sliding: Mapping[int, float] = field(default_factory=dict)
+    stuck: Mapping[int, float] = field(default_factory=dict)
+    bearing: Mapping[int, float] = field(default_factory=dict)
+    straight: frozenset[int] = frozenset()
+    starting: frozenset[int] = frozenset()
 
     @property
-    def any(self) -> bool:
-        """Whether there are some."""
-        return bool(self.held or self.pushing)
+    def rows(self) -> int:
+        """How many rows of C they hold."""
+        return len(self.held) + len(self.stuck)
 
 
 def in_contact(system: System, contacts: Contacts) -> System:
-    """The mechanism with these contacts: after the joints' rows one for each stop that is held, as joints of their
-    own; after the laws one for each that pushes. The same system where nothing touches."""
-    assert system.stops is not None
-    found = system
-    if contacts.held:
-        found = _holding(found, system.stops, contacts.held)
-    if contacts.pushing:
-        found = replace(found, forces=_pushed(found.forces, system.stops, contacts.pushing))
-    return found
+    """The mechanism with these contacts: after the joints' rows one for each stop that is held and then for each
+    friction that is stuck, as joints of their own; after the laws one for each stop that pushes and then for each
+    friction that slides or bears a force, of which what is lost is an integral of its own. The same system where
+    nothing touches."""
+    stops, frictions, found = system.stops, system.frictions, system
+    rows, laws = list[_Row](), list[AddedLaw]()
+    if stops is not None:
+        held = ((k, float(stops.bound[k])) for k in contacts.held)
+        rows += [_Row(stops.coordinates, k, at, stops.owners[k], stops.places[k]) for k, at in held]
+        laws += _pushes(stops, contacts.pushing)
+    if frictions is not None:
+        stuck = contacts.stuck.items()
+        rows += [_Row(frictions.coordinates, k, at, frictions.owners[k], frictions.places[k]) for k, at in stuck]
+        numbers = bearing_numbers(found, frictions, contacts)
+        found = replace(found, bearings=_with_pushes(found, frictions, contacts))
+        laws += _frictions(frictions, numbers, contacts)
+    if rows:
+        found = _holding(found, rows)
+    return replace(found, forces=with_laws(found.forces, laws)) if laws else found
 
 
 def standing_on_stops(system: System) -> System:
@@ -58,7 +77,7 @@ def standing_on_stops(system: System) -> System:
     names, units = system.names.forces, system.names.force_units
     return replace(
         system,
-        forces=_pushed(system.forces, stops, soft, one_sided=True),
+        forces=with_laws(system.forces, list(_pushes(stops, soft, one_sided=True))),
         names=replace(
             system.names,
             forces=(*names[:laws], *(system.names.stops[k] for k in soft), *names[laws:]),
@@ -67,70 +86,114 @@ def standing_on_stops(system: System) -> System:
     )
 
 
-def _holding(system: System, stops: Stops, held: Sequence[int]) -> System:
+@dataclass(frozen=True, eq=False)
+class _Row:
+    """Row k of some coordinates, to be held at a value."""
+
+    coordinates: PrimitiveSet
+    k: int
+    at: float
+    owner: str
+    place: Place | None
+
+    def bound(self, owner: int) -> Binding:
+        """s - at = 0. An angle counts from there, so that it is 0 there and knows no turns."""
+        (found,) = bindings(self.coordinates, [self.k])
+        if self.coordinates.is_length[self.k]:
+            return replace(found, owner=owner, offset=found.offset + self.at)
+        (body, side, x), (_, _, y), last = found.slots
+        cosine, sine = np.cos(self.at), np.sin(self.at)
+        turned = (body, side, cosine * x + sine * y), (body, side, cosine * y - sine * x)
+        return replace(found, owner=owner, slots=(*turned, last))
+
+
+def _holding(system: System, held: list[_Row]) -> System:
     joints = len(system.names.joints)
-    rows = [_row(stops, k, joints + at) for at, k in enumerate(held)]
-    names = tuple(f"stop of {stops.owners[k]}" for k in held)
+    rows = [row.bound(joints + at) for at, row in enumerate(held)]
     seats = [next(slot for slot in row.slots if slot[1] == 2) for row in rows]
     return replace(
         system,
-        names=replace(system.names, joints=(*system.names.joints, *names)),
+        names=replace(system.names, joints=(*system.names.joints, *(f"contact of {row.owner}" for row in held))),
         joints=bind([*bindings(system.joints), *rows]),
         reaction_body=np.append(system.reaction_body, [body for body, _, _ in seats]),
         reaction_local=np.vstack([system.reaction_local.reshape(-1, 3), *(local for _, _, local in seats)]),
-        joint_places=(*system.joint_places, *(stops.places[k] for k in held)),
+        joint_places=(*system.joint_places, *(row.place for row in held)),
     )
 
 
-def _row(stops: Stops, k: int, owner: int) -> Binding:
-    """s - bound = 0. An angle counts from the bound, so that it is 0 there and knows no turns."""
-    (found,) = bindings(stops.coordinates, [k])
-    bound = float(stops.bound[k])
-    if stops.coordinates.is_length[k]:
-        return replace(found, owner=owner, offset=found.offset + bound)
-    (body, side, x), (_, _, y), last = found.slots
-    cosine, sine = np.cos(bound), np.sin(bound)
-    turned = (body, side, cosine * x + sine * y), (body, side, cosine * y - sine * x)
-    return replace(found, owner=owner, slots=(*turned, last))
+def _pushes(stops: Stops, pushing: Mapping[int, float], *, one_sided: bool = False) -> Iterator[AddedLaw]:
+    """The laws of stops that push; a law that is one-sided knows itself where it does."""
+    for k, damping in pushing.items():
+        (along,) = bindings(stops.coordinates, [k])
+        push = _push(stops, k, damping, one_sided)
+        yield AddedLaw(along, int(stops.joint_coordinate[k]), push, _named(stops.owners[k]))
 
 
-def bindings(bound: PrimitiveSet, rows: Sequence[int] | None = None) -> list[Binding]:
-    """A set's primitives again as they were bound, in the order of their rows; of all, or of those with these first
-    rows."""
-    found = dict(_bindings(bound))
-    return [found[row] for row in (sorted(found) if rows is None else rows)]
+def bearing_numbers(system: System, frictions: Frictions, contacts: Contacts) -> list[int]:
+    """The bearing that each friction goes by, in the mechanism with these contacts: of those at stops that are held,
+    the push of the stop; -1 for none."""
+    first, rubbed = 0 if system.bearings is None else system.bearings.size, _rubbed(frictions, contacts)
+    found: list[int] = frictions.bearing.tolist()
+    for k, stop in enumerate(frictions.stop.tolist()):
+        if stop in rubbed:
+            found[k] = first + rubbed.index(stop)
+    return found
 
 
-def _bindings(bound: PrimitiveSet) -> Iterator[tuple[int, Binding]]:
-    for group in bound.groups:
-        for slots, rows in zip(group.slots, group.rows, strict=True):
-            taken = tuple((int(bound.body[s]), int(bound.side[s]), bound.local[s]) for s in slots)
-            first = int(rows[0])
-            yield first, Binding(group.primitive, int(bound.owner[first]), taken, float(bound.offset[first]))
+def _rubbed(frictions: Frictions, contacts: Contacts) -> list[int]:
+    """The stops with friction that are held."""
+    return [stop for stop in contacts.held if stop in frictions.stop]
 
 
-def _pushed(forces: Forces | None, stops: Stops, pushing: Mapping[int, float], *, one_sided: bool = False) -> Forces:
-    """The forces with a law for each stop that pushes; a law that is one-sided knows itself where it does."""
-    before = forces or _nothing()
-    laws, k = before.laws, list(pushing)
-    programs = flatten([Program(_push(stops, stop, damping, one_sided)) for stop, damping in pushing.items()])
-    added = np.zeros(len(k))
-    own = [replace(each, owner=laws.size + at, offset=0.0) for at, each in enumerate(bindings(stops.coordinates, k))]
-    return replace(
-        before,
-        laws=Laws(
-            coordinates=bind([*bindings(laws.coordinates), *own]),
-            joint_coordinate=np.append(laws.joint_coordinate, stops.joint_coordinate[k]),
-            stiffness=np.append(laws.stiffness, added),
-            damping=np.append(laws.damping, added),
-            free=np.append(laws.free, added),
-            program=np.append(laws.program, len(before.programs.start) - 1 + np.arange(len(k))),
-            loses=np.append(laws.loses, np.ones(len(k), dtype=bool)),
-        ),
-        programs=_joined(before.programs, programs),
-        law_owners=(*before.law_owners, *(_named(stops.owners[stop]) for stop in k)),
-        program_owners=(*before.program_owners, *(_named(stops.owners[stop]) for stop in k)),
-    )
+def _with_pushes(system: System, frictions: Frictions, contacts: Contacts) -> Bearings | None:
+    """The bearings of joints, and then one for the push of each stop with friction that is held: a force without an
+    axis, so that all of it is radial."""
+    rubbed, own = _rubbed(frictions, contacts), system.bearings
+    if not rubbed:
+        return own
+    joints = len(system.names.joints) + np.array([contacts.held.index(stop) for stop in rubbed], dtype=np.intp)
+    none, one = np.zeros(len(rubbed)), np.ones(len(rubbed))
+    pushes = Bearings(joints, np.zeros((len(rubbed), 3)), one, none, np.full(len(rubbed), np.inf), none)
+    if own is None:
+        return pushes
+    pairs = ((getattr(own, each.name), getattr(pushes, each.name)) for each in fields(Bearings))
+    return Bearings(*(np.concatenate(pair) for pair in pairs))
+
+
+def friction_laws(contacts: Contacts) -> list[int]:
+    """The frictions that are laws, in the order of these."""
+    return sorted((*contacts.sliding, *contacts.bearing))
+
+
+def _frictions(frictions: Frictions, bearings: list[int], contacts: Contacts) -> Iterator[AddedLaw]:
+    """The laws of those that slide, and of those that bear a force."""
+    order = friction_laws(contacts)
+    for k in order:
+        (along,) = bindings(frictions.coordinates, [k])
+        static, sliding, partner = float(frictions.static[k]), float(frictions.sliding[k]), int(frictions.partner[k])
+        other, direction = -1, (0.0, 0.0)
+        if k not in contacts.sliding:
+            push = number(contacts.bearing[k] * static)
+        elif k in contacts.straight | contacts.starting:
+            at_rest = static if frictions.stribeck[k] > 0.0 else sliding
+            push = number(-contacts.sliding[k] * at_rest)
+        elif partner in contacts.sliding:
+            other, direction = order.index(partner), (contacts.sliding[k], contacts.sliding[partner])
+            push = _falling(-sliding, -static, float(frictions.stribeck[k]))
+        else:
+            part = -contacts.sliding[k]
+            push = _falling(part * sliding, part * static, float(frictions.stribeck[k]))
+        coordinate, name = int(frictions.joint_coordinate[k]), _named(frictions.owners[k])
+        yield AddedLaw(along, coordinate, push, name, bearings[k], True, other, direction)
+
+
+def _falling(sliding: float, static: float, stribeck: float) -> Code:
+    """sliding + (static - sliding) exp(-(s'/stribeck)²): the sliding force alone without a Stribeck speed."""
+    if stribeck == 0.0 or static == sliding:
+        return number(sliding)
+    part = apply(Op.DIVIDE, variable(RATE), number(stribeck))
+    falls = apply(Op.EXP, apply(Op.NEGATE, apply(Op.MULTIPLY, part, part)))
+    return apply(Op.ADD, number(sliding), apply(Op.MULTIPLY, number(static - sliding), falls))
 
 
 def _named(owner: str) -> str:
@@ -156,35 +219,3 @@ def _power(depth: Code, exponent: float) -> Code:
         return depth
     square = apply(Op.ADD, apply(Op.MULTIPLY, depth, depth), number(TINY))
     return (*square, Instruction(Op.POWER, 0.5 * exponent))
-
-
-def _joined(first: ProgramSet, second: ProgramSet) -> ProgramSet:
-    """Two sets one after another; the second has no tables."""
-    return replace(
-        first,
-        start=np.append(first.start, first.start[-1] + second.start[1:]),
-        op=np.append(first.op, second.op),
-        operand=np.append(first.operand, second.operand),
-        texts=(*first.texts, *second.texts),
-    )
-
-
-def _nothing() -> Forces:
-    none: Array = np.zeros(0)
-    empty = np.zeros(0, dtype=np.intp)
-    return Forces(
-        laws=Laws(bind([]), empty, none, none, none, empty, np.zeros(0, dtype=bool)),
-        bushings=Bushings.none(),
-        on_bodies=BodyForces(
-            empty,
-            np.zeros((0, 3)),
-            np.zeros(0, dtype=bool),
-            np.zeros(0, dtype=bool),
-            np.zeros((0, 3, 3)),
-            np.zeros((0, 3), dtype=np.intp),
-        ),
-        programs=flatten([]),
-        law_owners=(),
-        program_owners=(),
-        bushing_names=(),
-    )

@@ -21,7 +21,11 @@ class Laws:
     `coordinates`: the s as primitives, E rows. `joint_coordinate` (E,): which of the system's coordinates s is, so that
     an angle counts the turns of its joint; -1 for distances. `stiffness`, `damping`, `free` (E,). `program` (E,): its
     number in `Forces.programs`, -1 where a law has none. `loses` (E,): whether what the program gives is energy
-    lost, as a damper's, not work done.
+    lost, as a damper's, not work done. `bearing` (E,): whose load what the program gives is multiplied by, a number of
+    `System.bearings`; -1 for none. `apart` (E,): whether what it loses is an integral of its own.
+    `partner` (E,): of friction in a plane, the law along the other tangent, or -1; `sliding` (E, 2): the direction of
+    sliding along both. What its program gives of the speed in the plane is along the velocity, as long as that has not
+    turned round.
     """
 
     coordinates: PrimitiveSet
@@ -31,6 +35,10 @@ class Laws:
     free: Array
     program: Integers
     loses: npt.NDArray[np.bool_]
+    bearing: Integers
+    apart: npt.NDArray[np.bool_]
+    partner: Integers
+    sliding: Array
 
     @property
     def size(self) -> int:

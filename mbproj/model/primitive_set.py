@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 import numpy.typing as npt
@@ -121,6 +121,21 @@ def bind(bindings: Sequence[Binding]) -> PrimitiveSet:
         entry_row=entry_row,
         entry_slot=entry_slot,
     )
+
+
+def bindings(bound: PrimitiveSet, rows: Sequence[int] | None = None) -> list[Binding]:
+    """A set's primitives again as they were bound, in the order of their rows; of all, or of those with these first
+    rows."""
+    found = dict(_bindings(bound))
+    return [found[row] for row in (sorted(found) if rows is None else rows)]
+
+
+def _bindings(bound: PrimitiveSet) -> Iterator[tuple[int, Binding]]:
+    for group in bound.groups:
+        for slots, rows in zip(group.slots, group.rows, strict=True):
+            taken = tuple((int(bound.body[s]), int(bound.side[s]), bound.local[s]) for s in slots)
+            first = int(rows[0])
+            yield first, Binding(group.primitive, int(bound.owner[first]), taken, float(bound.offset[first]))
 
 
 def _entries(groups: Sequence[Group]) -> tuple[Integers, Integers]:

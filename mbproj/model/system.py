@@ -7,7 +7,9 @@ import numpy as np
 from mbproj.arrays import Array, Integers
 from mbproj.dataclass import dataclass
 from mbproj.errors import Place
+from mbproj.model.bearings import Bearings
 from mbproj.model.forces import Forces
+from mbproj.model.frictions import Frictions
 from mbproj.model.meshes import Meshes
 from mbproj.model.motions import Motions
 from mbproj.model.primitive_set import PrimitiveSet
@@ -18,9 +20,10 @@ from mbproj.model.stops import Stops
 @dataclass(frozen=True, eq=False)
 class Names:
     """Names in the order of the arrays; coordinates as "joint.coordinate", with their units. `force_units`,
-    `motion_units` and `stop_units` are those of what forces act along, motions drive and stops limit, m or rad.
+    `motion_units`, `stop_units` and `friction_units` are those of what forces act along, motions drive, stops limit
+    and dry friction resists, m or rad.
     `forces` end with the reflected inertias, "joint.coordinate.inertia"; `stops` are "joint.coordinate.low" and
-    "joint.coordinate.high", or the name of a force.
+    "joint.coordinate.high", or the name of a force; `frictions` are the name of a force, or "force.coordinate".
 
     `carriers` are what moves: the bodies, but for those that fixed joints have merged, which are called by their first.
     """
@@ -37,6 +40,8 @@ class Names:
     motion_units: tuple[str, ...] = ()
     stops: tuple[str, ...] = ()
     stop_units: tuple[str, ...] = ()
+    frictions: tuple[str, ...] = ()
+    friction_units: tuple[str, ...] = ()
 
     def as_mapping(self) -> dict[str, tuple[str, ...]]:
         """The names by kind, as a results file stores them."""
@@ -62,7 +67,8 @@ class System:
     carrier. `marker_body` (k,), `marker_local` (k, 3). `reaction_body` (nj,), `reaction_local` (nj, 3): body 2 of each
     joint and its point in it. `length` is the size of the mechanism in m: what an absolute tolerance is taken relative
     to. `body_places`, `joint_places`: where each carrier and joint stands in the scene file, for messages. `forces`,
-    `motions`, `reflected` (inertias on coordinates) and `stops` are None where the scene has none.
+    `motions`, `reflected` (inertias on coordinates), `stops`, `frictions` (dry ones that stick) and `bearings` are None
+    where the scene has none.
     """
 
     names: Names
@@ -87,6 +93,8 @@ class System:
     motions: Motions | None = None
     reflected: ReflectedInertias | None = None
     stops: Stops | None = None
+    frictions: Frictions | None = None
+    bearings: Bearings | None = None
 
     @property
     def bodies(self) -> int:
@@ -97,6 +105,11 @@ class System:
     def constraints(self) -> int:
         """The number of rows of C: one norm row a body, then the joints' rows (Eq. 3), then one a motion."""
         return self.bodies + self.joints.size + self.driven
+
+    @property
+    def has_contacts(self) -> bool:
+        """Whether there are stops or dry frictions, which change the equations on the way."""
+        return self.stops is not None or self.frictions is not None
 
     @property
     def driven(self) -> int:
@@ -112,9 +125,13 @@ class System:
 
     def row_owner(self, row: int) -> str:
         """Whose row of C this is, for messages: "joint 'A'", "motion 'm'", or "Euler parameters of 'rod'". After the
-        last row follow those that the stops have while they are held: "stop 'A.angle.low'"."""
+        last row follow those that stops and frictions have while they are held: "stop 'A.angle.low'"."""
         if row >= self.constraints:
-            return f"stop '{self.names.stops[row - self.constraints]}'"
+            stop = row - self.constraints
+            friction = stop - len(self.names.stops)
+            return (
+                f"friction '{self.names.frictions[friction]}'" if friction >= 0 else f"stop '{self.names.stops[stop]}'"
+            )
         if row >= self.bodies + self.joints.size:
             return f"motion '{self.names.motions[row - self.bodies - self.joints.size]}'"
         if row < self.bodies:

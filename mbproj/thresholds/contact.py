@@ -36,6 +36,41 @@ class Contact:
         "a contact is released below minus this part of its largest push",
         "round-off of λ, with care",
     )
+    balanced_to: float = threshold(
+        1e-13, "1", "numpy", "forces that a round changes by less, beside the largest, are balanced", "450 ε"
+    )
+    slips: float = threshold(
+        1e-9,
+        "1",
+        "numpy",
+        "a friction that needs all of its static force but this part slips",
+        "round-off of λ, with care",
+    )
+    in_span: float = threshold(
+        1e-8, "1", "numpy", "a friction whose row is nearer to those of others follows from them", "√ε"
+    )
+    slow_motion: float = threshold(
+        1e-3, "length or rad / interval", "numpy", "round-off of speeds is that of motions at least as fast", "chosen"
+    )
+    look_spacing: float = threshold(
+        0.25, "interval", "numpy", "forces that hold contacts and friction are looked at so often", "chosen"
+    )
+    turned_speed: float = threshold(
+        1e-7, "1", "numpy", "sliding in a plane that is slower, beside the fastest motion, has come to rest", "chosen"
+    )
+    straight_speed: float = threshold(
+        1e-5,
+        "1",
+        "numpy",
+        "sliding in a plane that is slower, beside the fastest motion, and becomes slower still, keeps its direction",
+        "the direction of a speed that is round-off is none",
+    )
+    settled_load: float = threshold(
+        4e-15, "1", "both", "loads of bearings that change by less, beside the largest, are settled", "20 ε"
+    )
+    most_load_passes: int = threshold(
+        40, "-", "both", "so often Newton's method for the loads of bearings is tried", "chosen: it takes 3 to 6"
+    )
     creates_energy: float = threshold(
         1e-9, "1", "numpy", "an impact that adds more of the kinetic energy stops the run", "round-off of the energies"
     )

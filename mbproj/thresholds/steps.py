@@ -143,6 +143,13 @@ class Steps:
         "errors are filtered with a law as stiff as at the stage where it is softer than this part",
         "a mass that comes to stick within a step",
     )
+    fewest_grains: float = threshold(
+        16.0,
+        "grains of time",
+        "numpy",
+        "time does not resolve a step of fewer",
+        "chosen; the kernel's is in schedule.hpp",
+    )
     free_passes: int = threshold(
         4, "-", "kernel", "after so many passes no law becomes less stiff, so that Newton's method ends", "chosen"
     )

@@ -23,6 +23,14 @@ from mbproj.model.system import System
 
 
 @dataclass(frozen=True, eq=False)
+class Free:
+    """A motion that nothing touches: u' (6n,), and λ (m,) of the joints' rows and the motions'."""
+
+    change: Array
+    multipliers: Array
+
+
+@dataclass(frozen=True, eq=False)
 class Freedom:
     """The mechanism at a state: `basis` T R⁻¹ (6n, f) and the pose and twist it belongs to."""
 
@@ -64,14 +72,45 @@ class Freedom:
         change = self.basis @ x
         return float(change @ self.M @ (tangent_velocities(self.pose, self.v) + 0.5 * change))
 
-    def gap_accelerations(self, stops: Stops, counted: Array) -> Array:
-        """g'' of the gaps (S,) where no stop acts; `counted` (nc,): the joints' coordinates with turns."""
-        system, pose, twist = self.system, self.pose, self.twist
-        drive = drive_at(system, self.t)
-        particular = self.smallest @ tangent_gamma(system, pose, twist, drive)
-        still = Motion(self.t, self.q, tangent_velocities(pose, self.v), particular, counted)
-        change = particular + self.basis @ (self.basis.T @ tangent_force(system, still))
-        return np.asarray(_gradients(stops, pose) @ change + stops.side * _bias(stops.coordinates, pose, twist))
+    def free(self, counted: Array) -> Free:
+        """How it moves where no stop and no dry friction acts; `counted` (nc,): the joints' coordinates with turns."""
+        drive = drive_at(self.system, self.t)
+        particular = self.smallest @ tangent_gamma(self.system, self.pose, self.twist, drive)
+        force = tangent_force(self.system, self._moving(particular, counted))
+        change = particular + self.basis @ (self.basis.T @ force)
+        return Free(change, self._multipliers(tangent_force(self.system, self._moving(change, counted))))
+
+    def gap_accelerations(self, stops: Stops, free: Free) -> Array:
+        """g'' of the gaps (S,) where no stop acts."""
+        bias = stops.side * _bias(stops.coordinates, self.pose, self.twist)
+        return np.asarray(_gradients(stops, self.pose) @ free.change + bias)
+
+    def gap_gradients(self, stops: Stops) -> Array:
+        """∂g/∂(δr, δθ), (S, 6n)."""
+        return _gradients(stops, self.pose)
+
+    def rows_of(self, along: PrimitiveSet) -> Array:
+        """The rows (k, f) in which coordinates see x."""
+        return np.asarray(_in_bodies(along, self.pose) @ self.basis)
+
+    def accelerations_of(self, along: PrimitiveSet, free: Free) -> Array:
+        """s'' of coordinates, (k,)."""
+        return np.asarray(_in_bodies(along, self.pose) @ free.change + _bias(along, self.pose, self.twist))
+
+    def multipliers_of(self, gradients: Array) -> Array:
+        """λ (k, m) that a force of size 1 along each coordinate makes, with `gradients` (k, 6n)."""
+        return np.array([self._multipliers(g - self.M @ (self.basis @ (self.basis.T @ g))) for g in gradients])
+
+    def gradients_of(self, along: PrimitiveSet) -> Array:
+        """∂s/∂(δr, δθ), (k, 6n)."""
+        return _in_bodies(along, self.pose)
+
+    def _multipliers(self, left: Array) -> Array:
+        """λ (m,) with Gᵀλ = left, the smallest."""
+        return np.asarray(self.smallest.T @ left)
+
+    def _moving(self, change: Array, counted: Array) -> Motion:
+        return Motion(self.t, self.q, tangent_velocities(self.pose, self.v), change, counted)
 
 
 def counted_coordinates(system: System, state: State) -> Array:

@@ -8,21 +8,24 @@ from __future__ import annotations
 
 import numpy as np
 
-from mbproj.arrays import Array
+from mbproj.arrays import Array, Integers
 from mbproj.dataclass import dataclass
 from mbproj.dynamics.contact.complementarity import one_sided
 from mbproj.dynamics.contact.freedom import Freedom
+from mbproj.dynamics.friction.balance import Balance, forces
 
 
 @dataclass(frozen=True, eq=False)
 class Impact:
     """q' after (7n,), the impulse of each stop (k,) in N s or N m s, the energy that is lost in the stops, and the work
-    that motions do, which keep their speeds, J."""
+    that motions do, which keep their speeds, J. `rubbed`: of what is lost
+    the part of frictions, by their numbers."""
 
     v: Array
     impulse: Array
     lost: float
     work: float
+    rubbed: tuple[Integers, Array] | None = None
 
 
 def impact(freedom: Freedom, v: Array, N: Array, rate: Array, restitution: Array) -> Impact | None:
@@ -35,6 +38,44 @@ def impact(freedom: Freedom, v: Array, N: Array, rate: Array, restitution: Array
     x = N.T @ z
     given = float(0.5 * x @ x + z @ rate)  # each impulse works at the mean of the speeds before and after
     return Impact(v + freedom.changed(x), z, -given, freedom.gained(x) - given)
+
+
+def impact_with_friction(
+    freedom: Freedom, v: Array, N: Array, rate: Array, restitution: Array, rubbing: Rubbing
+) -> Impact | None:
+    """The same at stops with friction: impulses along their tangents are within the cone of Coulomb, and as far as
+    that allows nothing slides after."""
+    b = np.concatenate([np.where(rate < 0.0, (1.0 + restitution) * rate, rate), rubbing.rate])
+    A = np.vstack([N, rubbing.T])
+    problem = Balance(
+        A=A,
+        b=b,
+        static=rubbing.coefficient,
+        sliding=rubbing.coefficient,
+        direction=np.zeros(len(rubbing.rate)),
+        partner=rubbing.partner,
+        loads=lambda y: y[rubbing.by],
+    )
+    y = forces(problem)
+    if y is None:
+        return None
+    x = A.T @ y
+    given = float(0.5 * x @ x + y @ np.concatenate([rate, rubbing.rate]))
+    taken = -y[len(rate) :] * (rubbing.rate + 0.5 * (rubbing.T @ x))
+    return Impact(v + freedom.changed(x), y[: len(rate)], -given, freedom.gained(x) - given, (rubbing.numbers, taken))
+
+
+@dataclass(frozen=True, eq=False)
+class Rubbing:
+    """Friction along tangents of stops that touch: rows T (k, f), rates before (k,), the coefficient of each, the other
+    tangent of its plane, the number of its stop among those that touch, and its own of all frictions, (k,) each."""
+
+    T: Array
+    rate: Array
+    coefficient: Array
+    partner: Integers
+    by: Integers
+    numbers: Integers
 
 
 def contact_pushes(N: Array, acceleration: Array) -> Array | None:

@@ -17,7 +17,7 @@ from mbproj.dynamics.equations.kinematics import Pose, Twist, attached, body_rat
 from mbproj.errors import SimulationError
 from mbproj.functions.series import constant_series, failure, run, run_held, time_series
 from mbproj.functions.taylor import Series
-from mbproj.model.forces import Forces
+from mbproj.model.forces import Forces, Laws
 from mbproj.model.system import System
 from mbproj.thresholds import THRESHOLDS
 
@@ -44,28 +44,42 @@ class LawState:
 @dataclass(frozen=True, eq=False)
 class Applied:
     """Forces (n+1, 3) in N at the centres of mass in global axes, and torques (n+1, 3) in N m about them in body axes;
-    the power in W of what functions give, and the power that dampers lose."""
+    the power in W of what functions give, the power that dampers lose, and of that what laws lose `apart`."""
 
     force: Array
     torque: Array
     power: float
     dissipation: float
+    apart: Array
 
 
 def law_state(
-    forces: Forces, pose: Pose, twist: Twist, t: Numbers | float, reference: Numbers, held: Array | None = None
+    forces: Forces,
+    pose: Pose,
+    twist: Twist,
+    t: Numbers | float,
+    reference: Numbers,
+    held: Array | None = None,
+    carried: Numbers | None = None,
 ) -> LawState:
     """The laws and bushings at poses (...) and times t (...).
 
     `reference` (..., nc): the joints' coordinates, each to less than half a turn, from which angles take their turns.
-    `held`: the branches that switches are held on, all free without.
+    `held`: the branches that switches are held on, all free without. `carried` (..., B): the loads of bearings, 0
+    without.
     """
     laws = forces.laws
     value, rate = law_coordinates(forces, pose, twist, reference)
     given, damper = np.zeros_like(value), -laws.damping * rate
     for law in np.flatnonzero(laws.program >= 0):
         variables = law_variables(t, value, rate, int(law))
+        if laws.partner[law] >= 0:
+            variables[2] = constant_series(np.hypot(rate[..., law], rate[..., laws.partner[law]]))
         found = run_held(forces.programs, int(laws.program[law]), variables, held)
+        if laws.partner[law] >= 0:
+            found = found * _along_sliding(laws, rate, int(law))
+        if laws.bearing[law] >= 0:
+            found = found * (0.0 if carried is None else carried[..., laws.bearing[law]])
         if laws.loses[law]:
             damper[..., law] += found
         else:
@@ -74,6 +88,15 @@ def law_state(
     stored = 0.5 * np.sum(laws.stiffness * extension**2, axis=-1)
     own = LawState(value, rate, -laws.stiffness * extension, damper, given, stored)
     return _with_bushings(forces, own, pose, twist) if forces.bushings.size else own
+
+
+def _along_sliding(laws: Laws, rate: Numbers, law: int) -> Numbers:
+    """The part of friction in a plane that is along the tangent of a law: of the velocity, or where that has turned
+    round of its opposite, so that a step may go through rest."""
+    own, across, direction = rate[..., law], rate[..., laws.partner[law]], laws.sliding[law]
+    speed, back = np.hypot(own, across), direction[0] * own + direction[1] * across < 0.0
+    part = np.where(back, -own, own) / np.where(speed > 0.0, speed, 1.0)
+    return np.asarray(np.where(speed > 0.0, part, direction[0]))
 
 
 def law_coordinates(forces: Forces, pose: Pose, twist: Twist, reference: Numbers) -> tuple[Numbers, Numbers]:
@@ -108,14 +131,23 @@ def _with_bushings(forces: Forces, laws: LawState, pose: Pose, twist: Twist) -> 
     return LawState(value, speed, spring, damper, given, laws.stored + stored, bent)
 
 
-def applied(system: System, pose: Pose, twist: Twist, t: float, reference: Array, held: Array | None = None) -> Applied:
-    """All forces of the scene but gravity, on every body and the ground, at one state, with the branches `held`.
+def applied(
+    system: System,
+    pose: Pose,
+    twist: Twist,
+    t: float,
+    reference: Array,
+    held: Array | None = None,
+    carried: Array | None = None,
+) -> Applied:
+    """All forces of the scene but gravity, on every body and the ground, at one state, with the branches `held` and
+    the loads of bearings.
 
     Raises SimulationError that names the force whose function has no finite value there, or that has no direction.
     """
     forces = system.forces
     assert forces is not None
-    state = law_state(forces, pose, twist, t, reference, held)
+    state = law_state(forces, pose, twist, t, reference, held, carried)
     if not np.all(np.isfinite(state.force)):
         raise _law_fails(forces, state, t)
     force, torque = _along_coordinates(forces, pose, state.force, state.bent)
@@ -124,7 +156,9 @@ def applied(system: System, pose: Pose, twist: Twist, t: float, reference: Array
     given_force, given_torque = _on_bodies(forces, pose, t)
     omega = body_rates(pose, twist)
     power = np.sum(given_force * twist.velocity) + np.sum(given_torque * omega) + state.given @ state.rate
-    return Applied(force + given_force, torque + given_torque, float(power), -float(state.damper @ state.rate))
+    lost = -state.damper * state.rate
+    apart = lost[: forces.laws.size][forces.laws.apart]
+    return Applied(force + given_force, torque + given_torque, float(power), float(lost.sum()), apart)
 
 
 def generalised(pose: Pose, force: Array, torque: Array) -> Array:

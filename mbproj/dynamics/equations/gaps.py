@@ -7,14 +7,23 @@ import numpy as np
 from mbproj.arrays import Array, Integers, Numbers
 from mbproj.dynamics.equations.constraint_equations import set_velocity
 from mbproj.dynamics.equations.kinematics import Pose, Twist, attached, slots_of
+from mbproj.model.primitive_set import PrimitiveSet
 from mbproj.model.stops import Stops
 
 
 def gaps(stops: Stops, pose: Pose, turns: Integers) -> Numbers:
     """g = side (s - bound) at poses (...) with whole turns (..., nc) of the joints' angles, (..., S), in m or rad."""
-    value = stops.coordinates.value(attached(pose, *slots_of(stops.coordinates)))
-    counted = turns[..., stops.joint_coordinate] * _counts_turns(stops) if np.shape(turns)[-1] else 0.0
-    return np.asarray(stops.side * (value + 2.0 * np.pi * counted - stops.bound))
+    value = counted_values(stops.coordinates, stops.joint_coordinate, pose, turns)
+    return np.asarray(stops.side * (value - stops.bound))
+
+
+def counted_values(coordinates: PrimitiveSet, joint_coordinate: Integers, pose: Pose, turns: Integers) -> Numbers:
+    """s at poses (...) with whole turns (..., nc) of the joints' angles, (..., k), where `joint_coordinate` (k,) says
+    which of these each is, -1 for none."""
+    value = coordinates.value(attached(pose, *slots_of(coordinates)))
+    counts = ((joint_coordinate >= 0) & ~coordinates.is_length).astype(float)
+    counted = turns[..., joint_coordinate] * counts if np.shape(turns)[-1] else 0.0
+    return np.asarray(value + 2.0 * np.pi * counted)
 
 
 def gap_rates(stops: Stops, pose: Pose, twist: Twist) -> Numbers:
@@ -35,11 +44,6 @@ def stored_energy(stops: Stops, gap: Numbers) -> Numbers:
     """What compliant stops keep, Σ k δᵖ⁺¹ / (p + 1), shape (...), in J."""
     δ, p = np.maximum(-gap, 0.0), stops.exponent
     return np.asarray(np.sum(_stiffness(stops) * δ ** (p + 1.0) / (p + 1.0), axis=-1))
-
-
-def _counts_turns(stops: Stops) -> Array:
-    """1 for angles of joints, 0 for the others, (S,)."""
-    return ((stops.joint_coordinate >= 0) & ~stops.coordinates.is_length).astype(float)
 
 
 def _stiffness(stops: Stops) -> Array:

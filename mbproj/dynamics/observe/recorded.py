@@ -23,7 +23,7 @@ from mbproj.dynamics.equations.constraint_equations import (
 )
 from mbproj.dynamics.equations.energy import kinetic_energy
 from mbproj.dynamics.equations.forces import LawState
-from mbproj.dynamics.equations.gaps import gap_rates, gaps, pressing, stored_energy
+from mbproj.dynamics.equations.gaps import gaps, stored_energy
 from mbproj.dynamics.equations.kinematics import (
     Pose,
     Twist,
@@ -37,11 +37,12 @@ from mbproj.dynamics.equations.kinematics import (
 from mbproj.dynamics.equations.motions import Drive, drive_at
 from mbproj.dynamics.equations.reflected import inertial_reaction
 from mbproj.dynamics.equations.teeth import Teeth, sums_at_start
+from mbproj.dynamics.observe.bearings import load, supports
+from mbproj.dynamics.observe.contacts import ContactsSeen, contact_paths
 from mbproj.dynamics.observe.reactions import reactions
 from mbproj.dynamics.observe.samples import Samples
 from mbproj.dynamics.observe.total_energy import laws_at, potential, total_energy
 from mbproj.model.euler_parameters import product, rotation_matrix
-from mbproj.model.stops import Stops
 from mbproj.model.system import System
 
 #: Values of T samples by the path of their dataset; the first axis is time.
@@ -82,17 +83,17 @@ class Observation(Mapping[str, npt.NDArray[Any]]):
 
     def __iter__(self) -> Iterator[str]:
         yield from QUANTITIES
-        yield from OF_STOPS if self.system.stops is not None else ()
+        yield from contact_paths(self.system)
         yield from (COUNTERS + name for name in self.samples.counters)
 
     def __len__(self) -> int:
-        return len(QUANTITIES) + len(self.samples.counters) + len(OF_STOPS) * (self.system.stops is not None)
+        return sum(1 for _ in self)
 
     def _computed(self, path: str) -> npt.NDArray[Any]:
         if path in QUANTITIES:
             return QUANTITIES[path](self)
-        if path in OF_STOPS and self.system.stops is not None:
-            return OF_STOPS[path](self, self.system.stops)
+        if path in contact_paths(self.system):
+            return self.contacts[path]
         return self.samples.counters[path.removeprefix(COUNTERS)]
 
     @cached_property
@@ -107,6 +108,11 @@ class Observation(Mapping[str, npt.NDArray[Any]]):
     def change(self) -> Twist:
         """The accelerations as a twist holds the velocities."""
         return twist_of(self.pose, self.samples.acceleration)
+
+    @cached_property
+    def contacts(self) -> ContactsSeen:
+        """What stops and dry frictions do."""
+        return ContactsSeen(self.system, self.samples, self.pose, self.twist)
 
     @cached_property
     def coordinate(self) -> Numbers:
@@ -124,9 +130,17 @@ class Observation(Mapping[str, npt.NDArray[Any]]):
         return constraint(self.system, self.pose, self.drive)
 
     @cached_property
+    def carried(self) -> Numbers | None:
+        """The loads of bearings, (T, B), where a law of the scene goes by them."""
+        bearings, forces = self.system.bearings, self.system.forces
+        if bearings is None or forces is None or not (forces.laws.bearing >= 0).any():
+            return None
+        return load(bearings, supports(self.system, bearings, self.pose, self.samples.multipliers))
+
+    @cached_property
     def laws(self) -> LawState | None:
         coordinate = self.coordinate if self.system.forces is not None else np.zeros(0)
-        return laws_at(self.system, self.pose, self.twist, self.samples.t, coordinate)
+        return laws_at(self.system, self.pose, self.twist, self.samples.t, coordinate, self.carried)
 
     @cached_property
     def along(self) -> tuple[Numbers, Numbers, Numbers]:
@@ -182,13 +196,6 @@ class Observation(Mapping[str, npt.NDArray[Any]]):
         own = potential(self.system, self.pose, self.laws)
         stops = self.system.stops
         return own if stops is None else own + stored_energy(stops, gaps(stops, self.pose, self.samples.turns))
-
-    def pushes(self, stops: Stops) -> Numbers:
-        """How hard each stop pushes, (T, S): as a run knows it; of a state at rest, compliant ones by their gaps."""
-        if self.samples.press is not None:
-            return self.samples.press()
-        gap = self["stops/gap"]
-        return pressing(stops, np.zeros(stops.size), gap, np.zeros_like(gap))
 
     def balance(self) -> Numbers:
         """E(t) - E(0) - W + D, (T,)."""
@@ -263,16 +270,6 @@ QUANTITIES: Mapping[str, Callable[[Observation], npt.NDArray[Any]]] = MappingPro
             constraint_acceleration(seen.system, seen.pose, seen.twist, seen.change, seen.drive)
         ).max(axis=-1),
         "diagnostics/step_size": lambda seen: seen.samples.step_size,
-    }
-)
-
-
-#: What is recorded of stops, where there are some.
-OF_STOPS: Mapping[str, Callable[[Observation, Stops], npt.NDArray[Any]]] = MappingProxyType(
-    {
-        "stops/gap": lambda seen, stops: gaps(stops, seen.pose, seen.samples.turns),
-        "stops/rate": lambda seen, stops: gap_rates(stops, seen.pose, seen.twist),
-        "stops/force": lambda seen, stops: seen.pushes(stops),
     }
 )
 

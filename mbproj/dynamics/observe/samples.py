@@ -26,7 +26,8 @@ class Sample:
     """One time t in s: q, v = q' and acceleration q'' (7n,), multipliers λ of the joints' rows and then the motions',
     turns (nc,), step size in s, counters.
 
-    `work` (2,): what forces and motions have worked and what dampers have dissipated since the start, J."""
+    `work` (2 + K,): what forces and motions have worked, what dampers and friction have dissipated since the start, and
+    of that each dry friction, J."""
 
     t: float
     q: Array
@@ -43,7 +44,8 @@ class Sample:
 class Samples:
     """T consecutive samples: the fields of `Sample` with a leading axis of length T. `solved` gives the multipliers,
     which may cost more than all else: they are solved for where somebody asks. `press`: how hard each stop pushes,
-    (T, S), where there are stops."""
+    (T, S), where there are stops. `rub`: the force of each dry friction, and the sign of its sliding, 0 while it
+    sticks, (T, K) each, where there are some."""
 
     t: Array
     q: Array
@@ -55,6 +57,7 @@ class Samples:
     work: Array
     counters: Mapping[str, Integers]
     press: Callable[[], Array] | None = None
+    rub: Callable[[], tuple[Array, Array]] | None = None
 
     @cached_property
     def multipliers(self) -> Array:
@@ -85,15 +88,20 @@ def join(blocks: Sequence[Samples]) -> Samples:
     arrays = {
         field.name: np.concatenate([getattr(block, field.name) for block in blocks])
         for field in fields(Samples)
-        if field.name not in {"counters", "solved", "press"}
+        if field.name not in {"counters", "solved", "press", "rub"}
     }
     counters = {key: np.concatenate([block.counters[key] for block in blocks]) for key in blocks[0].counters}
     pressing = [block.press for block in blocks if block.press is not None]
+    rubbing = [block.rub for block in blocks if block.rub is not None]
     return Samples(
         **arrays,
         solved=lambda: np.concatenate([block.multipliers for block in blocks]),
         counters=counters,
-        press=None
-        if None in pressing
-        else lambda: np.concatenate([press() for press in pressing if press is not None]),
+        press=(lambda: np.concatenate([press() for press in pressing])) if pressing else None,
+        rub=(lambda: _side_by_side([rub() for rub in rubbing])) if rubbing else None,
     )
+
+
+def _side_by_side(blocks: Sequence[tuple[Array, Array]]) -> tuple[Array, Array]:
+    """The forces and the states of frictions, block after block."""
+    return np.concatenate([force for force, _ in blocks]), np.concatenate([state for _, state in blocks])

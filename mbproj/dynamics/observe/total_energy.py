@@ -29,9 +29,12 @@ def total_energies(system: System, t: Array, q: Array, v: Array, turns: Integers
     return total if system.stops is None else total + stored_energy(system.stops, gaps(system.stops, pose, turns))
 
 
-def laws_at(system: System, pose: Pose, twist: Twist, t: Numbers | float, coordinate: Numbers) -> LawState | None:
-    """What the laws of forces are at; None without forces. `coordinate` are the joints', turns counted."""
-    return None if system.forces is None else law_state(system.forces, pose, twist, t, coordinate)
+def laws_at(
+    system: System, pose: Pose, twist: Twist, t: Numbers | float, coordinate: Numbers, carried: Numbers | None = None
+) -> LawState | None:
+    """What the laws of forces are at; None without forces. `coordinate` are the joints', turns counted; `carried` as
+    `law_state` has it."""
+    return None if system.forces is None else law_state(system.forces, pose, twist, t, coordinate, None, carried)
 
 
 def potential(system: System, pose: Pose, laws: LawState | None) -> Numbers:

@@ -1,4 +1,4 @@
-"""What halts a run: a stop of the mechanism that a step has met, and where the run stands then."""
+"""What halts a run: what ends contacts and frictions as they are within a step, and where the run stands then."""
 
 from __future__ import annotations
 
@@ -9,44 +9,65 @@ import numpy as np
 from mbproj.arrays import Array, Flags, Numbers
 from mbproj.dataclass import dataclass
 from mbproj.dynamics.assembly.assemble import State
-from mbproj.dynamics.equations.gaps import gap_rates, gaps
+from mbproj.dynamics.equations.constraint_equations import set_velocity
+from mbproj.dynamics.equations.gaps import counted_values, gap_rates, gaps
 from mbproj.dynamics.equations.kinematics import pose_of, twist_of
+from mbproj.dynamics.observe.bearings import load, supports
 from mbproj.model.system import System
 
 
 class WatchedGap(NamedTuple):
     """What halts a run: `sign` (s - bound) of a stop below -`slack`, with the stop's side as the sign where its gap
-    closes, and the other one where it opens."""
+    closes, and the other one where it opens; or `sign` s' where `of_rate`. The frictions are numbered after the stops,
+    and their bounds are 0. `other_sign` times that of an `other` one is added, where that is not -1. `idle`: the rate
+    that what rests without friction may have."""
 
     stop: int
     sign: float
     slack: float
+    of_rate: bool = False
+    other: int = -1
+    other_sign: float = 0.0
+    idle: float = 0.0
 
 
 class WatchedRow(NamedTuple):
-    """What halts a run: `sign` λ of a row of C, after the norm rows, below -`slack`."""
+    """What halts a run: `bound` + `part` · load + `sign` λ of a row of C, after the norm rows, below -`slack`, with
+    the load of a `bearing`, or none, -1; with an `other` row, not -1, minus |λ| of both in place of `sign` λ."""
 
     row: int
     sign: float
     slack: float
+    bound: float = 0.0
+    part: float = 0.0
+    bearing: int = -1
+    other: int = -1
 
 
 @dataclass(frozen=True)
 class Watched:
-    """All that halts a run."""
+    """All that halts a run. Forces are looked at in the middle of each step, and every `spacing` s at least."""
 
     gaps: tuple[WatchedGap, ...] = ()
     rows: tuple[WatchedRow, ...] = ()
+    spacing: float = 1.0
+
+    def looks(self, h: float) -> list[float]:
+        """The parts of a step of size h at which forces are looked at."""
+        count = max(1, int(np.ceil(h / self.spacing)) - 1) if self.rows else 0
+        return [look / (count + 1) for look in range(1, count + 1)]
 
 
 @dataclass(frozen=True, eq=False)
 class HaltedAt:
-    """Where a run has halted, the size of the step that it has not made, s, and the integrals of work and dissipation
-    there (2,), in J."""
+    """Where a run has halted, the size of the step that it has not made, s, and the integrals there in J: work,
+    dissipation and what laws lose apart, or none. `shaped`: whether the run's end has had a say in that step, so that a
+    longer run finds what it has met in other bits."""
 
     state: State
     h: float
     work: Array
+    shaped: bool
 
 
 class Halted(Exception):
@@ -59,18 +80,65 @@ class Halted(Exception):
 
 def watched_gaps(system: System, watched: Watched, state: State) -> tuple[Array, Array]:
     """sign (s - bound) of what is watched, and its rate, (k,) each."""
-    stops, pose = system.stops, pose_of(state.q)
-    assert stops is not None
-    which = [each.stop for each in watched.gaps]
-    sign = np.array([each.sign for each in watched.gaps]) * stops.side[which]
-    gap, rate = gaps(stops, pose, state.turns), gap_rates(stops, pose, twist_of(pose, state.v))
-    return sign * gap[which], sign * rate[which]
+    stops, frictions, pose = system.stops, system.frictions, pose_of(state.q)
+    twist, value, rate = twist_of(pose, state.v), [np.zeros(0)], [np.zeros(0)]
+    if stops is not None:
+        value.append(stops.side * gaps(stops, pose, state.turns))
+        rate.append(stops.side * gap_rates(stops, pose, twist))
+    if frictions is not None:
+        value.append(counted_values(frictions.coordinates, frictions.joint_coordinate, pose, state.turns))
+        rate.append(set_velocity(frictions.coordinates, pose, twist))
+    which, sign = [each.stop for each in watched.gaps], np.array([each.sign for each in watched.gaps])
+    other, other_sign = [each.other for each in watched.gaps], np.array([each.other_sign for each in watched.gaps])
+    own = (np.concatenate(part) for part in (value, rate))
+    places, speeds = (sign * part[which] + other_sign * part[other] for part in own)
+    return places, speeds
+
+
+def watched_rows(system: System, watched: Watched, state: State, multipliers: Array) -> Array:
+    """bound + part · load + sign λ of what is watched, with λ of the rows of C after the norm rows, (k,)."""
+    loads, bearings = np.zeros(1), system.bearings
+    if bearings is not None and any(each.part for each in watched.rows):
+        found = load(bearings, supports(system, bearings, pose_of(state.q), multipliers))
+        loads = np.append(found, 0.0)
+    return np.array([each.bound + each.part * loads[each.bearing] + _force(each, multipliers) for each in watched.rows])
+
+
+def _force(watched: WatchedRow, multipliers: Array) -> float:
+    """sign λ, or minus |λ| of two rows."""
+    own = float(multipliers[watched.row])
+    return watched.sign * own if watched.other < 0 else -float(np.hypot(own, multipliers[watched.other]))
 
 
 def may_pass(value: Numbers, rate: Numbers, value_after: Numbers, rate_after: Numbers, h: float) -> Flags:
     """Whether gaps that close as fast as at the start of a step, and open as fast as at its end, are passed on the way:
     a body may have gone through another one."""
     return np.asarray((value > 0.0) & (value + h * rate < 0.0) & (value_after - h * rate_after < 0.0))
+
+
+def least_watched(watched: Watched, first: tuple[Array, Array], last: tuple[Array, Array], h: float) -> Array:
+    """The least gaps and rates (k,) within a step."""
+    of_rate = np.array([each.of_rate for each in watched.gaps], dtype=bool)
+    slow = np.array([slowest(*ends, h) for ends in zip(*first, *last, strict=True)]).reshape(of_rate.shape)
+    return np.where(of_rate, slow, least(first, last, h))
+
+
+def slowest(value: float, rate: float, value_after: float, rate_after: float, h: float) -> float:
+    """The least rate within a step, on the cubic through both ends."""
+    theta, ends = slowest_at(value, rate, value_after, rate_after, h), min(rate, rate_after)
+    if theta == 0.0:
+        return ends
+    a, b, change = h * rate, h * rate_after, value_after - value
+    c3, c2 = a + b - 2.0 * change, 3.0 * change - 2.0 * a - b
+    return min(ends, (a + theta * (2.0 * c2 + 3.0 * theta * c3)) / h)
+
+
+def slowest_at(value: float, rate: float, value_after: float, rate_after: float, h: float) -> float:
+    """The part of a step at which the rate of its cubic has a minimum inside; 0 where it has none."""
+    a, b, change = h * rate, h * rate_after, value_after - value
+    c3, c2 = a + b - 2.0 * change, 3.0 * change - 2.0 * a - b
+    theta = -c2 / (3.0 * c3) if c3 > 0.0 else 0.0
+    return theta if 0.0 < theta < 1.0 else 0.0
 
 
 def least(first: tuple[Array, Array], last: tuple[Array, Array], h: float) -> Array:

@@ -21,6 +21,7 @@ from mbproj.integrate.events.leg import Leg
 from mbproj.integrate.outcome.failures import (
     TurnsUntold,
     dry_friction,
+    jammed,
     left_open,
     not_finite,
     other_branch,
@@ -197,6 +198,9 @@ class Compiled(ABC):
             switches = switches_of(self.system.forces)
             assert switches is not None
             return dry_friction(t, switches.owner(outcome.row), switches.what(outcome.row))
+        if outcome.status == status.jammed:
+            assert self.system.forces is not None
+            return jammed(t, self.system, int(self.system.forces.laws.bearing[outcome.row]))
         if outcome.status == status.unsolved:
             body, force = int(outcome.body), int(outcome.force)
             return unsolved_stage(t, self.system, body, force, is_near=bool(outcome.near_singular))

@@ -18,12 +18,14 @@ from mbproj.dataclass import dataclass
 from mbproj.dynamics.assembly.assemble import State, coordinate_values, coordinates
 from mbproj.dynamics.equations.constraint_equations import constraint, constraint_velocity, gamma, jacobian
 from mbproj.dynamics.equations.equations_of_motion import SOLVERS, Solver, generalised_force, mass_matrix
-from mbproj.dynamics.equations.forces import applied, generalised
-from mbproj.dynamics.equations.kinematics import pose_of, twist_of
+from mbproj.dynamics.equations.forces import applied, generalised, law_state, unit_pull
+from mbproj.dynamics.equations.kinematics import Pose, Twist, pose_of, twist_of
 from mbproj.dynamics.equations.motions import Drive, drive_at
 from mbproj.dynamics.equations.reflected import with_flywheels
 from mbproj.dynamics.equations.teeth import Teeth, sums_at_start
 from mbproj.dynamics.equations.turning import driven_to
+from mbproj.dynamics.friction.loads import Jammed, settled_loads
+from mbproj.dynamics.observe.bearings import supports
 from mbproj.dynamics.rank.mobility import row_distances, scaled_jacobian
 from mbproj.dynamics.rank.row_policy import RowPolicy
 from mbproj.dynamics.rank.row_set import RowSet, in_lengths
@@ -31,7 +33,15 @@ from mbproj.errors import InputError, SimulationError
 from mbproj.integrate.events.breaks import TimeWindow
 from mbproj.integrate.events.law_switches import LawSwitches
 from mbproj.integrate.formulations.terms import Accelerations, Terms
-from mbproj.integrate.outcome.failures import branches_near, ill_conditioned, not_finite, other_branch, singular
+from mbproj.integrate.outcome.failures import (
+    branches_near,
+    ill_conditioned,
+    jammed,
+    not_finite,
+    other_branch,
+    singular,
+)
+from mbproj.model.forces import Forces
 from mbproj.model.system import System
 from mbproj.projection import Method, Projected, Projection, make_method, project_after
 from mbproj.scene.records import Settings
@@ -69,8 +79,13 @@ class FullFormulation:
 
     @property
     def quadratures(self) -> int:
-        """How many integrals y ends with: work and dissipation, or none."""
-        return 0 if self.system.forces is None and self.system.motions is None else 2
+        """How many integrals y ends with: work, dissipation and what laws lose apart, or none."""
+        forces = self.system.forces
+        return (
+            0
+            if forces is None and self.system.motions is None
+            else 2 + (0 if forces is None else forces.laws.apart.sum())
+        )
 
     @property
     def followed(self) -> int:
@@ -153,7 +168,7 @@ class FullFormulation:
         if system.forces is not None:
             loads = applied(system, pose, twist, self.window.seen(t), expected, self.held)
             force = force + generalised(pose, loads.force, loads.torque)
-            power += [loads.power, loads.dissipation]
+            power += [loads.power, loads.dissipation, *loads.apart]
         try:
             held = rows.to_move(pose, drive, v)
         except np.linalg.LinAlgError as error:
@@ -163,7 +178,41 @@ class FullFormulation:
         if system.reflected is not None:
             parts = with_flywheels(system.reflected, pose, twist, *parts)
         driven = drive.rate if drive is not None and system.driven else np.zeros(0)
-        return Terms(*parts, held, lasting, power, driven)
+        terms = Terms(*parts, held, lasting, power, driven)
+        if system.forces is None or not (system.forces.laws.bearing >= 0).any():
+            return terms
+        return self._with_bearings(terms, system.forces, pose, twist, t, expected)
+
+    def _with_bearings(
+        self, terms: Terms, forces: Forces, pose: Pose, twist: Twist, t: float, expected: Array
+    ) -> Terms:
+        """The same with the friction that goes by what bearings carry. Raises SimulationError where that is not
+        unique."""
+        system, seen = self.system, self.window.seen(t)
+        bearings = system.bearings
+        assert bearings is not None
+        whole, viscous = (
+            law_state(forces, pose, twist, seen, expected, self.held, each).damper
+            for each in (np.ones(bearings.size), None)
+        )
+        pulls = np.zeros((bearings.size, len(terms.Q)))
+        for law in np.flatnonzero(forces.laws.bearing >= 0):
+            pull = generalised(pose, *unit_pull(forces, pose, int(law)))
+            pulls[forces.laws.bearing[law], : len(pull)] += (whole[law] - viscous[law]) * pull
+        without, none = terms.solved(*self.solve(terms.M, terms.C_q, terms.Q, terms.gamma)), np.zeros(len(terms.gamma))
+        own = [self.solve(terms.M, terms.C_q, pull, none)[1] for pull in pulls]
+        responses = np.array([terms.held.multipliers(each[: len(terms.held.C_q)]) for each in own])
+        base, more = (
+            supports(system, bearings, pose, found[..., system.bodies :]) for found in (without.multipliers, responses)
+        )
+        try:
+            carried = settled_loads(bearings, base, more)
+        except Jammed as error:
+            raise jammed(t, system, error.bearing) from error
+        loads = applied(system, pose, twist, seen, expected, self.held, carried)
+        return replace(
+            terms, Q=terms.Q + carried @ pulls, power=np.array([loads.power, loads.dissipation, *loads.apart])
+        )
 
     def project(self, step: int, t: float, y: Array) -> Projected:
         """The state after step number `step`, projected as the settings say."""

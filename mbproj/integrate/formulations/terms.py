@@ -12,7 +12,8 @@ from mbproj.dynamics.equations.held_rows import Held
 
 
 class Accelerations(NamedTuple):
-    """q'' (7n,), λ (m,), and the power of forces and motions and that of dampers in W, (2,); empty without any.
+    """q'' (7n,), λ (m,), and in W the power of forces and motions, that of dampers, and of that what laws lose
+    apart, (2 + apart,); empty without any.
     `nearness`: the pose's distance from a singular one, as a part of the largest of the run."""
 
     acceleration: Array
@@ -41,5 +42,5 @@ class Terms:
         found = self.held.multipliers(multipliers[:rows]) + self.lasting
         power = self.power
         if len(self.driven):
-            power = power - np.array([found[-len(self.driven) :] @ self.driven, 0.0])
+            power = power - np.append(found[-len(self.driven) :] @ self.driven, np.zeros(len(power) - 1))
         return Accelerations(acceleration[:size], found, power, self.held.nearness)

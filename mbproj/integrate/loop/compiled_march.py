@@ -6,12 +6,10 @@ from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from typing import Any
 
-import numpy as np
-
 from mbproj.arrays import Integers, may_overflow
 from mbproj.dynamics.assembly.assemble import State
 from mbproj.dynamics.observe.samples import Samples, block_samples
-from mbproj.integrate.events.halts import Halted, HaltedAt, Watched
+from mbproj.integrate.events.halts import Halted, HaltedAt, Watched, WatchedGap, WatchedRow
 from mbproj.integrate.events.law_switches import switches_of
 from mbproj.integrate.events.leg import Leg
 from mbproj.integrate.formulations.compiled import PHASES, Compiled
@@ -40,7 +38,9 @@ def march(
     SimulationError where the run cannot go on, and Halted where it has met something that is `watched`."""
     run, marks = compiled.run(state, settings, leg), marks or Marks()
     if watched is not None:
-        run.watch(watched.gaps, [(compiled.own_row(each.row), *each[1:]) for each in watched.rows])
+        run.watch(
+            [_as_known(each) for each in watched.gaps], [_own(compiled, each) for each in watched.rows], watched.spacing
+        )
     if marks.resumed:
         _resume(run, tally, marks.resumed)
     run.keeps_marks = marks.wanted
@@ -66,11 +66,23 @@ def march(
         raise failure
 
 
+def _as_known(gap: WatchedGap) -> tuple[Any, ...]:
+    """What is watched, where the kernel knows no idleness."""
+    return gap._replace(slack=gap.slack + gap.idle)[:-1]
+
+
+def _own(compiled: Compiled, row: WatchedRow) -> WatchedRow:
+    """What is watched of the kernel's rows."""
+    other = -1 if row.other < 0 else compiled.own_row(row.other)
+    return row._replace(row=compiled.own_row(row.row), other=other)
+
+
 def _halted_at(compiled: Compiled, run: Any) -> HaltedAt:
     """Where a run stands before a step that meets a stop."""
     at = run.standing
-    work = at["work"] if len(at["work"]) else np.zeros(2)
-    return HaltedAt(compiled.standing(at["t"], at["y"].ravel(), at["turns"]), at["h"], work)
+    return HaltedAt(
+        compiled.standing(at["t"], at["y"].ravel(), at["turns"]), at["h"], at["work"], bool(run.here()["shaped"])
+    )
 
 
 def _take_events(system: System, run: Any, tally: Tally) -> None:

@@ -74,7 +74,7 @@ class ErrorControl:
         run, times, lost = self.run, self.run.leg.times, None
         done = bisect_right(times, point.t)
         while done < len(times):
-            if not h >= 16.0 * run.grain(point.t):
+            if not h >= THRESHOLDS.fewest_grains * run.grain(point.t):
                 raise lost or step_vanished(point.t)
             before_step = partial(self._before_step, h, control)
             run.mark(point, before_step)
@@ -174,7 +174,7 @@ class ErrorControl:
         f, order = formulation.watched_derivative, self.run.stepper.order
         h, limited = first_step(f, order, point.t, point.y, point.slope, self.tolerance, self.scale, longest)
         self.run.shaped = self.run.shaped or (limited and self.run.is_before_end)
-        return h
+        return max(h, THRESHOLDS.fewest_grains * self.run.grain(point.t))  # round-off of y may ask for less
 
     def attempt(self, point: Point, h: float, t: float) -> _Tried:
         """A step from a point over h to t, or why its equations have no solution: a step that is too large may lead to

@@ -123,7 +123,7 @@ class Run:
         at_end = self.exact if self.breaks.is_at(t) else self.inside
         point = accept(self.inside, at_end, self.stepper, self.tally, before, t, step)
         if self.watch is not None:
-            self.watch.take(before, point)
+            self.watch.take(before, point, shaped=self.shaped)
         return point
 
     def pass_break(self, t: float) -> None:

@@ -1,6 +1,6 @@
-"""Looks for stops that a step of the full formulation has met: gaps that are closed within it, or that open again, and
-contacts that would pull. The run halts before such a step; `mbproj.integrate.stops` finds the time, and what happens
-then."""
+"""Looks for what a step of the full formulation has met: gaps that are closed within it, or that open again, contacts
+that would pull, sliding that comes to rest, friction that holds no longer. The run halts before such a step;
+`mbproj.integrate.stops` finds the time, and what happens then."""
 
 from __future__ import annotations
 
@@ -9,27 +9,45 @@ import numpy as np
 from mbproj.arrays import Array
 from mbproj.dynamics.assembly.assemble import State
 from mbproj.dynamics.equations.turning import turns_of
-from mbproj.integrate.events.halts import Halted, HaltedAt, Watched, least, watched_gaps
+from mbproj.integrate.events.halts import Halted, HaltedAt, Watched, least_watched, watched_gaps, watched_rows
+from mbproj.integrate.formulations.full import FullFormulation
 from mbproj.integrate.point import Point
-from mbproj.model.system import System
 
 
 class StopWatch:
     """Looks at the steps of a run in the full formulation."""
 
-    def __init__(self, system: System, watched: Watched) -> None:
-        self._system, self._watched = system, watched
+    def __init__(self, formulation: FullFormulation, watched: Watched) -> None:
+        self._formulation, self._system, self._watched = formulation, formulation.system, watched
 
-    def take(self, before: Point, point: Point) -> None:
-        """A step was made. Raises Halted where it has met something."""
+    def take(self, before: Point, point: Point, *, shaped: bool) -> None:
+        """A step was made, which the run's end has `shaped` or not. Raises Halted where it has met something."""
         h, first, last = point.t - before.t, self._look(before), self._look(point)
-        slack = np.array([each.slack for each in self._watched.gaps])
-        met = bool((least(first, last, h) < -slack).any())
-        λ = point.found.multipliers[self._system.bodies :]
-        if met or any(each.sign * λ[each.row] < -each.slack for each in self._watched.rows):
+        watched, λ = self._watched, point.found.multipliers[self._system.bodies :]
+        slack = np.array([each.slack + each.idle for each in watched.gaps])
+        met = bool((least_watched(watched, first, last, h) < -slack).any())
+        if met or self._gives_way(self._state(point), λ) or self._gives_way_inside(before, point):
             n = 14 * self._system.bodies
-            work = before.y[n : n + 2] if len(before.found.power) else np.zeros(2)
-            raise Halted(HaltedAt(self._state(before), h, work))
+            raise Halted(HaltedAt(self._state(before), h, before.y[n : n + len(before.found.power)], shaped))
+
+    def _gives_way(self, state: State, multipliers: Array) -> bool:
+        """Whether a force is beyond its bound."""
+        force = watched_rows(self._system, self._watched, state, multipliers)
+        return bool((force < -np.array([each.slack for each in self._watched.rows])).any())
+
+    def _gives_way_inside(self, before: Point, point: Point) -> bool:
+        """The same within a step: at states on the cubic through both ends."""
+        h, n = point.t - before.t, 7 * self._system.bodies
+        for x in self._watched.looks(h):
+            a = x * x * (3.0 - 2.0 * x)
+            slopes = h * x * (1.0 - x) * ((1.0 - x) * before.slope - x * point.slope)
+            y = (1.0 - a) * before.y + a * point.y + slopes
+            coordinate = before.turning.coordinate + a * (point.turning.coordinate - before.turning.coordinate)
+            found = self._formulation.accelerations(before.t + x * h, y[:n], y[n : 2 * n], coordinate)
+            state = State(before.t + x * h, y[:n], y[n : 2 * n], self._state(before).turns)
+            if self._gives_way(state, found.multipliers[self._system.bodies :]):
+                return True
+        return False
 
     def _state(self, point: Point) -> State:
         system, n = self._system, 7 * self._system.bodies

@@ -148,13 +148,31 @@ def unsolved_stage(t: float, system: System, body: int, force: int, *, is_near: 
     return SimulationError(t, cause, where=where, hint="take smaller steps, or give a tolerance instead")
 
 
+def no_unique_sliding(t: float, where: str) -> SimulationError:
+    """Friction is so strong, beside what its joint carries, that sliding has no solution, or two."""
+    cause = (
+        "nothing sticks here, and sliding has no solution or two: friction adds more to the load than it is a part of "
+        "(Painlevé's paradox)"
+    )
+    hint = "use a smaller 'coefficient', a longer bearing, or push nearer to it"
+    return SimulationError(t, cause, where=where, hint=hint)
+
+
+def jammed(t: float, system: System, bearing: int) -> SimulationError:
+    """The same of friction that goes by a bearing."""
+    assert system.bearings is not None and system.forces is not None
+    law = int(np.flatnonzero(system.forces.laws.bearing == bearing)[0])
+    joint = system.names.joints[int(system.bearings.joint[bearing])]
+    return no_unique_sliding(t, f"friction '{system.forces.law_owners[law]}' of joint '{joint}'")
+
+
 def dry_friction(t: float, where: str, what: str) -> SimulationError:
     """The motion on both sides of a law's edge leads back onto it."""
     cause = (
         f"the motion leads back onto the edge of {what} from both sides, and neither holds: this is dry friction that "
         "sticks, which no function can hold"
     )
-    hint = "make the law smooth there: 'tanh(x/width)' in place of 'sign(x)', for example"
+    hint = "on a joint write type: friction with 'coulomb', which sticks; or 'tanh(x/width)' in place of 'sign(x)'"
     return SimulationError(t, cause, where=where, hint=hint)
 
 

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 
 from mbproj.arrays import Integers
 from mbproj.errors import SimulationError
+from mbproj.integrate.outcome.failures import no_unique_sliding
 from mbproj.model.system import System
 
 
@@ -28,8 +29,18 @@ def creates_energy(t: float, system: System, which: Sequence[int] | Integers, en
     return SimulationError(t, cause, where=named(system, which), hint="give them the same 'restitution'")
 
 
-def never_ends(t: float, system: System, which: int) -> SimulationError:
-    """More happens at one time than stops can explain."""
+def finds_no_balance(t: float, system: System, frictions: Integers) -> SimulationError:
+    """Dry frictions that can neither hold nor slide, or slide in two ways."""
+    names, owners = ", ".join(f"'{system.names.frictions[int(k)]}'" for k in frictions), system.frictions
+    joints: list[int] = (
+        [] if owners is None or system.bearings is None else system.bearings.joint[owners.bearing[frictions]].tolist()
+    )
+    of = ", ".join(dict.fromkeys(f"'{system.names.joints[int(joint)]}'" for joint in joints))
+    return no_unique_sliding(t, f"friction {names} of joint {of}" if of else f"friction {names}")
+
+
+def never_ends(t: float, which: str) -> SimulationError:
+    """More happens at one time than stops and frictions can explain, to the one called `which`."""
     cause = "it is met and released again and again at one time"
     hint = "make it compliant with 'stiffness', or use a smaller step or tolerance"
-    return SimulationError(t, cause, where=named(system, [which]), hint=hint)
+    return SimulationError(t, cause, where=which, hint=hint)

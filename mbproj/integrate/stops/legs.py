@@ -1,18 +1,13 @@
-"""One leg of a run with its contacts: from a state to a time, or to where it halts; samples are those of the whole
-mechanism, in which contacts are forces of stops."""
+"""One leg of a run with its contacts and frictions: from a state to a time, or to where it halts."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import replace
 
-import numpy as np
-
 from mbproj.arrays import Array, Flags
 from mbproj.dataclass import dataclass
 from mbproj.dynamics.assembly.assemble import State
-from mbproj.dynamics.equations.gaps import gap_rates, gaps, pressing, stored_energy
-from mbproj.dynamics.equations.kinematics import pose_of, twist_of
 from mbproj.dynamics.observe.samples import Samples, stack
 from mbproj.integrate.events.halts import Watched
 from mbproj.integrate.events.leg import Leg
@@ -23,8 +18,6 @@ from mbproj.integrate.loop.stop_watch import StopWatch
 from mbproj.integrate.outcome.marks import Marks
 from mbproj.integrate.outcome.tally import Tally
 from mbproj.integrate.stops.variants import Variant
-from mbproj.model.contacts import Contacts
-from mbproj.model.system import System
 from mbproj.scene.records import Settings
 
 #: What samples have one of each.
@@ -47,7 +40,7 @@ def samples_of(
         yield from march_compiled(choice.compiled, state, settings, tally, marks, None, leg, watched)
         return
     formulation = FullFormulation.of(variant.system, state, settings, choice.redundant)
-    watch = None if watched is None else StopWatch(variant.system, watched)
+    watch = None if watched is None else StopWatch(formulation, watched)
     for sample in march(formulation, state, tally, marks, None, leg, watch):
         yield stack([sample])
 
@@ -76,47 +69,11 @@ def end_of(samples: Samples) -> Reached:
     return Reached(state, samples.multipliers[-1])
 
 
-def of_the_whole(variant: Variant, samples: Samples) -> Samples:
-    """Samples of a variant as those of the mechanism itself: rows of contacts become forces of stops, (T, S)."""
-    stops, held = variant.system.stops, variant.contacts.held
-    assert stops is not None
-    rows = variant.system.joints.size
-    own = np.arange(rows - len(held), rows)
-
-    def press() -> Array:
-        pose = pose_of(samples.q)
-        gap, rate = gaps(stops, pose, samples.turns), gap_rates(stops, pose, twist_of(pose, samples.v))
-        damping = np.zeros(stops.size)
-        for stop, c in variant.contacts.pushing.items():
-            damping[stop] = c
-        found = pressing(stops, damping, gap, rate)
-        found[:, list(held)] = -stops.side[list(held)] * samples.multipliers[:, own]
-        return found
-
-    return replace(samples, solved=lambda: np.delete(samples.multipliers, own, axis=1), press=press)
-
-
-def stored_in_stops(variant: Variant, samples: Samples) -> Array:
-    """What compliant stops keep at samples, (T,), in J."""
-    stops = variant.system.stops
-    assert stops is not None
-    return np.asarray(stored_energy(stops, gaps(stops, pose_of(samples.q), samples.turns)))
-
-
-def row_of_the_whole(system: System, contacts: Contacts, row: int, before: int) -> int:
-    """The row of the mechanism's own C for one of a variant's, where `before` rows come before the joints'; those of
-    contacts come after all others, in the order of the stops."""
-    number, held = row - before - system.joints.size, len(contacts.held)
-    if number < 0:
-        return row
-    return system.constraints + contacts.held[number] if number < held else row - held
-
-
 def only(samples: Samples, which: Flags) -> Samples:
     """Some of the samples."""
     if which.all():
         return samples
-    press = samples.press
+    press, rub = samples.press, samples.rub
     return replace(
         samples,
         **{
@@ -126,4 +83,5 @@ def only(samples: Samples, which: Flags) -> Samples:
         solved=lambda: samples.multipliers[which],
         counters={name: values[which] for name, values in samples.counters.items()},
         press=None if press is None else lambda: press()[which],
+        rub=None if rub is None else lambda: (rub()[0][which], rub()[1][which]),
     )

@@ -1,15 +1,24 @@
-"""When a stop is met: the size of the step that ends there, found on the step itself, so that its order is that of the
-method."""
+"""When a stop is met, or friction sticks or slips: the size of the step that ends there, found on the step itself, so
+that its order is that of the method."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 import numpy as np
 
 from mbproj.arrays import Array
 from mbproj.dataclass import dataclass
-from mbproj.integrate.events.halts import Watched, cubic, lowest, may_pass, watched_gaps
+from mbproj.integrate.events.halts import (
+    Watched,
+    cubic,
+    lowest,
+    may_pass,
+    slowest,
+    slowest_at,
+    watched_gaps,
+    watched_rows,
+)
 from mbproj.integrate.stops.legs import Reached
 from mbproj.model.system import System
 
@@ -21,17 +30,21 @@ THROUGH = (0.5, 0.25, 0.75, 0.375, 0.625)
 
 @dataclass(frozen=True, eq=False)
 class Margins:
-    """What is watched at a state, (k,): gaps with their signs, then forces of contacts, none negative while nothing is
-    met; and the rates of the gaps, NaN of forces."""
+    """What is watched at a state, (k,): gaps and rates with their signs, then what forces are short of, none negative
+    while nothing is met; and the rates of the gaps, NaN of all others. `places` and `speeds` of gaps and rates: their
+    coordinates and what these change by."""
 
     value: Array
     rate: Array
     slack: Array
+    places: Array
+    speeds: Array
 
     @property
     def worst(self) -> int:
         """Which is furthest below what it may be, by its slack."""
-        return int(np.argmin(self.value / self.slack))
+        with np.errstate(over="ignore"):
+            return int(np.argmin(self.value / self.slack))
 
 
 @dataclass(frozen=True, eq=False)
@@ -46,17 +59,23 @@ class Met:
 
 def margins(system: System, watched: Watched, reached: Reached) -> Margins:
     """At the end of a step."""
-    gap, rate = watched_gaps(system, watched, reached.state)
-    force = np.array([each.sign * reached.multipliers[each.row] for each in watched.rows])
+    place, speed = watched_gaps(system, watched, reached.state)
+    of_rate = np.array([each.of_rate for each in watched.gaps], dtype=bool)
+    force = watched_rows(system, watched, reached.state, reached.multipliers)
     slack = np.array([each.slack for each in watched.gaps] + [each.slack for each in watched.rows])
-    return Margins(np.concatenate([gap, force]), np.concatenate([rate, np.full(len(force), np.nan)]), slack)
+    idle = np.array([each.idle for each in watched.gaps])
+    value = np.concatenate([np.where(of_rate, speed + idle, place), force])
+    rate = np.concatenate([np.where(of_rate, np.nan, speed), np.full(len(force), np.nan)])
+    return Margins(value, rate, slack, place, speed)
 
 
-def locate(at: Callable[[float], Margins], reach: Callable[[float], Reached], h: float, grain: float) -> Met:
+def locate(
+    at: Callable[[float], Margins], reach: Callable[[float], Reached], h: float, grain: float, looks: Sequence[float]
+) -> Met:
     """The first time in a step of size h at which something is met, to within `grain` s. `at` gives the margins after
-    a step of a size, 0 too, and `reach` its end."""
+    a step of a size, 0 too, and `reach` its end; forces are looked at at the parts `looks` of it."""
     first, last = at(0.0), at(h)
-    high = h if (last.value < -last.slack).any() else _dip(at, first, last, h)
+    high = h if (last.value < -last.slack).any() else _dip(at, first, last, h, looks)
     if high is None:
         return Met(h, reach(h), None)
     below = at(high)
@@ -83,15 +102,21 @@ def _crossing(first: Margins, last: Margins, k: int, h: float) -> float:
     return float(inside.max(initial=0.0)) or 0.5
 
 
-def _dip(at: Callable[[float], Margins], first: Margins, last: Margins, h: float) -> float | None:
+def _dip(
+    at: Callable[[float], Margins], first: Margins, last: Margins, h: float, forces: Sequence[float]
+) -> float | None:
     """A size at which something is met that is inside again at the end; None where nothing is."""
     looks: list[float] = []
-    for k in np.flatnonzero(np.isfinite(first.rate)):
-        ends = first.value[k], first.rate[k], last.value[k], last.rate[k]
+    idle = first.value[: len(first.places)] - first.speeds
+    for k in range(len(first.places)):
+        ends = first.places[k], first.speeds[k], last.places[k], last.speeds[k]
+        if np.isnan(first.rate[k]):
+            looks += [slowest_at(*ends, h)] if slowest(*ends, h) + idle[k] < -first.slack[k] else []
+            continue
         theta = lowest(*ends, h)
         looks += [theta] if theta > 0.0 and cubic(*ends, h, theta) < -first.slack[k] else []
         looks += THROUGH if may_pass(*ends, h) else ()
-    for theta in looks:
+    for theta in (*looks, *forces):
         there = at(theta * h)
         if (there.value < -there.slack).any():
             return theta * h

@@ -1,9 +1,10 @@
-"""The march of a mechanism with stops: legs of the time loop, between the times at which stops are met.
+"""The march of a mechanism with stops or dry friction: legs of the time loop, between the times at which one of them
+changes.
 
 while t < end:
-    run a leg until something is met            # gaps closed, contacts that would pull
+    run a leg until something is met            # gaps closed, contacts that pull, sliding at rest, sticking that slips
     find when, on the step itself               # locate
-    step there, and see what happens            # meet: impact, contact, release
+    step there, and see what happens            # meet: impact, contact, release, stick, slip
 """
 
 from __future__ import annotations
@@ -17,11 +18,8 @@ import numpy as np
 
 from mbproj.arrays import Array
 from mbproj.dynamics.assembly.assemble import State
-from mbproj.dynamics.contact.inside import stop_sizes
-from mbproj.dynamics.equations.gaps import gaps, stored_energy
-from mbproj.dynamics.equations.kinematics import pose_of
 from mbproj.dynamics.observe.samples import Samples
-from mbproj.integrate.events.halts import Halted, HaltedAt, Watched, WatchedGap, WatchedRow
+from mbproj.integrate.events.halts import Halted, HaltedAt, Watched
 from mbproj.integrate.events.leg import Leg
 from mbproj.integrate.formulations.choice import Choice
 from mbproj.integrate.loop.one_method import march_by_one_method
@@ -29,26 +27,25 @@ from mbproj.integrate.outcome.marks import (
     START,
     Mark,
     Marks,
-    restore_tally,
     resuming,
     saved_events,
-    saved_tally,
 )
 from mbproj.integrate.outcome.tally import Tally
 from mbproj.integrate.stops.failures import never_ends
-from mbproj.integrate.stops.legs import (
-    Reached,
-    end_of,
+from mbproj.integrate.stops.legs import Reached, end_of, one_step, only, samples_of
+from mbproj.integrate.stops.locate import Margins, locate, margins
+from mbproj.integrate.stops.meeting import Meeting, Met, meet
+from mbproj.integrate.stops.saved import restore, saved
+from mbproj.integrate.stops.variants import Variant, Variants
+from mbproj.integrate.stops.watching import Meaning, watched_of
+from mbproj.integrate.stops.whole import (
+    integrals_of_the_whole,
     of_the_whole,
-    one_step,
-    only,
     row_of_the_whole,
-    samples_of,
+    speed_of,
+    stored_by,
     stored_in_stops,
 )
-from mbproj.integrate.stops.locate import Margins, locate, margins
-from mbproj.integrate.stops.meeting import Meeting, meet
-from mbproj.integrate.stops.variants import Variant, Variants
 from mbproj.model.contacts import Contacts
 from mbproj.model.system import System
 from mbproj.scene.records import Settings
@@ -61,13 +58,14 @@ class StopMarch:
     def __init__(
         self, choice: Choice, system: System, start: State, settings: Settings, tally: Tally, marks: Marks
     ) -> None:
-        assert system.stops is not None
         self.marks, self.mark = marks, marks.resumed
-        self.system, self.stops, self.settings, self.tally = system, system.stops, settings, tally
+        self.system, self.settings, self.tally = system, settings, tally
         self.whole = Leg.whole(system, settings, start.t)
         self.variants = Variants(choice, system, settings)
         self.state, self.contacts, self.push = start, Contacts(), 0.0
-        self.lost_and_worked = np.zeros(2)  # work, dissipation
+        self.fastest = max(speed_of(system, start), THRESHOLDS.slow_motion / self.whole.interval)
+        self.integrals = np.zeros(2 + len(system.names.frictions))  # work, dissipation, and that of each friction
+        self.shaped = False  # whether a longer run may meet things in other bits
         self.met_at, self.met_often = -np.inf, 0
         self.recorded = -np.inf
         self._inner, self._resumed, self._begin, self._met = Marks(), START, dict[str, Any](), 0
@@ -78,15 +76,16 @@ class StopMarch:
         self.marks.newest = self._newest
         if self.mark:
             with resuming():
-                self._restore(self.mark["stops"])
+                restore(self, self.mark["stops"])
                 self.recorded = float(self.mark["t"])
                 self._resumed = {name: value for name, value in self.mark.items() if name != "stops"}
         else:
-            self._meet(self.state, None)
+            self._meet(self.state, Meaning())
         while self.state.t < self.whole.end:
             variant = self.variants.of(self.contacts, self.state)
             try:
-                yield from self._leg(variant, self._next_leg(), self._watched(variant))
+                watched, _ = watched_of(variant, self.push, self.fastest, self.whole.interval)
+                yield from self._leg(variant, self._next_leg(), watched)
             except Halted as halted:
                 yield from self._to_stop(variant, halted.standing)
 
@@ -98,40 +97,28 @@ class StopMarch:
             return replace(whole, start=t, duration=whole.end - t, times=(t, *times[:-1], t + (whole.end - t)))
         made = (t - whole.start) / whole.step
         k = round(made)
-        if abs(made - k) > THRESHOLDS.on_grid:
+        if (
+            abs(made - k) > THRESHOLDS.on_grid or k >= whole.count
+        ):  # within round-off of the end there is a step as well
             k = int(np.ceil(made))
             h = min(whole.start + k * whole.step, whole.end) - t
             return replace(whole, start=t, duration=h, step=h, count=1, every=1)
         return replace(whole, start=t, duration=whole.end - t, count=whole.count - k, every=1)
-
-    def _watched(self, variant: Variant) -> Watched:
-        """What halts a leg: gaps of stops that do not touch, those of compliant ones that open again, and contacts that
-        pull."""
-        slack, contacts = THRESHOLDS.stop_slack * stop_sizes(self.system), variant.contacts
-        gaps = [
-            WatchedGap(k, -self.stops.side[k] if k in contacts.pushing else self.stops.side[k], float(slack[k]))
-            for k in range(self.stops.size)
-            if k not in contacts.held
-        ]
-        first = variant.system.joints.size - len(contacts.held)
-        least = THRESHOLDS.contact_pulls * self.push
-        rows = [WatchedRow(first + at, -self.stops.side[k], least) for at, k in enumerate(contacts.held)]
-        return Watched(tuple(gaps), tuple(rows))
 
     def _leg(self, variant: Variant, leg: Leg, watched: Watched | None) -> Iterator[Samples | None]:
         """The samples of a leg that are due; at its end the run is there. Raises Halted. A run can go on from within a
         leg that lasts to its end."""
         own, start = Tally(), self.tally.counters()
         lasts = watched is not None and leg.end == self.whole.end
-        inner = Marks(self._resumed, self.marks.wanted and lasts)
+        inner = Marks(self._resumed, self.marks.wanted and lasts and not self.shaped)
         self._resumed = START
-        self._begin = self._saved() if inner.wanted else {}
+        self._begin = saved(self) if inner.wanted else {}
         self._met = len(self.tally.met)
         settings = replace(self.settings, duration=leg.duration, step=leg.step)
         if leg.step is not None:
             settings = replace(settings, tolerance=None)
         last = None
-        before, stored = self.lost_and_worked, self._stored(self.state)
+        before, stored = self.integrals, stored_by(self.system, self.state)
         self._inner = inner
         try:
             for samples in samples_of(variant, self.state, settings, leg, own, watched, inner):
@@ -139,7 +126,7 @@ class StopMarch:
                 if samples is None:
                     yield None
                     continue
-                work = samples.work + before
+                work = before + integrals_of_the_whole(variant, samples.work)
                 work[:, 1] -= stored_in_stops(variant, samples) - stored
                 last = replace(samples, work=work), variant
                 times = self._times(samples.t)
@@ -149,20 +136,16 @@ class StopMarch:
                     self.recorded = float(times[due][-1])
                     yield only(of_the_whole(variant, replace(last[0], t=times, counters=counted)), due)
         except Halted as halted:
-            self.lost_and_worked = before + halted.standing.work
-            self.lost_and_worked[1] -= self._stored(halted.standing.state) - stored
+            self.integrals = before + integrals_of_the_whole(variant, halted.standing.work)
+            self.integrals[1] -= stored_by(self.system, halted.standing.state) - stored
             raise
         finally:
             self._count(start, own)
             self._end_leg(own)
             self._last, self._inner = self._known(), Marks()
         assert last is not None
-        self.lost_and_worked = last[0].work[-1].copy()
+        self.integrals = last[0].work[-1].copy()
         self.state = replace(end_of(last[0]).state, t=leg.end)
-
-    def _stored(self, state: State) -> float:
-        """What compliant stops keep, J."""
-        return float(stored_energy(self.stops, gaps(self.stops, pose_of(state.q), state.turns)))
 
     def _times(self, t: Array) -> Array:
         """The times of the whole run's samples that these are, NaN for those that are none."""
@@ -215,33 +198,12 @@ class StopMarch:
         inner = self._inner.newest()
         return (dict(inner), self._begin, self._met) if inner else self._last
 
-    def _saved(self) -> dict[str, Any]:
-        """All that a leg depends on, but for the events before it, as plain data."""
-        state, contacts = self.state, self.contacts
-        return {
-            "state": [state.t, state.q.tolist(), state.v.tolist(), state.turns.tolist()],
-            "held": list(contacts.held),
-            "pushing": [[k, c] for k, c in contacts.pushing.items()],
-            "push": self.push,
-            "lost_and_worked": self.lost_and_worked.tolist(),
-            "tally": saved_tally(self.tally),
-        }
-
-    def _restore(self, mark: Mark) -> None:
-        """Goes on from what was saved."""
-        t, q, v, turns = mark["state"]
-        self.state = State(float(t), np.array(q, dtype=float), np.array(v, dtype=float), np.array(turns, dtype=np.intp))
-        held = tuple(int(k) for k in mark["held"])
-        if any(not 0 <= k < self.stops.size for k in (*held, *(int(k) for k, _ in mark["pushing"]))):
-            raise ValueError("a stop is not there")
-        self.contacts = Contacts(held, {int(k): float(c) for k, c in mark["pushing"]})
-        self.push, self.lost_and_worked = float(mark["push"]), np.array(mark["lost_and_worked"], dtype=float)
-        restore_tally(self.tally, mark["tally"])
-
     def _to_stop(self, variant: Variant, standing: HaltedAt) -> Iterator[Samples | None]:
         """From where a leg has halted to where something is met, and what happens there."""
-        self.state = standing.state
-        watched, tried = self._watched(variant), {}
+        self.shaped = self.shaped or standing.shaped
+        self.state, self.fastest = standing.state, max(self.fastest, speed_of(self.system, standing.state))
+        watched, meanings = watched_of(variant, self.push, self.fastest, self.whole.interval)
+        tried = dict[float, Reached]()
 
         def reach(h: float) -> Reached:
             if h not in tried:
@@ -251,17 +213,15 @@ class StopMarch:
         def at(h: float) -> Margins:
             if h == 0.0:
                 none = np.zeros(variant.system.constraints - variant.system.bodies)  # how hard they push is not known
-                return margins(self.system, watched, Reached(standing.state, none))
-            return margins(self.system, watched, reach(h))
+                return margins(variant.system, watched, Reached(standing.state, none))
+            return margins(variant.system, watched, reach(h))
 
         grain = 4.0 * float(np.finfo(float).eps) * max(abs(standing.state.t), self.whole.interval)
-        met = locate(at, reach, standing.h, grain)
-        if met.h > 0.0:
+        met = locate(at, reach, standing.h, grain, watched.looks(standing.h))
+        if met.h >= 0.25 * THRESHOLDS.fewest_grains * grain:  # a shorter step is none
             yield from self._leg(variant, self._short_leg(standing, met.h), None)
-        which = met.which
-        if which is not None:
-            released = which - len(watched.gaps)
-            self._meet(self.state, variant.contacts.held[released] if released >= 0 else None, which)
+        if met.which is not None:
+            self._meet(self.state, meanings[met.which])
 
     def _short_leg(self, standing: HaltedAt, h: float) -> Leg:
         """One step of size h, with the samples inside."""
@@ -272,24 +232,27 @@ class StopMarch:
         inside = [time for time in whole.times[first:last] if time < t + h]
         return replace(whole, start=t, duration=h, times=(t, *inside, t + h), first=h)
 
-    def _meet(self, state: State, released: int | None, which: int = 0) -> None:
+    def _meet(self, state: State, what: Meaning) -> None:
         """What happens at a state; from here on these contacts hold."""
         near = 16.0 * np.finfo(float).eps * max(abs(state.t), self.whole.interval)
         self.met_often = self.met_often + 1 if state.t - self.met_at <= near else 1
         self.met_at = state.t
         if self.met_often > THRESHOLDS.most_meetings:
-            raise never_ends(state.t, self.system, which % self.stops.size)
-        meeting: Meeting = meet(self.system, state, self.contacts, released)
+            raise never_ends(state.t, what.name(self.system))
+        met = Met(what.stop if what.released else None, what.friction if what.rest else None, self.fastest)
+        meeting: Meeting = meet(self.system, state, self.contacts, met, begins=what == Meaning())
         self.state, self.contacts, self.push = meeting.state, meeting.contacts, meeting.push
-        self.lost_and_worked += (meeting.work, meeting.lost)
+        self.integrals[:2] += (meeting.work, meeting.lost)
+        if meeting.rubbed is not None:
+            self.integrals[2 + meeting.rubbed[0]] += meeting.rubbed[1]
         self.tally.met += meeting.events
 
 
 def march(
     choice: Choice, system: System, state: State, settings: Settings, *, tally: Tally, marks: Marks | None = None
 ) -> Iterator[Samples | None]:
-    """Samples in the order of time by one method, of a mechanism with stops or without any."""
-    if system.stops is None:
+    """Samples in the order of time by one method, of a mechanism with stops or dry friction, or without any."""
+    if system.stops is None and system.frictions is None:
         yield from march_by_one_method(choice, system, state, settings, tally=tally, marks=marks)
     else:
         yield from StopMarch(choice, system, state, settings, tally, marks or Marks()).samples()

@@ -1,4 +1,5 @@
-"""What happens when stops are met: impacts, contacts that begin and end, bounces that come to rest."""
+"""What happens when stops are met or frictions change: impacts, contacts that begin and end, bounces that come to rest,
+sticking and sliding."""
 
 from __future__ import annotations
 
@@ -7,19 +8,21 @@ from functools import cached_property
 
 import numpy as np
 
-from mbproj.arrays import Array, Flags
+from mbproj.arrays import Array, Flags, Integers
 from mbproj.dataclass import dataclass
 from mbproj.dynamics.assembly.assemble import State
 from mbproj.dynamics.contact.freedom import Freedom, counted_coordinates
 from mbproj.dynamics.contact.hunt_crossley import relative_damping
-from mbproj.dynamics.contact.impact import Impact, contact_pushes, impact
+from mbproj.dynamics.contact.impact import Impact, contact_pushes, impact, impact_with_friction
 from mbproj.dynamics.contact.inside import stop_sizes
 from mbproj.dynamics.equations.energy import kinetic_energy
 from mbproj.dynamics.equations.gaps import gap_rates, gaps
 from mbproj.dynamics.equations.kinematics import body_rates, pose_of, twist_of
 from mbproj.integrate.events.time_events import Event
 from mbproj.integrate.stops.failures import creates_energy, driven_into
+from mbproj.integrate.stops.rubbing import at_exact_rest, at_rest, happened, rubbed, rubbing_of
 from mbproj.model.contacts import Contacts, in_contact
+from mbproj.model.stops import Stops
 from mbproj.model.system import System
 from mbproj.thresholds import THRESHOLDS
 
@@ -31,18 +34,18 @@ class Meeting:
 
     state: State
     contacts: Contacts
-    events: tuple[Event, ...]
+    events: tuple[Event, ...] = ()
     lost: float = 0.0
     work: float = 0.0
     push: float = 0.0
+    rubbed: tuple[Integers, Array] | None = None
 
 
 class _Touch:
     """A mechanism at stops, with what they are to it."""
 
-    def __init__(self, system: System, state: State, pushing: dict[int, float]) -> None:
-        assert system.stops is not None
-        self.system, self.state, self.stops = in_contact(system, Contacts((), pushing)), state, system.stops
+    def __init__(self, system: System, stops: Stops, state: State, pushing: dict[int, float]) -> None:
+        self.system, self.state, self.stops = in_contact(system, Contacts((), pushing)), state, stops
         pose = pose_of(state.q)
         twist = twist_of(pose, state.v)
         self.gap, self.rate = gaps(self.stops, pose, state.turns), gap_rates(self.stops, pose, twist)
@@ -62,8 +65,13 @@ class _Touch:
 
     @cached_property
     def acceleration(self) -> Array:
-        """Of the gaps, without contacts of rigid stops, (S,)."""
-        return self.freedom.gap_accelerations(self.stops, counted_coordinates(self.system, self.state))
+        """Of the gaps, without contacts of rigid stops and dry friction, (S,)."""
+        return self.freedom.gap_accelerations(self.stops, self.freedom.free(self.counted))
+
+    @property
+    def counted(self) -> Array:
+        """The joints' coordinates with turns."""
+        return counted_coordinates(self.system, self.state)
 
     def after(self, v: Array) -> _Touch:
         """The same with other velocities; what counts as slow is as before, as round-off is."""
@@ -75,36 +83,85 @@ class _Touch:
         return found
 
 
-def meet(system: System, state: State, contacts: Contacts, released: int | None = None) -> Meeting:
-    """At a state where something is met: a gap is closed, or the contact of a stop pushes no longer and is `released`.
-    Raises SimulationError where a motion drives into a stop, or where an impact would create energy."""
-    pushing, events = _compliant(system, state, contacts)
-    touch = _Touch(system, state, pushing)
-    rigid = touch.stops.is_rigid & (touch.near | _marked(touch.stops.size, contacts.held))
-    struck = rigid & (touch.rate < -touch.slow) & ~_marked(touch.stops.size, contacts.held)
-    lost = work = 0.0
+@dataclass(frozen=True)
+class Met:
+    """What a run has met: a stop that is `released`, a friction that comes to `rest`, or nothing of these; and the
+    `fastest` motion of the run so far, 1/s."""
+
+    released: int | None = None
+    rest: int | None = None
+    fastest: float = 0.0
+
+
+def meet(system: System, state: State, contacts: Contacts, met: Met, *, begins: bool = False) -> Meeting:
+    """At a state where something is met: a gap is closed, the contact of a stop pushes no longer, sliding comes to rest
+    or friction holds no longer. Raises SimulationError where a motion drives into a stop, where an impact would create
+    energy, and where neither sticking nor sliding is possible. Where a run `begins`, frictions have no past."""
+    if system.stops is None:
+        state, after, _ = _with_friction(system, state, contacts, met, np.zeros(0, dtype=bool), Contacts())
+        found = Meeting(state, after)
+    else:
+        found = _at_stops(system, system.stops, state, contacts, met)
+    rubs = () if begins else happened(state.t, system, contacts, found.contacts)
+    return replace(found, events=(*found.events, *rubs))
+
+
+def _at_stops(system: System, stops: Stops, state: State, contacts: Contacts, met: Met) -> Meeting:
+    pushing, events = _compliant(system, stops, state, contacts)
+    touch = _Touch(system, stops, state, pushing)
+    rigid = stops.is_rigid & (touch.near | _marked(stops.size, contacts.held))
+    struck = rigid & (touch.rate < -touch.slow) & ~_marked(stops.size, contacts.held)
+    lost, work, by_friction = 0.0, 0.0, None
     rests: tuple[Event, ...] = ()
     if struck.any():
         done, rests = _bounced(touch, rigid, struck)
         events += _of_impact(touch, rigid, struck, done)
-        lost, work = done.lost, done.work
+        lost, work, by_friction = done.lost, done.work, done.rubbed
         touch = touch.after(done.v)
+    lifts = rigid & _lifts_less(touch, THRESHOLDS.stop_slack) & (system.frictions is not None)
+    if lifts.any():  # what ends sliding may lift what rocks by less than gaps are known to
+        touch, gained = _without_lifting(touch, np.flatnonzero(lifts))
+        lost -= gained
     staying = rigid & (np.abs(touch.rate) <= touch.slow)
-    if released is not None:
-        staying[released] = False
-    push = _pushes(touch, staying)
-    held = tuple(int(k) for k in np.flatnonzero(push > 0.0))
+    if met.released is not None:
+        staying[met.released] = False
+    if system.frictions is None:
+        push = _pushes(touch, staying)
+        after = Contacts(tuple(np.flatnonzero(push > 0.0).tolist()), pushing)
+    else:
+        known = Contacts((), pushing) if struck.any() else replace(contacts, held=(), pushing=pushing)
+        state, after, push = _with_friction(system, touch.state, known, met, staying, Contacts((), pushing))
+        touch = touch.after(state.v)
     events += rests
-    new = [k for k in held if k not in contacts.held and not any(each.name == _name(system, k) for each in rests)]
+    new = [k for k in after.held if k not in contacts.held and not any(each.name == _name(system, k) for each in rests)]
     events += tuple(Event(state.t, _name(system, k), "contact", -1) for k in new)
-    events += tuple(Event(state.t, _name(system, k), "release", 1) for k in contacts.held if k not in held)
-    return Meeting(touch.state, Contacts(held, pushing), events, lost, work, float(push.max(initial=0.0)))
+    events += tuple(Event(state.t, _name(system, k), "release", 1) for k in contacts.held if k not in after.held)
+    return Meeting(touch.state, after, events, lost, work, float(push.max(initial=0.0)), by_friction)
 
 
-def _compliant(system: System, state: State, contacts: Contacts) -> tuple[dict[int, float], tuple[Event, ...]]:
+def _with_friction(
+    system: System, state: State, contacts: Contacts, met: Met, staying: Flags, pushed: Contacts
+) -> tuple[State, Contacts, Array]:
+    """The state, the contacts from here on, and how hard stops push; frictions are as in `contacts` up to here."""
+    bare = in_contact(system, pushed)
+    freedom = Freedom.at(bare, state)
+    rests = at_rest(bare, state, contacts, met.rest, met.fastest)
+    still = at_exact_rest(freedom, state, np.flatnonzero(staying), rests, met.fastest)
+    if still is not state:
+        state, freedom = still, Freedom.at(bare, still)
+    free = freedom.free(counted_coordinates(bare, state))
+    found = rubbed(freedom, free, state, contacts, np.flatnonzero(staying), rests, met.fastest)
+    held = tuple(np.flatnonzero(found.push > 0.0).tolist())
+    rubs = found.sliding, found.stuck, found.bearing, found.straight, found.starting
+    return state, Contacts(held, pushed.pushing, *rubs), found.push
+
+
+def _compliant(
+    system: System, stops: Stops, state: State, contacts: Contacts
+) -> tuple[dict[int, float], tuple[Event, ...]]:
     """The compliant stops that push from here on, with their damping."""
     pushing, events = dict(contacts.pushing), []
-    touch = _Touch(system, state, pushing)
+    touch = _Touch(system, stops, state, pushing)
     for k in [k for k in pushing if touch.gap[k] >= -THRESHOLDS.touching * touch.size[k] and touch.rate[k] >= 0.0]:
         del pushing[k]
         events.append(Event(state.t, _name(system, k), "release", 1))
@@ -137,21 +194,46 @@ def _bounced(touch: _Touch, rigid: Flags, struck: Flags) -> tuple[Impact, tuple[
     e = np.where(struck, touch.stops.restitution, 0.0)
     done = _struck(touch, rigid, e)
     again = touch.after(done.v)
-    fall = -again.acceleration
     with np.errstate(divide="ignore", invalid="ignore"):
-        height = np.where(fall > 0.0, again.rate**2 / (2.0 * fall), np.inf)
-        way = 2.0 * again.rate / (fall * (1.0 - e))
-    low = struck & (e > 0.0) & (e < 1.0) & (again.rate > 0.0) & (height < THRESHOLDS.lowest_bounce * touch.size)
-    if not low.any():
-        return done, ()
+        way = 2.0 * again.rate / (-again.acceleration * (1.0 - e))
+    low = struck & (e > 0.0) & (e < 1.0) & _lifts_less(again, THRESHOLDS.lowest_bounce)
     t = touch.state.t
-    rests = tuple(Event(t + float(way[k]), _name(touch.system, int(k)), "rest", -1) for k in np.flatnonzero(low))
-    return _struck(touch, rigid, np.where(low, 0.0, e)), rests
+    rests: tuple[Event, ...] = ()
+    if low.any():
+        rests = tuple(Event(t + float(way[k]), _name(touch.system, int(k)), "rest", -1) for k in np.flatnonzero(low))
+        done = _struck(touch, rigid, np.where(low, 0.0, e))
+        again = touch.after(done.v)
+    lifts = rigid & ~low & (again.rate > again.slow) & _lifts_less(again, THRESHOLDS.lowest_bounce)
+    if not lifts.any():
+        return done, rests
+    staying = rigid & (lifts | (np.abs(again.rate) <= again.slow))
+    settled, gained = _without_lifting(again, np.flatnonzero(staying))
+    return replace(done, v=settled.state.v, lost=done.lost - gained), rests
+
+
+def _lifts_less(touch: _Touch, height: float) -> Flags:
+    """Which gaps open, and fall shut again before they are a height, in the mechanism's own length or rad, (S,)."""
+    fall = -touch.acceleration
+    with np.errstate(divide="ignore", invalid="ignore"):
+        reached = np.where(fall > 0.0, touch.rate**2 / (2.0 * fall), np.inf)
+    return np.asarray((touch.rate > 0.0) & (reached < height * touch.size))
+
+
+def _without_lifting(touch: _Touch, which: Integers) -> tuple[_Touch, float]:
+    """The same where these stops stay closed, and the kinetic energy that this has given, J: what rocks comes to
+    rest."""
+    x: Array = np.array(np.linalg.lstsq(touch.N[which], -touch.rate[which], rcond=THRESHOLDS.no_push)[0], dtype=float)
+    return touch.after(touch.state.v + touch.freedom.changed(x)), touch.freedom.gained(x)
 
 
 def _struck(touch: _Touch, rigid: Flags, e: Array) -> Impact:
     which = np.flatnonzero(rigid)
-    found = impact(touch.freedom, touch.state.v, touch.N[which], touch.rate[which], e[which])
+    rows = touch.N[which], touch.rate[which], e[which]
+    rubbing = rubbing_of(touch.freedom, touch.state, which)
+    if rubbing is None:
+        found = impact(touch.freedom, touch.state.v, *rows)
+    else:
+        found = impact_with_friction(touch.freedom, touch.state.v, *rows, rubbing)
     if found is None:
         raise driven_into(touch.state.t, touch.system, which[touch.rate[which] < 0.0])
     if found.lost < -THRESHOLDS.creates_energy * touch.kinetic:

@@ -16,24 +16,30 @@ from mbproj.functions.program_set import flatten
 from mbproj.model.bushings import COORDINATES
 from mbproj.model.compile.bushings import compile_bushings
 from mbproj.model.compile.frames import Pose
+from mbproj.model.compile.friction import SmoothFriction
 from mbproj.model.compile.rigid_groups import Seat
 from mbproj.model.forces import BodyForces, Forces, Laws
 from mbproj.model.primitive_set import Binding, bind
 from mbproj.scene.records import BodyForce, Bushing, JointForce, Law, PointForce, Scene
-from mbproj.scene.stops import DistanceStop, PlaneStop
 from mbproj.thresholds import THRESHOLDS
 
 
 @dataclass(frozen=True, eq=False)
 class _Entry:
-    """A law on its way into the arrays: the name of its force, what results call it, the primitive it acts along, and
-    which joint coordinate that is (-1: none)."""
+    """A law on its way into the arrays: the name of its force, what results call it, the primitive it acts along, which
+    joint coordinate that is (-1: none), and a regularised dry friction, which is its program."""
 
     law: Law
     force: str
     shown: str
     along: Binding
     coordinate: int = -1
+    friction: SmoothFriction | None = None
+
+    @property
+    def program(self) -> Program | None:
+        """What it gives beside a spring's and a damper's force."""
+        return self.law.function if self.friction is None else self.friction.program
 
 
 class _Programs:
@@ -53,22 +59,28 @@ class _Programs:
 
 
 def compile_forces(
-    scene: Scene, seats: Mapping[str, Seat], poses: Mapping[str, Pose], coordinates: Mapping[str, Binding]
+    scene: Scene,
+    seats: Mapping[str, Seat],
+    poses: Mapping[str, Pose],
+    coordinates: Mapping[str, Binding],
+    smooth: Mapping[tuple[str, str], SmoothFriction],
 ) -> tuple[Forces | None, tuple[str, ...]]:
-    """The forces but for stops, None where there are none, and what results call what they act along: the force's name,
-    with the coordinate where it acts on several. `coordinates` are the joints' by whole name. Raises InputError."""
-    if all(isinstance(force, DistanceStop | PlaneStop) for force in scene.forces):
-        return None, ()
+    """The forces but for stops and friction that sticks, None where there are none, and what results call what they act
+    along: the force's name, with the coordinate where it acts on several. `coordinates` are the joints' by whole name,
+    `smooth` regularised frictions by force and coordinate. Raises InputError."""
     entries: list[_Entry] = []
     for force in scene.forces:
         if isinstance(force, PointForce):
             entries.append(_between_points(scene, force, seats, poses))
         elif isinstance(force, JointForce):
-            entries += _on_joint(force, coordinates)
+            entries += _on_joint(force, coordinates, smooth)
+    given = [force for force in scene.forces if isinstance(force, BodyForce)]
+    elastic = [force for force in scene.forces if isinstance(force, Bushing)]
+    if not entries and not given and not elastic:
+        return None, ()
     met = _Programs()
     laws = _laws(entries, met)
-    on_bodies = _on_bodies([force for force in scene.forces if isinstance(force, BodyForce)], seats, poses, met)
-    elastic = [force for force in scene.forces if isinstance(force, Bushing)]
+    on_bodies = _on_bodies(given, seats, poses, met)
     forces = Forces(
         laws,
         compile_bushings(scene, elastic, seats, poses),
@@ -90,8 +102,12 @@ def _laws(entries: Sequence[_Entry], met: _Programs) -> Laws:
         stiffness=np.array([law.stiffness for law in laws], dtype=float),
         damping=np.array([law.damping for law in laws], dtype=float),
         free=np.array([law.free or 0.0 for law in laws], dtype=float),
-        program=np.array([met.number(entry.law.function, entry.force) for entry in entries], dtype=np.intp),
-        loses=np.zeros(len(laws), dtype=bool),
+        program=np.array([met.number(entry.program, entry.force) for entry in entries], dtype=np.intp),
+        loses=np.array([entry.friction is not None for entry in entries], dtype=bool),
+        bearing=np.array([-1 if each.friction is None else each.friction.bearing for each in entries], dtype=np.intp),
+        apart=np.zeros(len(laws), dtype=bool),
+        partner=np.full(len(laws), -1, dtype=np.intp),
+        sliding=np.zeros((len(laws), 2)),
     )
 
 
@@ -131,15 +147,18 @@ def _between_points(scene: Scene, force: PointForce, seats: Mapping[str, Seat], 
     return _Entry(replace(law, free=free), force.name, force.name, bound)
 
 
-def _on_joint(force: JointForce, coordinates: Mapping[str, Binding]) -> list[_Entry]:
+def _on_joint(
+    force: JointForce, coordinates: Mapping[str, Binding], smooth: Mapping[tuple[str, str], SmoothFriction]
+) -> list[_Entry]:
     """The laws on coordinates of a joint."""
     index = {name: number for number, name in enumerate(coordinates)}
-    several = len(force.laws) > 1
     entries = []
-    for coordinate, law in force.laws.items():
-        whole = f"{force.joint}.{coordinate}"
-        shown = f"{force.name}.{coordinate}" if several else force.name
-        entries.append(_Entry(law, force.name, shown, coordinates[whole], index[whole]))
+    for coordinate in force.coordinates:
+        whole, friction = f"{force.joint}.{coordinate}", smooth.get((force.name, coordinate))
+        if coordinate in force.laws or friction is not None:
+            law = force.laws.get(coordinate, Law())
+            shown, along = force.called(coordinate), coordinates[whole]
+            entries.append(_Entry(law, force.name, shown, along, index[whole], friction))
     return entries
 
 

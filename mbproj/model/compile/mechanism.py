@@ -13,9 +13,11 @@ from mbproj.joints import COORDINATE_UNITS, JOINTS
 from mbproj.joints.table import Row
 from mbproj.model.compile.drives import compile_motions
 from mbproj.model.compile.frames import Pose, local_frames, pose
+from mbproj.model.compile.friction import compile_friction
 from mbproj.model.compile.loads import compile_forces
 from mbproj.model.compile.rigid_groups import RigidGroups, Seat, rigid_groups
 from mbproj.model.compile.stops import compile_stops
+from mbproj.model.compile.tangents import joined, tangential_friction
 from mbproj.model.euler_parameters import rotation_matrix
 from mbproj.model.meshes import compile_meshes
 from mbproj.model.primitive_set import Binding, bind
@@ -50,10 +52,13 @@ def compile_system(scene: Scene) -> System:
             coordinate_names.append(f"{joint.name}.{name}")
             units.append(COORDINATE_UNITS[row[0]])
     named = dict(zip(coordinate_names, coordinates, strict=True))
-    forces, force_names = compile_forces(scene, groups.seats, poses, named)
+    dry = compile_friction(scene, groups.joints, [_axis(symbols[joint.name]) for joint in groups.joints], named)
+    forces, force_names = compile_forces(scene, groups.seats, poses, named, dry.smooth)
     motions, motion_names = compile_motions(scene, named)
     reflected = compile_reflected(scene, named)
     stops, stop_names = compile_stops(scene, groups.seats, poses, named)
+    tangential, tangent_names = tangential_friction(scene, groups.seats, poses, stop_names)
+    frictions = joined(dry.frictions, tangential)
     turning = [] if reflected is None else reflected.joint_coordinate.tolist()
     bodies = [groups.seats[body.name] for body in scene.bodies]
     return System(
@@ -70,6 +75,8 @@ def compile_system(scene: Scene) -> System:
             motion_units=() if motions is None else motions.rows.units,
             stops=stop_names,
             stop_units=() if stops is None else stops.coordinates.units,
+            frictions=(*dry.names, *tangent_names),
+            friction_units=() if frictions is None else frictions.coordinates.units,
         ),
         mass=np.array([carrier.mass for carrier in groups.carriers]),
         inertia=np.array([carrier.inertia for carrier in groups.carriers]),
@@ -92,6 +99,8 @@ def compile_system(scene: Scene) -> System:
         motions=motions,
         reflected=reflected,
         stops=stops,
+        frictions=frictions,
+        bearings=dry.bearings,
     )
 
 
@@ -175,6 +184,11 @@ def _global(body: int, local: Array, is_point: bool, groups: RigidGroups) -> Arr
 def _reaction(bound: Symbols) -> tuple[int, int, Array]:
     """Body 2 of a joint and its point there."""
     return bound["p2"] if "p2" in bound else bound["b.p2"]
+
+
+def _axis(bound: Symbols) -> Array:
+    """A joint's axis z in the axes of its body 2."""
+    return (bound["z2"] if "z2" in bound else bound["b.z2"])[2]
 
 
 def _marker_local(marker: Marker, poses: Mapping[str, Pose], groups: RigidGroups) -> Array:

@@ -91,7 +91,7 @@ def _of_forces(scene: Scene, seats: Mapping[str, Seat], poses: Mapping[str, Pose
 
 def _distance(scene: Scene, force: DistanceStop, seats: Mapping[str, Seat], poses: Mapping[str, Pose]) -> Binding:
     """The distance of two points."""
-    points = [_local(end, poses) for end in (force.first, force.second)]
+    points = [local_point(end, poses) for end in (force.first, force.second)]
     first, second = (
         position + rotation @ point
         for point, (position, rotation) in zip(points, (poses[force.first.body], poses[force.second.body]), strict=True)
@@ -101,8 +101,8 @@ def _distance(scene: Scene, force: DistanceStop, seats: Mapping[str, Seat], pose
     if np.linalg.norm(second - first) <= THRESHOLDS.one_point * (1.0 + size):
         what = f"force '{force.name}' has no direction: its two points are one at the scene's pose"
         raise InputError(Problem(what, scene.place("forces", force.name), "move one of its points"))
-    seated = [_seated(end, point, seats) for end, point in zip((force.first, force.second), points, strict=True)]
-    slots = tuple((carrier, side, local) for side, (carrier, local) in enumerate(seated, 1))
+    on_carriers = [seated(end, point, seats) for end, point in zip((force.first, force.second), points, strict=True)]
+    slots = tuple((carrier, side, local) for side, (carrier, local) in enumerate(on_carriers, 1))
     return Binding(PRIMITIVES["distance"](), 0, slots)
 
 
@@ -113,19 +113,19 @@ def _from_plane(scene: Scene, force: PlaneStop, seats: Mapping[str, Seat], poses
     normal = np.array(force.normal.vector)
     seat = seats[force.normal.body]
     local_normal = seat.vector(normal if force.normal.local else rotation.T @ normal)
-    carrier, location = _seated(force.location, _local(force.location, poses), seats)
-    other, point = _seated(force.point, _local(force.point, poses), seats)
+    carrier, location = seated(force.location, local_point(force.location, poses), seats)
+    other, point = seated(force.point, local_point(force.point, poses), seats)
     return Binding(PRIMITIVES["along"](), 0, ((carrier, 1, local_normal), (carrier, 1, location), (other, 2, point)))
 
 
-def _local(placed: OfBody, poses: Mapping[str, Pose]) -> Array:
+def local_point(placed: OfBody, poses: Mapping[str, Pose]) -> Array:
     """A point in the axes of its body."""
     position, rotation = poses[placed.body]
     point = np.array(placed.vector)
     return point if placed.local else rotation.T @ (point - position)
 
 
-def _seated(placed: OfBody, local: Array, seats: Mapping[str, Seat]) -> tuple[int, Array]:
+def seated(placed: OfBody, local: Array, seats: Mapping[str, Seat]) -> tuple[int, Array]:
     """The carrier of a point, and the point in its axes."""
     seat = seats[placed.body]
     return seat.carrier, seat.point(local)

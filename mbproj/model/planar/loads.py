@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -10,13 +11,13 @@ from mbproj.arrays import Array, Integers
 from mbproj.model.euler_parameters import rotation_matrix
 from mbproj.model.planar.bushings import tilted_bushings
 from mbproj.model.planar.plane import Plane
-from mbproj.model.primitive_set import PrimitiveSet
+from mbproj.model.primitive_set import PrimitiveSet, bind, bindings
 from mbproj.model.system import System
 from mbproj.thresholds import THRESHOLDS
 
 
 def obstacle_in_plane(system: System, plane: Plane) -> str | None:
-    """What of the forces and motions is no function of the coordinates in the plane; None where all are.
+    """What of loads, motions, stops and frictions is no function of the coordinates in the plane; None where all are.
 
     Forces out of the plane are none: the joints bear them.
     """
@@ -34,8 +35,34 @@ def obstacle_in_plane(system: System, plane: Plane) -> str | None:
             return f"the frames of force '{system.forces.bushing_names[leaning[0]]}' lean against each other"
     if system.stops is not None:
         owners = [f"the stop of {owner} acts" for owner in system.stops.owners]
-        return _leaves_plane(system, plane, system.stops.coordinates, system.stops.joint_coordinate, owners)
-    return None
+        leaves = _leaves_plane(system, plane, system.stops.coordinates, system.stops.joint_coordinate, owners)
+        if leaves is not None:
+            return leaves
+    return _friction_obstacle(system, plane)
+
+
+def _friction_obstacle(system: System, plane: Plane) -> str | None:
+    """What dry friction takes from out of the plane: forces there, or moments, of which the plane knows nothing. Of the
+    two tangents of a stop one may be normal to the plane."""
+    bearings, frictions = system.bearings, system.frictions
+    frames = np.concatenate([rotation_matrix(plane.reference), np.eye(3)[None]])
+    if bearings is not None:
+        axis = (frames[system.reaction_body[bearings.joint]] @ bearings.axis[..., None])[..., 0]
+        tilted = np.abs(axis @ plane.axes[:, 2]) < (1.0 - THRESHOLDS.in_plane) * np.linalg.norm(axis, axis=-1)
+        leaves = tilted | (bearings.axial > 0.0) | np.isfinite(bearings.length)
+        if leaves.any():
+            joint = system.names.joints[int(bearings.joint[int(np.argmax(leaves))])]
+            return f"friction goes by what joint '{joint}' carries out of the plane"
+    if frictions is None:
+        return None
+    bound, kept = bindings(frictions.coordinates), []
+    for k, binding in enumerate(bound):
+        body, _, vector = binding.slots[0]
+        normal = np.abs(frames[body] @ vector @ plane.axes[:, 2]) > 1.0 - THRESHOLDS.in_plane
+        kept += [] if frictions.partner[k] >= 0 and normal else [k]
+    along = bind([replace(bound[k], owner=at) for at, k in enumerate(kept)])
+    owners = [f"{frictions.owners[k]} acts" for k in kept]
+    return _leaves_plane(system, plane, along, frictions.joint_coordinate[kept], owners)
 
 
 def _leaves_plane(

@@ -1,0 +1,219 @@
+"""The forces of stops that touch and of dry frictions at one state, and which of them hold, open or slide from there.
+
+With x in coordinates in which the kinetic energy is ½|x|², forces y along rows A change accelerations b to b + A Aᵀy.
+A stop pushes, y >= 0, or opens; a friction at rest holds, s'' = 0, with |y| up to its static force, or slides against
+it; one that slides has its sliding force. Forces may go by what bearings carry, which is linear in y. These conditions
+are fulfilled one after another until all are (non-smooth contact dynamics, Jean and Moreau 1992).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from functools import cached_property
+
+import numpy as np
+
+from mbproj.arrays import Array, Flags, Integers
+from mbproj.dataclass import dataclass
+from mbproj.thresholds import THRESHOLDS
+
+#: Rounds of Gauss and Seidel at most.
+MOST_ROUNDS = 20_000
+#: A larger force has no balance.
+HUGE, TINY = 1e200, float(np.finfo(float).tiny)
+
+
+@dataclass(frozen=True, eq=False)
+class Balance:
+    """S stops that touch and K frictions: rows A (S+K, f) and accelerations b (S+K,) without them. Of the frictions
+    the `static` and `sliding` force, (K,), to be multiplied by `loads(y)` (K,), the `direction` (K,) in which each
+    slides, 0 at rest, and the `partner` (K,) with which it acts in a plane, -1 for none."""
+
+    A: Array
+    b: Array
+    static: Array
+    sliding: Array
+    direction: Array
+    partner: Integers
+    loads: Callable[[Array], Array]
+
+    @property
+    def stops(self) -> int:
+        """S."""
+        return len(self.b) - len(self.static)
+
+    @cached_property
+    def size(self) -> Array:
+        """|A| of each row, 0 of one that nothing can move, (S+K,)."""
+        size = np.linalg.norm(self.A, axis=1)
+        return np.where(size > THRESHOLDS.no_push * size.max(initial=0.0), size, 0.0)
+
+    @cached_property
+    def rests(self) -> Flags:
+        """Which frictions are at rest, those in a plane together, (K,)."""
+        return self.with_partner(self.direction) == 0.0
+
+    @cached_property
+    def in_plane(self) -> Flags:
+        """Which frictions act together with their partner on what can move along both, (K,)."""
+        able = self.size[self.stops :] > 0.0
+        return (self.partner >= 0) & able & able[self.partner]
+
+    def with_partner(self, values: Array) -> Array:
+        """|values| of the frictions (K,), and of those in a plane of both together."""
+        both = np.hypot(values, np.where(self.partner >= 0, values[self.partner], 0.0))
+        return np.asarray(np.where(self.partner >= 0, both, np.abs(values)))
+
+    def bounds(self, y: Array) -> Array:
+        """What frictions at rest hold, (K,)."""
+        return self.static * self.loads(y)
+
+    def accelerations(self, y: Array) -> Array:
+        """Along all rows, (S+K,)."""
+        return np.asarray(self.b + self.A @ (self.A.T @ y))
+
+
+@dataclass(frozen=True, eq=False)
+class Balanced:
+    """The forces y (S+K,); of the frictions which are `stuck`, each by a row of its own, the `direction` in which each
+    slides, 0 of those at rest, and the `part` of its static force that one bears which others hold, (K,) each."""
+
+    y: Array
+    stuck: Flags
+    direction: Array
+    part: Array
+
+
+class Unbalanced(Exception):
+    """No forces were found that fulfil all conditions: the numbers of frictions at rest that are part of it."""
+
+    def __init__(self, frictions: Integers) -> None:
+        super().__init__("no balance")
+        self.frictions = frictions
+
+
+def balanced(problem: Balance) -> Balanced:
+    """What holds, and what slides from now on: as much sticks as can. Raises Unbalanced."""
+    while True:
+        y = forces(problem)
+        if y is None:
+            raise Unbalanced(np.flatnonzero(problem.rests))
+        stuck, slips = _held_and_slipping(problem, y)
+        if not slips.any():
+            return Balanced(y, stuck, problem.direction, _parts(problem, y, stuck))
+        problem = replace(problem, direction=problem.direction + slips)
+
+
+def forces(problem: Balance) -> Array | None:
+    """y where frictions at rest hold if they can all, and else up to their static force; None where there is none."""
+    y = _relaxed(problem, bounded=False)
+    if y is None or (problem.with_partner(y[problem.stops :]) > problem.bounds(y))[problem.rests].any():
+        y = _relaxed(problem, bounded=True)
+    return y
+
+
+def _relaxed(problem: Balance, *, bounded: bool) -> Array | None:
+    """y by the method of Gauss and Seidel, projected onto what each force may be; frictions at rest hold any force
+    unless `bounded`. None where it does not converge."""
+    m, K, size2, rests = problem.stops, len(problem.static), problem.size**2, problem.rests
+    y, x, scale = np.zeros(m + K), np.zeros(problem.A.shape[1]), float(np.abs(problem.b).max(initial=0.0))
+    steps = np.array([_step(problem, k) for k in range(K)])
+    for _ in range(MOST_ROUNDS):
+        before, loads = y.copy(), problem.loads(y)
+        if not (np.isfinite(y).all() and np.abs(y).max(initial=0.0) < HUGE):
+            return None
+        slides = -problem.direction * problem.sliding * loads
+        bound = problem.static * loads if bounded else np.full(K, np.inf)
+        for i in np.flatnonzero(size2[:m]).tolist():
+            x += _take(problem, y, i, max(y[i] - (problem.b[i] + problem.A[i] @ x) / size2[i], 0.0))
+        for k in range(K):
+            i = m + k
+            if not rests[k] or size2[i] == 0.0:
+                x += _take(problem, y, i, 0.0 if rests[k] else slides[k])
+            elif not problem.in_plane[k]:
+                wanted = y[i] - (problem.b[i] + problem.A[i] @ x) / size2[i]
+                x += _take(problem, y, i, min(max(wanted, -bound[k]), bound[k]))
+            elif problem.partner[k] > k:
+                pair = [i, m + int(problem.partner[k])]
+                wanted = y[pair] - steps[k] * (problem.b[pair] + problem.A[pair] @ x)
+                wanted = wanted * min(1.0, bound[k] / max(float(np.hypot(*wanted)), TINY))
+                for at, new in zip(pair, wanted.tolist(), strict=True):
+                    x += _take(problem, y, at, new)
+        moved = np.abs((y - before) * size2).max(initial=0.0)
+        scale = max(scale, float(np.abs(y * size2).max(initial=0.0)))
+        settled = np.abs(loads - problem.loads(y)) <= THRESHOLDS.balanced_to * np.abs(loads)
+        if moved <= THRESHOLDS.balanced_to * scale and settled.all():
+            return y
+    return None
+
+
+def _take(problem: Balance, y: Array, i: int, new: float) -> Array:
+    """Puts a new force into y; what that changes x by."""
+    change = (new - y[i]) * problem.A[i]
+    y[i] = new
+    return np.asarray(change)
+
+
+def _step(problem: Balance, k: int) -> float:
+    """The step along both rows of friction in a plane: 1 / the largest eigenvalue of A Aᵀ."""
+    if not problem.in_plane[k]:
+        return 0.0
+    rows = problem.A[[problem.stops + k, problem.stops + int(problem.partner[k])]]
+    return 1.0 / float(np.linalg.norm(rows, 2) ** 2)
+
+
+def _held_and_slipping(problem: Balance, y: Array) -> tuple[Flags, Array]:
+    """The frictions at rest that hold by independent rows, and the direction in which others begin to slide."""
+    m, K, size = problem.stops, len(problem.static), problem.size
+    bounds, force = problem.bounds(y), problem.with_partner(y[m:])
+    inside = problem.rests & (size[m:] > 0.0) & (force < (1.0 - THRESHOLDS.slips) * bounds)
+    span, stuck = _Span(problem.A[:m][y[:m] > 0.0]), np.zeros(K, dtype=bool)
+    used = np.where(bounds > 0.0, force / np.where(bounds > 0.0, bounds, 1.0), 1.0)
+    for k in np.argsort(used, kind="stable"):
+        stuck[k] = inside[k] and span.takes(problem.A[m + k])
+    acceleration = problem.accelerations(y)[m:]
+    moves = problem.with_partner(acceleration) > THRESHOLDS.no_push * np.abs(problem.b).max(initial=0.0)
+    slips = np.zeros(K)
+    for k in np.flatnonzero(problem.rests & ~inside).tolist():
+        pair = [k, int(problem.partner[k])] if problem.in_plane[k] else [k]
+        if size[m + k] == 0.0:
+            slips[k] = np.sign(acceleration[k]) if moves[k] else 0.0
+        elif not all(span.holds(problem.A[m + each]) for each in pair):
+            way = acceleration if moves[k] or force[k] == 0.0 else -y[m:]
+            slips[k] = way[k] / max(float(np.linalg.norm(way[pair])), TINY)
+    return stuck, slips
+
+
+def _parts(problem: Balance, y: Array, stuck: Flags) -> Array:
+    """Of frictions that rest because others hold them, the part of the static force that they bear; 0 of others."""
+    bounds, force = problem.bounds(y), y[problem.stops :]
+    bears = problem.rests & ~stuck & (problem.size[problem.stops :] > 0.0) & (bounds > 0.0)
+    return np.where(bears, np.clip(force / np.where(bounds > 0.0, bounds, 1.0), -1.0, 1.0), 0.0)
+
+
+class _Span:
+    """What some rows span, which grows by those that it takes."""
+
+    def __init__(self, rows: Array) -> None:
+        self._basis: list[Array] = []
+        for row in rows:
+            self.takes(row)
+
+    def takes(self, row: Array) -> bool:
+        """Whether a row was outside; it is inside from now on."""
+        rest = self._beyond(row)
+        if np.linalg.norm(rest) <= THRESHOLDS.in_span * np.linalg.norm(row):
+            return False
+        self._basis.append(rest / np.linalg.norm(rest))
+        return True
+
+    def holds(self, row: Array) -> bool:
+        """Whether a row is inside."""
+        return bool(np.linalg.norm(self._beyond(row)) <= THRESHOLDS.in_span * np.linalg.norm(row))
+
+    def _beyond(self, row: Array) -> Array:
+        for _ in range(2):  # once is not enough for rows that are almost inside (Björck 1994)
+            for unit in self._basis:
+                row = row - (row @ unit) * unit
+        return row

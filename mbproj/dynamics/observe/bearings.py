@@ -1,0 +1,62 @@
+"""What the bearings of joints carry, from the multipliers of their rows."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from mbproj.arrays import Numbers, cross
+from mbproj.dataclass import dataclass
+from mbproj.dynamics.equations.kinematics import Pose
+from mbproj.dynamics.observe.reactions import reactions
+from mbproj.model.bearings import Bearings
+from mbproj.model.system import System
+
+
+@dataclass(frozen=True, eq=False)
+class Supports:
+    """The forces on both supports of each bearing, (..., B, 3), and that along its axis, (..., B), in N: linear in the
+    multipliers."""
+
+    first: Numbers
+    second: Numbers
+    along: Numbers
+
+    def plus(self, others: Supports, parts: Numbers) -> Supports:
+        """These with parts (R,) of others, (R, ..., B, 3)."""
+        return Supports(
+            self.first + np.tensordot(parts, others.first, 1),
+            self.second + np.tensordot(parts, others.second, 1),
+            self.along + np.tensordot(parts, others.along, 1),
+        )
+
+
+def supports(system: System, bearings: Bearings, pose: Pose, multipliers: Numbers) -> Supports:
+    """At poses (...) with multipliers λ (..., m) of the joints' rows, and maybe others after them."""
+    force, torque = reactions(system, pose, multipliers)
+    F, T = force[..., bearings.joint, :], torque[..., bearings.joint, :]
+    body = system.reaction_body[bearings.joint]
+    z = (pose.rotation[..., body, :, :] @ bearings.axis[..., None])[..., 0]
+    along = np.sum(F * z, axis=-1)
+    radial = 0.5 * (F - along[..., None] * z)
+    couple = cross(T, np.broadcast_to(z, T.shape)) / bearings.length[:, None]
+    return Supports(radial + couple, radial - couple, along)
+
+
+def load(bearings: Bearings, at: Supports) -> Numbers:
+    """What each carries, (..., B): see `Bearings`."""
+    radial = np.linalg.norm(at.first, axis=-1) + np.linalg.norm(at.second, axis=-1)
+    return np.asarray(bearings.preload + bearings.radial * radial + bearings.axial * np.abs(at.along))
+
+
+def slopes(bearings: Bearings, at: Supports, change: Supports) -> Numbers:
+    """How the loads at a state (B,) change with changes (R, B, 3), (B, R)."""
+    radial = _along(at.first, change.first) + _along(at.second, change.second)
+    axial = np.where(at.along < 0.0, -change.along, change.along)
+    return np.asarray((bearings.radial * radial + bearings.axial * axial).T)
+
+
+def _along(force: Numbers, change: Numbers) -> Numbers:
+    """How |f| changes, (R, B)."""
+    size = np.linalg.norm(force, axis=-1)
+    along = np.sum(force * change, axis=-1) / np.where(size > 0.0, size, 1.0)
+    return np.where(size > 0.0, along, np.linalg.norm(change, axis=-1))

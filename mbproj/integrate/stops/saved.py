@@ -1,0 +1,83 @@
+"""Where a run with stops or dry friction can go on from, as plain data."""
+
+from __future__ import annotations
+
+from typing import Any, Protocol, cast
+
+import numpy as np
+
+from mbproj.arrays import Array
+from mbproj.dynamics.assembly.assemble import State
+from mbproj.integrate.outcome.marks import Mark, restore_tally, saved_tally
+from mbproj.integrate.outcome.tally import Tally
+from mbproj.integrate.stops.variants import Variants
+from mbproj.model.contacts import Contacts
+from mbproj.model.system import System
+
+
+class Standing(Protocol):
+    """What a leg depends on."""
+
+    system: System
+    state: State
+    contacts: Contacts
+    push: float
+    fastest: float
+    integrals: Array
+    tally: Tally
+    variants: Variants
+
+
+def saved(at: Standing) -> dict[str, Any]:
+    """All that a leg depends on, but for the events before it."""
+    state, contacts, chosen = at.state, at.contacts, at.variants.chosen_at
+    return {
+        "state": _listed(state),
+        "held": list(contacts.held),
+        **{name: [[k, x] for k, x in getattr(contacts, name).items()] for name in NUMBERED},
+        **{name: sorted(getattr(contacts, name)) for name in MARKED},
+        "push": at.push,
+        "fastest": at.fastest,
+        "integrals": at.integrals.tolist(),
+        "chosen": [[held, [list(each) for each in stuck], _listed(where)] for (held, stuck), where in chosen.items()],
+        "tally": saved_tally(at.tally),
+    }
+
+
+def _listed(state: State) -> list[Any]:
+    return [state.t, state.q.tolist(), state.v.tolist(), state.turns.tolist()]
+
+
+def _state(saved: list[Any]) -> State:
+    t, q, v, turns = saved
+    return State(float(t), np.array(q, dtype=float), np.array(v, dtype=float), np.array(turns, dtype=np.intp))
+
+
+#: What `Contacts` has by the number of a stop or a friction, and what it is.
+NUMBERED = {"pushing": float, "sliding": float, "stuck": float, "bearing": float}
+
+
+#: What it has as sets of frictions.
+MARKED = ("straight", "starting")
+
+
+def restore(at: Standing, mark: Mark) -> None:
+    """Goes on from what was saved. Raises ValueError where that is not of this mechanism."""
+    at.state = _state(mark["state"])
+    held = tuple(int(k) for k in mark["held"])
+    numbered = {name: {int(k): kind(x) for k, x in mark[name]} for name, kind in NUMBERED.items()}
+    stops, frictions = len(at.system.names.stops), len(at.system.names.frictions)
+    if any(not 0 <= k < stops for k in (*held, *numbered["pushing"])):
+        raise ValueError("a stop is not there")
+    if any(not 0 <= k < frictions for name in ("sliding", "stuck", "bearing") for k in numbered[name]):
+        raise ValueError("a friction is not there")
+    marked = {name: frozenset(int(k) for k in mark[name]) for name in MARKED}
+    at.contacts = Contacts(held, **cast("dict[str, Any]", numbered | marked))
+    for stopped, stuck, where in mark["chosen"]:
+        rows = tuple(int(k) for k in stopped), tuple((int(k), float(x)) for k, x in stuck)
+        if any(not 0 <= k < stops for k in rows[0]) or any(not 0 <= k < frictions for k, _ in rows[1]):
+            raise ValueError("what is held is not there")
+        at.variants.choose(rows, _state(where))
+    at.push, at.fastest = float(mark["push"]), float(mark["fastest"])
+    at.integrals = np.array(mark["integrals"], dtype=float)
+    restore_tally(at.tally, mark["tally"])

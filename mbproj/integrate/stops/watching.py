@@ -1,0 +1,132 @@
+"""What ends the contacts and frictions of a leg, and what each means."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from mbproj.dataclass import dataclass
+from mbproj.dynamics.contact.inside import stop_sizes
+from mbproj.integrate.events.halts import Watched, WatchedGap, WatchedRow
+from mbproj.integrate.stops.rubbing import friction_sizes
+from mbproj.integrate.stops.variants import Variant
+from mbproj.model.contacts import Contacts, bearing_numbers
+from mbproj.model.system import System
+from mbproj.thresholds import THRESHOLDS
+
+#: Sliding in a plane is watched along directions so far aside of its own, rad: none goes back before it is at rest, or
+#: has turned by what is left to a right angle.
+ASIDE = np.pi / 3.0
+
+
+@dataclass(frozen=True)
+class Meaning:
+    """What it is that a run has met: a stop or a friction; a contact of that stop that is `released`, a friction that
+    comes to `rest`."""
+
+    stop: int | None = None
+    friction: int | None = None
+    released: bool = False
+    rest: bool = False
+
+    def name(self, system: System) -> str:
+        """For messages."""
+        if self.friction is not None:
+            return f"friction '{system.names.frictions[self.friction]}'"
+        return "" if self.stop is None else f"stop '{system.names.stops[self.stop]}'"
+
+
+def watched_of(variant: Variant, push: float, fastest: float, interval: float) -> tuple[Watched, tuple[Meaning, ...]]:
+    """What halts a leg of a variant, with what each means: gaps of stops that do not touch, those of compliant ones
+    that open again, and contacts that pull, where stops push by up to `push`; sliding that comes to rest and friction
+    that holds no longer, where the `fastest` motion so far was that, 1/s. `interval` lies between two samples, s."""
+    found = [*_gaps_of_stops(variant), *_rates_of_frictions(variant, fastest)]
+    rows = [*_rows_of_stops(variant, push), *_rows_of_frictions(variant)]
+    spacing = THRESHOLDS.look_spacing * interval
+    watched = Watched(tuple(gap for gap, _ in found), tuple(row for row, _ in rows), spacing)
+    return watched, (*(meaning for _, meaning in found), *(meaning for _, meaning in rows))
+
+
+def _gaps_of_stops(variant: Variant) -> Iterator[tuple[WatchedGap, Meaning]]:
+    stops, contacts = variant.system.stops, variant.contacts
+    if stops is None:
+        return
+    slack = THRESHOLDS.stop_slack * stop_sizes(variant.system)
+    for k in range(stops.size):
+        if k not in contacts.held:
+            side = float(stops.side[k])
+            yield WatchedGap(k, -side if k in contacts.pushing else side, float(slack[k])), Meaning(stop=k)
+
+
+def _rates_of_frictions(variant: Variant, fastest: float) -> Iterator[tuple[WatchedGap, Meaning]]:
+    """Of those that slide, and of those that rest though nothing of friction holds them: something else does."""
+    system, contacts = variant.system, variant.contacts
+    if system.frictions is None:
+        return
+    first = 0 if system.stops is None else system.stops.size
+    size = friction_sizes(system)
+    slow = np.maximum(THRESHOLDS.stop_rests * fastest, np.finfo(float).tiny) * size
+    frictions = system.frictions
+    for k in range(frictions.size):
+        partner, stop = int(frictions.partner[k]), int(frictions.stop[k])
+        if k in contacts.sliding:
+            gap = WatchedGap(first + k, contacts.sliding[k], float(slow[k]), of_rate=True)
+            meaning = Meaning(friction=k, rest=True)
+            if partner not in contacts.sliding:
+                yield gap, meaning
+            elif partner > k:
+                yield from ((each, meaning) for each in _in_plane(gap, contacts, k, partner, first, fastest, size[k]))
+        elif k not in contacts.stuck and k not in contacts.bearing and stop < 0:
+            idle = 4.0 * float(slow[k])
+            for sign in (1.0, -1.0):
+                yield WatchedGap(first + k, sign, float(slow[k]), of_rate=True, idle=idle), Meaning(friction=k)
+
+
+def _in_plane(
+    gap: WatchedGap, contacts: Contacts, k: int, partner: int, first: int, fastest: float, size: float
+) -> Iterator[WatchedGap]:
+    """Of sliding in a plane: along its direction where that is kept; where it begins, until it has a direction of its
+    own; else along directions aside of it, and along it where it becomes so slow that it keeps its direction."""
+    own, across = contacts.sliding[k], contacts.sliding[partner]
+    gap = gap._replace(other=first + partner, other_sign=across)
+    if k in contacts.straight:
+        yield gap
+        return
+    slow = THRESHOLDS.straight_speed * fastest * size
+    if k in contacts.starting:
+        yield gap._replace(sign=-own, other_sign=-across, idle=3.0 * slow)
+        return
+    for turn in (ASIDE, -ASIDE):
+        cosine, sine = float(np.cos(turn)), float(np.sin(turn))
+        yield gap._replace(sign=cosine * own - sine * across, other_sign=sine * own + cosine * across)
+    yield gap._replace(idle=-slow)
+
+
+def _rows_of_stops(variant: Variant, push: float) -> Iterator[tuple[WatchedRow, Meaning]]:
+    stops, contacts = variant.system.stops, variant.contacts
+    if stops is None:
+        return
+    first = variant.system.joints.size - contacts.rows
+    for at, k in enumerate(contacts.held):
+        row = WatchedRow(first + at, -float(stops.side[k]), THRESHOLDS.contact_pulls * push)
+        yield row, Meaning(stop=k, released=True)
+
+
+def _rows_of_frictions(variant: Variant) -> Iterator[tuple[WatchedRow, Meaning]]:
+    frictions, contacts = variant.system.frictions, variant.contacts
+    if frictions is None:
+        return
+    first, order = variant.system.joints.size - len(contacts.stuck), list(contacts.stuck)
+    numbers = bearing_numbers(variant.free, frictions, contacts)
+    for at, k in enumerate(order):
+        static, bearing, partner = float(frictions.static[k]), numbers[k], int(frictions.partner[k])
+        bound, part = (static, 0.0) if bearing < 0 else (0.0, static)
+        slack = THRESHOLDS.contact_pulls * static if bearing < 0 else np.finfo(float).tiny
+        row = WatchedRow(first + at, 1.0, slack, bound, part, bearing)
+        if partner in contacts.stuck:
+            if partner > k:
+                yield row._replace(other=first + order.index(partner)), Meaning(friction=k)
+            continue
+        for sign in (1.0, -1.0):
+            yield row._replace(sign=sign), Meaning(friction=k)

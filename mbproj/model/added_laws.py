@@ -1,0 +1,109 @@
+"""Laws that come to those of the scene: what stops and dry friction do while they touch."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from mbproj.arrays import Array
+from mbproj.dataclass import dataclass
+from mbproj.functions.program import Code, Program
+from mbproj.functions.program_set import ProgramSet, flatten
+from mbproj.model.bushings import Bushings
+from mbproj.model.forces import BodyForces, Forces, Laws
+from mbproj.model.primitive_set import Binding, bind, bindings
+
+
+@dataclass(frozen=True, eq=False)
+class AddedLaw:
+    """A force that loses energy: `push` of s and s', times the load of a `bearing` (-1: 1), along a coordinate s.
+
+    `joint_coordinate` as `Laws` has it, `owner` is the force's name for messages; `apart`: whether what it loses is an
+    integral of its own; `partner`, a number among those added, and `sliding` as `Laws` has them."""
+
+    along: Binding
+    joint_coordinate: int
+    push: Code
+    owner: str
+    bearing: int = -1
+    apart: bool = False
+    partner: int = -1
+    sliding: tuple[float, float] = (0.0, 0.0)
+
+
+def with_laws(forces: Forces | None, added: Sequence[AddedLaw]) -> Forces:
+    """The forces with these laws after their own."""
+    before = forces or _nothing()
+    laws = before.laws
+    own = [replace(law.along, owner=laws.size + at, offset=0.0) for at, law in enumerate(added)]
+    none, owners = np.zeros(len(added)), tuple(law.owner for law in added)
+    return replace(
+        before,
+        laws=Laws(
+            coordinates=bind([*bindings(laws.coordinates), *own]),
+            joint_coordinate=np.append(laws.joint_coordinate, [law.joint_coordinate for law in added]).astype(np.intp),
+            stiffness=np.append(laws.stiffness, none),
+            damping=np.append(laws.damping, none),
+            free=np.append(laws.free, none),
+            program=np.append(laws.program, len(before.programs.start) - 1 + np.arange(len(added))),
+            loses=np.append(laws.loses, np.ones(len(added), dtype=bool)),
+            bearing=np.append(laws.bearing, [law.bearing for law in added]).astype(np.intp),
+            apart=np.append(laws.apart, [law.apart for law in added]),
+            partner=np.append(laws.partner, [_behind(laws.size, law.partner) for law in added]).astype(np.intp),
+            sliding=np.concatenate([laws.sliding, [law.sliding for law in added]]),
+        ),
+        programs=_joined(before.programs, flatten([Program(law.push) for law in added])),
+        law_owners=(*before.law_owners, *owners),
+        program_owners=(*before.program_owners, *owners),
+    )
+
+
+def _behind(count: int, number: int) -> int:
+    """A number among laws that come after so many; -1 stays."""
+    return count + number if number >= 0 else -1
+
+
+def _joined(first: ProgramSet, second: ProgramSet) -> ProgramSet:
+    """Two sets one after another; the second has no tables."""
+    return replace(
+        first,
+        start=np.append(first.start, first.start[-1] + second.start[1:]),
+        op=np.append(first.op, second.op),
+        operand=np.append(first.operand, second.operand),
+        texts=(*first.texts, *second.texts),
+    )
+
+
+def _nothing() -> Forces:
+    none: Array = np.zeros(0)
+    empty = np.zeros(0, dtype=np.intp)
+    return Forces(
+        laws=Laws(
+            bind([]),
+            empty,
+            none,
+            none,
+            none,
+            empty,
+            np.zeros(0, dtype=bool),
+            empty,
+            np.zeros(0, dtype=bool),
+            empty,
+            np.zeros((0, 2)),
+        ),
+        bushings=Bushings.none(),
+        on_bodies=BodyForces(
+            empty,
+            np.zeros((0, 3)),
+            np.zeros(0, dtype=bool),
+            np.zeros(0, dtype=bool),
+            np.zeros((0, 3, 3)),
+            np.zeros((0, 3), dtype=np.intp),
+        ),
+        programs=flatten([]),
+        law_owners=(),
+        program_owners=(),
+        bushing_names=(),
+    )

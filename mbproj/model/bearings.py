@@ -1,0 +1,31 @@
+"""Bearings as arrays: what joints carry, by which dry friction goes."""
+
+from __future__ import annotations
+
+from mbproj.arrays import Array, Integers
+from mbproj.dataclass import dataclass
+
+
+@dataclass(frozen=True, eq=False)
+class Bearings:
+    """B loads of joints. With the force F and the torque T that a joint exerts on its body 2 at its point there, along
+    its axis z, a bearing of two supports at a distance ℓ carries
+
+        load = preload + radial (|f₁| + |f₂|) + axial |F·z|,    f₁, f₂ = ½ (F - (F·z) z) ± (T × z)/ℓ.
+
+    `joint` (B,): its number. `axis` (B, 3): z in the axes of its body 2. `radial` and `axial` (B,): arms in m where the
+    friction is a torque, parts of the force (1 or 0) where it is a force. `length` ℓ (B,) in m, infinite where moments
+    do not count. `preload` (B,) in N m or N.
+    """
+
+    joint: Integers
+    axis: Array
+    radial: Array
+    axial: Array
+    length: Array
+    preload: Array
+
+    @property
+    def size(self) -> int:
+        """B."""
+        return len(self.joint)

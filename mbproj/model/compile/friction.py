@@ -1,0 +1,159 @@
+"""The scene's dry friction as arrays: what can stick, the bearings that it goes by, and what is regularised."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import field
+
+import numpy as np
+
+from mbproj.arrays import Array
+from mbproj.dataclass import dataclass
+from mbproj.errors import Place
+from mbproj.functions.program import RATE, Code, Instruction, Op, Program, apply, number, variable
+from mbproj.model.bearings import Bearings
+from mbproj.model.frictions import Frictions
+from mbproj.model.primitive_set import Binding, bind
+from mbproj.scene.friction import Bearing, DryFriction
+from mbproj.scene.records import Joint, JointForce, Scene
+
+
+@dataclass(frozen=True, eq=False)
+class _Dry:
+    """A dry friction on its way into the arrays: where it is, and the number of its bearing (-1: none)."""
+
+    force: JointForce
+    coordinate: str
+    dry: DryFriction
+    bearing: int
+    place: Place | None
+
+    @property
+    def key(self) -> tuple[str, str]:
+        """Its force and its coordinate."""
+        return self.force.name, self.coordinate
+
+    @property
+    def whole(self) -> str:
+        """The whole name of its coordinate."""
+        return f"{self.force.joint}.{self.coordinate}"
+
+
+@dataclass(frozen=True, eq=False)
+class SmoothFriction:
+    """A regularised friction as a law: what it gives, times the load of the bearing of this number (-1: 1)."""
+
+    program: Program
+    bearing: int
+
+
+@dataclass(frozen=True, eq=False)
+class DryFrictions:
+    """All dry friction of a scene: what can stick and what results call it; bearings; what is regularised, by force and
+    coordinate."""
+
+    frictions: Frictions | None = None
+    bearings: Bearings | None = None
+    names: tuple[str, ...] = ()
+    smooth: Mapping[tuple[str, str], SmoothFriction] = field(default_factory=dict)
+
+
+def compile_friction(
+    scene: Scene, joints: Sequence[Joint], axes: Sequence[Array], coordinates: Mapping[str, Binding]
+) -> DryFrictions:
+    """The dry friction on coordinates of joints. `joints` are those that the system has, `axes` their z axes in the
+    axes of body 2, `coordinates` all of theirs by whole name."""
+    loads: list[_Load] = []
+    found = list(_found(scene, {joint.name: (at, joint) for at, joint in enumerate(joints)}, loads))
+    sticking = [each for each in found if each.dry.regularised is None]
+    smooth = {
+        each.key: SmoothFriction(_smooth(each.dry, each.dry.regularised), each.bearing)
+        for each in found
+        if each.dry.regularised is not None
+    }
+    names = tuple(each.force.called(each.coordinate) for each in sticking)
+    return DryFrictions(
+        _frictions(sticking, coordinates) if sticking else None,
+        _bearings(loads, axes) if loads else None,
+        names,
+        smooth,
+    )
+
+
+@dataclass(frozen=True, eq=False)
+class _Load:
+    """A row of `Bearings`."""
+
+    joint: int
+    radial: float
+    axial: float
+    length: float
+    preload: float
+
+
+def _found(scene: Scene, joints: Mapping[str, tuple[int, Joint]], loads: list[_Load]) -> Iterator[_Dry]:
+    """The dry frictions; what their bearings carry comes to `loads`."""
+    for force in scene.forces:
+        for coordinate, dry in force.coulomb.items() if isinstance(force, JointForce) else ():
+            assert isinstance(force, JointForce)
+            bearing = -1
+            if dry.bearing is not None:
+                at, joint = joints[force.joint]
+                bearing = len(loads)
+                loads.append(_load(at, joint, dry.unit, dry.bearing))
+            place = scene.place("forces", force.name, "coulomb", coordinate)
+            yield _Dry(force, coordinate, dry, bearing, place)
+
+
+def _load(at: int, joint: Joint, unit: str, bearing: Bearing) -> _Load:
+    """What a bearing carries: of a joint of number `at`, in N m on an angle and in N on a displacement."""
+    radius = bearing.radius or 0.0
+    if unit == "m":
+        return _Load(at, 1.0, 0.0, bearing.length, bearing.preload)
+    if joint.type == "screw" and bearing.axial_radius is None:
+        return _Load(at, 0.0, radius, bearing.length, bearing.preload * radius)
+    return _Load(at, radius, bearing.axial_radius or 0.0, bearing.length, bearing.preload * radius)
+
+
+def _bearings(loads: Sequence[_Load], axes: Sequence[Array]) -> Bearings:
+    def column(name: str) -> Array:
+        return np.array([getattr(load, name) for load in loads], dtype=float)
+
+    return Bearings(
+        joint=np.array([load.joint for load in loads], dtype=np.intp),
+        axis=np.array([axes[load.joint] for load in loads]),
+        radial=column("radial"),
+        axial=column("axial"),
+        length=column("length"),
+        preload=column("preload"),
+    )
+
+
+def _frictions(sticking: Sequence[_Dry], coordinates: Mapping[str, Binding]) -> Frictions:
+    index = {name: at for at, name in enumerate(coordinates)}
+    along = [coordinates[each.whole] for each in sticking]
+    laws = [each.dry for each in sticking]
+    return Frictions(
+        coordinates=bind([Binding(each.primitive, at, each.slots) for at, each in enumerate(along)]),
+        joint_coordinate=np.array([index[each.whole] for each in sticking], dtype=np.intp),
+        sliding=np.array([dry.sliding for dry in laws], dtype=float),
+        static=np.array([dry.static for dry in laws], dtype=float),
+        stribeck=np.array([dry.stribeck_speed or 0.0 for dry in laws], dtype=float),
+        bearing=np.array([each.bearing for each in sticking], dtype=np.intp),
+        stop=np.full(len(sticking), -1, dtype=np.intp),
+        partner=np.full(len(sticking), -1, dtype=np.intp),
+        owners=tuple(f"force '{each.force.name}'" for each in sticking),
+        places=tuple(each.place for each in sticking),
+    )
+
+
+def _smooth(dry: DryFriction, width: float) -> Program:
+    """-(sliding + (static - sliding) exp(-(s'/stribeck_speed)²)) tanh(s'/width), of the rate s' alone."""
+    rate = variable(RATE)
+    size: Code = number(dry.sliding)
+    if dry.stribeck_speed is not None:
+        part = apply(Op.DIVIDE, rate, number(dry.stribeck_speed))
+        fall = apply(Op.EXP, apply(Op.NEGATE, (*part, Instruction(Op.POWER, 2.0))))
+        size = apply(Op.ADD, size, apply(Op.MULTIPLY, number(dry.static - dry.sliding), fall))
+    sign = apply(Op.TANH, apply(Op.DIVIDE, rate, number(width)))
+    return Program(apply(Op.NEGATE, apply(Op.MULTIPLY, size, sign)))

@@ -1,0 +1,88 @@
+"""Dry friction of points on planes as arrays: along two tangents of each plane."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from mbproj.arrays import Array
+from mbproj.constraints import PRIMITIVES
+from mbproj.model.compile.frames import Pose
+from mbproj.model.compile.rigid_groups import Seat
+from mbproj.model.compile.stops import local_point, seated
+from mbproj.model.frictions import Frictions
+from mbproj.model.primitive_set import Binding, bind, bindings
+from mbproj.scene.records import Scene
+from mbproj.scene.stops import PlaneStop
+
+
+def tangential_friction(
+    scene: Scene, seats: Mapping[str, Seat], poses: Mapping[str, Pose], stops: Sequence[str]
+) -> tuple[Frictions | None, tuple[str, ...]]:
+    """The friction at stops of these names, None where there is none, and its names: "floor.1", "floor.2"."""
+    rubbing = [force for force in scene.forces if isinstance(force, PlaneStop) and force.friction is not None]
+    if not rubbing:
+        return None, ()
+    laws = [force.friction for force in rubbing if force.friction is not None]
+    along = [Binding(PRIMITIVES["along"](), 0, slots) for force in rubbing for slots in _tangents(force, seats, poses)]
+    none = np.full(2 * len(rubbing), -1, dtype=np.intp)
+    found = Frictions(
+        coordinates=bind([replace(each, owner=at) for at, each in enumerate(along)]),
+        joint_coordinate=none,
+        sliding=np.repeat([law.sliding for law in laws], 2),
+        static=np.repeat([law.static for law in laws], 2),
+        stribeck=np.repeat([law.stribeck_speed or 0.0 for law in laws], 2),
+        bearing=none,
+        stop=np.repeat([stops.index(force.name) for force in rubbing], 2),
+        partner=np.arange(len(none)) ^ 1,
+        owners=tuple(f"force '{force.name}'" for force in rubbing for _ in range(2)),
+        places=tuple(scene.place("forces", force.name, "friction") for force in rubbing for _ in range(2)),
+    )
+    return found, tuple(name for force in rubbing for name in force.frictions)
+
+
+def joined(first: Frictions | None, second: Frictions | None) -> Frictions | None:
+    """Those of joints, and after them those of stops."""
+    if first is None or second is None:
+        return first or second
+    both = [*bindings(first.coordinates), *bindings(second.coordinates)]
+    partner = np.where(second.partner >= 0, second.partner + first.size, -1)
+
+    def of_both(name: str) -> Any:
+        return np.concatenate([getattr(first, name), getattr(second, name)])
+
+    return Frictions(
+        coordinates=bind([replace(each, owner=at) for at, each in enumerate(both)]),
+        joint_coordinate=of_both("joint_coordinate"),
+        sliding=of_both("sliding"),
+        static=of_both("static"),
+        stribeck=of_both("stribeck"),
+        bearing=of_both("bearing"),
+        stop=of_both("stop"),
+        partner=np.append(first.partner, partner),
+        owners=(*first.owners, *second.owners),
+        places=(*first.places, *second.places),
+    )
+
+
+def _tangents(
+    force: PlaneStop, seats: Mapping[str, Seat], poses: Mapping[str, Pose]
+) -> list[tuple[tuple[int, int, Array], ...]]:
+    """What the rows along both tangents bind: the first as near as can be to the global axis that the plane leans on
+    least, so that planes along global axes have theirs along these."""
+    rotation, seat = poses[force.normal.body][1], seats[force.normal.body]
+    normal = np.array(force.normal.vector)
+    normal = rotation @ normal if force.normal.local else normal
+    axis = np.eye(3)[int(np.argmin(np.abs(normal)))]
+    across = np.cross(normal, axis)
+    across /= np.linalg.norm(across)
+    first = np.cross(across, normal)
+    carrier, location = seated(force.location, local_point(force.location, poses), seats)
+    other, point = seated(force.point, local_point(force.point, poses), seats)
+    return [
+        ((carrier, 1, seat.vector(rotation.T @ tangent)), (carrier, 1, location), (other, 2, point))
+        for tangent in (first / np.linalg.norm(first), across)
+    ]
