@@ -8,14 +8,15 @@ from typing import Any
 
 from mbproj.joints import COORDINATE_UNITS, INERTIA_UNITS, JOINTS, JointType
 from mbproj.scene.blocks.body import BODY
-from mbproj.scene.blocks.coordinates import act_on_coordinates, drive_coordinates, on_bodies
+from mbproj.scene.blocks.coordinates import COORDINATES, act_on_coordinates, drive_coordinates, on_bodies
 from mbproj.scene.blocks.expectation_checks import CHECKS
 from mbproj.scene.blocks.expectations import EXPECTATION
-from mbproj.scene.blocks.forces import COORDINATES, FORCE
+from mbproj.scene.blocks.forces.dry_joints import slides_in_joints
+from mbproj.scene.blocks.forces.force_types import FORCE
+from mbproj.scene.blocks.forces.stops import limit_field
 from mbproj.scene.blocks.motions import MOTION
 from mbproj.scene.blocks.parameters import Parameters
 from mbproj.scene.blocks.simulation import SIMULATION
-from mbproj.scene.blocks.stops import limit_field
 from mbproj.scene.fields.alternatives import Variants
 from mbproj.scene.fields.checks import (
     Placed,
@@ -162,6 +163,7 @@ SCENE: Record[dict[str, Any]] = Record(
         Check(("joints",), couples_angles),
         Check(("bodies", "forces"), on_bodies),
         Check(("joints", "forces"), act_on_coordinates),
+        Check(("joints", "forces"), slides_in_joints),
         Check(("joints", "motions"), drive_coordinates),
         *CHECKS,
     ),

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from mbproj.errors import InputError, Place, Problem
-from mbproj.scene.blocks.coordinates import coordinates_in
+from mbproj.scene.blocks.coordinates import with_coordinates
 from mbproj.scene.blocks.expectation_checks import expectations_of, unsampled
 from mbproj.scene.blocks.simulation import SIMULATION
 from mbproj.scene.fields.reading import Reading, in_text_order
@@ -141,13 +141,9 @@ def _connected(joints: Mapping[str, Joint]) -> Iterator[Joint]:
 
 
 def _on_coordinates(forces: Mapping[str, Force], joints: Mapping[str, Joint]) -> Iterator[Force]:
-    """The forces, with the coordinates named that they leave to be found: the only one of the joint in their unit."""
+    """The forces, with the coordinates named that they leave to be found."""
     for force in forces.values():
-        if isinstance(force, JointForce) and "" in force.laws:
-            (coordinate,) = coordinates_in(joints[force.joint], force.unit)
-            yield replace(force, laws={coordinate: force.laws[""]})
-        else:
-            yield force
+        yield with_coordinates(force, joints) if isinstance(force, JointForce) else force
 
 
 def _check_times(found: Mapping[str, Any], reading: Reading) -> None:

@@ -10,6 +10,7 @@ from typing import Any, TypeAlias
 from mbproj.dataclass import dataclass
 from mbproj.errors import Place, Problem
 from mbproj.functions.program import Program
+from mbproj.scene.friction import DryFriction
 from mbproj.scene.looks import Appearance, PlacedShape
 from mbproj.scene.stops import DistanceStop, Limit, PlaneStop
 
@@ -107,12 +108,25 @@ class PointForce:
 
 @dataclass(frozen=True)
 class JointForce:
-    """Forces on coordinates of a joint: `laws` by coordinate, "" for the only one in `unit` ("rad", "m", None: any)."""
+    """Forces on coordinates of a joint: `laws` by coordinate, "" for the only one in `unit` ("rad", "m", None: any).
+
+    `coulomb`: dry frictions by coordinate, "" for the only one in the unit of the friction.
+    """
 
     name: str
     joint: str
     laws: Mapping[str, Law]
     unit: str | None = None
+    coulomb: Mapping[str, DryFriction] = field(default_factory=dict)
+
+    @property
+    def coordinates(self) -> tuple[str, ...]:
+        """Those on which it acts."""
+        return tuple(dict.fromkeys((*self.laws, *self.coulomb)))
+
+    def called(self, coordinate: str) -> str:
+        """What results call it where it acts along this one: by its name, with the coordinate where it has several."""
+        return f"{self.name}.{coordinate}" if len(self.coordinates) > 1 else self.name
 
 
 @dataclass(frozen=True)
@@ -192,10 +206,10 @@ class Marker:
 class Expectation:
     """What a run has to find, with where the number comes from (`source`).
 
-    `of` says of what ("marker", "body", "joint", "force", "motion", "stop", "diagnostic"), `item` is its name. The
-    `quantity` is one of `mbproj.scene.blocks.observables`, in the SI unit `unit`. `component` of a vector: "x", "y",
-    "z", "norm", or "" for all of it. `at` is a time in s, or "end", "maximum", "minimum", "largest" (in magnitude),
-    "range" (from the minimum to the maximum) over the samples.
+    `of` says of what ("marker", "body", "joint", "force", "motion", "stop", "friction", "diagnostic"), `item` is its
+    name. The `quantity` is one of `mbproj.scene.blocks.observables`, in the SI unit `unit`. `component` of a vector:
+    "x", "y", "z", "norm", or "" for all of it. `at` is a time in s, or "end", "maximum", "minimum", "largest" (in
+    magnitude), "range" (from the minimum to the maximum) over the samples.
     Either `value` holds within `tolerance`, or the quantity stays at or below `below`, or at or above `above`.
     """
 

@@ -68,6 +68,16 @@ class DistanceStop:
 
 
 @dataclass(frozen=True)
+class PlaneFriction:
+    """Dry friction of a point on a plane: coefficients of the push while it slides and while it sticks, and the speed
+    in m/s over which the one falls to the other, None where it falls at once."""
+
+    sliding: float
+    static: float
+    stribeck_speed: float | None = None
+
+
+@dataclass(frozen=True)
 class PlaneStop:
     """A sphere of `radius` in m (0: a point) around `point` stays on that side of a plane to which `normal` points."""
 
@@ -77,8 +87,14 @@ class PlaneStop:
     point: OfBody
     radius: float
     law: StopLaw
+    friction: PlaneFriction | None = None
 
     @property
     def stops(self) -> list[str]:
         """What results call it."""
         return [self.name]
+
+    @property
+    def frictions(self) -> list[str]:
+        """What results call its friction along either tangent of the plane."""
+        return [] if self.friction is None else [f"{self.name}.{tangent}" for tangent in (1, 2)]

@@ -7,7 +7,7 @@ from itertools import pairwise
 
 import pytest
 
-from mbproj.scene.blocks.forces import COORDINATES
+from mbproj.scene.blocks.coordinates import COORDINATES
 from mbproj.scene.blocks.observables import OBSERVABLES
 from mbproj.scene.records import Expectation, Settings
 from mbproj.scene.sampling import nearest_samples, output_times

@@ -149,6 +149,9 @@ ODD = [
             "{type: torsion_spring_damper, joint: C, coordinate: angle_2, torque: 3}",
             "{type: linear_spring_damper, joint: D, stiffness: 0, free_displacement: -1}",
             "{type: friction, joint: C, coefficient: {angle_1: 1, angle_2: 2 N*m*s/rad}}",
+            "{type: friction, joint: A, coulomb: {torque: 0, static: '3 * 2', stribeck_speed: 1 rpm}, coefficient: 0}",
+            "{type: friction, joint: D, coulomb: {displacement: {coefficient: 1 / 7, regularised: 1 mm/s}}}",
+            "{type: friction, joint: A, coulomb: {coefficient: 0.1, radius: 1, bearing_length: 1 cm, preload: 2 kN}}",
             "{type: force, body: rod, force: [0, t, 1 kN], location: {rod: [0, 0, 0]}, axes: body}",
             "{type: torque, body: rod, torque: [0, t, 1 N*m]}",
         )

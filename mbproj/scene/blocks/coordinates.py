@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Container, Iterable, Iterator, Mapping, Sequence
+from dataclasses import replace
+from types import MappingProxyType
 
 from mbproj.joints import COORDINATE_UNITS, JOINTS
 from mbproj.scene.fields.containers import Complaint
@@ -10,6 +12,10 @@ from mbproj.scene.records import GROUND, Body, Force, Joint, JointForce, KeyPath
 from mbproj.scene.stops import DistanceStop
 from mbproj.scene.text.suggestions import choose_from
 
+#: The coordinates of joints by name, with their units.
+COORDINATES: Mapping[str, str] = MappingProxyType(
+    {name: COORDINATE_UNITS[row[0]] for kind in JOINTS.values() for name, row in kind.coordinates.items()}
+)
 WORDS = {"rad": "angle", "m": "displacement", None: "coordinate"}
 
 
@@ -17,6 +23,20 @@ def coordinates_in(joint: Joint, unit: str | None) -> list[str]:
     """The coordinates of a joint that are in this unit (None: any)."""
     rows = JOINTS[joint.type].coordinates
     return [name for name, row in rows.items() if unit in (None, COORDINATE_UNITS[row[0]])]
+
+
+def with_coordinates(force: JointForce, joints: Mapping[str, Joint]) -> JointForce:
+    """The force with the coordinates named that it leaves to be found: the only one of its joint in the unit. Where
+    there is none, or several, it acts on none of them, which is reported elsewhere."""
+    joint = joints[force.joint]
+
+    def names(name: str, unit: str | None) -> list[str]:
+        able = [name] if name else coordinates_in(joint, unit)
+        return able if len(able) == 1 else []
+
+    laws = {each: law for name, law in force.laws.items() for each in names(name, force.unit)}
+    coulomb = {each: dry for name, dry in force.coulomb.items() for each in names(name, dry.unit)}
+    return replace(force, laws=laws, coulomb=coulomb)
 
 
 def on_bodies(bodies: Mapping[str, Body], forces: Mapping[str, Force]) -> Iterator[Complaint]:
@@ -41,9 +61,9 @@ def act_on_coordinates(joints: Mapping[str, Joint], forces: Mapping[str, Force])
                 able = coordinates_in(joint, force.unit)
                 if coordinate and coordinate not in able:
                     key = "coordinate" if force.unit else "coefficient"
-                    yield _lacks(joint, coordinate, able, (*path, key))
+                    yield lacks(joint, coordinate, able, (*path, key))
                 elif not coordinate and len(able) != 1:
-                    yield _none_or_several(joint, force.unit, able, (*path, "joint"))
+                    yield none_or_several(joint, force.unit, able, (*path, "joint"), "coefficient")
 
 
 def drive_coordinates(joints: Mapping[str, Joint], motions: Mapping[str, Motion]) -> Iterator[Complaint]:
@@ -54,29 +74,36 @@ def drive_coordinates(joints: Mapping[str, Joint], motions: Mapping[str, Motion]
         able = coordinates_in(joint, None)
         first = drivers.setdefault((joint.name, motion.coordinate), motion.name)
         if motion.coordinate not in able:
-            yield _lacks(joint, motion.coordinate, able, path)
+            yield lacks(joint, motion.coordinate, able, path)
         elif first != motion.name:
             message = f"motion '{first}' drives the {motion.coordinate} of joint '{joint.name}' already"
             yield Complaint(path, message, "keep one of the two")
 
 
-def _lacks(joint: Joint, coordinate: str, able: Iterable[str], path: KeyPath) -> Complaint:
+def lacks(joint: Joint, coordinate: str, able: Iterable[str], path: KeyPath) -> Complaint:
+    """That a joint has no such coordinate."""
     has = ", ".join(able)
     hint = f"it has {has}" if has else _takers(None)
     return Complaint(path, f"joint '{joint.name}' is {joint.type} and has no {coordinate} to act on", hint)
 
 
-def _none_or_several(joint: Joint, unit: str | None, able: list[str], path: KeyPath) -> Complaint:
+def none_or_several(
+    joint: Joint, unit: str | None, able: Sequence[str], path: KeyPath, key: str, kinds: Container[str] = JOINTS
+) -> Complaint:
+    """That a joint has no coordinate in this unit, or several, so that `key` must name them; joints of these `kinds`
+    may have one."""
     word = WORDS[unit]
     if not able:
-        return Complaint(path, f"joint '{joint.name}' is {joint.type} and has no {word} to act on", _takers(unit))
+        return Complaint(
+            path, f"joint '{joint.name}' is {joint.type} and has no {word} to act on", _takers(unit, kinds)
+        )
     several = " and ".join(able)
-    hint = f"add coordinate: {able[0]}" if unit else f"write coefficient: {{{able[0]}: ..., {able[1]}: ...}}"
+    hint = f"add coordinate: {able[0]}" if unit else f"write {key}: {{{able[0]}: ..., {able[1]}: ...}}"
     return Complaint(path, f"joint '{joint.name}' is {joint.type} and has {len(able)} {word}s, {several}", hint)
 
 
-def _takers(unit: str | None) -> str:
-    """The types of joints that have a coordinate in this unit."""
-    rows = {name: kind.coordinates.values() for name, kind in JOINTS.items()}
+def _takers(unit: str | None, kinds: Container[str] = JOINTS) -> str:
+    """The types of joints, of these, that have a coordinate in this unit."""
+    rows = {name: kind.coordinates.values() for name, kind in JOINTS.items() if name in kinds}
     able = [name for name, of in rows.items() if any(unit in (None, COORDINATE_UNITS[row[0]]) for row in of)]
     return f"joints that have one: {', '.join(able)}"

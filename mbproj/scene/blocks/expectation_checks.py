@@ -6,18 +6,21 @@ from collections.abc import Iterator, Mapping
 from typing import Any
 
 from mbproj.joints import JOINTS
-from mbproj.scene.blocks.coordinates import coordinates_in
+from mbproj.scene.blocks.coordinates import COORDINATES, coordinates_in, with_coordinates
 from mbproj.scene.blocks.expectation_fit import fits
 from mbproj.scene.blocks.expectations import Given, expectation, subject
-from mbproj.scene.blocks.forces import COORDINATES
+from mbproj.scene.blocks.forces.dry_joints import friction_units
+from mbproj.scene.blocks.forces.stops import stop_units
 from mbproj.scene.blocks.observables import OBSERVABLES, OF_BUSHINGS, Observable
-from mbproj.scene.blocks.stops import stop_units
 from mbproj.scene.fields.containers import Check, Complaint
+from mbproj.scene.fields.reading import either
 from mbproj.scene.records import BodyForce, Bushing, Expectation, Force, Joint, JointForce, Motion, PointForce, Settings
 from mbproj.scene.sampling import nearest_samples
 from mbproj.scene.stops import DistanceStop, PlaneStop
 from mbproj.scene.text.suggestions import choose_from
 
+#: What there is where there are no stops, no frictions.
+NONE = {"stop": "no stops", "friction": "none that sticks"}
 Items = Mapping[str, Any]
 Expected = Mapping[str, Given]
 
@@ -80,7 +83,12 @@ def of_joint_forces(
         if not isinstance(force, JointForce):
             continue
         units = [COORDINATES[coordinate] for coordinate in acts_on(force, joints)]
-        if len(units) > 1:
+        if not units and force.coulomb:
+            message = f"force '{item}' is dry friction"
+            yield Complaint(
+                ("expect", name, "force"), message, f"write  friction: NAME  with {either(OBSERVABLES['friction'])}"
+            )
+        elif len(units) > 1:
             message = f"force '{item}' acts on {len(units)} coordinates"
             yield Complaint(("expect", name, "force"), message, "write a force for each of them")
         elif units and quantity in able:
@@ -100,14 +108,23 @@ def of_motions(motions: Mapping[str, Motion], expected: Expected) -> Iterator[Co
 
 def of_stops(expected: Expected, joints: Mapping[str, Joint], forces: Mapping[str, Force]) -> Iterator[Complaint]:
     """A check of the expectations of stops."""
-    able = OBSERVABLES["stop"]
-    for name, given, item, quantity in _of("stop", expected):
-        units = stop_units(joints, forces)
+    yield from _of_rows("stop", "stop", expected, stop_units(joints, forces))
+
+
+def of_frictions(expected: Expected, joints: Mapping[str, Joint], forces: Mapping[str, Force]) -> Iterator[Complaint]:
+    """A check of the expectations of dry frictions."""
+    yield from _of_rows("friction", "dry friction", expected, friction_units(joints, forces))
+
+
+def _of_rows(of: str, what: str, expected: Expected, units: Mapping[str, str]) -> Iterator[Complaint]:
+    """On expectations of stops or frictions, of which there are these, on coordinates in these units."""
+    able = OBSERVABLES[of]
+    for name, given, item, quantity in _of(of, expected):
         if item not in units:
-            hint = choose_from(item, units, "stops are") if units else "the scene has no stops"
-            yield Complaint(("expect", name, "stop"), f"unknown stop '{item}'", hint)
+            hint = choose_from(item, units, f"{what}s are") if units else f"the scene has {NONE[of]}"
+            yield Complaint(("expect", name, of), f"unknown {what} '{item}'", hint)
         elif quantity not in able:
-            yield Complaint(("expect", name, "quantity"), f"a stop has no '{quantity}'", _choices(quantity, able))
+            yield Complaint(("expect", name, "quantity"), f"a {what} has no '{quantity}'", _choices(quantity, able))
         else:
             yield from fits(name, given, able[quantity], able[quantity].unit_with(units[item]))
 
@@ -126,6 +143,8 @@ def expectations_of(found: Mapping[str, Any]) -> Iterator[Expectation]:
             coordinate = COORDINATES[found["motions"][item].coordinate]
         elif of == "stop":
             coordinate = stop_units(joints, found.get("forces", {}))[item]
+        elif of == "friction":
+            coordinate = friction_units(joints, found.get("forces", {}))[item]
         yield expectation(name, given, able[quantity].unit_with(coordinate))
 
 
@@ -144,13 +163,10 @@ def unsampled(expected: Expected, settings: Settings) -> Iterator[Complaint]:
 
 
 def acts_on(force: JointForce, joints: Mapping[str, Joint]) -> list[str]:
-    """The coordinates of its joint that a force acts on; the one that is not named is the only one in the force's unit,
-    and where there is none, that is reported elsewhere."""
-    return [coordinate for name in force.laws for coordinate in ([name] if name else _only(force, joints))]
-
-
-def _only(force: JointForce, joints: Mapping[str, Joint]) -> list[str]:
-    return coordinates_in(joints[force.joint], force.unit)[:1]
+    """The coordinates of its joint along which a force is recorded among the forces: what may stick is not."""
+    named = with_coordinates(force, joints)
+    smooth = (name for name, dry in named.coulomb.items() if dry.regularised is not None)
+    return list(dict.fromkeys((*named.laws, *smooth)))
 
 
 def _of(of: str, expected: Expected) -> Iterator[tuple[str, Given, str, str]]:
@@ -171,4 +187,5 @@ CHECKS = (
     Check(("joints", "forces", "expect"), of_joint_forces),
     Check(("motions", "expect"), of_motions),
     Check(("expect",), of_stops, besides=("joints", "forces")),
+    Check(("expect",), of_frictions, besides=("joints", "forces")),
 )

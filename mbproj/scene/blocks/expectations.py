@@ -20,7 +20,7 @@ from mbproj.scene.text.suggestions import choose_from
 
 #: An expectation as read: values by key. Numbers whose unit depends on the quantity have kept their dimension.
 Given = Mapping[str, Any]
-#: Keys that say what it is of, and the top-level block of each; stops are in those of joints and forces.
+#: Keys that say what it is of, and the top-level block of each; stops and frictions are in those of joints and forces.
 SUBJECTS: Mapping[str, str] = {
     "marker": "markers",
     "body": "bodies",
@@ -28,6 +28,7 @@ SUBJECTS: Mapping[str, str] = {
     "force": "forces",
     "motion": "motions",
     "stop": "",
+    "friction": "",
     "diagnostic": "",
 }
 BOUNDS = ("below", "above")
@@ -96,7 +97,7 @@ EXPECTATION: Record[Given] = Record(
     "an expectation",
     {
         **{of: Reference(of, block) for of, block in SUBJECTS.items() if block},
-        "stop": Text(),
+        **{of: Text() for of in ("stop", "friction")},
         "diagnostic": Choice("diagnostic", lambda: OBSERVABLES["diagnostic"]),
         "quantity": Choice("quantity", lambda: QUANTITIES),
         "component": Choice("component", lambda: COMPONENTS),

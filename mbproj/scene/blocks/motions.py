@@ -8,7 +8,7 @@ from typing import Any, ClassVar
 from mbproj.dataclass import dataclass
 from mbproj.functions.program import Code, Program
 from mbproj.functions.standard import harmonic, polynomial, smooth_step, tabulated, uniform
-from mbproj.scene.blocks.forces import COORDINATES
+from mbproj.scene.blocks.coordinates import COORDINATES
 from mbproj.scene.fields.alternatives import Alternatives
 from mbproj.scene.fields.choices import Reference
 from mbproj.scene.fields.containers import OneOf, Record

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from types import MappingProxyType
 from typing import NamedTuple
 
-from mbproj.scene.blocks.forces import COORDINATES
+from mbproj.scene.blocks.coordinates import COORDINATES
 
 
 class Observable(NamedTuple):
@@ -63,6 +63,12 @@ OBSERVABLES: Mapping[str, Mapping[str, Observable]] = MappingProxyType(
             "gap": Observable("rad or m"),
             "rate": Observable("rad/s or m/s"),
             "force": Observable("N*m or N"),
+        },
+        "friction": {
+            "rate": Observable("rad/s or m/s"),
+            "force": Observable("N*m or N"),
+            "state": Observable(""),
+            "dissipation": Observable("J"),
         },
         "diagnostic": {
             "position_violation": Observable(""),

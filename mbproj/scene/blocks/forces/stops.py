@@ -14,6 +14,7 @@ from typing import Any, ClassVar
 
 from mbproj.dataclass import dataclass
 from mbproj.joints import COORDINATE_UNITS, JOINTS
+from mbproj.scene.blocks.forces.plane_friction import FRICTIONLESS, PLANE_FRICTION
 from mbproj.scene.fields.checks import of_these_bodies
 from mbproj.scene.fields.choices import Choice, Reference
 from mbproj.scene.fields.containers import Check, Complaint, OneOf, Record
@@ -164,7 +165,8 @@ def _stop(name: str, type: str, plane: Any = None, **given: Any) -> Force:
     point = given.pop("point")
     if point.body == location.body:
         raise Unfit(f"has its plane and its point on body '{point.body}'", "give two different bodies")
-    return PlaneStop(name, location, normal, point, given.pop("radius", 0.0), _law(given))
+    friction, radius = given.pop("friction", None), given.pop("radius", 0.0)
+    return PlaneStop(name, location, normal, point, radius, _law(given), friction)
 
 
 def _between_points(
@@ -200,7 +202,7 @@ _SHAPES = (
         OneOf(pair, hint="a stop is between two points, or a plane and a point")
         for pair in (
             *(("plane", key) for key in ("locations", "shortest", "longest")),
-            *((shape, key) for shape in ("points", "bodies") for key in ("point", "radius")),
+            *((shape, key) for shape in ("points", "bodies") for key in ("point", "radius", "friction")),
         )
     ),
 )
@@ -220,6 +222,7 @@ def stop_record(force_type: Choice) -> Record[Force]:
             "plane": _record("a plane", _plane, {"location": BODY_POINT, "normal": BODY_DIRECTION}),
             "point": _record("a point", _point, {"location": BODY_POINT}),
             "radius": Number("m", minimum=0.0),
+            "friction": PLANE_FRICTION,
             **_law_keys("m"),
         },
         _stop,
@@ -229,7 +232,7 @@ def stop_record(force_type: Choice) -> Record[Force]:
             Check(("shortest", "longest"), _between),
             *LAW_CHECKS,
         ),
-        (*_SHAPES, *LAW_CHOICES),
+        (*_SHAPES, *LAW_CHOICES, *FRICTIONLESS),
         named=True,
     )
 

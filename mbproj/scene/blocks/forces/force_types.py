@@ -8,24 +8,20 @@ from typing import Any
 
 from mbproj.functions.program import COORDINATE, Program, variable
 from mbproj.functions.standard import tabulated
-from mbproj.joints import COORDINATE_UNITS, JOINTS
-from mbproj.scene.blocks.bushing import bushing_record
-from mbproj.scene.blocks.stops import stop_record
-from mbproj.scene.fields.alternatives import Alternatives, Variants
+from mbproj.scene.blocks.coordinates import COORDINATES
+from mbproj.scene.blocks.forces.bushing import bushing_record
+from mbproj.scene.blocks.forces.friction import friction_record
+from mbproj.scene.blocks.forces.stops import stop_record
+from mbproj.scene.fields.alternatives import Variants
 from mbproj.scene.fields.checks import of_these_bodies
 from mbproj.scene.fields.choices import Choice, Reference
 from mbproj.scene.fields.containers import Check, OneOf, Record
-from mbproj.scene.fields.fields import Converted, Field, List
+from mbproj.scene.fields.fields import Field, List
 from mbproj.scene.fields.functions import Function, table
 from mbproj.scene.fields.placing import BODY_POINT, POINTS_OF, TWO_BODIES, TWO_POINTS, two_ends
 from mbproj.scene.fields.quantities import Number, position_in
 from mbproj.scene.fields.reading import Unfit
 from mbproj.scene.records import BodyForce, Force, JointForce, Law, PointForce
-
-#: The coordinates of joints by name, with their units.
-COORDINATES: Mapping[str, str] = MappingProxyType(
-    {name: COORDINATE_UNITS[row[0]] for kind in JOINTS.values() for name, row in kind.coordinates.items()}
-)
 
 
 def _law_keys(force: str, coordinate: str, unit: str, free: str) -> dict[str, Field[Any]]:
@@ -77,10 +73,6 @@ def _joint_spring(force: str, free: str, unit: str) -> Any:
     return make
 
 
-def _friction(name: str, type: str, joint: str, coefficient: Mapping[str, float]) -> JointForce:
-    return JointForce(name, joint, {key: Law(damping=value) for key, value in coefficient.items()})
-
-
 def _body_force(
     name: str, type: str, body: str, location: Any = None, axes: str = "global", **vector: Any
 ) -> BodyForce:
@@ -94,9 +86,6 @@ def _body_force(
 FORCE_TYPE = Choice("force type", lambda: FORCE_RECORDS)
 JOINT = Reference("joint", "joints")
 AXES = Choice("axes", lambda: ("global", "body"))
-COEFFICIENT = Number(None, minimum=0.0)
-#: Coefficients of friction on coordinates in m and rad.
-VISCOUS: Mapping[str, Field[Any]] = {"m": Number("N*s/m", minimum=0.0), "rad": Number("N*m*s/rad", minimum=0.0)}
 
 
 def _on_joint(what: str, force: str, coordinate: str, unit: str, free: str) -> Record[Force]:
@@ -142,22 +131,7 @@ FORCE_RECORDS: Mapping[str, Record[Force]] = MappingProxyType(
         "stop": stop_record(FORCE_TYPE),
         "force": _on_body("a force", "force", "N", {"location": BODY_POINT}),
         "torque": _on_body("a torque", "torque", "N*m", {}),
-        "friction": Record(
-            "a friction",
-            {
-                "type": FORCE_TYPE,
-                "joint": JOINT,
-                "coefficient": Alternatives(
-                    (
-                        Converted(COEFFICIENT, lambda coefficient: {"": coefficient}),
-                        Record("a coefficient", {name: VISCOUS[unit] for name, unit in COORDINATES.items()}, dict),
-                    )
-                ),
-            },
-            _friction,
-            ("type", "joint", "coefficient"),
-            named=True,
-        ),
+        "friction": friction_record(FORCE_TYPE),
     }
 )
 

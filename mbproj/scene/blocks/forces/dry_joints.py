@@ -1,0 +1,74 @@
+"""Dry friction and the joints it is in: that they have its coordinates, and that one is found where none is named."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping
+
+from mbproj.scene.blocks.coordinates import coordinates_in, lacks, none_or_several, with_coordinates
+from mbproj.scene.blocks.forces.coulomb import ARMS, CONSTANT, armless
+from mbproj.scene.fields.containers import Complaint
+from mbproj.scene.friction import DryFriction
+from mbproj.scene.records import Force, Joint, JointForce, KeyPath
+from mbproj.scene.stops import PlaneStop
+
+#: The types of joints in whose coordinates there is dry friction.
+DRY_JOINTS = ("revolute", "prismatic", "cylindrical", "screw")
+
+
+def slides_in_joints(joints: Mapping[str, Joint], forces: Mapping[str, Force]) -> Iterator[Complaint]:
+    """A check that the joints of dry frictions have the coordinates on which these are."""
+    for force in forces.values():
+        if not isinstance(force, JointForce) or not force.coulomb:
+            continue
+        joint = joints[force.joint]
+        if joint.type not in DRY_JOINTS:
+            said = f"joint '{joint.name}' is {joint.type} and has no dry friction"
+            yield Complaint(("forces", force.name, "joint"), said, f"joints that have some: {', '.join(DRY_JOINTS)}")
+            continue
+        for coordinate, dry in force.coulomb.items():
+            path: KeyPath = ("forces", force.name, "coulomb", *([coordinate] if coordinate else []))
+            own = coordinates_in(joint, None)
+            if coordinate and coordinate not in own:
+                yield lacks(joint, coordinate, own, path)
+                continue
+            if not coordinate:
+                yield from _undecided(joint, dry, path)
+            yield from _thread(joint, dry, path)
+
+
+def _undecided(joint: Joint, dry: DryFriction, path: KeyPath) -> Iterator[Complaint]:
+    """Why no coordinate of the joint, or several, may be the one that is not named."""
+    pressed, own = dry.bearing, coordinates_in(joint, None)
+    if pressed is not None and not pressed.has_arm:
+        if own == ["angle"]:
+            yield armless((*path, "coefficient"))
+        elif len(own) > 1:
+            yield none_or_several(joint, None, own, path, "coulomb")
+    elif not coordinates_in(joint, dry.unit):
+        constant = CONSTANT[dry.unit][0]
+        key = constant if pressed is None else ARMS[0] if pressed.radius is not None else ARMS[1]
+        yield none_or_several(joint, dry.unit, [], (*path, key), "coulomb", DRY_JOINTS)
+
+
+def _thread(joint: Joint, dry: DryFriction, path: KeyPath) -> Iterator[Complaint]:
+    """Why moments do not count: a thread is pressed by the axial force."""
+    pressed = dry.bearing
+    alone = pressed is not None and pressed.axial_radius is None and not math.isinf(pressed.length)
+    if joint.type == "screw" and dry.unit == "rad" and alone:
+        said = f"'bearing_length' does nothing: 'radius' alone is that of the thread of joint '{joint.name}'"
+        yield Complaint((*path, "bearing_length"), said, "'axial_radius' makes 'radius' the arm of the radial force")
+
+
+def friction_units(joints: Mapping[str, Joint], forces: Mapping[str, Force]) -> dict[str, str]:
+    """The names of the dry frictions that may stick, as results call them, with the units of what they resist."""
+    named = [with_coordinates(force, joints) for force in forces.values() if isinstance(force, JointForce)]
+    in_joints = {
+        force.called(coordinate): dry.unit
+        for force in named
+        for coordinate, dry in force.coulomb.items()
+        if dry.regularised is None
+    }
+    return in_joints | {
+        name: "m" for force in forces.values() if isinstance(force, PlaneStop) for name in force.frictions
+    }

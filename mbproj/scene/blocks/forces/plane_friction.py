@@ -1,0 +1,38 @@
+"""Dry friction of a point on the plane of a stop: what it is written as.
+
+friction: 0.3
+friction: {coefficient: 0.3, static: 0.4, stribeck_speed: 0.05 m/s}
+"""
+
+from __future__ import annotations
+
+from mbproj.scene.blocks.forces.coulomb import SPEED, STATIC, not_less
+from mbproj.scene.fields.alternatives import Alternatives
+from mbproj.scene.fields.containers import Check, OneOf, Record
+from mbproj.scene.fields.fields import Converted, Field
+from mbproj.scene.stops import PlaneFriction
+
+
+def _friction(coefficient: float, static: float | None = None, stribeck_speed: float | None = None) -> PlaneFriction:
+    return PlaneFriction(coefficient, coefficient if static is None else static, stribeck_speed)
+
+
+COEFFICIENT = STATIC["coefficient"]
+#: A coefficient, or more about it.
+PLANE_FRICTION: Field[PlaneFriction] = Alternatives(
+    (
+        Converted(COEFFICIENT, _friction),
+        Record(
+            "friction",
+            {"coefficient": COEFFICIENT, "static": COEFFICIENT, "stribeck_speed": SPEED["m"]},
+            _friction,
+            ("coefficient",),
+            (Check(("coefficient",), not_less("coefficient"), ("static", "stribeck_speed", "regularised")),),
+        ),
+    )
+)
+#: With which keys of a stop there is none.
+FRICTIONLESS = (
+    OneOf(("radius", "friction"), hint="a point rubs, a sphere that rolls has no friction here"),
+    OneOf(("stiffness", "friction"), hint="friction is that of rigid stops: rigid: true"),
+)

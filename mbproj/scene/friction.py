@@ -1,0 +1,47 @@
+"""Dry friction on coordinates of joints, as frozen records in SI units and radians."""
+
+from __future__ import annotations
+
+import math
+
+from mbproj.dataclass import dataclass
+
+
+@dataclass(frozen=True)
+class Bearing:
+    """How a joint's reaction presses what slides.
+
+    On an angle `radius` and `axial_radius` are the arms, in m, of the friction by the radial and by the axial force
+    (None: that force causes none); on a screw without `axial_radius` the `radius` is that of its thread. `length` in m:
+    moments load two supports so far apart; infinite where they do not count. `preload` in N: a radial force that is
+    always there.
+    """
+
+    radius: float | None = None
+    axial_radius: float | None = None
+    length: float = math.inf
+    preload: float = 0.0
+
+    @property
+    def has_arm(self) -> bool:
+        """Whether it turns a force into a torque."""
+        return self.radius is not None or self.axial_radius is not None
+
+
+@dataclass(frozen=True)
+class DryFriction:
+    """Friction that resists sliding along a coordinate s in `unit`, "rad" or "m", with
+
+        sliding + (static - sliding) exp(-(s'/stribeck_speed)²)
+
+    or with `sliding` alone without `stribeck_speed`, and holds as long as what holds is not more than `static`. Both
+    are in N m or N, or coefficients of the load of the `bearing`. With `regularised`, in rad/s or m/s, friction is that
+    times tanh(s'/regularised) and never holds.
+    """
+
+    unit: str
+    sliding: float
+    static: float
+    stribeck_speed: float | None = None
+    regularised: float | None = None
+    bearing: Bearing | None = None
