@@ -14,6 +14,7 @@ from mbproj.analysis.energy import exchanged
 from mbproj.analysis.reactions import REACTIONS
 from mbproj.arrays import Array
 from mbproj.results import Results
+from mbproj.results.layout import ALL_NAMES
 from mbproj.scene.records import Expectation
 
 #: The names of the columns by what is observed, and where its samples stand.
@@ -24,6 +25,7 @@ PLACES = {
     "force": "forces",
     "motion": "motions",
     "stop": "stops",
+    "friction": "frictions",
 }
 ENERGIES = ("diagnostics/kinetic_energy", "diagnostics/potential_energy")
 BALANCE = "diagnostics/energy_balance"
@@ -91,7 +93,7 @@ def _place(expectation: Expectation, coordinates: Sequence[str]) -> tuple[str, s
     kind = PLACES[expectation.of]
     if expectation.of == "force" and quantity in OF_BUSHINGS:
         quantity = OF_BUSHINGS[quantity][1]
-    return f"{kind}/{quantity}", kind, item
+    return f"{ALL_NAMES[kind].group}/{quantity}", kind, item
 
 
 def _column(expectation: Expectation, samples: Samples) -> npt.NDArray[Any]:

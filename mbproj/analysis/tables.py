@@ -1,4 +1,5 @@
-"""Results as tables of numbers by time: one for each body, marker, joint, force, motion and stop; diagnostics."""
+"""Results as tables of numbers by time: one for each body, marker, joint, force, motion, stop and dry friction;
+diagnostics."""
 
 from __future__ import annotations
 
@@ -34,7 +35,12 @@ def tables(results: Results) -> Iterator[Table]:
                 blocks += _coordinates(results, name)
             open_ = _not_unique(results, column) if kind == "joints" else ()
             yield _table(results, f"{group}-{name}", blocks, open_)
-    along = (("force_units", "nf", "force"), ("motion_units", "nm", "motion"), ("stop_units", "ns", "stop"))
+    along = (
+        ("force_units", "nf", "force"),
+        ("motion_units", "nm", "motion"),
+        ("stop_units", "ns", "stop"),
+        ("friction_units", "nr", "friction"),
+    )
     for kind, symbol, group in along:
         columns_of = [dataset for dataset in results.datasets if dataset.symbol == symbol]
         for column, unit in enumerate(results.names(kind)):
@@ -77,9 +83,10 @@ def _coordinates(results: Results, joint: str) -> Iterator[tuple[str, str, Array
 
 
 def own_unit(either: str, unit: str) -> str:
-    """The unit of a column of "rad or m", "N m or N", ...: the first where `unit` is rad, the second where it is m."""
+    """The unit of a column of "rad or m", "N m or N", ...: the first where `unit` is rad, the second where it is m;
+    the only one where there is no other."""
     first, _, second = either.partition(" or ")
-    return first if unit == "rad" else second
+    return first if unit == "rad" or not second else second
 
 
 def _not_unique(results: Results, column: int) -> tuple[str, ...]:

@@ -16,6 +16,7 @@ from mbproj.dynamics.equations.turning import turns_of
 from mbproj.errors import InputError, Problem
 from mbproj.functions.program import COORDINATE, RATE
 from mbproj.functions.series import constant_series, run, slope
+from mbproj.linear.held import refuse_loads
 from mbproj.linear.reference import Reference
 from mbproj.model.forces import Forces
 from mbproj.thresholds import THRESHOLDS
@@ -27,6 +28,7 @@ def refuse_kinks(reference: Reference) -> None:
     """Raises InputError that names the forces which have no slope at the reference, two points that have met or the
     root of a square, or another one on either side: a stop at its edge, dry friction at rest."""
     _refuse_touching(reference)
+    refuse_loads(reference.system, "has no linear part here")
     if reference.system.forces is None:
         return
     problems = [

@@ -16,8 +16,8 @@ from mbproj.dynamics.equations.kinematics import pose_of, twist_of
 from mbproj.dynamics.equations.motions import drive_at
 from mbproj.dynamics.rank.right_hand_sides import tangent_gamma
 from mbproj.linear.bordered import Bordered
+from mbproj.linear.held import held_at
 from mbproj.linear.independent_rows import independent_rows
-from mbproj.model.contacts import standing_on_stops
 from mbproj.model.system import System
 from mbproj.thresholds import THRESHOLDS
 
@@ -35,7 +35,8 @@ class Imbalance:
 @dataclass(frozen=True, eq=False)
 class Reference:
     """A motion with its multipliers λ (m,) of the joints' rows and then the motions'. `turning` (3,): Ω in rad/s of the
-    axes that turn with it. `where` it is: "start", "equilibrium", "steady", or a time."""
+    axes that turn with it. `where` it is: "start", "equilibrium", "steady", or a time. `held`: the dry frictions that
+    hold, each by one of the last rows of the joints."""
 
     system: System
     motion: Motion
@@ -43,6 +44,7 @@ class Reference:
     imbalance: Imbalance
     where: str
     turning: Array
+    held: tuple[str, ...] = ()
 
     @property
     def moves(self) -> bool:
@@ -52,7 +54,8 @@ class Reference:
 
 def reference_at(system: System, state: State, where: str) -> Reference:
     """The motion through a consistent state: the accelerations and multipliers are those of the equations of motion."""
-    system = standing_on_stops(system)
+    held = held_at(system, state)
+    system = held.system
     pose = pose_of(state.q)
     twist, u = twist_of(pose, state.v), tangent_velocities(pose, state.v)
     expected = coordinate_values(system, pose) + 2.0 * np.pi * state.turns
@@ -63,7 +66,7 @@ def reference_at(system: System, state: State, where: str) -> Reference:
     change, multipliers, left = solve(system, still, force, γ)
     motion = Motion(state.t, state.q, u, change, expected)
     largest = largest_force(system, still, force)
-    return Reference(system, motion, multipliers, imbalance(system, left, largest), where, np.zeros(3))
+    return Reference(system, motion, multipliers, imbalance(system, left, largest), where, np.zeros(3), held.by)
 
 
 def _by_tangent_space(system: System, still: Motion, force: Array, γ: Array) -> tuple[Array, Array, Array]:

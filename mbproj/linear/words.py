@@ -11,6 +11,8 @@ from mbproj.linear.modes import Modes
 from mbproj.linear.reference import Reference
 from mbproj.thresholds import THRESHOLDS
 
+#: Dry frictions that are named at most.
+MOST_HELD = 8
 #: How the coordinates are called in which frequencies hold away from balance.
 COORDINATES = "shifts and turns of the bodies on the tangent space, which turns along the motion as little as it can"
 
@@ -46,8 +48,16 @@ def _notes(modes: Modes) -> Iterator[str]:
             f"forces do not balance here: up to {off.force:.3g} N and {off.torque:.3g} N m are left "
             f"({off.relative:.2g} of the largest); frequencies then depend on the coordinates: {COORDINATES}"
         )
+    if reference.held:
+        yield f"dry friction holds its coordinates as they are: {_listed(reference.held)}"
     if modes.turns:
         yield "the mechanism moves: these are the modes of this instant, and hold for as long as it hardly moves"
+
+
+def _listed(names: Sequence[str]) -> str:
+    """The first names, and how many more there are."""
+    more = f" and {len(names) - MOST_HELD} more" if len(names) > MOST_HELD else ""
+    return ", ".join(f"'{name}'" for name in names[:MOST_HELD]) + more
 
 
 def is_balanced(reference: Reference) -> bool:

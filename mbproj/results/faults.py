@@ -17,6 +17,7 @@ KINDS = {
     "forces": "force",
     "motions": "motion",
     "stops": "stop",
+    "frictions": "dry friction",
 }
 
 

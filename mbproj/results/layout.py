@@ -49,6 +49,11 @@ class NameList:
     path: str
     description: str
 
+    @property
+    def group(self) -> str:
+        """Where the datasets of what it names are."""
+        return self.path.partition("/")[0]
+
 
 #: Lists of names by kind; their lengths are the sizes that `Dataset.shape` names.
 NAMES = {
@@ -72,6 +77,8 @@ NAMES = {
 LATER_NAMES = {
     "stops": NameList("ns", "stops/names", "names of the stops: joint.coordinate.low or .high, or that of the force"),
     "stop_units": NameList("ns", "stops/units", "unit of what each stop limits, rad or m"),
+    "frictions": NameList("nr", "friction/names", "names of the dry frictions: the force's, force.coordinate, stop.1"),
+    "friction_units": NameList("nr", "friction/units", "unit of what each dry friction resists, rad or m"),
 }
 ALL_NAMES = {**NAMES, **LATER_NAMES}
 
@@ -147,9 +154,20 @@ OF_STOPS: tuple[Dataset, ...] = (
 )
 
 
+#: What a file has only where the scene has dry friction that can stick.
+OF_FRICTIONS: tuple[Dataset, ...] = (
+    Dataset("friction/rate", ("nr",), "rad/s or m/s", "rate of the coordinate or along the tangent that it resists"),
+    Dataset("friction/force", ("nr",), "N m or N", "torque or force along it, positive where it drives it up"),
+    Dataset("friction/state", ("nr",), "1", "1 or -1 where it slides up or down, in a plane the cosine, 0: sticks"),
+    Dataset("friction/dissipation", ("nr",), "J", f"energy that it has lost {SINCE_START}"),
+)
+#: What a file has only where the scene has some.
+LATER: tuple[Dataset, ...] = (*OF_STOPS, *OF_FRICTIONS)
+
+
 def datasets_for(sizes: Mapping[str, int]) -> tuple[Dataset, ...]:
     """What a file with so many columns, by symbol, has; "time" is the first."""
-    return (*DATASETS, *OF_STOPS) if sizes.get("ns") else DATASETS
+    return (*DATASETS, *(dataset for dataset in LATER if sizes.get(dataset.symbol or "")))
 
 
 UNIQUE = "whether the constraints determine this component; where not, redundant joints share it at will"

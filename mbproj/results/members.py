@@ -66,6 +66,17 @@ class Stop:
 
 
 @dataclass(frozen=True)
+class Friction:
+    """The rate of what a dry friction resists (T) in m/s or rad/s, its force in N or torque in N m along it, its state,
+    1 or -1 where it slides up or down and 0 where it sticks, and the energy that it has lost in J."""
+
+    rate: Array
+    force: Array
+    state: Array
+    dissipation: Array
+
+
+@dataclass(frozen=True)
 class Coordinate:
     """Value (T) in rad or m as `unit` says, and its rate."""
 

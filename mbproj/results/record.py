@@ -22,8 +22,8 @@ from mbproj.results.events import RecordedEvent
 from mbproj.results.faults import no_such_name
 from mbproj.results.file import stored_scene
 from mbproj.results.file.contents import Contents
-from mbproj.results.layout import ALL_NAMES, CONSTANTS, DATASETS, OF_STOPS, Dataset, datasets_for, trailing
-from mbproj.results.members import Body, Coordinate, Force, Joint, Marker, Motion, Stop
+from mbproj.results.layout import ALL_NAMES, CONSTANTS, DATASETS, LATER, Dataset, datasets_for, trailing
+from mbproj.results.members import Body, Coordinate, Force, Friction, Joint, Marker, Motion, Stop
 from mbproj.results.stored_settings import UnfitSettings, settings_from
 from mbproj.results.trust import Poses, Trust
 from mbproj.results.verification import Verification
@@ -32,7 +32,7 @@ from mbproj.scene.records import Settings, Vector
 from mbproj.scene.text.suggestions import choose_from
 
 NAMES_BY_PATH = MappingProxyType({entry.path: kind for kind, entry in ALL_NAMES.items()})
-BY_PATH: Mapping[str, Dataset] = MappingProxyType({each.path: each for each in (*DATASETS, *OF_STOPS)})
+BY_PATH: Mapping[str, Dataset] = MappingProxyType({each.path: each for each in (*DATASETS, *LATER)})
 
 #: Part of the last time by which a sample may miss a window, because 70 × 0.01 is more than 0.7.
 SAME_TIME = 1e-9
@@ -85,7 +85,7 @@ class Results:
         columns, as "joints/names", are an array of strings. Raises KeyError with the nearest path."""
         if path in NAMES_BY_PATH:
             return np.array(self.names(NAMES_BY_PATH[path]))
-        if path not in BY_PATH or (BY_PATH[path] in OF_STOPS and not self._all_names["stops"]):
+        if path not in BY_PATH or BY_PATH[path] not in self.datasets:
             raise KeyError(f"results have no dataset '{path}'; {choose_from(path, BY_PATH)}")
         if path not in self._arrays:
             self._arrays[path] = self._read(BY_PATH[path])
@@ -134,8 +134,8 @@ class Results:
         return self["time"]
 
     def names(self, kind: str) -> tuple[str, ...]:
-        """Names of the columns by kind: "bodies", "markers", "joints", "coordinates", "forces", "motions", "stops", or
-        their "coordinate_units", "force_units", "motion_units", "stop_units"."""
+        """Names of the columns by kind: "bodies", "markers", "joints", "coordinates", "forces", "motions", "stops",
+        "frictions", or their "coordinate_units", "force_units", "motion_units", "stop_units", "friction_units"."""
         columns = self._view.columns.get(ALL_NAMES[kind].symbol)
         names = self._all_names[kind]
         return names if columns is None else tuple(names[column] for column in columns)
@@ -163,6 +163,10 @@ class Results:
     def stop(self, name: str) -> Stop:
         """How far the mechanism is from a stop, and how hard that pushes."""
         return Stop(*self._columns("ns", self._find("stops", name)))
+
+    def friction(self, name: str) -> Friction:
+        """What a dry friction does: by the name of its force, or force.coordinate."""
+        return Friction(*self._columns("nr", self._find("frictions", name)))
 
     def coordinate(self, name: str) -> Coordinate:
         """A joint coordinate by its whole name, e.g. "A.angle"."""

@@ -16,8 +16,9 @@ from mbproj.results import open_results
 from tests.plot.drawn import legend, steep, ylabels
 from tests.results.pendulum_blocks import NAMES, NO_NAMES, block, record, times
 
-#: What can be drawn of a run that is not certified, has no stops, and whose scene is not in its file.
-UNCERTIFIED = [kind for kind in KINDS if kind not in ("trust", "mechanism", "stops")]
+#: What can be drawn of a run that is not certified, has no stops or frictions, and whose scene is not in its
+#: file.
+UNCERTIFIED = [kind for kind in KINDS if kind not in ("trust", "mechanism", "stops", "friction")]
 
 
 @pytest.mark.parametrize(

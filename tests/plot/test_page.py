@@ -28,6 +28,8 @@ MANY = {
     "motion_units": ["m"] * 3,
     "stops": [f"{LONG}S{i}" for i in range(9)],
     "stop_units": ["rad"] * 9,
+    "frictions": [f"{LONG}R{i}" for i in range(9)],
+    "friction_units": ["rad"] * 9,
 }
 TITLE = "A title that " + "goes on and on, " * 40 + "and costs 5 $ and $x^2$\nwith a new line"
 #: A4 with margins, and the room that long legends and small print take of it at most, inches.

@@ -70,7 +70,7 @@ def block(time: npt.NDArray[np.float64], names: Mapping[str, Sequence[str]] = NA
     count = np.arange(len(time)) if len(time) == 0 else np.round(time / 0.01).astype(np.int64)
     kinds = ("bodies", "markers", "joints", "coordinates", "forces", "motions")
     n, k, nj, nc, nf, nm = (len(names[kind]) for kind in kinds)
-    ns = len(names.get("stops", ()))
+    ns, nr = len(names.get("stops", ())), len(names.get("frictions", ()))
     force = -pull[:, None] * tip / LENGTH
 
     def each(values: npt.NDArray[Any], columns: int) -> npt.NDArray[Any]:
@@ -104,6 +104,16 @@ def block(time: npt.NDArray[np.float64], names: Mapping[str, Sequence[str]] = NA
         **(
             {"stops/gap": each(0.1 + angle, ns), "stops/rate": each(speed, ns), "stops/force": each(0 * angle, ns)}
             if ns
+            else {}
+        ),
+        **(
+            {
+                "friction/rate": each(speed, nr),
+                "friction/force": each(-np.sign(speed), nr),
+                "friction/state": each(np.sign(speed), nr),
+                "friction/dissipation": each(time, nr),
+            }
+            if nr
             else {}
         ),
         "diagnostics/work": 0 * time,

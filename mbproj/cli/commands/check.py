@@ -11,12 +11,13 @@ import click
 from mbproj.cli.completion import File
 from mbproj.cli.explained import Part, explained, option
 from mbproj.cli.scene_options import overrides, parameters, scene_options
-from mbproj.errors import ExitCode, InputError, Problem
+from mbproj.errors import ExitCode, InputError, Problem, SimulationError
 from mbproj.joints import COORDINATE_UNITS, INERTIA_UNITS, JOINTS
 
 if TYPE_CHECKING:
     from mbproj.dynamics import Mobility, State
     from mbproj.integrate.formulations.choice import Choice
+    from mbproj.integrate.stops.resting import RubsAtStart
     from mbproj.model import System
     from mbproj.scene import Scene
     from mbproj.scene.records import Body, Joint
@@ -55,10 +56,12 @@ def command(scene: str, settings: tuple[str, ...], picture: Path | None, as_json
     from mbproj.dynamics.contact.driven import refuse_driven_beyond
     from mbproj.dynamics.equations.constraint_equations import constraint_at, constraint_velocity_at
     from mbproj.dynamics.equations.kinematics import pose_of
+    from mbproj.dynamics.friction.shared import refuse_shared_loads
     from mbproj.integrate.formulations.choice import choose
     from mbproj.integrate.formulations.full import FullFormulation
     from mbproj.integrate.stiff.fast_forces import fastest_at, stable_steps
-    from mbproj.integrate.stops.start import gaps_at_start, refuse_penetration
+    from mbproj.integrate.stops.resting import frictions_at_start
+    from mbproj.integrate.stops.start import gaps_at_start, refuse_automatic, refuse_penetration
     from mbproj.linear.equilibrium.started import start_state
     from mbproj.model import compile_system, initial_guess
     from mbproj.scene import read_scene
@@ -71,8 +74,10 @@ def command(scene: str, settings: tuple[str, ...], picture: Path | None, as_json
     if picture is not None:
         draw_start(picture, what, system, state)
     with placed_in(what):
+        refuse_automatic(system, what.settings)
         refuse_penetration(system, state, what.settings.start)
         refuse_driven_beyond(system, state.t, state.t + (what.settings.duration or 0.0))
+        refuse_shared_loads(system, state)
     choice, problems = None, []
     try:
         choice = choose(system, state, what.settings)
@@ -82,6 +87,11 @@ def command(scene: str, settings: tuple[str, ...], picture: Path | None, as_json
         problems = [placed(problem, what) for problem in error.problems]
     diagnosis = diagnose(system, state)
     problems = diagnosis.problems(system, runs=choice is not None) or problems
+    rubs: dict[str, RubsAtStart] = {}
+    try:
+        rubs = {} if problems else frictions_at_start(system, state)
+    except SimulationError as error:
+        problems = [Problem(f"{error.where}: {error.cause}" if error.where else error.cause, hint=error.hint or "")]
     fast = [] if choice is None else fastest_at(choice, system, state)
     steps = stable_steps(fast)
     # A dense decomposition of a loop of hundreds of bodies would take minutes.
@@ -101,6 +111,7 @@ def command(scene: str, settings: tuple[str, ...], picture: Path | None, as_json
         "moved_by": moved_by(guess.q, state.q),
         "coordinates_at_start": _coordinates(system, state),
         "stops_at_start": gaps_at_start(system, state),
+        "frictions_at_start": rubs,
         **diagnosis.facts(),
         **fast_forces.facts(fast, steps),
         "expectations": [each.name for each in what.expectations],
@@ -234,14 +245,6 @@ def _formulation(scene: Scene, facts: dict[str, Any]) -> list[str]:
     return lines
 
 
-def _stops(facts: dict[str, Any]) -> list[str]:
-    """How many stops there are, and which of them touch."""
-    stops = facts["stops_at_start"]
-    touching = ", ".join(f"'{name}'" for name, entry in stops.items() if entry["touches"])
-    said = f"touching at the start: {touching}" if touching else "none touches at the start"
-    return [f"  {len(stops)} stops, {said}"] if stops else []
-
-
 def _expectations(scene: Scene) -> list[str]:
     """What the scene expects of its run."""
     from mbproj.cli.report.expectations import subject, wanted
@@ -255,6 +258,7 @@ def _expectations(scene: Scene) -> list[str]:
 
 def _start(scene: Scene, facts: dict[str, Any]) -> list[str]:
     from mbproj.cli.report.summary import step_words
+    from mbproj.cli.start_lines import frictions, stops
 
     settings = scene.settings
     duration = "no duration" if settings.duration is None else f"{settings.duration:g} s"
@@ -271,7 +275,8 @@ def _start(scene: Scene, facts: dict[str, Any]) -> list[str]:
         f"moving apart at {facts['velocity_violation']:.1e} per s; "
         f"bodies moved from their guess by up to {length:.2g} m and {angle:.2g} rad",
         *_shortened(rows),
-        *_stops(facts),
+        *stops(facts["stops_at_start"]),
+        *frictions(facts["frictions_at_start"], " at the start"),
         *_formulation(scene, facts),
         f"  {settings.projection.method}, {settings.integrator}, {step}, {duration}",
         *_expectations(scene),

@@ -112,8 +112,10 @@ def _contents(results: Results) -> dict[str, Any]:
     from dataclasses import asdict
 
     from mbproj.analysis import summary
+    from mbproj.analysis.contacts.creep import crept_by_frictions
+    from mbproj.analysis.contacts.friction import rubbed_by_frictions
+    from mbproj.analysis.contacts.stops import seen_by_stops
     from mbproj.analysis.reactions import reactions_not_unique
-    from mbproj.analysis.stops import seen_by_stops
 
     return {
         **summary(results),
@@ -125,6 +127,8 @@ def _contents(results: Results) -> dict[str, Any]:
         "attributes": dict(results.attributes),
         "names": {kind: list(results.names(kind)) for kind in ("bodies", "markers", "joints", "coordinates")},
         "stops": seen_by_stops(results),
+        "frictions": rubbed_by_frictions(results),
+        "creep": crept_by_frictions(results),
         "events": [event._asdict() for event in results.events],
         **({} if results.trust is None else {"trust": as_numbers(results.trust)}),
         **({} if results.verification is None else {"verification": verification_as_json(results.verification)}),
@@ -152,7 +156,7 @@ def _finite(value: Any) -> Any:
 
 
 def _lines(results: Results) -> Iterator[str]:
-    from mbproj.analysis.stops import in_words
+    from mbproj.analysis.contacts import creep, friction, stops
 
     has = _contents(results)
     partial = " (partial: the run was killed or still goes on)" if has["partial"] else ""
@@ -172,7 +176,12 @@ def _lines(results: Results) -> Iterator[str]:
     )
     if has["stops"]:
         yield "\nstops"
-        yield from table({name: in_words(seen) for name, seen in has["stops"].items()}, "  ")
+        yield from table({name: stops.in_words(seen) for name, seen in has["stops"].items()}, "  ")
+    rubs = {name: friction.in_words(rubbed) for name, rubbed in has["frictions"].items()}
+    rubs |= {name: creep.in_words(crept) for name, crept in has["creep"].items()}
+    if rubs:
+        yield "\ndry friction"
+        yield from table(rubs, "  ")
     if results.events:
         yield "\nevents"
         yield from _events(results)

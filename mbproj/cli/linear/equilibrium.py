@@ -119,7 +119,7 @@ def numbers(found: Equilibrium, more: list[Equilibrium], scene: str, output: str
     """One object with stable keys."""
     from mbproj.linear.equilibrium.recorded import observed
 
-    system, block = found.reference.system, observed(found)
+    system, block = found.whole, observed(found)
     force, torque = (block[f"joints/reaction_{kind}"][0] for kind in ("force", "torque"))
     return {
         "scene": scene,
@@ -137,6 +137,7 @@ def numbers(found: Equilibrium, more: list[Equilibrium], scene: str, output: str
             name: {"force": force[joint].tolist(), "torque": torque[joint].tolist()}
             for joint, name in enumerate(system.names.joints)
         },
+        "frictions": dict(found.frictions),
         "drive": found.drive.tolist(),
         "others": [{"stable": other.stable, "coordinates": _coordinates(other)} for other in more],
     }
@@ -150,9 +151,10 @@ def _coordinates(found: Equilibrium) -> dict[str, float]:
 def report(found: Equilibrium, more: list[Equilibrium], title: str) -> str:
     """The report."""
     from mbproj.cli.report.table import table
+    from mbproj.cli.start_lines import frictions
     from mbproj.linear.equilibrium.recorded import observed
 
-    system, off = found.reference.system, found.reference.imbalance
+    system, off = found.whole, found.reference.imbalance
     where = "turns steadily" if found.reference.where == "steady" else "rests"
     units = dict(zip(system.names.coordinates, system.names.coordinate_units, strict=True))
     coordinates = {name: f"{_number(value)} {units[name]}" for name, value in _coordinates(found).items()}
@@ -170,6 +172,7 @@ def report(found: Equilibrium, more: list[Equilibrium], title: str) -> str:
         *(["  joint coordinates", *table(coordinates, "    ")] if coordinates else []),
         *(["  reactions on body 2", *table(reactions, "    ")] if reactions else []),
     ]
+    lines += frictions(found.frictions)
     for other in more:
         told = ", ".join(f"{name} {_number(value)}" for name, value in list(_coordinates(other).items())[:6])
         lines.append(f"  another, {_stability(other)}: {told}")

@@ -25,6 +25,8 @@ if TYPE_CHECKING:
 SUSPICIOUS_DRIFT = 1e-4
 #: Violation above which a note says that joints were open, relative to the coordinates that enter the rows.
 FAR_OPEN = 1e-4
+#: Dry frictions that have a line each, at most.
+MOST_FRICTIONS = 6
 #: Every 64th step is timed. Shares of the time need ten of them.
 ENOUGH_STEPS = 640
 
@@ -36,9 +38,10 @@ def print_summary(
     numbers: dict[str, Any],
     trust: Trust | None = None,
     outcomes: Sequence[Outcome] = (),
+    frictions: Sequence[str] = (),
 ) -> None:
-    """Prints the summary for a reader on stdout, with the certificate and the `outcomes` of the scene's expectations,
-    and warnings on stderr."""
+    """Prints the summary for a reader on stdout, with the certificate, the `outcomes` of the scene's expectations and
+    lines on its dry `frictions`, and warnings on stderr."""
     counts, settings = report.counters, report.settings
     seconds = report.integration_seconds
     lines = [
@@ -59,6 +62,7 @@ def print_summary(
         f"  projection          {counts['projections']} times, {counts['projection_iterations']} position and "
         f"{counts['velocity_iterations']} velocity iterations, {counts['projection_failures']} failures"
         f"{_fallbacks(counts)}",
+        *_shortened(frictions),
         *_phases(report),
         *(lines_on(trust) if trust is not None else ()),
         *(summary_lines(outcomes) if outcomes else ()),
@@ -139,7 +143,8 @@ def _account(report: Report, system: System) -> list[str]:
     energy, settings = report.energy, report.settings
     if not (energy.work or energy.dissipation) and settings.integrator in explicit_integrators():
         return []
-    damping = "dampers and impacts" if system.stops is not None else "dampers"
+    others = {"impacts": system.stops, "dry friction": system.frictions}
+    damping = " and ".join(["dampers", *(name for name, there in others.items() if there is not None)])
     projects = PROJECTIONS[settings.projection.method].corrects and system.constraints > system.bodies
     numerics = "integrator and projection" if projects else "the integrator"
     return [
@@ -161,6 +166,13 @@ def _phases(report: Report) -> list[str]:
         return []
     shares = ", ".join(f"{name} {100 * seconds / total:.0f} %" for name, seconds in report.phases.items())
     return [f"  time                {shares}; recording {_time(report.recording_seconds)} more"]
+
+
+def _shortened(frictions: Sequence[str]) -> list[str]:
+    """The first lines, and how many more there are."""
+    more = [f"and {len(frictions) - MOST_FRICTIONS} more dry frictions, which mbproj info lists"]
+    shown = [*frictions[:MOST_FRICTIONS], *(more if len(frictions) > MOST_FRICTIONS else [])]
+    return [f"  {line}" for line in shown]
 
 
 def _worst(violation: Worst) -> str:

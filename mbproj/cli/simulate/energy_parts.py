@@ -54,6 +54,8 @@ def found(results: Results) -> EnergyParts:
         obstacle = f"steps of '{AUTOMATIC}' are not all of one method"
     elif mechanism.system.stops is not None:
         obstacle = "impacts at stops belong to no step"
+    elif mechanism.system.frictions is not None:
+        obstacle = "dry friction sticks and slips between steps"
     elif results.status != "complete":
         obstacle = "the run did not come to its end"
     solution = solve(mechanism, Setting.of(settings), sample_times(settings.duration or 0.0, 1))

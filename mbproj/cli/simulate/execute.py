@@ -90,12 +90,13 @@ def execute(
         numbers = {**summary(name, output, report, total_seconds=perf_counter() - started), **facts}
         recorder.attributes(numbers)
     found = [] if earlier is not None and earlier.results is None else _expected(scene, output)
+    rubbed, frictions = _on_friction(scene, output)
     if as_json:
         certificate = {} if trust is None else {"trust": as_numbers(trust)}
         judged = [expectations.record(outcome) for outcome in found]
-        click.echo(json.dumps({**numbers, **certificate, "expectations": judged}))
+        click.echo(json.dumps({**numbers, **certificate, **rubbed, "expectations": judged}))
     elif not quiet:
-        print_summary(scene.title or name, system, report, numbers, trust, found)
+        print_summary(scene.title or name, system, report, numbers, trust, found, frictions)
 
 
 def _copy(results: Results, recorder: ResultsWriter, until: float) -> None:
@@ -119,6 +120,25 @@ def _expected(scene: Scene, output: str) -> list[Outcome]:
 
     with open_own_results(output) as results:
         return outcomes(scene.expectations, results)
+
+
+def _on_friction(scene: Scene, output: str) -> tuple[dict[str, Any], list[str]]:
+    """What the dry frictions of the run have done, for --json and in lines; the results are read only where there are
+    some."""
+    from mbproj.scene.records import JointForce
+    from mbproj.scene.stops import PlaneStop
+
+    on_joints = any(isinstance(force, JointForce) and force.coulomb for force in scene.forces)
+    if not on_joints and not any(isinstance(force, PlaneStop) and force.friction for force in scene.forces):
+        return {}, []
+    from mbproj.analysis.contacts import creep, friction
+    from mbproj.results import open_results
+
+    with open_results(output) as results:
+        rubbed, crept = friction.rubbed_by_frictions(results), creep.crept_by_frictions(results, scene)
+    lines = [f"friction '{name}': {friction.in_words(each)}" for name, each in rubbed.items()]
+    lines += [f"friction '{name}': {creep.in_words(each)}" for name, each in crept.items()]
+    return {"frictions": rubbed, "creep": crept}, lines
 
 
 def _certified(

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
+from dataclasses import field, replace
 
 import numpy as np
 
@@ -19,12 +20,14 @@ from mbproj.dynamics.equations.turning import turns_of
 from mbproj.dynamics.rank.nearby import NO_CONDITIONS
 from mbproj.errors import InputError
 from mbproj.errors import Problem as Wrong
+from mbproj.integrate.stops.resting import RubsAtStart
 from mbproj.linear.equilibrium.balance import REST, Problem, Turning
+from mbproj.linear.equilibrium.holding import holding
 from mbproj.linear.equilibrium.solve import NoEquilibrium, Solved, solve
 from mbproj.linear.equilibrium.words import direction_words
+from mbproj.linear.held import Held, held_at, refuse_loads
 from mbproj.linear.modes import modes
 from mbproj.linear.reference import Imbalance, Reference, imbalance
-from mbproj.model.contacts import standing_on_stops
 from mbproj.model.system import Conditions, System
 from mbproj.thresholds import THRESHOLDS
 
@@ -36,7 +39,8 @@ SEED = 22
 class Equilibrium:
     """A pose at which forces balance. `stable` is None where it has no modes to tell; `unstable` says along which
     motion it falls, or why that cannot be told; `neutral` which directions nothing holds. `drive` (h,): what holds the
-    coordinates that turn steadily, N m. `steps` of Newton's method were needed."""
+    coordinates that turn steadily, N m. `steps` of Newton's method were needed. `whole`: the mechanism without the rows
+    by which dry `frictions` hold, and what these bear."""
 
     reference: Reference
     acceleration: Array
@@ -45,6 +49,8 @@ class Equilibrium:
     neutral: tuple[str, ...]
     drive: Array
     steps: int
+    whole: System
+    frictions: Mapping[str, RubsAtStart] = field(default_factory=dict)
 
     @property
     def state(self) -> State:
@@ -59,13 +65,20 @@ def equilibrium(
     system: System, start: State, t: float = 0.0, turning: Turning | None = None, held: Conditions = NO_CONDITIONS
 ) -> Equilibrium:
     """Where the mechanism rests from an assembled start, its motions held where they are at time t; or where it turns
-    steadily. Raises NoEquilibrium where nothing balances the forces, InputError where a motion is not constant then, or
-    the mechanism is too large to turn."""
+    steadily. Dry friction holds its coordinates as they are at the start. Raises NoEquilibrium where nothing balances
+    the forces, InputError where a motion is not constant then, dry friction would have to bear more than it can, or the
+    mechanism is too large to turn."""
     _refuse(system, t, steadily=turning is not None)
-    system = standing_on_stops(system)
-    q, expected = _led_to(system, start, t)
-    problem = Problem.of(system, t, q, drive_at(system, t), held, turning or REST)
-    return _inside_stops(described(problem, _solved(problem, q, expected)))
+    here = held_at(system, start, resting=True)
+    q, expected = _led_to(here.system, start, t)
+    problem = Problem.of(here.system, t, q, drive_at(system, t), held, turning or REST)
+    return _possible(system, described(problem, _solved(problem, q, expected), here))
+
+
+def _possible(system: System, found: Equilibrium) -> Equilibrium:
+    """The same, with what dry frictions bear. Raises InputError where it lies beyond a rigid stop, or one slips."""
+    found = _inside_stops(found)
+    return replace(found, frictions=holding(system, found.reference, found.state))
 
 
 def _inside_stops(found: Equilibrium) -> Equilibrium:
@@ -107,19 +120,19 @@ def others(
     if is_large(system):
         said = f"other equilibria are sought for up to {THRESHOLDS.dense_modes} bodies"
         raise InputError(Wrong(f"{said}, and this mechanism has {system.bodies}", hint="begin at other poses yourself"))
-    motion = found.reference.motion
-    problem = Problem.of(system, motion.t, motion.q, drive_at(system, motion.t), held, turning or REST)
+    motion, here = found.reference.motion, Held(found.reference.system, found.whole, found.reference.held)
+    problem = Problem.of(here.system, motion.t, motion.q, drive_at(system, motion.t), held, turning or REST)
     seen, rng = [motion.q], np.random.default_rng(SEED)
     first = problem.at(motion.q, motion.expected)
     for _ in range(count):
         way = rng.uniform(-THRESHOLDS.other_starts, THRESHOLDS.other_starts) * rng.normal(size=first.space.freedom)
-        here = first
+        there = first
         for _ in range(10):
-            after = here.after(0.1 * way[: here.space.freedom])
-            here = here if after is None else after
+            after = there.after(0.1 * way[: there.space.freedom])
+            there = there if after is None else after
         try:
-            other = described(problem, solve(problem, here.motion.q, here.motion.expected))
-        except NoEquilibrium:
+            other = _possible(system, described(problem, solve(problem, there.motion.q, there.motion.expected), here))
+        except (NoEquilibrium, InputError):
             continue
         if all(_apart(system, pose, other.reference.motion.q) for pose in seen):
             seen.append(other.reference.motion.q)
@@ -138,6 +151,12 @@ def _refuse(system: System, t: float, *, steadily: bool) -> None:
     if steadily and is_large(system):
         said = f"steady turns are found for up to {THRESHOLDS.dense_modes} bodies, not for {system.bodies}"
         raise InputError(Wrong(said, hint="let it come to turn steadily in a run, with dampers"))
+    if steadily:
+        refuse_loads(system, "is not known in a steady turn")
+    if steadily and system.frictions is not None:
+        names = ", ".join(f"'{name}'" for name in system.names.frictions)
+        said = f"a steady turn does not know the dry friction of {names}"
+        raise InputError(Wrong(said, system.frictions.places[0], "let it come to turn steadily in a run"))
     drive = drive_at(system, t)
     if drive is None or system.motions is None or steadily:
         return
@@ -175,13 +194,13 @@ def _led_to(system: System, start: State, t: float) -> tuple[Array, Array]:
     return q, expected
 
 
-def described(problem: Problem, solved: Solved) -> Equilibrium:
-    """What there is to say of an equilibrium."""
+def described(problem: Problem, solved: Solved, here: Held) -> Equilibrium:
+    """What there is to say of an equilibrium, but for what frictions bear."""
     balance, system = solved.balance, problem.system
     rows, motion = system.constraints - system.bodies, balance.motion
     left: Imbalance = imbalance(system, balance.unbalanced / balance.lengths**2, balance.largest)
     where = "steady" if np.any(problem.turning.rate) else "equilibrium"
-    reference = Reference(system, motion, balance.multipliers[:rows], left, where, problem.turning.rate)
+    reference = Reference(system, motion, balance.multipliers[:rows], left, where, problem.turning.rate, here.by)
     stable, unstable, neutral = _stability(reference)
     if stable and is_large(system) and not solved.is_lowest:
         stable, unstable = False, "of a mode that is faster than its slowest"
@@ -193,6 +212,7 @@ def described(problem: Problem, solved: Solved) -> Equilibrium:
         neutral,
         -balance.multipliers[rows:],
         solved.steps,
+        here.whole,
     )
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -19,17 +20,20 @@ from mbproj.scene.records import Scene
 
 def observed(found: Equilibrium) -> Block:
     """All that a results file holds of one sample."""
-    system, state = found.reference.system, found.state
+    system, state, reference = found.whole, found.state, found.reference
     none = {path.removeprefix("diagnostics/"): 0 for path in COUNTERS}
-    sample = Sample(
-        state.t, state.q, state.v, found.acceleration, found.reference.multipliers, state.turns, 0.0, np.zeros(2), none
-    )
-    return Observer(system, state).at(stack([sample]))
+    rows, frictions = reference.system.joints.size, len(system.names.frictions)
+    multipliers = np.delete(reference.multipliers, np.arange(rows - len(reference.held), rows))
+    work = np.zeros(2 + frictions)
+    sample = Sample(state.t, state.q, state.v, found.acceleration, multipliers, state.turns, 0.0, work, none)
+    force = np.array([[each["force"] for each in found.frictions.values()]])
+    samples = replace(stack([sample]), rub=(lambda: (force, np.zeros_like(force))) if frictions else None)
+    return Observer(system, state).at(samples)
 
 
 def write_results(path: Path | str, scene: Scene, found: Equilibrium, facts: Mapping[str, Any]) -> None:
     """Writes the results file."""
-    system = found.reference.system
+    system = found.whole
     constants = unique_components(system, found.state)
     with ResultsWriter(path, scene, system.names.as_mapping(), constants) as writer:
         writer.write(observed(found))

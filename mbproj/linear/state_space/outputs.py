@@ -101,7 +101,7 @@ def _reactions(reference: Reference) -> dict[str, Entry]:
         ]
     ).reshape(n, 2, count, 3)
     found: dict[str, Entry] = {}
-    for joint, name in enumerate(system.names.joints):
+    for joint, name in enumerate(system.names.joints[: count - len(reference.held)]):
         for kind, word in enumerate(("force", "torque")):
             for axis, letter in enumerate("xyz"):
                 entry = ("N" if kind == 0 else "N m", turned[:, kind, joint, axis], np.zeros(n))

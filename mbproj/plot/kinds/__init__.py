@@ -48,6 +48,13 @@ KINDS: Mapping[str, Kind] = MappingProxyType(
             "driven", "what motions prescribe, and what they take", "motions", usual=False, function="draw_motions"
         ),
         "stops": Kind("driven", "gap and force of each stop", "stops", usual=False, function="draw_stops"),
+        "friction": Kind(
+            "driven",
+            "rate, force and lost energy of each dry friction",
+            "frictions",
+            usual=False,
+            function="draw_friction",
+        ),
         "energy": Kind("energy", "kinetic, potential and total energy, and the energy balance", of_motion=False),
         "steps": Kind("steps", "step size and iterations of the projection", of_motion=False),
         "mechanism": Kind(
@@ -70,6 +77,7 @@ NEEDED = {
     "forces": "forces",
     "motions": "motions",
     "stops": "stops",
+    "frictions": "dry friction that can stick",
 }
 
 

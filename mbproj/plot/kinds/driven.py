@@ -1,24 +1,31 @@
-"""Forces, motions and stops over time: what each acts along, and the force or torque along it."""
+"""Forces, motions, stops and dry frictions over time: what each acts along, the force or torque along it, and what
+friction costs."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 import numpy as np
 from matplotlib.figure import Figure
 
+from mbproj.analysis.contacts.friction import sticking
 from mbproj.arrays import Array
 from mbproj.dataclass import dataclass
 from mbproj.plot import rows, shown
 from mbproj.plot.differences import SIGN
+from mbproj.plot.margins import small_print
 from mbproj.plot.rows import Group, Quantity, Row
 from mbproj.plot.same import alike
 from mbproj.plot.style import styled
 from mbproj.plot.units import Unit, units_of
 from mbproj.results import Results
+from mbproj.results.members import Friction
 
 #: What acts along a coordinate in this unit, and its own unit.
 ACTION = {"m": ("force", Unit("N", "N")), "rad": ("torque", Unit("N m", "N m"))}
+ENERGY, POWER = Unit("J", "J"), Unit("W", "W")
+#: Behind the curves while a friction sticks, of one result; and how opaque.
+STICKS, OPAQUE = "#56B4E9", 0.22
 
 
 @dataclass(frozen=True)
@@ -38,6 +45,17 @@ class Columns:
         return values
 
 
+@dataclass(frozen=True)
+class Reading:
+    """Reads a quantity (T) of the friction `name`; None where a result lacks that."""
+
+    name: str
+    quantity: Callable[[Friction], Array]
+
+    def __call__(self, result: Results) -> Array | None:
+        return self.quantity(result.friction(self.name)) if self.name in result.names("frictions") else None
+
+
 @styled
 def draw_forces(results: Sequence[Results], labels: Sequence[str]) -> Figure:
     """A row for what forces act along, the length or joint coordinate and the forces along it side by side."""
@@ -54,6 +72,19 @@ def draw_motions(results: Sequence[Results], labels: Sequence[str]) -> Figure:
 def draw_stops(results: Sequence[Results], labels: Sequence[str]) -> Figure:
     """A row a stop: how far the mechanism is from it, and how hard it pushes."""
     return _draw(results, labels, "stops", "gap")
+
+
+@styled
+def draw_friction(results: Sequence[Results], labels: Sequence[str]) -> Figure:
+    """Two rows a friction: its rate and its force or torque, and the energy that it has lost and the power it loses."""
+    names = shown.all_names(results, "frictions")
+    groups = rows.fitting([group for name in names for group in _of_friction(results, name)], results)
+    drawn = len({group.name for group in groups})
+    remark = shown.cut("dry frictions", drawn, len(names), "`mbproj export` writes all")
+    figure = rows.draw(results, labels, groups, remark)
+    if _shade(figure, results):
+        small_print(figure, "shaded: it sticks" + (", the darker in the more results" if len(results) > 1 else ""))
+    return figure
 
 
 def _draw(results: Sequence[Results], labels: Sequence[str], kind: str, dataset: str) -> Figure:
@@ -115,3 +146,43 @@ def _along(result: Results, own: tuple[str, ...], si: str, read: Columns) -> str
     if len(own) == 1:
         return f"{own[0]}: {of}" if of else own[0]
     return of or (f"length of {own[0]}" if si == "m" else own[0])
+
+
+def _of_friction(results: Sequence[Results], name: str) -> tuple[Group, Group]:
+    having = [result for result in results if name in result.names("frictions")]
+    si = having[0].names("friction_units")[having[0].names("frictions").index(name)]
+    word, acts_in = ACTION[si]
+    rate, force, energy, power = (
+        Reading(name, of)
+        for of in (
+            lambda each: each.rate,
+            lambda each: each.force,
+            lambda each: each.dissipation,
+            lambda each: -each.force * each.rate,
+        )
+    )
+    speed = units_of(si, [_way(result, name) for result in having]).speed
+    motion = Quantity(f"{name}: rate", speed, rate), Quantity(word, acts_in, force)
+    cost = Quantity("energy lost", ENERGY, energy, held=False), Quantity("power lost", POWER, power, held=False)
+    return (
+        Group((motion,), (Quantity(SIGN, speed, rate), Quantity(SIGN, acts_in, force)), name),
+        Group((cost,), (Quantity(SIGN, ENERGY, energy), Quantity(SIGN, POWER, power)), name),
+    )
+
+
+def _way(result: Results, name: str) -> Array:
+    """How far it has slid in all, about."""
+    return np.array([np.trapezoid(np.abs(result.friction(name).rate), result.time)])
+
+
+def _shade(figure: Figure, results: Sequence[Results]) -> bool:
+    """Shade the panels of each friction while it sticks; whether any does."""
+    any_sticks = False
+    for axis in figure.axes:
+        limits, name = axis.get_xlim(), str(axis.get_label())
+        for result in results if axis.get_visible() else ():
+            for begin, end in sticking(result, name) if name in result.names("frictions") else ():
+                axis.axvspan(begin, end, color=STICKS, alpha=OPAQUE / len(results), linewidth=0, zorder=0.1)
+                any_sticks = True
+        axis.set_xlim(limits)
+    return any_sticks

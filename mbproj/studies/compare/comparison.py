@@ -137,8 +137,8 @@ def _solved(mechanism: Mechanism, setting: Setting, times: Array) -> tuple[Solut
     """A solution, and the split of its drift: none of `auto`, whose steps are not all of one method."""
     solution = solve(mechanism, setting, times)
     try:
-        stops = mechanism.system.stops is not None  # impacts belong to neither part
-        undivided = bool(solution.failure) or setting.integrator == AUTOMATIC or stops
+        changes = mechanism.system.has_contacts  # impacts, sticking and sliding belong to neither part
+        undivided = bool(solution.failure) or setting.integrator == AUTOMATIC or changes
         return solution, None if undivided else energy_split(mechanism, solution)
     except SimulationError:
         return solution, None

@@ -11,6 +11,7 @@ from dataclasses import replace
 from mbproj.dataclass import dataclass
 from mbproj.functions.program import COORDINATE, RATE, Program
 from mbproj.joints import COORDINATE_UNITS, JOINTS
+from mbproj.scene.friction import Bearing, DryFriction
 from mbproj.scene.records import (
     Body,
     BodyForce,
@@ -27,7 +28,7 @@ from mbproj.scene.records import (
     Scene,
     Vector,
 )
-from mbproj.scene.stops import DistanceStop, Limit, OfBody, PlaneStop, StopLaw
+from mbproj.scene.stops import DistanceStop, Limit, OfBody, PlaneFriction, PlaneStop, StopLaw
 from mbproj.studies.variants.programs import times, with_argument
 
 #: Parameters of joints that are lengths, and lengths a turn.
@@ -93,7 +94,8 @@ class _Larger:
             return replace(force, points=self.points(force.points), law=self._law(force.law, self.k))
         if isinstance(force, JointForce):
             laws = {name: self._law(law, self._unit(force.joint, name)) for name, law in force.laws.items()}
-            return replace(force, laws=laws)
+            coulomb = {name: self._dry(dry, self._unit(force.joint, name)) for name, dry in force.coulomb.items()}
+            return replace(force, laws=laws, coulomb=coulomb)
         if isinstance(force, Bushing):
             return self._bushing(force)
         if isinstance(force, DistanceStop):
@@ -102,7 +104,8 @@ class _Larger:
         if isinstance(force, PlaneStop):
             plane, point = self.of_body(force.location), self.of_body(force.point)
             law = self._stop_law(force.law, self.k)
-            return replace(force, location=plane, point=point, radius=self.k * force.radius, law=law)
+            rubs = force.friction and self._rubs(force.friction)
+            return replace(force, location=plane, point=point, radius=self.k * force.radius, law=law, friction=rubs)
         return self._on_body(force)
 
     def of_body(self, point: OfBody) -> OfBody:
@@ -117,6 +120,30 @@ class _Larger:
         stiffer = self.k if unit == self.k else self.k**2
         damping = None if law.damping is None else law.damping / unit
         return replace(law, stiffness=stiffer * law.stiffness / unit**law.exponent, damping=damping)
+
+    def _rubs(self, friction: PlaneFriction) -> PlaneFriction:
+        speed = friction.stribeck_speed
+        return replace(friction, stribeck_speed=None if speed is None else self.k * speed)
+
+    def _dry(self, dry: DryFriction, unit: float) -> DryFriction:
+        """Dry friction on a coordinate whose unit of length is `unit`; coefficients stay."""
+        larger = 1.0 if dry.bearing is not None else self.k if unit == self.k else self.k**2
+
+        def speed(given: float | None) -> float | None:
+            return None if given is None else unit * given
+
+        return replace(
+            dry,
+            sliding=larger * dry.sliding,
+            static=larger * dry.static,
+            stribeck_speed=speed(dry.stribeck_speed),
+            regularised=speed(dry.regularised),
+            bearing=None if dry.bearing is None else self._bearing(dry.bearing),
+        )
+
+    def _bearing(self, bearing: Bearing) -> Bearing:
+        radius, axial = (None if arm is None else self.k * arm for arm in (bearing.radius, bearing.axial_radius))
+        return Bearing(radius, axial, self.k * bearing.length, self.k * bearing.preload)
 
     def _bushing(self, force: Bushing) -> Bushing:
         """Against rotation k² times as strong; against translation as before, forces being k times as large."""

@@ -45,6 +45,8 @@ def small_motions(case: Case) -> Found:
         found = modes(rest.reference)
     except (NoEquilibrium, InputError) as error:
         return f"there is nothing to linearise: {str(error).splitlines()[0].removeprefix('error: ')}"
+    if rest.reference.held:
+        return f"dry friction holds it: {', '.join(rest.reference.held)}"
     if _lies_on_stops(rest):
         return "it lies on a stop whose damping follows from the speed of an impact"
     slow = np.flatnonzero((found.eigenvalues.imag > 0.0) & np.any(np.abs(found.coordinates) > 0.0, axis=1))

@@ -1,0 +1,1 @@
+"""What the stops and the dry frictions of a run have done."""

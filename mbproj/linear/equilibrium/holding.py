@@ -1,0 +1,49 @@
+"""What dry friction bears in an equilibrium, and that it can."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from mbproj.dynamics.assembly.assemble import State
+from mbproj.dynamics.observe.bearings import load, supports
+from mbproj.errors import InputError, Problem, SimulationError
+from mbproj.integrate.stops.resting import RubsAtStart, frictions_at_start
+from mbproj.linear.reference import Reference
+from mbproj.model.system import System
+from mbproj.thresholds import THRESHOLDS
+
+HINT = "simulate until it rests, or begin nearer to where it does"
+
+
+def holding(system: System, reference: Reference, state: State) -> dict[str, RubsAtStart]:
+    """The dry frictions of a mechanism by name, at an equilibrium in which they hold. Raises InputError with those that
+    do not."""
+    try:
+        found = frictions_at_start(system, state)
+    except SimulationError as error:
+        raise InputError(Problem(f"this equilibrium cannot begin a run: {error.cause}", hint=error.hint)) from error
+    slipping = [_slips(system, reference, name) for name, entry in found.items() if entry["direction"]]
+    problems = [problem for problem in slipping if problem is not None]
+    if problems:
+        raise InputError(problems)
+    return found
+
+
+def _slips(system: System, reference: Reference, name: str) -> Problem | None:
+    """That a friction does not hold, with what it would have to; None where that is nothing but round-off."""
+    frictions, names = system.frictions, system.names.frictions
+    said = f"dry friction '{name}' does not hold where the other forces balance"
+    if frictions is None or name not in names:  # that of a stop
+        return Problem(said, hint=HINT)
+    k, unit = names.index(name), system.names.friction_units[names.index(name)]
+    if name in reference.held:
+        first = reference.system.joints.size - len(reference.held)
+        needed = abs(float(reference.multipliers[first + reference.held.index(name)]))
+        most = float(frictions.static[k])
+        if system.bearings is not None and frictions.bearing[k] >= 0:
+            at = supports(reference.system, system.bearings, reference.motion.pose, reference.multipliers)
+            most *= float(np.asarray(load(system.bearings, at))[frictions.bearing[k]])
+        if needed <= most + THRESHOLDS.balanced * float(np.abs(reference.multipliers).max()):
+            return None
+        said += f": {needed:.6g} {'N m' if unit == 'rad' else 'N'} are needed, and it bears {most:.6g} at most"
+    return Problem(said, frictions.places[k], HINT)
