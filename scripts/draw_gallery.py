@@ -138,7 +138,7 @@ SYMBOLS = {"spherical": ("o", INK, 6.0), "universal": ("P", PAPER, 8.0)}
 def draw_joints(axes: Axes, camera: Camera, scene: Scene, start: Poses, support: float) -> None:
     """A symbol at every joint, and the ground where it holds one, of size `support` (below 0: above the joint)."""
     for joint, (_, _, point) in zip(scene.joints, list(local_joints(scene, start))[1::2], strict=True):
-        if joint.type == "prismatic":
+        if joint.type in ("prismatic", "planar"):
             continue
         x, y = camera.flat(point)
         if GROUND in joint.bodies and support:

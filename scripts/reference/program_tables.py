@@ -16,7 +16,7 @@ from mbproj.cli.scene_options import SCENE_OPTIONS
 from mbproj.errors import ExitCode
 from mbproj.plot.kinds import KINDS
 from mbproj.plot.sweeps import PICTURES
-from mbproj.results.layout import CONSTANTS, DATASETS, NAMES
+from mbproj.results.layout import ALL_NAMES, CONSTANTS, DATASETS, LATER
 from mbproj.results.linear.model_file import LAYOUT as MODEL
 from mbproj.results.linear.modes_file import LAYOUT as MODES
 from mbproj.results.linear.parts import Layout
@@ -115,13 +115,13 @@ def exit_codes() -> str:
 def datasets() -> str:
     """Every dataset: its shape, unit, and what it is."""
     rows = []
-    for each in DATASETS:
+    for each in (*DATASETS, *LATER):
         shape = ",\u00a0".join(["T", *map(str, each.shape)])  # a narrow column breaks no line there
         frame = f"; {each.frame}" if each.frame else ""
         rows.append([code(each.path), f"({shape})", each.unit, each.description + frame])
     for mark in CONSTANTS:
         rows.append([code(mark.path), f"({', '.join(map(str, mark.shape))})", mark.unit, mark.description])
-    rows += [[code(each.path), f"({each.symbol})", "", each.description] for each in NAMES.values()]
+    rows += [[code(each.path), f"({each.symbol})", "", each.description] for each in ALL_NAMES.values()]
     return table(["dataset", "shape", "unit", "what it is"], rows)
 
 

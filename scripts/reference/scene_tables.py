@@ -6,7 +6,7 @@ from collections.abc import Mapping
 
 from mbproj import registry
 from mbproj.joints import JOINTS
-from mbproj.scene.blocks.forces import FORCE_RECORDS
+from mbproj.scene.blocks.forces.force_types import FORCE_RECORDS
 from mbproj.scene.blocks.motions import KINDS
 from mbproj.scene.blocks.observables import COMPONENTS, MOMENTS, OBSERVABLES, OF_BUSHINGS
 from mbproj.scene.blocks.simulation import PROJECTION, SIMULATION
