@@ -74,7 +74,7 @@ MAY_IMPORT = {
 FOLDERS = {
     "scene": ("text", "expressions", "fields", "ranges", "solids", "blocks"),
     "model": ("compile", "planar"),
-    "dynamics": ("equations", "derivatives", "assembly", "observe", "rank", "contact"),
+    "dynamics": ("equations", "derivatives", "assembly", "observe", "rank", "friction", "contact"),
     "projection": ("methods", "solve"),
     "integrate": ("steppers", "events", "outcome", "formulations", "loop", "stiff", "automatic", "stops"),
     "results": ("file", "crash_safety", "linear", "sweep"),
@@ -94,6 +94,7 @@ FOLDERS = {
         "tradeoff",
         "verify",
     ),
+    "analysis": ("contacts",),
     "linear": ("equilibrium", "state_space"),
     "animate": ("look", "data", "page"),
     "plot": ("pages", "kinds", "sweeps"),

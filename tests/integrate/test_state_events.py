@@ -109,6 +109,7 @@ def test_a_brake_reverses_and_a_brake_that_sticks_stops_the_run(formulation):
         run(rotor("-2*sign(angle_dot) + 5*(1 - t)"), **brake)
     assert stopped.value.time == pytest.approx(1.2, abs=1e-9)
     assert "force 'push'" in str(stopped.value) and "'sign' in '-2*sign(angle_dot) + 5*(1 - t)'" in str(stopped.value)
+    assert "on a joint write type: friction with 'coulomb', which sticks" in str(stopped.value)
     log, _ = run(rotor("-0.2*sign(angle_dot) + 5*(1 - t)"), **brake)  # ω = 0 at 1.92, where the load is -4.6
     assert [event.time for event in log.met] == [pytest.approx(1.92, abs=1e-9)]
     with pytest.raises(SimulationError, match="stopped at t = 0 s at force 'push'"):

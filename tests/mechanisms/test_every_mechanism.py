@@ -18,8 +18,10 @@ SIZES = {
     "bricard": (5, 1),
     "bump_stop": (2, 2),
     "delta_robot": (10, 3),
+    "door_closer": (1, 1),
     "door_with_stop": (1, 1),
     "double_pendulum": (2, 2),
+    "drum_brake": (3, 1),
     "five_bar": (5, 5),
     "free_body": (1, 6),
     "governor": (4, 2),
@@ -33,11 +35,14 @@ SIZES = {
     "physical_pendulum": (1, 1),
     "planar_four_bar": (3, 1),
     "quarter_car": (5, 2),
+    "rocking_cabinet": (1, 3),
+    "screw_press": (1, 1),
     "spatial_four_bar": (3, 2),
     "spatial_slider_crank": (3, 1),
     "spherical_pendulum": (1, 3),
     "split_coupler": (4, 4),
     "stewart_platform": (13, 6),
+    "stick_slip": (2, 1),
 }
 
 

@@ -27,8 +27,10 @@ SHIPPED = {
     "bricard": "nothing but symmetry keeps body 'bar3' in the plane normal to [1, 0, 0]",
     "bump_stop": [1, 0, 0],
     "delta_robot": "joint 'A2' is tilted, seen in the plane normal to [0, 1, 0]",
+    "door_closer": [0, 0, 1],
     "door_with_stop": [0, 0, 1],
     "double_pendulum": [0, 1, 0],
+    "drum_brake": [0, 0, 1],
     "five_bar": [0, 1, 0],
     "free_body": "nothing but symmetry can keep the bodies in a plane: no joint has an axis",
     "governor": "nothing but symmetry keeps body 'left' in the plane normal to [0, 1, 0]",
@@ -42,11 +44,14 @@ SHIPPED = {
     "physical_pendulum": [0, 1, 0],
     "planar_four_bar": [0, 1, 0],
     "quarter_car": "joint 'lower' is tilted, seen in the plane normal to [1, 0, 0]",
+    "rocking_cabinet": [0, 1, 0],
+    "screw_press": "joint 'nut' turns a rotation into a shift, seen in the plane normal to [0, 1, 0]",
     "spatial_four_bar": "nothing but symmetry keeps body 'crank' in the plane normal to [0, 1, 0]",
     "spatial_slider_crank": "nothing but symmetry keeps body 'slider' in the plane normal to [1, 0, 0]",
     "spherical_pendulum": "nothing but symmetry can keep the bodies in a plane: no joint has an axis",
     "split_coupler": [0, 1, 0],
     "stewart_platform": "joint 'U1' is tilted, seen in the plane normal to [0.999, -0.0204, 0.041]",
+    "stick_slip": [0, 1, 0],
 }
 
 

@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from mbproj import assemble, compile_system, initial_guess, read_scene_text, settings_to_run, simulate
+from mbproj.integrate.outcome.marks import START
 
 DOP853 = "integrator: dop853, tolerance: 1.0e-11, output_step: 0.1"
 FIXED = "integrator: rk4, step: 1.0e-3, output_step: 0.1"
@@ -45,3 +46,19 @@ def run(text, **parameters):
     recorded = Recorded()
     report = simulate(system, assemble(system, initial_guess(scene, system)), settings_to_run(scene), recorded)
     return report, recorded
+
+
+def simulated(text, mark=START):
+    """A scene's run, from a mark on: what was recorded, and the marks from which other runs can go on."""
+    scene = read_scene_text(text)
+    system = compile_system(scene)
+    recorded, kept = Recorded(), []
+    simulate(
+        system,
+        assemble(system, initial_guess(scene, system)),
+        settings_to_run(scene),
+        recorded,
+        keep=lambda formulation, build, newest: kept.append(newest),
+        resumed=mark,
+    )
+    return recorded, kept

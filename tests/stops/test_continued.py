@@ -5,9 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from mbproj import assemble, compile_system, initial_guess, read_scene_text, settings_to_run, simulate
-from mbproj.integrate.outcome.marks import START
-from tests.stops.runs import DOP853, FIXED, Recorded
+from tests.stops.runs import DOP853, FIXED, simulated
 
 TEXT = """
 mbproj: 1
@@ -26,21 +24,6 @@ joints:
 forces:
   push: {{type: torque, body: bob, torque: [0, 0, "6 * sin(1.5 * t)"]}}
 """
-
-
-def simulated(text, mark=START):
-    scene = read_scene_text(text)
-    system = compile_system(scene)
-    recorded, kept = Recorded(), []
-    simulate(
-        system,
-        assemble(system, initial_guess(scene, system)),
-        settings_to_run(scene),
-        recorded,
-        keep=lambda formulation, build, newest: kept.append(newest),
-        resumed=mark,
-    )
-    return recorded, kept
 
 
 @pytest.mark.parametrize("law", ["rigid: true, restitution: 0.5", "stiffness: 1.0e4, restitution: 0.5"])

@@ -1,0 +1,108 @@
+"""A mass on a belt sticks and slips: the piecewise solution over 100 cycles, and Stribeck's law by SciPy."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from tests.friction.known import closed_forms as exact
+from tests.friction.known.mechanisms import on_a_belt
+from tests.stops.runs import run
+
+BELT = exact.Belt(m=2.0, k=300.0, v=0.1, sliding=6.0, static=9.0)
+
+
+def place(recorded):
+    """Where the mass is over the ground: the belt's way and its own on the belt."""
+    return recorded["joints/coordinate"].sum(axis=1)
+
+
+def times(recorded, kind):
+    return np.array([event.time for event in recorded.of(kind)])
+
+
+def test_a_hundred_cycles():
+    """Period and amplitude to 1e-6 of them over 100 cycles: each stick forgets the errors before it."""
+    duration = BELT.first_slip + 100.5 * BELT.period
+    _, recorded = run(on_a_belt(BELT, "{force: 6, static: 9}", duration=duration))
+    slips, sticks = times(recorded, "slip"), times(recorded, "stick")
+    assert len(slips) == 101
+    assert slips == pytest.approx(BELT.first_slip + BELT.period * np.arange(101), abs=1e-6 * BELT.period)
+    assert sticks - slips[: len(sticks)] == pytest.approx(BELT.slips, abs=1e-7)
+    assert place(recorded) == pytest.approx(
+        np.where(recorded["time"] < BELT.first_slip, BELT.v * recorded["time"], BELT(recorded["time"])),
+        abs=1e-6 * BELT.amplitude,
+    )
+    assert recorded.unbalanced < 1e-6
+
+
+@pytest.mark.parametrize(
+    ("formulation", "steps"),
+    [("planar", "rk4"), ("planar", "dopri5"), ("planar", "radau5"), ("planar", "esdirk4"), ("reduced", "dop853")],
+)
+def test_a_few_cycles(formulation, steps):
+    duration = BELT.first_slip + 5.5 * BELT.period
+    text = on_a_belt(BELT, "{force: 6, static: 9}", duration=duration, steps=steps, formulation=formulation)
+    _, recorded = run(text)
+    slips = times(recorded, "slip")
+    assert slips == pytest.approx(BELT.first_slip + BELT.period * np.arange(6), abs=1e-6 * BELT.period)
+    drawn = place(recorded)[recorded["time"] > BELT.first_slip]
+    assert drawn == pytest.approx(BELT(recorded["time"][recorded["time"] > BELT.first_slip]), abs=1e-7)
+
+
+def test_a_run_of_fixed_steps_may_end_at_a_slip():
+    """The last slip falls short of the end by round-off, and there is no whole step any more."""
+    duration = BELT.first_slip + 10.0 * BELT.period
+    steps = f"integrator: dopri5, step: {duration / 1000}, output_step: {duration / 1000}"
+    _, recorded = run(on_a_belt(BELT, "{force: 6, static: 9}", duration=duration, steps=steps))
+    assert place(recorded)[-1] == pytest.approx(BELT.static / BELT.k, abs=1e-9)
+    assert len(recorded["time"]) == 1001
+
+
+def test_the_belt_pays_what_friction_takes():
+    """Over whole cycles: the work of the motion is the friction's loss, sliding force times the way that slips."""
+    duration = BELT.first_slip + 10.0 * BELT.period
+    steps = f"integrator: dop853, tolerance: 1.0e-11, output_step: {duration / 500}"
+    _, recorded = run(on_a_belt(BELT, "{force: 6, static: 9}", duration=duration, steps=steps))
+    slipped = 10.0 * (BELT.v * BELT.slips + 2.0 * BELT.drop)
+    assert recorded["friction/dissipation"][-1, 0] == pytest.approx(BELT.sliding * slipped, rel=1e-8)
+    stored = 0.5 * BELT.static**2 / BELT.k + 0.5 * BELT.m * BELT.v**2
+    start = 0.5 * BELT.m * BELT.v**2
+    assert recorded["diagnostics/work"][-1] == pytest.approx(BELT.sliding * slipped + stored - start, rel=1e-8)
+
+
+def cycle_with_stribeck(belt, speed):
+    """The lengths of slip and stick of the limit cycle with Stribeck's law, by SciPy."""
+    from scipy.integrate import solve_ivp
+
+    def force(slip):
+        return belt.sliding + (belt.static - belt.sliding) * np.exp(-((slip / speed) ** 2))
+
+    def caught(t, y):
+        return y[1] - belt.v
+
+    caught.terminal, caught.direction = True, 1
+    solved = solve_ivp(
+        lambda t, y: [y[1], (force(belt.v - y[1]) - belt.k * y[0]) / belt.m],
+        (0.0, 10.0),
+        [belt.static / belt.k, belt.v],
+        method="DOP853",
+        events=caught,
+        rtol=1e-12,
+        atol=1e-14,
+    )
+    return solved.t_events[0][-1], (belt.static / belt.k - solved.y_events[0][-1][0]) / belt.v
+
+
+@pytest.mark.parametrize("formulation", ["planar", "reduced"])
+def test_with_stribecks_law(formulation):
+    """The force falls from the static one as the slip grows, and at its start more slowly than the spring pulls."""
+    stribeck = 0.03
+    slips, sticks = cycle_with_stribeck(BELT, stribeck)
+    coulomb = f"{{force: 6, static: 9, stribeck_speed: {stribeck}}}"
+    _, recorded = run(on_a_belt(BELT, coulomb, duration=2.0, formulation=formulation))
+    let_go, caught = times(recorded, "slip"), times(recorded, "stick")
+    held = let_go[1:] - caught[: len(let_go) - 1]
+    assert held == pytest.approx(sticks, abs=1e-7)
+    assert caught - let_go[: len(caught)] == pytest.approx(slips, abs=1e-7)
+    assert recorded.unbalanced < 1e-7

@@ -1,0 +1,180 @@
+"""Points that slide on planes, stick there, and strike them: against closed forms and SciPy. And a slender block that
+rocks on two corners which do not slip (Housner 1963), and on corners that do."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from scipy.integrate import quad, solve_ivp
+
+from tests.friction.known import closed_forms as exact
+from tests.friction.known.mechanisms import STEPS, block
+from tests.stops.runs import run
+
+PUCK = """
+mbproj: 1
+gravity: {gravity}
+simulation: {{duration: {duration}, {steps}, formulation: {formulation}}}
+bodies:
+  puck: {{mass: 2, inertia: [0.1, 0.1, 0.1], position: [0, 0, {height}], velocity: {velocity}}}
+forces:
+  floor:
+    type: stop
+    plane: {{body: ground, location: [0, 0, 0], normal: [0, 0, 1]}}
+    point: {{body: puck, location: {{puck: [0, 0, 0]}}}}
+    rigid: true
+    restitution: {e}
+    friction: {friction}
+"""
+
+
+def puck(
+    friction, velocity, *, gravity=(0, 0, -10), duration=2.0, height=0, e=0, steps="dop853", formulation="reduced"
+):
+    return PUCK.format(
+        friction=friction,
+        velocity=list(map(float, velocity)),
+        gravity=list(map(float, gravity)),
+        duration=duration,
+        height=height,
+        e=e,
+        steps=STEPS[steps],
+        formulation=formulation,
+    )
+
+
+@pytest.mark.parametrize(("formulation", "speed"), [("reduced", 5.0), ("full", 0.5)])
+def test_it_slides_straight_on_and_stops(formulation, speed):
+    """In its own direction, slowed down by μ g."""
+    velocity, time = speed * np.array([0.6, 0.8, 0.0]), speed / 4.0
+    text = puck("{coefficient: 0.4, static: 0.5}", velocity, duration=1.2 * time, formulation=formulation)
+    _, recorded = run(text)
+    assert recorded["bodies/position"][-1, 0] == pytest.approx(0.5 * time * velocity, abs=1e-9)
+    sticks = {event.time for event in recorded.of("stick")}
+    assert max(sticks) == pytest.approx(time, abs=1e-9)
+    assert recorded["friction/dissipation"][-1].sum() == pytest.approx(speed**2, rel=1e-8)
+    assert recorded.unbalanced < 1e-8
+
+
+@pytest.mark.parametrize("steps", ["dop853", "rk4", "radau5"])
+def test_thrown_across_an_incline_it_turns_downhill_and_comes_to_rest(steps):
+    """The direction turns, and friction with it; tan 0.3 is below μ = 0.4."""
+    time, downhill, across = exact.thrown_across(0.3, 0.4, 2.0, 10.0)
+    gravity = [10.0 * np.sin(0.3), 0.0, -10.0 * np.cos(0.3)]
+    _, recorded = run(puck("0.4", [0, 2, 0], gravity=gravity, duration=1.5, steps=steps))
+    assert max(event.time for event in recorded.of("stick")) == pytest.approx(time, abs=1e-7)
+    assert recorded["bodies/position"][-1, 0] == pytest.approx([downhill, across, 0.0], abs=1e-8)
+    assert recorded["bodies/velocity"][-1, 0] == pytest.approx([0.0, 0.0, 0.0], abs=1e-12)
+    assert recorded.unbalanced < 1e-7
+
+
+def test_thrown_across_a_steep_incline_it_slides_on():
+    down, across = 10.0 * np.sin(0.5), 10.0 * np.cos(0.5)
+
+    def slides(t, y):
+        return [y[2], y[3], *([down, 0.0] - 0.4 * across * y[2:] / np.hypot(y[2], y[3]))]
+
+    solved = solve_ivp(slides, (0.0, 1.5), [0.0, 0.0, 0.0, 2.0], method="DOP853", rtol=1e-12, atol=1e-14)
+    _, recorded = run(puck("0.4", [0, 2, 0], gravity=[down, 0, -across], duration=1.5))
+    ends = np.array([*recorded["bodies/position"][-1, 0, :2], *recorded["bodies/velocity"][-1, 0, :2]])
+    assert ends == pytest.approx(solved.y[:, -1], abs=1e-9)
+    assert recorded.unbalanced < 1e-8
+
+
+def test_with_friction_of_the_slope_half_of_the_speed_is_left_in_the_end():
+    """μ = tan of the slope: speed and speed downhill together stay the same, so that 2 m/s across become 1 m/s down."""
+    down, across = 10.0 * np.sin(0.3), 10.0 * np.cos(0.3)
+    _, recorded = run(puck(np.tan(0.3), [0, 2, 0], gravity=[down, 0, -across], duration=3.0))
+    velocity = recorded["bodies/velocity"][:, 0]
+    assert np.hypot(velocity[:, 0], velocity[:, 1]) + velocity[:, 0] == pytest.approx(2.0, abs=1e-9)
+    assert velocity[-1, 0] == pytest.approx(1.0, abs=1e-3)
+
+
+def test_bounces_take_their_part_of_the_sliding():
+    """It strikes with v and rebounds with e v, and so on: together they take μ v (1 + e)/(1 - e) of the speed along the
+    floor; then it slides on the floor, and stops."""
+    e, v = 0.5, np.sqrt(2.0 * 10.0 * 0.2)
+    _, recorded = run(puck("0.1", [3, 0, 0], height=0.2, e=e, duration=4.0))
+    flying = v / 10.0 * (1.0 + 2.0 * e / (1.0 - e))
+    left = 3.0 - 0.1 * v * (1.0 + e) / (1.0 - e)
+    assert recorded.of("impact")[0].time == pytest.approx(v / 10.0, abs=1e-9)
+    assert max(event.time for event in recorded.of("stick")) == pytest.approx(flying + left / (0.1 * 10.0), abs=1e-7)
+    assert recorded.unbalanced < 1e-7
+
+
+@pytest.mark.parametrize("μ", [0.1, 0.3, 2.0])
+@pytest.mark.parametrize("e", [0.0, 0.5])
+def test_a_corner_strikes_the_floor(e, μ):
+    """In flight without weight; the impulse within the cone, at its edge where the corner slips."""
+    R, α, tilt, u, w = 0.5, 0.3, 0.2, 1.0, -2.0
+    text = block(μ, tilt, R=R, α=α, gravity=0.0, velocity=(u, 0, w), e=e, above=0.1, duration=0.1)
+    _, recorded = run(text)
+    (hit,) = recorded.of("impact")
+    assert hit.name == "stop 'right'"
+    b, h = R * np.sin(α), R * np.cos(α)
+    x, z = b * np.cos(tilt) - h * np.sin(tilt), -b * np.sin(tilt) - h * np.cos(tilt)
+    m, inertia = 3.0, 3.0 * R**2 / 3.0
+    A = np.array([[1.0 / m + z**2 / inertia, -x * z / inertia], [-x * z / inertia, 1.0 / m + x**2 / inertia]])
+    along, push = np.linalg.solve(A, [-u, -(1.0 + e) * w])
+    if abs(along) > μ * push:
+        push = -(1.0 + e) * w / (A[1, 1] - A[1, 0] * μ * np.sign(u))
+        along = -μ * push * np.sign(u)
+        assert u + A[0] @ [along, push] > 0.0
+    assert hit.impulse == pytest.approx(push, rel=1e-9)
+    velocity = recorded["bodies/velocity"][-1, 0]
+    assert velocity == pytest.approx([u + along / m, 0.0, w + push / m], abs=1e-9)
+    turns = (z * along - x * push) / inertia
+    assert recorded["bodies/angular_velocity"][-1, 0, 1] == pytest.approx(turns, abs=1e-9)
+    assert recorded.unbalanced < 1e-9
+
+
+#: A slender block that rocks on two corners.
+R, α, START, G = 0.5, 0.2, 0.12, 10.0
+#: About a corner, kg m².
+INERTIA = 4.0 / 3.0 * 3.0 * R**2
+
+
+def fallen(θ):
+    """The speed squared at which it arrives from rest at a tilt."""
+    return 2.0 * 3.0 * G * R * (np.cos(α - θ) - np.cos(α)) / INERTIA
+
+
+def next_tilt(θ):
+    """How far it tilts after an impact that leaves Housner's part of its speed."""
+    kept = exact.rocking_block_keeps(α) ** 2
+    return α - np.arccos(np.cos(α) + kept * (np.cos(α - θ) - np.cos(α)))
+
+
+def quarter(θ):
+    """The time from rest at a tilt to upright."""
+
+    def slowness(s):
+        at = θ * (1.0 - s**2)  # takes the root out of the start
+        return 2.0 * θ * s / np.sqrt(fallen(θ) - fallen(at))
+
+    return quad(slowness, 0.0, 1.0, epsabs=1e-13, epsrel=1e-13)[0]
+
+
+@pytest.mark.parametrize("steps", ["dop853", "radau5"])
+def test_each_impact_leaves_housners_part_of_the_speed(steps):
+    """Times of impact, and the energy that each takes, for four of them."""
+    tilts = [START]
+    for _ in range(4):
+        tilts.append(next_tilt(tilts[-1]))
+    times = np.cumsum([quarter(tilts[0]), *(2.0 * quarter(θ) for θ in tilts[1:4])])
+    _, recorded = run(block(1.0, START, R=R, α=α, gravity=G, duration=times[-1] + 0.02, steps=steps))
+    hits = recorded.of("impact")
+    assert [hit.name for hit in hits] == ["stop 'left'", "stop 'right'"] * 2
+    assert [hit.time for hit in hits] == pytest.approx(times, abs=1e-8)
+    lost = [0.5 * INERTIA * fallen(θ) * (1.0 - exact.rocking_block_keeps(α) ** 2) for θ in tilts[:4]]
+    assert [hit.energy for hit in hits] == pytest.approx(lost, rel=1e-8)
+    assert recorded.unbalanced < 1e-7
+
+
+def test_a_block_whose_corners_slip_loses_energy_and_comes_to_rest_upright():
+    _, recorded = run(block(0.05, START, R=R, α=α, gravity=G, duration=2.5))
+    energy = recorded["diagnostics/total_energy"]
+    assert np.diff(energy).max() < 1e-9
+    assert recorded["friction/dissipation"][-1].sum() > 1e-3
+    assert recorded.unbalanced < 1e-7
+    assert recorded["stops/gap"].min() > -1e-9
