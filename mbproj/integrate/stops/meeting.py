@@ -118,7 +118,9 @@ def _at_stops(system: System, stops: Stops, state: State, contacts: Contacts, me
         events += _of_impact(touch, rigid, struck, done)
         lost, work, by_friction = done.lost, done.work, done.rubbed
         touch = touch.after(done.v)
-    lifts = rigid & _lifts_less(touch, THRESHOLDS.stop_slack) & (system.frictions is not None)
+    lifts = rigid & (touch.rate > touch.slow) & (system.frictions is not None)
+    if lifts.any():
+        lifts &= _lifts_less(touch, THRESHOLDS.stop_slack)
     if lifts.any():  # what ends sliding may lift what rocks by less than gaps are known to
         touch, gained = _without_lifting(touch, np.flatnonzero(lifts))
         lost -= gained
