@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from mbproj.arrays import Array, Integers, distinct_rows
+from mbproj.arrays import Array, Flags, Integers, distinct_rows
 from mbproj.kernel.bound import Bound, bound_in_plane, bound_in_space, joined, primitives
 from mbproj.kernel.loads import (
     along_in_plane,
@@ -114,30 +114,32 @@ def _space_bearings(system: System) -> dict[str, Any]:
     """What joints carry, by which friction goes."""
     bearings = system.bearings
     if bearings is None:
-        return _bearings([], [], np.zeros((0, 3)), np.zeros((0, 3)))
+        return _bearings([], [], np.zeros(0, dtype=bool), np.zeros((0, 3)), np.zeros((0, 3)))
     body, point = system.reaction_body[bearings.joint], system.reaction_local[bearings.joint]
     numbers = zip(bearings.radial, bearings.axial, bearings.length, bearings.preload, strict=True)
-    return _bearings(
-        list(zip(bearings.joint.tolist(), body.tolist(), strict=True)), list(numbers), point, bearings.axis
-    )
+    whose = list(zip(bearings.joint.tolist(), body.tolist(), strict=True))
+    return _bearings(whose, list(numbers), bearings.one_sided, point, bearings.axis)
 
 
 def _plane_bearings(system: System, plane: Plane) -> dict[str, Any]:
     """The same in a plane, where forces along the axis and moments have no say."""
     bearings, own = system.bearings, joints_in_plane(plane).tolist()
     if bearings is None:
-        return _bearings([], [], np.zeros((0, 2)), np.zeros((0, 2)))
+        return _bearings([], [], np.zeros(0, dtype=bool), np.zeros((0, 2)), np.zeros((0, 2)))
     joints = [own.index(joint) for joint in bearings.joint.tolist()]
     body, none = system.reaction_body[bearings.joint].tolist(), np.zeros((bearings.size, 2))
     numbers = [
         (radial, 0.0, np.inf, preload) for radial, preload in zip(bearings.radial, bearings.preload, strict=True)
     ]
-    return _bearings(list(zip(joints, body, strict=True)), numbers, none, none)
+    return _bearings(list(zip(joints, body, strict=True)), numbers, bearings.one_sided, none, none)
 
 
-def _bearings(whose: list[tuple[int, int]], numbers: list[Any], points: Array, axes: Array) -> dict[str, Any]:
+def _bearings(
+    whose: list[tuple[int, int]], numbers: list[Any], one_sided: Flags, points: Array, axes: Array
+) -> dict[str, Any]:
+    each = zip(whose, numbers, one_sided.tolist(), strict=True)
     return {
-        "bearings": [(*who, *map(float, own)) for who, own in zip(whose, numbers, strict=True)],
+        "bearings": [(*who, *map(float, own), pushes) for who, own, pushes in each],
         "bearing_points": np.ascontiguousarray(points),
         "bearing_axes": np.ascontiguousarray(axes),
     }

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from mbproj.arrays import Array, Integers
+from mbproj.arrays import Array, Flags, Integers
 from mbproj.dataclass import dataclass
 
 
@@ -15,7 +15,8 @@ class Bearings:
 
     `joint` (B,): its number. `axis` (B, 3): z in the axes of its body 2. `radial` and `axial` (B,): arms in m where the
     friction is a torque, parts of the force (1 or 0) where it is a force. `length` ℓ (B,) in m, infinite where moments
-    do not count. `preload` (B,) in N m or N.
+    do not count. `preload` (B,) in N m or N. `one_sided` (B,): whether it is the push of a stop, which
+    never pulls.
     """
 
     joint: Integers
@@ -24,6 +25,7 @@ class Bearings:
     axial: Array
     length: Array
     preload: Array
+    one_sided: Flags
 
     @property
     def size(self) -> int:

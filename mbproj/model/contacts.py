@@ -153,7 +153,7 @@ def _with_pushes(system: System, frictions: Frictions, contacts: Contacts) -> Be
         return own
     joints = len(system.names.joints) + np.array([contacts.held.index(stop) for stop in rubbed], dtype=np.intp)
     none, one = np.zeros(len(rubbed)), np.ones(len(rubbed))
-    pushes = Bearings(joints, np.zeros((len(rubbed), 3)), one, none, np.full(len(rubbed), np.inf), none)
+    pushes = Bearings(joints, np.zeros((len(rubbed), 3)), one, none, np.full(len(rubbed), np.inf), none, one > 0.0)
     if own is None:
         return pushes
     pairs = ((getattr(own, each.name), getattr(pushes, each.name)) for each in fields(Bearings))

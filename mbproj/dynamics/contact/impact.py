@@ -54,6 +54,7 @@ def impact_with_friction(
         sliding=rubbing.coefficient,
         direction=np.zeros(len(rubbing.rate)),
         partner=rubbing.partner,
+        stop=rubbing.by,
         loads=lambda y: y[rubbing.by],
     )
     y = forces(problem)

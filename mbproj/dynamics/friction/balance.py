@@ -18,6 +18,8 @@ from mbproj.arrays import Array, Flags, Integers
 from mbproj.dataclass import dataclass
 from mbproj.thresholds import THRESHOLDS
 
+#: How often the direction of slipping is looked for.
+MOST_TURNS = 50
 #: Rounds of Gauss and Seidel at most.
 MOST_ROUNDS = 20_000
 #: A larger force has no balance.
@@ -28,7 +30,8 @@ HUGE, TINY = 1e200, float(np.finfo(float).tiny)
 class Balance:
     """S stops that touch and K frictions: rows A (S+K, f) and accelerations b (S+K,) without them. Of the frictions
     the `static` and `sliding` force, (K,), to be multiplied by `loads(y)` (K,), the `direction` (K,) in which each
-    slides, 0 at rest, and the `partner` (K,) with which it acts in a plane, -1 for none."""
+    slides, 0 at rest, the `partner` (K,) with which it acts in a plane, and the number of the `stop` (K,) whose push is
+    its load; -1 for none."""
 
     A: Array
     b: Array
@@ -36,6 +39,7 @@ class Balance:
     sliding: Array
     direction: Array
     partner: Integers
+    stop: Integers
     loads: Callable[[Array], Array]
 
     @property
@@ -59,6 +63,14 @@ class Balance:
         """Which frictions act together with their partner on what can move along both, (K,)."""
         able = self.size[self.stops :] > 0.0
         return (self.partner >= 0) & able & able[self.partner]
+
+    @cached_property
+    def pushed(self) -> Array:
+        """What the push of each stop does together with the frictions that slide by it, (S, f): its row and theirs."""
+        found = self.A[: self.stops].copy()
+        for k in np.flatnonzero((self.stop >= 0) & ~self.rests):
+            found[self.stop[k]] -= self.direction[k] * self.sliding[k] * self.A[self.stops + k]
+        return found
 
     def with_partner(self, values: Array) -> Array:
         """|values| of the frictions (K,), and of those in a plane of both together."""
@@ -107,9 +119,40 @@ def balanced(problem: Balance) -> Balanced:
 
 def forces(problem: Balance) -> Array | None:
     """y where frictions at rest hold if they can all, and else up to their static force; None where there is none."""
-    y = _relaxed(problem, bounded=False)
-    if y is None or (problem.with_partner(y[problem.stops :]) > problem.bounds(y))[problem.rests].any():
-        y = _relaxed(problem, bounded=True)
+    held = _relaxed(problem, bounded=False)
+    if held is None:
+        return _relaxed(problem, bounded=True)
+    if not _beyond(problem, held).any():
+        return held
+    found = _relaxed(problem, bounded=True)
+    return _slipping(problem, held) if found is None else found
+
+
+def _beyond(problem: Balance, y: Array) -> Flags:
+    """Which frictions at rest hold more than they can, (K,)."""
+    return problem.rests & (problem.with_partner(y[problem.stops :]) > problem.bounds(y))
+
+
+def _slipping(problem: Balance, held: Array) -> Array | None:
+    """y where those that hold more than they can slide against that: found where friction is so strong beside the push
+    that it goes by that one after the other does not lead there. None where that is no answer."""
+    slips, y = _beyond(problem, held), held
+    for _ in range(MOST_TURNS):
+        force = problem.with_partner(y[problem.stops :])
+        way = np.where(slips, -y[problem.stops :] / np.where(force > 0.0, force, 1.0), 0.0)
+        sliding = replace(
+            problem, direction=problem.direction + way, sliding=np.where(slips, problem.static, problem.sliding)
+        )
+        found = _relaxed(sliding, bounded=True)
+        if found is None:
+            return None
+        moves = sliding.accelerations(found)[problem.stops :] * way
+        moves += np.where(problem.partner >= 0, moves[problem.partner], 0.0)
+        if (moves[slips] < -THRESHOLDS.no_push * np.abs(problem.b).max(initial=0.0)).any():
+            return None
+        if np.abs(found - y).max() <= THRESHOLDS.slips * np.abs(found).max():
+            return found
+        y = found
     return y
 
 
@@ -119,6 +162,10 @@ def _relaxed(problem: Balance, *, bounded: bool) -> Array | None:
     m, K, size2, rests = problem.stops, len(problem.static), problem.size**2, problem.rests
     y, x, scale = np.zeros(m + K), np.zeros(problem.A.shape[1]), float(np.abs(problem.b).max(initial=0.0))
     steps = np.array([_step(problem, k) for k in range(K)])
+    gives = np.einsum("if,if->i", problem.A[:m], problem.pushed)
+    slides_by = np.where(rests, -1, problem.stop)
+    if (gives[size2[:m] > 0.0] <= 0.0).any():
+        return None
     for _ in range(MOST_ROUNDS):
         before, loads = y.copy(), problem.loads(y)
         if not (np.isfinite(y).all() and np.abs(y).max(initial=0.0) < HUGE):
@@ -126,9 +173,14 @@ def _relaxed(problem: Balance, *, bounded: bool) -> Array | None:
         slides = -problem.direction * problem.sliding * loads
         bound = problem.static * loads if bounded else np.full(K, np.inf)
         for i in np.flatnonzero(size2[:m]).tolist():
-            x += _take(problem, y, i, max(y[i] - (problem.b[i] + problem.A[i] @ x) / size2[i], 0.0))
+            new = max(y[i] - (problem.b[i] + problem.A[i] @ x) / gives[i], 0.0)
+            x += (new - y[i]) * problem.pushed[i]
+            y[m:] += np.where(slides_by == i, (y[i] - new) * problem.direction * problem.sliding, 0.0)
+            y[i] = new
         for k in range(K):
             i = m + k
+            if slides_by[k] >= 0:
+                continue
             if not rests[k] or size2[i] == 0.0:
                 x += _take(problem, y, i, 0.0 if rests[k] else slides[k])
             elif not problem.in_plane[k]:

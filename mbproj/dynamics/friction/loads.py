@@ -26,7 +26,7 @@ class Jammed(Exception):
 def settled_loads(bearings: Bearings, base: Supports, responses: Supports) -> Array:
     """L (B,) from the supports without friction, (B, 3), and the responses to the friction of each bearing with a load
     of 1, (B, B, 3), first axis: whose friction. Raises Jammed."""
-    _refuse_jammed(bearings, responses)
+    _refuse_jammed(bearings, base, responses)
     L = np.zeros(bearings.size)
     for _ in range(THRESHOLDS.most_load_passes):
         at = base.plus(responses, L)
@@ -38,9 +38,11 @@ def settled_loads(bearings: Bearings, base: Supports, responses: Supports) -> Ar
     return L
 
 
-def _refuse_jammed(bearings: Bearings, responses: Supports) -> None:
-    """Raises Jammed unless the loads have a unique solution."""
-    growth = (load(bearings, responses) - bearings.preload).T
+def _refuse_jammed(bearings: Bearings, base: Supports, responses: Supports) -> None:
+    """Raises Jammed unless the loads have a unique solution. What pushes and never pulls may shrink by any part."""
+    largest = (load(bearings, responses) - bearings.preload).T
+    pushing = np.maximum(slopes(bearings, base, responses), 0.0)
+    growth = np.where(bearings.one_sided[:, None], pushing, largest)
     if not grows_bounded(growth):
         raise Jammed(int(np.argmax(np.diagonal(growth))))
 

@@ -148,13 +148,13 @@ def unsolved_stage(t: float, system: System, body: int, force: int, *, is_near: 
     return SimulationError(t, cause, where=where, hint="take smaller steps, or give a tolerance instead")
 
 
-def no_unique_sliding(t: float, where: str) -> SimulationError:
+def no_unique_sliding(t: float, where: str, hint: str = "") -> SimulationError:
     """Friction is so strong, beside what its joint carries, that sliding has no solution, or two."""
     cause = (
         "nothing sticks here, and sliding has no solution or two: friction adds more to the load than it is a part of "
         "(Painlevé's paradox)"
     )
-    hint = "use a smaller 'coefficient', a longer bearing, or push nearer to it"
+    hint = hint or "use a smaller 'coefficient', a longer bearing, or push nearer to it"
     return SimulationError(t, cause, where=where, hint=hint)
 
 
@@ -162,8 +162,10 @@ def jammed(t: float, system: System, bearing: int) -> SimulationError:
     """The same of friction that goes by a bearing."""
     assert system.bearings is not None and system.forces is not None
     law = int(np.flatnonzero(system.forces.laws.bearing == bearing)[0])
-    joint = system.names.joints[int(system.bearings.joint[bearing])]
-    return no_unique_sliding(t, f"friction '{system.forces.law_owners[law]}' of joint '{joint}'")
+    friction = f"friction '{system.forces.law_owners[law]}'"
+    if system.bearings.one_sided[bearing]:
+        return no_unique_sliding(t, friction, "use a smaller 'coefficient', or another place of the point")
+    return no_unique_sliding(t, f"{friction} of joint '{system.names.joints[int(system.bearings.joint[bearing])]}'")
 
 
 def dry_friction(t: float, where: str, what: str) -> SimulationError:

@@ -142,6 +142,7 @@ def _problem(freedom: Freedom, free: Free, touches: Integers, rubs: Integers, ra
         sliding=sliding_forces(frictions, speed)[rubs],
         direction=(rate / np.where(speed > 0.0, speed, 1.0))[rubs],
         partner=_among(frictions.partner, rubs),
+        stop=_among_touching(frictions.stop[rubs], touches),
         loads=_Loads(freedom, free, gradients, touches, rubs),
     )
 
@@ -189,6 +190,11 @@ def rubbing_of(freedom: Freedom, state: State, touches: Integers) -> Rubbing | N
         by=np.searchsorted(touches, frictions.stop[rubs]),
         numbers=rubs,
     )
+
+
+def _among_touching(stop: Integers, touches: Integers) -> Integers:
+    """The place of each stop among those that touch, -1 for none."""
+    return np.where(stop >= 0, np.searchsorted(touches, stop), -1)
 
 
 def _among(numbers: Integers, chosen: Integers) -> Integers:

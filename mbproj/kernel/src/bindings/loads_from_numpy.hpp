@@ -168,8 +168,8 @@ void add_flywheels(Model<D>& model, const PrimitiveSet<D>& coordinates, const st
     model.row_scale.resize(model.all_rows(), 1.0);
 }
 
-// Of a bearing: its joint and body 2 there; its arms, its length and its preload.
-using BearingNumbers = std::tuple<int, int, double, double, double, double>;
+// Of a bearing: its joint and body 2 there; its arms, its length and its preload; whether it is one-sided.
+using BearingNumbers = std::tuple<int, int, double, double, double, double, bool>;
 
 // What joints carry; points and axes in the axes of the bodies.
 template <int D> std::vector<Bearing<D>> bearings(const Model<D>& model, const std::vector<BearingNumbers>& given,
@@ -177,12 +177,12 @@ template <int D> std::vector<Bearing<D>> bearings(const Model<D>& model, const s
     require(points, {given.size(), D}, "bearing_points");
     require(axes, {given.size(), D}, "bearing_axes");
     std::vector<Bearing<D>> found;
-    for (const auto& [joint, body, radial, axial, length, preload] : given) {
+    for (const auto& [joint, body, radial, axial, length, preload, one_sided] : given) {
         const std::size_t at = D * found.size();
         found.push_back({index_below(joint, model.joints.size(), "bearings"),
                          index_below(body, model.bodies.size() + 1, "bearings"),
                          Eigen::Map<const Point<D>>(points.data() + at), Eigen::Map<const Point<D>>(axes.data() + at),
-                         radial, axial, length, preload});
+                         radial, axial, length, preload, one_sided});
     }
     return found;
 }

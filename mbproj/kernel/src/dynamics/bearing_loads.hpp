@@ -50,12 +50,12 @@ private:
     }
 
     // Whether no loads grow by more than themselves: (I - K) x = 1 has a positive solution, K the largest growth of each load
-    // with each other one.
+    // with each other one. What pushes and never pulls may shrink by any part.
     bool is_unique() {
         const auto count = static_cast<Eigen::Index>(model_.bearings.size());
         Eigen::MatrixXd left = Eigen::MatrixXd::Identity(count, count);
         for (Eigen::Index k = 0; k < count; ++k)
-            for (Eigen::Index j = 0; j < count; ++j) left(k, j) -= responses_[k][j].load(model_.bearings[k]);
+            for (Eigen::Index j = 0; j < count; ++j) left(k, j) -= growth(k, j);
         const Eigen::VectorXd x = left.partialPivLu().solve(Eigen::VectorXd::Ones(count));
         Eigen::Index worst = 0;
         if (x.allFinite() && x.minCoeff() > 0.0) return true;
@@ -64,6 +64,12 @@ private:
         for (const int l : laws_)
             if (model_.loads->laws[l].bearing == worst) jammed_ = l;
         return false;
+    }
+
+    double growth(Eigen::Index k, Eigen::Index j) const {
+        const Bearing<D>& bearing = model_.bearings[k];
+        if (bearing.one_sided) return std::max(base_[k].slope(bearing, responses_[k][j]), 0.0);
+        return responses_[k][j].load(bearing);
     }
 
     bool newton(std::vector<double>& loads) {

@@ -88,11 +88,12 @@ template <int D> struct Stops {
 
 // What a joint carries, by which dry friction goes: with the force F and the moment T on body 2 at `point`, along `axis` z (both
 // in its axes), preload + radial (|f₁| + |f₂|) + axial |F·z| with f₁, f₂ = ½ (F - (F·z) z) ± (T × z)/length. In a plane the axis
-// is normal to it.
+// is normal to it. That of a contact is `one_sided`: it pushes, and never pulls.
 template <int D> struct Bearing {
     int joint, body;
     Point<D> point, axis;
     double radial, axial, length, preload;
+    bool one_sided;
 };
 
 // An angle with the whole turns that bring it next to what is expected of it.
