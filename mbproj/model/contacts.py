@@ -39,6 +39,11 @@ class Contacts:
     starting: frozenset[int] = frozenset()
 
     @property
+    def slow(self) -> frozenset[int]:
+        """Those that slide in a plane and keep their direction."""
+        return self.straight | self.starting
+
+    @property
     def rows(self) -> int:
         """How many rows of C they hold."""
         return len(self.held) + len(self.stuck)
@@ -174,7 +179,7 @@ def _frictions(frictions: Frictions, bearings: list[int], contacts: Contacts) ->
         other, direction = -1, (0.0, 0.0)
         if k not in contacts.sliding:
             push = number(contacts.bearing[k] * static)
-        elif k in contacts.straight | contacts.starting:
+        elif k in contacts.slow:
             at_rest = static if frictions.stribeck[k] > 0.0 else sliding
             push = number(-contacts.sliding[k] * at_rest)
         elif partner in contacts.sliding:

@@ -153,7 +153,7 @@ def _slipping(problem: Balance, held: Array) -> Array | None:
         if np.abs(found - y).max() <= THRESHOLDS.slips * np.abs(found).max():
             return found
         y = found
-    return y
+    return None
 
 
 def _relaxed(problem: Balance, *, bounded: bool) -> Array | None:

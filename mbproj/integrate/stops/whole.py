@@ -57,7 +57,7 @@ def _rubbing(variant: Variant, frictions: Frictions, samples: Samples, own: Inte
     speed = np.hypot(rate, np.where(frictions.partner >= 0, rate[:, frictions.partner], 0.0))
     slides = np.zeros_like(rate)
     for k, direction in contacts.sliding.items():
-        in_plane = frictions.partner[k] in contacts.sliding and k not in contacts.straight | contacts.starting
+        in_plane = frictions.partner[k] in contacts.sliding and k not in contacts.slow
         slides[:, k] = rate[:, k] / np.where(speed[:, k] > 0.0, speed[:, k], 1.0) if in_plane else direction
     force = -slides * sliding_forces(frictions, speed) * loads
     for k, part in contacts.bearing.items():
