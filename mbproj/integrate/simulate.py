@@ -30,7 +30,7 @@ from mbproj.integrate.outcome.report import EnergyAccount, EnergyWatch, Report, 
 from mbproj.integrate.outcome.tally import Tally
 from mbproj.integrate.stiff.stiffness import StiffnessWatch
 from mbproj.integrate.stops.march import march
-from mbproj.integrate.stops.start import refuse_automatic, refuse_penetration
+from mbproj.integrate.stops.start import refuse_penetration
 from mbproj.kernel import fingerprint
 from mbproj.model.system import System
 from mbproj.registry import AUTOMATIC
@@ -99,7 +99,6 @@ def simulate(
     far was recorded.
     """
     refuse_penetration(system, state, settings.start)
-    refuse_automatic(system, settings)
     refuse_shared_loads(system, state)
     choice = choose(system, state, settings)
     events = events_of(system, state.t, settings)
@@ -108,7 +107,7 @@ def simulate(
     moves = choice.degrees_of_freedom > 0 or system.driven > 0
     tally, energy, floors = Tally(), EnergyWatch(weight * reach, moves=moves), np.zeros(2)
     marks, build = Marks(resumed, wanted=keep is not None), "" if keep is None else fingerprint()
-    automatic = Automatic(choice, system, state, settings) if settings.integrator == AUTOMATIC else None
+    automatic = Automatic() if settings.integrator == AUTOMATIC else None
     account = EnergyAccount()
     stiffness = StiffnessWatch(choice, system, settings, partial(march, choice, system, tally=Tally()))
     started, recording, observer = _Clocks.now(), _Clocks(), Observer(system, state)
@@ -120,10 +119,7 @@ def simulate(
         naming_lock_up(system, lambda: reached),
         stiffness.naming(),
     ):
-        if automatic is None:
-            run = march(choice, system, state, settings, tally=tally, marks=marks)
-        else:
-            run = automatic.march(tally, marks)
+        run = march(choice, system, state, settings, tally=tally, marks=marks, automatic=automatic)
         for samples in _blocks(run, asked, block_samples(system.bodies)):
             reached = float(samples.t[-1]), samples.q[-1]
             handed_over = _Clocks.now()

@@ -49,3 +49,24 @@ def rod(stiffness: float = 0.0, damping: float = 0.0) -> Scene:
     """The pendulum with a spring and a damper along its arm."""
     law = f"stiffness: {stiffness!r}, damping: {damping!r}"
     return held_by(f"{{type: linear_spring_damper, joint: slide, {law}}}")
+
+
+#: A cart is pushed to 0.05 m, where a clamp of 1e8 N/m holds it from 0.5 s to 1 s, and back. A bob swings beside it.
+CLAMP = """
+mbproj: 1
+gravity: [0, 0, 0]
+simulation: {duration: 2 s, tolerance: 1.0e-7, integrator: auto, output_step: 0.02}
+bodies:
+  cart: {mass: 1 kg, inertia: [0.1, 0.1, 0.1], position: [0, 0, 0]}
+  bob: {mass: 1 kg, inertia: [0.1, 0.1, 0.1], position: [0.1, 0, 0]}
+joints:
+  rail: {type: prismatic, bodies: [ground, cart], location: [0, 0, 0], axis: [1, 0, 0]}
+  wire: {type: prismatic, bodies: [ground, bob], location: [0, 0, 0], axis: [1, 0, 0]}
+forces:
+  push: {type: linear_spring_damper, joint: rail, force: "0.4*sign(1 - t)"}
+  coil: {type: linear_spring_damper, joint: wire, force: "-100*(displacement + 0.1)"}
+  clamp:
+    type: linear_spring_damper
+    joint: rail
+    force: "-(1e8*(displacement - 0.05) + 2e4*displacement_dot)*(sign(t - 0.5) - sign(t - 1))/2"
+"""

@@ -61,7 +61,7 @@ def command(scene: str, settings: tuple[str, ...], picture: Path | None, as_json
     from mbproj.integrate.formulations.full import FullFormulation
     from mbproj.integrate.stiff.fast_forces import fastest_at, stable_steps
     from mbproj.integrate.stops.resting import frictions_at_start
-    from mbproj.integrate.stops.start import gaps_at_start, refuse_automatic, refuse_penetration
+    from mbproj.integrate.stops.start import gaps_at_start, refuse_penetration
     from mbproj.linear.equilibrium.started import start_state
     from mbproj.model import compile_system, initial_guess
     from mbproj.scene import read_scene
@@ -74,7 +74,6 @@ def command(scene: str, settings: tuple[str, ...], picture: Path | None, as_json
     if picture is not None:
         draw_start(picture, what, system, state)
     with placed_in(what):
-        refuse_automatic(system, what.settings)
         refuse_penetration(system, state, what.settings.start)
         refuse_driven_beyond(system, state.t, state.t + (what.settings.duration or 0.0))
         refuse_shared_loads(system, state)

@@ -4,10 +4,12 @@ trial of some steps, of which the run itself knows nothing."""
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
+from typing import NamedTuple
 
 from mbproj.dynamics.observe.samples import Samples
 from mbproj.errors import SimulationError
 from mbproj.integrate.automatic.plan import Plan, Since, Switch
+from mbproj.integrate.events.halts import Halted
 from mbproj.integrate.loop.looks import Looks, Standing
 from mbproj.integrate.outcome.marks import Mark
 from mbproj.integrate.outcome.stiff_words import Stiffness
@@ -26,22 +28,33 @@ def handed_over(standing: Standing) -> Mark:
     return {**standing.mark, "anew": True, "previous_error": THRESHOLDS.least_error_before, "rejected": False}
 
 
-def decide(plan: Plan, standing: Standing, modes: FastModes, march: March, end: float) -> Switch | None:
-    """The other method where it is quicker from here on; the plan takes note of the look. `end`: of the run."""
-    found = _fastest(standing, modes)
+class Found(NamedTuple):
+    """What a look has found: the other method, where that is quicker from here on, and whether the run's end has
+    `shaped` the answer: a longer run may find another one."""
+
+    switch: Switch | None = None
+    shaped: bool = False
+
+
+def decide(plan: Plan, standing: Standing, modes: FastModes, march: March, end: float) -> Found:
+    """Whether the other method is quicker from here on; the plan takes note of the look. `end`: of the leg."""
+    mode = _fastest(standing, modes)
     other = WHERE_SMOOTH if plan.is_stiff else WHERE_STIFF
-    switch = None
-    if _lets_through(plan, standing, found) if plan.is_stiff else _holds_up(plan, standing, found):
-        if _pays(plan, standing, other, march, end):
-            stiff = found if other == WHERE_STIFF else None
+    found = Found()
+    if _lets_through(plan, standing, mode) if plan.is_stiff else _holds_up(plan, standing, mode):
+        pays, shaped = _pays(plan, standing, other, march, end)
+        switch = None
+        if pays:
+            stiff = mode if other == WHERE_STIFF else None
             switch = Switch(standing.state.t, other, *((stiff.where, stiff.omega_h) if stiff else ()))
             plan.method, plan.failed = other, 0
             plan.switches.append(switch)
         else:
             plan.failed += 1
+        found = Found(switch, shaped)
     plan.due = standing.attempts + plan.wait
     plan.since = Since(standing.state.t, standing.steps, standing.evaluations)
-    return switch
+    return found
 
 
 def _fastest(standing: Standing, modes: FastModes) -> Stiffness | None:
@@ -68,12 +81,15 @@ def _lets_through(plan: Plan, standing: Standing, found: Stiffness | None) -> bo
     return found.limit / found.omega_h * own >= explicit.attempt_cost + explicit.error_cost + 1
 
 
-def _pays(plan: Plan, standing: Standing, other: str, march: March, end: float) -> bool:
-    """Whether a trial of the other method gets on faster than this one has since the last look, for its evaluations."""
+def _pays(plan: Plan, standing: Standing, other: str, march: March, end: float) -> tuple[bool, bool]:
+    """Whether a trial of the other method gets on faster than this one has since the last look, for its evaluations;
+    and whether the run's end has cut it short. It may halt at an event before."""
     tally, reached = Tally(), [(standing.state.t, standing.evaluations)]
-    half = THRESHOLDS.trial_steps // 2
+    half, shaped = THRESHOLDS.trial_steps // 2, False
 
     def look(there: Standing) -> bool:
+        nonlocal shaped
+        shaped = shaped or there.shaped
         reached.append((there.state.t, there.evaluations))
         looks.due = there.attempts + half
         return len(reached) > 2
@@ -82,17 +98,21 @@ def _pays(plan: Plan, standing: Standing, other: str, march: March, end: float) 
     try:
         for _ in march(other, handed_over(standing), tally, looks):
             pass
-    except SimulationError:
-        pays = False
-    else:
         if len(reached) <= 2:
+            shaped = True
             reached.append((end, tally.evaluations))
-        own = _speed((plan.since.time, plan.since.evaluations), reached[0])
-        dearer = 1.0 / THRESHOLDS.implicit_cost if plan.is_stiff else THRESHOLDS.implicit_cost
-        pays = _speed(*reached[-2:]) > THRESHOLDS.quicker * dearer * own
+    except Halted as halted:
+        shaped = shaped or halted.standing.shaped
+        reached.append((halted.standing.state.t, tally.evaluations))
+    except SimulationError:
+        reached.clear()
     plan.trials += 1
     plan.tried += tally.evaluations - standing.evaluations
-    return pays
+    if not reached:
+        return False, shaped
+    own = _speed((plan.since.time, plan.since.evaluations), reached[0])
+    dearer = 1.0 / THRESHOLDS.implicit_cost if plan.is_stiff else THRESHOLDS.implicit_cost
+    return _speed(*reached[-2:]) > THRESHOLDS.quicker * dearer * own, shaped
 
 
 def _speed(before: tuple[float, int], after: tuple[float, int]) -> float:

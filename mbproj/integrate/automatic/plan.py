@@ -11,6 +11,7 @@ import numpy as np
 from mbproj.arrays import Array, Flags
 from mbproj.dataclass import dataclass
 from mbproj.integrate.events.time_events import Event
+from mbproj.integrate.outcome.tally import Tally
 from mbproj.registry import WHERE_SMOOTH, WHERE_STIFF
 from mbproj.thresholds import THRESHOLDS
 
@@ -37,7 +38,7 @@ class Switch(NamedTuple):
 
 
 class Since(NamedTuple):
-    """Where the last look was: the time (s), and what was counted until then."""
+    """Where the last look was: the time (s), and what was counted until then; less than 0 in a leg before."""
 
     time: float = 0.0
     steps: int = 0
@@ -46,8 +47,9 @@ class Since(NamedTuple):
 
 @dataclass
 class Plan:
-    """Scratch of a run. `due`: the steps tried in all at which the next look is; `failed`: trials in a row that did not
-    pay; `trials` and `tried`: all trials, and the evaluations that they took."""
+    """Scratch of a run. Steps and evaluations are counted from the start of the leg at hand. `due`: the steps tried at
+    which the next look is; `failed`: trials in a row that did not pay; `trials` and `tried`: all trials, and the
+    evaluations that they took."""
 
     method: str = WHERE_SMOOTH
     due: int = THRESHOLDS.look_explicit
@@ -67,6 +69,12 @@ class Plan:
         """Steps to the next look."""
         steps = THRESHOLDS.look_implicit if self.is_stiff else THRESHOLDS.look_explicit
         return int(steps * 2 ** min(self.failed, THRESHOLDS.longest_wait))
+
+    def end_leg(self, counted: Tally) -> None:
+        """Counts from here on, where a leg has ended that has counted so much."""
+        self.due -= counted.steps + counted.rejected_steps
+        time, steps, evaluations = self.since
+        self.since = Since(time, steps - counted.steps, evaluations - counted.evaluations)
 
     def implicit_at(self, times: Array) -> Flags:
         """Whether the implicit method made the steps there, (T,)."""

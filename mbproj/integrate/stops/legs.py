@@ -9,14 +9,17 @@ from mbproj.arrays import Array, Flags
 from mbproj.dataclass import dataclass
 from mbproj.dynamics.assembly.assemble import State
 from mbproj.dynamics.observe.samples import Samples, stack
+from mbproj.integrate.automatic.march import Automatic
 from mbproj.integrate.events.halts import Watched
 from mbproj.integrate.events.leg import Leg
 from mbproj.integrate.formulations.full import FullFormulation
 from mbproj.integrate.loop.compiled_march import march as march_compiled
+from mbproj.integrate.loop.looks import Looks
 from mbproj.integrate.loop.march import march
 from mbproj.integrate.loop.stop_watch import StopWatch
 from mbproj.integrate.outcome.marks import Marks
 from mbproj.integrate.outcome.tally import Tally
+from mbproj.integrate.stiff.modes_at_a_step import FastModes
 from mbproj.integrate.stops.variants import Variant
 from mbproj.scene.records import Settings
 
@@ -32,17 +35,39 @@ def samples_of(
     tally: Tally,
     watched: Watched | None = None,
     marks: Marks | None = None,
+    looks: Looks | None = None,
 ) -> Iterator[Samples | None]:
-    """The samples of a leg, as the variant has them. Raises Halted where it has met something that is watched, and
-    SimulationError."""
+    """The samples of a leg, as the variant has them, to where `looks` ends it. Raises Halted where it has met something
+    that is watched, and SimulationError."""
     choice = variant.choice
     if choice.compiled is not None:
-        yield from march_compiled(choice.compiled, state, settings, tally, marks, None, leg, watched)
+        yield from march_compiled(choice.compiled, state, settings, tally, marks, looks, leg, watched)
         return
     formulation = FullFormulation.of(variant.system, state, settings, choice.redundant)
     watch = None if watched is None else StopWatch(formulation, watched)
-    for sample in march(formulation, state, tally, marks, None, leg, watch):
+    for sample in march(formulation, state, tally, marks, looks, leg, watch):
         yield stack([sample])
+
+
+def chosen(
+    variant: Variant,
+    state: State,
+    settings: Settings,
+    leg: Leg,
+    tally: Tally,
+    watched: Watched | None,
+    marks: Marks,
+    automatic: Automatic | None,
+) -> Iterator[Samples | None]:
+    """The same by the methods that `automatic` chooses; by that of the settings on a single step to an event, where
+    nothing is watched."""
+    if automatic is None or watched is None:
+        return samples_of(variant, state, settings, leg, tally, watched, marks)
+
+    def by(method: str, own: Marks, counted: Tally, looks: Looks | None) -> Iterator[Samples | None]:
+        return samples_of(variant, state, replace(settings, integrator=method), leg, counted, watched, own, looks)
+
+    return automatic.march(FastModes(variant.choice, variant.system), by, leg.end, tally, marks)
 
 
 @dataclass(frozen=True, eq=False)

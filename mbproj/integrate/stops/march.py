@@ -19,9 +19,11 @@ import numpy as np
 from mbproj.arrays import Array
 from mbproj.dynamics.assembly.assemble import State
 from mbproj.dynamics.observe.samples import Samples
+from mbproj.integrate.automatic.march import Automatic
 from mbproj.integrate.events.halts import Halted, HaltedAt, Watched
 from mbproj.integrate.events.leg import Leg
 from mbproj.integrate.formulations.choice import Choice
+from mbproj.integrate.loop.looks import Looks
 from mbproj.integrate.loop.one_method import march_by_one_method
 from mbproj.integrate.outcome.marks import (
     START,
@@ -31,8 +33,9 @@ from mbproj.integrate.outcome.marks import (
     saved_events,
 )
 from mbproj.integrate.outcome.tally import Tally
+from mbproj.integrate.stiff.modes_at_a_step import FastModes
 from mbproj.integrate.stops.failures import never_ends
-from mbproj.integrate.stops.legs import Reached, end_of, one_step, only, samples_of
+from mbproj.integrate.stops.legs import Reached, chosen, end_of, one_step, only
 from mbproj.integrate.stops.locate import Margins, locate, margins
 from mbproj.integrate.stops.meeting import Meeting, Met, meet
 from mbproj.integrate.stops.saved import restore, saved
@@ -58,6 +61,7 @@ class StopMarch:
     def __init__(
         self, choice: Choice, system: System, start: State, settings: Settings, tally: Tally, marks: Marks
     ) -> None:
+        self.automatic: Automatic | None = None
         self.marks, self.mark = marks, marks.resumed
         self.system, self.settings, self.tally = system, settings, tally
         self.whole = Leg.whole(system, settings, start.t)
@@ -110,18 +114,19 @@ class StopMarch:
         leg that lasts to its end."""
         own, start = Tally(), self.tally.counters()
         lasts = watched is not None and leg.end == self.whole.end
-        inner = Marks(self._resumed, self.marks.wanted and lasts and not self.shaped)
+        shaped = self.shaped or (self.automatic is not None and self.automatic.shaped)
+        inner = Marks(self._resumed, self.marks.wanted and lasts and not shaped)
         self._resumed = START
         self._begin = saved(self) if inner.wanted else {}
         self._met = len(self.tally.met)
-        settings = replace(self.settings, duration=leg.duration, step=leg.step)
+        settings = replace(self._by_method(), duration=leg.duration, step=leg.step)
         if leg.step is not None:
             settings = replace(settings, tolerance=None)
         last = None
         before, stored = self.integrals, stored_by(self.system, self.state)
         self._inner = inner
         try:
-            for samples in samples_of(variant, self.state, settings, leg, own, watched, inner):
+            for samples in chosen(variant, self.state, settings, leg, own, watched, inner, self.automatic):
                 self._count(start, own)
                 if samples is None:
                     yield None
@@ -146,6 +151,11 @@ class StopMarch:
         assert last is not None
         self.integrals = last[0].work[-1].copy()
         self.state = replace(end_of(last[0]).state, t=leg.end)
+
+    def _by_method(self) -> Settings:
+        """The settings with the method that makes the steps at present."""
+        now = self.automatic
+        return self.settings if now is None else replace(self.settings, integrator=now.plan.method)
 
     def _times(self, t: Array) -> Array:
         """The times of the whole run's samples that these are, NaN for those that are none."""
@@ -174,6 +184,8 @@ class StopMarch:
 
     def _end_leg(self, own: Tally) -> None:
         """What belongs to a leg as a whole: its events, what it passed over, and the seconds of its phases."""
+        if self.automatic is not None:
+            self.automatic.plan.end_leg(own)
         self.tally.met += own.met
         for name, seconds in own.phases.items():
             self.tally.phases[name] = self.tally.phases.get(name, 0.0) + seconds
@@ -207,7 +219,7 @@ class StopMarch:
 
         def reach(h: float) -> Reached:
             if h not in tried:
-                tried[h] = one_step(variant, standing.state, self.settings, self.whole, h, self.tally)
+                tried[h] = one_step(variant, standing.state, self._by_method(), self.whole, h, self.tally)
             return tried[h]
 
         def at(h: float) -> Margins:
@@ -249,10 +261,29 @@ class StopMarch:
 
 
 def march(
-    choice: Choice, system: System, state: State, settings: Settings, *, tally: Tally, marks: Marks | None = None
+    choice: Choice,
+    system: System,
+    state: State,
+    settings: Settings,
+    *,
+    tally: Tally,
+    marks: Marks | None = None,
+    automatic: Automatic | None = None,
 ) -> Iterator[Samples | None]:
-    """Samples in the order of time by one method, of a mechanism with stops or dry friction, or without any."""
-    if system.stops is None and system.frictions is None:
-        yield from march_by_one_method(choice, system, state, settings, tally=tally, marks=marks)
+    """Samples in the order of time, by one method or by those that `automatic` chooses, of any mechanism."""
+    marks = marks or Marks()
+    if system.stops is not None or system.frictions is not None:
+        legs = StopMarch(choice, system, state, settings, tally, marks)
+        legs.automatic = automatic
+        yield from legs.samples()
+        return
+
+    def by(method: str, own: Marks, counted: Tally, looks: Looks | None) -> Iterator[Samples | None]:
+        with_method = replace(settings, integrator=method)
+        return march_by_one_method(choice, system, state, with_method, tally=counted, marks=own, looks=looks)
+
+    if automatic is None:
+        yield from by(settings.integrator, marks, tally, None)
     else:
-        yield from StopMarch(choice, system, state, settings, tally, marks or Marks()).samples()
+        end = state.t + (settings.duration or 0.0)
+        yield from automatic.march(FastModes(choice, system), by, end, tally, marks)

@@ -13,12 +13,9 @@ from mbproj.dynamics.equations.gaps import gap_rates, gaps
 from mbproj.dynamics.equations.kinematics import pose_of, twist_of
 from mbproj.errors import InputError, Problem
 from mbproj.model.system import System
-from mbproj.registry import AUTOMATIC, EQUILIBRIUM
-from mbproj.scene.records import Settings
+from mbproj.registry import EQUILIBRIUM
 from mbproj.thresholds import THRESHOLDS
 
-#: Frictions that a message names, at most.
-MOST_NAMED = 3
 #: What is beyond the bound, by the side of a stop.
 BEYOND = {1.0: "below the least", -1.0: "above the most"}
 
@@ -95,15 +92,3 @@ def _into(system: System, k: int, speed: float) -> Problem:
     assert stops is not None
     message = f"the start touches the stop '{system.names.stops[k]}' and moves into it at {speed:.6g} {unit}/s"
     return Problem(message, stops.places[k], "start before the stop, or with a speed that leads away from it")
-
-
-def refuse_automatic(system: System, settings: Settings) -> None:
-    """Raises InputError where the integrator of a mechanism with stops or dry friction is to be chosen on the way."""
-    unknown = [] if system.stops is None else ["stops"]
-    if system.frictions is not None:
-        names = ", ".join(f"'{name}'" for name in system.names.frictions[:MOST_NAMED])
-        unknown.append(f"the dry friction of {names}" + (", ..." if system.frictions.size > MOST_NAMED else ""))
-    if unknown and settings.integrator == AUTOMATIC:
-        message = f"integrator '{AUTOMATIC}' does not know {' and '.join(unknown)}"
-        hint = "use dop853, or esdirk4 where a force or a stop is stiff"
-        raise InputError(Problem(message, key=("simulation", "integrator"), hint=hint))

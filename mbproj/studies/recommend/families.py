@@ -72,15 +72,14 @@ class Family:
         return f"{self.integrator}, {'error control' if self.by_error else 'fixed steps'}"
 
 
-def families(base: Setting, interval: float, *, stiff: bool = False, contacts: bool = False) -> Iterator[Family]:
+def families(base: Setting, interval: float, *, stiff: bool = False) -> Iterator[Family]:
     """Those of explicit integrators, those first whose cost grows least with accuracy; where forces may be `stiff` then
-    those of the implicit ones, and of `auto`, which knows no `contacts`. `base` says how constraints are enforced."""
+    those of the implicit ones, and of `auto`. `base` says how constraints are enforced."""
     names = explicit_integrators()[::-1]
     yield from (Family(base, name, True, interval) for name in names if integrators()[name].embedded)
     yield from (Family(base, name, False, interval) for name in names)
     if stiff:
-        automatic = () if contacts else (AUTOMATIC,)
-        yield from (Family(base, name, True, interval) for name in (*implicit_integrators(), *automatic))
+        yield from (Family(base, name, True, interval) for name in (*implicit_integrators(), AUTOMATIC))
 
 
 def closing(setting: Setting) -> Setting:

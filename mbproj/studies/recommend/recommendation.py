@@ -154,8 +154,7 @@ def _start(bench: Bench, family: Family) -> int:
 def _contenders(bench: Bench, base: Setting, first: Measurement, tell: Tell) -> list[Measurement]:
     """The cheapest of each family that is near the cheapest of all, fewest evaluations first."""
     found, intervals = [first], len(bench.reference.times) - 1
-    contacts = bench.mechanism.system.has_contacts
-    tried = list(families(base, _interval(bench), stiff=_is_held_up(bench, first), contacts=contacts))
+    tried = list(families(base, _interval(bench), stiff=_is_held_up(bench, first)))
     for through, family in enumerate(tried[1:], 1):
         tell("integrators", through, len(tried))
         budget = CONTENDERS * min(one.evaluations for one in found)
