@@ -125,7 +125,6 @@ FEWEST_LINES = 25
 #: Files of the package that may be shorter, and why.
 SHORT_FILES = {
     "cli/report/notes.py": "the notes of all commands on a scene",
-    "dynamics/equations/energy.py": "one equation of the paper, Eq. 16",
     "integrate/steppers/methods.py": "steppers by their names",
     "model/motions.py": "a kind of data is a file",
     "outputs/escapes.py": "a rule of safety, imported alone",

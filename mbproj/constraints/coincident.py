@@ -10,6 +10,8 @@ from mbproj.arrays import Numbers
 from mbproj.constraints.primitive import Primitive
 from mbproj.dataclass import dataclass
 
+_GRADIENT = np.stack([-np.eye(3), np.eye(3)], axis=1)
+
 
 @final
 @dataclass(frozen=True)
@@ -24,8 +26,7 @@ class Coincident(Primitive):
         return x[..., 1, :] - x[..., 0, :]
 
     def gradient(self, x: Numbers) -> Numbers:
-        constant = np.stack([-np.eye(3), np.eye(3)], axis=1)
-        return np.broadcast_to(constant, (*x.shape[:-2], 3, 2, 3))
+        return np.broadcast_to(_GRADIENT, (*x.shape[:-2], 3, 2, 3))
 
     def curvature(self, x: Numbers, x_dot: Numbers) -> Numbers:
         return np.zeros((*x.shape[:-2], 3), dtype=x_dot.dtype)

@@ -15,6 +15,7 @@ from mbproj.model.primitive_set import PrimitiveSet
 #: The primitives in the order of the kernel's `Kind`.
 KINDS = ("coincident", "perpendicular", "along", "distance", "angle", "screw", "gear")
 MOST_SLOTS = 6
+_CODES = {PRIMITIVES[name]: number for number, name in enumerate(KINDS)}
 
 
 class Bound(NamedTuple):
@@ -74,11 +75,11 @@ def bound_in_space(bound: PrimitiveSet) -> Bound:
 
 
 def bound_in_plane(bound: PlanarSet) -> Bound:
-    starts = zip(bound.first_slot, bound.primitives, strict=True)
-    slots = [(start + np.arange(len(primitive.slots)))[None] for start, primitive in starts]
+    numbers = np.arange(MOST_SLOTS)
+    widths = np.array([len(primitive.slots) for primitive in bound.primitives], dtype=np.int64)[:, None]
     return Bound(
         kind=_codes(bound.primitives),
-        slots=_stacked(slots),
+        slots=np.where(numbers < widths, bound.first_slot[:, None] + numbers, 0),
         parameters=_parameters(bound.primitives),
         offset=bound.offset[bound.row],
         owner=bound.owner,
@@ -89,13 +90,14 @@ def bound_in_plane(bound: PlanarSet) -> Bound:
 
 
 def _codes(primitives: Iterable[Primitive]) -> Integers:
-    code = {PRIMITIVES[name]: number for number, name in enumerate(KINDS)}
-    return np.array([code[type(primitive)] for primitive in primitives], dtype=np.int64)
+    return np.array([_CODES[type(primitive)] for primitive in primitives], dtype=np.int64)
 
 
 def _parameters(primitives: Iterable[Primitive]) -> Array:
     rows = [
         [float(number) for name in primitive.parameters for number in np.ravel(getattr(primitive, name))]
+        if primitive.parameters
+        else []
         for primitive in primitives
     ]
     return np.array([[*row, 0.0, 0.0][:2] for row in rows]).reshape(-1, 2)

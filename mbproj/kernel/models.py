@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+from functools import cache
 from types import ModuleType
 from typing import Any
 
 import numpy as np
 
-from mbproj.arrays import Array, Flags, Integers, distinct_rows
+from mbproj.arrays import Array, Flags, Integers
 from mbproj.kernel.bound import Bound, bound_in_plane, bound_in_space, joined, primitives
 from mbproj.kernel.loads import (
     along_in_plane,
@@ -23,6 +24,12 @@ from mbproj.model.system import System
 from mbproj.thresholds import of_the_kernel
 
 
+@cache
+def _thresholds(core: ModuleType) -> Any:
+    """The kernel's own of the thresholds, which do not change."""
+    return core.Thresholds(of_the_kernel())
+
+
 def space_model(core: ModuleType, system: System) -> Any:
     """The kernel's model of a system with six coordinates a body. Joints keep their numbers, rows their order; motions
     follow the joints, as joints of one row each."""
@@ -30,7 +37,7 @@ def space_model(core: ModuleType, system: System) -> Any:
     rows = joined([bound_in_space(bound) for bound in sets])
     coordinates = bound_in_space(system.coordinates)
     return core.SpaceModel(
-        thresholds=core.Thresholds(of_the_kernel()),
+        thresholds=_thresholds(core),
         mass=system.mass,
         inertia=np.ascontiguousarray(system.inertia),
         gravity=system.gravity,
@@ -151,7 +158,7 @@ def plane_model(core: ModuleType, system: System, plane: Plane) -> Any:
     joints = bound_in_plane(plane.joints)
     rows = joint_and_motion_rows(system, plane, joints, coordinates)
     return core.PlaneModel(
-        thresholds=core.Thresholds(of_the_kernel()),
+        thresholds=_thresholds(core),
         mass=plane.mass,
         inertia=plane.inertia.reshape(-1, 1, 1),
         gravity=plane.gravity,
@@ -195,7 +202,7 @@ def joint_and_motion_rows(system: System, plane: Plane, joints: Bound, coordinat
 
 def joints_in_plane(plane: Plane) -> Integers:
     """The system's numbers of the joints that have rows in the plane."""
-    return distinct_rows(plane.joints.owner[:, None])[0][:, 0]
+    return np.array(sorted({*plane.joints.owner.tolist()}), dtype=np.intp)
 
 
 def plane_rows(plane: Plane) -> Integers:

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from functools import lru_cache
+from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -10,6 +12,9 @@ import numpy.typing as npt
 from mbproj.arrays import Array, Integers, Numbers
 from mbproj.constraints import Primitive
 from mbproj.dataclass import dataclass
+
+#: Layouts that are kept: those of the sets of a few scenes, none of which has more primitives.
+LAYOUTS, MOST_KEPT = 64, 1000
 
 
 @dataclass(frozen=True, eq=False)
@@ -32,31 +37,91 @@ class Group:
     rows: Integers
 
 
-@dataclass(frozen=True, eq=False)
-class PrimitiveSet:
-    """Primitives of one purpose, S attachments (points and vectors fixed in bodies) and m rows.
+class Member(NamedTuple):
+    """One instance of a primitive: its rows and its attachments in the set."""
 
-    Per attachment: `body` (S,) (the ground is the last index), `side` (S,) 1 or 2, `local` (S, 3) in body axes,
-    `is_point` (S,) 1 for points and 0 for vectors. Per row: `owner` (m,) the joint's index, `is_length` (m,) True for
-    metres and False for radians, `offset` (m,) what is subtracted from the primitives' values. `entry_row`,
+    primitive: Primitive
+    rows: tuple[int, ...]
+    slots: tuple[int, ...]
+
+
+@dataclass(frozen=True, eq=False)
+class Layout:
+    """What a set has whatever its numbers are: scenes that differ in numbers alone share it.
+
+    Per attachment: `body` (S,) (the ground is the last index), `side` (S,) 1 or 2, `is_point` (S,) 1 for points and 0
+    for vectors. Per row: `owner` (m,) the joint's index, `is_length` (m,) True for metres and False for radians.
+    `members` are the primitives in the order of their rows, `member` (m,) says which one a row is of. `entry_row`,
     `entry_slot` (e,) list the pairs of a row and an attachment in the order of `gradient_entries`.
     """
 
     groups: tuple[Group, ...]
     body: Integers
     side: Integers
-    local: Array
     is_point: Array
     owner: Integers
     is_length: npt.NDArray[np.bool_]
-    offset: Array
+    members: tuple[Member, ...]
+    member: Integers
     entry_row: Integers
     entry_slot: Integers
+
+
+@dataclass(frozen=True, eq=False)
+class PrimitiveSet:
+    """Primitives of one purpose, S attachments (points and vectors fixed in bodies) and m rows: a layout and numbers.
+
+    Per attachment `local` (S, 3) in body axes; per row `offset` (m,), what is subtracted from the primitives' values.
+    """
+
+    layout: Layout
+    local: Array
+    offset: Array
+
+    @property
+    def groups(self) -> tuple[Group, ...]:
+        """The instances, primitive by primitive."""
+        return self.layout.groups
+
+    @property
+    def body(self) -> Integers:
+        """The body of each attachment, (S,)."""
+        return self.layout.body
+
+    @property
+    def side(self) -> Integers:
+        """The side of each attachment, (S,)."""
+        return self.layout.side
+
+    @property
+    def is_point(self) -> Array:
+        """1 for points and 0 for vectors, (S,)."""
+        return self.layout.is_point
+
+    @property
+    def owner(self) -> Integers:
+        """The joint of each row, (m,)."""
+        return self.layout.owner
+
+    @property
+    def is_length(self) -> npt.NDArray[np.bool_]:
+        """Which rows are in metres, (m,)."""
+        return self.layout.is_length
+
+    @property
+    def entry_row(self) -> Integers:
+        """The row of each entry, (e,)."""
+        return self.layout.entry_row
+
+    @property
+    def entry_slot(self) -> Integers:
+        """The attachment of each entry, (e,)."""
+        return self.layout.entry_slot
 
     @property
     def size(self) -> int:
         """m, the number of rows."""
-        return len(self.owner)
+        return len(self.layout.owner)
 
     @property
     def units(self) -> tuple[str, ...]:
@@ -97,27 +162,55 @@ class PrimitiveSet:
 
 def bind(bindings: Sequence[Binding]) -> PrimitiveSet:
     """The set of these primitives; rows in the order of the bindings."""
-    height = [binding.primitive.rows for binding in bindings]
-    first_row, first_slot = np.cumsum([0, *height]), np.cumsum([0] + [len(binding.slots) for binding in bindings])
-    attachments = [slot for binding in bindings for slot in binding.slots]
+    bound = tuple([(each.primitive, each.owner, *[slot[:2] for slot in each.slots]) for each in bindings])
+    layout = _kept_layout(bound) if len(bound) <= MOST_KEPT else _layout(bound)
+    return PrimitiveSet(
+        layout,
+        local=np.array([slot[2] for each in bindings for slot in each.slots], dtype=float).reshape(-1, 3),
+        offset=np.array([each.offset for each in bindings], dtype=float)[layout.member],
+    )
+
+
+@lru_cache(LAYOUTS)
+def _kept_layout(bound: tuple[tuple[Any, ...], ...]) -> Layout:
+    """The layout, shared by all sets that have it: nobody may write to it."""
+    layout = _layout(bound)
+    arrays = [part for part in vars(layout).values() if isinstance(part, np.ndarray)]
+    for array in [*arrays, *[part for group in layout.groups for part in (group.slots, group.rows)]]:
+        array.flags.writeable = False
+    return layout
+
+
+def _layout(bound: tuple[tuple[Any, ...], ...]) -> Layout:
+    """The layout of primitives, each with its owner and then a body and a side for each slot."""
+    primitives: list[Primitive] = [each[0] for each in bound]
+    attachments = [slot for _, _, *slots in bound for slot in slots]
+    height = [primitive.rows for primitive in primitives]
+    first_row, first_slot = np.cumsum([0, *height]), np.cumsum([0] + [len(each) - 2 for each in bound])
+    members = [
+        Member(primitive, tuple(range(row, row + primitive.rows)), tuple(range(slot, slot + len(primitive.slots))))
+        for primitive, row, slot in zip(primitives, first_row.tolist(), first_slot.tolist(), strict=False)
+    ]
+    alike: dict[Primitive, list[int]] = {}
+    for index, primitive in enumerate(primitives):
+        alike.setdefault(primitive, []).append(index)
     groups, is_point, is_length = [], np.zeros(len(attachments)), np.zeros(first_row[-1], dtype=bool)
-    for primitive in dict.fromkeys(binding.primitive for binding in bindings):
-        members = [index for index, binding in enumerate(bindings) if binding.primitive == primitive]
-        slots = first_slot[members][:, None] + np.arange(len(primitive.slots))
-        rows = first_row[members][:, None] + np.arange(primitive.rows)
+    for primitive, own in alike.items():
+        slots = first_slot[own][:, None] + np.arange(len(primitive.slots))
+        rows = first_row[own][:, None] + np.arange(primitive.rows)
         is_point[slots] = [float(kind == "point") for kind in primitive.slots]
         is_length[rows] = primitive.unit == "m"
         groups.append(Group(primitive, slots, rows))
     entry_row, entry_slot = _entries(groups)
-    return PrimitiveSet(
+    return Layout(
         tuple(groups),
-        body=np.array([slot[0] for slot in attachments], dtype=np.intp),
-        side=np.array([slot[1] for slot in attachments], dtype=np.intp),
-        local=np.array([slot[2] for slot in attachments], dtype=float).reshape(-1, 3),
+        body=np.array([body for body, _ in attachments], dtype=np.intp),
+        side=np.array([side for _, side in attachments], dtype=np.intp),
         is_point=is_point,
-        owner=np.repeat(np.array([binding.owner for binding in bindings], dtype=np.intp), height),
+        owner=np.repeat(np.array([each[1] for each in bound], dtype=np.intp), height),
         is_length=is_length,
-        offset=np.repeat(np.array([binding.offset for binding in bindings], dtype=float), height),
+        members=tuple(members),
+        member=np.repeat(np.arange(len(bound)), height),
         entry_row=entry_row,
         entry_slot=entry_slot,
     )

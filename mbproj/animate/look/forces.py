@@ -12,8 +12,8 @@ from mbproj.animate.look.layout import Layout
 from mbproj.animate.look.parts import Mesh, Part, cylinder, triad
 from mbproj.arrays import Array
 from mbproj.dataclass import dataclass
-from mbproj.model.compile.frames import pose
-from mbproj.scene.records import GROUND, BodyForce, Bushing, JointForce, Scene
+from mbproj.model.compile.frames import pose, poses_of
+from mbproj.scene.records import BodyForce, Bushing, JointForce, Scene
 from mbproj.scene.stops import OfBody, PlaneStop
 
 #: Of a spiral: turns, points of each, and its radii in thicknesses.
@@ -70,14 +70,14 @@ def _springs(force: JointForce, coordinate: str, unit: str) -> bool:
 def _acts_at(scene: Scene, force: BodyForce) -> Array:
     if force.location is None:
         return np.zeros(3)
-    position, rotation = _poses(scene)[force.body]
+    position, rotation = poses_of(scene)[force.body]
     location = np.array(force.location)
     return location if force.local else rotation.T @ (location - position)
 
 
 def _bushing(scene: Scene, force: Bushing, item: int, layout: Layout) -> Iterator[Drawn]:
     """A ring on the first body about a pin on the second, along the frames' z axes."""
-    r, poses = layout.thickness, _poses(scene)
+    r, poses = layout.thickness, poses_of(scene)
     points, frames = (force.points.first, force.points.second), (force.axes.first, force.axes.second)
     for side, (body, given, axes) in enumerate(zip(force.bodies, points, frames, strict=True)):
         position, rotation = poses[body]
@@ -90,7 +90,7 @@ def _bushing(scene: Scene, force: Bushing, item: int, layout: Layout) -> Iterato
 
 def _plate(scene: Scene, stop: PlaneStop, layout: Layout) -> Part:
     """A square plate under the point that the plane stops, with its upper face in the plane."""
-    poses, thick = _poses(scene), 2.0 * layout.thickness
+    poses, thick = poses_of(scene), 2.0 * layout.thickness
     place, turn = poses[stop.location.body]
 
     def on_plane(placed: OfBody) -> Array:
@@ -106,11 +106,6 @@ def _plate(scene: Scene, stop: PlaneStop, layout: Layout) -> Part:
     x = across - normal * float(normal @ across)
     side = PLATE * layout.size
     return Part("box", (side, side, thick), foot, triad(normal, x / np.linalg.norm(x)))
-
-
-def _poses(scene: Scene) -> dict[str, tuple[Array, Array]]:
-    poses = {body.name: pose(body.position, body.orientation) for body in scene.bodies}
-    return {**poses, GROUND: (np.zeros(3), np.eye(3))}
 
 
 def spiral(point: Array, axis: Array, normal: Array, r: float) -> Part:

@@ -9,8 +9,7 @@ import numpy as np
 from mbproj.animate.look.motion import Motion
 from mbproj.arrays import Array
 from mbproj.dataclass import dataclass
-from mbproj.joints import JOINTS
-from mbproj.model.compile.frames import Pose, local_frames, pose
+from mbproj.model.compile.frames import SYMBOLS, Pose, local_frames, poses_of
 from mbproj.scene.records import GROUND, PointForce, Scene
 
 #: The radius of a link: this part of the median link, and between these parts of the mechanism's size.
@@ -44,11 +43,11 @@ class Layout:
     def of(cls, scene: Scene, motion: Motion) -> Layout:
         """The layout of a scene whose bodies start as `motion` has them."""
         number = {GROUND: -1} | {body.name: at for at, body in enumerate(scene.bodies)}
-        poses = {body.name: pose(body.position, body.orientation) for body in scene.bodies}
-        poses[GROUND] = (np.zeros(3), np.eye(3))
+        poses = poses_of(scene)
         kept = [joint for joint in scene.joints if joint.couples is None]
         bodies = {joint.name: (number[joint.bodies[0]], number[joint.bodies[1]]) for joint in kept}
-        frames = {joint.name: local_frames(joint, JOINTS[joint.type].frame, poses) for joint in kept}
+        local = zip(kept, local_frames(kept, poses), strict=True)
+        frames = {joint.name: dict(zip(SYMBOLS, frame, strict=True)) for joint, frame in local}
         markers = {
             marker.name: _local(np.array(marker.location), poses[marker.body], marker.local) for marker in scene.markers
         }

@@ -116,6 +116,8 @@ def scaled_residual(system: System, q: Array, start: Conditions, drive: Drive | 
     """Joint, motion and start rows, lengths in units of the system's length, (m + c,)."""
     pose = pose_of(q)
     rows = (constraint(system, pose, drive) / system.row_scale)[system.bodies :]
+    if not len(start.index):
+        return rows
     excess = coordinate_values(system, pose)[start.index] - start.value
     angle = is_angle(system)[start.index].astype(bool)
     excess = np.where(angle, np.arctan2(np.sin(excess), np.cos(excess)), excess / system.length)
@@ -181,12 +183,12 @@ def _consistent_velocity(system: System, pose: Pose, guess: Guess, drive: Drive 
         moving = constraint_velocity(system, pose, twist_of(pose, guess.v), drive)
         if np.abs(moving).max(initial=0.0) <= _close_enough(system):
             return guess.v
-    weights = inverse_weights(system)
-    speeds = set_jacobian(system.coordinates, pose)[guess.speed.index]
-    rows = np.concatenate([jacobian(system, pose), speeds])
     wanted = np.concatenate([-time_derivative(system, drive), guess.speed.value])
     if not wanted.any() and not guess.v.any():
         return guess.v  # what rests, and is to
+    weights = inverse_weights(system)
+    speeds = set_jacobian(system.coordinates, pose)[guess.speed.index]
+    rows = np.concatenate([jacobian(system, pose), speeds])
     v = guess.v + weights * np.linalg.lstsq(rows * weights, wanted - rows @ guess.v, rcond=1e-12)[0]
     v = v + weights * np.linalg.lstsq(rows * weights, wanted - rows @ v, rcond=1e-12)[0]
     left = np.abs(rows @ v - wanted)

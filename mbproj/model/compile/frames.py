@@ -1,41 +1,56 @@
-"""A joint's two frames, from the points and axes that the scene gives to what each body carries."""
+"""Joints' frames, from the points and axes that the scene gives to what each body carries; all joints at once."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
 from mbproj.arrays import Array, cross
+from mbproj.joints import JOINTS
 from mbproj.model.euler_parameters import rotation_matrix
-from mbproj.scene.records import Joint, Pair
+from mbproj.scene.records import GROUND, Joint, Pair, Scene
 from mbproj.thresholds import THRESHOLDS
 
 #: A body's pose: its centre of mass (3,) and its rotation matrix (3, 3).
 Pose = tuple[Array, Array]
+#: What a joint binds, in this order along an axis of an array.
+SYMBOLS = ("p1", "x1", "y1", "z1", "p2", "x2", "y2", "z2")
+_NO_AXIS = Pair((0.0, 0.0, 1.0), (0.0, 0.0, 1.0), local=False)
 
 
-def local_frames(joint: Joint, frame: str, poses: Mapping[str, Pose]) -> Mapping[str, Array]:
-    """The joint's symbols p1, x1, y1, z1, p2, x2, y2, z2, each (3,) in the axes of its own body.
+def local_frames(joints: Sequence[Joint], poses: Mapping[str, Pose]) -> Array:
+    """The joints' `SYMBOLS`, (joints, 8, 3), each in the axes of its own body; of joints that couple none others.
 
-    `frame` is that of the joint type. At the scene's pose x1 and x2 are the same direction (turned as little as
-    possible where the axes do not agree yet), which makes it the zero of the joint's angle.
+    At the scene's pose x1 and x2 are the same direction (turned as little as possible where the axes do not agree yet),
+    which makes it the zero of the joint's angle.
     """
-    first, second = (poses[name] for name in joint.bodies)
-    p1, p2 = _points(joint.points, first, second)
-    z1, z2 = _directions(joint.axes, first, second) if joint.axes else (np.array([0.0, 0, 1]), np.array([0.0, 0, 1]))
-    if frame == "normal":
-        z2 = z1
-    if frame == "axes":
-        x1, x2 = _normal_part(z2, z1), _normal_part(z1, z2)
-    else:
-        x1 = _any_normal(z1)
-        x2 = _turned(x1, z1, z2)
-    symbols = {"p1": first[1].T @ (p1 - first[0]), "p2": second[1].T @ (p2 - second[0])}
-    for side, x, z, (_, rotation) in (("1", x1, z1, first), ("2", x2, z2, second)):
-        triad = {"x": x, "y": cross(z, x), "z": z}
-        symbols.update({name + side: rotation.T @ vector for name, vector in triad.items()})
-    return symbols
+    if not joints:
+        return np.zeros((0, len(SYMBOLS), 3))
+    number = {name: at for at, name in enumerate(poses)}
+    bodies = np.array([[number[name] for name in joint.bodies] for joint in joints])
+    position, rotation = (np.array(part)[bodies] for part in zip(*poses.values(), strict=True))
+    p = _global([joint.points for joint in joints], position, rotation)
+    z = _global([joint.axes or _NO_AXIS for joint in joints], np.zeros_like(position), rotation)
+    z = z / _length(z)
+    frame = np.array([JOINTS[joint.type].frame for joint in joints])
+    z[frame == "normal", 1] = z[frame == "normal", 0]
+    z1, z2 = z[:, 0], z[:, 1]
+    x = np.empty_like(z)
+    x[:, 0] = _any_normal(z1)
+    x[:, 1] = _turned(x[:, 0], z1, z2)
+    own = frame == "axes"
+    if own.any():
+        x[own] = _normal_part(z[own, ::-1], z[own])
+    triad = np.stack([p - position, x, cross(z, x), z], axis=2)
+    return (triad @ rotation).reshape(len(joints), len(SYMBOLS), 3)  # as rows: sᵀ A = (Aᵀ s)ᵀ
+
+
+def poses_of(scene: Scene) -> dict[str, Pose]:
+    """The pose that the scene gives to each body, and to the ground."""
+    rotation = rotation_matrix(np.array([body.orientation for body in scene.bodies]).reshape(-1, 4))
+    poses = {body.name: (np.array(body.position), turn) for body, turn in zip(scene.bodies, rotation, strict=True)}
+    return poses | {GROUND: (np.zeros(3), np.eye(3))}
 
 
 def pose(position: tuple[float, ...], orientation: tuple[float, ...]) -> Pose:
@@ -43,37 +58,37 @@ def pose(position: tuple[float, ...], orientation: tuple[float, ...]) -> Pose:
     return np.array(position), rotation_matrix(np.array(orientation))
 
 
-def _points(pair: Pair, first: Pose, second: Pose) -> tuple[Array, Array]:
-    p1, p2 = np.array(pair.first), np.array(pair.second)
-    return (first[0] + first[1] @ p1, second[0] + second[1] @ p2) if pair.local else (p1, p2)
+def _global(pairs: Sequence[Pair], position: Array, rotation: Array) -> Array:
+    """What pairs of points or vectors are in global axes, (k, 2, 3)."""
+    given = np.array([(pair.first, pair.second) for pair in pairs], dtype=float)
+    local = np.array([pair.local for pair in pairs])
+    if local.any():
+        given[local] = position[local] + (rotation[local] @ given[local][..., None])[..., 0]
+    return given
 
 
-def _directions(pair: Pair, first: Pose, second: Pose) -> tuple[Array, Array]:
-    z1, z2 = _unit(np.array(pair.first)), _unit(np.array(pair.second))
-    return (first[1] @ z1, second[1] @ z2) if pair.local else (z1, z2)
-
-
-def _unit(vector: Array) -> Array:
-    return vector / np.linalg.norm(vector)
+def _length(vectors: Array) -> Array:
+    return np.sqrt((vectors * vectors).sum(axis=-1, keepdims=True))
 
 
 def _normal_part(vector: Array, axis: Array) -> Array:
-    """The unit vector of the part of `vector` normal to `axis`; any normal where there is no such part."""
-    part = vector - (vector @ axis) * axis
-    return _unit(part) if np.linalg.norm(part) > THRESHOLDS.no_normal_part else _any_normal(axis)
+    """Unit vectors of the parts of vectors (..., 3) normal to axes; any normal where there is no such part."""
+    part = vector - np.sum(vector * axis, axis=-1, keepdims=True) * axis
+    length = _length(part)
+    found = length > THRESHOLDS.no_normal_part
+    return np.where(found, part / np.where(found, length, 1.0), _any_normal(axis))
 
 
 def _any_normal(axis: Array) -> Array:
-    """A unit vector normal to `axis`: the normal part of the coordinate axis that is farthest from it."""
-    farthest = np.zeros(3)
-    farthest[np.argmin(np.abs(axis))] = 1.0
-    return _unit(farthest - (farthest @ axis) * axis)
+    """Unit vectors normal to axes (..., 3): the normal parts of the coordinate axes that are farthest from them."""
+    farthest = np.eye(3)[np.argmin(np.abs(axis), axis=-1)]
+    part = farthest - np.sum(farthest * axis, axis=-1, keepdims=True) * axis
+    return np.asarray(part / _length(part))
 
 
 def _turned(vector: Array, start: Array, end: Array) -> Array:
-    """`vector`, normal to the unit vector `start`, by the shortest rotation that takes `start` to `end`."""
-    axis, cosine = cross(start, end), float(start @ end)
-    if cosine < -1.0 + THRESHOLDS.half_turn or not axis.any():
-        return vector
-    once: Array = cross(axis, vector)
-    return vector + once + cross(axis, once) / (1.0 + cosine)
+    """Vectors (..., 3), normal to unit vectors `start`, by the shortest rotations that take `start` to `end`."""
+    axis, cosine = cross(start, end), np.sum(start * end, axis=-1, keepdims=True)
+    once = cross(axis, vector)
+    back = cosine < -1.0 + THRESHOLDS.half_turn
+    return np.where(back, vector, vector + once + cross(axis, once) / np.where(back, 1.0, 1.0 + cosine))

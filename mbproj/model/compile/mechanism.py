@@ -12,10 +12,10 @@ from mbproj.errors import InputError, Place, Problem
 from mbproj.joints import COORDINATE_UNITS, JOINTS
 from mbproj.joints.table import Row
 from mbproj.model.compile.drives import compile_motions
-from mbproj.model.compile.frames import Pose, local_frames, pose
+from mbproj.model.compile.frames import SYMBOLS, Pose, local_frames, poses_of
 from mbproj.model.compile.friction import compile_friction
 from mbproj.model.compile.loads import compile_forces
-from mbproj.model.compile.rigid_groups import RigidGroups, Seat, rigid_groups
+from mbproj.model.compile.rigid_groups import RigidGroups, rigid_groups
 from mbproj.model.compile.stops import compile_stops
 from mbproj.model.compile.tangents import joined, tangential_friction
 from mbproj.model.euler_parameters import rotation_matrix
@@ -24,10 +24,12 @@ from mbproj.model.primitive_set import Binding, bind
 from mbproj.model.reflected import compile_reflected
 from mbproj.model.system import Names, System
 from mbproj.scene.fields.rotations import from_matrix
-from mbproj.scene.records import GROUND, Joint, Marker, Scene
+from mbproj.scene.records import Joint, Marker, Scene
 
 #: The points and vectors of a joint by symbol: body index, side, and the vector in that body's axes.
 Symbols = Mapping[str, tuple[int, int, Array]]
+#: The primitives that take nothing beside what they bind.
+_PLAIN = {name: kind() for name, kind in PRIMITIVES.items() if not kind.parameters}
 
 
 def compile_system(scene: Scene) -> System:
@@ -35,7 +37,7 @@ def compile_system(scene: Scene) -> System:
     groups = rigid_groups(scene)
     if not groups.carriers:
         raise InputError(Problem("nothing can move: every body is fixed to the ground", scene.place("bodies")))
-    poses = _poses(scene)
+    poses = poses_of(scene)
     symbols = _symbols(groups, poses)
     reactions = [_reaction(symbols[joint.name]) for joint in groups.joints]
     rows, alignment, coordinates, coordinate_names, units = [], [], [], [], []
@@ -46,9 +48,9 @@ def compile_system(scene: Scene) -> System:
             slots = tuple(_slots(row, bound))
             rows.append(Binding(primitive, owner, slots, _offset(number, joint, primitive, slots, groups, place)))
         for pair in kind.aligned:
-            alignment.append(Binding(PRIMITIVES["perpendicular"](), owner, tuple(_slots(("", *pair), bound))))
+            alignment.append(Binding(_PLAIN["perpendicular"], owner, tuple(_slots(("", *pair), bound))))
         for name, row in kind.coordinates.items():
-            coordinates.append(Binding(PRIMITIVES[row[0]](), owner, tuple(_slots(row, bound))))
+            coordinates.append(Binding(_PLAIN[row[0]], owner, tuple(_slots(row, bound))))
             coordinate_names.append(f"{joint.name}.{name}")
             units.append(COORDINATE_UNITS[row[0]])
     named = dict(zip(coordinate_names, coordinates, strict=True))
@@ -106,12 +108,11 @@ def compile_system(scene: Scene) -> System:
 
 def _symbols(groups: RigidGroups, poses: Mapping[str, Pose]) -> dict[str, Symbols]:
     """What each joint binds, in the axes of the carriers; a coupling binds what the joints a and b do."""
+    own = [joint for joint in groups.joints if joint.couples is None]
     found: dict[str, Symbols] = {}
-    for joint in groups.joints:
-        if joint.couples is None:
-            frame = local_frames(joint, JOINTS[joint.type].frame, poses)
-            seats = [groups.seats[name] for name in joint.bodies]
-            found[joint.name] = {symbol: _seated(symbol, local, seats) for symbol, local in frame.items()}
+    for joint, frame in zip(own, _seated(own, local_frames(own, poses), groups), strict=True):
+        carriers = [groups.seats[name].carrier for name in joint.bodies]
+        found[joint.name] = {symbol: (carriers[at // 4], 1 + at // 4, frame[at]) for at, symbol in enumerate(SYMBOLS)}
     for joint in groups.joints:
         if joint.couples is not None:
             pairs = zip("ab", joint.couples, strict=True)
@@ -123,15 +124,14 @@ def _symbols(groups: RigidGroups, poses: Mapping[str, Pose]) -> dict[str, Symbol
     return found
 
 
-def _seated(symbol: str, local: Array, seats: Sequence[Seat]) -> tuple[int, int, Array]:
-    side = int(symbol[-1])
-    seat = seats[side - 1]
-    return seat.carrier, side, seat.point(local) if symbol.startswith("p") else seat.vector(local)
-
-
-def _poses(scene: Scene) -> dict[str, Pose]:
-    poses = {body.name: pose(body.position, body.orientation) for body in scene.bodies}
-    return poses | {GROUND: (np.zeros(3), np.eye(3))}
+def _seated(joints: Sequence[Joint], frames: Array, groups: RigidGroups) -> Array:
+    """The frames (joints, 8, 3) of joints in the axes of the carriers of their bodies."""
+    number = {name: at for at, name in enumerate(groups.seats)}
+    bodies = np.array([[number[name] for name in joint.bodies] for joint in joints], dtype=np.intp).reshape(-1, 2)
+    turn = np.array([seat.turn for seat in groups.seats.values()])[bodies]
+    seated = frames.reshape(-1, 2, 4, 3) @ np.swapaxes(turn, -1, -2)
+    seated[:, :, 0] += np.array([seat.offset for seat in groups.seats.values()])[bodies]
+    return np.asarray(seated.reshape(frames.shape))
 
 
 def _slots(row: Row, bound: Symbols) -> Iterable[tuple[int, int, Array]]:
@@ -142,8 +142,8 @@ def _slots(row: Row, bound: Symbols) -> Iterable[tuple[int, int, Array]]:
 
 def _primitive(row: Row, joint: Joint) -> Primitive:
     """The row's primitive, with the joint's parameters that it takes."""
-    primitive = PRIMITIVES[row[0]]
-    return primitive(**{name: joint.parameters[name] for name in primitive.parameters})
+    kind = PRIMITIVES[row[0]]
+    return kind(**{name: joint.parameters[name] for name in kind.parameters}) if kind.parameters else _PLAIN[row[0]]
 
 
 def _offset(
@@ -201,13 +201,10 @@ def _length(groups: RigidGroups, symbols: Iterable[Symbols]) -> float:
     """The largest distance of a joint's point from its body's centre of mass; without joints the largest radius of
     gyration; 1 m where there is neither."""
     ground = len(groups.carriers)
-    arms = [
-        float(np.linalg.norm(local))
-        for bound in symbols
-        for symbol, (body, _, local) in bound.items()
-        if symbol.startswith("p") and body != ground
-    ]
+    ends = [bound[point] for bound in symbols for point in ("p1", "p2") if point in bound]
+    arms = np.array([local for body, _, local in ends if body != ground]).reshape(-1, 3)
+    arm = float(np.linalg.norm(arms, axis=1).max(initial=0.0))
     gyration = [
         float(np.sqrt(np.trace(carrier.inertia) / carrier.mass)) for carrier in groups.carriers if carrier.mass > 0.0
     ]
-    return max(arms, default=0.0) or max(gyration, default=0.0) or 1.0
+    return arm or max(gyration, default=0.0) or 1.0

@@ -9,7 +9,7 @@ import numpy as np
 from mbproj.arrays import Array, cross
 from mbproj.dataclass import dataclass
 from mbproj.joints import JOINTS
-from mbproj.model.compile.frames import Pose, pose
+from mbproj.model.compile.frames import Pose, poses_of
 from mbproj.scene.records import GROUND, Body, Joint, Scene
 
 
@@ -56,12 +56,15 @@ class RigidGroups:
     joints: tuple[Joint, ...]
 
 
+#: Where a body sits that is its own carrier.
+_AT_CENTRE = (np.zeros(3), np.eye(3))
+
+
 def rigid_groups(scene: Scene) -> RigidGroups:
     """The scene with its merging joints carried out. A body on its own is its own carrier, to the last bit."""
     bodies = {body.name: body for body in scene.bodies}
     merging = _merging(scene)
-    poses = {body.name: pose(body.position, body.orientation) for body in scene.bodies}
-    poses[GROUND] = (np.zeros(3), np.eye(3))
+    poses = poses_of(scene)
     carriers: list[Carrier] = []
     seats: dict[str, Seat] = {}
     grounded: dict[str, Seat] = {}
@@ -72,7 +75,7 @@ def rigid_groups(scene: Scene) -> RigidGroups:
         if root == GROUND:
             grounded = {name: Seat(-1, position, turn) for name, (position, turn) in group.items()}
         elif len(group) == 1:
-            seats[root] = Seat(len(carriers), np.zeros(3), np.eye(3))
+            seats[root] = Seat(len(carriers), *_AT_CENTRE)
             carriers.append(_alone(bodies[root]))
         else:
             carrier = _composite([bodies[name] for name in group], group)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
 from mbproj.arrays import Array, cross
@@ -13,9 +15,9 @@ from mbproj.thresholds import THRESHOLDS
 DIRECTIONS = 6
 
 
-def candidate_normals(joints: PrimitiveSet, rotation: Array) -> list[Array]:
-    """Unit vectors (3,): the directions of the joints' vectors at a pose with rotation (n+1, 3, 3), then the normals of
-    pairs of them.
+def candidate_normals(joints: PrimitiveSet, rotation: Array) -> Array:
+    """Unit vectors (k, 3): the directions of the joints' vectors at a pose with rotation (n+1, 3, 3), then the normals
+    of pairs of them.
 
     In a planar scene each joint has the normal among its vectors, or a vector in the plane, or two whose normal is in
     the plane or the plane's own; so two joints that are not alike give the normal, and for joints that are all alike
@@ -25,17 +27,17 @@ def candidate_normals(joints: PrimitiveSet, rotation: Array) -> list[Array]:
     found = _distinct((rotation[joints.body[vectors]] @ joints.local[vectors, :, None])[..., 0], DIRECTIONS)
     first, second = np.triu_indices(len(found), k=1)
     across = cross(found[first], found[second])
-    across = across[
-        np.linalg.norm(across, axis=1) > THRESHOLDS.no_normal
-    ]  # those of nearly parallel vectors are not accurate
-    return list(_distinct(np.concatenate([found, across]), DIRECTIONS**2))
+    across = across[_lengths(across) > THRESHOLDS.no_normal]  # those of nearly parallel vectors are not accurate
+    apart = _lengths(cross(across[:, None], found)) > THRESHOLDS.one_direction
+    others = _distinct(across[apart.all(axis=1)], DIRECTIONS**2 - len(found))
+    return np.concatenate([found, others])
 
 
 def plane_axes(normal: Array) -> Array:
     """Right-handed axes (3, 3) with columns e1, e2, n. Along a global axis n is that axis and e1, e2 are the other two
     in cyclic order, so that coordinates are the same numbers; else the largest component of n is positive."""
     largest = int(np.argmax(np.abs(normal)))
-    if np.linalg.norm(np.delete(normal, largest)) <= THRESHOLDS.in_plane:
+    if math.hypot(normal[largest - 1], normal[largest - 2]) <= THRESHOLDS.in_plane:
         return np.roll(np.eye(3), 2 - largest, axis=1)
     n = normal * np.sign(normal[largest])
     farthest = np.eye(3)[np.argmin(np.abs(n))]
@@ -46,10 +48,14 @@ def plane_axes(normal: Array) -> Array:
 
 def _distinct(vectors: Array, most: int) -> Array:
     """The directions of vectors (k, 3), up to sign, in the order in which they appear; at most `most` of them."""
-    length = np.linalg.norm(vectors, axis=1, keepdims=True)
-    left = vectors[length[:, 0] > 0.0] / length[length[:, 0] > 0.0]
+    length = _lengths(vectors)
+    left = vectors[length > 0.0] / length[length > 0.0, None]
     found: list[Array] = []
     while len(left) and len(found) < most:
         found.append(left[0])
-        left = left[np.linalg.norm(cross(left, left[0]), axis=1) > THRESHOLDS.one_direction]
+        left = left[_lengths(cross(left, left[0])) > THRESHOLDS.one_direction]
     return np.array(found).reshape(-1, 3)
+
+
+def _lengths(vectors: Array) -> Array:
+    return np.sqrt((vectors * vectors).sum(axis=-1))

@@ -9,7 +9,7 @@ from mbproj.arrays import Array, Integers
 from mbproj.constraints import Primitive
 from mbproj.dataclass import dataclass
 from mbproj.model.planar.rows import RowMap, Seen, kind_of
-from mbproj.model.primitive_set import PrimitiveSet
+from mbproj.model.primitive_set import Member, PrimitiveSet
 
 
 @dataclass(frozen=True, eq=False)
@@ -55,51 +55,43 @@ class PlanarSet:
 
 def planar_set(bound: PrimitiveSet, seen: Seen, inside: npt.NDArray[np.bool_], axes: Array) -> PlanarSet:
     """The primitives of `bound` whose rows are `inside` (m,), coincident ones along axes (3, 3)'s e1, e2 and n."""
-    members = [
-        (int(rows[0]), group.primitive, slots, rows[inside[rows]])
-        for group in bound.groups
-        for rows, slots in zip(group.rows, group.slots, strict=True)
-        if inside[rows].any()
-    ]
-    members.sort(key=lambda member: member[0])
-    slots = _joined([slots for _, _, slots, _ in members])
-    kept = _joined([kept for *_, kept in members])
+    acts = inside.tolist()
+    members = [(each, rows) for each in bound.layout.members if (rows := [row for row in each.rows if acts[row]])]
+    slots = np.array([slot for each, _ in members for slot in each.slots], dtype=np.intp)
+    kept = [row for _, rows in members for row in rows]
     source = _source(members, axes)
-    flat = seen.x * [1.0, 1.0, 0.0]
-    constant = (bound.value(seen.x) - bound.value(flat))[kept]
+    whole, flat = bound.value(np.array([seen.x, seen.x * [1.0, 1.0, 0.0]]))
     return PlanarSet(
-        primitives=tuple(primitive for _, primitive, _, _ in members),
-        first_slot=_starts([len(slots) for _, _, slots, _ in members]),
-        row=_starts([len(kept) for *_, kept in members]),
-        owner=bound.owner[np.array([first for first, *_ in members], dtype=np.intp)],
+        primitives=tuple(each.primitive for each, _ in members),
+        first_slot=_starts([len(each.slots) for each, _ in members]),
+        row=_starts([len(rows) for _, rows in members]),
+        owner=bound.owner[[each.rows[0] for each, _ in members]],
         body=bound.body[slots],
         local=seen.arm[slots, :2],
         is_point=bound.is_point[slots],
-        offset=source.rows(bound.offset) - constant,
+        offset=source.rows(bound.offset) - (whole - flat)[kept],
         source=source,
     )
 
 
-def _source(members: list[tuple[int, Primitive, Integers, Integers]], axes: Array) -> RowMap:
+def _source(members: list[tuple[Member, list[int]]], axes: Array) -> RowMap:
     """Each row from one of the spatial set's; those of coincident points from all three of theirs."""
+    along: list[list[float]] = axes.T.tolist()
     row: list[int] = []
     source: list[int] = []
     weight: list[float] = []
     size = 0
-    for first, primitive, _, kept in members:
-        for spatial in kept.tolist():
-            column = axes[:, spatial - first] if primitive.rows == 3 else np.ones(1)
-            used = np.flatnonzero(column)
+    for each, kept in members:
+        for spatial in kept:
+            all_three = len(each.rows) == 3
+            parts = zip(each.rows, along[spatial - each.rows[0]], strict=True) if all_three else [(spatial, 1.0)]
+            used = [(own, part) for own, part in parts if part]
             row += [size] * len(used)
-            source += (used + (first if primitive.rows == 3 else spatial)).tolist()
-            weight += column[used].tolist()
+            source += [own for own, _ in used]
+            weight += [part for _, part in used]
             size += 1
     return RowMap(size, np.array(row, dtype=np.intp), np.array(source, dtype=np.intp), np.array(weight))
 
 
 def _starts(lengths: list[int]) -> Integers:
     return np.cumsum([0, *lengths], dtype=np.intp)[:-1]
-
-
-def _joined(parts: list[Integers]) -> Integers:
-    return np.concatenate(parts) if parts else np.zeros(0, dtype=np.intp)

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from functools import cached_property
+
 import numpy as np
 
 from mbproj.arrays import Array, Integers
 from mbproj.dataclass import dataclass
-from mbproj.model.euler_parameters import matrix_E, product
+from mbproj.model.euler_parameters import product
 from mbproj.model.planar.planar_set import PlanarSet
 
 
@@ -38,16 +40,15 @@ class Plane:
         What q and v have out of the plane is dropped; neither sign nor length of Λ matters.
         """
         rows, rates = q.reshape(*q.shape[:-1], -1, 7), v.reshape(*v.shape[:-1], -1, 7)
-        orientation, normal = rows[..., 3:], self.axes[:, 2]
-        turn = product(orientation, self.reference * [1.0, -1.0, -1.0, -1.0])
-        cosine, sine = turn[..., 0], turn[..., 1:] @ normal
+        orientation = rows[..., 3:]
+        cosine, sine = ((orientation * across).sum(axis=-1) for across in (self.reference, self._turned))
         sign = np.where(cosine < 0.0, -1.0, 1.0)
         angle = 2.0 * np.arctan2(sign * sine, sign * cosine)
-        angle = np.where(angle <= -np.pi, np.pi, angle)
-        spin = 2.0 * (matrix_E(orientation) @ rates[..., 3:, None])[..., 0] @ normal
-        spin = spin / np.sum(orientation * orientation, axis=-1)
-        p = np.concatenate([rows[..., :3] @ self.axes[:, :2], angle[..., None]], axis=-1)
-        u = np.concatenate([rates[..., :3] @ self.axes[:, :2], spin[..., None]], axis=-1)
+        p, u = np.empty((*rows.shape[:-1], 3)), np.empty((*rates.shape[:-1], 3))
+        p[..., :2], u[..., :2] = rows[..., :3] @ self.axes[:, :2], rates[..., :3] @ self.axes[:, :2]
+        p[..., 2] = np.where(angle <= -np.pi, np.pi, angle)
+        quarter = orientation @ self._half_turn.T
+        u[..., 2] = 2.0 * (rates[..., 3:] * quarter).sum(axis=-1) / (orientation * orientation).sum(axis=-1)
         return p.reshape(*q.shape[:-1], -1), u.reshape(*v.shape[:-1], -1)
 
     def expand(self, p: Array, u: Array, u_dot: Array) -> tuple[Array, Array, Array]:
@@ -56,19 +57,26 @@ class Plane:
         Λ = (cos θ/2, n sin θ/2) Λ_reference is a unit and continuous in θ; where θ jumps by 2π, Λ changes its sign.
         """
         x, x_dot, x_ddot = (part.reshape(*part.shape[:-1], -1, 3) for part in (p, u, u_dot))
-        half, spin, change = 0.5 * x[..., 2:], x_dot[..., 2:], x_ddot[..., 2:]
+        half, spin, change = 0.5 * x[..., 2:], 0.5 * x_dot[..., 2:], 0.5 * x_ddot[..., 2:]
         cosine, sine = np.cos(half), np.sin(half)
-        turned = product(np.array([0.0, *self.axes[:, 2]]), self.reference)  # by 180 degrees about n
-        orientation = cosine * self.reference + sine * turned
-        quarter = cosine * turned - sine * self.reference  # (0, n) Λ: the rate of Λ is ½ ω times that
-        parts = (
-            (self._in_space(x) + self.depth[:, None] * self.axes[:, 2], orientation),
-            (self._in_space(x_dot), 0.5 * spin * quarter),
-            (self._in_space(x_ddot), 0.5 * change * quarter - 0.25 * spin**2 * orientation),
-        )
-        q, v, acceleration = (np.concatenate(part, axis=-1).reshape(*p.shape[:-1], -1) for part in parts)
-        return q, v, acceleration
+        q, v, acceleration = (np.empty((*part.shape[:-1], 7)) for part in (x, x_dot, x_ddot))
+        for whole, part in ((q, x), (v, x_dot), (acceleration, x_ddot)):
+            for axis, (along_x, along_y) in enumerate(self.axes[:, :2]):  # a product depends on the block's length
+                whole[..., axis] = along_x * part[..., 0] + along_y * part[..., 1]
+        q[..., :3] += self.depth[:, None] * self.axes[:, 2]
+        orientation = cosine * self.reference + sine * self._turned
+        quarter = cosine * self._turned - sine * self.reference  # (0, n) Λ: the rate of Λ is ½ ω times that
+        q[..., 3:] = orientation
+        v[..., 3:] = spin * quarter
+        acceleration[..., 3:] = change * quarter - spin**2 * orientation
+        return q.reshape(*p.shape[:-1], -1), v.reshape(*p.shape[:-1], -1), acceleration.reshape(*p.shape[:-1], -1)
 
-    def _in_space(self, x: Array) -> Array:
-        """The vectors (..., 3) with these components (..., 3) along the axes, the last of which is an angle."""
-        return x[..., :1] * self.axes[:, 0] + x[..., 1:2] * self.axes[:, 1]
+    @cached_property
+    def _half_turn(self) -> Array:
+        """The product (0, n) Λ as a matrix (4, 4): Λ turned by 180 degrees about n."""
+        return product(np.array([0.0, *self.axes[:, 2]]), np.eye(4)).T
+
+    @cached_property
+    def _turned(self) -> Array:
+        """The reference orientations, so turned."""
+        return self.reference @ self._half_turn.T

@@ -9,11 +9,12 @@ that close joint by joint; only what it leaves, piece by connected piece, needs 
 
 from __future__ import annotations
 
+import math
 from collections import Counter, deque
 
 import numpy as np
 
-from mbproj.arrays import Array, cross, distinct_rows
+from mbproj.arrays import cross
 from mbproj.model.planar.rows import RowMap, Seen
 from mbproj.model.primitive_set import PrimitiveSet
 from mbproj.thresholds import THRESHOLDS
@@ -39,25 +40,21 @@ def _rows(bound: PrimitiveSet, seen: Seen, outside: RowMap, bodies: int, length:
     """The rows outside in (δz / length, turns about e1 and e2) of each body."""
     gradient, arm = bound.gradient_entries(seen.x), seen.arm[bound.entry_slot]
     shift = length * bound.is_point[bound.entry_slot] * gradient[:, 2]
-    turn = cross(arm, gradient)[:, :2]
-    parts = np.column_stack([shift, turn])
-    order = np.argsort(bound.entry_row, kind="stable")
-    first = np.searchsorted(bound.entry_row[order], np.arange(bound.size + 1))
-    count = (first[1:] - first[:-1])[outside.source]
-    within = np.arange(count.sum()) - np.repeat(np.cumsum(count) - count, count)
-    entry = order[np.repeat(first[outside.source], count) + within]
-    body = bound.body[bound.entry_slot[entry]]
-    parts = np.repeat(outside.weight, count)[:, None] * parts[entry]
-    pairs, place = distinct_rows(np.column_stack([np.repeat(outside.row, count), body]))
-    sums = [np.bincount(place, column, minlength=len(pairs)) for column in parts.T]
-    total: Array = np.column_stack(sums)
-    row, body = pairs.T
-    row, body, total = row[body < bodies], body[body < bodies], total[body < bodies]
-    norm = np.sqrt(np.bincount(row, np.sum(total * total, axis=1), minlength=outside.size))
-    total = total / np.where(norm > 0.0, norm, 1.0)[row, None]
+    turn = cross(arm, gradient)
+    parts = zip(shift.tolist(), turn[:, 0].tolist(), turn[:, 1].tolist(), strict=True)
+    entries: list[list[tuple[int, tuple[float, float, float]]]] = [[] for _ in range(bound.size)]
+    for row, body, part in zip(bound.entry_row.tolist(), bound.body[bound.entry_slot].tolist(), parts, strict=True):
+        if body < bodies:
+            entries[row].append((body, part))
     found: Rows = [{} for _ in range(outside.size)]
-    for at, moving, part in zip(row.tolist(), body.tolist(), total.tolist(), strict=True):
-        found[at][moving] = part
+    for at, source, weight in zip(outside.row.tolist(), outside.source.tolist(), outside.weight.tolist(), strict=True):
+        for body, (x, y, z) in entries[source]:
+            total = found[at].setdefault(body, [0.0, 0.0, 0.0])
+            total[0], total[1], total[2] = total[0] + weight * x, total[1] + weight * y, total[2] + weight * z
+    for row_parts in found:
+        norm = math.sqrt(sum(x * x + y * y + z * z for x, y, z in row_parts.values())) or 1.0
+        for body, (x, y, z) in row_parts.items():
+            row_parts[body] = [x / norm, y / norm, z / norm]
     return found
 
 

@@ -61,13 +61,14 @@ def planar_reduction(system: System, q: Array) -> Plane | NotPlanar:
 def _candidates(system: System, pose: _Pose) -> list[tuple[Array, Seen, Integers]]:
     """Axes (3, 3) to try, with the joints as seen along them and the side of each row: first those with which most rows
     are outside, and of these fewest inside."""
-    ranked = []
-    for normal in candidate_normals(system.joints, pose.rotation):
-        axes = plane_axes(normal)
-        joints = _seen(system.joints, pose, axes, system.length)
-        side = sides(system.joints, joints)
-        ranked.append((-np.count_nonzero(side == OUTSIDE), np.count_nonzero(side == INSIDE), (axes, joints, side)))
-    return [candidate for *_, candidate in sorted(ranked, key=lambda entry: entry[:2])]
+    normals = candidate_normals(system.joints, pose.rotation)
+    if not len(normals):
+        return []
+    axes = np.array([plane_axes(normal) for normal in normals])
+    joints = _seen(system.joints, pose, axes, system.length)
+    side = sides(system.joints, joints)
+    ranked = np.lexsort([np.count_nonzero(side == INSIDE, axis=1), -np.count_nonzero(side == OUTSIDE, axis=1)])
+    return [(axes[number], joints.along(number), side[number]) for number in ranked.tolist()]
 
 
 def _reduction(system: System, pose: _Pose, axes: Array, joints: Seen, side: Integers) -> Plane | NotPlanar:
@@ -81,11 +82,11 @@ def _reduction(system: System, pose: _Pose, axes: Array, joints: Seen, side: Int
         return _not_planar(loose, axes)
     coordinates = _seen(system.coordinates, pose, axes, system.length)
     changing = _changing(system.coordinates, coordinates)
-    tilted = np.flatnonzero(
-        ~changing & (np.abs(_in_plane_rate(system.coordinates, coordinates)) > THRESHOLDS.dependent)
-    )
-    if len(tilted):
-        return _not_planar(f"the angle '{system.names.coordinates[tilted[0]]}' is tilted, seen in the plane", axes)
+    if not changing.all():
+        rate = _in_plane_rate(system.coordinates, coordinates)
+        tilted = np.flatnonzero(~changing & (np.abs(rate) > THRESHOLDS.dependent))
+        if len(tilted):
+            return _not_planar(f"the angle '{system.names.coordinates[tilted[0]]}' is tilted, seen in the plane", axes)
     normal = (np.swapaxes(pose.rotation[:n], -1, -2) @ axes[:, 2, None])[..., 0]
     return Plane(
         axes=axes,

@@ -52,13 +52,17 @@ class RowMap:
 
 @dataclass(frozen=True, eq=False)
 class Seen:
-    """A set's attachments in plane axes: `arm` (S, 3) from the body's centre of mass, with vectors that are in the
-    plane or along n up to round-off made exactly so, and `x` (S, 3), where points are from the origin. `extent` in m
-    is what depths are measured against."""
+    """A set's attachments in plane axes: `arm` (..., S, 3) from the body's centre of mass, with vectors that are in the
+    plane or along n up to round-off made exactly so, and `x` (..., S, 3), where points are from the origin. `extent` in
+    m is what depths are measured against."""
 
     arm: Array
     x: Array
     extent: float
+
+    def along(self, number: int) -> Seen:
+        """What is seen in one of several axes."""
+        return Seen(self.arm[number], self.x[number], self.extent)
 
 
 def kind_of(primitive: Primitive) -> str:
@@ -67,33 +71,35 @@ def kind_of(primitive: Primitive) -> str:
 
 
 def see(bound: PrimitiveSet, position: Array, rotation: Array, axes: Array, length: float) -> Seen:
-    """The set in plane axes at a pose: position (n+1, 3) and rotation (n+1, 3, 3), the ground last."""
+    """The set in plane axes (..., 3, 3) at a pose: position (n+1, 3) and rotation (n+1, 3, 3), the ground last."""
     arm = (rotation[bound.body] @ bound.local[..., None])[..., 0] @ axes
     vector = bound.is_point == 0.0
-    arm[vector & (np.abs(arm[:, 2]) <= THRESHOLDS.in_plane), 2] = 0.0
-    arm[vector & (np.linalg.norm(arm[:, :2], axis=1) <= THRESHOLDS.in_plane), :2] = 0.0
-    x = arm + bound.is_point[:, None] * (position @ axes)[bound.body]
+    level = vector & (np.abs(arm[..., 2]) <= THRESHOLDS.in_plane)
+    upright = vector & (np.linalg.norm(arm[..., :2], axis=-1) <= THRESHOLDS.in_plane)
+    arm[level, 2], arm[upright, :2] = 0.0, 0.0
+    x = arm + bound.is_point[:, None] * (position @ axes)[..., bound.body, :]
     return Seen(arm, x, max(length, float(np.abs(position).max())))
 
 
 def sides(bound: PrimitiveSet, seen: Seen) -> Integers:
-    """INSIDE, OUTSIDE, TILTED or STRANGE of each row on its own, (m,)."""
-    side = np.full(bound.size, STRANGE, dtype=np.intp)
+    """INSIDE, OUTSIDE, TILTED or STRANGE of each row on its own, (..., m)."""
+    side = np.full((*seen.x.shape[:-2], bound.size), STRANGE, dtype=np.intp)
+    depth = seen.x[..., 2]
+    is_level, is_upright = depth == 0.0, (seen.x[..., 0] == 0.0) & (seen.x[..., 1] == 0.0)
     for group in bound.groups:
-        x = seen.x[group.slots]
-        level, upright = x[..., 2] == 0.0, np.all(x[..., :2] == 0.0, axis=-1)
-        kind = kind_of(group.primitive)
+        level, upright = is_level[..., group.slots], is_upright[..., group.slots]
+        kind, row = kind_of(group.primitive), group.rows[:, 0]
         if kind == "coincident":
-            side[group.rows] = [INSIDE, INSIDE, OUTSIDE]
+            side[..., group.rows] = [INSIDE, INSIDE, OUTSIDE]
         elif kind == "perpendicular":
-            side[group.rows[:, 0]] = _chosen(level.all(axis=1), upright.any(axis=1))
+            side[..., row] = _chosen(level.all(axis=-1), upright.any(axis=-1))
         elif kind == "along":
-            side[group.rows[:, 0]] = _chosen(level[:, 0], upright[:, 0])
+            side[..., row] = _chosen(level[..., 0], upright[..., 0])
         elif kind == "distance":
-            same_depth = np.abs(x[:, 1, 2] - x[:, 0, 2]) <= THRESHOLDS.in_plane * seen.extent
-            side[group.rows[same_depth, 0]] = INSIDE
+            apart = depth[..., group.slots[:, 1]] - depth[..., group.slots[:, 0]]
+            side[..., row] = np.where(np.abs(apart) <= THRESHOLDS.in_plane * seen.extent, INSIDE, STRANGE)
         elif kind in ("angle", "gear"):
-            side[group.rows[level.all(axis=1), 0]] = INSIDE
+            side[..., row] = np.where(level.all(axis=-1), INSIDE, STRANGE)
     return side
 
 
@@ -105,6 +111,8 @@ def strangeness(bound: PrimitiveSet, row: int) -> str:
 
 def _summed(terms: Array, place: Integers, size: int) -> Array:
     """The sums (..., size) of the terms (..., k) that have the same place (k,)."""
+    if terms.ndim == 1:
+        return np.asarray(np.bincount(place, terms, minlength=size), dtype=float)
     total = np.zeros((size, *terms.shape[:-1]))
     np.add.at(total, place, np.moveaxis(terms, -1, 0))
     return np.moveaxis(total, 0, -1)

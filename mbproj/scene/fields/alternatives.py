@@ -31,10 +31,12 @@ class Alternatives(Field[T_co], Generic[T_co]):
         return any(way.fits(node) for way in self.ways)
 
     def read(self, node: Node, path: KeyPath, reading: Reading) -> T_co | None:
-        fitting = [way for way in self.ways if way.fits(node)]
+        for way in self.ways:
+            if way.fits(node):
+                return way.read(node, path, reading)
         taking = [way for way in self.ways if way.takes(node)]
-        if fitting or len(taking) == 1:
-            return (fitting or taking)[0].read(node, path, reading)
+        if len(taking) == 1:
+            return taking[0].read(node, path, reading)
         records = [way for way in taking if isinstance(way, Record)]
         if not records or not isinstance(node, MappingNode) or not node.values:
             self.reject(node, path, reading)
