@@ -1,4 +1,5 @@
-"""`dataclass` as the standard library has it, but `__init__` is written when a class makes its first instance.
+"""`dataclass` as the standard library has it, but `__init__` is written when a class makes its first instance, and its
+fields are found when somebody asks for them.
 
 The standard decorator compiles up to six functions for each class, which takes 0.8 ms; a run imports 220 classes, makes
 instances of 90 and compares those of four. Here all classes share the functions that need not be fast.
@@ -10,6 +11,7 @@ import dataclasses
 from dataclasses import MISSING, FrozenInstanceError, fields
 from functools import cache
 from reprlib import recursive_repr
+from threading import RLock
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
@@ -31,7 +33,30 @@ def _completed(cls: type, frozen: bool, eq: bool) -> type:
     for name, method in methods.items():
         if name not in cls.__dict__:
             setattr(cls, name, method)
-    return dataclasses.dataclass(init=False, repr=False, eq=False)(cls)
+    for name in _Later.NAMES:
+        setattr(cls, name, _Later(cls, name))
+    return cls
+
+
+#: Several threads may ask at once, and a class asks its bases.
+_COMPLETING = RLock()
+
+
+class _Later:
+    """What the standard decorator finds in a class, in the place of which this stands until somebody asks."""
+
+    NAMES = ("__dataclass_fields__", "__dataclass_params__", "__match_args__")
+
+    def __init__(self, cls: type, name: str) -> None:
+        self._class, self._name = cls, name
+
+    def __get__(self, record: object, cls: type | None = None) -> Any:
+        with _COMPLETING:
+            if self._class.__dict__.get(self._name) is self:
+                for name in self.NAMES:
+                    delattr(self._class, name)
+                dataclasses.dataclass(init=False, repr=False, eq=False)(self._class)
+        return getattr(self._class, self._name)
 
 
 def _first_init(cls: Any) -> Any:

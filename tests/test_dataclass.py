@@ -6,6 +6,7 @@ import copy
 import dataclasses
 import inspect
 import pickle
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import FrozenInstanceError, asdict, field, fields, replace
 
 import pytest
@@ -117,3 +118,16 @@ def test_init_is_written_when_it_is_needed():
     point(1.0)
     assert point.__init__ is not stub
     assert list(inspect.signature(point.__init__).parameters) == ["self", "x", "y", "tags", "secret"]
+
+
+def test_fields_are_found_when_they_are_asked_for():
+    point, named = declared(dataclass)
+    later = [vars(kind)["__dataclass_fields__"] for kind in (point, named)]
+    assert dataclasses.is_dataclass(named)
+    assert not any(vars(kind)["__dataclass_fields__"] in later for kind in (point, named))
+    with ThreadPoolExecutor(8) as pool:
+        fresh = [declared(dataclass)[1] for _ in range(50)]
+        found = list(
+            pool.map(lambda kind: [each.name for each in fields(kind)], [kind for kind in fresh for _ in "1234"])
+        )
+    assert found == [["x", "y", "tags", "secret", "name"]] * 200

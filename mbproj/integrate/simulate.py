@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from functools import partial
 from time import perf_counter, thread_time
-from typing import NamedTuple, Protocol, runtime_checkable
+from typing import TYPE_CHECKING, NamedTuple, Protocol, runtime_checkable
 
 import numpy as np
 
@@ -14,27 +14,26 @@ from mbproj.arrays import Array, may_overflow
 from mbproj.dynamics.assembly.assemble import State
 from mbproj.dynamics.equations.kinematics import pose_of, twist_of
 from mbproj.dynamics.equations.round_off import position_grain, velocity_grain
-from mbproj.dynamics.friction.shared import refuse_shared_loads
 from mbproj.dynamics.observe.recorded import Block, Observer
 from mbproj.dynamics.observe.samples import Samples, block_samples, join
 from mbproj.dynamics.rank.massless import swamped_motions
 from mbproj.errors import SimulationError
-from mbproj.integrate.automatic.march import Automatic
-from mbproj.integrate.automatic.plan import told
 from mbproj.integrate.events.time_events import Event, crowded, events_of
-from mbproj.integrate.formulations.choice import choose
+from mbproj.integrate.formulations.choice import Choice, choose
 from mbproj.integrate.loop.interruption import Interruption, interruption
+from mbproj.integrate.loop.one_method import march_by_one_method
 from mbproj.integrate.outcome.lock_up import naming_lock_up
 from mbproj.integrate.outcome.marks import START, Mark, Marks
 from mbproj.integrate.outcome.report import EnergyAccount, EnergyWatch, Report, words_on_passes, worst, worst_joint
 from mbproj.integrate.outcome.tally import Tally
 from mbproj.integrate.stiff.stiffness import StiffnessWatch
-from mbproj.integrate.stops.march import march
-from mbproj.integrate.stops.start import refuse_penetration
 from mbproj.kernel import fingerprint
 from mbproj.model.system import System
 from mbproj.registry import AUTOMATIC
 from mbproj.scene.records import Settings
+
+if TYPE_CHECKING:
+    from mbproj.integrate.automatic.march import Automatic
 
 #: A block is handed on when it is full or this old, in s.
 BLOCK_SECONDS = 0.5
@@ -98,8 +97,7 @@ def simulate(
     where the run cannot go on, and KeyboardInterrupt after SIGINT or SIGTERM; the last two after everything computed so
     far was recorded.
     """
-    refuse_penetration(system, state, settings.start)
-    refuse_shared_loads(system, state)
+    _refuse_at_the_start(system, state, settings)
     choice = choose(system, state, settings)
     events = events_of(system, state.t, settings)
     weight = float(np.sum(system.mass) * np.linalg.norm(system.gravity))
@@ -107,9 +105,9 @@ def simulate(
     moves = choice.degrees_of_freedom > 0 or system.driven > 0
     tally, energy, floors = Tally(), EnergyWatch(weight * reach, moves=moves), np.zeros(2)
     marks, build = Marks(resumed, wanted=keep is not None), "" if keep is None else fingerprint()
-    automatic = Automatic() if settings.integrator == AUTOMATIC else None
+    automatic = _automatic() if settings.integrator == AUTOMATIC else None
     account = EnergyAccount()
-    stiffness = StiffnessWatch(choice, system, settings, partial(march, choice, system, tally=Tally()))
+    stiffness = StiffnessWatch(choice, system, settings, partial(_march, choice, system, tally=Tally()))
     started, recording, observer = _Clocks.now(), _Clocks(), Observer(system, state)
     reached = state.t, state.q
     with (
@@ -119,7 +117,7 @@ def simulate(
         naming_lock_up(system, lambda: reached),
         stiffness.naming(),
     ):
-        run = march(choice, system, state, settings, tally=tally, marks=marks, automatic=automatic)
+        run = _march(choice, system, state, settings, tally=tally, marks=marks, automatic=automatic)
         for samples in _blocks(run, asked, block_samples(system.bodies)):
             reached = float(samples.t[-1]), samples.q[-1]
             handed_over = _Clocks.now()
@@ -168,8 +166,44 @@ def simulate(
         crowded=crowded(events),
         passed=words_on_passes(tally.passed),
         round_off=float(floors[0]) / max(system.length, 1.0),
-        methods=() if automatic is None else told(automatic.plan),
+        methods=() if automatic is None else automatic.told(),
     )
+
+
+def _refuse_at_the_start(system: System, state: State, settings: Settings) -> None:
+    """Raises InputError where a run cannot start from the state. What few scenes need is imported for these alone."""
+    if system.stops is not None:
+        from mbproj.integrate.stops.start import refuse_penetration
+
+        refuse_penetration(system, state, settings.start)
+    if system.bearings is not None:
+        from mbproj.dynamics.friction.shared import refuse_shared_loads
+
+        refuse_shared_loads(system, state)
+
+
+def _automatic() -> Automatic:
+    from mbproj.integrate.automatic.march import Automatic
+
+    return Automatic()
+
+
+def _march(
+    choice: Choice,
+    system: System,
+    state: State,
+    settings: Settings,
+    *,
+    tally: Tally,
+    marks: Marks | None = None,
+    automatic: Automatic | None = None,
+) -> Iterator[Samples | None]:
+    """Samples of any mechanism."""
+    if automatic is None and not system.has_contacts:
+        return march_by_one_method(choice, system, state, settings, tally=tally, marks=marks)
+    from mbproj.integrate.stops.march import march
+
+    return march(choice, system, state, settings, tally=tally, marks=marks, automatic=automatic)
 
 
 @contextmanager

@@ -151,7 +151,9 @@ class PrimitiveSet:
 
     def along(self, gradient: Numbers, direction: Numbers) -> Numbers:
         """∂C/∂x · direction, (..., m), from `gradient_entries` and one vector per attachment, (..., S, 3)."""
-        products = np.sum(gradient * direction[..., self.entry_slot, :], axis=-1)
+        along = direction[..., self.entry_slot, :]
+        x, y, z = (gradient[..., axis] * along[..., axis] for axis in range(3))
+        products = x + y + z
         total = np.zeros((*products.shape[:-1], self.size), dtype=products.dtype)
         for group in self.groups:
             count = group.rows.size * group.slots.shape[1]

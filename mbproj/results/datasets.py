@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import math
+from typing import Any
+
 import h5py
 import numpy as np
 import numpy.typing as npt
@@ -18,14 +21,18 @@ GROUPS_TOO = h5p.create(h5p.LINK_CREATE)
 GROUPS_TOO.set_create_intermediate_group(True)
 
 
+def chunk_rows(shape: tuple[int, ...]) -> int:
+    """How many samples a chunk holds of a dataset with this shape of one."""
+    row_bytes = 8 * max(1, math.prod(shape))
+    return min(CHUNK_SAMPLES, max(1, CHUNK_BYTES // row_bytes))
+
+
 def create_dataset(file: h5py.File, dataset: Dataset, shape: tuple[int, ...]) -> None:
     """An array of samples without any, that grows."""
-    row_bytes = 8 * max(1, int(np.prod(shape)))
-    samples = min(CHUNK_SAMPLES, max(1, CHUNK_BYTES // row_bytes))
     # HDF5 wants chunks of at least one; an axis of none (no markers) must then be open.
     space = h5s.create_simple((0, *shape), (h5s.UNLIMITED, *(size or h5s.UNLIMITED for size in shape)))
     properties = h5p.create(h5p.DATASET_CREATE)
-    properties.set_chunk((samples, *(max(1, size) for size in shape)))
+    properties.set_chunk((chunk_rows(shape), *(max(1, size) for size in shape)))
     properties.set_fletcher32()
     properties.set_obj_track_times(False)
     kind = h5t.py_create(np.dtype(dataset.dtype), logical=True)
@@ -35,6 +42,32 @@ def create_dataset(file: h5py.File, dataset: Dataset, shape: tuple[int, ...]) ->
     add_texts(created, {"units": dataset.unit, "description": dataset.description})
     if dataset.frame:
         add_texts(created, {"frame": dataset.frame})
+
+
+def create_whole(group: h5py.Group, path: str, values: npt.NDArray[Any]) -> h5py.Dataset:
+    """An array that is written at once, and does not grow."""
+    kind = h5t.py_create(values.dtype, logical=True)
+    properties = h5p.create(h5p.DATASET_CREATE)
+    properties.set_obj_track_times(False)
+    space = h5s.create_simple(values.shape) if values.shape else h5s.create(h5s.SCALAR)
+    created = h5d.create(group.id, path.encode(), kind, space, properties, GROUPS_TOO)
+    if values.size:
+        created.write(h5s.ALL, h5s.ALL, values, mtype=kind)
+    return h5py.Dataset(created)
+
+
+def opened(file: h5py.File, path: str) -> h5py.Dataset:
+    """An array that is there."""
+    return h5py.Dataset(h5d.open(file.id, path.encode()))
+
+
+def append(target: h5py.Dataset, values: npt.NDArray[Any], first: int) -> None:
+    """Samples, (T, ...), from the row `first` of an array on, where it ends then. By HDF5's own calls, as above."""
+    target.id.set_extent((first + len(values), *values.shape[1:]))
+    if values.size:
+        rows = target.id.get_space()
+        rows.select_hyperslab((first, *(0 for _ in values.shape[1:])), values.shape)
+        target.id.write(h5s.create_simple(values.shape), rows, np.ascontiguousarray(values))
 
 
 def create_constant(file: h5py.File, constant: Constant, values: npt.NDArray[np.bool_]) -> None:

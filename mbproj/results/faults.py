@@ -72,3 +72,14 @@ def no_such_name(kind: str, name: str, names: Sequence[str], where: str) -> Inpu
         return InputError(Problem(f"no {KINDS[kind]} '{name}': {where} has no {kind}"))
     close, listed = did_you_mean(name, names), choose_from("", names, kind)
     return InputError(Problem(f"no {KINDS[kind]} '{name}' in {where}", hint=f"{close} ({listed})" if close else listed))
+
+
+def status_of(error: BaseException | None) -> str:
+    """How a run has ended, as its file says it."""
+    if error is None:
+        return "complete"
+    if isinstance(error, KeyboardInterrupt):
+        return "interrupted"
+    if isinstance(error, MbprojError):
+        return f"failed: {error}"
+    return f"failed: internal error: {type(error).__name__}: {error}"

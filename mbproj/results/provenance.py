@@ -12,6 +12,7 @@ from datetime import datetime
 import h5py
 import numpy as np
 
+from mbproj.results.datasets import create_whole
 from mbproj.results.file.attributes import add_texts
 from mbproj.results.file.checksums import crc32, stamp
 from mbproj.results.layout import FORMAT, SCHEMA_VERSION
@@ -49,7 +50,7 @@ def create_text(group: h5py.Group, path: str, texts: str | Sequence[str], descri
     encoded = [as_text(text).encode() for text in listed]
     kind = h5py.string_dtype("utf-8", max([1, *map(len, encoded)]))
     data = np.array(encoded, dtype=kind)
-    dataset = group.create_dataset(path, data=data.reshape(() if isinstance(texts, str) else (-1,)), dtype=kind)
+    dataset = create_whole(group, path, data.reshape(() if isinstance(texts, str) else (-1,)))
     add_texts(dataset, {"description": description})
     stamp(dataset, crc32(data))
 

@@ -41,12 +41,12 @@ def open_results(path: Path | str) -> Results:
 
 def open_own_results(path: Path | str) -> Results:
     """The results that this process has just written: no child process reads them first, as it does others."""
-    return _results(open_own(Path(path)))
+    return _results(open_own(Path(path)), own=True)
 
 
-def _results(contents: Contents) -> Results:
+def _results(contents: Contents, *, own: bool = False) -> Results:
     try:
-        return _checked(contents)
+        return _checked(contents, own=own)
     except BaseException:
         contents.close()
         raise
@@ -83,7 +83,8 @@ def _existing(path: Path) -> Path:
     return found
 
 
-def _checked(contents: Contents) -> Results:
+def _checked(contents: Contents, *, own: bool = False) -> Results:
+    """The results, if all is there and fits together. Of a file of our `own` a dataset is looked at when it is read."""
     attributes, path = contents.attributes(), contents.path
     if attributes.get("format") != FORMAT:
         raise not_ours(path)
@@ -94,7 +95,7 @@ def _checked(contents: Contents) -> Results:
     if not isinstance(attributes.get("status"), str):
         raise damaged(path, "it has no status")
     names = {kind: _names(contents, kind) for kind in ALL_NAMES}
-    samples = _samples(contents, _sizes(contents, names))
+    samples = contents.rows("time", ()) if own else _samples(contents, _sizes(contents, names))
     return Results(contents, MappingProxyType(attributes), names, View(slice(0, samples), {}))
 
 

@@ -6,6 +6,7 @@ last flush, and `info` and `plot` can read it while the run goes on.
 
 from __future__ import annotations
 
+import math
 import os
 import time
 from collections.abc import Iterator, Mapping, Sequence
@@ -18,16 +19,17 @@ import h5py
 import numpy as np
 import numpy.typing as npt
 
-from mbproj.errors import InputError, MbprojError
+from mbproj.errors import InputError
 from mbproj.results import events as happening
 from mbproj.results import trust as trusting
 from mbproj.results.crash_safety import checkpoint as restarting
 from mbproj.results.crash_safety.checkpoint import Checkpoint, Slots
 from mbproj.results.crash_safety.claim import claim
 from mbproj.results.crash_safety.reserve import MARGIN, reserve, room_for, write_whole
-from mbproj.results.datasets import create_constant, create_dataset
+from mbproj.results.datasets import append, chunk_rows, create_constant, create_dataset, opened
 from mbproj.results.events import Happening
-from mbproj.results.faults import OutputError, cannot_write
+from mbproj.results.faults import OutputError, cannot_write, status_of
+from mbproj.results.file.attributes import put
 from mbproj.results.file.checksums import crc32, stamp, stamp_attributes
 from mbproj.results.files import check_output, part_path
 from mbproj.results.layout import ALL_NAMES, CONSTANTS, LATER_NAMES, Dataset, datasets_for, trailing
@@ -77,6 +79,8 @@ class ResultsWriter:
         }
         self._sizes = {entry.symbol: len(self._names[kind]) for kind, entry in ALL_NAMES.items()}
         self._datasets = datasets_for(self._sizes)
+        shapes = [(trailing(dataset, self._sizes), np.dtype(dataset.dtype)) for dataset in self._datasets]
+        self._rows = [(chunk_rows(shape), kind.itemsize * math.prod(shape)) for shape, kind in shapes]
         #: Where the part that a killed run had left is kept now.
         self.set_aside: Path | None = None
         self._certified = certified
@@ -105,7 +109,7 @@ class ResultsWriter:
             reserve(self._descriptor, len(image) + MARGIN)
             self._file = h5py.File(self.part, "r+", libver=VERSIONS)
             self._file.swmr_mode = True
-            self._targets = {dataset.path: self._file[dataset.path] for dataset in self._datasets}
+            self._targets = {dataset.path: opened(self._file, dataset.path) for dataset in self._datasets}
         except OSError as error:
             os.close(self._descriptor)
             self.part.unlink(missing_ok=True)
@@ -157,10 +161,10 @@ class ResultsWriter:
             if not isinstance(error, OutputError):
                 self._flush()
             if not self._broken:
-                self._finish(_status(error))
+                self._finish(status_of(error))
         except OutputError as late:
             if not self._broken:
-                self._finish(_status(late))
+                self._finish(status_of(late))
             raise
         finally:
             self._close()
@@ -169,7 +173,7 @@ class ResultsWriter:
         """The bytes of a file without samples. It is made in memory and written at once, so that OUT.part is never a
         file that is half created."""
         with h5py.File("image", "w", driver="core", backing_store=False, libver=VERSIONS) as file:
-            file.attrs.update(root_attributes())
+            put(file, root_attributes())
             write_scene(file, self._scene)
             for kind, entry in ALL_NAMES.items():
                 if kind not in LATER_NAMES or self._names[kind]:
@@ -223,10 +227,8 @@ class ResultsWriter:
             for dataset in (*others, time_dataset):
                 if dataset is time_dataset:
                     self._file.flush()
-                target = self._targets[dataset.path]
-                target.resize(total, axis=0)
                 values = np.concatenate([columns[dataset.path] for columns in self._pending])
-                target[self._samples : total] = values
+                append(self._targets[dataset.path], values, self._samples)
                 checksums[dataset.path] = crc32(values, self._checksums[dataset.path])
             self._file.flush()
             self._slots.write(self._file)
@@ -244,7 +246,7 @@ class ResultsWriter:
             reserve(self._descriptor, self._room_for(self._samples) + happening.room(met) + self._slots.room)
             happening.write(self._file, met)
             self._slots.write(self._file)
-            self._file.attrs.update({name: value for name, value in self._summary.items() if value is not None})
+            put(self._file, {name: value for name, value in self._summary.items() if value is not None})
             self._file.attrs["status"] = status
             stamp_attributes(self._file)
             for path, checksum in self._checksums.items():
@@ -254,7 +256,7 @@ class ResultsWriter:
         self._finished = True
 
     def _room_for(self, samples: int) -> int:
-        return room_for(self._file, self._targets.values(), samples)
+        return room_for(self._file, self._rows, self._samples, samples)
 
     def _discard(self) -> None:
         """Nothing was simulated: OUT stays as it was."""
@@ -286,13 +288,3 @@ class ResultsWriter:
             if not self.part.exists():
                 kept = "it was removed meanwhile, and what was written is lost"
             raise OutputError(f"cannot write '{self.part}': {cause}; {kept}") from error
-
-
-def _status(error: BaseException | None) -> str:
-    if error is None:
-        return "complete"
-    if isinstance(error, KeyboardInterrupt):
-        return "interrupted"
-    if isinstance(error, MbprojError):
-        return f"failed: {error}"
-    return f"failed: internal error: {type(error).__name__}: {error}"

@@ -27,7 +27,7 @@ from mbproj.dynamics.equations.constraint_equations import (
     set_velocity,
     time_derivative,
 )
-from mbproj.dynamics.equations.kinematics import Pose, attached, pose_of, slots_of, twist_of
+from mbproj.dynamics.equations.kinematics import Pose, pose_of, twist_of
 from mbproj.dynamics.equations.motions import Drive, drive_at
 from mbproj.errors import InputError, Problem
 from mbproj.model.compile.guess import Guess
@@ -66,7 +66,7 @@ def assemble(system: System, guess: Guess) -> State:
 
 def coordinate_values(system: System, pose: Pose) -> Array:
     """The joints' coordinates (..., nc): displacements in m, angles in rad within (-π, π]."""
-    return system.coordinates.value(attached(pose, *slots_of(system.coordinates)))
+    return system.coordinates.value(pose.places(system.coordinates))
 
 
 def coordinates(system: System, q: Array, v: Array) -> tuple[Array, Array]:
@@ -159,7 +159,7 @@ def _not_closed(system: System, residual: Array) -> InputError:
 
 
 def _refuse_flips(system: System, pose: Pose) -> None:
-    cosines = system.alignment.value(attached(pose, *slots_of(system.alignment)))
+    cosines = system.alignment.value(pose.places(system.alignment))
     if np.any(cosines < 0.0):
         worst = int(system.alignment.owner[np.argmin(cosines)])
         raise InputError(

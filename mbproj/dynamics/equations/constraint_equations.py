@@ -14,11 +14,8 @@ from mbproj.arrays import Array, Integers, Numbers, cross
 from mbproj.dynamics.equations.kinematics import (
     Pose,
     Twist,
-    attached,
     attached_bias,
-    attached_velocity,
     pose_of,
-    slots_of,
     twist_of,
 )
 from mbproj.dynamics.equations.motions import Drive, drive_at
@@ -35,7 +32,7 @@ def constraint(system: System, pose: Pose, drive: Drive | None = None) -> Number
     """
     orientation = pose.orientation[..., :-1, :]
     norms = np.sum(orientation * orientation, axis=-1) - 1.0
-    joints = system.joints.value(attached(pose, *slots_of(system.joints)))
+    joints = system.joints.value(pose.places(system.joints))
     if drive is not None and drive.teeth is not None:
         joints = to_the_tooth(system, pose, drive.teeth, joints)
     rows = [norms, joints]
@@ -69,14 +66,13 @@ def _known(drive: Drive | None) -> Drive:
 def _excess(rows: PrimitiveSet, pose: Pose, drive: Drive) -> Numbers:
     """What coordinates are beyond what is prescribed, (..., k); angles less their whole turns, within [-π, π]."""
     wanted = np.where(rows.is_length, drive.value, np.remainder(drive.value, 2.0 * np.pi))
-    excess = rows.value(attached(pose, *slots_of(rows))) - wanted
+    excess = rows.value(pose.places(rows)) - wanted
     return excess - np.where(rows.is_length, 0.0, 2.0 * np.pi * np.round(excess.real / (2.0 * np.pi)))
 
 
 def set_velocity(bound: PrimitiveSet, pose: Pose, twist: Twist) -> Numbers:
     """d/dt of a set's values, (..., m)."""
-    gradient = bound.gradient_entries(attached(pose, *slots_of(bound)))
-    return bound.along(gradient, attached_velocity(twist, *slots_of(bound)))
+    return bound.along(pose.gradients(bound), twist.rates(bound))
 
 
 def gamma(system: System, pose: Pose, twist: Twist, drive: Drive | None = None) -> Numbers:
@@ -101,9 +97,8 @@ def constraint_acceleration(
 
 def set_bias(bound: PrimitiveSet, pose: Pose, twist: Twist) -> Numbers:
     """The part of d²/dt² of a set's values that does not hold q'', (..., m)."""
-    x, x_dot = attached(pose, *slots_of(bound)), attached_velocity(twist, *slots_of(bound))
-    bias = bound.along(bound.gradient_entries(x), attached_bias(twist, bound.body, bound.local))
-    return bias + bound.curvature(x, x_dot)
+    bias = bound.along(pose.gradients(bound), attached_bias(twist, bound.body, bound.local))
+    return bias + bound.curvature(pose.places(bound), twist.rates(bound))
 
 
 def jacobian(system: System, pose: Pose) -> Array:
@@ -140,7 +135,7 @@ def tangent_jacobian(bound: PrimitiveSet, pose: Pose) -> Array:
 def tangent_entries(bound: PrimitiveSet, pose: Pose) -> tuple[Integers, Array]:
     """What `tangent_jacobian` sums up: the body (e,) and ∂/∂(δr, δθ, ε) (e, 7) of each entry of the row `entry_row`."""
     body = bound.body[bound.entry_slot]
-    gradient = bound.gradient_entries(attached(pose, *slots_of(bound)))
+    gradient = pose.gradients(bound)
     local = bound.local[bound.entry_slot]
     in_body = (gradient[:, None, :] @ pose.rotation[body])[:, 0, :]
     entries = np.empty((len(body), 7))

@@ -35,6 +35,26 @@ class Pose:
         """A = E Lᵀ of each, (..., n+1, 3, 3)."""
         return matrix_E(self.orientation) @ np.swapaxes(self.L, -1, -2)
 
+    @cached_property
+    def _places(self) -> dict[PrimitiveSet, Numbers]:
+        return {}
+
+    @cached_property
+    def _gradients(self) -> dict[PrimitiveSet, Numbers]:
+        return {}
+
+    def places(self, bound: PrimitiveSet) -> Numbers:
+        """The global points and vectors of a set, (..., S, 3): C, C' and C'' all ask for them."""
+        if bound not in self._places:
+            self._places[bound] = attached(self, *slots_of(bound))
+        return self._places[bound]
+
+    def gradients(self, bound: PrimitiveSet) -> Numbers:
+        """The set's `gradient_entries` there, (..., e, 3)."""
+        if bound not in self._gradients:
+            self._gradients[bound] = bound.gradient_entries(self.places(bound))
+        return self._gradients[bound]
+
 
 @dataclass(frozen=True, eq=False)
 class Twist:
@@ -59,6 +79,16 @@ class Twist:
     def rotation_bias(self) -> Numbers:
         """The part 2 E' L'ᵀ of A'' that has no Λ'', (..., n+1, 3, 3)."""
         return matrix_E(self.rate) @ (2.0 * np.swapaxes(self.L_dot, -1, -2))
+
+    @cached_property
+    def _rates(self) -> dict[PrimitiveSet, Numbers]:
+        return {}
+
+    def rates(self, bound: PrimitiveSet) -> Numbers:
+        """The velocities of a set's points and vectors, (..., S, 3)."""
+        if bound not in self._rates:
+            self._rates[bound] = attached_velocity(self, *slots_of(bound))
+        return self._rates[bound]
 
 
 def pose_of(q: Numbers) -> Pose:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from mbproj.arrays import Array, Integers, Numbers, cross
-from mbproj.dynamics.equations.kinematics import Pose, attached, slots_of
+from mbproj.dynamics.equations.kinematics import Pose, attached
 from mbproj.model.system import System
 
 
@@ -15,15 +15,15 @@ def reactions(system: System, pose: Pose, multipliers: Array) -> tuple[Numbers, 
     The constraints act on the bodies with -C_qᵀλ (Eq. 10): with -λg at an attachment that has the gradient g.
     """
     bound = system.joints
-    x = attached(pose, *slots_of(bound))
+    x = pose.places(bound)
     arm = x - bound.is_point[:, None] * pose.position[..., bound.body, :]
     on_body_2 = (bound.side[bound.entry_slot] == 2).astype(float)
     weights = -multipliers[..., bound.entry_row] * on_body_2
-    pull = weights[..., None] * bound.gradient_entries(x)
+    pull = weights[..., None] * pose.gradients(bound)
     owner = bound.owner[bound.entry_row]
     force = _by_joint(owner, pull * bound.is_point[bound.entry_slot, None])
     about_centre = _by_joint(owner, cross(arm[..., bound.entry_slot, :], pull))
-    point = (pose.rotation[..., system.reaction_body, :, :] @ system.reaction_local[..., None])[..., 0]
+    point = attached(pose, system.reaction_body, system.reaction_local, np.zeros(len(system.reaction_body)))
     return force, about_centre - cross(point, force)
 
 

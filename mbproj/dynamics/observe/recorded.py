@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping
 from functools import cached_property
 from types import MappingProxyType
-from typing import Any, TypeAlias, final
+from typing import TYPE_CHECKING, Any, TypeAlias, final
 
 import numpy as np
 import numpy.typing as npt
@@ -37,13 +37,14 @@ from mbproj.dynamics.equations.kinematics import (
 from mbproj.dynamics.equations.motions import Drive, drive_at
 from mbproj.dynamics.equations.reflected import inertial_reaction
 from mbproj.dynamics.equations.teeth import Teeth, sums_at_start
-from mbproj.dynamics.observe.bearings import load, supports
-from mbproj.dynamics.observe.contacts import ContactsSeen, contact_paths
 from mbproj.dynamics.observe.reactions import reactions
 from mbproj.dynamics.observe.samples import Samples
 from mbproj.dynamics.observe.total_energy import laws_at, potential, total_energy
 from mbproj.model.euler_parameters import product, rotation_matrix
 from mbproj.model.system import System
+
+if TYPE_CHECKING:
+    from mbproj.dynamics.observe.contacts import ContactsSeen
 
 #: Values of T samples by the path of their dataset; the first axis is time.
 Block: TypeAlias = Mapping[str, npt.NDArray[Any]]
@@ -83,7 +84,7 @@ class Observation(Mapping[str, npt.NDArray[Any]]):
 
     def __iter__(self) -> Iterator[str]:
         yield from QUANTITIES
-        yield from contact_paths(self.system)
+        yield from self.contact_paths
         yield from (COUNTERS + name for name in self.samples.counters)
 
     def __len__(self) -> int:
@@ -92,7 +93,7 @@ class Observation(Mapping[str, npt.NDArray[Any]]):
     def _computed(self, path: str) -> npt.NDArray[Any]:
         if path in QUANTITIES:
             return QUANTITIES[path](self)
-        if path in contact_paths(self.system):
+        if path in self.contact_paths:
             return self.contacts[path]
         return self.samples.counters[path.removeprefix(COUNTERS)]
 
@@ -112,7 +113,18 @@ class Observation(Mapping[str, npt.NDArray[Any]]):
     @cached_property
     def contacts(self) -> ContactsSeen:
         """What stops and dry frictions do."""
+        from mbproj.dynamics.observe.contacts import ContactsSeen
+
         return ContactsSeen(self.system, self.samples, self.pose, self.twist)
+
+    @cached_property
+    def contact_paths(self) -> tuple[str, ...]:
+        """The datasets of these, where there are some."""
+        if not self.system.has_contacts:
+            return ()
+        from mbproj.dynamics.observe.contacts import contact_paths
+
+        return contact_paths(self.system)
 
     @cached_property
     def coordinate(self) -> Numbers:
@@ -135,6 +147,8 @@ class Observation(Mapping[str, npt.NDArray[Any]]):
         bearings, forces = self.system.bearings, self.system.forces
         if bearings is None or forces is None or not (forces.laws.bearing >= 0).any():
             return None
+        from mbproj.dynamics.observe.bearings import load, supports
+
         return load(bearings, supports(self.system, bearings, self.pose, self.samples.multipliers))
 
     @cached_property

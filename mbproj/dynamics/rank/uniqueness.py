@@ -9,7 +9,6 @@ from mbproj.dynamics.assembly.assemble import State
 from mbproj.dynamics.equations.kinematics import Pose, pose_of
 from mbproj.dynamics.observe.reactions import reactions
 from mbproj.dynamics.rank.components import loops_of
-from mbproj.dynamics.rank.nearby import nearby
 from mbproj.dynamics.rank.row_space import self_stresses
 from mbproj.model.system import System
 from mbproj.thresholds import THRESHOLDS
@@ -42,6 +41,8 @@ def unique_components(system: System, state: State) -> dict[str, Marks]:
     if loops:
         force, torque = indeterminate(system, pose_of(state.q))
     if force.any() or torque.any():
+        from mbproj.dynamics.rank.nearby import nearby
+
         for pose in nearby(system, state.q).poses if system.bodies <= THRESHOLDS.few_bodies else ():
             marks = indeterminate(system, pose)
             force, torque = force | marks[0], torque | marks[1]

@@ -9,7 +9,7 @@ from typing import Any
 from mbproj.dataclass import dataclass
 from mbproj.dynamics.observe.samples import Samples
 from mbproj.integrate.automatic.decision import decide, handed_over
-from mbproj.integrate.automatic.plan import Plan
+from mbproj.integrate.automatic.plan import Plan, told
 from mbproj.integrate.loop.looks import Looks, Standing
 from mbproj.integrate.outcome.marks import START, Mark, Marks, resuming
 from mbproj.integrate.outcome.tally import Tally
@@ -44,6 +44,10 @@ class Automatic:
 
     def __init__(self) -> None:
         self.plan, self.shaped = Plan(), False
+
+    def told(self) -> tuple[str, ...]:
+        """What its methods have done, for the report."""
+        return told(self.plan)
 
     def march(self, modes: FastModes, by: By, end: float, tally: Tally, marks: Marks) -> Iterator[Samples | None]:
         """Samples of a leg from its start to its end, or from a mark on, by methods that step on `by` themselves."""

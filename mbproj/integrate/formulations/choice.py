@@ -10,9 +10,6 @@ from mbproj.dynamics.assembly.assemble import State
 from mbproj.dynamics.contact.driven import refuse_driven_beyond
 from mbproj.dynamics.equations.kinematics import pose_of
 from mbproj.dynamics.equations.motion_jumps import refuse_jumps
-from mbproj.dynamics.fast_modes import responses
-from mbproj.dynamics.rank.mobility import mobility, refuse_unsolvable
-from mbproj.dynamics.rank.redundancy import redundancy
 from mbproj.errors import InputError, Problem
 from mbproj.integrate.formulations.compiled import Compiled
 from mbproj.integrate.formulations.planar import InPlane
@@ -49,6 +46,8 @@ class Choice:
         where that is not unique."""
         if self.compiled is not None:
             return self.compiled.responses(state, laws)
+        from mbproj.dynamics.fast_modes import responses
+
         try:
             return responses(system, pose_of(state.q), laws)
         except np.linalg.LinAlgError:
@@ -105,6 +104,9 @@ def _no_kernel() -> str:
 
 
 def _full(system: System, state: State, why: str) -> Choice:
+    from mbproj.dynamics.rank.mobility import mobility, refuse_unsolvable
+    from mbproj.dynamics.rank.redundancy import redundancy
+
     ranks = mobility(system, pose_of(state.q))
     if not ranks.redundant or ranks.massless or ranks.locked or not redundancy(system, state).is_constant:
         refuse_unsolvable(system, ranks)
@@ -120,6 +122,8 @@ def _solvable(compiled: Compiled, system: System, state: State, settings: Settin
     regular, number = compiled.is_regular(state)
     if regular and redundant is not None:
         return Choice(compiled.name, why, compiled.degrees_of_freedom, compiled, redundant or 0)
+    from mbproj.dynamics.rank.mobility import mobility, refuse_unsolvable
+
     if system.bodies <= THRESHOLDS.large:
         refuse_unsolvable(system, mobility(system, pose_of(state.q)))
     owner = compiled.owner(number) or "the mechanism"
@@ -156,6 +160,8 @@ def _refuse_massless(system: System, state: State, settings: Settings) -> None:
                 hint="use gpopm, which does not",
             )
         )
+    from mbproj.dynamics.rank.mobility import mobility, refuse_unsolvable
+
     ranks = mobility(system, pose_of(state.q))
     if ranks.massless:
         refuse_unsolvable(system, ranks)

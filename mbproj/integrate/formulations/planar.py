@@ -102,12 +102,11 @@ class InPlane(Compiled):
         system = self.system
         found = np.empty((len(times), system.constraints - system.bodies))
         reference = coordinate_values(system, pose_of(q)) + 2.0 * np.pi * turns
-        states = space_state(q, v)
-        for at, t in enumerate(times.tolist()):
-            y = np.ascontiguousarray(states[at])
-            if self._space is None:
-                self._space = self._equations_in_space(State(t, q[at], v[at], turns[at]))
-            solved = self._space.accelerations(y, t, reference[at].tolist(), smallest=True)
+        if self._space is None and len(times):
+            self._space = self._equations_in_space(State(float(times[0]), q[0], v[0], turns[0]))
+        states = zip(times.tolist(), np.ascontiguousarray(space_state(q, v)), reference.tolist(), strict=True)
+        for at, (t, y, coordinates) in enumerate(states):
+            solved = self._space.accelerations(y, t, coordinates, smallest=True)
             found[at] = solved[1] if solved else self._smallest(t, q[at], v[at], reference[at], accelerations[at])
         return found
 

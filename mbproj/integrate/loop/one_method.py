@@ -7,10 +7,8 @@ from collections.abc import Iterator
 from mbproj.dynamics.assembly.assemble import State
 from mbproj.dynamics.observe.samples import Samples, stack
 from mbproj.integrate.formulations.choice import Choice
-from mbproj.integrate.formulations.full import FullFormulation
 from mbproj.integrate.loop.compiled_march import march as march_compiled
 from mbproj.integrate.loop.looks import Looks
-from mbproj.integrate.loop.march import march
 from mbproj.integrate.outcome.marks import Marks
 from mbproj.integrate.outcome.tally import Tally
 from mbproj.model.system import System
@@ -31,7 +29,10 @@ def march_by_one_method(
     marks = marks or Marks()
     if choice.compiled is not None:
         yield from march_compiled(choice.compiled, state, settings, tally, marks, looks)
-    else:
+    else:  # what the kernel's runs do not need
+        from mbproj.integrate.formulations.full import FullFormulation
+        from mbproj.integrate.loop.march import march
+
         formulation = FullFormulation.of(system, state, settings, choice.redundant)
         for sample in march(formulation, state, tally, marks, looks):
             yield stack([sample])

@@ -3,17 +3,19 @@
 from __future__ import annotations
 
 from math import floor, log10
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from mbproj.arrays import Array
-from mbproj.dynamics.rank.row_set import in_lengths
-from mbproj.dynamics.stiff_forces import StiffForces
 from mbproj.errors import SimulationError
-from mbproj.integrate.steppers.stages import StagesUnsolved
 from mbproj.model.system import System
 from mbproj.registry import PROJECTIONS
 from mbproj.scene.records import ProjectionSettings
+
+if TYPE_CHECKING:
+    from mbproj.dynamics.stiff_forces import StiffForces
+    from mbproj.integrate.steppers.stages import StagesUnsolved
 
 SMALLER = "try a smaller step or tolerance"
 
@@ -123,6 +125,9 @@ def unsolved_stages(
 ) -> StagesUnsolved:
     """Newton's method has not solved an implicit step to t; its last change was `dq` and `dv` (7n,). `is_near`: to a
     singular pose."""
+    from mbproj.dynamics.rank.row_set import in_lengths
+    from mbproj.integrate.steppers.stages import StagesUnsolved
+
     if stiff is None or system.forces is None:
         moved = np.abs(in_lengths(system, dv)).reshape(-1, 7).max(axis=1)
         where = f"body '{system.names.carriers[int(np.argmax(np.nan_to_num(moved, nan=np.inf)))]}'"

@@ -12,7 +12,6 @@ import numpy as np
 from mbproj.arrays import Array
 from mbproj.dynamics.assembly.assemble import nearest
 from mbproj.dynamics.equations.motions import Drive, drive_at
-from mbproj.dynamics.rank.nearby import NO_CONDITIONS
 from mbproj.errors import SimulationError
 from mbproj.integrate.outcome.failures import locked
 from mbproj.model.system import System
@@ -38,6 +37,8 @@ def naming_lock_up(system: System, reached: Callable[[], tuple[float, Array]]) -
 
 def _lock_up(system: System, t: float, q: Array, stop: float) -> SimulationError | None:
     """What is wrong where the poses that the motions prescribe come to an end from q at the time t to beyond `stop`."""
+    from mbproj.dynamics.rank.nearby import NO_CONDITIONS
+
     try:
         at, drive = _drive_at(system, t), _drive_at(system, stop)
         for time in _way(system, t, stop, drive):

@@ -4,13 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import field
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from mbproj.arrays import Array
 from mbproj.dataclass import dataclass
 from mbproj.integrate.events.time_events import Event
-from mbproj.projection import Projected
+
+if TYPE_CHECKING:
+    from mbproj.projection import Projected
 
 
 @dataclass(frozen=True)

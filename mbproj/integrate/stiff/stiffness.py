@@ -7,6 +7,8 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import replace
+from functools import cached_property
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -19,11 +21,13 @@ from mbproj.integrate.formulations.choice import Choice
 from mbproj.integrate.outcome.stiff_words import Stiffness, damps, grows, holds, too_stiff
 from mbproj.integrate.steppers.implicit_tableau import ImplicitTableau
 from mbproj.integrate.steppers.methods import tableau_of
-from mbproj.integrate.stiff.modes_at_a_step import FastModes, against
 from mbproj.model.system import System
 from mbproj.registry import AUTOMATIC, WHERE_STIFF
 from mbproj.scene.records import Settings
 from mbproj.thresholds import THRESHOLDS
+
+if TYPE_CHECKING:
+    from mbproj.integrate.stiff.modes_at_a_step import FastModes
 
 #: Samples of a block that are kept, and of a run.
 OF_A_BLOCK, KEPT = 4, 8
@@ -49,11 +53,17 @@ class StiffnessWatch:
 
     def __init__(self, choice: Choice, system: System, settings: Settings, march: March) -> None:
         self._system, self._settings, self._march = system, settings, march
-        self._modes = FastModes(choice, system)
+        self._choice = choice
         self._integrator = WHERE_STIFF if settings.integrator == AUTOMATIC else settings.integrator
         self._tableau = tableau_of(self._integrator)
         self._kept: list[_Kept] = []
         self._active = settings.projection.gains is not None or (system.forces is not None and system.forces.size > 0)
+
+    @cached_property
+    def _modes(self) -> FastModes:
+        from mbproj.integrate.stiff.modes_at_a_step import FastModes
+
+        return FastModes(self._choice, self._system)
 
     def take(self, samples: Samples, chosen: Flags | None = None) -> None:
         """Keeps some of the samples of a block, evenly spread, and the first of all for good; or some of those that are
@@ -174,6 +184,8 @@ class StiffnessWatch:
         return self._against(kept, *fastest[0]) if fastest else None
 
     def _against(self, kept: _Kept, where: str, eigenvalue: complex) -> Stiffness:
+        from mbproj.integrate.stiff.modes_at_a_step import against
+
         return against(self._integrator, kept.step, where, eigenvalue)
 
     def _of_gains(self) -> tuple[str, complex] | None:

@@ -5,7 +5,6 @@ from __future__ import annotations
 from dataclasses import replace
 
 from mbproj.dynamics.assembly.assemble import State, assemble
-from mbproj.dynamics.rank.nearby import NO_CONDITIONS
 from mbproj.model import initial_guess
 from mbproj.model.compile.guess import Guess
 from mbproj.model.system import System
@@ -30,4 +29,6 @@ def beside(scene: Scene, system: System, guess: Guess) -> State:
 
 def consistent(system: System, guess: Guess) -> State:
     """The same, whatever the scene asks of its own start."""
+    from mbproj.dynamics.rank.nearby import NO_CONDITIONS
+
     return assemble(system, replace(guess, start=NO_CONDITIONS, speed=NO_CONDITIONS))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Mapping, Sequence
 
 import numpy as np
@@ -202,8 +203,7 @@ def _length(groups: RigidGroups, symbols: Iterable[Symbols]) -> float:
     gyration; 1 m where there is neither."""
     ground = len(groups.carriers)
     ends = [bound[point] for bound in symbols for point in ("p1", "p2") if point in bound]
-    arms = np.array([local for body, _, local in ends if body != ground]).reshape(-1, 3)
-    arm = float(np.linalg.norm(arms, axis=1).max(initial=0.0))
+    arm = max((math.sqrt(local @ local) for body, _, local in ends if body != ground), default=0.0)
     gyration = [
         float(np.sqrt(np.trace(carrier.inertia) / carrier.mass)) for carrier in groups.carriers if carrier.mass > 0.0
     ]

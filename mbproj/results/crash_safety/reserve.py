@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import errno
-import math
 import os
 from collections.abc import Iterable
 
@@ -16,13 +15,12 @@ CHECKSUM = 4
 FULL = (errno.ENOSPC, errno.EFBIG, errno.EDQUOT, errno.EIO)
 
 
-def room_for(file: h5py.File, datasets: Iterable[h5py.Dataset], samples: int) -> int:
-    """The size in bytes that the file may reach when `datasets` grow to `samples`."""
+def room_for(file: h5py.File, rows: Iterable[tuple[int, int]], before: int, samples: int) -> int:
+    """The size in bytes that the file may reach when datasets grow from `before` samples to `samples`. Of each in
+    `rows` are known the samples that its chunks hold, and the bytes of one."""
     growth = 0
-    for dataset in datasets:
-        shape, chunk = dataset.shape, dataset.chunks[0]
-        new_chunks = -(-samples // chunk) - -(-shape[0] // chunk)
-        row_bytes = dataset.dtype.itemsize * math.prod(shape[1:])
+    for chunk, row_bytes in rows:
+        new_chunks = -(-samples // chunk) - -(-before // chunk)
         growth += max(0, new_chunks) * (chunk * row_bytes + CHECKSUM)
     return int(file.id.get_filesize()) + growth + MARGIN
 

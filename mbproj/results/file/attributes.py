@@ -4,6 +4,7 @@ attribute of the name first, which takes four times as long."""
 from __future__ import annotations
 
 from collections.abc import Mapping
+from typing import Any
 
 import h5py
 import numpy as np
@@ -13,12 +14,25 @@ ONE = h5s.create(h5s.SCALAR)
 #: Text of any length, in the file and in memory.
 STORED = h5t.py_create(h5py.string_dtype(), logical=True)
 GIVEN = h5t.py_create(h5py.string_dtype())
+#: Numbers in the file.
+KINDS = {int: h5t.NATIVE_INT64, float: h5t.NATIVE_DOUBLE}
 
 
 def add_texts(place: h5py.Dataset | h5py.Group, texts: Mapping[str, str]) -> None:
     """Each text under its name, which the object must not have yet."""
     for name, text in texts.items():
         h5a.create(place.id, name.encode(), STORED, ONE).write(np.array(text, dtype=object), mtype=GIVEN)
+
+
+def put(place: h5py.Dataset | h5py.Group, values: Mapping[str, Any]) -> None:
+    """Each number, flag or text under its name; in the place of one that has the name already."""
+    for name, value in values.items():
+        if isinstance(value, str | int | float) and not isinstance(value, bool) and name not in place.attrs:
+            stored, given = (STORED, GIVEN) if isinstance(value, str) else (KINDS[type(value)], None)
+            data = np.array(value, dtype=object if isinstance(value, str) else None)
+            h5a.create(place.id, name.encode(), stored, ONE).write(data, mtype=given)
+        else:
+            place.attrs[name] = value
 
 
 def put_integer(place: h5py.Dataset | h5py.Group, name: str, value: int) -> None:
