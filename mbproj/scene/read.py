@@ -81,7 +81,7 @@ class SceneText:
         problems = [*self._problems, *wrong_changes]
         reading = Reading(items=_items(root), places=places, problems=problems, kept=kept)
         found = SCENE.read(root, (), reading)
-        settings = _settings(root, simulation, reading)
+        settings = _settings(root, found, simulation, reading)
         if found is not None and not any(path.split(".")[0] == "simulation" for path in parameters):
             _check_times(found, reading)
         if reading.problems or found is None or settings is None:
@@ -158,10 +158,16 @@ def _items(root: MappingNode) -> dict[str, tuple[str, ...]]:
     return {key: tuple(block.keys) for key, block in blocks.items() if block is not None}
 
 
-def _settings(root: MappingNode, options: Mapping[str, object], reading: Reading) -> Settings | None:
-    """The settings, from the scene's block and the options; None where one of them is wrong, which is reported."""
-    node = root.values.get("simulation", ScalarNode("", root.place))
-    block = SIMULATION.read(node, ("simulation",), Reading(names=reading.names))  # its problems are reported already
+def _settings(
+    root: MappingNode, found: Mapping[str, Any] | None, options: Mapping[str, object], reading: Reading
+) -> Settings | None:
+    """The settings, from the scene's block, which is found unless something is wrong, and the options; None where one
+    of them is wrong, which is reported."""
+    block = None if found is None else found.get("simulation")
+    if block is None:
+        node = root.values.get("simulation", ScalarNode("", root.place))
+        unheard = Reading(names=reading.names)  # its problems are reported already
+        block = SIMULATION.read(node, ("simulation",), unheard)
     command = Reading(names=reading.names, problems=reading.problems)
     commanded = read_options(options, command)
     if block is None or commanded is None:
@@ -169,9 +175,9 @@ def _settings(root: MappingNode, options: Mapping[str, object], reading: Reading
     ways: list[KeyPath] = [("simulation", *path) for path in commanded]
     reading.places.update({way: command.places[way] for way in ways})
     merged = Merged(merge(flatten(block), commanded), frozenset(commanded), reading.places)
-    found = list(check_settings(merged))
-    reading.problems.extend(found)
-    return None if found else settings_of(merged.values)
+    wrong = list(check_settings(merged))
+    reading.problems.extend(wrong)
+    return None if wrong else settings_of(merged.values)
 
 
 def _written(value: object) -> str:

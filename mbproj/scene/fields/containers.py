@@ -37,8 +37,12 @@ class Check:
 
     def complaints(self, values: Mapping[str, Any], given: Container[str]) -> Iterable[Complaint]:
         """On the values that are right, of the keys that are given."""
-        if not values.keys() >= {*self.keys} or any(key in given and key not in values for key in self.besides):
-            return ()
+        for key in self.keys:
+            if key not in values:
+                return ()
+        for key in self.besides:
+            if key in given and key not in values:
+                return ()
         return self.find(*(values[key] for key in self.keys), *(values.get(key, {}) for key in self.besides))
 
 
@@ -115,9 +119,11 @@ class Record(Field[T_co], Generic[T_co]):
     def _report_keys(self, mapping: MappingNode, reading: Reading) -> None:
         """Report the keys that are unknown and those that are missing."""
         for key, place in mapping.keys.items():
-            if key in self.elsewhere and key not in self.keys:
+            if key in self.keys:
+                continue
+            if key in self.elsewhere:
                 reading.report(f"{self.what} has no '{key}'", place, f"it takes {', '.join(self.keys)}")
-            elif key not in self.keys:
+            else:
                 report_unknown_key(key, place, self.keys, self.what, reading)
         for key in self.required:
             if key not in mapping.keys:

@@ -22,13 +22,15 @@ WORD = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")
 
 
 class _Entry(NamedTuple):
-    """A value that was read without a problem, what it was read from, and the notes on it."""
+    """A value that was read without a problem, what it was read from, the notes on it, and the words in its texts that
+    are names of parameters."""
 
     field: Any
     node: Node
     path: Path
     value: Any
     notes: tuple[Problem, ...]
+    words: frozenset[str] = frozenset()
 
 
 class Kept:
@@ -39,7 +41,8 @@ class Kept:
         self._items: Items | None = None
         self._values: dict[tuple[int, int], _Entry] = {}
         self._words: dict[int, frozenset[str]] = {}
-        self._changed: tuple[object, frozenset[str] | None] = (None, None)
+        self._changed_for: Names | None = None
+        self._changed: frozenset[str] | None = None
         self.places: Mapping[Path, Place] = {}
 
     @property
@@ -50,6 +53,7 @@ class Kept:
     def close(self, names: Names, items: Items, places: Mapping[Path, Place]) -> None:
         """The reading that was taken down has come to its end without a problem."""
         self._names, self._items, self.places = names, items, places
+        self._values = {key: each._replace(words=self._words_of(each.node)) for key, each in self._values.items()}
 
     def keep(self, field: Any, node: Node, path: Path, value: Any, notes: list[Problem]) -> None:
         """Takes down a value."""
@@ -60,17 +64,15 @@ class Kept:
         entry = self._values.get((id(node), id(field)))
         if entry is None or entry.path != path:
             return None
-        changed = self._changed_in(names, items)
-        return entry if changed is not None and changed.isdisjoint(self._words_of(node)) else None
+        if self._changed_for is not names:
+            self._changed_for, self._changed = names, self._changed_in(names, items)
+        return entry if self._changed is not None and self._changed.isdisjoint(entry.words) else None
 
     def _changed_in(self, names: Names, items: Items) -> frozenset[str] | None:
         """The parameters that have other values in a reading; None where it has other names."""
-        if self._changed[0] is not names:
-            changed = None
-            if items == self._items and names.keys() == self._names.keys():
-                changed = frozenset(name for name, value in names.items() if value != self._names[name])
-            self._changed = names, changed
-        return self._changed[1]
+        if items != self._items or names.keys() != self._names.keys():
+            return None
+        return frozenset(name for name, value in names.items() if value != self._names[name])
 
     def _words_of(self, node: Node) -> frozenset[str]:
         """The words in the texts of a node that are names of parameters."""
