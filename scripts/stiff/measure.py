@@ -2,7 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+import signal
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from types import FrameType
 
 import numpy as np
 
@@ -15,7 +19,9 @@ from mbproj.studies.measure.mechanism import Mechanism
 
 SAMPLES = 10
 #: From coarse to fine, among which the cheapest run for an error is.
-TOLERANCES = tuple(10.0 ** (-0.5 * power) for power in range(4, 18))
+TOLERANCES = tuple(10.0 ** (-power / 3.0) for power in range(6, 28))
+#: So many of them that suffice are tried.
+FINER = 4
 
 
 @dataclass(frozen=True, eq=False)
@@ -65,14 +71,45 @@ def run(scene: Scene, until: float, integrator: str, tolerance: float) -> Outcom
     )
 
 
-def cheapest(scene: Scene, until: float, integrator: str, reference: Outcome, error: float) -> Outcome | None:
-    """The run of the coarsest tolerance whose error is below `error`, its fastest of three; None if there is none."""
+class TooLong(Exception):
+    """A run takes longer than anybody waits."""
+
+
+@contextmanager
+def at_most(seconds: float) -> Iterator[None]:
+    """Raises TooLong where what is within takes longer; the kernel comes back a few times a second."""
+
+    def end(signal_number: int, frame: FrameType | None) -> None:
+        raise TooLong
+
+    before = signal.signal(signal.SIGALRM, end)
+    signal.setitimer(signal.ITIMER_REAL, seconds)
+    try:
+        yield
+    finally:
+        signal.setitimer(signal.ITIMER_REAL, 0.0)
+        signal.signal(signal.SIGALRM, before)
+
+
+def cheapest(
+    scene: Scene, until: float, integrator: str, reference: Outcome, error: float
+) -> tuple[float, Outcome] | None:
+    """The tolerance and the run of the fewest evaluations whose error is below `error`: a coarser tolerance may take
+    more steps, where it is near the speed of a vibration. None if there is none."""
+    found: list[tuple[float, Outcome]] = []
     for tolerance in TOLERANCES:
         try:
-            found = run(scene, until, integrator, tolerance)
+            one = run(scene, until, integrator, tolerance)
         except SimulationError:
             continue
-        if found.off(reference) <= error:
-            seconds = [found.seconds, *(run(scene, until, integrator, tolerance).seconds for _ in range(2))]
-            return replace(found, seconds=min(seconds))
-    return None
+        if one.off(reference) <= error:
+            found.append((tolerance, one))
+        if len(found) == FINER:
+            break
+    return min(found, key=lambda each: each[1].evaluations) if found else None
+
+
+def fastest(scene: Scene, until: float, how: list[tuple[str, float]], repeat: int = 5) -> list[float]:
+    """The least seconds of each integrator at its tolerance, of so many runs in turn."""
+    seconds = [[run(scene, until, *each).seconds for each in how] for _ in range(repeat)]
+    return [min(column) for column in zip(*seconds, strict=True)]
