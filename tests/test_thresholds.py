@@ -6,11 +6,12 @@ import ast
 import json
 import math
 import re
+from dataclasses import replace
 
 import pytest
 
 from mbproj.kernel import core
-from mbproj.thresholds import THRESHOLDS, of_the_kernel, table
+from mbproj.thresholds import THRESHOLDS, Thresholds, of_the_kernel, table
 from tests.cli.commands import mbproj
 from tests.support import ROOT
 
@@ -123,3 +124,11 @@ def test_info_takes_one_of_its_subjects(tmp_path):
     done = mbproj("info", "--thresholds", "--build", folder=tmp_path)
     assert done.returncode == 2
     assert "--thresholds" in done.stderr
+
+
+def test_a_record_with_other_values():
+    other = Thresholds(closed_to=1e-9)
+    assert (other.closed_to, other.dependent) == (1e-9, THRESHOLDS.dependent)
+    assert replace(other, dependent=1e-5) == Thresholds(closed_to=1e-9, dependent=1e-5) != other
+    with pytest.raises(TypeError, match="there is no threshold 'closed'"):
+        Thresholds(closed=1e-9)
