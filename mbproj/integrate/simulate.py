@@ -24,7 +24,15 @@ from mbproj.integrate.loop.interruption import Interruption, interruption
 from mbproj.integrate.loop.one_method import march_by_one_method
 from mbproj.integrate.outcome.lock_up import naming_lock_up
 from mbproj.integrate.outcome.marks import START, Mark, Marks
-from mbproj.integrate.outcome.report import EnergyAccount, EnergyWatch, Report, words_on_passes, worst, worst_joint
+from mbproj.integrate.outcome.report import (
+    EnergyAccount,
+    EnergyWatch,
+    Report,
+    words_on_halvings,
+    words_on_passes,
+    worst,
+    worst_joint,
+)
 from mbproj.integrate.outcome.tally import Tally
 from mbproj.integrate.stiff.stiffness import StiffnessWatch
 from mbproj.kernel import fingerprint
@@ -165,6 +173,7 @@ def simulate(
         events=len({event.time for event in (*events, *tally.met)}),
         crowded=crowded(events),
         passed=words_on_passes(tally.passed),
+        halved=words_on_halvings(tally.halved),
         round_off=float(floors[0]) / max(system.length, 1.0),
         methods=() if automatic is None else automatic.told(),
     )

@@ -130,9 +130,7 @@ class Steps:
         "the contraction that a stage's first change of Newton's method counts with",
         "as contraction",
     )
-    least_contraction: float = threshold(
-        0.01, "1", "kernel", "a smaller one is chance", "Hairer & Wanner II, sect. IV.8"
-    )
+    least_contraction: float = threshold(0.01, "1", "both", "a smaller one is chance", "Hairer & Wanner II, sect. IV.8")
     secant_change: float = threshold(
         1e-3, "1", "kernel", "a law counts with its secant where its rate changes by more in a pass", "above round-off"
     )
@@ -152,6 +150,9 @@ class Steps:
     )
     free_passes: int = threshold(
         4, "-", "kernel", "after so many passes no law becomes less stiff, so that Newton's method ends", "chosen"
+    )
+    most_halvings: int = threshold(
+        10, "-", "both", "a fixed step that is not solved is halved so often at most", "chosen: 1,024 parts"
     )
     unresolved_vibration: float = threshold(
         1.0, "ω h", "numpy", "an implicit step damps what is faster", "ESDIRK4 and Radau IIA keep 0.9998 of it"

@@ -81,6 +81,11 @@ def warnings(report: Report) -> list[str]:
             f"fixed steps passed over edges of laws ({report.passed}); they do not end there, and no method keeps its "
             "order: with error control (--tolerance) steps end at them"
         )
+    if report.halved:
+        found.append(
+            f"fixed steps were halved {report.halved}: Newton's method did not solve them whole; a smaller --step or a "
+            "--tolerance does without"
+        )
     if report.crowded:
         found.append(
             f"{', '.join(report.crowded)}: more kinks in time than count; steps end at the first "

@@ -21,6 +21,7 @@ from mbproj.integrate.events.leg import Leg
 from mbproj.integrate.outcome.failures import (
     TurnsUntold,
     dry_friction,
+    halved_in_vain,
     jammed,
     left_open,
     not_finite,
@@ -203,7 +204,8 @@ class Compiled(ABC):
             return jammed(t, self.system, int(self.system.forces.laws.bearing[outcome.row]))
         if outcome.status == status.unsolved:
             body, force = int(outcome.body), int(outcome.force)
-            return unsolved_stage(t, self.system, body, force, is_near=bool(outcome.near_singular))
+            unsolved = unsolved_stage(t, self.system, body, force, is_near=bool(outcome.near_singular))
+            return unsolved if settings.step is None else halved_in_vain(unsolved, float(run.standing["h"]))
         if outcome.status == status.broken:
             return self._broken(t, run.broken_state)
         where = self.system.row_owner(self.row(outcome.row))

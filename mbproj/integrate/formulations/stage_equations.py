@@ -22,6 +22,7 @@ from mbproj.dataclass import dataclass
 from mbproj.dynamics.assembly.assemble import coordinates
 from mbproj.dynamics.equations.kinematics import pose_of, twist_of
 from mbproj.dynamics.stiff_forces import StiffForces, stiff_forces
+from mbproj.errors import SimulationError
 from mbproj.integrate.formulations.full import FullFormulation
 from mbproj.integrate.formulations.terms import Accelerations, Terms
 from mbproj.integrate.outcome.failures import unsolved_stages
@@ -67,13 +68,15 @@ class StepStages:
             y[:, :n] = known[:, :n] + weights @ y[:, n : 2 * n]
             if newton.is_slow:
                 stiff = self._stiff_at(times, y)
-            terms = [self.formulation.terms(t, *self._state(each)) for t, each in zip(times, y, strict=True)]
             evaluations += count
             try:
+                terms = [self.formulation.terms(t, *self._state(each)) for t, each in zip(times, y, strict=True)]
                 before, k, found = k, *self._changed(terms, stiff, weights, y, k)
-            except np.linalg.LinAlgError as error:  # of a mechanism that is singular, or of states far off
+            except (np.linalg.LinAlgError, SimulationError) as error:  # of a singular mechanism, or of states far off
                 if newton.has_begun:
                     raise self._unsolved(float(times[-1]), newton, terms, stiff, evaluations) from error
+                if isinstance(error, SimulationError):
+                    raise
                 raise self.formulation.singular(float(times[-1]), *self._state(y[-1])[:2]) from error
             if newton.takes(y, k - before):
                 break
@@ -196,7 +199,7 @@ class Newton:
         self._sizes.append(size)
         if len(self._sizes) == 1:
             return size <= 1e-3 * self._least
-        ratio = self.ratio
+        ratio = max(self.ratio, THRESHOLDS.least_contraction)
         return (ratio < 1.0 and size * ratio / (1.0 - ratio) <= self._least) or (
             ratio > 0.5 and size <= max(self._least, THRESHOLDS.newton_floor)
         )

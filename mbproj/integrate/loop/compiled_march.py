@@ -14,8 +14,9 @@ from mbproj.integrate.events.law_switches import switches_of
 from mbproj.integrate.events.leg import Leg
 from mbproj.integrate.formulations.compiled import PHASES, Compiled
 from mbproj.integrate.loop.looks import Looks, Standing
+from mbproj.integrate.outcome.failures import unsolved_owner
 from mbproj.integrate.outcome.marks import START, Mark, Marks, restored_events, resuming, saved_events
-from mbproj.integrate.outcome.tally import Passed, Peak, Tally
+from mbproj.integrate.outcome.tally import Halved, Passed, Peak, Tally, with_another
 from mbproj.model.system import System
 from mbproj.scene.records import Settings
 
@@ -55,6 +56,7 @@ def march(
         tally.joint_peak = replace(joint_peak, row=max(joint_peak.row - compiled.system.bodies, 0))
         tally.velocity_peak = _peak(compiled, run.velocity_peak)
         _take_events(compiled.system, run, tally)
+        tally.halved = _halved(compiled.system, run)
         counters = dict(zip(tally.counters(), block["counters"].T, strict=True))
         yield _samples(compiled, block, counters) if len(block["t"]) else None
         if looks is not None and run.pauses and looks.look(_standing(compiled, run, tally)):
@@ -92,6 +94,14 @@ def _take_events(system: System, run: Any, tally: Tally) -> None:
         return
     tally.met += [switches.event(t, k, direction) for t, k, direction in run.take_met()]
     tally.passed = [Passed(switches.owner(k), switches.what(k), first, times) for k, first, times in run.passed]
+
+
+def _halved(system: System, run: Any) -> list[Halved]:
+    """For want of what fixed steps were halved."""
+    found: list[Halved] = []
+    for body, force, first, times in run.halved:
+        found = with_another(found, Halved(unsolved_owner(system, body, force), first, times))
+    return found
 
 
 def _resume(run: Any, tally: Tally, mark: Mark) -> None:

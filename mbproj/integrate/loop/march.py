@@ -18,9 +18,12 @@ from mbproj.integrate.loop.passes import Passes
 from mbproj.integrate.loop.run import Run
 from mbproj.integrate.loop.step_end import first_point
 from mbproj.integrate.loop.stop_watch import StopWatch
+from mbproj.integrate.outcome.failures import halved_in_vain
 from mbproj.integrate.outcome.marks import Mark, Marks, resuming
 from mbproj.integrate.outcome.tally import Tally
 from mbproj.integrate.point import Point
+from mbproj.integrate.steppers.stages import StagesUnsolved
+from mbproj.thresholds import THRESHOLDS
 
 
 def march(
@@ -77,7 +80,7 @@ class FixedSteps:
 
     def steps(self, first: int, point: Point) -> Iterator[Sample]:
         """The samples of this step and all that follow."""
-        run, passes = self.run, self.passes
+        run = self.run
         steps, every, h = run.leg.count, run.leg.every, run.leg.step
         assert h is not None
         for k in range(first, steps + 1):
@@ -86,12 +89,37 @@ class FixedSteps:
             run.shaped = k == steps
             while point.t != grid:
                 t = run.breaks.next if run.breaks.cuts(grid) else grid
-                step = attempted(run.stepper, run.inside, point, t - point.t, watched=True)
-                run.tally.count_evaluations(run.stepper.attempt_cost + step.evaluations)
-                point = run.accept(point, t, step)
-                if passes is not None:
-                    passes.watch(point)
+                point, made = self.through(point, t)
                 if t == grid and (k % every == 0 or k == steps):
-                    yield point.sample(run.exact, step.h, run.tally)
+                    yield point.sample(run.exact, made, run.tally)
                 if run.breaks.is_at(t) and t < run.end:
                     point = run.cross_break(point)
+
+    def through(self, point: Point, end: float) -> tuple[Point, float]:
+        """From a point to `end`, and the size of the last step. A step whose equations are not solved is made in
+        halves, and these in halves again. Its parts are numbered as the nodes of a binary tree: 1 is the whole, 2n and
+        2n + 1 are the halves of n."""
+        run, start, part = self.run, point.t, 1
+        while True:
+            count = 1 << (part.bit_length() - 1)
+            t = end if part + 1 == 2 * count else start + (part - count + 1) / count * (end - start)
+            h = t - point.t
+            try:
+                step = attempted(run.stepper, run.inside, point, h, watched=True)
+            except StagesUnsolved as unsolved:
+                run.tally.count_evaluations(run.stepper.attempt_cost + unsolved.evaluations)
+                if count >= 1 << THRESHOLDS.most_halvings or 0.5 * h < THRESHOLDS.fewest_grains * run.grain(point.t):
+                    raise halved_in_vain(unsolved, h) from unsolved
+                run.tally.halve(unsolved.where or "", point.t)
+                run.inside.policy.begin()
+                part *= 2
+                continue
+            run.tally.count_evaluations(run.stepper.attempt_cost + step.evaluations)
+            point = run.accept(point, t, step)
+            if self.passes is not None:
+                self.passes.watch(point)
+            while part > 1 and part % 2:
+                part //= 2
+            if part == 1:
+                return point, step.h
+            part += 1

@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from mbproj.integrate.steppers.stages import StagesUnsolved
 
 SMALLER = "try a smaller step or tolerance"
+LOOSER = "take smaller steps, or give a tolerance instead"
 
 
 def not_finite(t: float) -> SimulationError:
@@ -136,7 +137,7 @@ def unsolved_stages(
     cause = f"Newton's method did not solve the equations of an implicit step in {evaluations} evaluations"
     if is_near:
         cause += ": branches of the motion cross near here (a singular position)"
-    unsolved = StagesUnsolved(t, cause, where=where, hint="take smaller steps, or give a tolerance instead")
+    unsolved = StagesUnsolved(t, cause, where=where, hint=LOOSER)
     unsolved.evaluations = evaluations
     return unsolved
 
@@ -144,13 +145,24 @@ def unsolved_stages(
 def unsolved_stage(t: float, system: System, body: int, force: int, *, is_near: bool) -> SimulationError:
     """Newton's method has not solved an implicit step for want of a body's accelerations, or of a force's where that is
     not -1: by its number among those that forces act along. `is_near`: to a singular pose."""
-    where = f"body '{system.names.carriers[body]}'"
-    if force >= 0 and system.forces is not None:
-        where = f"force '{system.forces.owners[force]}'"
     cause = "Newton's method did not solve the equations of an implicit step"
     if is_near:
         cause += ": branches of the motion cross near here (a singular position)"
-    return SimulationError(t, cause, where=where, hint="take smaller steps, or give a tolerance instead")
+    return SimulationError(t, cause, where=unsolved_owner(system, body, force), hint=LOOSER)
+
+
+def unsolved_owner(system: System, body: int, force: int) -> str:
+    """The force by its number among those that forces act along, or the body where that is -1."""
+    if force >= 0 and system.forces is not None:
+        return f"force '{system.forces.owners[force]}'"
+    return f"body '{system.names.carriers[body]}'"
+
+
+def halved_in_vain(unsolved: SimulationError, h: float) -> SimulationError:
+    """The same of a fixed step that was halved down to `h` (s)."""
+    cause = f"{unsolved.cause}; nor did it those of its parts, down to {h:.2g} s"
+    hint = "look there for a law that jumps, or grows without bound, and smooth it; or try --integrator dop853"
+    return SimulationError(unsolved.time, cause, where=unsolved.where, hint=hint)
 
 
 def no_unique_sliding(t: float, where: str, hint: str = "") -> SimulationError:

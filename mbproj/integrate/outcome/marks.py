@@ -11,7 +11,7 @@ from typing import Any
 from mbproj.dataclass import dataclass
 from mbproj.errors import InputError, Problem
 from mbproj.integrate.events.time_events import Event
-from mbproj.integrate.outcome.tally import Passed, Peak, Tally
+from mbproj.integrate.outcome.tally import Halved, Passed, Peak, Tally
 
 #: A state between two steps, with all that the next step depends on, by name: the time "t", arrays (n,) of float64, and
 #: plain data as JSON has it. Empty: a run's start.
@@ -60,6 +60,7 @@ def saved_tally(tally: Tally) -> dict[str, Any]:
         "counters": {name: int(value) for name, value in tally.counters().items()},
         "peaks": {name: list(astuple(getattr(tally, name))) for name in PEAKS},
         "passed": [list(astuple(passed)) for passed in tally.passed],
+        "halved": [list(astuple(halved)) for halved in tally.halved],
     }
 
 
@@ -71,3 +72,4 @@ def restore_tally(tally: Tally, saved: Mapping[str, Any]) -> None:
         setattr(tally, name, Peak(float(value), int(row), float(time)))
     tally.met = restored_events(saved["met"])
     tally.passed = [Passed(str(owner), str(what), float(t), int(n)) for owner, what, t, n in saved["passed"]]
+    tally.halved = [Halved(str(where), float(t), int(n)) for where, t, n in saved["halved"]]

@@ -7,7 +7,7 @@ from typing import Any
 
 from mbproj.dataclass import dataclass
 from mbproj.dynamics.equations.round_off import EPSILON
-from mbproj.integrate.outcome.tally import Passed, Peak
+from mbproj.integrate.outcome.tally import Halved, Passed, Peak
 from mbproj.model.system import System
 from mbproj.scene.records import Settings
 from mbproj.thresholds import THRESHOLDS
@@ -52,7 +52,8 @@ class Report:
     `phases`: seconds by phase in a sample of the steps; empty where they were not measured. `stiffness`: which force
     was too stiff for the step, and what to do; "" where none was. `events`: at how many times steps ended because of
     what happens there; `crowded` names functions with so many kinks that not all count. `passed`: which edges of laws
-    fixed steps passed over; "" where none. `methods`: of `integrator: auto` which method made the steps, line by line.
+    fixed steps passed over, and `halved` for want of what they were halved; "" where nothing is. `methods`: of
+    `integrator: auto` which method made the steps, line by line.
     `round_off`: what it leaves of positions, in lengths of the mechanism or rad.
     """
 
@@ -78,6 +79,7 @@ class Report:
     events: int = 0
     crowded: tuple[str, ...] = ()
     passed: str = ""
+    halved: str = ""
     methods: tuple[str, ...] = ()
     round_off: float = 0.0
     energy: EnergyAccount = EnergyAccount()
@@ -95,13 +97,26 @@ def worst_joint(system: System, peak: Peak) -> str | None:
 
 def words_on_passes(passed: Sequence[Passed]) -> str:
     """What fixed steps have passed over; "" where that is nothing."""
-    several = {1: "once", 2: "twice"}
-    said = []
-    for each in passed[:MOST_PASSED]:
-        often = several.get(each.times, f"{each.times:,} times")
-        said.append(f"{each.owner}: {each.what}, {often}, first before t = {each.first:.6g} s")
+    said = [
+        f"{each.owner}: {each.what}, {_often(each.times)}, first before t = {each.first:.6g} s"
+        for each in passed[:MOST_PASSED]
+    ]
     more = f"; and {len(passed) - MOST_PASSED} more" if len(passed) > MOST_PASSED else ""
     return "; ".join(said) + more
+
+
+def words_on_halvings(halved: Sequence[Halved]) -> str:
+    """For want of what fixed steps were halved, the most frequent first; "" where none was."""
+    if not halved:
+        return ""
+    most = sorted(halved, key=lambda each: -each.times)
+    said = [f"{each.where} {_often(each.times)}, first at t = {each.first:.6g} s" for each in most[:MOST_PASSED]]
+    more = f"; {len(most) - MOST_PASSED} more" if len(most) > MOST_PASSED else ""
+    return f"{_often(sum(each.times for each in halved))}, for want of {'; '.join(said)}{more}"
+
+
+def _often(times: int) -> str:
+    return {1: "once", 2: "twice"}.get(times, f"{times:,} times")
 
 
 def summary(scene: str, output: str, report: Report, total_seconds: float) -> dict[str, Any]:
@@ -132,6 +147,7 @@ def summary(scene: str, output: str, report: Report, total_seconds: float) -> di
         "stiffness": report.stiffness,
         "events": report.events,
         "passed_over": report.passed,
+        "halved": report.halved,
         "methods": "; ".join(report.methods),
         "status": "complete",
     }

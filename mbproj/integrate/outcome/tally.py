@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
-from dataclasses import field
+from collections.abc import Iterable, Sequence
+from dataclasses import field, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -40,11 +40,29 @@ class Passed:
     times: int
 
 
+@dataclass(frozen=True)
+class Halved:
+    """Fixed steps that were halved for want of the same: whose forces or motion Newton's method did not find ("force
+    'spring'", "body 'A'"), when first (s), how many times."""
+
+    where: str
+    first: float
+    times: int
+
+
+def with_another(halved: Sequence[Halved], one: Halved) -> list[Halved]:
+    """What was halved, and this with it."""
+    found = {each.where: each for each in halved}
+    same = found.get(one.where, replace(one, times=0))
+    found[one.where] = Halved(one.where, min(one.first, same.first), one.times + same.times)
+    return list(found.values())
+
+
 @dataclass
 class Tally:
     """Counters since the start, the peaks of |C|, of |C'|, and of |C| over the joints' rows alone, and the seconds that
     each phase of the steps took, where they were measured (a sample of the steps). `met`: the events in the state where
-    steps ended; `passed`: what fixed steps passed over."""
+    steps ended; `passed`: what fixed steps passed over; `halved`: for want of what they were halved."""
 
     steps: int = 0
     rejected_steps: int = 0
@@ -61,6 +79,7 @@ class Tally:
     phases: dict[str, float] = field(default_factory=dict)
     met: list[Event] = field(default_factory=list)
     passed: list[Passed] = field(default_factory=list)
+    halved: list[Halved] = field(default_factory=list)
 
     def counters(self) -> dict[str, int]:
         """The counters by name."""
@@ -75,6 +94,11 @@ class Tally:
         """Counts a step as rejected that was counted as one made."""
         self.steps -= 1
         self.rejected_steps += 1
+
+    def halve(self, where: str, t: float) -> None:
+        """Counts a fixed step from t that is to be made in halves."""
+        self.rejected_steps += 1
+        self.halved = with_another(self.halved, Halved(where, t, 1))
 
     def count_evaluations(self, number: int) -> None:
         """Adds evaluations of the accelerations, each with a factorisation of its own."""

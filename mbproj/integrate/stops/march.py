@@ -32,7 +32,7 @@ from mbproj.integrate.outcome.marks import (
     resuming,
     saved_events,
 )
-from mbproj.integrate.outcome.tally import Tally
+from mbproj.integrate.outcome.tally import Tally, with_another
 from mbproj.integrate.stiff.modes_at_a_step import FastModes
 from mbproj.integrate.stops.failures import never_ends
 from mbproj.integrate.stops.legs import Reached, chosen, end_of, one_step, only
@@ -183,12 +183,14 @@ class StopMarch:
                 setattr(self.tally, name, replace(peak, row=row))
 
     def _end_leg(self, own: Tally) -> None:
-        """What belongs to a leg as a whole: its events, what it passed over, and the seconds of its phases."""
+        """What belongs to a leg as a whole: its events, what it halved and passed over, the seconds of phases."""
         if self.automatic is not None:
             self.automatic.plan.end_leg(own)
         self.tally.met += own.met
         for name, seconds in own.phases.items():
             self.tally.phases[name] = self.tally.phases.get(name, 0.0) + seconds
+        for halved in own.halved:
+            self.tally.halved = with_another(self.tally.halved, halved)
         for each in own.passed:
             same = [one for one in self.tally.passed if (one.owner, one.what) == (each.owner, each.what)]
             first = min([each.first, *(one.first for one in same)])

@@ -8,7 +8,6 @@ from functools import cache
 import numpy as np
 import pytest
 
-from mbproj.errors import SimulationError
 from mbproj.integrate import simulate
 from mbproj.registry import integrators
 from mbproj.scene import read_scene, read_scene_text
@@ -144,7 +143,6 @@ def test_samples_within_a_step(integrator):
 def test_what_does_not_converge_is_named():
     """With steps in which the disk turns too far: a stiff force, or else a body."""
     for stiffness, where in ((50, "force 'spring'"), (0, "body 'disk'")):
-        with pytest.raises(SimulationError, match="Newton's method did not solve the equations") as caught:
-            text = SPINNING.replace("stiffness: 50, damping: 2", f"stiffness: {stiffness}, damping: 0")
-            run(read_scene_text(text), duration=1.0, step=0.5, integrator="radau5")
-        assert caught.value.where == where
+        text = SPINNING.replace("stiffness: 50, damping: 2", f"stiffness: {stiffness}, damping: 0")
+        _, report = run(read_scene_text(text), duration=0.5, step=0.5, integrator="radau5")
+        assert where in report.halved

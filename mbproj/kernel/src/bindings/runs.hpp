@@ -105,6 +105,7 @@ template <int D> void add_run(nb::module_& m, const char* name) {
         .def_prop_ro("outcome", [](const TimeLoop<D>& self) { return self.now().outcome; })
         .def("take_met", [](TimeLoop<D>& self) { return self.events().take_met(); })
         .def_prop_ro("passed", [](const TimeLoop<D>& self) { return self.events().passed(); })
+        .def_prop_ro("halved", [](const TimeLoop<D>& self) { return as_tuples(self.halved()); })
         .def_prop_ro("broken_state",
                      [](TimeLoop<D>& self) {
                          return array_of(std::vector<double>(self.equations().broken_state()), self.model().size(),

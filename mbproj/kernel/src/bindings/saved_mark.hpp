@@ -1,6 +1,9 @@
 // A state between two steps as plain data for Python, and back: what comes from a file is checked.
 #pragma once
 
+#include <nanobind/stl/tuple.h>
+
+#include "bindings/loads_from_numpy.hpp"
 #include "bindings/saved_rows.hpp"
 #include "stepping/mark.hpp"
 
@@ -38,6 +41,24 @@ inline SavedEvents events_from(const nb::dict& given) {
     return events;
 }
 
+// Body, force, the first time and how often.
+using HalvedSteps = std::vector<std::tuple<int, int, double, long>>;
+
+inline HalvedSteps as_tuples(const std::vector<Halved>& halved) {
+    HalvedSteps found;
+    for (const Halved& each : halved) found.emplace_back(each.cause.body, each.cause.force, each.first, each.times);
+    return found;
+}
+
+template <int D> std::vector<Halved> halved_from(const HalvedSteps& given, const Model<D>& model) {
+    const std::size_t forces = model.loads ? model.loads->laws.size() + 6 * model.loads->bushings.size() : 0;
+    std::vector<Halved> found;
+    for (const auto& [body, force, first, times] : given)
+        found.push_back(
+            {{index_below(body, model.size(), "halved"), optional_index(force, forces, "halved")}, first, times});
+    return found;
+}
+
 template <int D> nb::dict saved_mark(const Mark<D>& mark) {
     std::vector<double> angles;
     for (const auto& angle : mark.counted.angles)
@@ -48,6 +69,8 @@ template <int D> nb::dict saved_mark(const Mark<D>& mark) {
     found["t"] = mark.t;
     found["h"] = mark.h;
     found["grid"] = mark.grid;
+    found["part"] = mark.part;
+    found["halved"] = as_tuples(mark.halved);
     found["shortened"] = mark.shortened;
     found["shaped"] = mark.shaped;
     found["y"] = array_of(std::vector<double>(mark.y.begin(), mark.y.end()), numbers);
@@ -82,6 +105,9 @@ template <int D> Mark<D> mark_from(const nb::dict& given, const Model<D>& model,
     mark.t = finite("t");
     mark.h = finite("h");
     mark.grid = nb::cast<long>(given["grid"]);
+    mark.part = nb::cast<long>(given["part"]);
+    if (mark.part < 1) refuse("part", "is none");
+    mark.halved = halved_from<D>(nb::cast<HalvedSteps>(given["halved"]), model);
     mark.shortened = nb::cast<int>(given["shortened"]);
     const auto says = [&given](const char* name) { return given.contains(name) && nb::cast<bool>(given[name]); };
     mark.shaped = says("shaped"), mark.anew = says("anew");

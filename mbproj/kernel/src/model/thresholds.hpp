@@ -25,7 +25,7 @@ struct Thresholds {
     double safety, smallest_change, largest_change, least_error, least_error_before, part_after_break, turns_told,
         most_turned, located, glance, widest_polishing, bracketed, beside, chatter, newton_part, newton_fixed,
         newton_floor, secant_change, softened, first_contraction, least_contraction;
-    int most_polishing, most_chatter, most_newton, free_passes;
+    int most_polishing, most_chatter, most_newton, free_passes, most_halvings;
     // mbproj/thresholds/contact.py
     double settled_load;
     int most_load_passes;
@@ -105,6 +105,7 @@ template <class Visit> void each_threshold(Visit&& visit) {
     visit("secant_change", &Thresholds::secant_change);
     visit("softened", &Thresholds::softened);
     visit("free_passes", &Thresholds::free_passes);
+    visit("most_halvings", &Thresholds::most_halvings);
     visit("settled_load", &Thresholds::settled_load);
     visit("most_load_passes", &Thresholds::most_load_passes);
 }

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "dynamics/row_policy.hpp"
+#include "stepping/halvings.hpp"
 #include "stepping/samples.hpp"
 #include "stepping/state_events.hpp"
 #include "stepping/step_size_control.hpp"
@@ -13,6 +14,7 @@ template <int D> struct Mark {
     double t = 0.0;
     double h = 0.0;       // of the next step
     long grid = 0;        // fixed steps made
+    long part = 1;        // of the next, see halvings.hpp
     bool shaped = false;  // by the run's end
     bool anew = false;    // another method goes on from here: its rows are chosen anew, and its slope is evaluated
     int shortened = 0;    // how often the step at hand was shortened near a singular pose
@@ -22,6 +24,7 @@ template <int D> struct Mark {
     StepSizeControl::Saved control{};
     SavedEvents events;
     typename RowPolicy<D>::Saved rows;
+    std::vector<Halved> halved;
     Counters counters;
     Peaks peaks;
 };

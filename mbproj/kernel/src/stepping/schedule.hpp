@@ -17,24 +17,60 @@ struct Target {
     bool on_grid, due, at_break, shaped;
 };
 
+// A fixed step whose equations are not solved is made in halves, and these in halves again. The parts of a step are numbered as
+// the nodes of a binary tree: 1 is the whole, 2n and 2n + 1 are the halves of n.
+class StepParts {
+public:
+    explicit StepParts(long at = 1) : at_(at) {}
+
+    long at() const { return at_; }
+    // Whether the part at hand ends where the whole does.
+    bool is_last() const { return (at_ & (at_ + 1)) == 0; }
+    // Where it ends, as a part of the whole.
+    double end() const {
+        long count = 1;
+        while (2 * count <= at_) count *= 2;
+        return (static_cast<double>(at_ - count) + 1.0) / static_cast<double>(count);
+    }
+    // Whether it was halved less often.
+    bool below(int halvings) const { return at_ < 1L << halvings; }
+    void halve() { at_ *= 2; }
+    // The part at hand is made: the next one is as long as those halves allow that are made.
+    void go_on() {
+        while (at_ > 1 && at_ % 2 == 1) at_ /= 2;
+        if (at_ > 1) ++at_;
+    }
+
+private:
+    long at_;
+};
+
 class Schedule {
 public:
     explicit Schedule(const Steps& steps) : steps_(steps) {
         pass_break(steps.start);
         if (!steps.fixed()) next_sample_ = 1;
     }
-    // A run goes on at t, where so many steps of the grid are made, and the samples up to then.
-    void resume(double t, long grid) {
-        grid_ = grid;
+    // A run goes on at t, where so many steps of the grid are made, and of the next the parts before this, and the samples
+    // up to then.
+    void resume(double t, long grid, StepParts parts) {
+        grid_ = grid, parts_ = parts;
         if (!steps_.fixed())
             next_sample_ = std::upper_bound(steps_.times.begin(), steps_.times.end(), t) - steps_.times.begin();
         passed_ = 0;
         pass_break(t);
     }
     long grid() const { return grid_; }
+    const StepParts& parts() const { return parts_; }
 
     // Where the next step from t ends; with error control it takes at most h.
-    Target target(double t, double h) const { return steps_.fixed() ? on_grid(t) : within(t, h); }
+    Target target(double t, double h) const { return steps_.fixed() ? part_of(on_grid(t), t) : within(t, h); }
+    // A fixed step of size h from t is to be made in halves. False where they would be too short.
+    bool halve(double t, double h, int most) {
+        if (!parts_.below(most) || !resolves(t, 0.5 * h)) return false;
+        parts_.halve();
+        return true;
+    }
     // A step from t to a time within, with error control.
     Target to(double t, double time) const {
         const std::size_t next = std::max(next_sample_, first_from(time));
@@ -49,6 +85,7 @@ public:
         grid_ += target.on_grid;
         next_sample_ += target.due;
         inside_ = 0;
+        parts_.go_on();
     }
     bool finished() const { return steps_.fixed() ? grid_ == steps_.count : next_sample_ == steps_.times.size(); }
 
@@ -94,6 +131,15 @@ private:
         return {time, time - t, true, k % steps_.every == 0 || last, next_break() <= time + beside(time), last};
     }
 
+    // The part at hand of a fixed step, from t on.
+    Target part_of(const Target& whole, double t) const {
+        if (parts_.is_last()) return whole;
+        const double grid = steps_.start + static_cast<double>(grid_) * steps_.step;
+        const double from = passed_ > 0 ? std::max(grid, steps_.breaks[passed_ - 1].time) : grid;
+        const double time = from + parts_.end() * (whole.t - from);
+        return {time, time - t, false, false, false, whole.shaped};
+    }
+
     // At most h, and no farther than to the next break or the end.
     Target within(double t, double h) const {
         const double left_over = left(t), size = fitted(h, left_over);
@@ -117,6 +163,7 @@ private:
 
     const Steps& steps_;
     long grid_ = 0;                             // steps of the grid that are made
+    StepParts parts_;                           // of the next
     std::size_t next_sample_ = 0, inside_ = 0;  // samples up to `inside_` lie in the step that was just accepted
     std::size_t passed_ = 0;                    // breaks
 };

@@ -35,6 +35,7 @@ public:
     bool locates() const { return locates_; }
     bool passes() const { return events_.any() && !locates_; }
     StepSizeControl& control() { return control_; }
+    const std::vector<Halved>& halvings() const { return halvings_.all(); }
     // Of the last step: the check by halves, null where none was due; where it ends; its error; why none was made.
     const StepDoubling<D>* halves() const { return halved_ ? &doubling_ : nullptr; }
     std::optional<Crossing>& crossing() { return crossing_; }
@@ -43,8 +44,9 @@ public:
 
     // How often the step at hand was shortened near a singular pose; where a run goes on, from this.
     int shortened() const { return shortened_; }
-    void resume(const StepSizeControl::Saved& control, int shortened) {
+    void resume(const StepSizeControl::Saved& control, int shortened, const std::vector<Halved>& halved) {
         control_.resume(control);
+        halvings_.resume(halved);
         shortened_ = shortened;
     }
 
@@ -73,9 +75,9 @@ private:
     bool attempt() {
         extended_ = false;
         if (steps_.fixed()) {
-            if (!stages() && !(equations_.hold_others() && stages())) return stop_at(now_.to.t), false;
+            const bool made = stages() || (equations_.hold_others() && stages());
             phases_.mark(Phase::evaluation);
-            return true;
+            return made || (halve(), false);
         }
         equations_.forget_broken_state();
         std::optional<double> error = stages_and_error();
@@ -87,6 +89,15 @@ private:
         error_ = error.value_or(not_a_number);
         if (!(error_ <= 1.0)) return reject(control_.after_rejected(error_, now_.to.h)), false;
         return true;
+    }
+
+    // A fixed step whose equations were not solved is tried again in halves.
+    void halve() {
+        const auto unsolved = stepper_.unsolved();
+        if (!unsolved || !schedule_.halve(now_.t, now_.to.h, thresholds_.most_halvings)) return stop_at(now_.to.t);
+        halvings_.note(*unsolved, now_.t);
+        ++now_.counters.rejected_steps;
+        equations_.forget_broken_state();
     }
 
     // With the rows that are held; false also where others would serve.
@@ -173,6 +184,7 @@ private:
     StepDoubling<D> doubling_;
     StepSizeControl control_;
     StateEvents<D> events_;
+    Halvings halvings_;
     const bool locates_;
     Eigen::VectorXd copy_;
     std::optional<Crossing> crossing_;  // at which the step ends

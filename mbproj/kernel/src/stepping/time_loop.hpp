@@ -68,6 +68,7 @@ public:
     EquationsOfMotion<D>& equations() { return equations_; }
     StateEvents<D>& events() { return trial_.events(); }
     const StateEvents<D>& events() const { return trial_.events(); }
+    const std::vector<Halved>& halved() const { return trial_.halvings(); }
     StopWatch<D>& stops() { return stops_; }
     const Standing& now() const { return now_; }
     const std::vector<long>& turns() const { return counted_.turns; }
@@ -94,8 +95,8 @@ private:
     void go_on_from_mark() {
         now_.t = mark_->t, now_.h = mark_->h, now_.y = mark_->y, now_.counters = mark_->counters;
         counted_ = mark_->counted, peaks = mark_->peaks;
-        trial_.resume(mark_->control, mark_->shortened);
-        schedule_.resume(now_.t, mark_->grid);
+        trial_.resume(mark_->control, mark_->shortened, mark_->halved);
+        schedule_.resume(now_.t, mark_->grid, StepParts(mark_->part));
         if (trial_.locates()) events().hold();
         equations_.see(schedule_.window());
         equations_.set_pose(now_.t, now_.y.data());
@@ -258,6 +259,7 @@ private:
     void write(Mark<D>& mark) {
         count_factorisations();
         mark.t = now_.t, mark.h = now_.h, mark.y = now_.y, mark.grid = schedule_.grid();
+        mark.part = schedule_.parts().at(), mark.halved = trial_.halvings();
         mark.counted = counted_, mark.counters = now_.counters, mark.peaks = peaks;
         mark.control = trial_.control().save(), mark.shortened = trial_.shortened();
         if (events().any()) mark.events = events().save();
