@@ -5,9 +5,10 @@
     python scripts/stiff_work_precision.py --links 10 100 1000 [--dials 1e6]
 
 The cases (`scripts/stiff/cases.py`): four-bars in the plane and in space whose coupler or rod a bushing holds together,
-the flyball governor with a stiff spring and damper, chains whose links stiff torsion springs hold in line, a
-slider-crank whose rod is in ten pieces with bushings between them, and a mass that sticks and slips on a belt by a
-regularised law of friction. The error is the largest of all coordinates at ten times. The reference is radau5 at 1e-10;
+the first of them also without damping ("ringing"), the flyball governor with a stiff spring and damper, chains whose
+links stiff torsion springs hold in line, a slider-crank whose rod is in ten pieces with bushings between them, and a
+mass that sticks and slips on a belt by a regularised law of friction. The error is the largest of all coordinates at
+ten times. The reference is radau5 at 1e-10;
 how far esdirk4 is from it there says how certain it is. With --below: the least time in which each integrator stays
 below an error, best of five in turn, and how many times as fast as DOP853 that is. With --links: what a step of chains
 costs, by their length.

@@ -21,6 +21,13 @@ def four_bar(k: float) -> Scene:
     return read_scene(MECHANISMS / "split_coupler.yaml", {"softness": str(1e5 / k)})
 
 
+def ringing(k: float) -> Scene:
+    """The same without its damping."""
+    text = (MECHANISMS / "split_coupler.yaml").read_text(encoding="utf-8")
+    before, _, after = text.partition("    damping:\n")
+    return read_scene_text(f"{before}markers:{after.partition('markers:')[2]}", parameters={"softness": str(1e5 / k)})
+
+
 def rsup(k: float) -> Scene:
     """The spatial slider-crank (R-S-U-P) of `mechanisms`, its rod of 0.3 m in two halves, which a bushing of k, and of
     k/100 N m/rad, holds together: as the rigid rod moves, to begin with."""
@@ -145,6 +152,7 @@ def _bushing(before: str, after: str, location: str, k: float, bends: float, los
 
 CASES: dict[str, Callable[[float], Scene]] = {
     "four-bar": four_bar,
+    "ringing": ringing,
     "rsup": rsup,
     "governor": governor,
     "chain": chain,

@@ -37,6 +37,11 @@ class Controller:
     previous_error: float = THRESHOLDS.least_error_before
     rejected: bool = False
 
+    @property
+    def is_again(self) -> bool:
+        """Whether the step at hand was rejected before, and is not the first of its kind."""
+        return self.rejected and self.previous_error > THRESHOLDS.least_error_before
+
     def after_accepted(self, error: float, h: float) -> tuple[float, Controller]:
         """The next step's size, and the controller for it."""
         k = self.error_order + 1

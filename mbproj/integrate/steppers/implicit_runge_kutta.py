@@ -50,7 +50,10 @@ class ImplicitRungeKutta:
                 stages = step.solve(t + h * tableau.c[group], known, weights[:, group], k[group.start - 1])
                 k[group], found[group] = stages.k, stages.multipliers
                 evaluations += stages.evaluations
-            estimate = h * (tableau.error @ k)
+
+            def filtered(estimate: Array) -> Array:
+                return stages.filtered(estimate, h * tableau.gamma)
+
             return Step(
                 t,
                 h,
@@ -60,7 +63,8 @@ class ImplicitRungeKutta:
                 multipliers=found,
                 nearness=stages.nearness,
                 evaluations=evaluations,
-                estimate=stages.filtered(estimate, h * tableau.gamma),
+                estimate=filtered(h * (tableau.error @ k)),
+                filtered=filtered,
             )
 
     def _groups(self) -> list[slice]:

@@ -21,7 +21,7 @@ RightHandSide = Callable[[float, Array], Array]
 class Step:
     """A step from (t, y) over h to `y_new` (N,), with its stages k (s, N), and f at the new point where its error was
     estimated. Of an implicit step: `multipliers` (s, m) of the stages, how near the last is to a singular pose, how
-    many evaluations it took, and the `estimate` (N,) of its error."""
+    many evaluations it took, the `estimate` (N,) of its error, and what filters one, e (N,) -> (I - hγ ∂f/∂y)⁻¹ e."""
 
     t: float
     h: float
@@ -33,6 +33,7 @@ class Step:
     nearness: float = 1.0
     evaluations: int = 0
     estimate: Array | None = None
+    filtered: Callable[[Array], Array] | None = None
 
 
 @dataclass(frozen=True, eq=False)

@@ -56,7 +56,9 @@ public:
     virtual void quadrature(double t, const Vector& y, double h, const Visit& visit) const = 0;
 
     // Hairer's norm of the estimated error of the step to y_new at t: 1 is just acceptable; none where f fails there.
-    virtual std::optional<double> error(double t, const Vector& y, const Vector& y_new, double h, double tolerance) = 0;
+    // `again`: a longer step from y was rejected.
+    virtual std::optional<double> error(double t, const Vector& y, const Vector& y_new, double h, double tolerance,
+                                        bool again) = 0;
 
     // What the continuous extension of the last step needs.
     virtual bool extend(double t, const Vector& y, double h) = 0;

@@ -22,6 +22,8 @@ public:
 
     // The next step is the first of its kind: after a jump, what went before says nothing.
     void forget() { state_ = {thresholds_.least_error_before, false}; }
+    // Whether the step at hand was rejected before, and is not the first of its kind.
+    bool is_again() const { return state_.rejected && state_.previous > thresholds_.least_error_before; }
     const Saved& save() const { return state_; }
     void resume(const Saved& state) { state_ = state; }
 

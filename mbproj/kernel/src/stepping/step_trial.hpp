@@ -110,7 +110,7 @@ private:
     std::optional<double> stages_and_error() {
         now_.counters.evaluations += stepper_.error_cost();
         if (!stages()) return std::nullopt;
-        return stepper_.error(now_.to.t, now_.y, now_.y_new, now_.to.h, steps_.tolerance);
+        return stepper_.error(now_.to.t, now_.y, now_.y_new, now_.to.h, steps_.tolerance, control_.is_again());
     }
 
     // Where a switch changes its branch within the step that was tried, the step is made again, so that it ends there:
