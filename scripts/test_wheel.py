@@ -2,13 +2,15 @@
 
     python scripts/test_wheel.py
 
-Needs pip, a C++ compiler and PyPI. Says how long the build took and how large the wheel is; ends with an error where
-one of the steps fails, or where the installed mbproj has no kernel.
+One compiler at a time, as on a machine with little memory. Needs pip, a C++ compiler and PyPI. Says what the build took
+(time, processor time, memory of the largest process) and how large the wheel is; ends with an error where one of the
+steps fails, or where the installed mbproj has no kernel.
 """
 
 from __future__ import annotations
 
 import os
+import resource
 import subprocess
 import sys
 import tempfile
@@ -27,12 +29,17 @@ def main() -> None:
 
 def built(folder: Path) -> Path:
     """The wheel, compiled for every processor of this family."""
-    environment = dict(os.environ, MBPROJ_KERNEL="1", MBPROJ_PORTABLE="1")
+    environment = dict(os.environ, MBPROJ_KERNEL="1", MBPROJ_PORTABLE="1", CMAKE_BUILD_PARALLEL_LEVEL="1")
     start = perf_counter()
     command = [sys.executable, "-m", "pip", "wheel", "--quiet", "--no-deps", "-w", str(folder), str(ROOT)]
     subprocess.run(command, env=environment, check=True)
     (wheel,) = folder.glob("*.whl")
-    print(f"{wheel.name}: {wheel.stat().st_size / 1e6:.1f} MB, built in {perf_counter() - start:.0f} s", flush=True)
+    took = resource.getrusage(resource.RUSAGE_CHILDREN)
+    print(
+        f"{wheel.name}: {wheel.stat().st_size / 1e6:.1f} MB, built in {perf_counter() - start:.0f} s: "
+        f"{took.ru_utime + took.ru_stime:.0f} s of processor time, at most {took.ru_maxrss / 1024:.0f} MB a process",
+        flush=True,
+    )
     return wheel
 
 

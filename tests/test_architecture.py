@@ -102,6 +102,7 @@ FOLDERS = {
 }
 #: The kernel's folders: a header includes only headers of its own folder and of those that stand before it.
 KERNEL_FOLDERS = (
+    "algebra",
     "model",
     "kinematics",
     "elimination",

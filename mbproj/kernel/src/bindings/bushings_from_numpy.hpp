@@ -9,9 +9,8 @@ namespace mbproj {
 template <int D> struct Bushings { std::vector<Bushing<D>> each; };
 
 // Matrix number i of an array.
-template <int Rows, int Columns> Matrix<Rows, Columns> matrix_at(const Numbers3& array, std::size_t i) {
-    return Eigen::Map<const Eigen::Matrix<double, Rows, Columns, Columns == 1 ? Eigen::ColMajor : Eigen::RowMajor>>(
-        array.data() + Rows * Columns * i);
+template <int Rows, int Columns> Matrix<Rows, Columns> matrix_of(const Numbers3& array, std::size_t i) {
+    return matrix_by_rows<Rows, Columns>(array.data() + Rows * Columns * i);
 }
 
 // Two frames each: body, origin and turn one after the other.
@@ -32,13 +31,13 @@ template <int D> Bushings<D> bushings(std::size_t bodies, const Integers1& body,
         Bushing<D> one;
         for (int side = 0; side < 2; ++side) {
             one.body[side] = index_below(body.data()[2 * i + side], bodies + 1, "bushing body");
-            one.origin[side] = Eigen::Map<const Point<D>>(origin.data() + D * (2 * i + side));
-            one.turn[side] = matrix_at<D, D>(turn, 2 * i + side);
+            one.origin[side] = matrix_at<D>(origin.data() + D * (2 * i + side));
+            one.turn[side] = matrix_of<D, D>(turn, 2 * i + side);
         }
-        one.stiffness = matrix_at<N, N>(stiffness, i);
-        one.damping = matrix_at<N, N>(damping, i);
-        one.preload = Eigen::Map<const Column<N>>(preload.data() + N * i);
-        one.map = matrix_at<6, N>(map, i);
+        one.stiffness = matrix_of<N, N>(stiffness, i);
+        one.damping = matrix_of<N, N>(damping, i);
+        one.preload = matrix_at<N>(preload.data() + N * i);
+        one.map = matrix_of<6, N>(map, i);
         built.each.push_back(one);
     }
     return built;

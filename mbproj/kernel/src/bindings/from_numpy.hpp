@@ -6,11 +6,10 @@
 #include <string>
 #include <tuple>
 
-#include <Eigen/Cholesky>
-#include <Eigen/Eigenvalues>
 #include <nanobind/nanobind.h>
 #include <nanobind/ndarray.h>
 
+#include "algebra/decompositions.hpp"
 #include "model/model.hpp"
 #include "model/settings.hpp"
 #include "stepping/samples.hpp"
@@ -142,10 +141,10 @@ template <int D> PrimitiveSet<D> primitive_set(std::size_t bodies, const Integer
     require(offset, {instances}, "offset");
     PrimitiveSet<D> set;
     for (std::size_t a = 0; a < attachments; ++a) {
-        const Point<D> at = Eigen::Map<const Point<D>>(local.data() + D * a);
+        const Point<D> at = matrix_at<D>(local.data() + D * a);
         const bool point = is_point.data()[a] != 0;
         set.attachments.push_back(
-            {index_below(body.data()[a], bodies + 1, "body"), point, at, point ? at.cwiseAbs().maxCoeff() : 0.0});
+            {index_below(body.data()[a], bodies + 1, "body"), point, at, point ? at.largest() : 0.0});
     }
     for (std::size_t i = 0; i < instances; ++i) {
         Instance p{};
@@ -206,15 +205,14 @@ template <int D> std::vector<Body<D>> bodies(const Numbers1& mass, const Numbers
     for (std::size_t b = 0; b < mass.shape(0); ++b) {
         Body<D> body;
         body.mass = mass.data()[b];
-        body.inertia = Eigen::Map<const Eigen::Matrix<double, W, W>>(inertia.data() + W * W * b);
-        if (!body.inertia.isApprox(body.inertia.transpose(), below.asymmetry)) refuse("inertia", "is not symmetric");
-        const Eigen::SelfAdjointEigenSolver<Matrix<W, W>> principal(body.inertia, Eigen::EigenvaluesOnly);
-        const double least = principal.eigenvalues()[0], most = principal.eigenvalues()[W - 1];
+        body.inertia = matrix_at<W, W>(inertia.data() + W * W * b);
+        const Matrix<W, W> skew = body.inertia - body.inertia.transpose();
+        if (!(skew.norm() <= below.asymmetry * body.inertia.norm())) refuse("inertia", "is not symmetric");
+        const auto [least, most] = eigenvalue_range(body.inertia);
         if (!(body.mass >= 0.0 && least >= -below.no_inertia * most)) refuse("mass or inertia", "is negative");
         body.is_light = !(body.mass > below.no_mass * heaviest && least > below.no_inertia * most);
         body.inverse_root.setIdentity();
-        if (!body.is_light)
-            body.inverse_root = Eigen::LLT<Matrix<W, W>>(body.inertia).matrixL().solve(Matrix<W, W>::Identity());
+        if (!body.is_light) body.inverse_root = inverse_root(body.inertia);
         found.push_back(body);
     }
     return found;

@@ -118,12 +118,11 @@ template <int D> Loads<D> loads(std::size_t bodies, const PrimitiveSet<D>& coord
     for (std::size_t f = 0; f < given; ++f) {
         BodyForce<D> force;
         force.body = index_below(body.data()[f], bodies + 1, "body");
-        force.point = Eigen::Map<const Point<D>>(point.data() + D * f);
+        force.point = matrix_at<D>(point.data() + D * f);
         force.is_torque = is_torque.data()[f] != 0;
         force.in_body = in_body.data()[f] != 0;
-        force.force_map = Eigen::Map<const Eigen::Matrix<double, D, 3, Eigen::RowMajor>>(force_map.data() + 3 * D * f);
-        force.torque_map =
-            Eigen::Map<const Eigen::Matrix<double, W, 3, Eigen::RowMajor>>(torque_map.data() + 3 * W * f);
+        force.force_map = matrix_by_rows<D, 3>(force_map.data() + 3 * D * f);
+        force.torque_map = matrix_by_rows<W, 3>(torque_map.data() + 3 * W * f);
         for (int k = 0; k < 3; ++k) force.programs[k] = index_below(program.data()[3 * f + k], count, "program");
         built.on_bodies.push_back(force);
     }
@@ -180,9 +179,8 @@ template <int D> std::vector<Bearing<D>> bearings(const Model<D>& model, const s
     for (const auto& [joint, body, radial, axial, length, preload, one_sided] : given) {
         const std::size_t at = D * found.size();
         found.push_back({index_below(joint, model.joints.size(), "bearings"),
-                         index_below(body, model.bodies.size() + 1, "bearings"),
-                         Eigen::Map<const Point<D>>(points.data() + at), Eigen::Map<const Point<D>>(axes.data() + at),
-                         radial, axial, length, preload, one_sided});
+                         index_below(body, model.bodies.size() + 1, "bearings"), matrix_at<D>(points.data() + at),
+                         matrix_at<D>(axes.data() + at), radial, axial, length, preload, one_sided});
     }
     return found;
 }

@@ -42,7 +42,7 @@ template <int D> void add_model(nb::module_& m, const char* primitives, const ch
                 Model<D> built;
                 built.thresholds = thresholds;
                 built.bodies = bodies<D>(mass, inertia, thresholds);
-                built.gravity = Eigen::Map<const Point<D>>(gravity.data());
+                built.gravity = matrix_at<D>(gravity.data());
                 built.constraints = constraints;
                 built.coordinates = coordinates;
                 built.joints = joints(constraints, built.size(), joint_begin);

@@ -3,8 +3,7 @@
 // Where friction is so strong that a load may grow by more than itself there is no solution, or there are two (Painlevé).
 #pragma once
 
-#include <Eigen/LU>
-
+#include "algebra/decompositions.hpp"
 #include "dynamics/kkt_solver.hpp"
 #include "kinematics/bearings.hpp"
 
@@ -56,7 +55,7 @@ private:
         Eigen::MatrixXd left = Eigen::MatrixXd::Identity(count, count);
         for (Eigen::Index k = 0; k < count; ++k)
             for (Eigen::Index j = 0; j < count; ++j) left(k, j) -= growth(k, j);
-        const Eigen::VectorXd x = left.partialPivLu().solve(Eigen::VectorXd::Ones(count));
+        const Eigen::VectorXd x = solved(left, Eigen::VectorXd::Ones(count));
         Eigen::Index worst = 0;
         if (x.allFinite() && x.minCoeff() > 0.0) return true;
         left.diagonal().minCoeff(&worst);
@@ -85,7 +84,7 @@ private:
                 for (Eigen::Index j = 0; j < count; ++j)
                     slope(k, j) = (k == j ? 1.0 : 0.0) - at.slope(bearing, responses_[k][j]);
             }
-            const Eigen::VectorXd change = slope.partialPivLu().solve(off);
+            const Eigen::VectorXd change = solved(slope, off);
             L -= change;
             if (!L.allFinite()) return false;
             if (change.cwiseAbs().maxCoeff() <= model_.thresholds.settled_load * L.cwiseAbs().maxCoeff()) break;

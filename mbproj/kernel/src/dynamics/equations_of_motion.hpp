@@ -246,7 +246,7 @@ private:
             if constexpr (D == 3) {
                 const Turn<3> omega = Part<3>(y, b).omega();
                 const Turn<3> momentum = model_.bodies[b].inertia * omega;
-                torque.noalias() = pose_[b].rotation * momentum.cross(omega);
+                torque = pose_[b].rotation * momentum.cross(omega);
             }
             if (model_.loads) {
                 force += applied_.force[b];

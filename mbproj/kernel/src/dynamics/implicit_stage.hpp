@@ -64,7 +64,7 @@ public:
             },
             [&](const Bushing<D>& bushing) {
                 const Deflection<D> bent(bushing, pose);
-                bent.pull(-g * bushing.stiffness * rate(bent), applied.force, applied.torque);
+                bent.pull(-g * (bushing.stiffness * rate(bent)), applied.force, applied.torque);
             });
         for (int b = 0; b < model_.size(); ++b) {
             const Part<D> error(e, b);

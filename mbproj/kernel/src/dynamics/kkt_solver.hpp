@@ -184,7 +184,7 @@ private:
             inertias_[b].set(1.0, 0.25 * Matrix<S::turns, S::turns>::Identity(), reference_[b]);
         else
             inertias_[b].set(model_.bodies[b].mass, inertia_in_global(A, model_.bodies[b].inertia), reference_[b]);
-        if (!stiff_.empty()) inertias_[b].C.diagonal().array() += stiff_[b];
+        if (!stiff_.empty()) inertias_[b].C.diagonal() += stiff_[b];
     }
 
     const Model<D>& model_;

@@ -40,8 +40,8 @@ template <int D> struct Inertia {
         Column<S::freedoms> product;
         const auto v = u.template head<D>();
         const auto w = u.template tail<S::turns>();
-        product.template head<D>().noalias() = A * v + B * w;
-        product.template tail<S::turns>().noalias() = B.transpose() * v + C * w;
+        product.template head<D>() = A * v + B * w;
+        product.template tail<S::turns>() = B.transpose() * v + C * w;
         return product;
     }
 };
@@ -70,16 +70,16 @@ template <int D> struct HingeFactor {
         FreeMotion<D>* motion = motions;
         for (int k = 0; k < hinge.free_translations(); ++k, ++motion) {
             const auto n = frame.N_t.col(k);
-            motion->U.template head<D>().noalias() = left.A * n;
-            motion->U.template tail<S::turns>().noalias() = left.B.transpose() * n;
+            motion->U.template head<D>() = left.A * n;
+            motion->U.template tail<S::turns>() = left.B.transpose() * n;
             double pivot = n.dot(motion->U.template head<D>());
             if constexpr (turns) pivot += *added++;
             if (!remove(*motion, pivot, left)) return false;
         }
         for (int k = 0; k < hinge.free_rotations(); ++k, ++motion) {
             const auto n = frame.N_r.col(k);
-            motion->U.template head<D>().noalias() = left.B * n;
-            motion->U.template tail<S::turns>().noalias() = left.C * n;
+            motion->U.template head<D>() = left.B * n;
+            motion->U.template tail<S::turns>() = left.C * n;
             double pivot = n.dot(motion->U.template tail<S::turns>());
             if constexpr (turns) pivot += *added++;
             if (!remove(*motion, pivot, left)) return false;

@@ -12,7 +12,7 @@ particular(const Model<D>& model, const Hinge<D>& hinge, const HingeFrame<D>& fr
     const auto& instances = model.constraints.instances;
     Column<F> p = Column<F>::Zero();
     if (hinge.coincident) {
-        p.template head<D>() = Eigen::Map<const Point<D>>(c + instances[hinge.translations[0]].row);
+        p.template head<D>() = matrix_at<D>(c + instances[hinge.translations[0]].row);
     } else {
         for (int k = 0; k < hinge.translation_count; ++k)
             p.template head<D>() += frame.P_t.col(k) * c[instances[hinge.translations[k]].row];
@@ -28,7 +28,7 @@ template <int D> void hinge_multipliers(const Model<D>& model, const Hinge<D>& h
     constexpr int W = Size<D>::turns;
     const auto& instances = model.constraints.instances;
     if (hinge.coincident) {
-        Eigen::Map<Point<D>>(lambda + instances[hinge.translations[0]].row) = -hinge.sign * wrench.template head<D>();
+        matrix_at<D>(lambda + instances[hinge.translations[0]].row) = -hinge.sign * wrench.template head<D>();
     } else {
         for (int k = 0; k < hinge.translation_count; ++k)
             lambda[instances[hinge.translations[k]].row] =

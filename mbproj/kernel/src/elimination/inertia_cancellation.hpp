@@ -2,6 +2,7 @@
 // about what the joint leaves free cancels but for round-off. That has to be small beside the parent's own.
 #pragma once
 
+#include "algebra/decompositions.hpp"
 #include "elimination/articulated_body.hpp"
 
 namespace mbproj {
@@ -50,7 +51,7 @@ private:
                 const Point<3> axis = free_axis(hinge);
                 return axis.dot(M * axis);
             }
-        return 1.0 / M.inverse().norm();
+        return 1.0 / norm_of_inverse(M);
     }
     // Of a revolute, in the parent's axes: its own vector of both rows, or what is normal to its two.
     Point<3> free_axis(const Hinge<3>& hinge) const {

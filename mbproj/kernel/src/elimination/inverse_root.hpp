@@ -1,8 +1,7 @@
 // The inverse of a body's inertia as a product, W⁻¹ = Z Zᵀ.
 #pragma once
 
-#include <Eigen/Cholesky>
-
+#include "algebra/cholesky.hpp"
 #include "elimination/articulated_body.hpp"
 
 namespace mbproj {
@@ -17,19 +16,18 @@ public:
         is_bare_ = true;
         translation_ = 1.0 / std::sqrt(mass);
         if constexpr (D == 3)
-            rotation_.noalias() = inverse_root * A.transpose();
+            rotation_ = inverse_root * A.transpose();
         else
             rotation_ = inverse_root;
     }
     bool articulated(const Inertia<D>& M) {
         is_bare_ = false;
         Matrix<F, F> full;
-        full.template topLeftCorner<D, D>() = M.A;
-        full.template topRightCorner<D, S::turns>() = M.B;
-        full.template bottomLeftCorner<S::turns, D>() = M.B.transpose();
-        full.template bottomRightCorner<S::turns, S::turns>() = M.C;
-        factor_.compute(full);
-        return factor_.info() == Eigen::Success;
+        full.template block<D, D>(0, 0) = M.A;
+        full.template block<D, S::turns>(0, D) = M.B;
+        full.template block<S::turns, D>(D, 0) = M.B.transpose();
+        full.template block<S::turns, S::turns>(D, D) = M.C;
+        return factor_.factor(full);
     }
     // Zᵀ x.
     void forward(Column<F>& x) const {
@@ -37,7 +35,7 @@ public:
             x.template head<D>() *= translation_;
             x.template tail<S::turns>() = rotation_ * x.template tail<S::turns>().eval();
         } else {
-            factor_.matrixL().solveInPlace(x);
+            factor_.forward(x);
         }
     }
     // Z x.
@@ -46,7 +44,7 @@ public:
             x.template head<D>() *= translation_;
             x.template tail<S::turns>() = rotation_.transpose() * x.template tail<S::turns>().eval();
         } else {
-            factor_.matrixU().solveInPlace(x);
+            factor_.backward(x);
         }
     }
 
@@ -54,7 +52,7 @@ private:
     bool is_bare_ = true;
     double translation_ = 0.0;
     Matrix<S::turns, S::turns> rotation_;
-    Eigen::LLT<Matrix<F, F>> factor_;
+    Cholesky<F> factor_;
 };
 
 }  // namespace mbproj

@@ -37,10 +37,10 @@ inline Midway<3> midway(const Rotation<3>& first, const Rotation<3>& second) {
     Column<4> half;
     half << 1.0 + cosine, sines;
     Midway<3> found;
-    found.axes.noalias() = first * mbproj::rotation(half);
+    found.axes = first * mbproj::rotation(half);
     found.rotation = 2.0 * longer * sines;
     found.lead = sines / (1.0 + cosine);
-    found.H = longer * Matrix<3, 3>::Identity() + along * sines * sines.transpose();
+    found.H = longer * Matrix<3, 3>::Identity() + along * (sines * sines.transpose());
     found.cosine = cosine;
     return found;
 }
@@ -66,7 +66,7 @@ public:
           midway_(midway(Rotation<D>(pose[bushing.body[0]].rotation * bushing.turn[0]),
                          Rotation<D>(pose[bushing.body[1]].rotation * bushing.turn[1]))) {
         const Point<D> between = pose[bushing.body[1]].position + arm_[1] - pose[bushing.body[0]].position - arm_[0];
-        x_.noalias() = midway_.axes.transpose() * between;
+        x_ = midway_.axes.transpose() * between;
     }
 
     double cosine() const { return midway_.cosine; }

@@ -5,8 +5,7 @@
 // nothing.
 #pragma once
 
-#include <Eigen/Eigenvalues>
-
+#include "algebra/decompositions.hpp"
 #include "kinematics/loads.hpp"
 
 namespace mbproj {
@@ -116,6 +115,14 @@ public:
     double weight(int joint) const { return weights_[joint - model_.first_stiff()]; }
     // R of a joint, with D = RᵀR.
     const Root& root(int joint) const { return roots_[joint - model_.first_stiff()]; }
+    // R x of a joint with so many rows, in place of x.
+    void turn(int joint, int rows, double* x) const {
+        const Root& R = root(joint);
+        Column<F> found = Column<F>::Zero();
+        for (int r = 0; r < rows; ++r)
+            for (int c = 0; c < rows; ++c) found[r] += R(r, c) * x[c];
+        std::copy(found.begin(), found.begin() + rows, x);
+    }
     // Of the number f among the stiff forces, a law.
     double slope(std::size_t f) const { return slopes_[f]; }
 
@@ -134,9 +141,7 @@ private:
             if (model_.stiff[f].bushing < 0) continue;
             const Bushing<D>& bushing = model_.loads->bushings[model_.stiff[f].bushing];
             const Root weight = g * g * bushing.stiffness + g * bushing.damping;
-            const Eigen::SelfAdjointEigenSolver<Root> principal(0.5 * (weight + weight.transpose()));
-            roots_[f] =
-                principal.eigenvalues().cwiseMax(0.0).cwiseSqrt().asDiagonal() * principal.eigenvectors().transpose();
+            roots_[f] = mbproj::root<F>(0.5 * (weight + weight.transpose()));
         }
     }
 

@@ -31,7 +31,7 @@ template <int D> struct Moving {
 template <int D> void constraint(const Model<D>& model, const Pose<D>& pose, double* C) {
     for (const Instance& p : model.constraints.instances) {
         if (p.kind == Kind::coincident)
-            Eigen::Map<Point<D>>(C + p.row) = pose.place(p.slots[1]) - pose.place(p.slots[0]);
+            matrix_at<D>(C + p.row) = pose.place(p.slots[1]) - pose.place(p.slots[0]);
         else if (p.kind == Kind::perpendicular)
             C[p.row] = pose.spoke(p.slots[0]).dot(pose.spoke(p.slots[1])) - p.offset;
         else
@@ -72,8 +72,8 @@ void moving_rows(const Model<D>& model, const Pose<D>& pose, const Motion<D>& mo
     for (const Instance& p : model.constraints.instances) {
         if (p.kind == Kind::coincident) {
             const Moving<D> first(model, pose, motion, p.slots[0]), second(model, pose, motion, p.slots[1]);
-            if (C_dot) Eigen::Map<Point<D>>(C_dot + p.row) = second.x_dot - first.x_dot;
-            if (gamma) Eigen::Map<Point<D>>(gamma + p.row) = first.bias - second.bias;
+            if (C_dot) matrix_at<D>(C_dot + p.row) = second.x_dot - first.x_dot;
+            if (gamma) matrix_at<D>(gamma + p.row) = first.bias - second.bias;
             continue;
         }
         const RowRates rates = row_rates(model, p, pose, motion);
@@ -87,10 +87,13 @@ void moving_rows(const Model<D>& model, const Pose<D>& pose, const Motion<D>& mo
 template <int D, class Rows>
 void jacobian(const Model<D>& model, const Pose<D>& pose, const Joint& joint, int body, Rows&& G) {
     if (joint.bushing >= 0) {
-        G.topRows(joint.rows) = Deflection<D>(model.loads->bushings[joint.bushing], pose).gradient(body);
+        const auto gradient = Deflection<D>(model.loads->bushings[joint.bushing], pose).gradient(body);
+        for (int c = 0; c < gradient.cols(); ++c)
+            for (int r = 0; r < gradient.rows(); ++r) G(r, c) = gradient(r, c);
         return;
     }
-    G.topRows(joint.rows).setZero();
+    for (int c = 0; c < G.cols(); ++c)
+        for (int r = 0; r < joint.rows; ++r) G(r, c) = 0.0;
     for (int i = joint.begin; i < joint.end; ++i) {
         const Instance& p = model.constraints.instances[i];
         const int row = p.row - joint.row;

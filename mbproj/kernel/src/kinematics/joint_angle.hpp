@@ -17,7 +17,7 @@ JointAngle joint_angle(const Model<D>& model, const Pose<D>& pose, const Motion<
     Point<D> x[3], x_dot[3];
     for (int s = 0; s < 3; ++s) {
         const Attachment<D>& a = model.coordinates.attachments[p.slots[s]];
-        x[s].noalias() = pose[a.body].rotation * a.local;
+        x[s] = pose[a.body].rotation * a.local;
         x_dot[s] = turned_by(motion[a.body].omega, x[s]);
     }
     const double cosine = x[2].dot(x[0]), sine = x[2].dot(x[1]);

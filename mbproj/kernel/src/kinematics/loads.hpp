@@ -180,7 +180,7 @@ private:
             for (Point<D>& each : x) each.setZero();
             for (int s = 0; s < p.slot_count; ++s) {
                 const Attachment<D>& a = attachment(s);
-                spoke[s].noalias() = pose[a.body].rotation * a.local;
+                spoke[s] = pose[a.body].rotation * a.local;
                 x[s] = a.is_point ? Point<D>(pose[a.body].position + spoke[s]) : spoke[s];
             }
             gradient<D>(p, x, g);

@@ -10,20 +10,20 @@ template <int D> struct Part {
     using S = Size<D>;
     const double* at;
     Part(const double* y, int body) : at(y + S::state * body) {}
-    auto position() const { return Eigen::Map<const Point<D>>(at); }
-    auto orientation() const { return Eigen::Map<const Column<S::orientation>>(at + D); }
-    auto velocity() const { return Eigen::Map<const Point<D>>(at + S::pose); }
-    auto omega() const { return Eigen::Map<const Turn<D>>(at + S::pose + D); }
+    auto position() const { return matrix_at<D>(at); }
+    auto orientation() const { return matrix_at<S::orientation>(at + D); }
+    auto velocity() const { return matrix_at<D>(at + S::pose); }
+    auto omega() const { return matrix_at<S::turns>(at + S::pose + D); }
 };
 
 template <int D> struct WritablePart {
     using S = Size<D>;
     double* at;
     WritablePart(double* y, int body) : at(y + S::state * body) {}
-    auto position() const { return Eigen::Map<Point<D>>(at); }
-    auto orientation() const { return Eigen::Map<Column<S::orientation>>(at + D); }
-    auto velocity() const { return Eigen::Map<Point<D>>(at + S::pose); }
-    auto omega() const { return Eigen::Map<Turn<D>>(at + S::pose + D); }
+    auto position() const { return matrix_at<D>(at); }
+    auto orientation() const { return matrix_at<S::orientation>(at + D); }
+    auto velocity() const { return matrix_at<D>(at + S::pose); }
+    auto omega() const { return matrix_at<S::turns>(at + S::pose + D); }
 };
 
 template <int D> struct Placement {
@@ -50,7 +50,7 @@ public:
         }
         for (std::size_t a = 0; a < spokes_.size(); ++a) {
             const Attachment<D>& attachment = model_.constraints.attachments[a];
-            spokes_[a].noalias() = bodies_[attachment.body].rotation * attachment.local;
+            spokes_[a] = bodies_[attachment.body].rotation * attachment.local;
         }
     }
     const Placement<D>& operator[](int body) const { return bodies_[body]; }

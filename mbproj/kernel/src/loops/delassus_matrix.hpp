@@ -59,11 +59,11 @@ public:
     // Right-hand sides of compliant rows, which are given for J, for the rows R J; none where they are not in force.
     void scale(double* rhs) const {
         for (const int h : compliant_) {
-            Eigen::Map<Eigen::VectorXd> part(rhs + cholesky.row(h), held_[h].count);
+            double* part = rhs + cholesky.row(h);
             if (complies)
-                part = compliance_.root(held_[h].joint).topLeftCorner(part.size(), part.size()) * part.eval();
+                compliance_.turn(held_[h].joint, held_[h].count, part);
             else
-                part.setZero();
+                std::fill(part, part + held_[h].count, 0.0);
         }
     }
 
@@ -217,8 +217,7 @@ private:
         if (is_compliant && !complies) return at.Y.setZero(), void();
         jacobian<D>(model_, pose, model_.joints[held.joint], order_.loop_bodies[at.body], G);
         if (is_compliant)
-            G.topRows(held.count) =
-                compliance_.root(held.joint).topLeftCorner(held.count, held.count) * G.topRows(held.count).eval();
+            for (int c = 0; c < F; ++c) compliance_.turn(held.joint, held.count, &G(0, c));
         for (int r = 0; r < held.count; ++r) {
             Column<F> y = G.row(held.rows[r]).transpose();
             halves[at.body].forward(y);

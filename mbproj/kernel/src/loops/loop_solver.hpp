@@ -5,9 +5,9 @@
 #include <memory>
 #include <optional>
 
+#include "algebra/decompositions.hpp"
 #include "elimination/light_body.hpp"
 #include "loops/delassus_matrix.hpp"
-#include "loops/dense_qr.hpp"
 #include "loops/minimum_norm_multipliers.hpp"
 
 namespace mbproj {
@@ -48,7 +48,7 @@ public:
         rows_.fill(pose);
         const std::size_t bodies = F * work_.size();
         Eigen::MatrixXd Y = Eigen::MatrixXd::Zero(bodies + rows_.flywheels().size(), rows_.count());
-        each_column([&](int body, int row, const auto& y) { Y.template block<F, 1>(F * body, row) = y; });
+        each_column([&](int body, int row, const auto& y) { std::copy(y.data(), y.data() + F, &Y(F * body, row)); });
         each_flywheel([&](std::size_t f, int row, double y) { Y(bodies + f, row) = y; });
         qr_.factor(Y);
         return by_qr_ = true;
@@ -216,10 +216,10 @@ private:
     void improve_by_qr() {
         const std::size_t bodies = F * work_.size();
         Eigen::VectorXd w(bodies + spin_.size()), lambda;
-        for (std::size_t b = 0; b < work_.size(); ++b) w.template segment<F>(F * b) = work_[b];
+        for (std::size_t b = 0; b < work_.size(); ++b) std::copy(work_[b].begin(), work_[b].end(), &w[F * b]);
         for (std::size_t f = 0; f < spin_.size(); ++f) w[bodies + f] = spin_[f];
         qr_.solve(w, -Eigen::Map<const Eigen::VectorXd>(rhs_.data(), rhs_.size()), lambda);
-        for (std::size_t b = 0; b < work_.size(); ++b) work_[b] = w.template segment<F>(F * b);
+        for (std::size_t b = 0; b < work_.size(); ++b) work_[b] = matrix_at<F>(&w[F * b]);
         for (std::size_t f = 0; f < spin_.size(); ++f) spin_[f] = w[bodies + f];
         for (std::size_t r = 0; r < lambda_.size(); ++r) lambda_[r] += step_[r] = lambda[r];
     }
@@ -236,8 +236,8 @@ private:
                 half(light.body).backward(now);
                 light.change = now - light.moved;
                 light.moved = now;
-                change += light.change.dot(light.lent.cwiseProduct(light.change));
-                size += now.dot(light.lent.cwiseProduct(now));
+                change += light.change.dot(scaled(light.lent, light.change));
+                size += now.dot(scaled(light.lent, now));
             }
             if (change <= model_.thresholds.settled_part * size) return true;
             if (!(change < 0.5 * before)) return change <= model_.thresholds.settled_enough * size;
@@ -249,7 +249,7 @@ private:
                 lambda_.assign(lambda_.size(), 0.0);
             }
             for (const Light<D>& light : light_) {
-                Column<F> back = light.lent.cwiseProduct(shifted ? light.moved : light.change);
+                Column<F> back = scaled(light.lent, shifted ? light.moved : light.change);
                 half(light.body).forward(back);
                 work_[light.body] += back;
             }

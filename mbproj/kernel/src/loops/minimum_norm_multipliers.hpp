@@ -2,8 +2,7 @@
 // of them, rows weighed with the lengths that they are measured in, so that torques and forces compare.
 #pragma once
 
-#include <Eigen/Cholesky>
-
+#include "algebra/decompositions.hpp"
 #include "loops/delassus_matrix.hpp"
 
 namespace mbproj {
@@ -11,7 +10,7 @@ namespace mbproj {
 // T, rows left out × rows held, by the factor of S at hand: T S = Y_RᵀY_K; a second solution, on what the first leaves of
 // Y_R, gives back the digits that S squares away.
 template <int D> Eigen::MatrixXd combinations(const DelassusMatrix<D>& rows, const Pose<D>& pose, int left_out) {
-    using Y = Eigen::Matrix<double, Size<D>::freedoms, 1>;
+    using Y = Column<Size<D>::freedoms>;
     Eigen::MatrixXd T = Eigen::MatrixXd::Zero(left_out, rows.count());
     std::vector<int> begin(1, 0);
     for (const auto& some : rows.left_out()) begin.push_back(begin.back() + some.count);
@@ -62,7 +61,7 @@ void spread(const DelassusMatrix<D>& rows, const Model<D>& model, const Pose<D>&
     Eigen::MatrixXd A = weighed * T.transpose();
     for (std::size_t r = 0; r < left_out.size(); ++r)
         A(r, r) += model.row_scale[left_out[r]] * model.row_scale[left_out[r]];
-    const Eigen::VectorXd mu = A.llt().solve(weighed * own);
+    const Eigen::VectorXd mu = solved_positive(A, weighed * own);
     own -= T.transpose() * mu;
     for (std::size_t k = 0; k < held.size(); ++k) lambda[held[k]] = own[k];
     for (std::size_t r = 0; r < left_out.size(); ++r) lambda[left_out[r]] = mu[r];

@@ -1,15 +1,9 @@
 // Vectors, arms and orientations of the plane (D = 2) and of space (D = 3), so that everything above is written once.
 #pragma once
 
-#include <cmath>
-
-#include <Eigen/Core>
-#include <Eigen/Geometry>
+#include "algebra/operators.hpp"
 
 namespace mbproj {
-
-template <int Rows, int Columns> using Matrix = Eigen::Matrix<double, Rows, Columns>;
-template <int Rows> using Column = Eigen::Matrix<double, Rows, 1>;
 
 // Sizes: `turns` axes to turn about, `freedoms` of a body, `orientation` numbers (θ, or Euler parameters Λ), and the
 // state of a body: r, orientation, r' in global axes, ω in body axes.

@@ -224,8 +224,7 @@ private:
             double reach = 0.0;
             for (int s = 0; s < p.slot_count; ++s) {
                 const Attachment<D>& a = model_.constraints.attachments[p.slots[s]];
-                if (a.is_point)
-                    reach = std::max(reach, equations_.pose()[a.body].position.cwiseAbs().maxCoeff() + a.size);
+                if (a.is_point) reach = std::max(reach, equations_.pose()[a.body].position.largest() + a.size);
             }
             for (int r = p.row; r < p.row + p.rows; ++r) {
                 const double scale = std::min(1.0, model_.row_scale[r]);

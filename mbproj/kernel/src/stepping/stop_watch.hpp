@@ -119,7 +119,7 @@ private:
         for (Point<D>& each : x) each.setZero();
         for (int s = 0; s < p.slot_count; ++s) {
             const Attachment<D>& a = stops_.coordinates.attachments[p.slots[s]];
-            x[s].noalias() = pose[a.body].rotation * a.local;
+            x[s] = pose[a.body].rotation * a.local;
             x_dot[s] = turned_by(motion[a.body].omega, x[s]);
             if (!a.is_point) continue;
             x[s] += pose[a.body].position;
