@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import replace
 
+import numpy as np
+
 from mbproj.arrays import Array, Flags
 from mbproj.dataclass import dataclass
 from mbproj.dynamics.assembly.assemble import State
@@ -21,7 +23,9 @@ from mbproj.integrate.outcome.marks import Marks
 from mbproj.integrate.outcome.tally import Tally
 from mbproj.integrate.stiff.modes_at_a_step import FastModes
 from mbproj.integrate.stops.variants import Variant
+from mbproj.registry import implicit_integrators
 from mbproj.scene.records import Settings
+from mbproj.thresholds import THRESHOLDS
 
 #: What samples have one of each.
 ARRAYS = ("t", "q", "v", "acceleration", "turns", "step_size", "work")
@@ -79,9 +83,19 @@ class Reached:
 
 
 def one_step(variant: Variant, state: State, settings: Settings, whole: Leg, h: float, tally: Tally) -> Reached:
-    """A single step of size h, tried. Raises SimulationError where there is none."""
+    """A single step of size h, tried. Raises SimulationError where there is none. An implicit one leaves of Newton's
+    method what the tolerance allows, as the one that the run makes then, or the gap would not be that which was found;
+    but for steps near round-off, which error control refuses."""
     leg = Leg(state.t, h, whole.interval, whole.breaks, step=h, count=1)
     single = replace(settings, duration=h, step=h, tolerance=None)
+    grain = float(np.finfo(float).eps) * max(abs(state.t), whole.interval)
+    if (
+        whole.step is None
+        and settings.integrator in implicit_integrators()
+        and h > 4.0 * THRESHOLDS.fewest_grains * grain
+    ):
+        leg = replace(leg, step=None, count=0, times=(state.t, state.t + h), first=h)
+        single = replace(settings, duration=h)
     own = Tally()
     blocks = [block for block in samples_of(variant, state, single, leg, own) if block is not None]
     tally.count_evaluations(own.evaluations)
