@@ -1,5 +1,5 @@
 // What vectors and matrices of few numbers and their parts have in common: sizes and strides that the compiler knows, and
-// everything that reads them. Eigen's expressions would do the same; they took three quarters of the time and the memory
+// everything that reads them. Eigen's expressions would do the same; they took half of the time and the memory
 // of a compilation.
 #pragma once
 
