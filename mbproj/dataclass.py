@@ -43,7 +43,10 @@ _COMPLETING = RLock()
 
 
 class _Later:
-    """What the standard decorator finds in a class, in the place of which this stands until somebody asks."""
+    """What the standard decorator finds in a class, in the place of which this stands until somebody asks.
+
+    It stands until it is replaced: a class without it shows another thread what its base has.
+    """
 
     NAMES = ("__dataclass_fields__", "__dataclass_params__", "__match_args__")
 
@@ -53,9 +56,8 @@ class _Later:
     def __get__(self, record: object, cls: type | None = None) -> Any:
         with _COMPLETING:
             if self._class.__dict__.get(self._name) is self:
-                for name in self.NAMES:
-                    delattr(self._class, name)
-                dataclasses.dataclass(init=False, repr=False, eq=False)(self._class)
+                dataclasses.dataclass(init=False, repr=False, eq=False, match_args=False)(self._class)
+                self._class.__match_args__ = tuple(each.name for each in fields(self._class))
         return getattr(self._class, self._name)
 
 

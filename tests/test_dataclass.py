@@ -6,6 +6,7 @@ import copy
 import dataclasses
 import inspect
 import pickle
+import sys
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import FrozenInstanceError, asdict, field, fields, replace
 
@@ -125,9 +126,13 @@ def test_fields_are_found_when_they_are_asked_for():
     later = [vars(kind)["__dataclass_fields__"] for kind in (point, named)]
     assert dataclasses.is_dataclass(named)
     assert not any(vars(kind)["__dataclass_fields__"] in later for kind in (point, named))
-    with ThreadPoolExecutor(8) as pool:
-        fresh = [declared(dataclass)[1] for _ in range(50)]
-        found = list(
-            pool.map(lambda kind: [each.name for each in fields(kind)], [kind for kind in fresh for _ in "1234"])
-        )
+    fresh = [declared(dataclass)[1] for _ in range(50)]
+    patience = sys.getswitchinterval()
+    sys.setswitchinterval(1e-6)  # threads meet within the finding
+    try:
+        with ThreadPoolExecutor(8) as pool:
+            asked = [kind for kind in fresh for _ in "1234"]
+            found = list(pool.map(lambda kind: [each.name for each in fields(kind)], asked))
+    finally:
+        sys.setswitchinterval(patience)
     assert found == [["x", "y", "tags", "secret", "name"]] * 200

@@ -75,11 +75,9 @@ inline bool complement(const Column<2>* rows, int count, Matrix<2, 2>& basis, Ma
     P /= cross;
     return cross * cross > parallel * square * rows[1].squaredNorm();
 }
-// A unit vector.
-inline Column<3> normal_to(const Column<3>& v) {
-    constexpr double small = 1e-12;
-    const bool lies_along_z = std::abs(v.x()) <= small * std::abs(v.z()) && std::abs(v.y()) <= small * std::abs(v.z());
-    if (!lies_along_z) {
+// A unit vector; `parallel`: the square of the sine below which v lies along z.
+inline Column<3> normal_to(const Column<3>& v, double parallel) {
+    if (v.head<2>().squaredNorm() > parallel * v.z() * v.z()) {
         const double inverse = 1.0 / v.head<2>().norm();
         return {-v.y() * inverse, v.x() * inverse, 0.0};
     }
@@ -93,7 +91,7 @@ inline bool complement(const Column<3>* rows, int count, Matrix<3, 3>& basis, Ma
     }
     const double square = rows[0].squaredNorm();
     if (count == 1) {
-        basis.col(0) = normal_to(rows[0]);
+        basis.col(0) = normal_to(rows[0], parallel);
         basis.col(1) = rows[0].cross(basis.col(0)) / std::sqrt(square);
         P.col(0) = rows[0] / square;
         return square > 0.0;
