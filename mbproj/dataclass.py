@@ -48,7 +48,8 @@ class _Later:
     It stands until it is replaced: a class without it shows another thread what its base has.
     """
 
-    NAMES = ("__dataclass_fields__", "__dataclass_params__", "__match_args__")
+    MATCHED = "__match_args__"
+    NAMES = ("__dataclass_fields__", "__dataclass_params__", MATCHED)
 
     def __init__(self, cls: type, name: str) -> None:
         self._class, self._name = cls, name
@@ -57,7 +58,7 @@ class _Later:
         with _COMPLETING:
             if self._class.__dict__.get(self._name) is self:
                 dataclasses.dataclass(init=False, repr=False, eq=False, match_args=False)(self._class)
-                self._class.__match_args__ = tuple(each.name for each in fields(self._class))
+                setattr(self._class, self.MATCHED, tuple(each.name for each in fields(self._class)))
         return getattr(self._class, self._name)
 
 
