@@ -62,7 +62,7 @@ class EventRecorder(Recorder, Protocol):
         """Takes all, in the order of time, when the run ends or stops."""
 
 
-#: Called after every block with the simulated time reached, in s.
+#: Called with the simulated time reached, in s: after every block of samples, and now and then where there are none.
 Progress = Callable[[float], None]
 #: Called before every block with the formulation, the program's build, and the state from which another run can go on.
 Keep = Callable[[str, str, Mark], None]
@@ -126,7 +126,12 @@ def simulate(
         stiffness.naming(),
     ):
         run = _march(choice, system, state, settings, tally=tally, marks=marks, automatic=automatic)
-        for samples in _blocks(run, asked, block_samples(system.bodies)):
+
+        def pause() -> None:
+            if progress is not None:
+                progress(tally.reached)
+
+        for samples in _blocks(run, asked, pause, block_samples(system.bodies)):
             reached = float(samples.t[-1]), samples.q[-1]
             handed_over = _Clocks.now()
             block = observer.at(samples)
@@ -146,7 +151,7 @@ def simulate(
             if recorder is not None:
                 recorder.write(block)
             if progress is not None:
-                progress(float(samples.t[-1]))
+                progress(max(reached[0], tally.reached))
             recording = recording.plus(_Clocks.now() - handed_over)
     integration = _Clocks.now() - started - recording
     return Report(
@@ -246,13 +251,18 @@ def _floors(system: System, samples: Samples) -> Array:
     return np.array([grain.max(initial=0.0) for grain in grains])
 
 
-def _blocks(run: Iterator[Samples | None], asked: Interruption, most: int) -> Iterator[Samples]:
-    """The samples in blocks of about so many; when the run fails or is interrupted, first what it had computed."""
+def _blocks(
+    run: Iterator[Samples | None], asked: Interruption, pause: Callable[[], None], most: int
+) -> Iterator[Samples]:
+    """The samples in blocks of about so many; when the run fails or is interrupted, first what it had computed. Where
+    time has passed without a sample, `pause` is called."""
     pending: list[Samples] = []
     opened = perf_counter()
     try:
         for samples in run:
-            if samples is not None:
+            if samples is None:
+                pause()
+            else:
                 pending.append(samples)
             asked.check()
             count = sum(len(part.t) for part in pending)

@@ -31,6 +31,7 @@ from mbproj.results.events import Happening
 from mbproj.results.faults import OutputError, cannot_write, status_of
 from mbproj.results.file.attributes import put
 from mbproj.results.file.checksums import crc32, stamp, stamp_attributes
+from mbproj.results.file.dataset import CHUNK_CACHE
 from mbproj.results.files import check_output, part_path
 from mbproj.results.layout import ALL_NAMES, CONSTANTS, LATER_NAMES, Dataset, datasets_for, trailing
 from mbproj.results.provenance import Attribute, as_text, create_text, root_attributes, write_scene
@@ -107,7 +108,7 @@ class ResultsWriter:
             reserve(self._descriptor, MARGIN)
             write_whole(self._descriptor, image)
             reserve(self._descriptor, len(image) + MARGIN)
-            self._file = h5py.File(self.part, "r+", libver=VERSIONS)
+            self._file = h5py.File(self.part, "r+", libver=VERSIONS, **CHUNK_CACHE)
             self._file.swmr_mode = True
             self._targets = {dataset.path: opened(self._file, dataset.path) for dataset in self._datasets}
         except OSError as error:
@@ -207,7 +208,7 @@ class ResultsWriter:
         values = np.asarray(block[dataset.path])
         if values.shape != expected:
             raise ValueError(f"'{dataset.path}' has the shape {values.shape} where {expected} is due")
-        return values.astype(dataset.dtype, casting="same_kind", copy=True)
+        return values.astype(dataset.dtype, order="C", casting="same_kind", copy=True)
 
     def _flush(self) -> None:
         """Append what is buffered. What an interruption leaves half done is written again at the same place."""

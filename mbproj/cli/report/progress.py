@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from threading import Event, Lock, Thread
 from time import monotonic
-from typing import TextIO
+from typing import TYPE_CHECKING, TextIO
 
 import click
 
@@ -15,6 +15,9 @@ from mbproj.cli.streams import commanding
 from mbproj.integrate.simulate import Progress
 from mbproj.outputs.escapes import escaped
 from mbproj.studies.parallel.progress import ALIKE, Tell, silent
+
+if TYPE_CHECKING:
+    from click._termui_impl import ProgressBar
 
 #: Positions of the bar: enough for a duration of any unit.
 STEPS = 1000
@@ -111,6 +114,42 @@ def telling(hidden: bool) -> Iterator[Tell]:
         yield Telling(shown)
 
 
+class Pace:
+    """How long a run still takes until `end` (s of simulated time): as long a simulated second as so far, on the
+    average since the first call. What went on before that, an earlier leg of a continued run say, has no part in it."""
+
+    def __init__(self, end: float, clock: Callable[[], float] = monotonic) -> None:
+        self._end, self._clock = end, clock
+        self._first: tuple[float, float] | None = None
+
+    def reach(self, time: float) -> float:
+        """A run has come to a simulated time: seconds that it still takes, 0 where that is not known."""
+        now = self._clock()
+        begun, start = self._first = self._first or (now, time)
+        return (now - begun) / (time - start) * (self._end - time) if time > start else 0.0
+
+
+class Bar:
+    """A run's bar on a terminal, of all of its simulated time; beside it the time left."""
+
+    def __init__(self, stream: TextIO, duration: float, clock: Callable[[], float] = monotonic) -> None:
+        self._duration, self._pace, self._left = duration, Pace(duration, clock), 0.0
+        self.bar: ProgressBar[int] = click.progressbar(
+            length=STEPS,
+            file=stream,
+            label="simulating",
+            show_eta=False,
+            show_percent=True,
+            item_show_func=lambda _: f"{_duration(self._left)} left" if self._left else None,
+        )
+
+    def reach(self, time: float) -> None:
+        """The run has come to a simulated time."""
+        self._left = self._pace.reach(time)
+        self.bar.update(max(0, int(STEPS * time / self._duration) - self.bar.pos))
+        self.bar.render_progress()
+
+
 @contextmanager
 def progress_bar(duration: float | None, hidden: bool) -> Iterator[Progress | None]:
     """A function to call with the simulated time (s) reached, of `duration` s; None where nothing is to be shown. On a
@@ -118,13 +157,26 @@ def progress_bar(duration: float | None, hidden: bool) -> Iterator[Progress | No
     if hidden or not duration:
         yield None
     elif sys.stderr.isatty():
-        with click.progressbar(length=STEPS, file=commanding(sys.stderr), label="simulating", show_percent=True) as bar:
-            yield lambda time: bar.update(max(0, int(STEPS * time / duration) - bar.pos))
+        shown_bar = Bar(commanding(sys.stderr), duration)
+        with shown_bar.bar:
+            yield shown_bar.reach
     else:
         with line() as shown:
             done = f"of {duration:.4g} s simulated"
-            yield lambda time: shown.say(f"{time:.4g} {done}") if time < duration else shown.clear()
+            pace = Pace(duration)
+
+            def reach(time: float) -> None:
+                left = pace.reach(time)
+                shown.say(f"{time:.4g} {done}", left) if time < duration else shown.clear()
+
+            yield reach
 
 
 def _duration(seconds: float) -> str:
-    return f"{seconds:.0f} s" if seconds < 100 else f"{seconds / 60:.0f} min"
+    """Right to 5 %."""
+    if seconds < 100:
+        return f"{seconds:.0f} s" if seconds >= 10 else f"{seconds:.2g} s"
+    minutes, hours = seconds / 60, seconds / 3600
+    if minutes < 100:
+        return f"{minutes:.1f} min" if minutes < 10 else f"{minutes:.0f} min"
+    return f"{hours:.1f} h" if hours < 100 else f"{hours:.0f} h"

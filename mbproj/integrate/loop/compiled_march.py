@@ -58,7 +58,11 @@ def march(
         _take_events(compiled.system, run, tally)
         tally.halved = _halved(compiled.system, run)
         counters = dict(zip(tally.counters(), block["counters"].T, strict=True))
-        yield _samples(compiled, block, counters) if len(block["t"]) else None
+        if len(block["t"]):
+            yield _samples(compiled, block, counters)
+        else:
+            tally.reached = float(run.standing["t"])
+            yield None
         if looks is not None and run.pauses and looks.look(_standing(compiled, run, tally)):
             return
     if run.outcome.status == compiled.core.Status.halted:

@@ -62,7 +62,8 @@ def with_another(halved: Sequence[Halved], one: Halved) -> list[Halved]:
 class Tally:
     """Counters since the start, the peaks of |C|, of |C'|, and of |C| over the joints' rows alone, and the seconds that
     each phase of the steps took, where they were measured (a sample of the steps). `met`: the events in the state where
-    steps ended; `passed`: what fixed steps passed over; `halved`: for want of what they were halved."""
+    steps ended; `passed`: what fixed steps passed over; `halved`: for want of what they were halved; `reached`: where a
+    run is that came back without samples, s."""
 
     steps: int = 0
     rejected_steps: int = 0
@@ -80,6 +81,7 @@ class Tally:
     met: list[Event] = field(default_factory=list)
     passed: list[Passed] = field(default_factory=list)
     halved: list[Halved] = field(default_factory=list)
+    reached: float = 0.0
 
     def counters(self) -> dict[str, int]:
         """The counters by name."""

@@ -175,6 +175,7 @@ class StopMarch:
     def _count(self, start: dict[str, int], own: Tally) -> None:
         """The whole run's counters and peaks, with those of a leg."""
         self.tally.set_counters(start[name] + value for name, value in own.counters().items())
+        self.tally.reached = own.reached
         for name in ("position_peak", "velocity_peak", "joint_peak"):
             peak = getattr(own, name)
             of_joints = 0 if name == "joint_peak" else self.system.bodies

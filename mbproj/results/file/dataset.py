@@ -6,7 +6,9 @@ Methods raise one of `DAMAGE` where the bytes of the file are not what they shou
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from functools import cached_property
+from types import MappingProxyType
 from typing import Any, final
 
 import h5py
@@ -22,6 +24,10 @@ DAMAGE = (OSError, RuntimeError, LookupError, ValueError, TypeError, AttributeEr
 #: Filters that others may have put on (h5repack, say): those that come with HDF5 and h5py. The first two compress.
 COMPRESSING = frozenset((h5z.FILTER_DEFLATE, h5z.FILTER_LZF))
 FILTERS = COMPRESSING | {h5z.FILTER_SHUFFLE, h5z.FILTER_FLETCHER32}
+
+#: What HDF5 keeps in memory of each dataset's chunks: as much as the largest that mbproj writes. By itself it keeps
+#: 8 MB of each of some forty datasets, although every chunk is written once.
+CHUNK_CACHE: Mapping[str, int] = MappingProxyType({"rdcc_nbytes": 2**18, "rdcc_nslots": 101})
 
 #: Sizes of axes; None: any.
 Shape = tuple[int | None, ...]

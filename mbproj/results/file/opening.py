@@ -13,7 +13,7 @@ from mbproj.rehearsal import rehearse
 from mbproj.results.faults import damaged, not_ours
 from mbproj.results.file.checksums import plain
 from mbproj.results.file.contents import Contents
-from mbproj.results.file.dataset import DAMAGE
+from mbproj.results.file.dataset import CHUNK_CACHE, DAMAGE
 from mbproj.results.file.lock import is_locked
 from mbproj.results.file.regular import check_regular
 from mbproj.results.file.structure import check_structure
@@ -72,10 +72,10 @@ def _open_contents(path: Path, *, looked_over: bool = False) -> Contents:
 
 def _open(path: Path, unfinished: bool) -> h5py.File:
     if not unfinished:
-        return h5py.File(path, "r", locking=False)
+        return h5py.File(path, "r", locking=False, **CHUNK_CACHE)
     if is_locked(path):
-        return h5py.File(path, "r", swmr=True, locking=False)
-    return h5py.File(ClosedView(path), "r")
+        return h5py.File(path, "r", swmr=True, locking=False, **CHUNK_CACHE)
+    return h5py.File(ClosedView(path), "r", **CHUNK_CACHE)
 
 
 def identify(path: Path) -> Identity:

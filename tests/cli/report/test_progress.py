@@ -12,21 +12,7 @@ from mbproj.cli.report import progress
 from mbproj.cli.report.progress import Line, Telling
 from mbproj.studies.parallel.progress import TIMING
 from tests.cli.commands import FIVE_BAR
-
-
-class Clock:
-    """Seconds that pass when the test says so."""
-
-    def __init__(self) -> None:
-        self.now = 100.0
-
-    def __call__(self) -> float:
-        return self.now
-
-
-class Terminal(io.StringIO):
-    def isatty(self) -> bool:
-        return True
+from tests.cli.report.watched import Clock, Terminal
 
 
 def told(*events: tuple[float, str, int, int]) -> list[str]:
@@ -52,9 +38,9 @@ def test_what_is_piped_gets_a_line_now_and_then() -> None:
         "runs: 0 of 4, 30 s so far",
         "runs: 1 of 4, 60 s so far",
         "runs: 1 of 4, 90 s so far",
-        "runs: 2 of 4, 2 min so far",
-        "runs: 3 of 4, 2 min so far",
-        "runs: 3 of 4, 3 min so far",
+        "runs: 2 of 4, 2.0 min so far",
+        "runs: 3 of 4, 2.5 min so far",
+        "runs: 3 of 4, 3.0 min so far",
     ]
 
 
