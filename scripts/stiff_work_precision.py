@@ -25,8 +25,9 @@ from pathlib import Path
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 sys.path.insert(0, str(Path(__file__).parent))
 
+from extremes.time_limit import at_most
 from stiff.cases import CASES, chain
-from stiff.measure import Outcome, TooLong, at_most, cheapest, fastest, run
+from stiff.measure import Outcome, cheapest, fastest, run
 
 from mbproj.errors import SimulationError
 from mbproj.scene.records import Scene
@@ -69,7 +70,7 @@ def least_times(scene: Scene, until: float, error: float, reference: Outcome, lo
         try:
             with at_most(longest):
                 best = cheapest(scene, until, name, reference, error)
-        except TooLong:
+        except TimeoutError:
             said[name] = f"takes more than {longest:g} s"
             continue
         if best is None:
@@ -135,7 +136,7 @@ def main() -> None:
             try:
                 with at_most(REFERENCES * options.longest):
                     reference, certain = reference_of(scene, options.until, options.reference)
-            except TooLong:
+            except TimeoutError:
                 print(f"{case}, {k:.0e}: no reference in {REFERENCES * options.longest:g} s", flush=True)
                 continue
             print(f"{case}, {k:.0e}: the reference is certain to {certain:.1e}, {reference.steps:,} steps")

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import signal
 from collections.abc import Callable, Iterator, Mapping
-from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from functools import lru_cache
 from time import perf_counter
@@ -22,6 +20,8 @@ from mbproj.scene import Scene, read_scene_text
 from mbproj.scene.records import ProjectionSettings, Settings
 from mbproj.scene.settings import DEFAULTS
 from mbproj.thresholds import THRESHOLDS
+
+from .time_limit import at_most
 
 #: A motion that is off by less, relative to its own size, is right; a closure of so many floors is closed.
 RIGHT, CLOSED = 1e-6, 100.0
@@ -133,7 +133,7 @@ def attempt(extreme: Extreme, value: float, method: str, formulation: str, steps
     """Runs an extreme at a value, for so many `steps` at most."""
     key, started = (extreme.name, value, method, formulation), perf_counter()
     try:
-        with np.errstate(all="ignore"), _limited(extreme.limit):
+        with np.errstate(all="ignore"), at_most(extreme.limit):
             done = run(extreme, value, method, formulation, steps)
     except TimeoutError:
         return Outcome(*key, "ENDLESS", seconds=perf_counter() - started)
@@ -205,19 +205,3 @@ def _error(extreme: Extreme, done: Done, value: float) -> float:
     if not all(np.isfinite(done[path]).all() for path in RECORDED):
         return float("inf")
     return extreme.error(done, value)
-
-
-@contextmanager
-def _limited(seconds: float) -> Iterator[None]:
-    """Raises TimeoutError in what takes longer."""
-
-    def stop(*_: object) -> None:
-        raise TimeoutError
-
-    before = signal.signal(signal.SIGALRM, stop)
-    signal.setitimer(signal.ITIMER_REAL, seconds)
-    try:
-        yield
-    finally:
-        signal.setitimer(signal.ITIMER_REAL, 0.0)
-        signal.signal(signal.SIGALRM, before)

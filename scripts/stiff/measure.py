@@ -2,11 +2,7 @@
 
 from __future__ import annotations
 
-import signal
-from collections.abc import Iterator
-from contextlib import contextmanager
 from dataclasses import dataclass
-from types import FrameType
 
 import numpy as np
 
@@ -69,26 +65,6 @@ def run(scene: Scene, until: float, integrator: str, tolerance: float) -> Outcom
         closure=max(report.position_violation.value, report.velocity_violation.value),
         seconds=report.integration_cpu_seconds,
     )
-
-
-class TooLong(Exception):
-    """A run takes longer than anybody waits."""
-
-
-@contextmanager
-def at_most(seconds: float) -> Iterator[None]:
-    """Raises TooLong where what is within takes longer; the kernel comes back a few times a second."""
-
-    def end(signal_number: int, frame: FrameType | None) -> None:
-        raise TooLong
-
-    before = signal.signal(signal.SIGALRM, end)
-    signal.setitimer(signal.ITIMER_REAL, seconds)
-    try:
-        yield
-    finally:
-        signal.setitimer(signal.ITIMER_REAL, 0.0)
-        signal.signal(signal.SIGALRM, before)
 
 
 def cheapest(
