@@ -11,6 +11,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import NullFormatter
 
+from mbproj.analysis.thinned import MANY, thinned
 from mbproj.plot.margins import put_legend, small_print
 from mbproj.plot.style import AXIS_HEIGHT, LABEL_SIZE, PAGE_HEIGHT, PANEL_HEIGHT, WIDTH, line
 from mbproj.plot.words import fitted, literal
@@ -79,6 +80,16 @@ def finish(figure: Figure, *, remark: str = "", with_legend: bool = True) -> Fig
     on_the_floor = ON_THE_FLOOR if any(np.any(values == FLOOR) for values in drawn) else ""
     small_print(figure, "; ".join(part for part in (remark, on_the_floor) if part))
     return figure
+
+
+def thin(figure: Figure) -> None:
+    """Leave out what nobody can see of very long lines: a million points take minutes, and make files that no program
+    opens."""
+    for axis in figure.axes:
+        for shown in axis.lines:
+            x, y = (np.asarray(values) for values in shown.get_data())
+            if len(x) >= MANY:
+                shown.set_data(*thinned(x.astype(float), y.astype(float)))
 
 
 def _whole_decades(axis: Axes) -> None:

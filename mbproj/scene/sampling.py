@@ -3,7 +3,12 @@
 from __future__ import annotations
 
 import math
+from bisect import bisect_left, bisect_right
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import overload
 
+from mbproj.dataclass import dataclass
 from mbproj.errors import InputError, Problem
 from mbproj.scene.records import Settings
 
@@ -13,7 +18,7 @@ DEFAULT_SAMPLES = 1000
 SAME_TIME = 1e-12
 #: The time of a step is a multiple of it: of more, 16 digits cannot tell one from the next.
 MOST_STEPS = 1e15
-#: An error-controlled run holds the times of all its samples in memory.
+#: An error-controlled run has so many samples at most: beyond, its file would be some 10 GB.
 MOST_SAMPLES = 1e7
 
 
@@ -67,7 +72,43 @@ def output_every(settings: Settings) -> int:
     return 1 if settings.output_step is None else max(1, round(settings.output_step / settings.step))
 
 
-def output_times(settings: Settings, start: float) -> list[float]:
+@dataclass(frozen=True)
+class SampleTimes(Sequence[float]):
+    """The times of `number` samples: the `first`, then origin + k interval from the k after `offset` on, and the
+    `last`. None of them is kept: a million take no more memory than two."""
+
+    first: float
+    last: float
+    origin: float
+    interval: float
+    offset: int = 0
+    number: int = 2
+
+    def __len__(self) -> int:
+        return self.number
+
+    @overload
+    def __getitem__(self, index: int) -> float: ...
+    @overload
+    def __getitem__(self, index: slice) -> list[float]: ...
+    def __getitem__(self, index: int | slice) -> float | list[float]:
+        if isinstance(index, slice):
+            return [self[k] for k in range(*index.indices(self.number))]
+        k = index + self.number if index < 0 else index
+        if not 0 <= k < self.number:
+            raise IndexError(index)
+        if k == 0:
+            return self.first
+        return self.last if k == self.number - 1 else self.origin + (self.offset + k) * self.interval
+
+    def part(self, first: float, last: float) -> SampleTimes:
+        """Of a part of the run, from its first time to its last one, which come beside those of samples between."""
+        begin = bisect_right(self, first)
+        end = min(max(bisect_left(self, last), begin), self.number - 1)
+        return replace(self, first=first, last=last, offset=self.offset + begin - 1, number=end - begin + 2)
+
+
+def output_times(settings: Settings, start: float) -> SampleTimes:
     """The times of the samples of an error-controlled run, from the start to the end of the duration. Raises InputError
     where they are too many."""
     _require_fewer(settings)
@@ -75,10 +116,8 @@ def output_times(settings: Settings, start: float) -> list[float]:
     interval = _interval(settings)
     ratio = settings.duration / interval
     count = round(ratio) if abs(ratio - round(ratio)) <= 1e-9 * ratio else math.floor(ratio)
-    times = [start + k * interval for k in range(count)] + [start + settings.duration]
-    if abs(ratio - count) > 1e-9 * ratio:
-        times.insert(-1, start + count * interval)
-    return times
+    odd = abs(ratio - count) > 1e-9 * ratio  # the last interval is shorter
+    return SampleTimes(start, start + settings.duration, start, interval, number=count + 1 + odd)
 
 
 def nearest_samples(settings: Settings, time: float) -> tuple[float, ...] | None:

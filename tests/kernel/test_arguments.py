@@ -76,7 +76,7 @@ CRASHES = {
     "model(joint_begin=np.array([0, 99, 2]))": "joint_begin",
     "model(constraints=primitives(bodies=10**6, body=np.array([0, 999_999, 1, 0])))": "bodies",
     "run(projection=projection(every=0))": "every",
-    "run(steps=core().Steps.by_error(0.0, 1.0, 1e-6, [0.0, 1.0]))": "error",
+    "run(steps=core().Steps.by_error(0.0, 1.0, 1e-6, (0.0, 1.0, 0, 2)))": "error",
     "run(tableau=tableau(b=np.zeros(0)))": "b has a wrong shape",
     "run(tableau=tableau(b=np.ones(400)))": "a has a wrong shape",
 }
@@ -111,7 +111,17 @@ def test_steps_are_checked(step):
     with pytest.raises(ValueError, match="step is not positive"):
         core().Steps.fixed(0.0, 1.0, step, 10, 1)
     with pytest.raises(ValueError, match="tolerance is not positive"):
-        core().Steps.by_error(0.0, 1.0, step, [1.0])
+        core().Steps.by_error(0.0, 1.0, step, (0.0, 1.0, 0, 2))
+
+
+#: Origin, interval, offset and number of samples that do not increase from 0 to 1.
+SAMPLES = [(0.0, 0.5, 0, 1), (0.0, 0.0, 0, 3), (0.0, 0.6, 0, 4), (0.0, NAN, 0, 3), (0.0, 0.1, -1, 3)]
+
+
+@pytest.mark.parametrize("samples", SAMPLES)
+def test_times_of_samples_are_checked(samples):
+    with pytest.raises(ValueError, match="samples do not increase"):
+        core().Steps.by_error(0.0, 1.0, 1e-6, samples)
 
 
 @pytest.mark.parametrize("code", CRASHES)

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import numpy as np
 
+from mbproj.arrays import Array, Flags
 from mbproj.dataclass import dataclass
 from mbproj.integrate.events.breaks import Break, breaks_of
 from mbproj.model.system import System
 from mbproj.scene.records import Settings
-from mbproj.scene.sampling import output_every, output_interval, output_times, whole_steps
+from mbproj.scene.sampling import SampleTimes, output_every, output_interval, output_times, whole_steps
 
 
 @dataclass(frozen=True)
@@ -24,7 +25,7 @@ class Leg:
     step: float | None = None
     count: int = 0
     every: int = 1
-    times: Sequence[float] = ()
+    times: SampleTimes | None = None
     first: float | None = None
 
     @classmethod
@@ -36,6 +37,15 @@ class Leg:
             return cls(start, duration, interval, breaks, times=output_times(settings, start))
         steps, every = whole_steps(settings), output_every(settings)
         return cls(start, duration, interval, breaks, settings.step, steps, every)
+
+    def records_at(self, times: Array) -> Flags:
+        """Which of some times are those of samples, with error control."""
+        grid = self.times
+        assert grid is not None
+        k = np.clip(np.rint((times - grid.origin) / grid.interval) - grid.offset, 1, max(grid.number - 2, 1))
+        regular = (grid.origin + (grid.offset + k) * grid.interval == times) & (grid.number > 2)
+        found: Flags = regular | (times == grid.first) | (times == grid.last)
+        return found
 
     @property
     def end(self) -> float:

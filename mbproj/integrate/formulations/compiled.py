@@ -241,6 +241,7 @@ def _steps(core: ModuleType, settings: Settings, leg: Leg) -> Any:
     breaks = [tuple(each) for each in leg.breaks]
     if leg.step is not None:
         return core.Steps.fixed(leg.start, leg.duration, leg.step, leg.count, leg.every, breaks)
-    return core.Steps.by_error(
-        leg.start, leg.duration, settings.tolerance, list(leg.times), breaks, -1.0 if leg.first is None else leg.first
-    )
+    assert leg.times is not None
+    samples = (leg.times.origin, leg.times.interval, leg.times.offset, leg.times.number)
+    first = -1.0 if leg.first is None else leg.first
+    return core.Steps.by_error(leg.start, leg.duration, settings.tolerance, samples, breaks, first)

@@ -73,6 +73,7 @@ class ErrorControl:
     def steps(self, point: Point, h: float, control: Controller) -> Iterator[Sample]:
         """The samples that follow a point, from which the next step is of size h."""
         run, times, lost = self.run, self.run.leg.times, None
+        assert times is not None
         done = bisect_right(times, point.t)
         while done < len(times):
             if not h >= THRESHOLDS.fewest_grains * run.grain(point.t):

@@ -25,6 +25,7 @@ from mbproj.integrate.stiff.modes_at_a_step import FastModes
 from mbproj.integrate.stops.variants import Variant
 from mbproj.registry import implicit_integrators
 from mbproj.scene.records import Settings
+from mbproj.scene.sampling import SampleTimes
 from mbproj.thresholds import THRESHOLDS
 
 #: What samples have one of each.
@@ -94,7 +95,7 @@ def one_step(variant: Variant, state: State, settings: Settings, whole: Leg, h: 
         and settings.integrator in implicit_integrators()
         and h > 4.0 * THRESHOLDS.fewest_grains * grain
     ):
-        leg = replace(leg, step=None, count=0, times=(state.t, state.t + h), first=h)
+        leg = replace(leg, step=None, count=0, times=SampleTimes(state.t, state.t + h, state.t, h), first=h)
         single = replace(settings, duration=h)
     own = Tally()
     blocks = [block for block in samples_of(variant, state, single, leg, own) if block is not None]

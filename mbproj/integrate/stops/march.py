@@ -9,7 +9,6 @@ while t < end:
 
 from __future__ import annotations
 
-from bisect import bisect_right
 from collections.abc import Iterator
 from dataclasses import replace
 from typing import Any
@@ -97,8 +96,9 @@ class StopMarch:
         """From where the run is to its end; of fixed steps that are cut, to the next of their grid."""
         t, whole = self.state.t, self.whole
         if whole.step is None:
-            times = whole.times[bisect_right(whole.times, t) :]
-            return replace(whole, start=t, duration=whole.end - t, times=(t, *times[:-1], t + (whole.end - t)))
+            assert whole.times is not None
+            duration = whole.end - t
+            return replace(whole, start=t, duration=duration, times=whole.times.part(t, t + duration))
         made = (t - whole.start) / whole.step
         k = round(made)
         if (
@@ -161,9 +161,7 @@ class StopMarch:
         """The times of the whole run's samples that these are, NaN for those that are none."""
         whole = self.whole
         if whole.step is None:
-            times = np.asarray(whole.times)
-            at = np.clip(np.searchsorted(times, t), 0, len(times) - 1)
-            found = np.where(times[at] == t, t, np.nan)
+            found = np.where(whole.records_at(t), t, np.nan)
         else:
             n = np.round((t - whole.start) / whole.step)
             is_one = (np.abs(t - whole.start - n * whole.step) <= THRESHOLDS.on_grid * whole.step) & (
@@ -243,9 +241,8 @@ class StopMarch:
         t, whole = standing.state.t, self.whole
         if whole.step is not None:
             return replace(whole, start=t, duration=h, step=h, count=1, every=1)
-        first, last = bisect_right(whole.times, t), bisect_right(whole.times, t + h)
-        inside = [time for time in whole.times[first:last] if time < t + h]
-        return replace(whole, start=t, duration=h, times=(t, *inside, t + h), first=h)
+        assert whole.times is not None
+        return replace(whole, start=t, duration=h, times=whole.times.part(t, t + h), first=h)
 
     def _meet(self, state: State, what: Meaning) -> None:
         """What happens at a state; from here on these contacts hold."""

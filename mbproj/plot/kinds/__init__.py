@@ -133,6 +133,7 @@ def draw(
             figure, mark(figure, results, limit or import_module("mbproj.analysis.trust").usual_limit(results))
         )
     import_module("mbproj.plot.margins").small_print(figure, caption(results))
+    import_module("mbproj.plot.panels").thin(figure)
     return figure
 
 

@@ -121,16 +121,20 @@ void add_settings(nb::module_& m) {
             nb::arg("breaks") = BreakNumbers())
         .def_static(
             "by_error",
-            [](double start, double duration, double tolerance, std::vector<double> times, const BreakNumbers& breaks,
-               double first) {
+            [](double start, double duration, double tolerance,
+               const std::tuple<double, double, long, std::size_t>& grid, const BreakNumbers& breaks, double first) {
                 require_positive(duration, "duration");
                 require_positive(tolerance, "tolerance");
-                bool increasing = std::isfinite(start) && !times.empty() && times.front() == start;
-                for (std::size_t i = 1; i < times.size(); ++i) increasing = increasing && times[i] > times[i - 1];
-                if (!increasing) refuse("times", "do not increase from the start");
-                return Steps{start, duration, -1.0, tolerance, 0, 1, std::move(times), breaks_of(breaks), first};
+                const auto& [origin, interval, offset, count] = grid;
+                const SampleGrid samples{origin, interval, offset, count};
+                const Steps steps{start, duration, -1.0, tolerance, 0, 1, samples, breaks_of(breaks), first};
+                const bool increasing =
+                    count == 2 || (interval > 0.0 && steps.sample(1) > start && steps.end() > steps.sample(count - 2));
+                if (!std::isfinite(start + origin + interval) || count < 2 || !increasing)
+                    refuse("samples", "do not increase from the start");
+                return steps;
             },
-            nb::arg("start"), nb::arg("duration"), nb::arg("tolerance"), nb::arg("times"),
+            nb::arg("start"), nb::arg("duration"), nb::arg("tolerance"), nb::arg("samples"),
             nb::arg("breaks") = BreakNumbers(), nb::arg("first") = -1.0);
     nb::enum_<Status>(m, "Status")
         .value("running", Status::running)

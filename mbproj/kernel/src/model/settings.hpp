@@ -55,19 +55,34 @@ struct TimeWindow {
     double seen(double t) const { return t < first ? first : t > last ? last : t; }
 };
 
+// The times of samples between the first and the last of a run: origin + k interval, from the k after `offset` on. `count` are
+// the samples with the first and the last.
+struct SampleGrid {
+    double origin = 0.0, interval = 0.0;
+    long offset = 0;
+    std::size_t count = 0;
+    double time(std::size_t sample) const {
+        // Rounded by itself, as outside of the kernel: a time is that of a sample where they are equal.
+        const volatile double since = static_cast<double>(offset + static_cast<long>(sample)) * interval;
+        return origin + since;
+    }
+};
+
 struct Steps {
     double start, duration;
-    double step;                // fixed, or negative
-    double tolerance;           // where the error controls the step
-    long count;                 // fixed steps
-    long every;                 // fixed steps between two samples
-    std::vector<double> times;  // samples where the error controls the step
+    double step;         // fixed, or negative
+    double tolerance;    // where the error controls the step
+    long count;          // fixed steps
+    long every;          // fixed steps between two samples
+    SampleGrid samples;  // where the error controls the step
     std::vector<Break> breaks;
     double first = -1.0;  // step where the error controls the others; negative: chosen
     bool fixed() const { return step > 0.0; }
     double end() const { return start + duration; }
     // Between two samples.
-    double interval() const { return fixed() ? step * static_cast<double>(every) : times[1] - times[0]; }
+    double interval() const { return fixed() ? step * static_cast<double>(every) : sample(1) - sample(0); }
+    // When sample number k is due where the error controls the step.
+    double sample(std::size_t k) const { return k == 0 ? start : k + 1 == samples.count ? end() : samples.time(k); }
 };
 
 }  // namespace mbproj

@@ -55,8 +55,7 @@ public:
     // up to then.
     void resume(double t, long grid, StepParts parts) {
         grid_ = grid, parts_ = parts;
-        if (!steps_.fixed())
-            next_sample_ = std::upper_bound(steps_.times.begin(), steps_.times.end(), t) - steps_.times.begin();
+        if (!steps_.fixed()) next_sample_ = first_after(t);
         passed_ = 0;
         pass_break(t);
     }
@@ -74,7 +73,7 @@ public:
     // A step from t to a time within, with error control.
     Target to(double t, double time) const {
         const std::size_t next = std::max(next_sample_, first_from(time));
-        return {time, time - t, false, next < steps_.times.size() && steps_.times[next] == time, false, false};
+        return {time, time - t, false, is_due(next, time), false, false};
     }
     // How far apart times are near t, and on the way to the next sample.
     double grain(double t) const {
@@ -87,14 +86,14 @@ public:
         inside_ = 0;
         parts_.go_on();
     }
-    bool finished() const { return steps_.fixed() ? grid_ == steps_.count : next_sample_ == steps_.times.size(); }
+    bool finished() const { return steps_.fixed() ? grid_ == steps_.count : next_sample_ == steps_.samples.count; }
 
     // Samples that lie inside a step, one by one.
     void enter(const Target& target) { inside_ = std::max(next_sample_, first_from(target.t)); }
     void leave() { inside_ = 0; }
     bool inside() const { return next_sample_ < inside_; }
     std::size_t count_inside() const { return inside_ - next_sample_; }
-    double take() { return steps_.times[next_sample_++]; }
+    double take() { return steps_.sample(next_sample_++); }
 
     // Time does not resolve steps that are shorter.
     bool resolves(double t, double h) const { return !(h < shortest(t)); }
@@ -149,7 +148,7 @@ private:
         return {time,
                 size,
                 false,
-                next < steps_.times.size() && steps_.times[next] == time,
+                is_due(next, time),
                 time == stop && next_break() <= time,
                 is_before_end() && 2.0 * h > left_over};
     }
@@ -157,8 +156,23 @@ private:
     // The first sample that is not before t.
     std::size_t first_from(double t) const {
         std::size_t found = next_sample_;
-        while (found < steps_.times.size() && steps_.times[found] < t) ++found;
+        while (found < steps_.samples.count && steps_.sample(found) < t) ++found;
         return found;
+    }
+    // The first of all samples that is after t.
+    std::size_t first_after(double t) const {
+        std::size_t low = 0, high = steps_.samples.count;
+        while (low < high) {
+            const std::size_t middle = low + (high - low) / 2;
+            if (steps_.sample(middle) > t)
+                high = middle;
+            else
+                low = middle + 1;
+        }
+        return low;
+    }
+    bool is_due(std::size_t sample, double t) const {
+        return sample < steps_.samples.count && steps_.sample(sample) == t;
     }
 
     const Steps& steps_;
