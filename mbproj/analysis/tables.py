@@ -3,8 +3,10 @@ diagnostics."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
+from functools import partial
 from math import prod
+from typing import TypeAlias
 
 import numpy as np
 
@@ -12,17 +14,28 @@ from mbproj.arrays import Array
 from mbproj.dataclass import dataclass
 from mbproj.results import DATASETS, Results, Trust
 
+#: Rows that are lists in memory at one time.
+AT_ONCE = 1000
 #: How the components of a quantity are called, by their number.
 COMPONENTS = {1: ("",), 3: ("_x", "_y", "_z"), 4: ("_0", "_1", "_2", "_3")}
+#: What stands in a table: its name, its unit, and the dataset and column of the results that has it; None: all of that.
+Quantity: TypeAlias = tuple[str, str, str, int | None]
 
 
 @dataclass(frozen=True, eq=False)
 class Table:
-    """A name such as "body-crank", column headings such as "position_x (m)", and their values (T, columns)."""
+    """A name such as "body-crank", column headings such as "position_x (m)", and what reads their values (T, columns)
+    from the results, which are open then."""
 
     name: str
     headings: tuple[str, ...]
-    values: Array
+    read: Callable[[], Array]
+
+    def rows(self) -> Iterator[list[float]]:
+        """The values, a list a row."""
+        values = self.read()
+        for first in range(0, len(values), AT_ONCE):
+            yield from values[first : first + AT_ONCE].tolist()
 
 
 def tables(results: Results) -> Iterator[Table]:
@@ -30,11 +43,11 @@ def tables(results: Results) -> Iterator[Table]:
     for kind, symbol, group in (("bodies", "n", "body"), ("markers", "k", "marker"), ("joints", "nj", "joint")):
         for column, name in enumerate(results.names(kind)):
             parts = [(dataset.path, dataset.unit) for dataset in DATASETS if dataset.symbol == symbol]
-            blocks = [(path.partition("/")[2], unit, results[path][:, column]) for path, unit in parts]
+            quantities: list[Quantity] = [(path.partition("/")[2], unit, path, column) for path, unit in parts]
             if kind == "joints":
-                blocks += _coordinates(results, name)
+                quantities += _coordinates(results, name)
             open_ = _not_unique(results, column) if kind == "joints" else ()
-            yield _table(results, f"{group}-{name}", blocks, open_)
+            yield _table(results, f"{group}-{name}", quantities, open_)
     along = (
         ("force_units", "nf", "force"),
         ("motion_units", "nm", "motion"),
@@ -45,11 +58,11 @@ def tables(results: Results) -> Iterator[Table]:
         columns_of = [dataset for dataset in results.datasets if dataset.symbol == symbol]
         for column, unit in enumerate(results.names(kind)):
             parts = [(dataset.path, own_unit(dataset.unit, unit)) for dataset in columns_of]
-            blocks = [(path.partition("/")[2], unit, results[path][:, column]) for path, unit in parts]
-            yield _table(results, f"{group}-{results.names(f'{group}s')[column]}", blocks)
+            quantities = [(path.partition("/")[2], unit, path, column) for path, unit in parts]
+            yield _table(results, f"{group}-{results.names(f'{group}s')[column]}", quantities)
     diagnostics = [entry for entry in DATASETS if entry.path.startswith("diagnostics/")]
-    blocks = [(entry.path.partition("/")[2], entry.unit, results[entry.path]) for entry in diagnostics]
-    yield _table(results, "diagnostics", blocks)
+    quantities = [(entry.path.partition("/")[2], entry.unit, entry.path, None) for entry in diagnostics]
+    yield _table(results, "diagnostics", quantities)
     if results.events:
         yield _events(results)
     if results.trust is not None:
@@ -63,23 +76,23 @@ def _events(results: Results) -> Table:
     if results.names("stops"):
         headings = (*headings, "impulse (N s or N m s)", "energy (J)")
         values = np.hstack([values, [[event.impulse, event.energy] for event in results.events]])
-    return Table("events", headings, values)
+    return Table("events", headings, lambda: values)
 
 
 def _trust(trust: Trust) -> Table:
     """The error of each marker of a certified run, and its uncertainty."""
     headings = [f"{quantity} of {name} (m)" for quantity in ("error", "uncertainty") for name in trust.names]
     values = np.concatenate([trust.time[:, None], trust.error, trust.uncertainty], axis=1)
-    return Table("trust", ("time (s)", *headings), values)
+    return Table("trust", ("time (s)", *headings), lambda: values)
 
 
-def _coordinates(results: Results, joint: str) -> Iterator[tuple[str, str, Array]]:
+def _coordinates(results: Results, joint: str) -> Iterator[Quantity]:
     units = results.names("coordinate_units")
     for column, name in enumerate(results.names("coordinates")):
         owner, _, coordinate = name.rpartition(".")
         if owner == joint:
-            yield coordinate, units[column], results["joints/coordinate"][:, column]
-            yield f"{coordinate}_speed", f"{units[column]}/s", results["joints/speed"][:, column]
+            yield coordinate, units[column], "joints/coordinate", column
+            yield f"{coordinate}_speed", f"{units[column]}/s", "joints/speed", column
 
 
 def own_unit(either: str, unit: str) -> str:
@@ -99,13 +112,19 @@ def _not_unique(results: Results, column: int) -> tuple[str, ...]:
     return tuple(found)
 
 
-def _table(
-    results: Results, name: str, blocks: list[tuple[str, str, Array]], not_unique: tuple[str, ...] = ()
-) -> Table:
-    headings, columns = ["time (s)"], [results.time[:, None]]
-    for quantity, unit, values in blocks:
-        flat = values.reshape(len(values), prod(values.shape[1:]))
-        columns_of = [f"{quantity}{component}" for component in COMPONENTS[flat.shape[1]]]
+def _table(results: Results, name: str, quantities: list[Quantity], not_unique: tuple[str, ...] = ()) -> Table:
+    headings = ["time (s)"]
+    for quantity, unit, path, column in quantities:
+        size = prod(results.shape(path)[1 if column is None else 2 :])
+        columns_of = [f"{quantity}{component}" for component in COMPONENTS[size]]
         headings += [f"{column} ({unit}{'; not unique' if column in not_unique else ''})" for column in columns_of]
-        columns.append(flat)
-    return Table(name, tuple(headings), np.concatenate(columns, axis=1))
+    return Table(name, tuple(headings), partial(_values, results, quantities))
+
+
+def _values(results: Results, quantities: list[Quantity]) -> Array:
+    """Time and the quantities side by side."""
+    found = [results.time[:, None]]
+    for _, _, path, column in quantities:
+        values = results[path] if column is None else results[path][:, column]
+        found.append(values.reshape(len(values), prod(values.shape[1:])).copy())  # not a view of all bodies' values
+    return np.concatenate(found, axis=1)

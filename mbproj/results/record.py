@@ -22,6 +22,7 @@ from mbproj.results.events import RecordedEvent
 from mbproj.results.faults import no_such_name
 from mbproj.results.file import stored_scene
 from mbproj.results.file.contents import Contents
+from mbproj.results.file.kept_arrays import KeptArrays
 from mbproj.results.layout import ALL_NAMES, CONSTANTS, DATASETS, LATER, Dataset, datasets_for, trailing
 from mbproj.results.members import Body, Coordinate, Force, Friction, Joint, Marker, Motion, Stop
 from mbproj.results.stored_settings import UnfitSettings, settings_from
@@ -50,9 +51,10 @@ class View:
 class Results:
     """A run's results: `results["bodies/position"]`, `results.time`, `results.marker("tip").position`, ...
 
-    Arrays are read from the file on first use, kept, and read-only; the file stays open until `close` or the end of
-    a `with`. `contents` is the opened file, `path` its path; `partial` says that it is OUT.part, of a run that was
-    killed or still goes on. Damage that shows only when an array is read raises InputError, as in `open_results`.
+    Arrays are read from the file on first use, kept as far as they are not very large together, and read-only; the
+    file stays open until `close` or the end of a `with`. `contents` is the opened file, `path` its path; `partial` says
+    that it is OUT.part, of a run that was killed or still goes on. Damage that shows only when an array is read raises
+    InputError, as in `open_results`.
     """
 
     def __init__(
@@ -63,7 +65,7 @@ class Results:
         view: View,
     ) -> None:
         self.contents, self._view, self._all_names = contents, view, names
-        self._arrays: dict[str, npt.NDArray[Any]] = {}
+        self._arrays = KeptArrays()
         self.path = contents.path
         self.partial = self.path.name.endswith(".part")
         self.attributes = attributes
@@ -87,9 +89,7 @@ class Results:
             return np.array(self.names(NAMES_BY_PATH[path]))
         if path not in BY_PATH or BY_PATH[path] not in self.datasets:
             raise KeyError(f"results have no dataset '{path}'; {choose_from(path, BY_PATH)}")
-        if path not in self._arrays:
-            self._arrays[path] = self._read(BY_PATH[path])
-        return self._arrays[path]
+        return self._arrays.get(path, lambda: self._read(BY_PATH[path]))
 
     def _read(self, dataset: Dataset) -> npt.NDArray[Any]:
         shape = (None, *trailing(dataset, self._all_sizes()))

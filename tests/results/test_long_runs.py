@@ -3,14 +3,19 @@
 from __future__ import annotations
 
 import tracemalloc
+from collections.abc import Callable
+from functools import partial
 from math import prod
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from mbproj import assemble, compile_system, initial_guess, read_scene, settings_to_run, simulate
-from mbproj.results import ResultsWriter, open_own_results, writer
+from mbproj.analysis.tables import tables
+from mbproj.results import Results, ResultsWriter, check_results, open_own_results, writer
 from mbproj.results.datasets import chunk_rows
+from mbproj.results.file import kept_arrays
 from mbproj.results.file.dataset import CHUNK_CACHE
 from tests.cli.commands import FIVE_BAR
 
@@ -20,25 +25,38 @@ FIXED = {"step": "1e-3"}
 BY_ERROR = {"tolerance": "1e-6", "integrator": "dopri5"}
 
 
-def peak_of(samples: int, options: dict[str, str], path: Path) -> float:
-    """The largest memory of Python's that a run with so many samples takes, bytes."""
+def record(samples: int, options: dict[str, str], path: Path) -> None:
+    """Runs the five-bar and records so many samples."""
     given = {"duration": f"{samples * 1e-3:g}", "output_step": "1e-3", **options}
     scene = read_scene(FIVE_BAR, {}, given)
     system = compile_system(scene)
     state, settings = assemble(system, initial_guess(scene, system)), settings_to_run(scene)
+    with ResultsWriter(path, scene, system.names.as_mapping()) as recorder:
+        simulate(system, state, settings, recorder, keep=recorder.keep)
+
+
+def peak_of(work: Callable[[], object]) -> float:
+    """The largest memory of Python's that it takes, bytes."""
     tracemalloc.start()
     try:
-        with ResultsWriter(path, scene, system.names.as_mapping()) as recorder:
-            simulate(system, state, settings, recorder, keep=recorder.keep)
+        work()
         return float(tracemalloc.get_traced_memory()[1])
     finally:
         tracemalloc.stop()
 
 
+@pytest.fixture(scope="module")
+def recorded(tmp_path_factory) -> Path:
+    path = tmp_path_factory.mktemp("long") / "results.h5"
+    record(4000, FIXED, path)
+    return path
+
+
 @pytest.mark.parametrize("options", [FIXED, BY_ERROR], ids=["fixed", "by_error"])
 def test_memory_does_not_grow_with_the_samples(options, tmp_path, monkeypatch) -> None:
-    monkeypatch.setattr(writer, "FLUSH_BYTES", 2**20)
-    short, long = (peak_of(samples, options, tmp_path / "results.h5") for samples in (2000, 8000))
+    monkeypatch.setattr(writer, "FLUSH_BYTES", 2**19)
+    path = tmp_path / "results.h5"
+    short, long = (peak_of(partial(record, samples, options, path)) for samples in (1000, 3500))
     assert long < 1.02 * short
 
 
@@ -60,3 +78,32 @@ def test_hdf5_keeps_few_chunks(tmp_path) -> None:
         file = results.contents._file
         read = [file[each.path].id.get_access_plist().get_chunk_cache()[1] for each in results.datasets]
         assert sum(read) < CHUNKS
+
+
+def test_what_is_read_of_a_large_file_does_not_stay(recorded, monkeypatch) -> None:
+    """Arrays that were read stay as long as they are small together; times stay, and read again they are the same."""
+    monkeypatch.setattr(kept_arrays, "KEPT_BYTES", 800_000)
+    with open_own_results(recorded) as results:
+        time, first = results.time, results["bodies/position"]
+        assert results["bodies/position"] is first  # 480 kB
+        assert np.array_equal(results["bodies/velocity"][:, 0], results.body("bar1").velocity)
+        again = results["bodies/position"]
+        assert again is not first
+        assert np.array_equal(again, first)
+        assert results.time is time
+
+
+def _export(results: Results) -> None:
+    assert sum(1 for table in tables(results) for _ in table.rows()) == 12 * 4001
+
+
+def _check(results: Results) -> None:
+    assert check_results(results).faults == ()
+
+
+@pytest.mark.parametrize("read", [_export, _check])
+def test_a_file_is_read_in_less_memory_than_it_has_bytes(read, recorded, monkeypatch) -> None:
+    """A few of its forty arrays are there at one time."""
+    monkeypatch.setattr(kept_arrays, "KEPT_BYTES", 2**19)
+    with open_own_results(recorded) as results:
+        assert peak_of(partial(read, results)) < 0.5 * recorded.stat().st_size

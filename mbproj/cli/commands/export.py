@@ -51,21 +51,20 @@ def command(results: Path, folder: Path, chosen: tuple[str, ...], only_list: boo
 
     with open_results(results) as opened:
         found, first = {table.name: table for table in tables(opened)}, stem(opened)
-    for name in chosen:
-        if name not in found:
-            raise InputError(Problem(f"there is no table '{name}'", hint=choose_from(name, found)))
-    names = list(chosen or found)
-    if only_list:
-        for name in names:
-            click.echo(name)
-        return
-    make_folder(folder, OTHER_DIRECTORY)
-    files = {folder / _file_name(f"{first}-{name}.csv"): found[name] for name in names}
-    for path, table in files.items():  # all or none
-        check_replaceable(path, csv(table.headings), force=force, hint=OTHER_DIRECTORY)
-    for path, table in files.items():
-        rows = table.values.tolist()
-        click.echo(write_csv(path, table.headings, rows, form=".17g", force=force, hint=OTHER_DIRECTORY))
+        for name in chosen:
+            if name not in found:
+                raise InputError(Problem(f"there is no table '{name}'", hint=choose_from(name, found)))
+        names = list(chosen or found)
+        if only_list:
+            click.echo("\n".join(names))
+            return
+        make_folder(folder, OTHER_DIRECTORY)
+        files = {folder / _file_name(f"{first}-{name}.csv"): found[name] for name in names}
+        for path, table in files.items():  # all or none
+            check_replaceable(path, csv(table.headings), force=force, hint=OTHER_DIRECTORY)
+        for path, table in files.items():
+            rows = table.rows()
+            click.echo(write_csv(path, table.headings, rows, form=".17g", force=force, hint=OTHER_DIRECTORY))
 
 
 def _file_name(name: str) -> str:
