@@ -165,7 +165,8 @@ def memory(*samples: int) -> None:
         results = Path(folder) / "results.h5"
         for count in samples:
             step = f"{10.0 / count:.17g}"
-            scene = str(ROOT / "mechanisms" / "five_bar.yaml")
+            scene = Path(folder) / "five_bar.yaml"  # without what it expects, for which results are read again
+            scene.write_text((ROOT / "mechanisms" / "five_bar.yaml").read_text().partition("\nexpect:")[0] + "\n")
             written = peak("run", scene, "--duration", "10", "--step", step, "--output-step", step, "-q", "-o", results)
             size = results.stat().st_size / 1e6
             said = [f"{name} {peak(*words):.0f}" for name, words in _readers(results, Path(folder)).items()]

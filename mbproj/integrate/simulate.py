@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, nullcontext
 from functools import partial
 from time import perf_counter, thread_time
 from typing import TYPE_CHECKING, NamedTuple, Protocol, runtime_checkable
@@ -23,7 +23,7 @@ from mbproj.integrate.formulations.choice import Choice, choose
 from mbproj.integrate.loop.interruption import Interruption, interruption
 from mbproj.integrate.loop.one_method import march_by_one_method
 from mbproj.integrate.outcome.lock_up import naming_lock_up
-from mbproj.integrate.outcome.marks import START, Mark, Marks
+from mbproj.integrate.outcome.marks import START, Keeping, Mark, Marks
 from mbproj.integrate.outcome.report import (
     EnergyAccount,
     EnergyWatch,
@@ -64,7 +64,8 @@ class EventRecorder(Recorder, Protocol):
 
 #: Called with the simulated time reached, in s: after every block of samples, and now and then where there are none.
 Progress = Callable[[float], None]
-#: Called before every block with the formulation, the program's build, and the state from which another run can go on.
+#: Called before blocks, as often as takes a tenth of the time at most, and at the end: with the formulation, the
+#: program's build, and the state from which another run can go on.
 Keep = Callable[[str, str, Mark], None]
 
 
@@ -112,7 +113,8 @@ def simulate(
     reach = system.length + float(np.abs(pose_of(state.q).position).max(initial=0.0))
     moves = choice.degrees_of_freedom > 0 or system.driven > 0
     tally, energy, floors = Tally(), EnergyWatch(weight * reach, moves=moves), np.zeros(2)
-    marks, build = Marks(resumed, wanted=keep is not None), "" if keep is None else fingerprint()
+    marks = Marks(resumed, wanted=keep is not None)
+    keeping = None if keep is None else Keeping(marks, partial(keep, choice.name, fingerprint()))
     automatic = _automatic() if settings.integrator == AUTOMATIC else None
     account = EnergyAccount()
     stiffness = StiffnessWatch(choice, system, settings, partial(_march, choice, system, tally=Tally()))
@@ -124,6 +126,7 @@ def simulate(
         _naming(choice.name),
         naming_lock_up(system, lambda: reached),
         stiffness.naming(),
+        nullcontext() if keeping is None else keeping.to_the_end(),
     ):
         run = _march(choice, system, state, settings, tally=tally, marks=marks, automatic=automatic)
 
@@ -146,8 +149,8 @@ def simulate(
             )
             floors = np.maximum(floors, _floors(system, samples))
             stiffness.take(samples, None if automatic is None else automatic.plan.implicit_at(samples.t))
-            if keep is not None:
-                keep(choice.name, build, marks.newest())
+            if keeping is not None:
+                keeping.now_and_then()
             if recorder is not None:
                 recorder.write(block)
             if progress is not None:

@@ -13,6 +13,8 @@ import pytest
 
 from mbproj import assemble, compile_system, initial_guess, read_scene, settings_to_run, simulate
 from mbproj.analysis.tables import tables
+from mbproj.integrate.outcome import marks as outcome_marks
+from mbproj.integrate.outcome.marks import Keeping, Mark, Marks
 from mbproj.results import Results, ResultsWriter, check_results, open_own_results, writer
 from mbproj.results.datasets import chunk_rows
 from mbproj.results.file import kept_arrays
@@ -107,3 +109,32 @@ def test_a_file_is_read_in_less_memory_than_it_has_bytes(read, recorded, monkeyp
     monkeypatch.setattr(kept_arrays, "KEPT_BYTES", 2**19)
     with open_own_results(recorded) as results:
         assert peak_of(partial(read, results)) < 0.5 * recorded.stat().st_size
+
+
+def test_marks_take_a_tenth_of_a_run_and_the_last_is_kept(monkeypatch) -> None:
+    """A mark holds all events so far. Here one takes a second, and a block half a second."""
+    now, block, kept = [0.0], [0], list[int]()
+
+    def newest() -> Mark:
+        now[0] += 1.0
+        return {"block": block[0]}
+
+    monkeypatch.setattr(outcome_marks, "perf_counter", lambda: now[0])
+    keeping = Keeping(Marks(newest=newest), lambda mark: kept.append(mark["block"]))
+    with pytest.raises(KeyboardInterrupt), keeping.to_the_end():
+        for block[0] in range(200):
+            keeping.now_and_then()
+            now[0] += 0.5
+        raise KeyboardInterrupt
+    assert kept[0] == 0
+    assert kept[-1] == 199
+    assert 10 <= len(kept) <= 13
+    assert len(kept) <= 0.12 * now[0]
+
+
+def test_a_mark_is_kept_once() -> None:
+    kept = list[int]()
+    keeping = Keeping(Marks(newest=lambda: {"block": 1}), lambda mark: kept.append(mark["block"]))
+    with keeping.to_the_end():
+        keeping.now_and_then()
+    assert kept == [1]
