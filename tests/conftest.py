@@ -1,9 +1,17 @@
-"""Before NumPy loads: one BLAS thread a worker. The matrices are small, and workers that share cores only get in each
-other's way; the command line does the same."""
+"""One BLAS thread a worker, and the order of the tests."""
 
 from __future__ import annotations
 
 import os
 
+import pytest
+
+# Before NumPy loads. The matrices are small, and workers that share cores only get in each other's way; the command
+# line does the same.
 for variable in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS"):
     os.environ.setdefault(variable, "1")
+
+
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Tests that take long go first: at the end, the other processes would wait for them."""
+    items.sort(key=lambda item: item.get_closest_marker("long") is None)

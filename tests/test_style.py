@@ -19,7 +19,9 @@ MOST_EXCEPTIONS = 30
 
 
 @pytest.mark.parametrize(
-    "tool", [["ruff", "check"], ["ruff", "format", "--check"], ["mypy"]], ids=["ruff", "format", "mypy"]
+    "tool",
+    [["ruff", "check"], ["ruff", "format", "--check"], pytest.param(["mypy"], marks=pytest.mark.long)],
+    ids=["ruff", "format", "mypy"],
 )
 def test_clean(tool):
     done = subprocess.run([sys.executable, "-m", *tool], capture_output=True, text=True, cwd=ROOT, check=False)

@@ -13,7 +13,7 @@ from scripts.extremes.trial import Extreme, attempt, combinations, run
 from tests.kernel.scenes import needs_kernel
 
 #: The full formulation takes milliseconds a step.
-STEPS = {"full": 8, "reduced": None, "planar": None}
+STEPS = {"full": 4, "reduced": None, "planar": None}
 PENALTIES = ("mass-orthogonal", "mmopm")
 ALL = tuple(PROJECTIONS)
 

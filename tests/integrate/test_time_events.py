@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from itertools import product
+
 import numpy as np
 import pytest
 
@@ -32,8 +34,10 @@ def last_angle(torque: str, **options: str) -> float:
 
 
 @pytest.mark.parametrize("torque", PULSES)
-@pytest.mark.parametrize("integrator", ["bs32", "dopri5", "dop853"])
-@pytest.mark.parametrize("formulation", FORMULATIONS)
+@pytest.mark.parametrize(
+    ("formulation", "integrator"),
+    [("full", "dopri5"), *product(("reduced", "planar"), ("bs32", "dopri5", "dop853"))],
+)
 def test_a_short_pulse_is_not_lost(formulation, integrator, torque):
     """I ω = ∫τ dt after it, at a tolerance of 1e-8 with steps that would pass over it."""
     recorder, _ = run(rotor(torque), formulation=formulation, integrator=integrator, tolerance="1e-8", output_step="1")

@@ -26,6 +26,7 @@ def batch(paths: list[Path], folder: Path, jobs: int = 2, timeout: float = 120.0
 
 
 @needs_kernel
+@pytest.mark.long
 def test_every_shipped_scene_holds_what_it_expects(tmp_path: Path) -> None:
     scenes = [*mechanisms(), *validation_scenes()]
     found = batch(scenes, tmp_path)

