@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from mbproj.dynamics.contact.hunt_crossley import relative_damping
+from mbproj.errors import SimulationError
 from tests.stops.runs import DOP853, FIXED, run
 
 BALL = """
@@ -111,3 +112,16 @@ def test_limits_of_angles_count_turns(formulation, start, speed, limits):
     far = np.degrees(recorded["joints/coordinate"][:, 0]) - bound
     assert np.sign(speed) * far.max() < 3.0 if speed > 0 else far.min() > -3.0
     assert recorded.unbalanced < 1e-3
+
+
+@pytest.mark.parametrize("formulation", ["full", "reduced"])
+def test_an_overdamped_stop_is_steep_and_no_dry_friction(formulation):
+    """k δ (1 + d v) with d = 2e4 s/m has no jump: explicit steps ring about its kink, where implicit ones come to rest
+    at δ = m g / k."""
+    law = "stiffness: 1.0e8, exponent: 1, damping: 2.0e4"
+    steps = "tolerance: 1.0e-6, output_step: 0.1, integrator: {}"
+    with pytest.raises(SimulationError, match=r"again and again.*no jump.*explicit.*esdirk4") as stopped:
+        ball(law, g=-9.81, steps=steps.format("dop853"), formulation=formulation)
+    assert "dry friction" not in str(stopped.value)
+    _, recorded = ball(law, g=-9.81, steps=steps.format("radau5"), formulation=formulation)
+    assert recorded["bodies/position"][-1, 0, 2] == pytest.approx(-2 * 9.81 / 1e8, rel=0.01)

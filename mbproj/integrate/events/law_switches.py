@@ -101,10 +101,13 @@ class LawSwitches:
         name = self._name(k)
         return f"'{name}' in '{text}'" if text else name
 
+    def jumps(self, k: int) -> bool:
+        """Whether the law has a jump there, and not only a kink."""
+        return Op(int(self.forces.programs.op[self.at[k]])) in JUMPING
+
     def event(self, t: float, k: int, direction: int) -> Event:
         """What is recorded where a switch changes its branch."""
-        op = Op(int(self.forces.programs.op[self.at[k]]))
-        return Event(t, self.owner(k), f"{'jump' if op in JUMPING else 'kink'} of {self._name(k)}", direction)
+        return Event(t, self.owner(k), f"{'jump' if self.jumps(k) else 'kink'} of {self._name(k)}", direction)
 
     def _name(self, k: int) -> str:
         return Op(int(self.forces.programs.op[self.at[k]])).name.lower()

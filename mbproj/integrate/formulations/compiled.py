@@ -20,12 +20,12 @@ from mbproj.integrate.events.law_switches import switches_of
 from mbproj.integrate.events.leg import Leg
 from mbproj.integrate.outcome.failures import (
     TurnsUntold,
-    dry_friction,
     halved_in_vain,
     jammed,
     left_open,
     not_finite,
     other_branch,
+    pushed_back,
     singular,
     step_vanished,
     unresolved,
@@ -198,7 +198,8 @@ class Compiled(ABC):
         if outcome.status == status.pushed_back:
             switches = switches_of(self.system.forces)
             assert switches is not None
-            return dry_friction(t, switches.owner(outcome.row), switches.what(outcome.row))
+            k = int(outcome.row)
+            return pushed_back(t, switches.owner(k), switches.what(k), jumps=switches.jumps(k))
         if outcome.status == status.jammed:
             assert self.system.forces is not None
             return jammed(t, self.system, int(self.system.forces.laws.bearing[outcome.row]))

@@ -14,7 +14,7 @@ from mbproj.integrate.events.crossing import Crossing, first_crossing
 from mbproj.integrate.events.law_switches import LawSwitches
 from mbproj.integrate.formulations.stage_equations import StageEquations
 from mbproj.integrate.loop.run import Run
-from mbproj.integrate.outcome.failures import dry_friction
+from mbproj.integrate.outcome.failures import pushed_back
 from mbproj.integrate.point import Point
 from mbproj.integrate.steppers.runge_kutta import Step
 from mbproj.thresholds import THRESHOLDS
@@ -120,7 +120,7 @@ class StateEvents:
         return self._arguments(point.t, y) - self._arguments(point.t, point.y)
 
     def _pushed_back(self, t: float, k: int) -> SimulationError:
-        return dry_friction(t, self.switches.owner(k), self.switches.what(k))
+        return pushed_back(t, self.switches.owner(k), self.switches.what(k), jumps=self.switches.jumps(k))
 
     def _hold(self, held: Array) -> None:
         self.held = held

@@ -10,7 +10,7 @@ import numpy as np
 from mbproj.arrays import Array
 from mbproj.errors import SimulationError
 from mbproj.model.system import System
-from mbproj.registry import PROJECTIONS
+from mbproj.registry import PROJECTIONS, implicit_integrators
 from mbproj.scene.records import ProjectionSettings
 
 if TYPE_CHECKING:
@@ -185,13 +185,20 @@ def jammed(t: float, system: System, bearing: int) -> SimulationError:
     return no_unique_sliding(t, f"{friction} of joint '{system.names.joints[int(system.bearings.joint[bearing])]}'")
 
 
-def dry_friction(t: float, where: str, what: str) -> SimulationError:
-    """The motion on both sides of a law's edge leads back onto it."""
+def pushed_back(t: float, where: str, what: str, *, jumps: bool) -> SimulationError:
+    """The motion leads back onto a law's edge from both sides. Nothing holds on it where the law `jumps`."""
+    if jumps:
+        cause = (
+            f"the motion leads back onto the edge of {what} from both sides, and neither holds: this is dry friction "
+            "that sticks, which no function can hold"
+        )
+        hint = "on a joint write type: friction with 'coulomb', which sticks; or 'tanh(x/width)' in place of 'sign(x)'"
+        return SimulationError(t, cause, where=where, hint=hint)
     cause = (
-        f"the motion leads back onto the edge of {what} from both sides, and neither holds: this is dry friction that "
-        "sticks, which no function can hold"
+        f"the motion crosses the edge of {what} again and again: the force has no jump there, but is so steep that "
+        "explicit steps go from one side to the other"
     )
-    hint = "on a joint write type: friction with 'coulomb', which sticks; or 'tanh(x/width)' in place of 'sign(x)'"
+    hint = f"{' and '.join(implicit_integrators())} take long steps where forces are stiff; or use a softer force"
     return SimulationError(t, cause, where=where, hint=hint)
 
 
