@@ -14,6 +14,7 @@ from mbproj.cli.report.progress import Bar, Pace
 from mbproj.integrate.loop import compiled_march
 from tests.cli.commands import FIVE_BAR
 from tests.cli.report.watched import Clock, Terminal
+from tests.kernel.scenes import needs_kernel
 
 #: Simulated time of the runs, and seconds that a step of theirs takes.
 END, COST = 10.0, 0.5
@@ -93,6 +94,7 @@ def test_a_pace_is_not_known_where_no_time_has_passed() -> None:
     assert pace.reach(2.0) == pace.reach(2.0) == 0.0
 
 
+@needs_kernel
 def test_a_run_without_samples_tells_how_far_it_is(monkeypatch) -> None:
     """Its first sample after the start is its last."""
     monkeypatch.setattr(compiled_march, "RETURN_SECONDS", 0.0)
