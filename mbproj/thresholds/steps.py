@@ -163,3 +163,6 @@ class Steps:
     hardly_damped: float = threshold(
         0.2, "1", "numpy", "a vibration with less than this damping ratio is one that a user may want", "chosen"
     )
+    marks_apart: float = threshold(
+        9.0, "times it takes", "numpy", "so long after one mark of a run the next is kept", "a tenth of a run's time"
+    )

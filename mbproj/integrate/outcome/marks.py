@@ -15,13 +15,12 @@ from mbproj.dataclass import dataclass
 from mbproj.errors import InputError, Problem
 from mbproj.integrate.events.time_events import Event
 from mbproj.integrate.outcome.tally import Halved, Passed, Peak, Tally
+from mbproj.thresholds import THRESHOLDS
 
 #: A state between two steps, with all that the next step depends on, by name: the time "t", arrays (n,) of float64, and
 #: plain data as JSON has it. Empty: a run's start.
 Mark = Mapping[str, Any]
 START: Mark = MappingProxyType({})
-#: Between two marks lies so many times the time that one takes.
-MARK_EVERY = 9.0
 PEAKS = ("position_peak", "velocity_peak", "joint_peak")
 
 
@@ -54,7 +53,7 @@ class Keeping:
         if not self._passed:
             self._keep(self._marks.newest())
             now = perf_counter()
-            self._due = now + MARK_EVERY * (now - begun)
+            self._due = now + THRESHOLDS.marks_apart * (now - begun)
 
     @contextmanager
     def to_the_end(self) -> Iterator[None]:
