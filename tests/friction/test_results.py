@@ -100,7 +100,8 @@ def test_the_picture_shades_what_sticks(results):
         "grip: rate (m/s)", "force (N)", "energy lost (J)", "power lost (W)",
     ]  # fmt: skip
     for axis in (rate, force, energy, power):
-        spans = [(patch.get_x(), patch.get_x() + patch.get_width()) for patch in axis.patches]
+        (shade,) = axis.collections
+        spans = [(path.vertices[:, 0].min(), path.vertices[:, 0].max()) for path in shade.get_paths()]
         np.testing.assert_allclose(spans, [(STICKS, SLIPS), (AGAIN, END)], rtol=1e-9)
     sliding = results["friction/rate"][:, 0] * -results["friction/force"][:, 0]
     np.testing.assert_allclose(power.lines[0].get_ydata(), sliding, atol=1e-12)

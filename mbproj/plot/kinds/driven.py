@@ -4,8 +4,10 @@ friction costs."""
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from typing import Any
 
 import numpy as np
+from matplotlib.collections import PolyCollection
 from matplotlib.figure import Figure
 
 from mbproj.analysis.contacts.friction import sticking
@@ -181,8 +183,12 @@ def _shade(figure: Figure, results: Sequence[Results]) -> bool:
     for axis in figure.axes:
         limits, name = axis.get_xlim(), str(axis.get_label())
         for result in results if axis.get_visible() else ():
-            for begin, end in sticking(result, name) if name in result.names("frictions") else ():
-                axis.axvspan(begin, end, color=STICKS, alpha=OPAQUE / len(results), linewidth=0, zorder=0.1)
+            spans = list(sticking(result, name)) if name in result.names("frictions") else []
+            if spans:  # there may be thousands: they are one artist
+                corners = [[(begin, 0.0), (begin, 1.0), (end, 1.0), (end, 0.0)] for begin, end in spans]
+                look: dict[str, Any] = {"color": STICKS, "alpha": OPAQUE / len(results), "linewidth": 0, "zorder": 0.1}
+                shade = PolyCollection(corners, transform=axis.get_xaxis_transform(), **look)
+                axis.add_collection(shade, autolim=False)
                 any_sticks = True
         axis.set_xlim(limits)
     return any_sticks
