@@ -136,7 +136,8 @@ def test_the_governor_says_what_holds_its_step():
 
 def test_the_governor_runs_in_the_full_formulation_too():
     """What it tries and rejects overflows there; NumPy warns of nothing (pytest makes errors of warnings)."""
-    scene = read_scene(DATA / "stiff_governor.yaml", {}, {"formulation": "full", "duration": "0.005"})
+    settings = {"formulation": "full", "duration": "0.005", "output_step": "0.001"}
+    scene = read_scene(DATA / "stiff_governor.yaml", {}, settings)
     report = simulate(*assembled(scene), settings_to_run(scene))
     assert report.counters["steps"] > 10
 
