@@ -49,6 +49,13 @@ class Elimination:
         1e-13, "1", "kernel", "refinement ends when it changes λ by less than this part", "450 ε"
     )
     most_refining: int = threshold(8, "-", "kernel", "passes of refinement", "measured: 3 are enough")
+    fewest_shared: int = threshold(
+        6,
+        "-",
+        "kernel",
+        "joints of the loops that share a shaft take it apart",
+        "the band holds half of the full block's numbers",
+    )
     backward_error: float = threshold(
         1e-13, "1", "numpy", "a larger backward error of an equation asks for refinement", "450 ε; Skeel 1980"
     )

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -29,6 +29,7 @@ from tests.support import (
 
 needs_kernel = pytest.mark.skipif(core() is None, reason=f"needs the compiled kernel: {build_info()}")
 
+ARM_KINDS = ("spherical", "universal", "cylindrical", "revolute")
 TREE_KINDS = ("revolute", "spherical", "universal", "prismatic", "cylindrical", "planar", "distance")
 
 
@@ -67,6 +68,17 @@ def star(seed: int, arms: int = 8) -> Scene:
     rng = np.random.default_rng(seed)
     held = [random_joint(rng, f"H{arm}", "distance", ("ground", f"b{arm}")) for arm in range(1, arms + 1, 2)]
     return grown(seed, arms + 1, lambda number, _: 0 if number else -1, held)
+
+
+def shaft(seed: int, arms: int = 8, kinds: Sequence[str] = ARM_KINDS) -> Scene:
+    """A shaft on the ground with arms, each held to the ground too: all joints in loops, most of them on the shaft."""
+    rng = np.random.default_rng(seed)
+    bodies = [random_body(rng, name) for name in ("shaft", *(f"b{arm}" for arm in range(arms)))]
+    joints = [random_joint(rng, "S", "revolute", ("ground", "shaft"))]
+    for arm in range(arms):
+        joints.append(random_joint(rng, f"A{arm}", kinds[arm % len(kinds)], ("shaft", f"b{arm}")))
+        joints.append(random_joint(rng, f"H{arm}", "distance", ("ground", f"b{arm}")))
+    return scene_of(bodies, joints)
 
 
 def ladder(seed: int, rungs: int) -> Scene:
@@ -119,6 +131,7 @@ SCENES: dict[str, Callable[[], Scene]] = {
     **{f"loops {seed}": lambda seed=seed: loops(seed) for seed in range(6)},
     **{f"star {seed}": lambda seed=seed: star(seed) for seed in range(3)},
     "ladder": lambda: ladder(1, 4),
+    "shaft with eight arms": lambda: shaft(1),
     "gears in a star": lambda: _geared_star(),
     **{
         f"three of {kind}, with flywheels": lambda kind=kind: with_flywheels(random_chain(3, [kind] * 3))
@@ -128,6 +141,7 @@ SCENES: dict[str, Callable[[], Scene]] = {
     **{f"tree {seed}, with flywheels": lambda seed=seed: with_flywheels(tree(seed)) for seed in range(4)},
     **{f"loops {seed}, with flywheels": lambda seed=seed: with_flywheels(loops(seed)) for seed in range(3)},
     "star, with flywheels": lambda: with_flywheels(star(0)),
+    "shaft with eight arms, with flywheels": lambda: with_flywheels(shaft(1)),
     "gears in a star, with flywheels": lambda: with_flywheels(_geared_star()),
 }
 

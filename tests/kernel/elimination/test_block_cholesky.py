@@ -10,7 +10,8 @@ from mbproj.kernel import core
 from mbproj.model import compile_system
 from mbproj.model.euler_parameters import rotation_matrix
 from mbproj.scene.records import Scene
-from tests.kernel.scenes import Case, ladder, loops, needs_kernel, opened, star, tree
+from tests.kernel.mechanism_runs import mechanism
+from tests.kernel.scenes import Case, ladder, loops, needs_kernel, opened, shaft, star, tree
 from tests.support import random_body, random_chain, random_joint, scene_of
 
 pytestmark = needs_kernel
@@ -20,6 +21,7 @@ SHAPES = {
     "floating tree": lambda size: tree(8, size),
     "ladder": lambda size: ladder(5, max(1, size // 2)),
     "star": lambda size: star(2, size - 1),
+    "shaft": lambda size: shaft(2, size - 1),
 }
 
 
@@ -94,6 +96,20 @@ def test_the_factor_of_a_star_of_loops_holds_no_more_than_the_coupling_at_the_hu
     assert facts["core_joints"] == 2 * arms
     assert facts["core_fill"] == 0
     assert facts["core_numbers"] == (1 + 3) * arms + 9 * arms * (arms + 1) // 2
+
+
+def test_the_factor_of_loops_on_one_shaft_grows_by_a_constant_per_loop():
+    """Of each arm a ball on the shaft (3 rows), a rod to the ground (1), and a weld to the shaft's next piece (1)."""
+    numbers = [topology(shaft(5, arms, ["spherical"]))["core_numbers"] for arms in (10, 20, 40, 80)]
+    per_arm = np.diff(numbers) / (10, 20, 40)
+    assert per_arm[0] == per_arm[1] == per_arm[2] <= (3 + 1 + 1) * (3 + 1 + 1)
+
+
+def test_joints_that_hinge_a_body_to_the_ground_have_no_rows_in_the_factor():
+    """Of a slider-crank, 17 rows, those of the ball and of the universal joint are left: 3 and 4."""
+    facts = topology(mechanism("spatial_slider_crank"))
+    assert facts["core_joints"] == 2
+    assert facts["core_numbers"] == 3 * 3 + 4 * 4 + 3 * 4
 
 
 def topology(scene: Scene) -> dict[str, int]:

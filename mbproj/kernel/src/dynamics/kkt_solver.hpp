@@ -22,9 +22,11 @@ public:
         : model_(model), thresholds_(model.thresholds), compliance_(model), order_(model, !penalty),
           leaves_(model, order_.leaves), loops_(model, order_, compliance_), shift_(penalty ? 1.0 / *penalty : 0.0),
           lent_(lent_mass(model)), inertias_(model.size()), reference_(model.size() + 1, Point<D>::Zero()),
-          articulated_(model.size(), false), force_(model.size() + 1), delta_(model.size() + 1) {
+          is_bare_(model.size(), false), force_(model.size() + 1), delta_(model.size() + 1) {
+        for (std::size_t b = 0; b < order_.loop_bodies.size(); ++b)
+            is_bare_[order_.loop_bodies[b]] = !loops_.is_hinged(b);
         for (const Leaf<D>& leaf : order_.leaves)
-            if (leaf.hinge.parent < model.size()) articulated_[leaf.hinge.parent] = true;
+            if (leaf.hinge.parent < model.size()) is_bare_[leaf.hinge.parent] = false;
     }
 
     // The rows of the calls to come.
@@ -44,9 +46,11 @@ public:
         looked_ = false;
         const Compliance<D>* stiff = metric == Metric::stiff ? &compliance_ : nullptr;
         if (const int joint = leaves_.set_pose(pose, reference_, stiff); joint >= 0) return fails(joint);
-        for (int b = 0; b < model_.size(); ++b) set_inertia(b, pose[b].rotation, metric);
+        for (int b = 0; b < model_.size(); ++b)
+            if (takes_inertia(b, metric)) set_inertia(b, pose[b].rotation, metric);
         if (const int joint = leaves_.factor(inertias_, reference_, metric != Metric::coordinates); joint >= 0)
             return fails(joint);
+        if (const int joint = loops_.set_hinges(pose); joint >= 0) return fails(joint);
         if (!set_halves(pose, metric)) return fails(-1);
         if (order_.loop_joints.empty()) return true;
         loops_.leave_none_out();
@@ -125,9 +129,9 @@ public:
     // Σ I s'² of the flywheels, of the last `solve` for velocities.
     double of_flywheels() const { return loops_.of_flywheels() + leaves_.of_flywheels(); }
     // How far rows that were left out of the last factor are from what the others say of a violation.
-    double contradiction(const double* violation) const { return loops_.contradiction(violation); }
+    double contradiction(const double* violation) { return loops_.contradiction(violation); }
     // λ of the last `solve`, spread over redundant rows so that it is smallest.
-    void spread(const Pose<D>& pose, double* lambda) const { loops_.smallest_multipliers(pose, lambda); }
+    void spread(const Pose<D>& pose, double* lambda) { loops_.smallest_multipliers(pose, lambda); }
 
     // (δr, δθ) or accelerations of a body, of its centre of mass, global axes.
     Turn<D> turn(int body) const { return delta_[body].template tail<S::turns>(); }
@@ -156,6 +160,11 @@ private:
         return loops_.factor(pose, thresholds_.smallest_pivot, shift) < 0;
     }
 
+    bool lends(int body, Metric metric) const { return model_.bodies[body].is_light && metric != Metric::coordinates; }
+    bool takes_inertia(int body, Metric metric) const {
+        return !is_bare_[body] || lends(body, metric) || !stiff_.empty();
+    }
+
     // The inertias of the loops' bodies, halved; false where one has no inverse.
     bool set_halves(const Pose<D>& pose, Metric metric) {
         const bool by_coordinates = metric == Metric::coordinates;
@@ -164,11 +173,10 @@ private:
         loops_.comply(metric == Metric::stiff);
         for (std::size_t b = 0; b < order_.loop_bodies.size(); ++b) {
             const int body = order_.loop_bodies[b];
-            const bool lends = model_.bodies[body].is_light && !by_coordinates;
-            if (articulated_[body] || lends || !stiff_.empty()) {
+            if (takes_inertia(body, metric)) {
                 Inertia<D> M = inertias_[body];
-                if (lends) M.lend(lent_);
-                if (!loops_.half(b).articulated(M)) return false;
+                if (lends(body, metric)) M.lend(lent_);
+                if (!loops_.set_half(b, M)) return false;
             } else if (by_coordinates) {
                 loops_.half(b).bare(1.0, pose[body].rotation, 2.0 * Matrix<S::turns, S::turns>::Identity());
             } else {
@@ -196,8 +204,8 @@ private:
     const double shift_;  // of S, where the violation is penalised
     const Wrench lent_;   // to light bodies
     std::vector<Inertia<D>> inertias_;
-    std::vector<Point<D>> reference_;  // from each body's centre of mass
-    std::vector<bool> articulated_;
+    std::vector<Point<D>> reference_;    // from each body's centre of mass
+    std::vector<bool> is_bare_;          // of the loops, without leaves and without a hinge to the ground
     std::vector<Wrench> force_, delta_;  // at the reference points; the ground's last
     std::vector<double> stiff_;          // moments of inertia that are added
     int singular_joint_ = -1;

@@ -2,18 +2,19 @@
 #pragma once
 
 #include "algebra/cholesky.hpp"
-#include "elimination/articulated_body.hpp"
+#include "elimination/ground_hinge.hpp"
 
 namespace mbproj {
 
-// W⁻¹ = Z Zᵀ of a body of the loops: of a bare one from the constant root of its inertia, of an articulated one by factorisation.
+// W⁻¹ = Z Zᵀ of a body of the loops: of a bare one from the constant root of its inertia, of an articulated one by
+// factorisation; of one that a hinge joins to the ground N (NᵀWN)⁻¹ Nᵀ, with a column of Z for each of its free motions N.
 template <int D> class InverseRoot final {
 public:
     using S = Size<D>;
     static constexpr int F = S::freedoms;
 
     void bare(double mass, const Rotation<D>& A, const Matrix<S::turns, S::turns>& inverse_root) {
-        is_bare_ = true;
+        kind_ = Kind::bare;
         translation_ = 1.0 / std::sqrt(mass);
         if constexpr (D == 3)
             rotation_ = inverse_root * A.transpose();
@@ -21,7 +22,7 @@ public:
             rotation_ = inverse_root;
     }
     bool articulated(const Inertia<D>& M) {
-        is_bare_ = false;
+        kind_ = Kind::articulated;
         Matrix<F, F> full;
         full.template block<D, D>(0, 0) = M.A;
         full.template block<D, S::turns>(0, D) = M.B;
@@ -29,9 +30,39 @@ public:
         full.template block<S::turns, S::turns>(D, D) = M.C;
         return factor_.factor(full);
     }
+    // By Gram and Schmidt, in the inertia M. False where a free motion moves no mass.
+    bool hinged(const GroundHinge<D>& hinge, const Inertia<D>& M) {
+        kind_ = Kind::hinged;
+        width_ = hinge.freedoms();
+        Column<F> momenta[F];  // W Z
+        for (int k = 0; k < width_; ++k) {
+            Column<F> z = hinge.motion(k);
+            for (int j = 0; j < k; ++j) z -= momenta[j].dot(z) * motions_[j];
+            momenta[k] = M * z;
+            const double moved = z.dot(momenta[k]);
+            if (!(moved > 0.0)) return false;
+            const double scale = 1.0 / std::sqrt(moved);
+            motions_[k] = scale * z;
+            momenta[k] *= scale;
+        }
+        inertia_ = {M.A.trace() / D, M.C.trace() / S::turns};
+        return true;
+    }
+
+    // How many entries Zᵀx has; the others are 0.
+    int width() const { return kind_ == Kind::hinged ? width_ : F; }
+    // About |Zᵀx|² if the hinge let the body go.
+    double free_square(const Column<F>& x) const {
+        return x.template head<D>().squaredNorm() / inertia_.mass +
+               x.template tail<S::turns>().squaredNorm() / inertia_.moment;
+    }
     // Zᵀ x.
     void forward(Column<F>& x) const {
-        if (is_bare_) {
+        if (kind_ == Kind::hinged) {
+            const Column<F> given = x;
+            x.setZero();
+            for (int k = 0; k < width_; ++k) x[k] = motions_[k].dot(given);
+        } else if (kind_ == Kind::bare) {
             x.template head<D>() *= translation_;
             x.template tail<S::turns>() = rotation_ * x.template tail<S::turns>().eval();
         } else {
@@ -40,7 +71,11 @@ public:
     }
     // Z x.
     void backward(Column<F>& x) const {
-        if (is_bare_) {
+        if (kind_ == Kind::hinged) {
+            const Column<F> given = x;
+            x.setZero();
+            for (int k = 0; k < width_; ++k) x += given[k] * motions_[k];
+        } else if (kind_ == Kind::bare) {
             x.template head<D>() *= translation_;
             x.template tail<S::turns>() = rotation_.transpose() * x.template tail<S::turns>().eval();
         } else {
@@ -49,10 +84,16 @@ public:
     }
 
 private:
-    bool is_bare_ = true;
+    enum class Kind { bare, articulated, hinged };
+    Kind kind_ = Kind::bare;
     double translation_ = 0.0;
     Matrix<S::turns, S::turns> rotation_;
     Cholesky<F> factor_;
+    int width_ = 0;
+    Column<F> motions_[F];  // Z
+    struct {
+        double mass, moment;
+    } inertia_ = {1.0, 1.0};  // of a hinged body, about
 };
 
 }  // namespace mbproj

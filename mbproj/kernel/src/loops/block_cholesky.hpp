@@ -14,9 +14,9 @@ class BlockCholesky final {
 public:
     BlockCholesky() = default;
 
-    // The sizes of the blocks, and which pairs of them couple.
-    BlockCholesky(std::vector<int> sizes, const std::vector<std::pair<int, int>>& couplings)
-        : sizes_(std::move(sizes)), place_(sizes_.size()), begin_(sizes_.size()) {
+    // The sizes of the blocks, and which pairs of them couple. So many blocks are eliminated `first`, and never left out.
+    BlockCholesky(std::vector<int> sizes, const std::vector<std::pair<int, int>>& couplings, int first)
+        : sizes_(std::move(sizes)), first_(first), place_(sizes_.size()), begin_(sizes_.size()) {
         const int count = static_cast<int>(sizes_.size());
         int rows = 0;
         for (int i = 0; i < count; ++i) {
@@ -24,6 +24,7 @@ public:
             rows += sizes_[i];
         }
         diagonal_.resize(rows);
+        hidden_.assign(rows, 0.0);
         reciprocal_.resize(rows);
         std::vector<std::set<int>> near(count);
         for (const auto& [i, j] : couplings)
@@ -44,7 +45,12 @@ public:
         return {offset(j, i), true};
     }
     double* at(std::size_t offset) { return values_.data() + offset; }
-    void clear() { std::fill(values_.begin(), values_.end(), 0.0); }
+    void clear() {
+        std::fill(values_.begin(), values_.end(), 0.0);
+        std::fill(hidden_.begin(), hidden_.end(), 0.0);
+    }
+    // What a row's diagonal entry does not show of its square, by which pivots are measured too.
+    void hide(int row, double square) { hidden_[row] += square; }
 
     // Factors in place; returns the block that has a pivot below `smallest` of its diagonal entry, or -1.
     int factor(double smallest);
@@ -56,13 +62,6 @@ public:
 
     // Rows that `factor` leaves out from now on: their λ is 0, whatever is asked of them.
     void leave_out(std::vector<char> rows) { left_out_ = std::move(rows); }
-    double largest() const {
-        double most = 0.0;
-        for (const ColumnOf& column : columns_)
-            for (int i = 0, size = sizes_[column.block]; i < size; ++i)
-                most = std::max(most, values_[column.diagonal + i * (size + 1)]);
-        return most;
-    }
     bool leaves_out() const { return !left_out_.empty(); }
 
     std::size_t stored() const { return values_.size(); }
@@ -98,14 +97,17 @@ private:
         return 0;
     }
     template <class LeftOut> void forward(double* x, LeftOut&& left_out) const;
+    void measure_rows();
     int factor_diagonal(const ColumnOf& column, double smallest);
     int largest_pivot(const ColumnOf& column, const std::vector<bool>& open, double smallest);
     void eliminate(const ColumnOf& column, int row, const std::vector<bool>& open);
 
-    std::vector<int> sizes_, place_, begin_;
-    std::vector<ColumnOf> columns_;  // in the order of elimination
-    std::vector<double> values_, diagonal_, reciprocal_;
-    std::vector<char> left_out_;  // one for each row, or none
+    std::vector<int> sizes_;
+    int first_ = 0;
+    std::vector<int> place_, begin_;
+    std::vector<ColumnOf> columns_;                                // in the order of elimination
+    std::vector<double> values_, diagonal_, hidden_, reciprocal_;  // `diagonal_`: the squares of the rows
+    std::vector<char> left_out_;                                   // one for each row, or none
     std::size_t fill_ = 0;
     double smallest_pivot_ = 1.0;
 };
@@ -114,7 +116,8 @@ inline void BlockCholesky::order_by_degree(std::vector<std::set<int>> near) {
     const int count = static_cast<int>(sizes_.size());
     const auto original = near;
     std::set<std::pair<std::size_t, int>> waiting;
-    for (int i = 0; i < count; ++i) waiting.insert({near[i].size(), i});
+    const auto turn = [&](int i) { return std::pair(i < first_ ? 0 : 1 + near[i].size(), i); };
+    for (int i = 0; i < count; ++i) waiting.insert(turn(i));
     std::size_t next = 0;
     while (!waiting.empty()) {
         const int block = waiting.begin()->second;
@@ -127,11 +130,11 @@ inline void BlockCholesky::order_by_degree(std::vector<std::set<int>> near) {
             const std::size_t size = static_cast<std::size_t>(sizes_[i]) * sizes_[block];
             next += size;
             if (!original[block].count(i)) fill_ += size;
-            waiting.erase({near[i].size(), i});
+            waiting.erase(turn(i));
             near[i].erase(block);
             for (const int j : near[block])
                 if (j != i) near[i].insert(j);
-            waiting.insert({near[i].size(), i});
+            waiting.insert(turn(i));
         }
         columns_.push_back(std::move(column));
     }
@@ -205,12 +208,16 @@ inline int BlockCholesky::factor_diagonal(const ColumnOf& column, double smalles
     return -1;
 }
 
+inline void BlockCholesky::measure_rows() {
+    for (const ColumnOf& column : columns_) {
+        const int size = sizes_[column.block], row = begin_[column.block];
+        for (int i = 0; i < size; ++i) diagonal_[row + i] = at(column.diagonal)[i * size + i] + hidden_[row + i];
+    }
+}
+
 inline int BlockCholesky::factor(double smallest) {
     smallest_pivot_ = 1.0;
-    for (const ColumnOf& column : columns_) {
-        const int size = sizes_[column.block];
-        for (int i = 0; i < size; ++i) diagonal_[begin_[column.block] + i] = at(column.diagonal)[i * size + i];
-    }
+    measure_rows();
     for (const ColumnOf& column : columns_) {
         const int failed = factor_diagonal(column, smallest);
         if (failed >= 0) return failed;

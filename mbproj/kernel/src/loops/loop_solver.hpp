@@ -7,7 +7,7 @@
 
 #include "algebra/decompositions.hpp"
 #include "elimination/light_body.hpp"
-#include "loops/delassus_matrix.hpp"
+#include "loops/hinged_bodies.hpp"
 #include "loops/minimum_norm_multipliers.hpp"
 
 namespace mbproj {
@@ -17,8 +17,8 @@ public:
     static constexpr int F = Size<D>::freedoms;
 
     LoopSolver(const Model<D>& model, const EliminationOrder<D>& order, const Compliance<D>& compliance)
-        : model_(model), order_(order), compliance_(compliance), rows_(model, order, compliance),
-          work_(order.loop_bodies.size()) {
+        : model_(model), order_(order), compliance_(compliance), rows_(model, order, compliance, true),
+          hinged_(model, rows_), work_(order.loop_bodies.size()) {
         for (std::size_t b = 0; b < work_.size(); ++b)
             if (model.bodies[order.loop_bodies[b]].is_light) {
                 light_.emplace_back();
@@ -27,6 +27,16 @@ public:
     }
 
     InverseRoot<D>& half(int b) { return rows_.halves[b]; }
+    // The hinges to the ground at a pose; the joint whose rows are dependent there, or -1.
+    int set_hinges(const Pose<D>& pose) { return rows_.set_hinges(pose); }
+    // The half of a body with this articulated inertia; false where it has no inverse.
+    bool set_half(int b, const Inertia<D>& M) {
+        const int h = rows_.layout().hinge_of(b);
+        if (h < 0) return half(b).articulated(M);
+        hinged_.set_inertia(h, M);
+        return half(b).hinged(rows_.hinges[h], M);
+    }
+    bool is_hinged(int b) const { return rows_.layout().hinge_of(b) >= 0; }
     // What light bodies are lent: nothing where their inertia is not theirs (GOPM's metric), nor that of flywheels.
     void lend(const Column<F>& lent) {
         for (Light<D>& light : light_) light.lent = lent;
@@ -39,17 +49,18 @@ public:
         rows_.fill(pose, shift);
         by_qr_ = false;
         const int failed = rows_.cholesky.factor(smallest);
-        return failed < 0 ? -1 : rows_.held()[failed].joint;
+        return failed < 0 ? -1 : rows_.joint_of(failed);
     }
 
     // The factor of Y in place of that of S; false where it would be too large.
     bool factor_by_qr(const Pose<D>& pose) {
         if (rows_.count() > model_.thresholds.most_dense_rows) return false;
         rows_.fill(pose);
-        const std::size_t bodies = F * work_.size();
+        const std::size_t bodies = F * rows_.layout().pieces();
         Eigen::MatrixXd Y = Eigen::MatrixXd::Zero(bodies + rows_.flywheels().size(), rows_.count());
-        each_column([&](int body, int row, const auto& y) { std::copy(y.data(), y.data() + F, &Y(F * body, row)); });
-        each_flywheel([&](std::size_t f, int row, double y) { Y(bodies + f, row) = y; });
+        rows_.each_column(
+            [&](int body, int row, const auto& y) { std::copy(y.data(), y.data() + F, &Y(F * body, row)); });
+        rows_.each_flywheel([&](std::size_t f, int row, double y) { Y(bodies + f, row) = y; });
         qr_.factor(Y);
         return by_qr_ = true;
     }
@@ -95,94 +106,98 @@ public:
     // motion of a light body does not settle: then it moves no mass. A shifted factor is applied as it is.
     template <class Forces, class Twists>
     bool solve(const Forces& f, const double* c, Twists& delta, bool shifted = false) {
-        for (std::size_t b = 0; b < work_.size(); ++b) {
-            work_[b] = f[order_.loop_bodies[b]];
-            half(b).forward(work_[b]);
-        }
+        push(f, c);
         spin_.assign(rows_.flywheels().size(), 0.0);
-        rhs_.resize(rows_.count());
-        each_row([&](int own, int of_model) { rhs_[own] = -c[of_model]; });
+        rhs_.assign(rows_.count(), 0.0);
+        rows_.each_row([&](int own, int of_model) { rhs_[own] = -c[of_model]; });
         rows_.scale(rhs_.data());
+        hinged_.add_particular(rhs_.data(), 1.0);
         const double driven = light_.empty() ? 0.0 : energy();
         lambda_.assign(rhs_.size(), 0.0);
         step_.resize(rhs_.size());
         improve();
         if (cholesky().smallest_pivot() < model_.thresholds.ill_conditioned && !shifted) refine();
         const bool settled = light_.empty() || settle(shifted, std::max(driven, energy()));
-        for (std::size_t b = 0; b < work_.size(); ++b) {
-            half(b).backward(work_[b]);
-            delta[order_.loop_bodies[b]] = work_[b];
-        }
+        release(delta);
         return settled;
     }
 
     // Σ I s'² of the flywheels in the last solve, where δ is a velocity.
     double of_flywheels() const { return std::inner_product(spin_.begin(), spin_.end(), spin_.begin(), 0.0); }
-    // λ of the loops' joints, of the last solve, at their rows; 0 in rows that are left out.
-    void multipliers(double* lambda) const {
+    // λ of the loops' joints and of the hinges to the ground, of the last solve, at their rows; 0 in rows that are left out.
+    void multipliers(double* lambda) {
         for (const int j : order_.loop_joints) {
             const Joint& joint = model_.joints[j];
             std::fill(lambda + joint.row, lambda + joint.row + joint.rows, 0.0);
         }
-        each_row([&](int own, int of_model) { lambda[of_model] = lambda_[own]; });
+        rows_.each_row([&](int own, int of_model) { lambda[of_model] = lambda_[own]; });
+        hinged_.multipliers(lambda_, lambda);
     }
     // The same, spread over rows that are left out of the run so that they are smallest.
-    void smallest_multipliers(const Pose<D>& pose, double* lambda) const {
+    void smallest_multipliers(const Pose<D>& pose, double* lambda) {
         multipliers(lambda);
         spread(rows_, model_, pose, lambda);
     }
 
     // How far rows that are left out at this pose alone are from what the others say of a violation, in rows' own scales.
-    double contradiction(const double* violation) const {
+    double contradiction(const double* violation) {
         std::vector<double> own(rows_.count());
         double least = std::numeric_limits<double>::infinity();
-        each_row([&](int row, int of_model) {
+        rows_.each_row([&](int row, int of_model) {
             own[row] = violation[of_model];
             least = std::min(least, model_.row_scale[of_model]);
         });
+        hinged_.move(violation);
+        hinged_.add_particular(own.data(), -1.0);
         return cholesky().contradiction(own.data()) / least;
     }
 
     const BlockCholesky& cholesky() const { return rows_.cholesky; }
 
 private:
+    // The forces on the loops' bodies and pieces, with the half of each, less what their hinges take.
+    template <class Forces> void push(const Forces& f, const double* c) {
+        hinged_.move(c);
+        work_.resize(rows_.layout().pieces());
+        for (std::size_t b = 0; b < order_.loop_bodies.size(); ++b) {
+            work_[b] = f[order_.loop_bodies[b]];
+            if (const int h = rows_.layout().hinge_of(b); h >= 0) hinged_.push(h, work_[b]);
+            half(b).forward(work_[b]);
+            if (const double root = rows_.layout().root(b); root > 1.0) work_[b] /= root;
+        }
+        for (std::size_t p = order_.loop_bodies.size(); p < work_.size(); ++p)
+            work_[p] = work_[rows_.layout().body_of(p)];
+    }
+    // And their motions; that of a body in pieces is the mean of theirs, which differ by round-off.
+    template <class Twists> void release(Twists& delta) {
+        for (std::size_t p = order_.loop_bodies.size(); p < work_.size(); ++p)
+            work_[rows_.layout().body_of(p)] += work_[p];
+        for (std::size_t b = 0; b < order_.loop_bodies.size(); ++b) {
+            if (const double root = rows_.layout().root(b); root > 1.0) work_[b] /= root;
+            half(b).backward(work_[b]);
+            if (const int h = rows_.layout().hinge_of(b); h >= 0) hinged_.release(h, work_[b]);
+            delta[order_.loop_bodies[b]] = work_[b];
+        }
+    }
+
     // All rows, to look for those that depend on others.
     DelassusMatrix<D>& all() {
-        if (!all_) all_ = std::make_unique<DelassusMatrix<D>>(model_, order_, compliance_);
+        if (!all_) all_ = std::make_unique<DelassusMatrix<D>>(model_, order_, compliance_, false);
         return *all_;
     }
     // The rows that are held, where all bodies weigh the same; the factor at hand stays.
     DelassusMatrix<D>& even() {
         if (!even_) {
-            even_ = std::make_unique<DelassusMatrix<D>>(model_, order_, compliance_);
+            even_ = std::make_unique<DelassusMatrix<D>>(model_, order_, compliance_, false);
             even_->hold(held_);
         }
         return *even_;
     }
     int count_left_out(const std::vector<std::vector<int>>& rows) {
-        int count = all().count();
+        int count = 0;
+        for (const int joint : order_.loop_joints) count += model_.joints[joint].rows;
         for (const auto& some : rows) count -= static_cast<int>(some.size());
         return count;
-    }
-
-    // Calls visit(row of S, row of the model) for all rows that are held.
-    template <class Visit> void each_row(Visit&& visit) const {
-        const auto& held = rows_.held();
-        for (std::size_t h = 0; h < held.size(); ++h)
-            for (int r = 0, row = cholesky().row(static_cast<int>(h)); r < held[h].count; ++r)
-                visit(row + r, model_.joints[held[h].joint].row + held[h].rows[r]);
-    }
-    // Calls visit(body of the loops, row of S, column of Y).
-    template <class Visit> void each_column(Visit&& visit) const {
-        for (const auto& at : rows_.incidences())
-            for (int r = 0, row = cholesky().row(at.held); r < rows_.held()[at.held].count; ++r)
-                visit(at.body, row + r, at.Y.col(r));
-    }
-
-    // Calls visit(flywheel, row of S, its entry of Y).
-    template <class Visit> void each_flywheel(Visit&& visit) const {
-        for (std::size_t f = 0; f < rows_.flywheels().size(); ++f)
-            visit(f, rows_.flywheels()[f].row, rows_.y(rows_.flywheels()[f]));
     }
 
     // S squares the condition of Y. Where a pivot shows that to matter, further solutions on what is left, which is computed
@@ -205,11 +220,11 @@ private:
     void improve() {
         if (by_qr_) return improve_by_qr();
         step_ = rhs_;
-        each_column([this](int body, int row, const auto& y) { step_[row] += y.dot(work_[body]); });
-        each_flywheel([this](std::size_t f, int row, double y) { step_[row] += y * spin_[f]; });
+        rows_.each_column([this](int body, int row, const auto& y) { step_[row] += y.dot(work_[body]); });
+        rows_.each_flywheel([this](std::size_t f, int row, double y) { step_[row] += y * spin_[f]; });
         cholesky().solve(step_.data());
-        each_column([this](int body, int row, const auto& y) { work_[body] -= step_[row] * y; });
-        each_flywheel([this](std::size_t f, int row, double y) { spin_[f] -= step_[row] * y; });
+        rows_.each_column([this](int body, int row, const auto& y) { work_[body] -= step_[row] * y; });
+        rows_.each_flywheel([this](std::size_t f, int row, double y) { spin_[f] -= step_[row] * y; });
         for (std::size_t r = 0; r < lambda_.size(); ++r) lambda_[r] += step_[r];
     }
 
@@ -269,6 +284,7 @@ private:
     const Compliance<D>& compliance_;
     DelassusMatrix<D> rows_;
     std::unique_ptr<DelassusMatrix<D>> all_, even_;
+    HingedBodies<D> hinged_;
     std::vector<std::vector<int>> held_;  // as they were given
     std::vector<Light<D>> light_;
     std::vector<Column<F>> work_;

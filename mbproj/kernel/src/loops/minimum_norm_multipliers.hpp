@@ -13,10 +13,11 @@ template <int D> Eigen::MatrixXd combinations(const DelassusMatrix<D>& rows, con
     using Y = Column<Size<D>::freedoms>;
     Eigen::MatrixXd T = Eigen::MatrixXd::Zero(left_out, rows.count());
     std::vector<int> begin(1, 0);
-    for (const auto& some : rows.left_out()) begin.push_back(begin.back() + some.count);
+    for (const auto& some : rows.layout().left_out()) begin.push_back(begin.back() + some.count);
     std::vector<std::vector<Y>> open(left_out, std::vector<Y>(rows.halves.size(), Y::Zero()));
     for (const auto& at : rows.left_out_incidences(pose))
-        for (int r = 0; r < rows.left_out()[at.held].count; ++r) open[begin[at.held] + r][at.body] = at.Y.col(r);
+        for (int r = 0; r < rows.layout().left_out()[at.held].count; ++r)
+            open[begin[at.held] + r][at.body] = at.Y.col(r);
     Eigen::VectorXd share(rows.count());
     std::vector<double> turned(rows.flywheels().size());
     for (int left = 0; left < left_out; ++left) {
@@ -49,8 +50,9 @@ void spread(const DelassusMatrix<D>& rows, const Model<D>& model, const Pose<D>&
             for (int r = 0; r < some.count; ++r) found.push_back(model.joints[some.joint].row + some.rows[r]);
         return found;
     };
-    const std::vector<int> held = numbers(rows.held()), left_out = numbers(rows.left_out());
+    const std::vector<int> left_out = numbers(rows.layout().left_out());
     if (left_out.empty()) return;
+    const std::vector<int> held = numbers(rows.held());
     const Eigen::MatrixXd T = combinations(rows, pose, static_cast<int>(left_out.size()));
     Eigen::VectorXd weight(held.size()), own(held.size());
     for (std::size_t k = 0; k < held.size(); ++k) {

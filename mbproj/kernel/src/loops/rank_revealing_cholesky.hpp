@@ -10,17 +10,15 @@ namespace mbproj {
 // pivot goes first, and blocks in the order of elimination. The values are used up.
 inline std::vector<std::vector<int>> BlockCholesky::independent_rows(double smallest) {
     std::vector<std::vector<int>> kept(sizes_.size());
-    for (const ColumnOf& column : columns_) {
-        const int size = sizes_[column.block];
-        for (int i = 0; i < size; ++i) diagonal_[begin_[column.block] + i] = at(column.diagonal)[i * size + i];
-    }
+    measure_rows();
     for (const ColumnOf& column : columns_) {
         const int size = sizes_[column.block];
         double* A = at(column.diagonal);
         for (int i = 0; i < size; ++i)
             for (int j = i + 1; j < size; ++j) A[i * size + j] = A[j * size + i];
         std::vector<bool> open(size, true);
-        for (int row = largest_pivot(column, open, smallest); row >= 0; row = largest_pivot(column, open, smallest)) {
+        const double least = column.block < first_ ? 0.0 : smallest;
+        for (int row = largest_pivot(column, open, least); row >= 0; row = largest_pivot(column, open, least)) {
             open[row] = false;
             kept[column.block].push_back(row);
             eliminate(column, row, open);

@@ -1,0 +1,212 @@
+// Which rows of the loops' joints are held, and how they couple: the structure of S, which changes with the rows alone.
+//
+// A body couples all its joints with each other. One that many share, which a hinge to the ground leaves one freedom (a
+// shaft), is taken apart into equal pieces, one for each joint, each welded to the next: S then has a band in place of a full
+// block, and as many rows more as there are welds. Pieces of m/k are PD wherever the body is, so that nothing else changes.
+#pragma once
+
+#include <numeric>
+#include <optional>
+
+#include "elimination/elimination_order.hpp"
+#include "loops/block_cholesky.hpp"
+#include "loops/rank_revealing_cholesky.hpp"
+
+namespace mbproj {
+
+template <int D> class RowLayout final {
+public:
+    static constexpr int F = Size<D>::freedoms;
+
+    // A joint and some of its rows: those that are held, or those that are left out. A weld's joint is -1.
+    struct JointRows {
+        int joint, count;
+        int rows[F];
+        bool operator==(const JointRows& other) const {
+            return joint == other.joint && count == other.count && std::equal(rows, rows + count, other.rows);
+        }
+    };
+    // Of a joint in a list of them and one of its bodies, by its number in the loops, or a piece of it: as many columns of Y as
+    // the joint has rows.
+    struct Incidence {
+        int held, body, piece;
+        Matrix<F, F> Y;
+        int hinged;  // its number among those of hinged bodies, or -1; none of a weld
+        bool is_weld = false;
+    };
+    struct Product {  // incidences a and b share a body: YᵀY goes to this block of S
+        int a, b;
+        std::size_t offset;
+    };
+    // A flywheel I that is held by a row: one more coordinate, with the half-inverse 1/√I, and -1 in that row.
+    struct Flywheel {
+        int row;             // of S
+        std::size_t offset;  // of its diagonal entry
+        double y;            // its entry of Y
+        bool is_compliant;   // in place of a stiff force
+    };
+
+    // `reduced`: whether bodies move by their hinges to the ground alone, and shared ones are taken apart. Otherwise the rows
+    // of these hinges are the first.
+    RowLayout(const Model<D>& model, const EliminationOrder<D>& order, bool reduced)
+        : model_(model), order_(order), reduced_(reduced), place_(model.size(), -1),
+          hinge_of_(order.loop_bodies.size(), -1) {
+        for (std::size_t b = 0, h = 0; b < order.loop_bodies.size(); ++b) {
+            place_[order.loop_bodies[b]] = static_cast<int>(b);
+            if (reduced && h < order.ground_hinges.size() && order.ground_hinges[h].body() == order.loop_bodies[b])
+                hinge_of_[b] = static_cast<int>(h++);
+        }
+    }
+
+    // Of all rows of the loops' joints, in their order, holds those given, or all where there are none; leaves the others out
+    // of the run. The matrix of these rows, if they are others than before.
+    std::optional<BlockCholesky> hold(const std::vector<std::vector<int>>& rows) {
+        std::vector<JointRows> held, left_out;
+        for (int h = 0; h < first(); ++h) {
+            const int joint = order_.ground_hinges[h].joint();
+            held.push_back({joint, model_.joints[joint].rows, {}});
+            std::iota(held.back().rows, held.back().rows + held.back().count, 0);
+        }
+        for (std::size_t h = 0; h < order_.loop_joints.size(); ++h) {
+            JointRows some{order_.loop_joints[h], 0, {}}, rest = some;
+            for (int r = 0; r < model_.joints[some.joint].rows; ++r) {
+                const bool is_held = rows.empty() || std::find(rows[h].begin(), rows[h].end(), r) != rows[h].end();
+                JointRows& to = is_held ? some : rest;
+                to.rows[to.count++] = r;
+            }
+            if (some.count) held.push_back(some);
+            if (rest.count) left_out.push_back(rest);
+        }
+        if (held.size() == of_joints_ && std::equal(held.begin(), held.end(), held_.begin()) && is_arranged_)
+            return std::nullopt;
+        is_arranged_ = true;
+        of_joints_ = held.size();
+        held_ = std::move(held);
+        left_out_ = std::move(left_out);
+        return arrange();
+    }
+
+    // The welds last.
+    const std::vector<JointRows>& held() const { return held_; }
+    const std::vector<JointRows>& left_out() const { return left_out_; }
+    const std::vector<Incidence>& incidences() const { return incidences_; }
+    std::vector<Incidence>& incidences() { return incidences_; }
+    const std::vector<Product>& products() const { return products_; }
+    const std::vector<Flywheel>& flywheels() const { return flywheels_; }
+    const std::vector<int>& compliant() const { return compliant_; }  // joints of those held
+    // How many of these are hinges to the ground.
+    int first() const { return reduced_ ? 0 : static_cast<int>(order_.ground_hinges.size()); }
+    // Rows that are held, and joints among `held`.
+    int count() const { return count_; }
+    int joints() const { return static_cast<int>(of_joints_); }
+    int hinged() const { return hinged_; }
+    // Of a body in the loops, the number of its hinge to the ground, or -1; and of a body of the model, that in the loops.
+    int hinge_of(int body) const { return hinge_of_[body]; }
+    int place(int body) const { return place_[body]; }
+    // How many bodies and pieces there are: the first piece of each body has its number.
+    int pieces() const { return static_cast<int>(body_of_.size()); }
+    int body_of(int piece) const { return body_of_[piece]; }
+    // √k of a body of k pieces.
+    double root(int body) const { return roots_[body]; }
+
+private:
+    BlockCholesky arrange() {
+        incidences_.clear();
+        products_.clear();
+        hinged_ = 0;
+        body_of_.resize(order_.loop_bodies.size());
+        std::iota(body_of_.begin(), body_of_.end(), 0);
+        roots_.assign(body_of_.size(), 1.0);
+        std::vector<std::vector<int>> touching(body_of_.size());
+        for (std::size_t h = 0; h < held_.size(); ++h)
+            for (const int body : model_.joints[held_[h].joint].bodies) {
+                const int b = place_[body];
+                touching[b].push_back(static_cast<int>(incidences_.size()));
+                const int hinged = hinge_of_[b] >= 0 ? hinged_++ : -1;
+                incidences_.push_back({static_cast<int>(h), b, b, Matrix<F, F>::Zero(), hinged});
+            }
+        for (int b = 0, bodies = static_cast<int>(roots_.size()); b < bodies; ++b)
+            if (is_taken_apart(b, touching[b])) take_apart(b, touching);
+        return couple(touching);
+    }
+
+    bool is_taken_apart(int b, const std::vector<int>& joints) const {
+        return hinge_of_[b] >= 0 && order_.ground_hinges[hinge_of_[b]].freedoms() == 1 &&
+               static_cast<int>(joints.size()) >= model_.thresholds.fewest_shared;
+    }
+
+    void take_apart(int b, std::vector<std::vector<int>>& touching) {
+        const std::vector<int> joints = std::move(touching[b]);
+        roots_[b] = std::sqrt(static_cast<double>(joints.size()));
+        touching[b] = {joints[0]};
+        for (std::size_t j = 1; j < joints.size(); ++j) {
+            const int before = incidences_[joints[j - 1]].piece, piece = pieces();
+            body_of_.push_back(b);
+            touching.push_back({joints[j]});
+            incidences_[joints[j]].piece = piece;
+            weld(b, before, touching[before], 1.0);
+            weld(b, piece, touching[piece], -1.0);
+            held_.push_back({-1, 1, {}});
+        }
+    }
+    void weld(int b, int piece, std::vector<int>& touching, double sign) {
+        touching.push_back(static_cast<int>(incidences_.size()));
+        incidences_.push_back({static_cast<int>(held_.size()), b, piece, Matrix<F, F>::Zero(), -1, true});
+        incidences_.back().Y(0, 0) = sign;
+    }
+
+    BlockCholesky couple(const std::vector<std::vector<int>>& touching) {
+        std::vector<int> sizes;
+        for (const JointRows& some : held_) sizes.push_back(some.count);
+        std::vector<std::pair<int, int>> couplings;
+        for (const auto& joints : touching)
+            for (const int a : joints)
+                for (const int b : joints) couplings.push_back({incidences_[a].held, incidences_[b].held});
+        count_ = std::accumulate(sizes.begin(), sizes.end(), 0);
+        BlockCholesky cholesky(std::move(sizes), couplings, first());
+        for (const auto& joints : touching)
+            for (std::size_t a = 0; a < joints.size(); ++a)
+                for (std::size_t b = 0; b <= a; ++b) add_product(joints[a], joints[b], cholesky);
+        add_flywheels(cholesky);
+        return cholesky;
+    }
+
+    void add_product(int a, int b, const BlockCholesky& cholesky) {
+        const auto target = cholesky.target(incidences_[a].held, incidences_[b].held);
+        products_.push_back(target.transposed ? Product{b, a, target.offset} : Product{a, b, target.offset});
+    }
+
+    void add_flywheels(const BlockCholesky& cholesky) {
+        flywheels_.clear();
+        compliant_.clear();
+        for (int h = 0; h < joints(); ++h)
+            if (const int joint = held_[h].joint; model_.holds_flywheel(joint)) {
+                const double inertia = model_.flywheels[model_.joints[joint].row - model_.constraints.rows];
+                flywheels_.push_back({cholesky.row(h), cholesky.target(h, h).offset, -1.0 / std::sqrt(inertia), false});
+            }
+        for (int h = 0; h < joints(); ++h) {
+            if (!model_.is_compliant(held_[h].joint)) continue;
+            compliant_.push_back(h);
+            for (int r = 0; r < held_[h].count; ++r) {
+                const std::size_t diagonal = cholesky.target(h, h).offset + r * (held_[h].count + 1);
+                flywheels_.push_back({cholesky.row(h) + r, diagonal, -1.0, true});
+            }
+        }
+    }
+
+    const Model<D>& model_;
+    const EliminationOrder<D>& order_;
+    const bool reduced_;
+    std::vector<int> place_, hinge_of_;
+    std::vector<JointRows> held_, left_out_;
+    std::size_t of_joints_ = 0;  // of those held
+    bool is_arranged_ = false;
+    std::vector<Incidence> incidences_;
+    std::vector<Product> products_;
+    std::vector<Flywheel> flywheels_;
+    std::vector<int> compliant_, body_of_;
+    std::vector<double> roots_;
+    int count_ = 0, hinged_ = 0;
+};
+
+}  // namespace mbproj
