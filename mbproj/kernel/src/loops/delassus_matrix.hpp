@@ -17,11 +17,10 @@ public:
     using Incidence = typename RowLayout<D>::Incidence;
     using Flywheel = typename RowLayout<D>::Flywheel;
 
-    // `reduced`: see RowLayout.
     DelassusMatrix(const Model<D>& model, const EliminationOrder<D>& order, const Compliance<D>& compliance,
-                   bool reduced)
+                   LoopRows which)
         : halves(order.loop_bodies.size()), hinges(order.ground_hinges), model_(model), order_(order),
-          compliance_(compliance), layout_(model, order, reduced) {
+          compliance_(compliance), layout_(model, order, which) {
         hold({});
     }
 
@@ -144,8 +143,9 @@ public:
         return found;
     }
 
-    // Of each joint of the loops that is held, the rows that are independent at a pose, where hinges to the ground hold all theirs: those whose distance from the span of the rows
-    // before them exceeds √smallest, where all bodies weigh the same and lengths count in the mechanism's own. Overwrites S.
+    // Of each joint that is held, but for hinges to the ground that come first and hold all their rows, those independent at
+    // a pose: their distance from the span of the rows before them exceeds √smallest, where all bodies weigh the same and
+    // lengths count in the mechanism's own. Overwrites S.
     std::vector<std::vector<int>> independent_rows(const Pose<D>& pose, double smallest) {
         fill_evenly(pose);
         auto rows = cholesky.independent_rows(smallest);

@@ -17,7 +17,7 @@ public:
     static constexpr int F = Size<D>::freedoms;
 
     LoopSolver(const Model<D>& model, const EliminationOrder<D>& order, const Compliance<D>& compliance)
-        : model_(model), order_(order), compliance_(compliance), rows_(model, order, compliance, true),
+        : model_(model), order_(order), compliance_(compliance), rows_(model, order, compliance, LoopRows::reduced),
           hinged_(model, rows_), work_(order.loop_bodies.size()) {
         for (std::size_t b = 0; b < work_.size(); ++b)
             if (model.bodies[order.loop_bodies[b]].is_light) {
@@ -182,20 +182,19 @@ private:
 
     // All rows, to look for those that depend on others.
     DelassusMatrix<D>& all() {
-        if (!all_) all_ = std::make_unique<DelassusMatrix<D>>(model_, order_, compliance_, false);
+        if (!all_) all_ = std::make_unique<DelassusMatrix<D>>(model_, order_, compliance_, LoopRows::all);
         return *all_;
     }
     // The rows that are held, where all bodies weigh the same; the factor at hand stays.
     DelassusMatrix<D>& even() {
         if (!even_) {
-            even_ = std::make_unique<DelassusMatrix<D>>(model_, order_, compliance_, false);
+            even_ = std::make_unique<DelassusMatrix<D>>(model_, order_, compliance_, LoopRows::hinges_first);
             even_->hold(held_);
         }
         return *even_;
     }
     int count_left_out(const std::vector<std::vector<int>>& rows) {
-        int count = 0;
-        for (const int joint : order_.loop_joints) count += model_.joints[joint].rows;
+        int count = all().count();
         for (const auto& some : rows) count -= static_cast<int>(some.size());
         return count;
     }

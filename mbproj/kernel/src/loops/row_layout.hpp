@@ -14,6 +14,13 @@
 
 namespace mbproj {
 
+// Which joints of the loops have rows in S.
+enum class LoopRows {
+    reduced,  // all but the hinges to the ground: their bodies move by these alone, and shared ones are taken apart
+    hinges_first,  // these too, before the others
+    all,           // these too, in the order of the model's joints
+};
+
 template <int D> class RowLayout final {
 public:
     static constexpr int F = Size<D>::freedoms;
@@ -46,11 +53,15 @@ public:
         bool is_compliant;   // in place of a stiff force
     };
 
-    // `reduced`: whether bodies move by their hinges to the ground alone, and shared ones are taken apart. Otherwise the rows
-    // of these hinges are the first.
-    RowLayout(const Model<D>& model, const EliminationOrder<D>& order, bool reduced)
-        : model_(model), order_(order), reduced_(reduced), place_(model.size(), -1),
+    RowLayout(const Model<D>& model, const EliminationOrder<D>& order, LoopRows which)
+        : model_(model), order_(order), joints_(order.loop_joints), place_(model.size(), -1),
           hinge_of_(order.loop_bodies.size(), -1) {
+        const bool reduced = which == LoopRows::reduced;
+        if (!reduced)
+            for (std::size_t h = 0; h < order.ground_hinges.size(); ++h)
+                joints_.insert(joints_.begin() + h, order.ground_hinges[h].joint());
+        if (which == LoopRows::hinges_first) first_ = static_cast<int>(order.ground_hinges.size());
+        if (which == LoopRows::all) std::sort(joints_.begin(), joints_.end());
         for (std::size_t b = 0, h = 0; b < order.loop_bodies.size(); ++b) {
             place_[order.loop_bodies[b]] = static_cast<int>(b);
             if (reduced && h < order.ground_hinges.size() && order.ground_hinges[h].body() == order.loop_bodies[b])
@@ -58,19 +69,15 @@ public:
         }
     }
 
-    // Of all rows of the loops' joints, in their order, holds those given, or all where there are none; leaves the others out
-    // of the run. The matrix of these rows, if they are others than before.
+    // Of the rows of the joints after the first, in their order, holds those given, or all where there are none; leaves the
+    // others out of the run. The matrix of these rows, if they are others than before.
     std::optional<BlockCholesky> hold(const std::vector<std::vector<int>>& rows) {
         std::vector<JointRows> held, left_out;
-        for (int h = 0; h < first(); ++h) {
-            const int joint = order_.ground_hinges[h].joint();
-            held.push_back({joint, model_.joints[joint].rows, {}});
-            std::iota(held.back().rows, held.back().rows + held.back().count, 0);
-        }
-        for (std::size_t h = 0; h < order_.loop_joints.size(); ++h) {
-            JointRows some{order_.loop_joints[h], 0, {}}, rest = some;
+        for (int h = 0; h < static_cast<int>(joints_.size()); ++h) {
+            JointRows some{joints_[h], 0, {}}, rest = some;
+            const std::vector<int>* chosen = h < first_ || rows.empty() ? nullptr : &rows[h - first_];
             for (int r = 0; r < model_.joints[some.joint].rows; ++r) {
-                const bool is_held = rows.empty() || std::find(rows[h].begin(), rows[h].end(), r) != rows[h].end();
+                const bool is_held = !chosen || std::find(chosen->begin(), chosen->end(), r) != chosen->end();
                 JointRows& to = is_held ? some : rest;
                 to.rows[to.count++] = r;
             }
@@ -94,8 +101,8 @@ public:
     const std::vector<Product>& products() const { return products_; }
     const std::vector<Flywheel>& flywheels() const { return flywheels_; }
     const std::vector<int>& compliant() const { return compliant_; }  // joints of those held
-    // How many of these are hinges to the ground.
-    int first() const { return reduced_ ? 0 : static_cast<int>(order_.ground_hinges.size()); }
+    // How many hinges to the ground come before the other joints.
+    int first() const { return first_; }
     // Rows that are held, and joints among `held`.
     int count() const { return count_; }
     int joints() const { return static_cast<int>(of_joints_); }
@@ -163,7 +170,7 @@ private:
             for (const int a : joints)
                 for (const int b : joints) couplings.push_back({incidences_[a].held, incidences_[b].held});
         count_ = std::accumulate(sizes.begin(), sizes.end(), 0);
-        BlockCholesky cholesky(std::move(sizes), couplings, first());
+        BlockCholesky cholesky(std::move(sizes), couplings, first_);
         for (const auto& joints : touching)
             for (std::size_t a = 0; a < joints.size(); ++a)
                 for (std::size_t b = 0; b <= a; ++b) add_product(joints[a], joints[b], cholesky);
@@ -196,7 +203,8 @@ private:
 
     const Model<D>& model_;
     const EliminationOrder<D>& order_;
-    const bool reduced_;
+    std::vector<int> joints_;
+    int first_ = 0;
     std::vector<int> place_, hinge_of_;
     std::vector<JointRows> held_, left_out_;
     std::size_t of_joints_ = 0;  // of those held
