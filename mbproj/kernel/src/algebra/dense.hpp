@@ -64,6 +64,7 @@ public:
     [[gnu::always_inline]] auto row(int r) const { return block<1, Columns>(r, 0); }
     [[gnu::always_inline]] auto diagonal() { return diagonal_of(own().data()); }
     [[gnu::always_inline]] auto diagonal() const { return diagonal_of(own().data()); }
+    [[gnu::always_inline]] auto transpose() { return transposed(own().data()); }
     [[gnu::always_inline]] auto transpose() const { return transposed(own().data()); }
 
     Value eval() const { return *this; }

@@ -34,18 +34,17 @@ public:
     bool hinged(const GroundHinge<D>& hinge, const Inertia<D>& M) {
         kind_ = Kind::hinged;
         width_ = hinge.freedoms();
-        Column<F> momenta[F];  // W Z
         for (int k = 0; k < width_; ++k) {
             Column<F> z = hinge.motion(k);
-            for (int j = 0; j < k; ++j) z -= momenta[j].dot(z) * motions_[j];
-            momenta[k] = M * z;
-            const double moved = z.dot(momenta[k]);
+            for (int j = 0; j < k; ++j) z -= momenta_[j].dot(z) * motions_[j];
+            momenta_[k] = M * z;
+            const double moved = z.dot(momenta_[k]);
             if (!(moved > 0.0)) return false;
             const double scale = 1.0 / std::sqrt(moved);
             motions_[k] = scale * z;
-            momenta[k] *= scale;
+            momenta_[k] *= scale;
         }
-        inertia_ = {M.A.trace() / D, M.C.trace() / S::turns};
+        free_ = {D / M.A.trace(), S::turns / M.C.trace()};
         return true;
     }
 
@@ -53,21 +52,28 @@ public:
     int width() const { return kind_ == Kind::hinged ? width_ : F; }
     // About |Zᵀx|² if the hinge let the body go.
     double free_square(const Column<F>& x) const {
-        return x.template head<D>().squaredNorm() / inertia_.mass +
-               x.template tail<S::turns>().squaredNorm() / inertia_.moment;
+        return free_.translation * x.template head<D>().squaredNorm() +
+               free_.rotation * x.template tail<S::turns>().squaredNorm();
     }
-    // Zᵀ x.
+    // Zᵀ x, of which the entries beyond `width` are 0 and need not be asked for.
+    double entry(int k, const Column<F>& x) const { return motions_[k].dot(x); }
     void forward(Column<F>& x) const {
         if (kind_ == Kind::hinged) {
             const Column<F> given = x;
             x.setZero();
-            for (int k = 0; k < width_; ++k) x[k] = motions_[k].dot(given);
+            for (int k = 0; k < width_; ++k) x[k] = entry(k, given);
         } else if (kind_ == Kind::bare) {
             x.template head<D>() *= translation_;
             x.template tail<S::turns>() = rotation_ * x.template tail<S::turns>().eval();
         } else {
             factor_.forward(x);
         }
+    }
+    // Zᵀ (x - W p), of a body that a hinge joins to the ground.
+    void forward(Column<F>& x, const Column<F>& p) const {
+        const Column<F> given = x;
+        x.setZero();
+        for (int k = 0; k < width_; ++k) x[k] = motions_[k].dot(given) - momenta_[k].dot(p);
     }
     // Z x.
     void backward(Column<F>& x) const {
@@ -90,10 +96,10 @@ private:
     Matrix<S::turns, S::turns> rotation_;
     Cholesky<F> factor_;
     int width_ = 0;
-    Column<F> motions_[F];  // Z
+    Column<F> motions_[F], momenta_[F];  // Z and W Z
     struct {
-        double mass, moment;
-    } inertia_ = {1.0, 1.0};  // of a hinged body, about
+        double translation, rotation;
+    } free_ = {1.0, 1.0};  // of a hinged body, about 1 / m and 1 / J
 };
 
 }  // namespace mbproj

@@ -123,6 +123,14 @@ public:
             for (int c = 0; c < rows; ++c) found[r] += R(r, c) * x[c];
         std::copy(found.begin(), found.begin() + rows, x);
     }
+    // The same of the rows' gradients, given as columns.
+    void turn(int joint, int rows, Matrix<F, F>& gradients) const {
+        for (int c = 0; c < F; ++c) {
+            Column<F> x = gradients.row(c).transpose();
+            turn(joint, rows, x.data());
+            gradients.row(c) = x.transpose();
+        }
+    }
     // Of the number f among the stiff forces, a law.
     double slope(std::size_t f) const { return slopes_[f]; }
 

@@ -78,8 +78,8 @@ void jacobian(const Model<D>& model, const Pose<D>& pose, const Joint& joint, in
             for (int r = 0; r < gradient.rows(); ++r) G(r, c) = gradient(r, c);
         return;
     }
-    for (int c = 0; c < G.cols(); ++c)
-        for (int r = 0; r < joint.rows; ++r) G(r, c) = 0.0;
+    for (int r = 0; r < joint.rows; ++r)
+        for (int c = 0; c < G.cols(); ++c) G(r, c) = 0.0;
     const auto body_of = [&](int attachment) { return model.constraints.attachments[attachment].body; };
     for (int i = joint.begin; i < joint.end; ++i) {
         const Instance& p = model.constraints.instances[i];

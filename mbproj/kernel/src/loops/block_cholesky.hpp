@@ -152,22 +152,29 @@ namespace blocks {
 
 // X := X L⁻ᵀ for X of `rows` rows and the lower triangle L, both R wide; `reciprocal` holds 1 / L_kk.
 template <int R> void divide(double* X, int rows, const double* L, const double* reciprocal) {
-    for (int r = 0; r < rows; ++r, X += R)
+    for (int r = 0; r < rows; ++r, X += R) {
+        double x[R];
         for (int c = 0; c < R; ++c) {
             double sum = X[c];
-            for (int k = 0; k < c; ++k) sum -= X[k] * L[c * R + k];
-            X[c] = sum * reciprocal[c];
+            for (int k = 0; k < c; ++k) sum -= x[k] * L[c * R + k];
+            X[c] = x[c] = sum * reciprocal[c];
         }
+    }
 }
 
-// T -= X Yᵀ for X and Y that are R wide; of a diagonal block all of it.
+// T -= X Yᵀ for X and Y that are R wide; of a diagonal block all of it. Rows are taken out, so that the compiler keeps them
+// in registers.
 template <int R> void subtract(double* T, const double* X, int rows, const double* Y, int columns) {
-    for (int r = 0; r < rows; ++r)
-        for (int c = 0; c < columns; ++c) {
+    for (int r = 0; r < rows; ++r, X += R, T += columns) {
+        double x[R];
+        std::copy(X, X + R, x);
+        const double* y = Y;
+        for (int c = 0; c < columns; ++c, y += R) {
             double sum = 0.0;
-            for (int k = 0; k < R; ++k) sum += X[r * R + k] * Y[c * R + k];
-            T[r * columns + c] -= sum;
+            for (int k = 0; k < R; ++k) sum += x[k] * y[k];
+            T[c] -= sum;
         }
+    }
 }
 
 // Calls visit with the width as a constant.

@@ -74,8 +74,29 @@ public:
     // Calls visit(body of the loops or piece, row of S, column of Y).
     template <class Visit> void each_column(Visit&& visit) const {
         for (const Incidence& at : incidences())
-            for (int r = 0, row = cholesky.row(at.held); r < held()[at.held].count; ++r)
-                visit(at.piece, row + r, at.Y.col(r));
+            for (int r = 0; r < at.count; ++r) visit(at.piece, at.row + r, at.Y.col(r));
+    }
+    // x += Yᵀw, and w -= Y x, with w of the loops' bodies and pieces.
+    void add_products(const std::vector<Column<F>>& w, double* x) const {
+        for (const Incidence& at : incidences()) {
+            const Column<F>& own = w[at.piece];
+            double* to = x + at.row;
+            if (at.has_one_entry)
+                for (int r = 0; r < at.count; ++r) to[r] += at.Y(0, r) * own[0];
+            else
+                for (int r = 0; r < at.count; ++r) to[r] += at.Y.col(r).dot(own);
+        }
+    }
+    void subtract_products(const double* x, std::vector<Column<F>>& w) const {
+        for (const Incidence& at : incidences()) {
+            const double* from = x + at.row;
+            Column<F> own = w[at.piece];
+            if (at.has_one_entry)
+                for (int r = 0; r < at.count; ++r) own[0] -= from[r] * at.Y(0, r);
+            else
+                for (int r = 0; r < at.count; ++r) own -= from[r] * at.Y.col(r);
+            w[at.piece] = own;
+        }
     }
     // Calls visit(flywheel, row of S, its entry of Y).
     template <class Visit> void each_flywheel(Visit&& visit) const {
@@ -85,36 +106,22 @@ public:
     template <class Visit> void each_hinged_gradient(Visit&& visit) const {
         for (const Incidence& at : incidences())
             if (at.hinged >= 0)
-                for (int r = 0, row = cholesky.row(at.held); r < held()[at.held].count; ++r)
-                    visit(layout_.hinge_of(at.body), row + r, gradients_[at.hinged].col(r));
+                for (int r = 0, hinge = layout_.hinge_of(at.body); r < at.count; ++r)
+                    visit(hinge, at.row + r, gradients_[at.hinged].col(r));
     }
 
     // Y and S at a pose, with a shift of the diagonal entries of C's rows.
     void fill(const Pose<D>& pose, double shift = 0.0) {
         cholesky.clear();
+        Matrix<F, F> G;  // a column for each row
         for (Incidence& at : layout_.incidences()) {
             if (at.is_weld) continue;
-            fill_incidence(pose, held()[at.held], at, at.hinged < 0 ? nullptr : &gradients_[at.hinged]);
-            if (at.hinged >= 0)
-                for (int r = 0; r < held()[at.held].count; ++r) {
-                    const double free = halves[at.body].free_square(gradients_[at.hinged].col(r));
-                    cholesky.hide(cholesky.row(at.held) + r, std::max(0.0, free - at.Y.col(r).squaredNorm()));
-                }
-        }
-        for (const auto& product : layout_.products()) {
-            const Incidence &a = incidences()[product.a], &b = incidences()[product.b];
-            const int rows = held()[a.held].count, columns = held()[b.held].count;
-            double* target = cholesky.at(product.offset);
-            const bool diagonal = product.a == product.b;  // of which the lower half counts
-            if (halves[a.body].width() == 1)
-                for (int r = 0; r < rows; ++r)
-                    for (int c = 0; c < (diagonal ? r + 1 : columns); ++c)
-                        target[r * columns + c] += a.Y(0, r) * b.Y(0, c);
+            if (at.hinged < 0)
+                fill_incidence(pose, held()[at.held], at, G);
             else
-                for (int r = 0; r < rows; ++r)
-                    for (int c = 0; c < (diagonal ? r + 1 : columns); ++c)
-                        target[r * columns + c] += a.Y.col(r).dot(b.Y.col(c));
+                fill_hinged(pose, at, gradients_[at.hinged]);
         }
+        for (const auto& product : layout_.products()) add_product(product);
         if (shift > 0.0) penalise(shift);
         for (const Flywheel& f : flywheels()) *cholesky.at(f.offset) += y(f) != 0.0 ? f.y * f.y : 1.0;
     }
@@ -137,8 +144,9 @@ public:
         for (std::size_t h = 0; h < left_out.size(); ++h)
             for (const int body : model_.joints[left_out[h].joint].bodies) {
                 const int b = layout_.place(body);
-                found.push_back({static_cast<int>(h), b, b, Matrix<F, F>::Zero(), -1});
-                fill_incidence(pose, left_out[h], found.back());
+                found.push_back({static_cast<int>(h), b, b, {}, -1, -1, left_out[h].count, false, false});
+                Matrix<F, F> G;
+                fill_incidence(pose, left_out[h], found.back(), G);
             }
         return found;
     }
@@ -174,6 +182,21 @@ public:
     }
 
 private:
+    // YᵀY of two incidences, or the lower half of one's own, to its block of S. Columns are taken out, so that the compiler
+    // keeps them in registers.
+    void add_product(const typename RowLayout<D>::Product& product) {
+        const Incidence &a = incidences()[product.a], &b = incidences()[product.b];
+        double* target = cholesky.at(product.offset);
+        for (int r = 0; r < a.count; ++r, target += b.count) {
+            const int columns = product.a == product.b ? r + 1 : b.count;
+            const Column<F> y = a.Y.col(r);
+            if (a.has_one_entry)
+                for (int c = 0; c < columns; ++c) target[c] += y[0] * b.Y(0, c);
+            else
+                for (int c = 0; c < columns; ++c) target[c] += y.dot(b.Y.col(c));
+        }
+    }
+
     void penalise(double shift) {
         for (int h = 0; h < layout_.joints(); ++h) {
             double* block = cholesky.at(cholesky.target(h, h).offset);
@@ -183,25 +206,36 @@ private:
         }
     }
 
-    // `gradient`: where the rows' gradients are kept as columns too.
-    void fill_incidence(const Pose<D>& pose, const JointRows& held, Incidence& at,
-                        Matrix<F, F>* gradient = nullptr) const {
-        Matrix<F, F> G;
-        const bool is_compliant = model_.is_compliant(held.joint);
-        if ((!flywheels_turn && model_.holds_flywheel(held.joint)) || (is_compliant && !complies)) {
-            at.Y.setZero();
-            if (gradient) gradient->setZero();
-            return;
-        }
-        jacobian<D>(model_, pose, model_.joints[held.joint], order_.loop_bodies[at.body], G);
-        if (is_compliant)
-            for (int c = 0; c < F; ++c) compliance_.turn(held.joint, held.count, &G(0, c));
-        for (int r = 0; r < held.count; ++r) {
-            Column<F> y = G.row(held.rows[r]).transpose();
-            if (gradient) gradient->col(r) = y;
+    // Columns of Y; G becomes the gradients of all rows of the joint, a column each.
+    void fill_incidence(const Pose<D>& pose, const JointRows& held, Incidence& at, Matrix<F, F>& G) const {
+        fill_gradients(pose, held.joint, at.body, G);
+        for (int r = 0; r < at.count; ++r) {
+            Column<F> y = G.col(held.rows[r]);
             halves[at.body].forward(y);
-            at.Y.col(r) = layout_.root(at.body) * y;
+            at.Y.col(r) = y;
         }
+    }
+    // Of a hinged body, which has all rows of its joints: redundant ones there are none.
+    void fill_hinged(const Pose<D>& pose, Incidence& at, Matrix<F, F>& G) {
+        fill_gradients(pose, held()[at.held].joint, at.body, G);
+        const InverseRoot<D>& half = halves[at.body];
+        const double root = layout_.root(at.body);
+        for (int r = 0; r < at.count; ++r) {
+            const Column<F> g = G.col(r);
+            double square = 0.0;
+            for (int k = 0; k < half.width(); ++k) {
+                const double y = root * half.entry(k, g);
+                at.Y(k, r) = y;
+                square += y * y;
+            }
+            cholesky.hide(at.row + r, std::max(0.0, half.free_square(g) - square));
+        }
+    }
+    void fill_gradients(const Pose<D>& pose, int joint, int body, Matrix<F, F>& G) const {
+        const bool is_compliant = model_.is_compliant(joint);
+        if ((!flywheels_turn && model_.holds_flywheel(joint)) || (is_compliant && !complies)) return G.setZero();
+        jacobian<D>(model_, pose, model_.joints[joint], order_.loop_bodies[body], G.transpose());
+        if (is_compliant) compliance_.turn(joint, model_.joints[joint].rows, G);
     }
 
     const Model<D>& model_;

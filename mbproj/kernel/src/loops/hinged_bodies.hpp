@@ -20,10 +20,10 @@ public:
     void move(const double* c) {
         for (std::size_t h = 0; h < bodies_.size(); ++h) bodies_[h].p = rows_.hinges[h].particular(model_, c);
     }
-    // The force on a body, less what p takes of it.
-    void push(int h, Column<F>& force) {
+    // Zᵀ of the force on a body, less what p takes of it.
+    void push(int h, const InverseRoot<D>& half, Column<F>& force) {
         bodies_[h].f = force;
-        force -= bodies_[h].M * bodies_[h].p;
+        half.forward(force, bodies_[h].p);
     }
     // N z, and p with it.
     void release(int h, Column<F>& twist) {

@@ -161,8 +161,10 @@ private:
         work_.resize(rows_.layout().pieces());
         for (std::size_t b = 0; b < order_.loop_bodies.size(); ++b) {
             work_[b] = f[order_.loop_bodies[b]];
-            if (const int h = rows_.layout().hinge_of(b); h >= 0) hinged_.push(h, work_[b]);
-            half(b).forward(work_[b]);
+            if (const int h = rows_.layout().hinge_of(b); h >= 0)
+                hinged_.push(h, half(b), work_[b]);
+            else
+                half(b).forward(work_[b]);
             if (const double root = rows_.layout().root(b); root > 1.0) work_[b] /= root;
         }
         for (std::size_t p = order_.loop_bodies.size(); p < work_.size(); ++p)
@@ -219,10 +221,10 @@ private:
     void improve() {
         if (by_qr_) return improve_by_qr();
         step_ = rhs_;
-        rows_.each_column([this](int body, int row, const auto& y) { step_[row] += y.dot(work_[body]); });
+        rows_.add_products(work_, step_.data());
         rows_.each_flywheel([this](std::size_t f, int row, double y) { step_[row] += y * spin_[f]; });
         cholesky().solve(step_.data());
-        rows_.each_column([this](int body, int row, const auto& y) { work_[body] -= step_[row] * y; });
+        rows_.subtract_products(step_.data(), work_);
         rows_.each_flywheel([this](std::size_t f, int row, double y) { spin_[f] -= step_[row] * y; });
         for (std::size_t r = 0; r < lambda_.size(); ++r) lambda_[r] += step_[r];
     }

@@ -16,8 +16,7 @@ template <int D> Eigen::MatrixXd combinations(const DelassusMatrix<D>& rows, con
     for (const auto& some : rows.layout().left_out()) begin.push_back(begin.back() + some.count);
     std::vector<std::vector<Y>> open(left_out, std::vector<Y>(rows.halves.size(), Y::Zero()));
     for (const auto& at : rows.left_out_incidences(pose))
-        for (int r = 0; r < rows.layout().left_out()[at.held].count; ++r)
-            open[begin[at.held] + r][at.body] = at.Y.col(r);
+        for (int r = 0; r < at.count; ++r) open[begin[at.held] + r][at.body] = at.Y.col(r);
     Eigen::VectorXd share(rows.count());
     std::vector<double> turned(rows.flywheels().size());
     for (int left = 0; left < left_out; ++left) {
@@ -26,14 +25,10 @@ template <int D> Eigen::MatrixXd combinations(const DelassusMatrix<D>& rows, con
             share.setZero();
             for (std::size_t f = 0; f < turned.size(); ++f)
                 share[rows.flywheels()[f].row] = rows.y(rows.flywheels()[f]) * turned[f];
-            for (const auto& at : rows.incidences())
-                for (int r = 0, row = rows.cholesky.row(at.held); r < rows.held()[at.held].count; ++r)
-                    share[row + r] += at.Y.col(r).dot(open[left][at.body]);
+            rows.add_products(open[left], share.data());
             rows.cholesky.solve(share.data());
             T.row(left) += share;
-            for (const auto& at : rows.incidences())
-                for (int r = 0, row = rows.cholesky.row(at.held); r < rows.held()[at.held].count; ++r)
-                    open[left][at.body] -= share[row + r] * at.Y.col(r);
+            rows.subtract_products(share.data(), open[left]);
             for (std::size_t f = 0; f < turned.size(); ++f)
                 turned[f] -= share[rows.flywheels()[f].row] * rows.y(rows.flywheels()[f]);
         }

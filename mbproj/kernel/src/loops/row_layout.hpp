@@ -38,8 +38,10 @@ public:
     struct Incidence {
         int held, body, piece;
         Matrix<F, F> Y;
-        int hinged;  // its number among those of hinged bodies, or -1; none of a weld
-        bool is_weld = false;
+        int hinged;          // its number among those of hinged bodies, or -1; none of a weld
+        int row, count;      // of S, its first and how many
+        bool has_one_entry;  // each column of Y, as of a body with one freedom
+        bool is_weld;
     };
     struct Product {  // incidences a and b share a body: YᵀY goes to this block of S
         int a, b;
@@ -130,7 +132,7 @@ private:
                 const int b = place_[body];
                 touching[b].push_back(static_cast<int>(incidences_.size()));
                 const int hinged = hinge_of_[b] >= 0 ? hinged_++ : -1;
-                incidences_.push_back({static_cast<int>(h), b, b, Matrix<F, F>::Zero(), hinged});
+                add_incidence(static_cast<int>(h), b, b, hinged);
             }
         for (int b = 0, bodies = static_cast<int>(roots_.size()); b < bodies; ++b)
             if (is_taken_apart(b, touching[b])) take_apart(b, touching);
@@ -158,8 +160,13 @@ private:
     }
     void weld(int b, int piece, std::vector<int>& touching, double sign) {
         touching.push_back(static_cast<int>(incidences_.size()));
-        incidences_.push_back({static_cast<int>(held_.size()), b, piece, Matrix<F, F>::Zero(), -1, true});
+        add_incidence(static_cast<int>(held_.size()), b, piece, -1);
+        incidences_.back().is_weld = true;
         incidences_.back().Y(0, 0) = sign;
+    }
+    void add_incidence(int held, int body, int piece, int hinged) {
+        const bool has_one_entry = hinge_of_[body] >= 0 && order_.ground_hinges[hinge_of_[body]].freedoms() == 1;
+        incidences_.push_back({held, body, piece, Matrix<F, F>::Zero(), hinged, 0, 0, has_one_entry, false});
     }
 
     BlockCholesky couple(const std::vector<std::vector<int>>& touching) {
@@ -171,6 +178,10 @@ private:
                 for (const int b : joints) couplings.push_back({incidences_[a].held, incidences_[b].held});
         count_ = std::accumulate(sizes.begin(), sizes.end(), 0);
         BlockCholesky cholesky(std::move(sizes), couplings, first_);
+        for (Incidence& at : incidences_) {
+            at.row = cholesky.row(at.held);
+            at.count = held_[at.held].count;
+        }
         for (const auto& joints : touching)
             for (std::size_t a = 0; a < joints.size(); ++a)
                 for (std::size_t b = 0; b <= a; ++b) add_product(joints[a], joints[b], cholesky);
