@@ -56,6 +56,13 @@ class Elimination:
         "joints of the loops that share a shaft take it apart",
         "the band holds half of the full block's numbers",
     )
+    fewest_passed: int = threshold(
+        4,
+        "-",
+        "kernel",
+        "a body between two joints moves by that which takes so many freedoms",
+        "instructions of ladders: a quarter less with 4 and 5, 4 % more with 2",
+    )
     backward_error: float = threshold(
         1e-13, "1", "numpy", "a larger backward error of an equation asks for refinement", "450 ε; Skeel 1980"
     )

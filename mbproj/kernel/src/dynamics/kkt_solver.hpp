@@ -25,6 +25,8 @@ public:
           is_bare_(model.size(), false), force_(model.size() + 1), delta_(model.size() + 1) {
         for (std::size_t b = 0; b < order_.loop_bodies.size(); ++b)
             is_bare_[order_.loop_bodies[b]] = !loops_.is_hinged(b);
+        for (const LoopHinge<D>& hinge : order_.loop_hinges)
+            if (hinge.parent() < model.size()) is_bare_[hinge.parent()] = false;
         for (const Leaf<D>& leaf : order_.leaves)
             if (leaf.hinge.parent < model.size()) is_bare_[leaf.hinge.parent] = false;
     }
@@ -171,12 +173,14 @@ private:
         loops_.lend(by_coordinates ? Wrench(Wrench::Zero()) : lent_);
         loops_.turn_flywheels(!by_coordinates);
         loops_.comply(metric == Metric::stiff);
+        if (!loops_.set_hinged(inertias_)) return false;
         for (std::size_t b = 0; b < order_.loop_bodies.size(); ++b) {
             const int body = order_.loop_bodies[b];
+            if (loops_.is_hinged(b)) continue;
             if (takes_inertia(body, metric)) {
                 Inertia<D> M = inertias_[body];
                 if (lends(body, metric)) M.lend(lent_);
-                if (!loops_.set_half(b, M)) return false;
+                if (!loops_.half(b).articulated(M)) return false;
             } else if (by_coordinates) {
                 loops_.half(b).bare(1.0, pose[body].rotation, 2.0 * Matrix<S::turns, S::turns>::Identity());
             } else {
@@ -205,7 +209,7 @@ private:
     const Wrench lent_;   // to light bodies
     std::vector<Inertia<D>> inertias_;
     std::vector<Point<D>> reference_;    // from each body's centre of mass
-    std::vector<bool> is_bare_;          // of the loops, without leaves and without a hinge to the ground
+    std::vector<bool> is_bare_;          // of the loops, without leaves and hinges
     std::vector<Wrench> force_, delta_;  // at the reference points; the ground's last
     std::vector<double> stiff_;          // moments of inertia that are added
     int singular_joint_ = -1;

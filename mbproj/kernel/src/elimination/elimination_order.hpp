@@ -1,13 +1,12 @@
 // The order of elimination, found once: leaves of the graph of joints first, each with the joint it hangs on; what is
-// left, the loops, has also whatever is not a hinge. Of its bodies, those that a hinge joins to the ground have that
-// hinge's free motions alone; not where rows are redundant, since those of such hinges may be the ones to leave out.
+// left, the loops, has also whatever is not a hinge. Some of its bodies move by one of their hinges; none where
+// rows are redundant, since those of such hinges may be the ones to leave out.
 #pragma once
 
 #include <queue>
 
-#include "elimination/ground_hinge.hpp"
+#include "elimination/choice_of_hinges.hpp"
 #include "elimination/hinge_flywheels.hpp"
-#include "elimination/inertia_cancellation.hpp"
 
 namespace mbproj {
 
@@ -22,7 +21,7 @@ template <int D> struct EliminationOrder {
     std::vector<Leaf<D>> leaves;   // in the order of their elimination: children before their parents
     std::vector<int> loop_bodies;  // roots of floating trees among them
     std::vector<int> loop_joints;
-    std::vector<GroundHinge<D>> ground_hinges;  // one at most of each of loop_bodies
+    std::vector<LoopHinge<D>> loop_hinges;  // one at most of each of loop_bodies; no parent moves by one
 
     // Light bodies stay in the loops, where what they lack can be lent to them, and those that are too heavy for their
     // parents; all bodies where nothing is to be eliminated.
@@ -63,16 +62,8 @@ template <int D> struct EliminationOrder {
         }
         for (int b = 0; b < n; ++b)
             if (body_left[b]) loop_bodies.push_back(b);
-        for (const int body : loop_bodies) {
-            if (!eliminate || model.redundant > 0 || model.bodies[body].is_light) continue;
-            for (const int j : joints_of[body]) {
-                const auto hinge = as_hinge(model, model.joints[j], body);
-                if (!joint_left[j] || !GroundHinge<D>::is_one(model, hinge)) continue;
-                ground_hinges.emplace_back(j, *hinge);
-                joint_left[j] = false;
-                break;
-            }
-        }
+        if (eliminate && model.redundant == 0)
+            loop_hinges = ChoiceOfHinges<D>(model, loop_bodies, cancellation).choose(joint_left);
         for (int j = 0; j < static_cast<int>(model.joints.size()); ++j)
             if (joint_left[j]) loop_joints.push_back(j);
     }

@@ -20,6 +20,7 @@ template <int D> struct Hinge {
     int translation_count = 0, rotation_count = 0;   // rows
     int free_translations() const { return D - translation_count; }
     int free_rotations() const { return Size<D>::turns - rotation_count; }
+    int taken() const { return translation_count + rotation_count; }
 };
 
 // The hinge that a joint is with this child, where it is one.

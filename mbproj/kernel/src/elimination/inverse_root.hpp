@@ -2,12 +2,12 @@
 #pragma once
 
 #include "algebra/cholesky.hpp"
-#include "elimination/ground_hinge.hpp"
+#include "elimination/loop_hinge.hpp"
 
 namespace mbproj {
 
 // W⁻¹ = Z Zᵀ of a body of the loops: of a bare one from the constant root of its inertia, of an articulated one by
-// factorisation; of one that a hinge joins to the ground N (NᵀWN)⁻¹ Nᵀ, with a column of Z for each of its free motions N.
+// factorisation; of one that moves by a hinge N (NᵀWN)⁻¹ Nᵀ, with a column of Z for each of its free motions N.
 template <int D> class InverseRoot final {
 public:
     using S = Size<D>;
@@ -31,7 +31,7 @@ public:
         return factor_.factor(full);
     }
     // By Gram and Schmidt, in the inertia M. False where a free motion moves no mass.
-    bool hinged(const GroundHinge<D>& hinge, const Inertia<D>& M) {
+    bool hinged(const LoopHinge<D>& hinge, const Inertia<D>& M) {
         kind_ = Kind::hinged;
         width_ = hinge.freedoms();
         for (int k = 0; k < width_; ++k) {
@@ -69,7 +69,26 @@ public:
             factor_.forward(x);
         }
     }
-    // Zᵀ (x - W p), of a body that a hinge joins to the ground.
+    // Of a body that moves by a hinge: what its parent feels of a force that has Zᵀ f, and of the inertia W.
+    void remove(const Column<F>& coordinates, Column<F>& force) const {
+        for (int k = 0; k < width_; ++k) force -= coordinates[k] * momenta_[k];
+    }
+    void remove(Inertia<D>& W) const {
+        for (int k = 0; k < width_; ++k) {
+            const Column<D> linear = momenta_[k].template head<D>();
+            const Column<S::turns> angular = momenta_[k].template tail<S::turns>();
+            for (int i = 0; i < D; ++i) W.A.col(i) -= linear[i] * linear;
+            for (int i = 0; i < S::turns; ++i) {
+                W.B.col(i) -= angular[i] * linear;
+                W.C.col(i) -= angular[i] * angular;
+            }
+        }
+    }
+    // Zᵀ of what it is not to move by, as it goes with its parent: x becomes x - Z Zᵀ W x.
+    void hold(Column<F>& x) const {
+        for (int k = 0; k < width_; ++k) x -= momenta_[k].dot(x) * motions_[k];
+    }
+    // Zᵀ (x - W p).
     void forward(Column<F>& x, const Column<F>& p) const {
         const Column<F> given = x;
         x.setZero();

@@ -19,13 +19,13 @@ public:
 
     DelassusMatrix(const Model<D>& model, const EliminationOrder<D>& order, const Compliance<D>& compliance,
                    LoopRows which)
-        : halves(order.loop_bodies.size()), hinges(order.ground_hinges), model_(model), order_(order),
+        : halves(order.loop_bodies.size()), hinges(order.loop_hinges), model_(model), order_(order),
           compliance_(compliance), layout_(model, order, which) {
         hold({});
     }
 
     std::vector<InverseRoot<D>> halves;  // of the loops' bodies
-    std::vector<GroundHinge<D>> hinges;  // in the order of their bodies
+    std::vector<LoopHinge<D>> hinges;
     BlockCholesky cholesky;
     // Whether flywheels have their inertia, as in the metric of the masses. Otherwise nothing turns them, and they nothing.
     bool flywheels_turn = true;
@@ -52,9 +52,9 @@ public:
         }
     }
 
-    // The hinges to the ground at a pose; the joint whose rows are dependent there, or -1.
+    // The hinges at a pose; the joint whose rows are dependent there, or -1.
     int set_hinges(const Pose<D>& pose) {
-        for (GroundHinge<D>& hinge : hinges)
+        for (LoopHinge<D>& hinge : hinges)
             if (!hinge.set_pose(model_, pose)) return hinge.joint();
         return -1;
     }
@@ -114,13 +114,10 @@ public:
     void fill(const Pose<D>& pose, double shift = 0.0) {
         cholesky.clear();
         Matrix<F, F> G;  // a column for each row
-        for (Incidence& at : layout_.incidences()) {
-            if (at.is_weld) continue;
-            if (at.hinged < 0)
-                fill_incidence(pose, held()[at.held], at, G);
-            else
-                fill_hinged(pose, at, gradients_[at.hinged]);
-        }
+        for (Incidence& at : layout_.incidences())
+            if (at.hinged >= 0) fill_hinged(pose, at, gradients_[at.hinged], passed_on_[at.hinged]);
+        for (Incidence& at : layout_.incidences())
+            if (at.hinged < 0 && !at.is_weld) fill_incidence(pose, held()[at.held], at, G);
         for (const auto& product : layout_.products()) add_product(product);
         if (shift > 0.0) penalise(shift);
         for (const Flywheel& f : flywheels()) *cholesky.at(f.offset) += y(f) != 0.0 ? f.y * f.y : 1.0;
@@ -144,14 +141,15 @@ public:
         for (std::size_t h = 0; h < left_out.size(); ++h)
             for (const int body : model_.joints[left_out[h].joint].bodies) {
                 const int b = layout_.place(body);
-                found.push_back({static_cast<int>(h), b, b, {}, -1, -1, left_out[h].count, false, false});
+                found.push_back(
+                    {static_cast<int>(h), b, b, {}, -1, -1, left_out[h].count, true, {-1, -1}, false, false});
                 Matrix<F, F> G;
                 fill_incidence(pose, left_out[h], found.back(), G);
             }
         return found;
     }
 
-    // Of each joint that is held, but for hinges to the ground that come first and hold all their rows, those independent at
+    // Of each joint that is held, but for hinges that come first and hold all their rows, those independent at
     // a pose: their distance from the span of the rows before them exceeds √smallest, where all bodies weigh the same and
     // lengths count in the mechanism's own. Overwrites S.
     std::vector<std::vector<int>> independent_rows(const Pose<D>& pose, double smallest) {
@@ -178,6 +176,7 @@ public:
         if (auto others = layout_.hold(rows)) {
             cholesky = std::move(*others);
             gradients_.assign(layout_.hinged(), Matrix<F, F>::Zero());
+            passed_on_ = gradients_;
         }
     }
 
@@ -208,15 +207,20 @@ private:
 
     // Columns of Y; G becomes the gradients of all rows of the joint, a column each.
     void fill_incidence(const Pose<D>& pose, const JointRows& held, Incidence& at, Matrix<F, F>& G) const {
-        fill_gradients(pose, held.joint, at.body, G);
+        if (at.acts)
+            fill_gradients(pose, held.joint, at.body, G);
+        else
+            G.setZero();
         for (int r = 0; r < at.count; ++r) {
             Column<F> y = G.col(held.rows[r]);
+            for (int k = 0; k < 2 && at.passed_on[k] >= 0; ++k) y += passed_on_[at.passed_on[k]].col(r);
             halves[at.body].forward(y);
             at.Y.col(r) = y;
         }
     }
-    // Of a hinged body, which has all rows of its joints: redundant ones there are none.
-    void fill_hinged(const Pose<D>& pose, Incidence& at, Matrix<F, F>& G) {
+    // Of a hinged body, which has all rows of its joints: redundant ones there are none. `passed_on`: to the parent.
+    void fill_hinged(const Pose<D>& pose, Incidence& at, Matrix<F, F>& G, Matrix<F, F>& passed_on) {
+        const LoopHinge<D>& hinge = hinges[layout_.hinge_of(at.body)];
         fill_gradients(pose, held()[at.held].joint, at.body, G);
         const InverseRoot<D>& half = halves[at.body];
         const double root = layout_.root(at.body);
@@ -229,6 +233,10 @@ private:
                 square += y * y;
             }
             cholesky.hide(at.row + r, std::max(0.0, half.free_square(g) - square));
+            if (hinge.parent() == model_.size()) continue;
+            Column<F> left = g;
+            half.remove(at.Y.col(r), left);
+            passed_on.col(r) = hinge.felt(left);
         }
     }
     void fill_gradients(const Pose<D>& pose, int joint, int body, Matrix<F, F>& G) const {
@@ -242,7 +250,7 @@ private:
     const EliminationOrder<D>& order_;
     const Compliance<D>& compliance_;
     RowLayout<D> layout_;
-    std::vector<Matrix<F, F>> gradients_;  // of rows on hinged bodies
+    std::vector<Matrix<F, F>> gradients_, passed_on_;  // of rows on hinged bodies, and of these on their parents
 };
 
 }  // namespace mbproj

@@ -1,5 +1,5 @@
-// The loops' bodies that hinges join to the ground, in a solution: each moves by δ = N z + p, where the right-hand sides of
-// its hinge give p and the loops give z.
+// The loops' bodies that move by hinges, in a solution: δ = X δ_parent + N z + p, where the right-hand sides of the hinge
+// give p and the loops give z.
 #pragma once
 
 #include "loops/delassus_matrix.hpp"
@@ -20,14 +20,25 @@ public:
     void move(const double* c) {
         for (std::size_t h = 0; h < bodies_.size(); ++h) bodies_[h].p = rows_.hinges[h].particular(model_, c);
     }
-    // Zᵀ of the force on a body, less what p takes of it.
-    void push(int h, const InverseRoot<D>& half, Column<F>& force) {
-        bodies_[h].f = force;
-        half.forward(force, bodies_[h].p);
+    // Zᵀ of the force on a body, less what p takes of it; the rest goes to the force on its parent, where it has one.
+    void push(int h, const InverseRoot<D>& half, Column<F>& force, Column<F>* on_parent) {
+        Body& body = bodies_[h];
+        body.f = force;
+        half.forward(force, body.p);
+        if (!on_parent) return;
+        Column<F> rest = body.f - body.M * body.p;
+        half.remove(force, rest);
+        *on_parent += rows_.hinges[h].felt(rest);
     }
-    // N z, and p with it.
-    void release(int h, Column<F>& twist) {
+    // From Zᵀ of it the motion of a body, with that of its parent, where it has one.
+    void release(int h, const InverseRoot<D>& half, Column<F>& twist, const Column<F>* of_parent) {
+        half.backward(twist);
         twist += bodies_[h].p;
+        if (of_parent) {
+            Column<F> with_it = rows_.hinges[h].carried(*of_parent);
+            half.hold(with_it);
+            twist += with_it;
+        }
         bodies_[h].delta = twist;
     }
     // x += sign G p, of the loops' rows.

@@ -27,14 +27,23 @@ public:
     }
 
     InverseRoot<D>& half(int b) { return rows_.halves[b]; }
-    // The hinges to the ground at a pose; the joint whose rows are dependent there, or -1.
+    // The hinges by which bodies move, at a pose; the joint whose rows are dependent there, or -1.
     int set_hinges(const Pose<D>& pose) { return rows_.set_hinges(pose); }
-    // The half of a body with this articulated inertia; false where it has no inverse.
-    bool set_half(int b, const Inertia<D>& M) {
-        const int h = rows_.layout().hinge_of(b);
-        if (h < 0) return half(b).articulated(M);
-        hinged_.set_inertia(h, M);
-        return half(b).hinged(rows_.hinges[h], M);
+    // The halves of bodies that move by hinges, with these articulated inertias; those of their parents gain what they feel of
+    // them. False where a free motion moves no mass.
+    bool set_hinged(std::vector<Inertia<D>>& inertias) {
+        for (std::size_t h = 0; h < rows_.hinges.size(); ++h) {
+            const LoopHinge<D>& hinge = rows_.hinges[h];
+            const Inertia<D>& M = inertias[hinge.child()];
+            InverseRoot<D>& own = half(rows_.layout().place(hinge.child()));
+            if (!own.hinged(hinge, M)) return false;
+            hinged_.set_inertia(static_cast<int>(h), M);
+            if (hinge.parent() == model_.size()) continue;
+            Inertia<D> left = M;
+            own.remove(left);
+            inertias[hinge.parent()].add(hinge.felt(left));
+        }
+        return true;
     }
     bool is_hinged(int b) const { return rows_.layout().hinge_of(b) >= 0; }
     // What light bodies are lent: nothing where their inertia is not theirs (GOPM's metric), nor that of flywheels.
@@ -124,7 +133,7 @@ public:
 
     // Σ I s'² of the flywheels in the last solve, where δ is a velocity.
     double of_flywheels() const { return std::inner_product(spin_.begin(), spin_.end(), spin_.begin(), 0.0); }
-    // λ of the loops' joints and of the hinges to the ground, of the last solve, at their rows; 0 in rows that are left out.
+    // λ of the loops' joints and of the hinges by which bodies move, of the last solve, at their rows; 0 in rows that are left out.
     void multipliers(double* lambda) {
         for (const int j : order_.loop_joints) {
             const Joint& joint = model_.joints[j];
@@ -159,14 +168,14 @@ private:
     template <class Forces> void push(const Forces& f, const double* c) {
         hinged_.move(c);
         work_.resize(rows_.layout().pieces());
-        for (std::size_t b = 0; b < order_.loop_bodies.size(); ++b) {
-            work_[b] = f[order_.loop_bodies[b]];
-            if (const int h = rows_.layout().hinge_of(b); h >= 0)
-                hinged_.push(h, half(b), work_[b]);
-            else
-                half(b).forward(work_[b]);
+        for (std::size_t b = 0; b < order_.loop_bodies.size(); ++b) work_[b] = f[order_.loop_bodies[b]];
+        for (std::size_t h = 0; h < rows_.hinges.size(); ++h) {
+            const int b = child(h);
+            hinged_.push(static_cast<int>(h), half(b), work_[b], parent(h));
             if (const double root = rows_.layout().root(b); root > 1.0) work_[b] /= root;
         }
+        for (std::size_t b = 0; b < order_.loop_bodies.size(); ++b)
+            if (!is_hinged(static_cast<int>(b))) half(b).forward(work_[b]);
         for (std::size_t p = order_.loop_bodies.size(); p < work_.size(); ++p)
             work_[p] = work_[rows_.layout().body_of(p)];
     }
@@ -174,12 +183,20 @@ private:
     template <class Twists> void release(Twists& delta) {
         for (std::size_t p = order_.loop_bodies.size(); p < work_.size(); ++p)
             work_[rows_.layout().body_of(p)] += work_[p];
-        for (std::size_t b = 0; b < order_.loop_bodies.size(); ++b) {
+        for (std::size_t b = 0; b < order_.loop_bodies.size(); ++b)
+            if (!is_hinged(static_cast<int>(b))) half(b).backward(work_[b]);
+        for (std::size_t h = 0; h < rows_.hinges.size(); ++h) {
+            const int b = child(h);
             if (const double root = rows_.layout().root(b); root > 1.0) work_[b] /= root;
-            half(b).backward(work_[b]);
-            if (const int h = rows_.layout().hinge_of(b); h >= 0) hinged_.release(h, work_[b]);
-            delta[order_.loop_bodies[b]] = work_[b];
+            hinged_.release(static_cast<int>(h), half(b), work_[b], parent(h));
         }
+        for (std::size_t b = 0; b < order_.loop_bodies.size(); ++b) delta[order_.loop_bodies[b]] = work_[b];
+    }
+    // Of a hinge, its child among the loops' bodies, and what `work_` has of its parent, or nothing of the ground.
+    int child(std::size_t h) const { return rows_.layout().place(rows_.hinges[h].child()); }
+    Column<F>* parent(std::size_t h) {
+        const int body = rows_.hinges[h].parent();
+        return body == model_.size() ? nullptr : &work_[rows_.layout().place(body)];
     }
 
     // All rows, to look for those that depend on others.

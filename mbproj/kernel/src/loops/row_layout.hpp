@@ -1,7 +1,7 @@
 // Which rows of the loops' joints are held, and how they couple: the structure of S, which changes with the rows alone.
 //
-// A body couples all its joints with each other. One that many share, which a hinge to the ground leaves one freedom (a
-// shaft), is taken apart into equal pieces, one for each joint, each welded to the next: S then has a band in place of a full
+// A body couples all its joints with each other. A body that moves by a hinge passes the rows of its other joints on to its
+// parent. One that many joints share, which a hinge to the ground leaves one freedom (a shaft), is taken apart into equal pieces, one for each joint, each welded to the next: S then has a band in place of a full
 // block, and as many rows more as there are welds. Pieces of m/k are PD wherever the body is, so that nothing else changes.
 #pragma once
 
@@ -16,7 +16,7 @@ namespace mbproj {
 
 // Which joints of the loops have rows in S.
 enum class LoopRows {
-    reduced,  // all but the hinges to the ground: their bodies move by these alone, and shared ones are taken apart
+    reduced,       // all but the hinges by which bodies move, and shared bodies are taken apart
     hinges_first,  // these too, before the others
     all,           // these too, in the order of the model's joints
 };
@@ -40,6 +40,8 @@ public:
         Matrix<F, F> Y;
         int hinged;          // its number among those of hinged bodies, or -1; none of a weld
         int row, count;      // of S, its first and how many
+        bool acts;           // whether the joint acts on the body itself
+        int passed_on[2];    // numbers of hinged bodies whose rows the body carries, or -1
         bool has_one_entry;  // each column of Y, as of a body with one freedom
         bool is_weld;
     };
@@ -60,15 +62,14 @@ public:
           hinge_of_(order.loop_bodies.size(), -1) {
         const bool reduced = which == LoopRows::reduced;
         if (!reduced)
-            for (std::size_t h = 0; h < order.ground_hinges.size(); ++h)
-                joints_.insert(joints_.begin() + h, order.ground_hinges[h].joint());
-        if (which == LoopRows::hinges_first) first_ = static_cast<int>(order.ground_hinges.size());
+            for (std::size_t h = 0; h < order.loop_hinges.size(); ++h)
+                joints_.insert(joints_.begin() + h, order.loop_hinges[h].joint());
+        if (which == LoopRows::hinges_first) first_ = static_cast<int>(order.loop_hinges.size());
         if (which == LoopRows::all) std::sort(joints_.begin(), joints_.end());
-        for (std::size_t b = 0, h = 0; b < order.loop_bodies.size(); ++b) {
-            place_[order.loop_bodies[b]] = static_cast<int>(b);
-            if (reduced && h < order.ground_hinges.size() && order.ground_hinges[h].body() == order.loop_bodies[b])
-                hinge_of_[b] = static_cast<int>(h++);
-        }
+        for (std::size_t b = 0; b < order.loop_bodies.size(); ++b) place_[order.loop_bodies[b]] = static_cast<int>(b);
+        if (reduced)
+            for (std::size_t h = 0; h < order.loop_hinges.size(); ++h)
+                hinge_of_[place_[order.loop_hinges[h].child()]] = static_cast<int>(h);
     }
 
     // Of the rows of the joints after the first, in their order, holds those given, or all where there are none; leaves the
@@ -103,13 +104,13 @@ public:
     const std::vector<Product>& products() const { return products_; }
     const std::vector<Flywheel>& flywheels() const { return flywheels_; }
     const std::vector<int>& compliant() const { return compliant_; }  // joints of those held
-    // How many hinges to the ground come before the other joints.
+    // How many hinges come before the other joints.
     int first() const { return first_; }
     // Rows that are held, and joints among `held`.
     int count() const { return count_; }
     int joints() const { return static_cast<int>(of_joints_); }
     int hinged() const { return hinged_; }
-    // Of a body in the loops, the number of its hinge to the ground, or -1; and of a body of the model, that in the loops.
+    // Of a body in the loops, the number of the hinge by which it moves, or -1; and of a body of the model, that in the loops.
     int hinge_of(int body) const { return hinge_of_[body]; }
     int place(int body) const { return place_[body]; }
     // How many bodies and pieces there are: the first piece of each body has its number.
@@ -134,13 +135,32 @@ private:
                 const int hinged = hinge_of_[b] >= 0 ? hinged_++ : -1;
                 add_incidence(static_cast<int>(h), b, b, hinged);
             }
+        for (std::size_t i = 0, count = incidences_.size(); i < count; ++i)
+            if (incidences_[i].hinged >= 0)
+                pass_on(incidences_[i].held, incidences_[i].body, incidences_[i].hinged, touching);
         for (int b = 0, bodies = static_cast<int>(roots_.size()); b < bodies; ++b)
             if (is_taken_apart(b, touching[b])) take_apart(b, touching);
         return couple(touching);
     }
 
+    // The rows of a joint of a hinged body act on the parent, from which it moves, too.
+    void pass_on(int held, int body, int hinged, std::vector<std::vector<int>>& touching) {
+        const int parent = order_.loop_hinges[hinge_of_[body]].parent();
+        if (parent == model_.size()) return;
+        std::vector<int>& of_parent = touching[place_[parent]];
+        const auto is_same = [&](int i) { return incidences_[i].held == held; };
+        auto at = std::find_if(of_parent.begin(), of_parent.end(), is_same);
+        if (at == of_parent.end()) {
+            at = of_parent.insert(of_parent.end(), static_cast<int>(incidences_.size()));
+            add_incidence(held, place_[parent], place_[parent], -1);
+            incidences_.back().acts = false;
+        }
+        int* passed_on = incidences_[*at].passed_on;
+        passed_on[passed_on[0] < 0 ? 0 : 1] = hinged;
+    }
+
     bool is_taken_apart(int b, const std::vector<int>& joints) const {
-        return hinge_of_[b] >= 0 && order_.ground_hinges[hinge_of_[b]].freedoms() == 1 &&
+        return hinge_of_[b] >= 0 && order_.loop_hinges[hinge_of_[b]].freedoms() == 1 &&
                static_cast<int>(joints.size()) >= model_.thresholds.fewest_shared;
     }
 
@@ -165,8 +185,9 @@ private:
         incidences_.back().Y(0, 0) = sign;
     }
     void add_incidence(int held, int body, int piece, int hinged) {
-        const bool has_one_entry = hinge_of_[body] >= 0 && order_.ground_hinges[hinge_of_[body]].freedoms() == 1;
-        incidences_.push_back({held, body, piece, Matrix<F, F>::Zero(), hinged, 0, 0, has_one_entry, false});
+        const bool has_one_entry = hinge_of_[body] >= 0 && order_.loop_hinges[hinge_of_[body]].freedoms() == 1;
+        incidences_.push_back(
+            {held, body, piece, Matrix<F, F>::Zero(), hinged, 0, 0, true, {-1, -1}, has_one_entry, false});
     }
 
     BlockCholesky couple(const std::vector<std::vector<int>>& touching) {

@@ -16,7 +16,7 @@ struct Thresholds {
     // mbproj/thresholds/elimination.py
     double no_inertia, no_mass, asymmetry, most_cancelled, parallel, lent_part, settled_part, settled_enough,
         ill_conditioned, refined_part;
-    int most_settling, most_refining, fewest_shared;
+    int most_settling, most_refining, fewest_shared, fewest_passed;
     // mbproj/thresholds/closing.py
     double closed_to, paper_tolerance, round_off_grains, slow, stagnation, widest_turn, tighter, stiffer, lent_moment,
         shortest, open_limit, lost_limit;
@@ -67,6 +67,7 @@ template <class Visit> void each_threshold(Visit&& visit) {
     visit("refined_part", &Thresholds::refined_part);
     visit("most_refining", &Thresholds::most_refining);
     visit("fewest_shared", &Thresholds::fewest_shared);
+    visit("fewest_passed", &Thresholds::fewest_passed);
     visit("closed_to", &Thresholds::closed_to);
     visit("paper_tolerance", &Thresholds::paper_tolerance);
     visit("round_off_grains", &Thresholds::round_off_grains);

@@ -1,5 +1,5 @@
-// A body of the loops that a hinge joins to the ground: it moves by δ = N z + p with the few free motions N of that hinge,
-// so that its rows need not be among those of the loops. All about the body's centre of mass.
+// A hinge inside the loops by which its child moves, from the ground or from a parent: δ = X δ_parent + N z + p with the few
+// free motions N, so that the hinge's rows need not be among those of the loops. All about centres of mass.
 #pragma once
 
 #include "elimination/articulated_body.hpp"
@@ -7,21 +7,20 @@
 
 namespace mbproj {
 
-template <int D> class GroundHinge final {
+template <int D> class LoopHinge final {
 public:
     using S = Size<D>;
     static constexpr int F = S::freedoms;
     using Twist = Column<F>;
 
-    GroundHinge(int joint, const Hinge<D>& hinge) : joint_(joint), hinge_(hinge) {}
+    LoopHinge(int joint, const Hinge<D>& hinge) : joint_(joint), hinge_(hinge) {}
 
-    // Whether a body is joined to the ground so, and whether half of its freedoms at least are taken.
-    static bool is_one(const Model<D>& model, const std::optional<Hinge<D>>& hinge) {
-        return hinge && hinge->parent == model.size() && 2 * (hinge->translation_count + hinge->rotation_count) >= F;
-    }
+    // Freedoms that a hinge to the ground has to take.
+    static constexpr int fewest_taken = (F + 1) / 2;
 
     int joint() const { return joint_; }
-    int body() const { return hinge_.child; }
+    int child() const { return hinge_.child; }
+    int parent() const { return hinge_.parent; }  // the number of bodies: the ground
     int freedoms() const { return hinge_.free_translations() + hinge_.free_rotations(); }
 
     // False where the joint's rows are dependent at this pose.
@@ -40,6 +39,20 @@ public:
     Twist particular(const Model<D>& model, const double* c) const {
         return at_centre(mbproj::particular(model, hinge_, frame_, c));
     }
+    // X δ: the child goes with its parent.
+    Twist carried(Twist parent) const {
+        parent.template head<D>() += turned_by(Turn<D>(parent.template tail<S::turns>()), link());
+        return parent;
+    }
+    // Xᵀ f, and Xᵀ M X.
+    Twist felt(Twist force) const {
+        force.template tail<S::turns>() += moment(link(), Point<D>(force.template head<D>()));
+        return force;
+    }
+    Inertia<D> felt(Inertia<D> M) const {
+        M.move(link());
+        return M;
+    }
     // λ of the joint's rows from the wrench that it exerts on the body, -Gᵀλ.
     void multipliers(const Model<D>& model, Twist wrench, double* lambda) const {
         wrench.template tail<S::turns>() -= moment(frame_.child_arm, Point<D>(wrench.template head<D>()));
@@ -47,6 +60,8 @@ public:
     }
 
 private:
+    // From the parent's centre to the child's, as if the joint were closed.
+    Point<D> link() const { return frame_.parent_arm - frame_.child_arm; }
     Twist at_centre(Twist at_joint) const {
         at_joint.template head<D>() -= turned_by(Turn<D>(at_joint.template tail<S::turns>()), frame_.child_arm);
         return at_joint;
