@@ -97,6 +97,35 @@ def ladder(seed: int, rungs: int) -> Scene:
     return scene_of(bodies, joints)
 
 
+def rails(seed: int, rungs: int) -> Scene:
+    """A frame that floats, and two rails and a rung that hang on it or on the rung before; of each loop 16 rows. A leaf
+    hangs on every left rail. At the end a triangle: two bodies on the last rung, with a rod between them."""
+    rng = np.random.default_rng(seed)
+    bodies, joints = [random_body(rng, "rung")], []
+
+    def join(kind: str, first: str, second: str) -> None:
+        joints.append(random_joint(rng, f"J{len(joints)}", kind, (first, second)))
+
+    for number in range(rungs):
+        frame, left, right, rung, leaf = (
+            bodies[-2].name if number else "rung", *(f"{name}{number}" for name in ("left", "right", "rung", "leaf"))
+        )  # fmt: skip
+        bodies += [random_body(rng, name) for name in (left, right, rung, leaf)]
+        for kind, first, second in (
+            ("revolute", frame, left), ("universal", right, frame), ("spherical", left, rung),
+            ("universal", rung, right), ("cylindrical", left, leaf),
+        ):  # fmt: skip
+            join(kind, first, second)
+    bodies += [random_body(rng, name) for name in ("one", "other")]
+    for kind, first, second in (
+        ("revolute", f"rung{rungs - 1}", "one"),
+        ("cylindrical", "other", f"rung{rungs - 1}"),
+        ("distance", "one", "other"),
+    ):
+        join(kind, first, second)
+    return scene_of(bodies, joints)
+
+
 def parallelogram(angle: float = 0.5, *, regular: bool = False) -> Scene:
     """Crank and rocker of 1 m at `angle` from the vertical, a coupler of 2 m, in the plane normal to y, no gravity: the
     crank turns evenly. Dead where all lie in one line. Of revolutes alone, unless `regular`: then nothing is
@@ -132,6 +161,7 @@ SCENES: dict[str, Callable[[], Scene]] = {
     **{f"star {seed}": lambda seed=seed: star(seed) for seed in range(3)},
     "ladder": lambda: ladder(1, 4),
     "shaft with eight arms": lambda: shaft(1),
+    "two loops of rails": lambda: rails(1, 2),
     "gears in a star": lambda: _geared_star(),
     **{
         f"three of {kind}, with flywheels": lambda kind=kind: with_flywheels(random_chain(3, [kind] * 3))
@@ -142,6 +172,7 @@ SCENES: dict[str, Callable[[], Scene]] = {
     **{f"loops {seed}, with flywheels": lambda seed=seed: with_flywheels(loops(seed)) for seed in range(3)},
     "star, with flywheels": lambda: with_flywheels(star(0)),
     "shaft with eight arms, with flywheels": lambda: with_flywheels(shaft(1)),
+    "two loops of rails, with flywheels": lambda: with_flywheels(rails(1, 2)),
     "gears in a star, with flywheels": lambda: with_flywheels(_geared_star()),
 }
 

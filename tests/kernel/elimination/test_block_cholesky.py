@@ -11,7 +11,7 @@ from mbproj.model import compile_system
 from mbproj.model.euler_parameters import rotation_matrix
 from mbproj.scene.records import Scene
 from tests.kernel.mechanism_runs import mechanism
-from tests.kernel.scenes import Case, ladder, loops, needs_kernel, opened, shaft, star, tree
+from tests.kernel.scenes import Case, ladder, loops, needs_kernel, opened, rails, shaft, star, tree
 from tests.support import random_body, random_chain, random_joint, scene_of
 
 pytestmark = needs_kernel
@@ -22,6 +22,7 @@ SHAPES = {
     "ladder": lambda size: ladder(5, max(1, size // 2)),
     "star": lambda size: star(2, size - 1),
     "shaft": lambda size: shaft(2, size - 1),
+    "rails": lambda size: rails(2, max(1, size // 4)),
 }
 
 
@@ -110,6 +111,14 @@ def test_joints_that_hinge_a_body_to_the_ground_have_no_rows_in_the_factor():
     facts = topology(mechanism("spatial_slider_crank"))
     assert facts["core_joints"] == 2
     assert facts["core_numbers"] == 3 * 3 + 4 * 4 + 3 * 4
+
+
+def test_rails_between_two_joints_have_no_rows_of_their_hinges_in_the_factor():
+    """Of each loop's 16 rows, those of a ball and a universal joint are left, 7, which couple with the next loop's."""
+    per_loop = np.diff([topology(rails(5, loops))["core_numbers"] for loops in (10, 20, 40)]) / (10, 20)
+    assert per_loop[0] == per_loop[1] <= 7 * 14
+    joints = [topology(rails(5, loops))["core_joints"] for loops in (10, 20)]
+    assert joints == [2 * 10 + 1, 2 * 20 + 1]  # and the rod of the triangle
 
 
 def topology(scene: Scene) -> dict[str, int]:
