@@ -13,6 +13,9 @@ class Closing:
     closed_to: float = threshold(
         1e-13, "m, rad", "both", "the smallest default tolerance of the violation test", "450 ε"
     )
+    closed_grains: float = threshold(
+        4.0, "ε", "both", "a row that is open by so much of its coordinates is closed to round-off", "sums of 4 numbers"
+    )
     paper_tolerance: float = threshold(
         1e-12, "kg m²", "both", "the default of the paper's test ΔqᵀMΔq", "paper, sect. 5"
     )

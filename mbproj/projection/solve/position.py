@@ -10,7 +10,7 @@ from mbproj.arrays import Array
 from mbproj.dataclass import dataclass
 from mbproj.dynamics.equations.constraint_equations import constraint
 from mbproj.dynamics.equations.equations_of_motion import mass_matrix
-from mbproj.dynamics.equations.kinematics import pose_of
+from mbproj.dynamics.equations.kinematics import Pose, pose_of
 from mbproj.dynamics.equations.motions import Drive
 from mbproj.dynamics.equations.round_off import position_grain
 from mbproj.dynamics.rank.row_set import RowSet
@@ -70,12 +70,13 @@ def _by_violation(
         left_open = held.open(C)
         if left_open and np.all(np.abs(held.closes(C)) <= tolerances):
             return Position(q, passes, met=True, left_open=left_open, nearest=nearest)
-        last = bool(np.all(np.abs(C) <= THRESHOLDS.round_off_grains * position_grain(system, pose)))
-        left = _scaled(system, held.closes(C))
+        grains = THRESHOLDS.round_off_grains * position_grain(system, pose)
+        last = bool(np.all(np.abs(C) <= np.maximum(grains, tolerances)))
+        left = _scaled(system, pose, held.closes(C))
         for change, part in damped(method, mass_matrix(system, pose), held.C_q, held.combined(C), q):
             pose = pose_of(q + change)
             C = constraint(system, pose, drive)
-            if _scaled(system, held.closes(C)) < (1.0 - 0.5 * part) * left:
+            if _scaled(system, pose, held.closes(C)) < (1.0 - 0.5 * part) * left:
                 break
             if last:
                 return Position(q, passes + 1, met=True, left_open=left_open, nearest=nearest)
@@ -86,9 +87,11 @@ def _by_violation(
     return Position(q, settings.max_iterations, met=met, left_open=left_open, nearest=nearest)
 
 
-def _scaled(system: System, C: Array) -> float:
-    """The largest violation, lengths in the mechanism's own."""
-    return float(np.abs(C / system.row_scale).max())
+def _scaled(system: System, pose: Pose, C: Array) -> float:
+    """The largest row that is open by more than round-off, lengths in the mechanism's own: a long chain's end never
+    closes better, and has no say in whether a correction has closed its beginning."""
+    beyond = ~(np.abs(C) <= THRESHOLDS.closed_grains * position_grain(system, pose))
+    return float(np.max(np.abs(C / system.row_scale), where=beyond, initial=0.0))
 
 
 def _by_paper(

@@ -16,4 +16,7 @@ def row_tolerances(system: System, settings: ProjectionSettings, pose: Pose) -> 
     """The tolerance of each row of C, (m,): as set, or max(1e-13, 4 ε × the largest coordinate that enters the row)."""
     if settings.tolerance is not None and settings.test == "violation":
         return np.full(system.constraints, settings.tolerance)
-    return np.maximum(THRESHOLDS.closed_to * np.minimum(1.0, system.row_scale), 4.0 * position_grain(system, pose))
+    return np.maximum(
+        THRESHOLDS.closed_to * np.minimum(1.0, system.row_scale),
+        THRESHOLDS.closed_grains * position_grain(system, pose),
+    )

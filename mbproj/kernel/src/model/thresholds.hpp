@@ -18,8 +18,8 @@ struct Thresholds {
         ill_conditioned, refined_part;
     int most_settling, most_refining, fewest_shared, fewest_passed;
     // mbproj/thresholds/closing.py
-    double closed_to, paper_tolerance, round_off_grains, slow, stagnation, widest_turn, tighter, stiffer, lent_moment,
-        shortest, open_limit, lost_limit;
+    double closed_to, closed_grains, paper_tolerance, round_off_grains, slow, stagnation, widest_turn, tighter, stiffer,
+        lent_moment, shortest, open_limit, lost_limit;
     int tightenings, stiffenings;
     // mbproj/thresholds/steps.py
     double safety, smallest_change, largest_change, least_error, least_error_before, part_after_break, turns_told,
@@ -69,6 +69,7 @@ template <class Visit> void each_threshold(Visit&& visit) {
     visit("fewest_shared", &Thresholds::fewest_shared);
     visit("fewest_passed", &Thresholds::fewest_passed);
     visit("closed_to", &Thresholds::closed_to);
+    visit("closed_grains", &Thresholds::closed_grains);
     visit("paper_tolerance", &Thresholds::paper_tolerance);
     visit("round_off_grains", &Thresholds::round_off_grains);
     visit("slow", &Thresholds::slow);

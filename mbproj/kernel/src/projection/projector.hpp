@@ -130,7 +130,7 @@ private:
             if (!(done.regular = trust_region_.solve(equations_.C()))) return;
             ++done.position_passes;
             const double before = left;
-            const bool last = fresh && within(equations_.C(), thresholds_.round_off_grains);
+            const bool last = fresh && may_be_round_off(equations_.C());
             if (fresh && !last ? trust_region_.damped(y, left, metric) : trust_region_.whole(y, left)) {
                 fresh = !(left < thresholds_.slow * before) || !equations_.holds(metric);
             } else if (fresh) {
@@ -214,23 +214,23 @@ private:
     bool meets(const double* C) const {
         const double most = largest(C);
         if (settings_.tolerance >= 0.0) return most <= settings_.tolerance;
-        return most <= thresholds_.closed_to * std::min(1.0, model_.length) || within(C, 4.0, thresholds_.closed_to);
+        return most <= thresholds_.closed_to * std::min(1.0, model_.length) ||
+               within(C, thresholds_.closed_grains, thresholds_.closed_to);
+    }
+
+    // Whether each row that does not meet its tolerance is open by little more than round-off.
+    bool may_be_round_off(const double* C) const {
+        const double tolerance = settings_.tolerance >= 0.0 ? settings_.tolerance : thresholds_.closed_to;
+        return within(C, thresholds_.round_off_grains, tolerance);
     }
 
     // Whether each row is at most `grains` ε of the largest coordinate that enters it, or `least`.
     bool within(const double* C, double grains, double least = 0.0) const {
-        const double grain = grains * std::numeric_limits<double>::epsilon();
-        for (const Instance& p : model_.constraints.instances) {
-            double reach = 0.0;
-            for (int s = 0; s < p.slot_count; ++s) {
-                const Attachment<D>& a = model_.constraints.attachments[p.slots[s]];
-                if (a.is_point) reach = std::max(reach, equations_.pose()[a.body].position.largest() + a.size);
-            }
+        for (const Instance& p : model_.constraints.instances)
             for (int r = p.row; r < p.row + p.rows; ++r) {
-                const double scale = std::min(1.0, model_.row_scale[r]);
-                if (!(std::abs(C[r]) <= std::max(least * scale, grain * std::max(reach, scale)))) return false;
+                const double smallest = least * std::min(1.0, model_.row_scale[r]);
+                if (!(std::abs(C[r]) <= std::max(smallest, grains * equations_.pose().grain(p, r)))) return false;
             }
-        }
         return true;
     }
 

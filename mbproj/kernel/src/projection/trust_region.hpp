@@ -42,10 +42,15 @@ public:
         equations_.set_pose(y);
     }
 
-    // The largest row, lengths in the mechanism's own.
+    // The largest row that is open by more than round-off, lengths in the mechanism's own: a long chain's end never
+    // closes better, and has no say in whether a correction has closed its beginning.
     double scaled(const double* C) const {
         double most = 0.0;
-        for (std::size_t r = 0; r < rhs_.size(); ++r) most = larger(most, std::abs(C[r]) / model_.row_scale[r]);
+        for (const Instance& p : model_.constraints.instances)
+            for (int r = p.row; r < p.row + p.rows; ++r)
+                if (const double size = std::abs(C[r]) / model_.row_scale[r];
+                    !(size <= most) && !(std::abs(C[r]) <= thresholds_.closed_grains * equations_.pose().grain(p, r)))
+                    most = larger(most, size);
         return most;
     }
 
