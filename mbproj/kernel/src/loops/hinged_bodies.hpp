@@ -13,8 +13,22 @@ public:
     HingedBodies(const Model<D>& model, const DelassusMatrix<D>& rows)
         : model_(model), rows_(rows), bodies_(rows.hinges.size()) {}
 
-    // Bodies are numbered as `rows.hinges`.
-    void set_inertia(int h, const Inertia<D>& M) { bodies_[h].M = M; }
+    // The halves of the bodies with these articulated inertias; those of their parents gain what they feel of them. False where
+    // a free motion moves no mass.
+    bool set_inertias(std::vector<Inertia<D>>& inertias, std::vector<InverseRoot<D>>& halves) {
+        for (std::size_t h = 0; h < bodies_.size(); ++h) {
+            const LoopHinge<D>& hinge = rows_.hinges[h];
+            const Inertia<D>& M = inertias[hinge.child()];
+            InverseRoot<D>& half = halves[rows_.layout().place(hinge.child())];
+            if (!half.hinged(hinge, M)) return false;
+            bodies_[h].M = M;
+            if (hinge.parent() == model_.size()) continue;
+            Inertia<D> left = M;
+            half.remove(left);
+            inertias[hinge.parent()].add(hinge.felt(left));
+        }
+        return true;
+    }
 
     // What right-hand sides ask of the hinges alone.
     void move(const double* c) {

@@ -29,22 +29,8 @@ public:
     InverseRoot<D>& half(int b) { return rows_.halves[b]; }
     // The hinges by which bodies move, at a pose; the joint whose rows are dependent there, or -1.
     int set_hinges(const Pose<D>& pose) { return rows_.set_hinges(pose); }
-    // The halves of bodies that move by hinges, with these articulated inertias; those of their parents gain what they feel of
-    // them. False where a free motion moves no mass.
-    bool set_hinged(std::vector<Inertia<D>>& inertias) {
-        for (std::size_t h = 0; h < rows_.hinges.size(); ++h) {
-            const LoopHinge<D>& hinge = rows_.hinges[h];
-            const Inertia<D>& M = inertias[hinge.child()];
-            InverseRoot<D>& own = half(rows_.layout().place(hinge.child()));
-            if (!own.hinged(hinge, M)) return false;
-            hinged_.set_inertia(static_cast<int>(h), M);
-            if (hinge.parent() == model_.size()) continue;
-            Inertia<D> left = M;
-            own.remove(left);
-            inertias[hinge.parent()].add(hinge.felt(left));
-        }
-        return true;
-    }
+    // See HingedBodies.
+    bool set_hinged(std::vector<Inertia<D>>& inertias) { return hinged_.set_inertias(inertias, rows_.halves); }
     bool is_hinged(int b) const { return rows_.layout().hinge_of(b) >= 0; }
     // What light bodies are lent: nothing where their inertia is not theirs (GOPM's metric), nor that of flywheels.
     void lend(const Column<F>& lent) {
@@ -213,9 +199,8 @@ private:
         return *even_;
     }
     int count_left_out(const std::vector<std::vector<int>>& rows) {
-        int count = all().count();
-        for (const auto& some : rows) count -= static_cast<int>(some.size());
-        return count;
+        const auto less = [](int count, const auto& some) { return count - static_cast<int>(some.size()); };
+        return std::accumulate(rows.begin(), rows.end(), all().count(), less);
     }
 
     // S squares the condition of Y. Where a pivot shows that to matter, further solutions on what is left, which is computed
