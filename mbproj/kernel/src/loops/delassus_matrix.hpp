@@ -141,8 +141,8 @@ public:
         for (std::size_t h = 0; h < left_out.size(); ++h)
             for (const int body : model_.joints[left_out[h].joint].bodies) {
                 const int b = layout_.place(body);
-                found.push_back(
-                    {static_cast<int>(h), b, b, {}, -1, -1, left_out[h].count, true, {-1, -1}, false, false});
+                found.push_back({static_cast<int>(h), b, b});
+                found.back().count = left_out[h].count;
                 Matrix<F, F> G;
                 fill_incidence(pose, left_out[h], found.back(), G);
             }

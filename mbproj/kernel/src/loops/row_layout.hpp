@@ -37,13 +37,13 @@ public:
     // the joint has rows.
     struct Incidence {
         int held, body, piece;
-        Matrix<F, F> Y;
-        int hinged;          // its number among those of hinged bodies, or -1; none of a weld
-        int row, count;      // of S, its first and how many
-        bool acts;           // whether the joint acts on the body itself
-        int passed_on[2];    // numbers of hinged bodies whose rows the body carries, or -1
-        bool has_one_entry;  // each column of Y, as of a body with one freedom
-        bool is_weld;
+        int hinged = -1;              // its number among those of hinged bodies, or -1; none of a weld
+        int row = 0, count = 0;       // of S, its first and how many
+        int passed_on[2] = {-1, -1};  // numbers of hinged bodies whose rows the body carries, or -1
+        bool acts = true;             // whether the joint acts on the body itself
+        bool has_one_entry = false;   // each column of Y, as of a body with one freedom
+        bool is_weld = false;
+        Matrix<F, F> Y = Matrix<F, F>::Zero();
     };
     struct Product {  // incidences a and b share a body: YᵀY goes to this block of S
         int a, b;
@@ -185,9 +185,10 @@ private:
         incidences_.back().Y(0, 0) = sign;
     }
     void add_incidence(int held, int body, int piece, int hinged) {
-        const bool has_one_entry = hinge_of_[body] >= 0 && order_.loop_hinges[hinge_of_[body]].freedoms() == 1;
-        incidences_.push_back(
-            {held, body, piece, Matrix<F, F>::Zero(), hinged, 0, 0, true, {-1, -1}, has_one_entry, false});
+        incidences_.push_back({held, body, piece});
+        Incidence& at = incidences_.back();
+        at.hinged = hinged;
+        at.has_one_entry = hinge_of_[body] >= 0 && order_.loop_hinges[hinge_of_[body]].freedoms() == 1;
     }
 
     BlockCholesky couple(const std::vector<std::vector<int>>& touching) {
