@@ -18,9 +18,14 @@ def cross(a: Numbers, b: Numbers) -> Numbers:
     """a × b over the last axis, (..., 3); several times faster than numpy.cross on small arrays."""
     (a0, a1, a2), (b0, b1, b2) = ((each[..., 0], each[..., 1], each[..., 2]) for each in (a, b))
     first = a1 * b2 - a2 * b1
-    product = np.empty((*first.shape, 3), dtype=first.dtype)
+    product = np.empty((*first.shape, 3), dtype=first.dtype, order="F")
     product[..., 0], product[..., 1], product[..., 2] = first, a2 * b0 - a0 * b2, a0 * b1 - a1 * b0
     return product
+
+
+def dot(a: Numbers, b: Numbers) -> Numbers:
+    """a·b over the last axis, (..., 3), entry by entry: quick, and the same for a sample in blocks of any length."""
+    return a[..., 0] * b[..., 0] + a[..., 1] * b[..., 1] + a[..., 2] * b[..., 2]
 
 
 def distinct_rows(rows: Numbers) -> tuple[Numbers, Integers]:

@@ -6,7 +6,7 @@ from typing import final
 
 import numpy as np
 
-from mbproj.arrays import Numbers
+from mbproj.arrays import Numbers, dot
 from mbproj.constraints.primitive import Primitive
 from mbproj.dataclass import dataclass
 
@@ -24,11 +24,15 @@ class Along(Primitive):
     unit = "m"
 
     def value(self, x: Numbers) -> Numbers:
-        return np.sum(x[..., 0, :] * (x[..., 2, :] - x[..., 1, :]), axis=-1)[..., None]
+        return dot(x[..., 0, :], x[..., 2, :] - x[..., 1, :])[..., None]
 
     def gradient(self, x: Numbers) -> Numbers:
         a, line = x[..., 0, :], x[..., 2, :] - x[..., 1, :]
         return np.stack([line, -a, a], axis=-2)[..., None, :, :]
+
+    def rate(self, x: Numbers, x_dot: Numbers) -> Numbers:
+        line, line_dot = x[..., 2, :] - x[..., 1, :], x_dot[..., 2, :] - x_dot[..., 1, :]
+        return (dot(x_dot[..., 0, :], line) + dot(x[..., 0, :], line_dot))[..., None]
 
     def curvature(self, x: Numbers, x_dot: Numbers) -> Numbers:
         return 2.0 * self.value(x_dot)

@@ -6,7 +6,7 @@ from typing import final
 
 import numpy as np
 
-from mbproj.arrays import Numbers
+from mbproj.arrays import Numbers, dot
 from mbproj.constraints.primitive import Primitive
 from mbproj.dataclass import dataclass
 
@@ -39,22 +39,26 @@ class Angle(Primitive):
         first, second, u = x[..., 0, :], x[..., 1, :], x[..., 2, :]
         return np.stack([-s * u, c * u, c * second - s * first], axis=-2)[..., None, :, :]
 
+    def rate(self, x: Numbers, x_dot: Numbers) -> Numbers:
+        cosine, sine = _cosine_and_sine(x)
+        cosine_dot, sine_dot = _their_rates(x, x_dot)
+        return ((cosine * sine_dot - sine * cosine_dot) / (cosine**2 + sine**2))[..., None]
+
     def curvature(self, x: Numbers, x_dot: Numbers) -> Numbers:
         cosine, sine = _cosine_and_sine(x)
+        cosine_dot, sine_dot = _their_rates(x, x_dot)
         radius2 = cosine**2 + sine**2
-        first, second, u = x[..., 0, :], x[..., 1, :], x[..., 2, :]
         first_dot, second_dot, u_dot = x_dot[..., 0, :], x_dot[..., 1, :], x_dot[..., 2, :]
-        cosine_dot = _dot(u_dot, first) + _dot(u, first_dot)
-        sine_dot = _dot(u_dot, second) + _dot(u, second_dot)
-        bend = 2.0 * (cosine * _dot(u_dot, second_dot) - sine * _dot(u_dot, first_dot)) / radius2
+        bend = 2.0 * (cosine * dot(u_dot, second_dot) - sine * dot(u_dot, first_dot)) / radius2
         rate = (cosine * sine_dot - sine * cosine_dot) / radius2
         stretch = (cosine * cosine_dot + sine * sine_dot) / radius2
         return (bend - 2.0 * rate * stretch)[..., None]
 
 
-def _dot(a: Numbers, b: Numbers) -> Numbers:
-    return np.sum(a * b, axis=-1)
-
-
 def _cosine_and_sine(x: Numbers) -> tuple[Numbers, Numbers]:
-    return _dot(x[..., 2, :], x[..., 0, :]), _dot(x[..., 2, :], x[..., 1, :])
+    return dot(x[..., 2, :], x[..., 0, :]), dot(x[..., 2, :], x[..., 1, :])
+
+
+def _their_rates(x: Numbers, x_dot: Numbers) -> tuple[Numbers, Numbers]:
+    (first, second, u), (first_dot, second_dot, u_dot) = ([each[..., k, :] for k in range(3)] for each in (x, x_dot))
+    return dot(u_dot, first) + dot(u, first_dot), dot(u_dot, second) + dot(u, second_dot)

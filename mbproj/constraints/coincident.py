@@ -28,5 +28,11 @@ class Coincident(Primitive):
     def gradient(self, x: Numbers) -> Numbers:
         return np.broadcast_to(_GRADIENT, (*x.shape[:-2], 3, 2, 3))
 
+    def rate(self, x: Numbers, x_dot: Numbers) -> Numbers:
+        return self.value(x_dot)
+
+    def forces(self, x: Numbers, multipliers: Numbers) -> Numbers:
+        return np.stack([-multipliers, multipliers], axis=-2)
+
     def curvature(self, x: Numbers, x_dot: Numbers) -> Numbers:
         return np.zeros((*x.shape[:-2], 3), dtype=x_dot.dtype)

@@ -4,9 +4,7 @@ from __future__ import annotations
 
 from typing import final
 
-import numpy as np
-
-from mbproj.arrays import Numbers
+from mbproj.arrays import Numbers, dot
 from mbproj.constraints.primitive import Primitive
 from mbproj.dataclass import dataclass
 
@@ -21,10 +19,16 @@ class Perpendicular(Primitive):
     unit = "rad"
 
     def value(self, x: Numbers) -> Numbers:
-        return np.sum(x[..., 0, :] * x[..., 1, :], axis=-1)[..., None]
+        return dot(x[..., 0, :], x[..., 1, :])[..., None]
 
     def gradient(self, x: Numbers) -> Numbers:
         return x[..., None, ::-1, :]
 
+    def rate(self, x: Numbers, x_dot: Numbers) -> Numbers:
+        return (dot(x_dot[..., 0, :], x[..., 1, :]) + dot(x[..., 0, :], x_dot[..., 1, :]))[..., None]
+
+    def forces(self, x: Numbers, multipliers: Numbers) -> Numbers:
+        return x[..., ::-1, :] * multipliers[..., None]
+
     def curvature(self, x: Numbers, x_dot: Numbers) -> Numbers:
-        return 2.0 * np.sum(x_dot[..., 0, :] * x_dot[..., 1, :], axis=-1)[..., None]
+        return 2.0 * self.value(x_dot)

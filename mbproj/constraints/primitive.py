@@ -18,7 +18,7 @@ class Primitive(ABC):
     share this one definition. `parameters` names what a primitive needs beside x (a pitch, numbers of teeth): the
     fields of its class. Differentiated twice along a motion x(t),
 
-        C' = gradient(x)·x',    C'' = gradient(x)·x'' + curvature(x, x').
+        C' = rate(x, x') = gradient(x)·x',    C'' = rate(x, x'') + curvature(x, x').
     """
 
     slots: ClassVar[tuple[SlotKind, ...]]
@@ -33,6 +33,16 @@ class Primitive(ABC):
     @abstractmethod
     def gradient(self, x: Numbers) -> Numbers:
         """∂C/∂x of shape (..., k, rows, s, 3)."""
+
+    def rate(self, x: Numbers, x_dot: Numbers) -> Numbers:
+        """gradient(x)·x' of shape (..., k, rows)."""
+        terms: Numbers = self.gradient(x) * x_dot[..., None, :, :]
+        return terms.sum(axis=(-2, -1))
+
+    def forces(self, x: Numbers, multipliers: Numbers) -> Numbers:
+        """gradient(x)ᵀλ of shape (..., k, s, 3), of multipliers (..., k, rows)."""
+        terms: Numbers = self.gradient(x) * multipliers[..., None, None]
+        return terms.sum(axis=-3)
 
     @abstractmethod
     def curvature(self, x: Numbers, x_dot: Numbers) -> Numbers:

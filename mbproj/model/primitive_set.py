@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from functools import lru_cache
+from functools import cached_property, lru_cache
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -65,6 +65,15 @@ class Layout:
     member: Integers
     entry_row: Integers
     entry_slot: Integers
+
+    @cached_property
+    def on_second_bodies(self) -> tuple[Integers, Integers]:
+        """The attachments on side 2, joint by joint, and the joint of each."""
+        joint = np.empty_like(self.body)
+        joint[self.entry_slot] = self.owner[self.entry_row]
+        slots = np.flatnonzero(self.side == 2)
+        slots = slots[np.argsort(joint[slots], kind="stable")]
+        return slots, joint[slots]
 
 
 @dataclass(frozen=True, eq=False)
@@ -130,18 +139,35 @@ class PrimitiveSet:
 
     def value(self, x: Numbers) -> Numbers:
         """C (..., m) of the attachments' global points and vectors x (..., S, 3)."""
-        value = np.empty((*x.shape[:-2], self.size), dtype=x.dtype)
+        value = np.empty((*x.shape[:-2], self.size), dtype=x.dtype, order="F")
         for group in self.groups:
             value[..., group.rows] = group.primitive.value(x[..., group.slots, :])
         return value - self.offset
 
+    def rate(self, x: Numbers, x_dot: Numbers) -> Numbers:
+        """∂C/∂x · x', (..., m)."""
+        rate = np.empty((*x.shape[:-2], self.size), dtype=x_dot.dtype, order="F")
+        for group in self.groups:
+            slots = group.slots
+            rate[..., group.rows] = group.primitive.rate(x[..., slots, :], x_dot[..., slots, :])
+        return rate
+
     def curvature(self, x: Numbers, x_dot: Numbers) -> Numbers:
         """x'ᵀ C_xx x' of shape (..., m)."""
-        value = np.empty((*x.shape[:-2], self.size), dtype=x.dtype)
+        value = np.empty((*x.shape[:-2], self.size), dtype=x.dtype, order="F")
         for group in self.groups:
             slots = group.slots
             value[..., group.rows] = group.primitive.curvature(x[..., slots, :], x_dot[..., slots, :])
         return value
+
+    def forces(self, x: Numbers, multipliers: Numbers) -> Numbers:
+        """∂C/∂xᵀ λ of each attachment, (..., S, 3), of multipliers (..., m)."""
+        lead = np.broadcast_shapes(x.shape[:-2], multipliers.shape[:-1])
+        forces = np.empty((*lead, *x.shape[-2:]), dtype=x.dtype, order="F")
+        for group in self.groups:
+            slots = group.slots
+            forces[..., slots, :] = group.primitive.forces(x[..., slots, :], multipliers[..., group.rows])
+        return forces
 
     def gradient_entries(self, x: Numbers) -> Numbers:
         """∂C/∂x, its entries that can differ from zero, (..., e, 3): row `entry_row`, attachment `entry_slot`."""

@@ -21,7 +21,7 @@ def f(t: float, y: np.ndarray) -> np.ndarray:
     return np.concatenate([y[2:], -y[:2] / np.hypot(*y[:2]) ** 3])
 
 
-def exact(t: float) -> np.ndarray:
+def exact(t: float, E: float = E) -> np.ndarray:
     """From the eccentric anomaly u, t = u - e sin u, by Newton's method."""
     u = t
     for _ in range(50):
@@ -52,14 +52,15 @@ def test_quadrature_conditions(name):
 def test_order_of_convergence(name):
     """The global error falls with the order of the method, within 0.15."""
     tableau = load_tableau(name)
-    steps = {"heun2": 1280, "bs32": 640, "rk4": 640, "dopri5": 320, "dop853": 100}[name]
+    steps = {"heun2": 1280, "bs32": 640, "rk4": 640, "dopri5": 320, "dop853": 40}[name]
+    eccentricity = 0.05 if name == "dop853" else E  # of order 8 above round-off
     errors = []
     for count in (steps, 2 * steps):
-        t, y, h = 0.0, exact(0.0), 8.0 / count
+        t, y, h = 0.0, exact(0.0, eccentricity), 8.0 / count
         for k in range(count):
             y = ExplicitRungeKutta(tableau).attempt(f, t, y, h, f(t, y)).y_new
             t = (k + 1) * h
-        errors.append(float(np.abs(y - exact(8.0)).max()))
+        errors.append(float(np.abs(y - exact(8.0, eccentricity)).max()))
     assert slope(errors) == pytest.approx(tableau.order, abs=0.15)
 
 

@@ -24,7 +24,7 @@ from tests.support import MECHANISMS
 SHIPPED = {
     "bennett": "joint 'B' is tilted, seen in the plane normal to [0, 0, 1]",
     "bouncing_ball": "nothing but symmetry can keep the bodies in a plane: no joint has an axis",
-    "bricard": "nothing but symmetry keeps body 'bar3' in the plane normal to [1, 0, 0]",
+    "bricard": "nothing but symmetry keeps body 'bar2' in the plane normal to [1, 0, 0]",
     "bump_stop": [1, 0, 0],
     "delta_robot": "joint 'A2' is tilted, seen in the plane normal to [0, 1, 0]",
     "door_closer": [0, 0, 1],
@@ -33,7 +33,7 @@ SHIPPED = {
     "drum_brake": [0, 0, 1],
     "five_bar": [0, 1, 0],
     "free_body": "nothing but symmetry can keep the bodies in a plane: no joint has an axis",
-    "governor": "nothing but symmetry keeps body 'left' in the plane normal to [0, 1, 0]",
+    "governor": "nothing but symmetry keeps body 'right' in the plane normal to [0, 1, 0]",
     "heavy_top": "nothing but symmetry can keep the bodies in a plane: no joint has an axis",
     "hooke_shaft": "nothing but symmetry keeps body 'driven' in the plane normal to [0, 0, 1]",
     "inline_four": [1, 0, 0],

@@ -72,7 +72,7 @@ def _excess(rows: PrimitiveSet, pose: Pose, drive: Drive) -> Numbers:
 
 def set_velocity(bound: PrimitiveSet, pose: Pose, twist: Twist) -> Numbers:
     """d/dt of a set's values, (..., m)."""
-    return bound.along(pose.gradients(bound), twist.rates(bound))
+    return bound.rate(pose.places(bound), twist.rates(bound))
 
 
 def gamma(system: System, pose: Pose, twist: Twist, drive: Drive | None = None) -> Numbers:
@@ -97,7 +97,7 @@ def constraint_acceleration(
 
 def set_bias(bound: PrimitiveSet, pose: Pose, twist: Twist) -> Numbers:
     """The part of d²/dt² of a set's values that does not hold q'', (..., m)."""
-    bias = bound.along(pose.gradients(bound), attached_bias(twist, bound.body, bound.local))
+    bias = bound.rate(pose.places(bound), attached_bias(twist, bound.body, bound.local))
     return bias + bound.curvature(pose.places(bound), twist.rates(bound))
 
 

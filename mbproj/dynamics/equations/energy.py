@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from mbproj.arrays import Numbers
+from mbproj.arrays import Numbers, dot
 from mbproj.dynamics.equations.kinematics import Pose, Twist, body_rates
 from mbproj.dynamics.equations.reflected import added_energy
 from mbproj.model.system import System
@@ -13,18 +13,13 @@ from mbproj.model.system import System
 def kinetic_energy(system: System, pose: Pose, twist: Twist) -> Numbers:
     """T = ½ Σ m r'² + ½ Σ ωᵀJω in J, and ½ Σ I s'² of reflected inertias, shape (...)."""
     velocity, omega = twist.velocity[..., :-1, :], body_rates(pose, twist)[..., :-1, :]
-    turned = [_dot(system.inertia[:, axis], omega) for axis in range(3)]
+    turned = [dot(system.inertia[:, axis], omega) for axis in range(3)]
     rotation = sum(omega[..., axis] * turned[axis] for axis in range(3))
-    found: Numbers = 0.5 * np.sum(system.mass * _dot(velocity, velocity) + rotation, axis=-1)
+    found: Numbers = 0.5 * np.sum(system.mass * dot(velocity, velocity) + rotation, axis=-1)
     return found if system.reflected is None else found + added_energy(system.reflected, pose, twist)
 
 
 def potential_energy(system: System, pose: Pose) -> Numbers:
     """V = -Σ m g·r in J, shape (...): zero with all centres of mass at the origin."""
-    found: Numbers = -np.sum(system.mass * _dot(system.gravity, pose.position[..., :-1, :]), axis=-1)
+    found: Numbers = -np.sum(system.mass * dot(system.gravity, pose.position[..., :-1, :]), axis=-1)
     return found
-
-
-def _dot(a: Numbers, b: Numbers) -> Numbers:
-    """a·b over the last axis, (..., 3), entry by entry: quick, and the same for a sample in blocks of any length."""
-    return a[..., 0] * b[..., 0] + a[..., 1] * b[..., 1] + a[..., 2] * b[..., 2]

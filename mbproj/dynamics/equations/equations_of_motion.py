@@ -10,6 +10,7 @@ import numpy as np
 from mbproj.arrays import Array, Numbers
 from mbproj.dynamics.equations.kinematics import Pose, Twist
 from mbproj.dynamics.equations.reflected import added_force, added_mass, tangent_gradients
+from mbproj.model.euler_parameters import matrix_L
 from mbproj.model.system import System
 from mbproj.thresholds import THRESHOLDS
 
@@ -48,7 +49,7 @@ def generalised_force(system: System, pose: Pose, twist: Twist) -> Numbers:
     -8 L'ᵀ J L Λ' that Lagrange's equations give for T = 2 Λ'ᵀLᵀJLΛ' (Nikravesh 1988, sect. 8.3)."""
     force = system.mass[:, None] * system.gravity
     momentum = system.inertia @ pose.L[..., :-1, :, :] @ twist.rate[..., :-1, :, None]
-    gyroscopic = -8.0 * (np.swapaxes(twist.L_dot[..., :-1, :, :], -1, -2) @ momentum)[..., 0]
+    gyroscopic = -8.0 * (np.swapaxes(matrix_L(twist.rate)[..., :-1, :, :], -1, -2) @ momentum)[..., 0]
     rows = np.concatenate([np.broadcast_to(force, (*gyroscopic.shape[:-1], 3)), gyroscopic], axis=-1)
     Q = rows.reshape(*rows.shape[:-2], -1)
     return Q if system.reflected is None else Q + added_force(system.reflected, pose, twist)

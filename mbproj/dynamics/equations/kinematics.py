@@ -11,7 +11,7 @@ import numpy as np
 
 from mbproj.arrays import Array, Integers, Numbers
 from mbproj.dataclass import dataclass
-from mbproj.model.euler_parameters import matrix_E, matrix_L, turning
+from mbproj.model.euler_parameters import E_times_L, matrix_L, rotation_matrix, turning
 from mbproj.model.primitive_set import PrimitiveSet
 
 _GROUND = np.array([[0.0, 0, 0, 1, 0, 0, 0]])
@@ -33,7 +33,7 @@ class Pose:
     @cached_property
     def rotation(self) -> Numbers:
         """A = E Lᵀ of each, (..., n+1, 3, 3)."""
-        return matrix_E(self.orientation) @ np.swapaxes(self.L, -1, -2)
+        return rotation_matrix(self.orientation)
 
     @cached_property
     def _places(self) -> dict[PrimitiveSet, Numbers]:
@@ -66,19 +66,14 @@ class Twist:
     orientation: Numbers
 
     @cached_property
-    def L_dot(self) -> Numbers:
-        """L', (..., n+1, 3, 4)."""
-        return matrix_L(self.rate)
-
-    @cached_property
     def rotation_dot(self) -> Numbers:
         """A' = 2 E L'ᵀ, (..., n+1, 3, 3)."""
-        return matrix_E(self.orientation) @ (2.0 * np.swapaxes(self.L_dot, -1, -2))
+        return 2.0 * E_times_L(self.orientation, self.rate)
 
     @cached_property
     def rotation_bias(self) -> Numbers:
         """The part 2 E' L'ᵀ of A'' that has no Λ'', (..., n+1, 3, 3)."""
-        return matrix_E(self.rate) @ (2.0 * np.swapaxes(self.L_dot, -1, -2))
+        return 2.0 * E_times_L(self.rate, self.rate)
 
     @cached_property
     def _rates(self) -> dict[PrimitiveSet, Numbers]:
@@ -129,10 +124,16 @@ def body_rates(pose: Pose, twist: Twist) -> Numbers:
 
 
 def _rotated(matrices: Numbers, body: Integers, local: Array) -> Numbers:
-    """Matrices of bodies times their vectors, by columns: over many samples twice as fast as a product of stacks."""
-    of_each = matrices[..., body, :, :]
-    first, second, third = (of_each[..., column] * local[..., column, None] for column in range(3))
-    return first + second + third
+    """Matrices of bodies times their vectors, column by column: over many samples several times faster than a product
+    of stacks."""
+    if not local.any():
+        return np.zeros((*matrices.shape[:-3], *local.shape), dtype=matrices.dtype, order="F")
+    first, second, third = (matrices[..., column][..., body, :] for column in range(3))
+    for each, along in ((first, local[:, 0, None]), (second, local[:, 1, None]), (third, local[:, 2, None])):
+        each *= along
+    first += second
+    first += third
+    return first
 
 
 def _by_body(flat: Numbers, ground: Array) -> Numbers:

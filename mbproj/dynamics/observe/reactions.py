@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from mbproj.arrays import Array, Integers, Numbers, cross
+from mbproj.arrays import Array, Numbers, cross
 from mbproj.dynamics.equations.kinematics import Pose, attached
 from mbproj.model.system import System
 
@@ -15,22 +15,15 @@ def reactions(system: System, pose: Pose, multipliers: Array) -> tuple[Numbers, 
     The constraints act on the bodies with -C_qᵀλ (Eq. 10): with -λg at an attachment that has the gradient g.
     """
     bound = system.joints
-    x = pose.places(bound)
-    arm = x - bound.is_point[:, None] * pose.position[..., bound.body, :]
-    on_body_2 = (bound.side[bound.entry_slot] == 2).astype(float)
-    weights = -multipliers[..., bound.entry_row] * on_body_2
-    pull = weights[..., None] * pose.gradients(bound)
-    owner = bound.owner[bound.entry_row]
-    force = _by_joint(owner, pull * bound.is_point[bound.entry_slot, None])
-    about_centre = _by_joint(owner, cross(arm[..., bound.entry_slot, :], pull))
-    point = attached(pose, system.reaction_body, system.reaction_local, np.zeros(len(system.reaction_body)))
-    return force, about_centre - cross(point, force)
-
-
-def _by_joint(owner: Integers, parts: Numbers) -> Numbers:
-    """The sum of each joint's parts, (..., e, 3) to (..., nj, 3); each joint has some."""
-    order = np.argsort(owner, kind="stable")
-    if not len(order):
-        return parts
-    first = np.flatnonzero(np.diff(owner[order], prepend=-1))
-    return np.add.reduceat(parts[..., order, :], first, axis=-2)
+    x, (slots, joint) = pose.places(bound), bound.layout.on_second_bodies
+    if not len(slots):
+        none = np.zeros((*x.shape[:-2], 0, 3))
+        return none, none
+    pull = -bound.forces(x, multipliers[..., : bound.size])[..., slots, :]
+    is_point = bound.is_point[slots, None]
+    places = attached(pose, system.reaction_body, system.reaction_local, np.ones(len(system.reaction_body)))
+    arm = x[..., slots, :] - is_point * places[..., joint, :]
+    first = np.flatnonzero(np.diff(joint, prepend=-1))  # each joint has some
+    force: Numbers = np.add.reduceat(is_point * pull, first, axis=-2)
+    torque: Numbers = np.add.reduceat(cross(arm, pull), first, axis=-2)
+    return force, torque

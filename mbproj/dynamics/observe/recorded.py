@@ -38,7 +38,7 @@ from mbproj.dynamics.equations.motions import Drive, drive_at
 from mbproj.dynamics.equations.reflected import inertial_reaction
 from mbproj.dynamics.equations.teeth import Teeth, sums_at_start
 from mbproj.dynamics.observe.reactions import reactions
-from mbproj.dynamics.observe.samples import Samples
+from mbproj.dynamics.observe.samples import Samples, keep_freed_memory
 from mbproj.dynamics.observe.total_energy import laws_at, potential, total_energy
 from mbproj.model.euler_parameters import product, rotation_matrix
 from mbproj.model.system import System
@@ -55,6 +55,7 @@ class Observer:
     """What all blocks of a run from `start` share: the energy balance and the teeth of gears count from there."""
 
     def __init__(self, system: System, start: State) -> None:
+        keep_freed_memory()
         self.system = system
         self.energy = total_energy(system, start)
         self.sums = np.zeros(0)
@@ -99,16 +100,16 @@ class Observation(Mapping[str, npt.NDArray[Any]]):
 
     @cached_property
     def pose(self) -> Pose:
-        return pose_of(self.samples.q)
+        return pose_of(np.asfortranarray(self.samples.q))
 
     @cached_property
     def twist(self) -> Twist:
-        return twist_of(self.pose, self.samples.v)
+        return twist_of(self.pose, np.asfortranarray(self.samples.v))
 
     @cached_property
     def change(self) -> Twist:
         """The accelerations as a twist holds the velocities."""
-        return twist_of(self.pose, self.samples.acceleration)
+        return twist_of(self.pose, np.asfortranarray(self.samples.acceleration))
 
     @cached_property
     def contacts(self) -> ContactsSeen:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import fields
-from functools import cached_property
+from functools import cache, cached_property
 
 import numpy as np
 
@@ -13,12 +13,21 @@ from mbproj.dataclass import dataclass
 
 #: A block has so many samples of so many bodies together, within these bounds: what it takes to observe a block is then
 #: small beside its samples, and so is its memory (some MB).
-BODY_SAMPLES, FEWEST, MOST = 10_000, 20, 1000
+BODY_SAMPLES, FEWEST, MOST = 10_000, 20, 1024
+#: Bytes of a block's arrays that the process keeps for the next.
+KEPT_BYTES = 2**23
 
 
 def block_samples(bodies: int) -> int:
     """How many samples a block has at most."""
     return max(FEWEST, min(MOST, BODY_SAMPLES // bodies))
+
+
+@cache
+def keep_freed_memory() -> None:
+    """glibc gives arrays of more than 128 kB back to the system when they are freed, and new ones get new pages: half
+    of the time of a block. Once so many bytes were freed at a time, it keeps as many."""
+    np.empty(KEPT_BYTES, dtype=np.uint8)
 
 
 @dataclass(frozen=True, eq=False)

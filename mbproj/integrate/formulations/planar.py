@@ -99,15 +99,16 @@ class InPlane(Compiled):
     def _multipliers(self, times: Array, q: Array, v: Array, turns: Integers, accelerations: Array) -> Array:
         """λ of all rows, (T, m), from one spatial solve a sample. Where rows out of the plane are redundant, the
         smallest λ that keep the bodies on the motion that the plane gives."""
-        system = self.system
-        found = np.empty((len(times), system.constraints - system.bodies))
-        reference = coordinate_values(system, pose_of(q)) + 2.0 * np.pi * turns
-        if self._space is None and len(times):
+        if not len(times):
+            return np.empty((0, self.system.constraints - self.system.bodies))
+        reference = coordinate_values(self.system, pose_of(q)) + 2.0 * np.pi * turns
+        if self._space is None:
             self._space = self._equations_in_space(State(float(times[0]), q[0], v[0], turns[0]))
-        states = zip(times.tolist(), np.ascontiguousarray(space_state(q, v)), reference.tolist(), strict=True)
-        for at, (t, y, coordinates) in enumerate(states):
-            solved = self._space.accelerations(y, t, coordinates, smallest=True)
-            found[at] = solved[1] if solved else self._smallest(t, q[at], v[at], reference[at], accelerations[at])
+        found: Array = self._space.smallest_multipliers(
+            np.ascontiguousarray(space_state(q, v)), times, np.ascontiguousarray(reference)
+        )
+        for at in np.flatnonzero(np.isnan(found).any(axis=1)).tolist():
+            found[at] = self._smallest(float(times[at]), q[at], v[at], reference[at], accelerations[at])
         return found
 
     def _equations_in_space(self, state: State) -> Any:

@@ -60,16 +60,11 @@ class Reduced(Compiled):
 
     def _smallest(self, block: Mapping[str, Any], q: Array) -> Array:
         """Where redundant rows leave reactions open, the smallest λ of each sample, (T, m)."""
-        found = np.array(block["multipliers"])
-        equations = self.equations()
         reference = coordinate_values(self.system, pose_of(q)) + 2.0 * np.pi * block["turns"]
-        for at, t in enumerate(block["t"].tolist()):
-            solved = equations.accelerations(
-                np.ascontiguousarray(block["y"][at]), t, reference[at].tolist(), smallest=True
-            )
-            if solved is not None:
-                found[at] = solved[1]
-        return found
+        found = self.equations().smallest_multipliers(
+            np.ascontiguousarray(block["y"]), block["t"], np.ascontiguousarray(reference)
+        )
+        return np.where(np.isnan(found), block["multipliers"], found)
 
     def turns(self, turns: Integers) -> Integers:
         return turns

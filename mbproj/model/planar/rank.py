@@ -111,7 +111,8 @@ def _pieces(rows: Rows, free: list[int]) -> list[tuple[list[int], Rows]]:
 
 
 def _moving(rows: Rows, piece: list[int]) -> int | None:
-    """The body of the piece that its rows let move most; None where their rank is full. A large piece has too few."""
+    """The body of the piece that its rows let move most, the first of equals; None where their rank is full. A large
+    piece has too few."""
     if len(piece) > THRESHOLDS.largest_piece:
         rows_on = Counter(body for row in rows for body in row)
         return min(piece, key=lambda body: rows_on[body])
@@ -122,4 +123,7 @@ def _moving(rows: Rows, piece: list[int]) -> int | None:
             line[place[body]] = part
     _, values, vectors = np.linalg.svd(matrix.reshape(len(rows), 3 * len(piece)), full_matrices=True)
     motions = vectors[np.count_nonzero(values > THRESHOLDS.dependent) :].reshape(-1, len(piece), 3)
-    return piece[int(np.argmax(np.linalg.norm(motions, axis=(0, 2))))] if len(motions) else None
+    if not len(motions):
+        return None
+    moved = np.linalg.norm(motions, axis=(0, 2))
+    return piece[int(np.argmax(moved > (1.0 - THRESHOLDS.dependent) * moved.max()))]

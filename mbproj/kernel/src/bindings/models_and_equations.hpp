@@ -172,6 +172,17 @@ template <int D> void add_equations(nb::module_& m, const char* name) {
             nb::arg("y"), nb::arg("t") = 0.0, nb::arg("coordinates") = std::vector<double>(),
             nb::arg("smallest") = false, nb::arg("rows") = nb::none())
         .def(
+            "smallest_multipliers",
+            [=](E& self, Numbers3 y, Numbers1 t, Numbers2 coordinates) {
+                const std::size_t count = t.shape(0);
+                require(t, {count}, "t");
+                require(y, {count, static_cast<std::size_t>(self.model().size()), Size<D>::state}, "y");
+                require(coordinates, {count, self.model().coordinates.instances.size()}, "coordinates");
+                auto found = self.smallest_multipliers(count, t.data(), y.data(), coordinates.data());
+                return array_of(std::move(found), count, self.model().constraints.rows);
+            },
+            nb::arg("y"), nb::arg("t"), nb::arg("coordinates"))
+        .def(
             "rows", [=](E& self, Numbers2 y, double t) { return saved_rows<D>(self.rows(t, checked(self, y))); },
             nb::arg("y"), nb::arg("t") = 0.0)
         .def(

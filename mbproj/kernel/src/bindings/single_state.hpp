@@ -79,6 +79,21 @@ public:
         return std::make_pair(std::move(found), std::move(lambda));
     }
 
+    // The smallest λ of each of `count` states, one after another; not numbers where they are not unique.
+    Numbers smallest_multipliers(std::size_t count, const double* t, const double* y, const double* coordinates) {
+        const std::size_t rows = model_.constraints.rows, followed = model_.coordinates.instances.size();
+        Numbers found(count * rows, std::numeric_limits<double>::quiet_NaN());
+        Numbers slope(equations_.total()), lambda(model_.all_rows());
+        for (std::size_t i = 0; i < count; ++i, y += equations_.size(), coordinates += followed) {
+            if (!begin(t[i], y, {coordinates, coordinates + followed}, {})) continue;
+            equations_.set_velocities(y, false);
+            if (!equations_.slope_at(y, slope.data(), lambda.data())) continue;
+            equations_.solver().spread(equations_.pose(), lambda.data());
+            std::copy_n(lambda.begin(), rows, found.begin() + i * rows);
+        }
+        return found;
+    }
+
     // y' as a stage of a step has it, in the order of y; nothing where it is not unique.
     std::optional<Numbers> derivative(double t, const double* y, const Numbers& coordinates, const Rows& rows) {
         const Numbers state = whole(y, coordinates);
