@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any, TypeAlias
 
 import numpy as np
@@ -26,6 +27,11 @@ def cross(a: Numbers, b: Numbers) -> Numbers:
 def dot(a: Numbers, b: Numbers) -> Numbers:
     """a·b over the last axis, (..., 3), entry by entry: quick, and the same for a sample in blocks of any length."""
     return a[..., 0] * b[..., 0] + a[..., 1] * b[..., 1] + a[..., 2] * b[..., 2]
+
+
+def together(parts: Sequence[Numbers]) -> Numbers:
+    """Arrays, one at least, one after another along their first axis; a single one as it is."""
+    return parts[0] if len(parts) == 1 else np.concatenate(parts)
 
 
 def distinct_rows(rows: Numbers) -> tuple[Numbers, Integers]:

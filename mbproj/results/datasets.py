@@ -3,22 +3,61 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
+from contextlib import contextmanager
+from functools import lru_cache
 from typing import Any
 
 import h5py
 import numpy as np
 import numpy.typing as npt
-from h5py import h5d, h5p, h5s, h5t
+from h5py import h5d, h5f, h5p, h5s, h5t
 
+from mbproj.results import events
+from mbproj.results.crash_safety import checkpoint
 from mbproj.results.file.attributes import add_texts
 from mbproj.results.file.checksums import NOT_YET, crc32, stamp
-from mbproj.results.layout import Constant, Dataset
+from mbproj.results.layout import Constant, Dataset, datasets_for, trailing
 
 CHUNK_BYTES = 2**18
 CHUNK_SAMPLES = 512
 #: A dataset is created with the groups of its path.
 GROUPS_TOO = h5p.create(h5p.LINK_CREATE)
 GROUPS_TOO.set_create_intermediate_group(True)
+
+
+#: The format of HDF5 1.10: the first that SWMR can use, so that older readers can open the results.
+VERSIONS = ("v110", "v110")
+
+
+@lru_cache(8)
+def without_samples(sizes: tuple[tuple[str, int], ...]) -> bytes:
+    """A file with all arrays for so many columns by symbol, and nothing in them. It is kept for the next run of its
+    kind: the arrays take two thirds of the time of a new file."""
+    with h5py.File("image", "w", driver="core", backing_store=False, libver=VERSIONS) as file:
+        for dataset in datasets_for(dict(sizes)):
+            create_dataset(file, dataset, trailing(dataset, dict(sizes)))
+        events.create(file)
+        checkpoint.create(file, dict(sizes)["n"])
+        return image_of(file)
+
+
+@contextmanager
+def in_memory(image: bytes) -> Iterator[h5py.File]:
+    """A file that begins with these bytes, and is in memory alone."""
+    access = h5p.create(h5p.FILE_ACCESS)
+    access.set_fapl_core(2**16, backing_store=False)
+    access.set_libver_bounds(h5f.LIBVER_V110, h5f.LIBVER_V110)
+    access.set_file_image(image)
+    with h5py.File(h5f.open(b"image", h5f.ACC_RDWR, access)) as file:
+        yield file
+
+
+def image_of(file: h5py.File) -> bytes:
+    """The bytes of a file in memory."""
+    file.flush()
+    image: bytes = file.id.get_file_image()
+    return image
 
 
 def chunk_rows(shape: tuple[int, ...]) -> int:

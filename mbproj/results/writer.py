@@ -19,6 +19,7 @@ import h5py
 import numpy as np
 import numpy.typing as npt
 
+from mbproj.arrays import together
 from mbproj.errors import InputError
 from mbproj.results import events as happening
 from mbproj.results import trust as trusting
@@ -26,7 +27,16 @@ from mbproj.results.crash_safety import checkpoint as restarting
 from mbproj.results.crash_safety.checkpoint import Checkpoint, Slots
 from mbproj.results.crash_safety.claim import claim
 from mbproj.results.crash_safety.reserve import MARGIN, reserve, room_for, write_whole
-from mbproj.results.datasets import append, chunk_rows, create_constant, create_dataset, opened
+from mbproj.results.datasets import (
+    VERSIONS,
+    append,
+    chunk_rows,
+    create_constant,
+    image_of,
+    in_memory,
+    opened,
+    without_samples,
+)
 from mbproj.results.events import Happening
 from mbproj.results.faults import OutputError, cannot_write, status_of
 from mbproj.results.file.attributes import put
@@ -46,8 +56,6 @@ Block: TypeAlias = Mapping[str, npt.NDArray[Any]]
 #: Marks by dataset path, without a time axis.
 Constants: TypeAlias = Mapping[str, npt.NDArray[np.bool_]]
 
-#: The format of HDF5 1.10: the first that SWMR can use, so that older readers can open the results.
-VERSIONS = ("v110", "v110")
 FLUSH_SECONDS = 1.0
 FLUSH_BYTES = 2**23
 
@@ -173,25 +181,19 @@ class ResultsWriter:
     def _image(self) -> bytes:
         """The bytes of a file without samples. It is made in memory and written at once, so that OUT.part is never a
         file that is half created."""
-        with h5py.File("image", "w", driver="core", backing_store=False, libver=VERSIONS) as file:
+        with in_memory(without_samples(tuple(self._sizes.items()))) as file:
             put(file, root_attributes())
             write_scene(file, self._scene)
             for kind, entry in ALL_NAMES.items():
                 if kind not in LATER_NAMES or self._names[kind]:
                     create_text(file, entry.path, self._names[kind], entry.description)
-            for dataset in self._datasets:
-                create_dataset(file, dataset, trailing(dataset, self._sizes))
-            happening.create(file)
-            restarting.create(file, self._sizes["n"])
             if self._certified is not None:
                 points = self._names["markers"] or self._names["bodies"]
                 trusting.create(file, points, self._certified, self._sizes["n"])
             for constant in CONSTANTS:
                 if constant.path in self._constants:
                     create_constant(file, constant, self._constants[constant.path])
-            file.flush()
-            image: bytes = file.id.get_file_image()
-        return image
+            return image_of(file)
 
     def _constant(self, path: str, values: npt.NDArray[np.bool_]) -> npt.NDArray[np.bool_]:
         expected = {constant.path: trailing(constant, self._sizes) for constant in CONSTANTS}
@@ -228,7 +230,7 @@ class ResultsWriter:
             for dataset in (*others, time_dataset):
                 if dataset is time_dataset:
                     self._file.flush()
-                values = np.concatenate([columns[dataset.path] for columns in self._pending])
+                values = together([columns[dataset.path] for columns in self._pending])
                 append(self._targets[dataset.path], values, self._samples)
                 checksums[dataset.path] = crc32(values, self._checksums[dataset.path])
             self._file.flush()

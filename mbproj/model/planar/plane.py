@@ -59,7 +59,8 @@ class Plane:
         x, x_dot, x_ddot = (part.reshape(*part.shape[:-1], -1, 3) for part in (p, u, u_dot))
         half, spin, change = 0.5 * x[..., 2:], 0.5 * x_dot[..., 2:], 0.5 * x_ddot[..., 2:]
         cosine, sine = np.cos(half), np.sin(half)
-        q, v, acceleration = (np.empty((*part.shape[:-1], 7)) for part in (x, x_dot, x_ddot))
+        flat = [np.empty((*p.shape[:-1], 7 * len(self.mass)), order="F") for _ in range(3)]
+        q, v, acceleration = (part.reshape(*p.shape[:-1], -1, 7) for part in flat)
         for whole, part in ((q, x), (v, x_dot), (acceleration, x_ddot)):
             for axis, (along_x, along_y) in enumerate(self.axes[:, :2]):  # a product depends on the block's length
                 whole[..., axis] = along_x * part[..., 0] + along_y * part[..., 1]
@@ -69,7 +70,7 @@ class Plane:
         q[..., 3:] = orientation
         v[..., 3:] = spin * quarter
         acceleration[..., 3:] = change * quarter - spin**2 * orientation
-        return q.reshape(*p.shape[:-1], -1), v.reshape(*p.shape[:-1], -1), acceleration.reshape(*p.shape[:-1], -1)
+        return flat[0], flat[1], flat[2]
 
     @cached_property
     def _half_turn(self) -> Array:
