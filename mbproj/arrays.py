@@ -29,6 +29,13 @@ def dot(a: Numbers, b: Numbers) -> Numbers:
     return a[..., 0] * b[..., 0] + a[..., 1] * b[..., 1] + a[..., 2] * b[..., 2]
 
 
+def total(x: Numbers) -> Numbers:
+    """The sum over the last axis, added up in one order wherever the numbers stand in memory: the energy of a state is
+    the same alone and in a block."""
+    found: Numbers = np.ascontiguousarray(x).sum(axis=-1)
+    return found
+
+
 def together(parts: Sequence[Numbers]) -> Numbers:
     """Arrays, one at least, one after another along their first axis; a single one as it is."""
     return parts[0] if len(parts) == 1 else np.concatenate(parts)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 import sqlite3
 import subprocess
 import sys
@@ -45,7 +46,9 @@ _ONE_AT_A_TIME = Lock()
 @cache
 def _server() -> subprocess.Popen[str]:
     """`fork_server.py`, started once a test process. It ends when its standard input does."""
-    environment = {"PYTHONPATH": str(ROOT), "OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1"}
+    # What this process's linear algebra goes by, or numbers differ by round-off.
+    shared = {name: value for name, value in os.environ.items() if name.startswith(("OPENBLAS_", "OMP_"))}
+    environment = {"PYTHONPATH": str(ROOT), **shared}
     program = [sys.executable, "-m", "tests.cli.fork_server"]
     return subprocess.Popen(
         program, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True, cwd=ROOT, env=environment

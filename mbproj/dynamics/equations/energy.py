@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import numpy as np
-
-from mbproj.arrays import Numbers, dot
+from mbproj.arrays import Numbers, dot, total
 from mbproj.dynamics.equations.kinematics import Pose, Twist, body_rates
 from mbproj.dynamics.equations.reflected import added_energy
 from mbproj.model.system import System
@@ -15,11 +13,11 @@ def kinetic_energy(system: System, pose: Pose, twist: Twist) -> Numbers:
     velocity, omega = twist.velocity[..., :-1, :], body_rates(pose, twist)[..., :-1, :]
     turned = [dot(system.inertia[:, axis], omega) for axis in range(3)]
     rotation = sum(omega[..., axis] * turned[axis] for axis in range(3))
-    found: Numbers = 0.5 * np.sum(system.mass * dot(velocity, velocity) + rotation, axis=-1)
+    found: Numbers = 0.5 * total(system.mass * dot(velocity, velocity) + rotation)
     return found if system.reflected is None else found + added_energy(system.reflected, pose, twist)
 
 
 def potential_energy(system: System, pose: Pose) -> Numbers:
     """V = -Σ m g·r in J, shape (...): zero with all centres of mass at the origin."""
-    found: Numbers = -np.sum(system.mass * dot(system.gravity, pose.position[..., :-1, :]), axis=-1)
+    found: Numbers = -total(system.mass * dot(system.gravity, pose.position[..., :-1, :]))
     return found

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from mbproj.arrays import Array, Integers, Numbers, cross
+from mbproj.arrays import Array, Integers, Numbers, cross, total
 from mbproj.dataclass import dataclass
 from mbproj.dynamics.equations.bushings import Deflection, deflection, rates, wrenches
 from mbproj.dynamics.equations.constraint_equations import set_velocity
@@ -85,7 +85,7 @@ def law_state(
         else:
             given[..., law] = found
     extension = value - laws.free
-    stored = 0.5 * np.sum(laws.stiffness * extension**2, axis=-1)
+    stored = 0.5 * total(laws.stiffness * extension**2)
     own = LawState(value, rate, -laws.stiffness * extension, damper, given, stored)
     return _with_bushings(forces, own, pose, twist) if forces.bushings.size else own
 
@@ -127,7 +127,7 @@ def _with_bushings(forces: Forces, laws: LawState, pose: Pose, twist: Twist) -> 
         np.concatenate([first, last.reshape(*last.shape[:-2], -1)], axis=-1)
         for first, last in zip(before, own, strict=True)
     )
-    stored = np.sum((0.5 * elastic - bushings.preload) * s, axis=(-1, -2))
+    stored = total(total((0.5 * elastic - bushings.preload) * s))
     return LawState(value, speed, spring, damper, given, laws.stored + stored, bent)
 
 

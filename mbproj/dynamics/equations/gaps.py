@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from mbproj.arrays import Array, Integers, Numbers
+from mbproj.arrays import Array, Integers, Numbers, total
 from mbproj.dynamics.equations.constraint_equations import set_velocity
 from mbproj.dynamics.equations.kinematics import Pose, Twist, attached, slots_of
 from mbproj.model.primitive_set import PrimitiveSet
@@ -43,7 +43,7 @@ def pressing(stops: Stops, damping: Array, gap: Numbers, rate: Numbers) -> Numbe
 def stored_energy(stops: Stops, gap: Numbers) -> Numbers:
     """What compliant stops keep, Σ k δᵖ⁺¹ / (p + 1), shape (...), in J."""
     δ, p = np.maximum(-gap, 0.0), stops.exponent
-    return np.asarray(np.sum(_stiffness(stops) * δ ** (p + 1.0) / (p + 1.0), axis=-1))
+    return total(_stiffness(stops) * δ ** (p + 1.0) / (p + 1.0))
 
 
 def _stiffness(stops: Stops) -> Array:

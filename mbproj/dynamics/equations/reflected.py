@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from mbproj.arrays import Array, Numbers
+from mbproj.arrays import Array, Numbers, total
 from mbproj.dataclass import dataclass
 from mbproj.dynamics.equations.constraint_equations import set_bias, set_jacobian, set_velocity, tangent_jacobian
 from mbproj.dynamics.equations.kinematics import Pose, Twist
@@ -47,7 +47,7 @@ def with_flywheels(
 
 def added_energy(reflected: ReflectedInertias, pose: Pose, twist: Twist) -> Numbers:
     """½ Σ I s'² in J, shape (...)."""
-    return 0.5 * np.sum(reflected.inertia * set_velocity(reflected.rows, pose, twist) ** 2, axis=-1)
+    return 0.5 * total(reflected.inertia * set_velocity(reflected.rows, pose, twist) ** 2)
 
 
 def inertial_reaction(reflected: ReflectedInertias, pose: Pose, twist: Twist, change: Twist) -> Reaction:

@@ -38,7 +38,7 @@ from mbproj.dynamics.equations.motions import Drive, drive_at
 from mbproj.dynamics.equations.reflected import inertial_reaction
 from mbproj.dynamics.equations.teeth import Teeth, sums_at_start
 from mbproj.dynamics.observe.reactions import reactions
-from mbproj.dynamics.observe.samples import Samples, keep_freed_memory
+from mbproj.dynamics.observe.samples import Samples, join, keep_freed_memory
 from mbproj.dynamics.observe.total_energy import laws_at, potential, total_energy
 from mbproj.model.euler_parameters import product, rotation_matrix
 from mbproj.model.system import System
@@ -71,16 +71,20 @@ class Observer:
 @final
 class Observation(Mapping[str, npt.NDArray[Any]]):
     """Everything that is recorded at T samples, by the path of its dataset. What overflows, in a run that is lost, is
-    recorded so."""
+    recorded so.
+
+    Within, time is the axis that is innermost in memory: sums over the others are then taken in one order for blocks
+    of any length, and quickly. A single sample has no such axis to NumPy, and is seen twice."""
 
     def __init__(self, observer: Observer, samples: Samples) -> None:
-        self.observer, self.system, self.samples = observer, observer.system, samples
+        self.observer, self.system, self.count = observer, observer.system, len(samples.t)
+        self.samples = samples if self.count > 1 else join([samples, samples])
         self._found: dict[str, npt.NDArray[Any]] = {}
 
     def __getitem__(self, path: str) -> npt.NDArray[Any]:
         if path not in self._found:
             with may_overflow():
-                self._found[path] = self._computed(path)
+                self._found[path] = np.ascontiguousarray(self._computed(path)[: self.count])
         return self._found[path]
 
     def __iter__(self) -> Iterator[str]:
@@ -203,8 +207,7 @@ class Observation(Mapping[str, npt.NDArray[Any]]):
 
     def driven(self, name: str) -> Numbers:
         """Value or rate of each motion, (T, k)."""
-        found: Numbers = np.zeros((len(self.samples.t), 0)) if self.drive is None else getattr(self.drive, name)
-        return found
+        return np.zeros((len(self.samples.t), 0)) if self.drive is None else np.asarray(getattr(self.drive, name))
 
     def stored(self) -> Numbers:
         """V of gravity, springs and compliant stops, (T,)."""

@@ -100,7 +100,7 @@ def test_the_time_left_falls_between_parts() -> None:
     [
         ("compare", "--until 0.2 --repeat 1 -o OUT", ["reference, ", "runs: 0 of 4, ", "timing, "]),
         ("recommend", "--error 1e-3 --until 0.2 --json", ["reference, ", "integrators: 1 of 8, "]),
-        ("run", "--duration 1 --step 0.001 --output-step 0.001 --json -o OUT", ["of 1 s simulated, "]),
+        ("run", "--duration 2 --step 0.001 --output-step 0.001 --json -o OUT", ["of 2 s simulated, "]),
     ],
 )
 def test_commands_tell_where_they_are_piped(command, options, said, tmp_path, monkeypatch, capsys) -> None:
