@@ -60,7 +60,7 @@ def test_a_killed_run_is_finished(tmp_path):
     options = ["--step", "1e-4", "--output-step", "1e-3"]
     program = [sys.executable, "-c", "from mbproj.cli import main; main()"]
     process = subprocess.Popen(
-        [*program, "run", SLIDER_CRANK, "--duration", "10", "-q", "-o", "run.h5", *options],
+        [*program, "run", SLIDER_CRANK, "--duration", "40", "-q", "-o", "run.h5", *options],
         cwd=tmp_path,
         env={"PYTHONPATH": str(ROOT), "MBPROJ_CACHE": str(tmp_path / "cache")},
     )
@@ -74,7 +74,7 @@ def test_a_killed_run_is_finished(tmp_path):
     assert open_results(tmp_path / "run.h5").checkpoint is not None
     done = mbproj("continue", "run.h5", "--append", "-q", folder=tmp_path)
     assert done.returncode == 0, done.stderr
-    make(tmp_path, "long.h5", "10", *options)
+    make(tmp_path, "long.h5", "40", *options)
     assert_same(tmp_path / "long.h5", tmp_path / "run.h5")
 
 
