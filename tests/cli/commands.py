@@ -19,6 +19,12 @@ FIVE_BAR = str(ROOT / "mechanisms" / "five_bar.yaml")
 SLIDER_CRANK = str(ROOT / "mechanisms" / "spatial_slider_crank.yaml")
 
 
+def environment() -> dict[str, str]:
+    """Of another process: of this one's, what linear algebra goes by, or numbers differ by round-off."""
+    shared = {name: value for name, value in os.environ.items() if name.startswith(("OPENBLAS_", "OMP_"))}
+    return {"PYTHONPATH": str(ROOT), **shared}
+
+
 def mbproj(*arguments: str, folder: Path) -> subprocess.CompletedProcess[str]:
     """`mbproj ARGUMENTS` in `folder`."""
     with _ONE_AT_A_TIME, tempfile.TemporaryDirectory() as streams:
@@ -46,12 +52,9 @@ _ONE_AT_A_TIME = Lock()
 @cache
 def _server() -> subprocess.Popen[str]:
     """`fork_server.py`, started once a test process. It ends when its standard input does."""
-    # What this process's linear algebra goes by, or numbers differ by round-off.
-    shared = {name: value for name, value in os.environ.items() if name.startswith(("OPENBLAS_", "OMP_"))}
-    environment = {"PYTHONPATH": str(ROOT), **shared}
     program = [sys.executable, "-m", "tests.cli.fork_server"]
     return subprocess.Popen(
-        program, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True, cwd=ROOT, env=environment
+        program, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True, cwd=ROOT, env=environment()
     )
 
 

@@ -14,8 +14,7 @@ from mbproj import open_results
 from mbproj.errors import InputError
 from mbproj.results import DATASETS
 from mbproj.results.crash_safety.checkpoint import SLOTS
-from tests.cli.commands import SLIDER_CRANK, mbproj
-from tests.support import ROOT
+from tests.cli.commands import SLIDER_CRANK, environment, mbproj
 
 OPTIONS = ["--step", "5 ms", "--output-step", "0.01"]
 
@@ -62,7 +61,7 @@ def test_a_killed_run_is_finished(tmp_path):
     process = subprocess.Popen(
         [*program, "run", SLIDER_CRANK, "--duration", "40", "-q", "-o", "run.h5", *options],
         cwd=tmp_path,
-        env={"PYTHONPATH": str(ROOT), "MBPROJ_CACHE": str(tmp_path / "cache")},
+        env={**environment(), "MBPROJ_CACHE": str(tmp_path / "cache")},
     )
     part = tmp_path / "run.h5.part"
     for _ in range(600):
