@@ -39,8 +39,7 @@ def test_a_torn_file_is_refused(tmp_path, command):
     """Zeros where HDF5 keeps the names of the groups: who believes them reads the same place for ever."""
     data = bytearray(record(tmp_path / "R", block(times(20))).read_bytes())
     for heap in (b"FRHP", b"FHDB", b"GCOL"):
-        start = data.find(heap)
-        if start >= 0:
+        while (start := data.find(heap)) >= 0:
             data[start : start + 512] = bytes(512)
     (tmp_path / "R").write_bytes(data)
     done = mbproj(*command, folder=tmp_path)
