@@ -50,14 +50,26 @@ def test_curvature_is_the_derivative_of_the_rate_along_a_straight_motion(primiti
     np.testing.assert_allclose(primitive.curvature(x, x_dot), derivative, rtol=1e-12, atol=1e-12)
 
 
+def test_rates_and_forces_are_products_with_the_gradient(primitive, vectors):
+    x, x_dot = vectors
+    gradient = primitive.gradient(x)
+    np.testing.assert_allclose(primitive.rate(x, x_dot), np.einsum("krsa,ksa->kr", gradient, x_dot), atol=1e-13)
+    multipliers = np.random.default_rng(8).normal(size=(3, primitive.rows))
+    expected = np.einsum("krsa,kr->ksa", gradient, multipliers)
+    np.testing.assert_allclose(primitive.forces(x, multipliers), expected, atol=1e-13)
+
+
 def test_leading_axes_are_samples(primitive, vectors):
     x, x_dot = vectors
     twice = np.stack([x, 2.0 * x])
     np.testing.assert_array_equal(primitive.value(twice)[1], primitive.value(2.0 * x))
     np.testing.assert_array_equal(primitive.gradient(twice)[1], primitive.gradient(2.0 * x))
-    np.testing.assert_array_equal(
-        primitive.curvature(twice, np.stack([x_dot, x_dot]))[1], primitive.curvature(2.0 * x, x_dot)
-    )
+    same = np.stack([x_dot, x_dot])
+    np.testing.assert_array_equal(primitive.rate(twice, same)[1], primitive.rate(2.0 * x, x_dot))
+    np.testing.assert_array_equal(primitive.curvature(twice, same)[1], primitive.curvature(2.0 * x, x_dot))
+    multipliers = np.random.default_rng(8).normal(size=(2, 3, primitive.rows))
+    forces = primitive.forces(twice, multipliers)
+    np.testing.assert_array_equal(forces[1], primitive.forces(2.0 * x, multipliers[1]))
 
 
 def test_angle_counts_from_x_towards_y():

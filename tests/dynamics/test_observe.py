@@ -2,11 +2,17 @@
 
 from __future__ import annotations
 
+from dataclasses import fields
+
 import numpy as np
 import pytest
 
+from mbproj import read_scene, settings_to_run
 from mbproj.dynamics import assemble
+from mbproj.dynamics.observe.recorded import Observer
+from mbproj.dynamics.observe.samples import Samples, join
 from mbproj.integrate import simulate
+from mbproj.mechanisms_folder import mechanism
 from mbproj.model import compile_system, initial_guess
 from mbproj.model.euler_parameters import rotation_matrix
 from mbproj.scene.records import ProjectionSettings, Settings
@@ -102,6 +108,40 @@ def test_energies(run):
     np.testing.assert_array_equal(record["diagnostics/total_energy"], total)
     np.testing.assert_allclose(record["diagnostics/energy_balance"], total - total[0], atol=1e-12)
     assert np.abs(record["diagnostics/energy_balance"]).max() < 1e-7
+
+
+@pytest.mark.parametrize(
+    "name", ["five_bar", "stewart_platform", "drum_brake", "governor", "inline_four", "screw_press", "split_coupler"]
+)
+def test_a_sample_is_the_same_in_blocks_of_any_length(name):
+    """To the bit: a run that goes on from a mark has other blocks than one that did not stop."""
+    scene = read_scene(mechanism(name), simulation={"duration": 0.05})
+    system = compile_system(scene)
+    state = assemble(system, initial_guess(scene, system))
+    recorder = Recorder()
+    simulate(system, state, settings_to_run(scene), recorder)
+    samples, observer = join([block.samples for block in recorder.blocks if block.count > 1]), Observer(system, state)
+    whole, count = observer.at(samples), len(samples.t)
+    for length in (1, 2, 7):
+        parts = [observer.at(part_of(samples, first, first + length)) for first in range(0, count, length)]
+        for path in whole:
+            np.testing.assert_array_equal(np.concatenate([part[path] for part in parts]), whole[path], err_msg=path)
+
+
+def part_of(samples: Samples, first: int, last: int) -> Samples:
+    rows = slice(first, last)
+    arrays = {
+        field.name: getattr(samples, field.name)[rows]
+        for field in fields(Samples)
+        if field.name not in {"solved", "counters", "press", "rub"}
+    }
+    return Samples(
+        **arrays,
+        solved=lambda: samples.multipliers[rows],
+        counters={name: values[rows] for name, values in samples.counters.items()},
+        press=None if samples.press is None else lambda: samples.press()[rows],
+        rub=None if samples.rub is None else lambda: tuple(each[rows] for each in samples.rub()),
+    )
 
 
 def test_violations_are_split_into_lengths_and_angles(run):

@@ -85,6 +85,17 @@ def test_accelerations_and_multipliers_are_those_of_the_full_equations(case):
     assert_equal(own, multipliers[system.bodies :], number)
 
 
+def test_smallest_multipliers_of_many_states_are_those_of_each(case):
+    """To the bit; not numbers where they are not unique, as where all bodies have come to one point."""
+    equations, there = case.reduced.equations(), coordinate_values(case.system, pose_of(case.q))
+    states = np.stack([case.y, case.y, np.zeros_like(case.y)])
+    found = equations.smallest_multipliers(states, np.zeros(3), np.stack([there] * 3))
+    alone = equations.accelerations(case.y, 0.0, there.tolist(), smallest=True)[1]
+    np.testing.assert_array_equal(found[:2], np.stack([alone] * 2))
+    nowhere = equations.accelerations(states[2], 0.0, there.tolist(), smallest=True)
+    np.testing.assert_array_equal(found[2], np.full(len(alone), np.nan) if nowhere is None else nowhere[1])
+
+
 @pytest.mark.parametrize("name", METHODS)
 def test_one_exact_newton_correction_is_that_of_the_full_equations(case, name):
     """Δr, and Λ + ΔΛ normalised: ΔΛ of the full correction has no radial part where |Λ| = 1. Velocities stay."""

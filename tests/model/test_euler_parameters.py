@@ -6,7 +6,7 @@ import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from mbproj.model.euler_parameters import matrix_E, matrix_L, product, rotation_matrix, turning
+from mbproj.model.euler_parameters import E_times_L, matrix_E, matrix_L, product, rotation_matrix, turning
 
 NUMBERS = st.floats(-2.0, 2.0, allow_subnormal=False)
 QUATERNIONS = st.tuples(NUMBERS, NUMBERS, NUMBERS, NUMBERS).filter(lambda q: sum(x * x for x in q) > 0.01).map(np.array)
@@ -55,6 +55,15 @@ def test_entry_by_entry_is_as_with_the_matrices(first, second):
     np.testing.assert_allclose(turning(first, second), 2.0 * matrix_L(first) @ second, atol=1e-14)
     turns = rotation_matrix(first) @ rotation_matrix(second)
     np.testing.assert_allclose(rotation_matrix(product(first, second)), turns, atol=1e-12)
+
+
+@given(st.lists(st.tuples(QUATERNIONS, QUATERNIONS), min_size=1, max_size=3))
+@settings(derandomize=True, deadline=None)
+def test_samples_entry_by_entry_are_as_with_the_matrices(pairs):
+    """Of three bodies alike, one sample after another."""
+    first, second = (np.array([[pair[side]] * 3 for pair in pairs]) for side in (0, 1))
+    expected = matrix_E(first) @ np.swapaxes(matrix_L(second), -1, -2)
+    np.testing.assert_allclose(E_times_L(first, second), expected, atol=1e-14)
 
 
 def test_parameters_of_a_turn_about_z():
