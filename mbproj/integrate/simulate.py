@@ -118,8 +118,8 @@ def simulate(
     automatic = _automatic() if settings.integrator == AUTOMATIC else None
     account = EnergyAccount()
     stiffness = StiffnessWatch(choice, system, settings, partial(_march, choice, system, tally=Tally()))
-    started, recording, observer = _Clocks.now(), _Clocks(), Observer(system, state)
-    reached = state.t, state.q
+    observer, reached = Observer(system, state), (state.t, state.q)
+    started, recording = _Clocks.now(), _Clocks()
     with (
         _events(recorder, events, tally, automatic),
         interruption() as asked,

@@ -29,6 +29,8 @@ public:
             if (hinge.parent() < model.size()) is_bare_[hinge.parent()] = false;
         for (const Leaf<D>& leaf : order_.leaves)
             if (leaf.hinge.parent < model.size()) is_bare_[leaf.hinge.parent] = false;
+        for (int b = 0; b < model.size(); ++b)
+            if (!is_bare_[b] || model.bodies[b].is_light) with_inertia_.push_back(b);
     }
 
     // The rows of the calls to come.
@@ -48,10 +50,13 @@ public:
         looked_ = false;
         const Compliance<D>* stiff = metric == Metric::stiff ? &compliance_ : nullptr;
         if (const int joint = leaves_.set_pose(pose, reference_, stiff); joint >= 0) return fails(joint);
-        for (int b = 0; b < model_.size(); ++b)
-            if (takes_inertia(b, metric)) set_inertia(b, pose[b].rotation, metric);
+        if (stiff_.empty())
+            for (const int b : with_inertia_) set_inertia(b, pose[b].rotation, metric);
+        else
+            for (int b = 0; b < model_.size(); ++b) set_inertia(b, pose[b].rotation, metric);
         if (const int joint = leaves_.factor(inertias_, reference_, metric != Metric::coordinates); joint >= 0)
             return fails(joint);
+        if (order_.loop_bodies.empty()) return true;
         if (const int joint = loops_.set_hinges(pose); joint >= 0) return fails(joint);
         if (!set_halves(pose, metric)) return fails(-1);
         if (order_.loop_joints.empty()) return true;
@@ -210,6 +215,7 @@ private:
     std::vector<Inertia<D>> inertias_;
     std::vector<Point<D>> reference_;    // from each body's centre of mass
     std::vector<bool> is_bare_;          // of the loops, without leaves and hinges
+    std::vector<int> with_inertia_;      // bodies that are not bare, or are lent inertia
     std::vector<Wrench> force_, delta_;  // at the reference points; the ground's last
     std::vector<double> stiff_;          // moments of inertia that are added
     int singular_joint_ = -1;

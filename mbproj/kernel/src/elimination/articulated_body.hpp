@@ -22,7 +22,7 @@ template <int D> struct Inertia {
         for (int i = 0; i < S::turns; ++i) C.col(i) -= moment(s, Point<D>(B.col(i)));
     }
     // Taken to another reference point: `arm` leads from the new one to the old one, v_old = v_new + ω × arm.
-    void move(const Point<D>& arm) {
+    [[gnu::always_inline]] void move(const Point<D>& arm) {
         for (int i = 0; i < S::turns; ++i) C.row(i) += moment(arm, Point<D>(B.col(i))).transpose();
         for (int i = 0; i < D; ++i) B.row(i) += moment(arm, Point<D>(A.col(i))).transpose();
         for (int i = 0; i < S::turns; ++i) C.col(i) += moment(arm, Point<D>(B.col(i)));

@@ -15,6 +15,19 @@ template <int D> struct Slots {
     }
 };
 
+// How an attachment moves: its velocity, and the part ω × (ω × s) of its acceleration that holds no body's acceleration.
+// Not kept: in trees each is asked for once.
+template <int D> struct Moving {
+    Point<D> x_dot, bias;
+    [[gnu::always_inline]] Moving(const Model<D>& model, const Pose<D>& pose, const Motion<D>& motion, int attachment) {
+        const Attachment<D>& a = model.constraints.attachments[attachment];
+        const Twist<D>& twist = motion[a.body];
+        x_dot = turned_by(twist.omega, pose.spoke(attachment));
+        bias = turned_by(twist.omega, x_dot);
+        if (a.is_point) x_dot += twist.velocity;
+    }
+};
+
 template <int D> void constraint(const Model<D>& model, const Pose<D>& pose, double* C) {
     for (const Instance& p : model.constraints.instances) {
         if (p.kind == Kind::coincident)
@@ -31,9 +44,10 @@ struct RowRates {
     double C_dot, gamma;
 };
 
-template <int D> RowRates row_rates(const Instance& p, const Pose<D>& pose, const Motion<D>& motion) {
+template <int D>
+RowRates row_rates(const Model<D>& model, const Instance& p, const Pose<D>& pose, const Motion<D>& motion) {
     if (p.kind == Kind::perpendicular) {  // the general case below, written out: most rows are of this kind
-        const Moving<D>&first = motion.of(p.slots[0]), &second = motion.of(p.slots[1]);
+        const Moving<D> first(model, pose, motion, p.slots[0]), second(model, pose, motion, p.slots[1]);
         const Point<D>&a = pose.spoke(p.slots[0]), &b = pose.spoke(p.slots[1]);
         return {b.dot(first.x_dot) + a.dot(second.x_dot),
                 -b.dot(first.bias) - a.dot(second.bias) - 2.0 * first.x_dot.dot(second.x_dot)};
@@ -43,7 +57,7 @@ template <int D> RowRates row_rates(const Instance& p, const Pose<D>& pose, cons
     gradient<D>(p, slots.x, g);
     RowRates found{0.0, 0.0};
     for (int s = 0; s < p.slot_count; ++s) {
-        const Moving<D>& moving = motion.of(p.slots[s]);
+        const Moving<D> moving(model, pose, motion, p.slots[s]);
         x_dot[s] = moving.x_dot;
         found.C_dot += g[s].dot(moving.x_dot);
         found.gamma -= g[s].dot(moving.bias);
@@ -57,12 +71,12 @@ template <int D>
 void moving_rows(const Model<D>& model, const Pose<D>& pose, const Motion<D>& motion, double* C_dot, double* gamma) {
     for (const Instance& p : model.constraints.instances) {
         if (p.kind == Kind::coincident) {
-            const Moving<D>&first = motion.of(p.slots[0]), &second = motion.of(p.slots[1]);
+            const Moving<D> first(model, pose, motion, p.slots[0]), second(model, pose, motion, p.slots[1]);
             if (C_dot) matrix_at<D>(C_dot + p.row) = second.x_dot - first.x_dot;
             if (gamma) matrix_at<D>(gamma + p.row) = first.bias - second.bias;
             continue;
         }
-        const RowRates rates = row_rates(p, pose, motion);
+        const RowRates rates = row_rates(model, p, pose, motion);
         if (C_dot) C_dot[p.row] = rates.C_dot;
         if (gamma) gamma[p.row] = rates.gamma;
     }

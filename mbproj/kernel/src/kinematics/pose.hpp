@@ -78,37 +78,22 @@ private:
     std::vector<Point<D>> spokes_;
 };
 
-// How an attachment moves: its velocity, and the part ω × (ω × s) of its acceleration that holds no body's acceleration.
-template <int D> struct Moving { Point<D> x_dot, bias; };
-
-// Every body's velocities at a pose, the ground's last, and those of the constraints' attachments.
+// Every body's velocities at a pose, the ground's last.
 template <int D> class Motion final {
 public:
-    explicit Motion(const Model<D>& model)
-        : model_(model), bodies_(model.size() + 1, {Point<D>::Zero(), Turn<D>::Zero()}),
-          moving_(model.constraints.attachments.size(), {Point<D>::Zero(), Point<D>::Zero()}) {}
+    explicit Motion(const Model<D>& model) : bodies_(model.size() + 1) {
+        bodies_.back() = {Point<D>::Zero(), Turn<D>::Zero()};
+    }
     void update(const double* y, const Pose<D>& pose) {
-        for (int b = 0; b < model_.size(); ++b) {
-            const Part<D> part(y, b);
-            bodies_[b] = {part.velocity(), to_global(pose[b].rotation, Turn<D>(part.omega()))};
-        }
-        for (std::size_t a = 0; a < moving_.size(); ++a) {
-            const Attachment<D>& attachment = model_.constraints.attachments[a];
-            if (attachment.body == model_.size()) continue;  // the ground's rest
-            const Twist<D>& twist = bodies_[attachment.body];
-            Moving<D>& moving = moving_[a];
-            moving.x_dot = turned_by(twist.omega, pose.spoke(static_cast<int>(a)));
-            moving.bias = turned_by(twist.omega, moving.x_dot);
-            if (attachment.is_point) moving.x_dot += twist.velocity;
+        for (std::size_t b = 0; b + 1 < bodies_.size(); ++b) {
+            const Part<D> part(y, static_cast<int>(b));
+            bodies_[b] = {part.velocity(), to_global(pose[static_cast<int>(b)].rotation, Turn<D>(part.omega()))};
         }
     }
     const Twist<D>& operator[](int body) const { return bodies_[body]; }
-    const Moving<D>& of(int attachment) const { return moving_[attachment]; }
 
 private:
-    const Model<D>& model_;
     std::vector<Twist<D>> bodies_;
-    std::vector<Moving<D>> moving_;
 };
 
 // Over which a violation of the velocities counts as one of the positions: the time in which the mechanism moves by its own

@@ -16,6 +16,7 @@ public:
     explicit TrustRegion(EquationsOfMotion<D>& equations)
         : equations_(equations), model_(equations.model()), thresholds_(model_.thresholds), rhs_(model_.all_rows()),
           before_(equations.size()), added_(model_.size()) {
+        for (const Instance& p : model_.constraints.instances) owner_.insert(owner_.end(), p.rows, &p);
         double sum = 0.0;
         for (const Body<D>& body : model_.bodies) {
             moment_.push_back(body.inertia.trace() / Size<D>::turns);
@@ -46,11 +47,16 @@ public:
     // closes better, and has no say in whether a correction has closed its beginning.
     double scaled(const double* C) const {
         double most = 0.0;
-        for (const Instance& p : model_.constraints.instances)
-            for (int r = p.row; r < p.row + p.rows; ++r)
-                if (const double size = std::abs(C[r]) / model_.row_scale[r];
-                    !(size <= most) && !(std::abs(C[r]) <= thresholds_.closed_grains * equations_.pose().grain(p, r)))
-                    most = larger(most, size);
+        std::size_t worst = 0;
+        for (std::size_t r = 0; r < owner_.size(); ++r)
+            if (const double size = std::abs(C[r]) / model_.row_scale[r]; !(size <= most)) {
+                most = larger(most, size);
+                worst = r;
+            }
+        if (most == 0.0 || !is_round_off(C, worst)) return most;
+        most = 0.0;  // the largest is, so that each is looked at
+        for (std::size_t r = 0; r < owner_.size(); ++r)
+            if (!is_round_off(C, r)) most = larger(most, std::abs(C[r]) / model_.row_scale[r]);
         return most;
     }
 
@@ -77,6 +83,11 @@ public:
     }
 
 private:
+    bool is_round_off(const double* C, std::size_t row) const {
+        const double grain = equations_.pose().grain(*owner_[row], static_cast<int>(row));
+        return std::abs(C[row]) <= thresholds_.closed_grains * grain;
+    }
+
     bool part(double* y, double& left, double part_of_it) {
         std::copy(y, y + before_.size(), before_.begin());
         move(y, part_of_it);
@@ -124,6 +135,7 @@ private:
     EquationsOfMotion<D>& equations_;
     const Model<D>& model_;
     const Thresholds& thresholds_;
+    std::vector<const Instance*> owner_;  // of each row
     std::vector<double> rhs_, before_, moment_, added_;
 };
 
