@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from functools import cached_property, lru_cache
 from typing import Any, NamedTuple
 
@@ -146,19 +146,20 @@ class PrimitiveSet:
 
     def rate(self, x: Numbers, x_dot: Numbers) -> Numbers:
         """∂C/∂x · x', (..., m)."""
-        rate = np.empty((*x.shape[:-2], self.size), dtype=x_dot.dtype, order="F")
-        for group in self.groups:
-            slots = group.slots
-            rate[..., group.rows] = group.primitive.rate(x[..., slots, :], x_dot[..., slots, :])
-        return rate
+        return self._of_motion(x, x_dot, lambda primitive: primitive.rate)
 
     def curvature(self, x: Numbers, x_dot: Numbers) -> Numbers:
         """x'ᵀ C_xx x' of shape (..., m)."""
-        value = np.empty((*x.shape[:-2], self.size), dtype=x.dtype, order="F")
+        return self._of_motion(x, x_dot, lambda primitive: primitive.curvature)
+
+    def _of_motion(
+        self, x: Numbers, x_dot: Numbers, of: Callable[[Primitive], Callable[[Numbers, Numbers], Numbers]]
+    ) -> Numbers:
+        found = np.empty((*x.shape[:-2], self.size), dtype=np.result_type(x, x_dot), order="F")
         for group in self.groups:
             slots = group.slots
-            value[..., group.rows] = group.primitive.curvature(x[..., slots, :], x_dot[..., slots, :])
-        return value
+            found[..., group.rows] = of(group.primitive)(x[..., slots, :], x_dot[..., slots, :])
+        return found
 
     def forces(self, x: Numbers, multipliers: Numbers) -> Numbers:
         """∂C/∂xᵀ λ of each attachment, (..., S, 3), of multipliers (..., m)."""
