@@ -20,8 +20,10 @@ SLIDER_CRANK = str(ROOT / "mechanisms" / "spatial_slider_crank.yaml")
 
 
 def environment() -> dict[str, str]:
-    """Of another process: of this one's, what linear algebra goes by, or numbers differ by round-off."""
-    shared = {name: value for name, value in os.environ.items() if name.startswith(("OPENBLAS_", "OMP_"))}
+    """Of another process: of this one's, what linear algebra goes by, or numbers differ by round-off, and what a
+    sanitizer does."""
+    kinds = ("OPENBLAS_", "OMP_", "LD_PRELOAD", "ASAN_", "UBSAN_")
+    shared = {name: value for name, value in os.environ.items() if name.startswith(kinds)}
     return {"PYTHONPATH": str(ROOT), **shared}
 
 

@@ -77,20 +77,20 @@ class Observation(Mapping[str, npt.NDArray[Any]]):
     of any length, and quickly. A single sample has no such axis to NumPy, and is seen twice."""
 
     def __init__(self, observer: Observer, samples: Samples) -> None:
-        self.observer, self.system, self.count = observer, observer.system, len(samples.t)
-        self.samples = samples if self.count > 1 else join([samples, samples])
+        self.observer, self.system, self.samples = observer, observer.system, samples
+        self._seen = samples if len(samples.t) > 1 else join([samples, samples])
         self._found: dict[str, npt.NDArray[Any]] = {}
 
     def __getitem__(self, path: str) -> npt.NDArray[Any]:
         if path not in self._found:
             with may_overflow():
-                self._found[path] = np.ascontiguousarray(self._computed(path)[: self.count])
+                self._found[path] = np.ascontiguousarray(self._computed(path)[: len(self.samples.t)])
         return self._found[path]
 
     def __iter__(self) -> Iterator[str]:
         yield from QUANTITIES
         yield from self.contact_paths
-        yield from (COUNTERS + name for name in self.samples.counters)
+        yield from (COUNTERS + name for name in self._seen.counters)
 
     def __len__(self) -> int:
         return sum(1 for _ in self)
@@ -100,27 +100,27 @@ class Observation(Mapping[str, npt.NDArray[Any]]):
             return QUANTITIES[path](self)
         if path in self.contact_paths:
             return self.contacts[path]
-        return self.samples.counters[path.removeprefix(COUNTERS)]
+        return self._seen.counters[path.removeprefix(COUNTERS)]
 
     @cached_property
     def pose(self) -> Pose:
-        return pose_of(np.asfortranarray(self.samples.q))
+        return pose_of(np.asfortranarray(self._seen.q))
 
     @cached_property
     def twist(self) -> Twist:
-        return twist_of(self.pose, np.asfortranarray(self.samples.v))
+        return twist_of(self.pose, np.asfortranarray(self._seen.v))
 
     @cached_property
     def change(self) -> Twist:
         """The accelerations as a twist holds the velocities."""
-        return twist_of(self.pose, np.asfortranarray(self.samples.acceleration))
+        return twist_of(self.pose, np.asfortranarray(self._seen.acceleration))
 
     @cached_property
     def contacts(self) -> ContactsSeen:
         """What stops and dry frictions do."""
         from mbproj.dynamics.observe.contacts import ContactsSeen
 
-        return ContactsSeen(self.system, self.samples, self.pose, self.twist)
+        return ContactsSeen(self.system, self._seen, self.pose, self.twist)
 
     @cached_property
     def contact_paths(self) -> tuple[str, ...]:
@@ -134,12 +134,12 @@ class Observation(Mapping[str, npt.NDArray[Any]]):
     @cached_property
     def coordinate(self) -> Numbers:
         """The joints' coordinates, turns counted, (T, nc)."""
-        return coordinate_values(self.system, self.pose) + 2.0 * np.pi * self.samples.turns * is_angle(self.system)
+        return coordinate_values(self.system, self.pose) + 2.0 * np.pi * self._seen.turns * is_angle(self.system)
 
     @cached_property
     def drive(self) -> Drive | None:
         teeth = Teeth(self.observer.sums, self.coordinate) if self.system.meshes.size else None
-        return drive_at(self.system, self.samples.t, teeth)
+        return drive_at(self.system, self._seen.t, teeth)
 
     @cached_property
     def C(self) -> Numbers:
@@ -154,17 +154,17 @@ class Observation(Mapping[str, npt.NDArray[Any]]):
             return None
         from mbproj.dynamics.observe.bearings import load, supports
 
-        return load(bearings, supports(self.system, bearings, self.pose, self.samples.multipliers))
+        return load(bearings, supports(self.system, bearings, self.pose, self._seen.multipliers))
 
     @cached_property
     def laws(self) -> LawState | None:
         coordinate = self.coordinate if self.system.forces is not None else np.zeros(0)
-        return laws_at(self.system, self.pose, self.twist, self.samples.t, coordinate, self.carried)
+        return laws_at(self.system, self.pose, self.twist, self._seen.t, coordinate, self.carried)
 
     @cached_property
     def along(self) -> tuple[Numbers, Numbers, Numbers]:
         """Coordinate, rate and force of what acts along lengths and coordinates: laws, then reflected inertias."""
-        none = np.zeros((len(self.samples.t), 0))
+        none = np.zeros((len(self._seen.t), 0))
         found = [none] * 3 if self.laws is None else [self.laws.value, self.laws.rate, self.laws.force]
         if self.system.reflected is not None:
             reaction = inertial_reaction(self.system.reflected, self.pose, self.twist, self.change)
@@ -176,7 +176,7 @@ class Observation(Mapping[str, npt.NDArray[Any]]):
 
     @cached_property
     def reactions(self) -> tuple[Numbers, Numbers]:
-        return reactions(self.system, self.pose, self.samples.multipliers)
+        return reactions(self.system, self.pose, self._seen.multipliers)
 
     def open_by(self, *, length: bool) -> Numbers:
         """The largest violation of each joint's rows of lengths or of angles, (T, nj)."""
@@ -202,22 +202,22 @@ class Observation(Mapping[str, npt.NDArray[Any]]):
 
     def motion_force(self) -> Numbers:
         """The constraints act along a coordinate with -λ (Eq. 10); the motions' rows are the last."""
-        undriven = self.samples.multipliers.shape[1] - self.system.driven if self.system.driven else None
-        return -self.samples.multipliers[:, undriven:] if undriven is not None else np.zeros((len(self.samples.t), 0))
+        undriven = self._seen.multipliers.shape[1] - self.system.driven if self.system.driven else None
+        return -self._seen.multipliers[:, undriven:] if undriven is not None else np.zeros((len(self._seen.t), 0))
 
     def driven(self, name: str) -> Numbers:
         """Value or rate of each motion, (T, k)."""
-        return np.zeros((len(self.samples.t), 0)) if self.drive is None else np.asarray(getattr(self.drive, name))
+        return np.zeros((len(self._seen.t), 0)) if self.drive is None else np.asarray(getattr(self.drive, name))
 
     def stored(self) -> Numbers:
         """V of gravity, springs and compliant stops, (T,)."""
         own = potential(self.system, self.pose, self.laws)
         stops = self.system.stops
-        return own if stops is None else own + stored_energy(stops, gaps(stops, self.pose, self.samples.turns))
+        return own if stops is None else own + stored_energy(stops, gaps(stops, self.pose, self._seen.turns))
 
     def balance(self) -> Numbers:
         """E(t) - E(0) - W + D, (T,)."""
-        work = self.samples.work
+        work = self._seen.work
         return self["diagnostics/total_energy"] - self.observer.energy - work[:, 0] + work[:, 1]
 
 
