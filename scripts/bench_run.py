@@ -43,7 +43,7 @@ def parts(times: int) -> None:
         "assemble",
         "simulate",
         "recorded in a new file",
-        "in place of one",
+        "recorded over an old one",
         "integration alone",
     )
     for name, column in zip(names, 1e3 * rows.T, strict=True):
@@ -65,7 +65,7 @@ def one_run(output: Path) -> list[float]:
     clock.append(process_time())
     simulate(system, state, settings)
     clock.append(process_time())
-    for _ in range(2):  # the second time it is looked at first, whose it is
+    for _ in range(2):  # the second time the file is there, and is checked first
         with ResultsWriter(output, scene, system.names.as_mapping(), unique_components(system, state)) as recorder:
             simulate(system, state, settings, recorder, keep=recorder.keep)
         clock.append(process_time())

@@ -126,7 +126,7 @@ FEWEST_LINES = 25
 #: Files of the package that may be shorter, and why.
 SHORT_FILES = {
     "cli/report/notes.py": "the notes of all commands on a scene",
-    "dynamics/equations/energy.py": "Eq. 16",
+    "dynamics/equations/energy.py": "the energies, which runs and studies need without the equations",
     "model/motions.py": "a kind of data is a file",
     "outputs/escapes.py": "a rule of safety, imported alone",
     "projection/methods/gopm.py": "a method is a file",

@@ -164,7 +164,7 @@ class PrimitiveSet:
     def forces(self, x: Numbers, multipliers: Numbers) -> Numbers:
         """∂C/∂xᵀ λ of each attachment, (..., S, 3), of multipliers (..., m)."""
         lead = np.broadcast_shapes(x.shape[:-2], multipliers.shape[:-1])
-        forces = np.empty((*lead, *x.shape[-2:]), dtype=x.dtype, order="F")
+        forces = np.empty((*lead, *x.shape[-2:]), dtype=np.result_type(x, multipliers), order="F")
         for group in self.groups:
             slots = group.slots
             forces[..., slots, :] = group.primitive.forces(x[..., slots, :], multipliers[..., group.rows])

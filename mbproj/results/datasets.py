@@ -24,8 +24,6 @@ CHUNK_SAMPLES = 512
 #: A dataset is created with the groups of its path.
 GROUPS_TOO = h5p.create(h5p.LINK_CREATE)
 GROUPS_TOO.set_create_intermediate_group(True)
-
-
 #: The format of HDF5 1.10: the first that SWMR can use, so that older readers can open the results.
 VERSIONS = ("v110", "v110")
 

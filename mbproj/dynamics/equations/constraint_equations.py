@@ -135,7 +135,7 @@ def tangent_jacobian(bound: PrimitiveSet, pose: Pose) -> Array:
 def tangent_entries(bound: PrimitiveSet, pose: Pose) -> tuple[Integers, Array]:
     """What `tangent_jacobian` sums up: the body (e,) and ∂/∂(δr, δθ, ε) (e, 7) of each entry of the row `entry_row`."""
     body = bound.body[bound.entry_slot]
-    gradient = pose.gradients(bound)
+    gradient = bound.gradient_entries(pose.places(bound))
     local = bound.local[bound.entry_slot]
     in_body = (gradient[:, None, :] @ pose.rotation[body])[:, 0, :]
     entries = np.empty((len(body), 7))

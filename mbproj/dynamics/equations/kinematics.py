@@ -39,21 +39,11 @@ class Pose:
     def _places(self) -> dict[PrimitiveSet, Numbers]:
         return {}
 
-    @cached_property
-    def _gradients(self) -> dict[PrimitiveSet, Numbers]:
-        return {}
-
     def places(self, bound: PrimitiveSet) -> Numbers:
         """The global points and vectors of a set, (..., S, 3): C, C' and C'' all ask for them."""
         if bound not in self._places:
             self._places[bound] = attached(self, *slots_of(bound))
         return self._places[bound]
-
-    def gradients(self, bound: PrimitiveSet) -> Numbers:
-        """The set's `gradient_entries` there, (..., e, 3)."""
-        if bound not in self._gradients:
-            self._gradients[bound] = bound.gradient_entries(self.places(bound))
-        return self._gradients[bound]
 
 
 @dataclass(frozen=True, eq=False)

@@ -39,7 +39,7 @@ def nearby(system: System, q: Array) -> Nearby:
     rows = _joint_rows(free, pose)
     _, values, vectors = np.linalg.svd(rows, full_matrices=True)
     motions = vectors[np.count_nonzero(values > THRESHOLDS.dependent) :]
-    # In all motions first: which basis of those allowed the decomposition gives is up to round-off.
+    # Drawn among all motions: round-off decides which basis of those allowed the decomposition gives.
     trials = np.random.default_rng(SEED).normal(size=(TRIALS, rows.shape[1])) @ motions.T
     directions = branch_directions(free, pose, motions, trials)[:DIRECTIONS]
     return Nearby(tuple(found for direction in directions for found in _walk(free, q, direction)), len(motions))

@@ -126,4 +126,4 @@ def _moving(rows: Rows, piece: list[int]) -> int | None:
     if not len(motions):
         return None
     moved = np.linalg.norm(motions, axis=(0, 2))
-    return piece[int(np.argmax(moved > (1.0 - THRESHOLDS.dependent) * moved.max()))]
+    return piece[int(np.argmax(moved > (1.0 - THRESHOLDS.equal_share) * moved.max()))]

@@ -160,17 +160,17 @@ template <int D> void add_equations(nb::module_& m, const char* name) {
             nb::arg("y"), nb::arg("t") = 0.0)
         .def(
             "accelerations",
-            [=](E& self, Numbers2 y, double t, const std::vector<double>& coordinates, bool smallest,
+            [=](E& self, Numbers2 y, double t, const std::vector<double>& coordinates,
                 const GivenRows& rows) -> nb::object {
-                auto found = self.accelerations(t, checked(self, y), coordinates_of(self, coordinates), smallest,
-                                                optional(self, rows));
+                auto found =
+                    self.accelerations(t, checked(self, y), coordinates_of(self, coordinates), optional(self, rows));
                 if (!found) return nb::none();
                 const auto count = found->second.size();
                 return nb::make_tuple(array_of(std::move(found->first), self.model().size(), Size<D>::freedoms),
                                       array_of(std::move(found->second), count));
             },
             nb::arg("y"), nb::arg("t") = 0.0, nb::arg("coordinates") = std::vector<double>(),
-            nb::arg("smallest") = false, nb::arg("rows") = nb::none())
+            nb::arg("rows") = nb::none())
         .def(
             "smallest_multipliers",
             [=](E& self, Numbers3 y, Numbers1 t, Numbers2 coordinates) {

@@ -63,14 +63,13 @@ public:
     }
 
     // (r'', ω' in body axes) of each body and λ, or nothing where they are not unique. `coordinates` are the joints',
-    // each to less than half a turn. `smallest`: the smallest λ where redundant rows leave it open.
+    // each to less than half a turn.
     std::optional<std::pair<Numbers, Numbers>> accelerations(double t, const double* y, const Numbers& coordinates,
-                                                             bool smallest, const Rows& rows) {
+                                                             const Rows& rows) {
         Numbers slope(equations_.total()), lambda(model_.all_rows()), found;
         if (!begin(t, y, coordinates, rows)) return std::nullopt;
         equations_.set_velocities(y, false);
         if (!equations_.slope_at(y, slope.data(), lambda.data())) return std::nullopt;
-        if (smallest) equations_.solver().spread(equations_.pose(), lambda.data());
         for (int b = 0; b < model_.size(); ++b) {
             const double* a = slope.data() + S::state * b + S::pose;
             found.insert(found.end(), a, a + S::freedoms);
