@@ -135,7 +135,6 @@ SHORT_FILES = {
     "projection/methods/none.py": "a method is a file",
     "projection/solve/tolerance.py": "the tolerance of a row, which reports need too",
     "thresholds/entry.py": "the form of an entry, which all groups of them import",
-    "results/sweep/layout.py": "the names in a file, which its writer and its reader share",
     "scene/fields/given.py": "what the command line needs of the fields",
     "scene/fields/vectors.py": "a kind of field is a file",
     "scene/schema.py": "imported alone, by `mbproj schema`",

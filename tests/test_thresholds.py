@@ -30,6 +30,7 @@ COEFFICIENTS = {
     "RETURN_SECONDS": "how often the screen is refreshed",
     "BLOCK_SECONDS": "how often the file is written",
     "COMPLEX_STEP": "its square is nothing beside 1",
+    "DIFFERENCE": "a step of differences of order 6, whose two errors are alike there",
     "TINY": "not 0",
     "SMALL": "where a series takes over, exact to round-off on both sides",
 }

@@ -25,12 +25,16 @@ def energy_drift(balance: Array, kinetic: Array, potential: Array) -> EnergyDrif
     The relative drift is over the largest kinetic energy plus the range of the potential energy: E(0) may be zero.
     Where nothing but round-off moved it is 0. Without any exchange a drift is infinite; NaN in any series gives NaN.
     """
-    absolute, size = float(np.max(np.abs(balance))), exchanged(kinetic, potential)
-    if max(size, absolute) <= THRESHOLDS.rests * EPSILON * float(np.max(np.abs(potential))):
-        return EnergyDrift(absolute, 0.0)
-    if size == 0.0:
-        return EnergyDrift(absolute, 0.0 if absolute == 0.0 else float("inf"))
-    return EnergyDrift(absolute, absolute / size)
+    absolute = float(np.max(np.abs(balance)))
+    return EnergyDrift(absolute, float(relative_drift(np.array(absolute), kinetic, potential)))
+
+
+def relative_drift(drift: Array, kinetic: Array, potential: Array) -> Array:
+    """Drifts in J, >= 0, in the same way over what their run exchanged."""
+    size, largest = exchanged(kinetic, potential), float(np.max(drift))
+    if max(size, largest) <= THRESHOLDS.rests * EPSILON * float(np.max(np.abs(potential))):
+        return np.zeros_like(drift)
+    return np.where(drift == 0.0, 0.0, drift / size if size else np.inf)
 
 
 def exchanged(kinetic: Array, potential: Array) -> float:

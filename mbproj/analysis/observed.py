@@ -4,14 +4,13 @@ memory."""
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from math import inf
 from typing import Any, Protocol
 
 import numpy as np
 import numpy.typing as npt
 
-from mbproj.analysis.energy import exchanged
-from mbproj.analysis.reactions import REACTIONS
+from mbproj.analysis.energy import relative_drift
+from mbproj.analysis.reactions import REACTIONS, shared_at_contacts
 from mbproj.arrays import Array
 from mbproj.results import Results
 from mbproj.results.layout import ALL_NAMES
@@ -27,6 +26,8 @@ PLACES = {
     "stop": "stops",
     "friction": "frictions",
 }
+#: What stops, frictions and joints may share.
+SHARED = ("force", "reaction_force", "reaction_torque")
 ENERGIES = ("diagnostics/kinetic_energy", "diagnostics/potential_energy")
 BALANCE = "diagnostics/energy_balance"
 _TRANSLATION, _ROTATION = ("x", "y", "z"), ("rx", "ry", "rz")
@@ -68,7 +69,9 @@ def datasets(expectation: Expectation, coordinates: Sequence[str]) -> tuple[str,
 
 
 def is_unique(expectation: Expectation, results: Results) -> bool:
-    """Whether the constraints determine it; True where the results do not say."""
+    """Whether the constraints and the contacts determine it; True where the results do not say."""
+    if expectation.quantity in SHARED and f"{expectation.of} '{expectation.item}'" in shared_at_contacts(results):
+        return False
     if f"joints/{expectation.quantity}" not in REACTIONS:
         return True
     marks = results.constant(f"joints/{expectation.quantity}_unique")
@@ -115,5 +118,4 @@ def _diagnostic(expectation: Expectation, samples: Samples) -> Array:
     balance: Array = np.abs(samples[BALANCE])
     if name == "energy_drift":
         return balance
-    size = exchanged(*(samples[path] for path in ENERGIES))
-    return np.where(balance == 0.0, 0.0, balance / size if size else inf)
+    return relative_drift(balance, *(samples[path] for path in ENERGIES))

@@ -1,4 +1,5 @@
-"""Components of reactions that are not unique, in words: redundant joints share them arbitrarily."""
+"""Reactions and forces of contacts that are not unique, in words: redundant joints, stops and frictions share them
+arbitrarily."""
 
 from __future__ import annotations
 
@@ -34,6 +35,16 @@ def reactions_not_unique(results: Results) -> dict[str, str] | None:
     if marks[0] is None or marks[1] is None:
         return None
     return open_components(results.names("joints"), marks[0], marks[1])
+
+
+def shared_at_contacts(results: Results) -> dict[str, float]:
+    """Whose forces contacts share arbitrarily at some time, as "stop 'a'", "friction 'b'", "joint 'C'", and when
+    first, s."""
+    first: dict[str, float] = {}
+    for event in results.events:
+        if event.kind == "shared" and event.direction == 1:
+            first.setdefault(event.name, event.time)
+    return first
 
 
 def in_words(components: Mapping[str, str]) -> str:

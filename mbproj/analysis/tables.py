@@ -10,6 +10,7 @@ from typing import TypeAlias
 
 import numpy as np
 
+from mbproj.analysis.reactions import shared_at_contacts
 from mbproj.arrays import Array
 from mbproj.dataclass import dataclass
 from mbproj.results import DATASETS, Results, Trust
@@ -46,20 +47,23 @@ def tables(results: Results) -> Iterator[Table]:
             quantities: list[Quantity] = [(path.partition("/")[2], unit, path, column) for path, unit in parts]
             if kind == "joints":
                 quantities += _coordinates(results, name)
-            open_ = _not_unique(results, column) if kind == "joints" else ()
+            open_ = _not_unique(results, column, name) if kind == "joints" else ()
             yield _table(results, f"{group}-{name}", quantities, open_)
     along = (
         ("force_units", "nf", "force"),
         ("motion_units", "nm", "motion"),
         ("stop_units", "ns", "stop"),
         ("friction_units", "nr", "friction"),
+        ("state_units", "nx", "state"),
     )
     for kind, symbol, group in along:
         columns_of = [dataset for dataset in results.datasets if dataset.symbol == symbol]
         for column, unit in enumerate(results.names(kind)):
             parts = [(dataset.path, own_unit(dataset.unit, unit)) for dataset in columns_of]
             quantities = [(path.partition("/")[2], unit, path, column) for path, unit in parts]
-            yield _table(results, f"{group}-{results.names(f'{group}s')[column]}", quantities)
+            name = results.names(f"{group}s")[column]
+            shares = f"{group} '{name}'" in shared_at_contacts(results)
+            yield _table(results, f"{group}-{name}", quantities, ("force",) if shares else ())
     diagnostics = [entry for entry in DATASETS if entry.path.startswith("diagnostics/")]
     quantities = [(entry.path.partition("/")[2], entry.unit, entry.path, None) for entry in diagnostics]
     yield _table(results, "diagnostics", quantities)
@@ -97,15 +101,21 @@ def _coordinates(results: Results, joint: str) -> Iterator[Quantity]:
 
 def own_unit(either: str, unit: str) -> str:
     """The unit of a column of "rad or m", "N m or N", ...: the first where `unit` is rad, the second where it is m;
-    the only one where there is no other."""
+    the only one where there is no other; `unit` itself of "any"."""
+    if either == "any":
+        return unit
     first, _, second = either.partition(" or ")
     return first if unit == "rad" or not second else second
 
 
-def _not_unique(results: Results, column: int) -> tuple[str, ...]:
+def _not_unique(results: Results, column: int, joint: str) -> tuple[str, ...]:
     """The columns of a joint's reactions that are not unique, as "reaction_force_y"."""
     found: list[str] = []
+    shares = f"joint '{joint}'" in shared_at_contacts(results)
     for quantity in ("reaction_force", "reaction_torque"):
+        if shares:
+            found += [quantity + component for component in COMPONENTS[3]]
+            continue
         unique = results.constant(f"joints/{quantity}_unique")
         if unique is not None:
             found += [quantity + COMPONENTS[3][axis] for axis in np.flatnonzero(~unique[column])]

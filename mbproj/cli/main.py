@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import gc
 import os
+import signal
 import sys
 import warnings
 from collections.abc import Mapping
+from contextlib import suppress
 from importlib import import_module
 from types import MappingProxyType
 from typing import Any
@@ -120,11 +122,20 @@ def main() -> None:
     # Matrices here are small: threads would only cost, and results must not depend on their number.
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     os.environ.setdefault("OMP_NUM_THREADS", "1")
+    # Pictures go into files, whatever draws on the screen; Matplotlib would stop at one that it does not know.
+    os.environ.pop("MPLBACKEND", None)
     # The search for cycles of garbage would go through all that is imported dozens of times: 6 % of a short run.
     gc.set_threshold(50_000)
     protect_streams()
     _show_notes()
-    sys.exit(int(_exit_code()))
+    code = int(_exit_code())
+    if code == ExitCode.INTERRUPTED:  # at once: a second Ctrl-C would meet Python where it waits for threads
+        signal.signal(signal.SIGINT, signal.SIG_IGN)
+        with suppress(OSError):
+            sys.stdout.flush()
+            sys.stderr.flush()
+        os._exit(code)
+    sys.exit(code)
 
 
 def _exit_code() -> int:

@@ -32,6 +32,17 @@ class NotNegative(Positive):
         return given_number(value, param.opts[0] if param is not None else "", Number(self.unit, minimum=0.0))
 
 
+class AnyNumber(Positive):
+    """A number in the SI unit `unit`."""
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> float:
+        """The number in SI. Raises InputError at the option."""
+        from mbproj.scene.fields.given import given_number
+        from mbproj.scene.fields.quantities import Number
+
+        return given_number(value, param.opts[0] if param is not None else "", Number(self.unit))
+
+
 class PositiveList(Positive):
     """Several of them: "0.01,5 ms"."""
 

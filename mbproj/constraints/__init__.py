@@ -6,8 +6,8 @@ from types import MappingProxyType
 from mbproj.constraints.along import Along
 from mbproj.constraints.angle import Angle
 from mbproj.constraints.coincident import Coincident
+from mbproj.constraints.coupling import Coupling
 from mbproj.constraints.distance import Distance
-from mbproj.constraints.mesh import Gear, Screw
 from mbproj.constraints.perpendicular import Perpendicular
 from mbproj.constraints.primitive import Primitive
 
@@ -18,8 +18,7 @@ PRIMITIVES: Mapping[str, type[Primitive]] = MappingProxyType(
         "along": Along,
         "distance": Distance,
         "angle": Angle,
-        "screw": Screw,
-        "gear": Gear,
+        "coupling": Coupling,
     }
 )
 

@@ -15,16 +15,27 @@ class Primitive(ABC):
 
     The arguments are the global points and vectors of k instances at once, `x` of shape (..., k, s, 3), where s is the
     number of `slots`. How x depends on the coordinates is not known here, so full, reduced and planar coordinates
-    share this one definition. `parameters` names what a primitive needs beside x (a pitch, numbers of teeth): the
-    fields of its class. Differentiated twice along a motion x(t),
+    share this one definition. What a primitive needs beside x are the fields of its class. Differentiated twice along
+    a motion x(t),
 
         C' = rate(x, x') = gradient(x)·x',    C'' = rate(x, x'') + curvature(x, x').
+
+    A primitive that is not `integrable` has a gradient which is that of no function, as rolling without slip: ∂g/∂x is
+    not symmetric, and the curvature does not tell it.
     """
 
-    slots: ClassVar[tuple[SlotKind, ...]]
     rows: ClassVar[int]
-    unit: ClassVar[Literal["m", "rad"]]
-    parameters: ClassVar[tuple[str, ...]] = ()
+    integrable: ClassVar[bool] = True
+
+    @property
+    @abstractmethod
+    def slots(self) -> tuple[SlotKind, ...]:
+        """What each point or vector is; most primitives have it as a constant."""
+
+    @property
+    @abstractmethod
+    def unit(self) -> Literal["m", "rad"]:
+        """The unit of the rows, likewise."""
 
     @abstractmethod
     def value(self, x: Numbers) -> Numbers:

@@ -12,7 +12,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from mbproj.arrays import Array, Integers, Numbers, cross, distinct_rows
+from mbproj.arrays import Array, Integers, Numbers, cross, distinct_rows, may_overflow
 from mbproj.dataclass import dataclass
 from mbproj.dynamics.assembly.assemble import State, coordinate_values
 from mbproj.dynamics.derivatives.law_derivatives import law_slopes
@@ -98,12 +98,12 @@ def speeds_of_free_bodies(system: System, pose: Pose, slopes: Slopes) -> Array:
     moves = body < n
     law, body, force, torque = law[moves], body[moves], force[moves], torque[moves]
     on_body = np.bincount(body, minlength=n)[body]
-    with np.errstate(divide="ignore", invalid="ignore"):  # a body without mass gives way at once
+    with np.errstate(divide="ignore", over="ignore", invalid="ignore"):  # a body without mass gives way at once
         turned = np.sum(torque * (np.linalg.pinv(system.inertia[body]) @ torque[..., None])[..., 0], axis=1)
         gives = on_body * (np.sum(force * force, axis=1) / system.mass[body] + turned)
     w = np.bincount(law, np.nan_to_num(gives, nan=np.inf), minlength=len(slopes.stiffness))
     k, c = slopes.rows
-    with np.errstate(invalid="ignore"):
+    with may_overflow():
         return np.nan_to_num(np.sqrt(k * w) + c * w, posinf=np.inf)
 
 

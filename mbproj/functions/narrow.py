@@ -24,18 +24,18 @@ PLAIN = frozenset({Op.CONSTANT, Op.VARIABLE, Op.NEGATE, Op.ADD, Op.SUBTRACT, Op.
 
 
 class Feature(NamedTuple):
-    """From when to when."""
+    """From when to when; and whether a kink begins it, so that a step ends there anyway."""
 
     start: float
     end: float
+    after_kink: bool = False
 
 
 def features(
     programs: ProgramSet, index: int, start: float, end: float, kinks: Sequence[Kink], orders: int = 1
 ) -> tuple[Feature, ...]:
     """The narrow features of program `index`, a function of time alone with these kinks; with three `orders` those of
-    its derivatives too. What kinks bound, or a kink and the end, is left out, and what a kink begins; what one ends,
-    ends there."""
+    its derivatives too. What kinks bound, or a kink and the end, is left out; what a kink ends, ends there."""
     code = programs.op[programs.start[index] : programs.start[index + 1]]
     if not start < end or all(Op(int(op)) in PLAIN for op in code):
         return ()
@@ -70,11 +70,21 @@ def _of(times: Array, values: Array, kinks: Array) -> list[Feature]:
         ended = np.any((-spacing <= near_end) & (near_end <= length)) or times[-1] - feature.end <= length
         bounded = ended and np.any((-length <= near_start) & (near_start <= spacing))
         lost = len(undefined) > 0 and times[-1] - feature.end <= length  # the run stops there, and says so
-        if lost or bounded or np.any(np.abs(near_start) <= spacing):
+        if lost or bounded:
             continue
         ending = kinks[np.abs(near_end) <= spacing]
+        feature = _with_tails(feature, kinks, float(times[0]), float(times[-1]))
+        feature = feature._replace(after_kink=bool(np.any(np.abs(near_start) <= spacing)))
         found.append(feature._replace(end=float(ending[0])) if len(ending) else feature)
     return found
+
+
+def _with_tails(feature: Feature, kinks: Array, first: float, last: float) -> Feature:
+    """With half its length more on either side, up to a kink: a long step would enlarge its small tails."""
+    tail = 0.5 * (feature.end - feature.start)
+    low = max([first, feature.start - tail, *kinks[kinks <= feature.start]])
+    high = min([last, feature.end + tail, *kinks[kinks >= feature.end]])
+    return Feature(float(low), float(high))
 
 
 def _loud(change: Array) -> list[tuple[int, int]]:

@@ -7,9 +7,9 @@ from typing import Any
 
 import numpy as np
 
-from mbproj.arrays import Array
+from mbproj.arrays import Array, Integers
 from mbproj.dataclass import dataclass
-from mbproj.dynamics.assembly.assemble import coordinates
+from mbproj.dynamics.assembly.assemble import State, coordinates
 from mbproj.dynamics.equations.motions import drive_at
 from mbproj.dynamics.equations.turning import Slip, Turning, turns_of
 from mbproj.dynamics.observe.samples import Sample
@@ -23,7 +23,7 @@ from mbproj.integrate.steppers.runge_kutta import Step
 
 @dataclass(frozen=True, eq=False)
 class Point:
-    """An accepted state y = (q, v, integrals) at time t, with what holds there: q'', λ and powers, the joints'
+    """An accepted y at time t, with what holds there: q'', λ and powers, the joints'
     coordinates without turns, and `turning`: with them, and what the steps from here on know of them."""
 
     t: float
@@ -32,12 +32,17 @@ class Point:
     coordinate: Array
     turning: Turning
 
-    @property
-    def slope(self) -> Array:
+    def slope(self, formulation: FullFormulation) -> Array:
         """y'."""
-        n, power = len(self.found.acceleration), self.found.power
-        followed = len(self.y) - 2 * n - len(power)
-        return np.concatenate([self.y[n : 2 * n], self.found.acceleration, power, self.turning.speed[:followed]])
+        return formulation.slope(self.t, self.y, self.found, self.turning.speed)
+
+    def turns(self, formulation: FullFormulation) -> Integers:
+        """The whole turns of the joints' coordinates, (nc,)."""
+        return turns_of(formulation.system, self.turning.coordinate, self.coordinate)
+
+    def state(self, formulation: FullFormulation) -> State:
+        """The state here."""
+        return formulation.state(self.t, self.y, self.turns(formulation))
 
     def save(self) -> dict[str, Any]:
         """This point as plain data."""
@@ -65,11 +70,9 @@ class Point:
     def sample(self, formulation: FullFormulation, step_size: float, tally: Tally) -> Sample:
         """This point as it is recorded."""
         acceleration, multipliers, power, _ = self.found
-        n = len(acceleration)
-        q, v, work = self.y[:n], self.y[n : 2 * n], self.y[2 * n :][: len(power)] if len(power) else np.zeros(2)
-        rows = multipliers[n // 7 :]
-        turns = turns_of(formulation.system, self.turning.coordinate, self.coordinate)
-        return Sample(self.t, q, v, acceleration, rows, turns, step_size, work, tally.counters())
+        work = self.y[formulation.layout["quadratures"]] if len(power) else np.zeros(2)
+        rows = multipliers[formulation.system.bodies :]
+        return Sample(self.state(formulation), acceleration, rows, step_size, work, tally.counters())
 
 
 def counted(
@@ -89,8 +92,9 @@ def counted(
 
 def _by_stages(formulation: FullFormulation, stepper: Stepper, before: Point, step: Step) -> Array:
     """By how much the joints' coordinates change in a step by the rates of its stages, (nc,)."""
-    if formulation.followed:
-        return formulation.parts(step.y_new)[3] - before.turning.coordinate
+    followed = formulation.parts(step.y_new)[2]
+    if len(followed):
+        return followed - before.turning.coordinate
     change = np.zeros_like(before.coordinate)
     for weight, y in stepper.quadrature(step):
         change += step.h * weight * coordinates(formulation.system, *formulation.parts(y)[:2])[1]
@@ -98,5 +102,5 @@ def _by_stages(formulation: FullFormulation, stepper: Stepper, before: Point, st
 
 
 def untold(formulation: FullFormulation, before: Point, t: float, slip: Slip) -> TurnsUntold:
-    name, teeth = formulation.system.names.coordinates[slip.coordinate], formulation.system.meshes.size > 0
+    name, teeth = formulation.system.names.coordinates[slip.coordinate], formulation.system.couplings.size > 0
     return TurnsUntold(t, name, slip.turned, slip.off, (t - before.t) * slip.shorter, teeth=teeth)

@@ -18,11 +18,13 @@ from mbproj.dynamics.observe.recorded import Block, Observer
 from mbproj.dynamics.observe.samples import Samples, block_samples, join
 from mbproj.dynamics.rank.massless import swamped_motions
 from mbproj.errors import SimulationError
-from mbproj.integrate.events.time_events import Event, crowded, events_of
+from mbproj.integrate.events.splits import splits_of, unresolved
+from mbproj.integrate.events.time_events import DECIDES, SHARED, Event, crowded, events_of
 from mbproj.integrate.formulations.choice import Choice, choose
 from mbproj.integrate.loop.interruption import Interruption, interruption
 from mbproj.integrate.loop.one_method import march_by_one_method
 from mbproj.integrate.outcome.lock_up import naming_lock_up
+from mbproj.integrate.outcome.lost_mass import naming_lost_mass
 from mbproj.integrate.outcome.marks import START, Keeping, Mark, Marks
 from mbproj.integrate.outcome.report import (
     EnergyAccount,
@@ -30,6 +32,8 @@ from mbproj.integrate.outcome.report import (
     Report,
     words_on_halvings,
     words_on_passes,
+    words_on_shares,
+    words_on_sharing,
     worst,
     worst_joint,
 )
@@ -124,6 +128,7 @@ def simulate(
         _events(recorder, events, tally, automatic),
         interruption() as asked,
         _naming(choice.name),
+        naming_lost_mass(system, state.q, lambda: reached),
         naming_lock_up(system, lambda: reached),
         stiffness.naming(),
         nullcontext() if keeping is None else keeping.to_the_end(),
@@ -178,10 +183,13 @@ def simulate(
         recording_seconds=recording.elapsed,
         phases=tally.phases,
         stiffness=stiffness.verdict(state.t + (settings.duration or 0.0)),
-        events=len({event.time for event in (*events, *tally.met)}),
+        events=len({event.time for event in (*events, *tally.met) if event.kind not in (SHARED, DECIDES)}),
+        shared=words_on_sharing(tally.met),
         crowded=crowded(events),
+        unresolved=unresolved(splits_of(system, state.t, settings)),
         passed=words_on_passes(tally.passed),
         halved=words_on_halvings(tally.halved),
+        decided_by_shares=words_on_shares(tally.met),
         round_off=float(floors[0]) / max(system.length, 1.0),
         methods=() if automatic is None else automatic.told(),
     )

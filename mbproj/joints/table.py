@@ -14,15 +14,18 @@ line from p1 to p2 has no component along a vector) and `distance` in m, `perpen
 `coordinates` are what the joint leaves free and can be counted, each a primitive whose value is the coordinate.
 `aligned` lists pairs of vectors that the rows make parallel, and that must not end up opposite. `kept` are rows that
 keep the value that they have at the scene's pose, or that of the parameter which they name. `parameters` are what else
-the joint takes, by the names that its primitives have for them; those that no row keeps are required. A joint that
-`merges` makes one rigid body of two unless its reaction is asked for.
+the joint takes, with units; those that no row keeps are required. Where a row is a `coupling`, that field says what it
+couples, from the parameters. A joint that `merges` makes one rigid body of two unless its reaction is asked for. `dry`
+friction may act on the coordinates of some. `sketch` is the glyph in an animation, by default that of the frame.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import math
+from collections.abc import Callable, Mapping
 from dataclasses import field
 from types import MappingProxyType
+from typing import NamedTuple
 
 from mbproj.dataclass import dataclass
 
@@ -35,6 +38,14 @@ COORDINATE_UNITS = MappingProxyType({"angle": "rad", "along": "m"})
 INERTIA_UNITS = MappingProxyType({"rad": "kg*m^2", "m": "kg"})
 
 
+class Ratio(NamedTuple):
+    """What a row couples: names of primitives that measure coordinates, their weights, and the period of the sum."""
+
+    coordinates: tuple[str, ...]
+    weights: tuple[float, ...]
+    period: float
+
+
 @dataclass(frozen=True)
 class JointType:
     """One kind of joint; `separate` points in the two bodies are given where it does not bring them together."""
@@ -45,13 +56,43 @@ class JointType:
     aligned: tuple[tuple[str, str], ...] = ()
     separate: bool = False
     kept: Mapping[int, str | None] = field(default_factory=dict)
-    parameters: tuple[str, ...] = ()
+    parameters: Mapping[str, str] = field(default_factory=dict)
+    coupling: Callable[..., Ratio] | None = None
     merges: bool = False
+    dry: bool = False
+    sketch: str = ""
 
     @property
     def required_parameters(self) -> tuple[str, ...]:
         """The parameters that have no value of their own at the scene's pose."""
         return tuple(name for name in self.parameters if name not in self.kept.values())
+
+    @property
+    def turns(self) -> bool:
+        """Whether it turns about an axis of both bodies."""
+        return "angle" in self.coordinates
+
+    @property
+    def is_rod(self) -> bool:
+        """Whether a rod of constant length joins its two points."""
+        return any(row[0] == "distance" for row in self.rows)
+
+
+def thread(pitch: float) -> Ratio:
+    """s - pitch φ / 2π in m, with the displacement s along z1 and the angle φ about it.
+
+    `pitch` is the advance a turn in m, positive for a right-handed screw.
+    """
+    return Ratio(("along", "angle"), (1.0, -pitch / (2.0 * math.pi)), abs(pitch))
+
+
+def mesh(teeth: tuple[float, float]) -> Ratio:
+    """(n1 φ1 + n2 φ2) / max(|n1|, |n2|) in rad, with the angles of two joints, for wheels of n1 and n2 `teeth`.
+
+    Opposite signs of n1 and n2 make an internal gear or a belt.
+    """
+    larger = max(abs(number) for number in teeth)
+    return Ratio(("angle", "angle"), (teeth[0] / larger, teeth[1] / larger), 2.0 * math.pi / larger)
 
 
 TURN: Row = ("angle", "x1", "y1", "x2")
@@ -66,42 +107,64 @@ ONE_AXIS, ONE_TRIAD = (("z1", "z2"),), (("z1", "z2"), ("x1", "x2"))
 
 JOINTS: Mapping[str, JointType] = MappingProxyType(
     {
-        "revolute": JointType("axis", (COINCIDENT, *AXES_PARALLEL), {"angle": TURN}, ONE_AXIS),
+        "revolute": JointType("axis", (COINCIDENT, *AXES_PARALLEL), {"angle": TURN}, ONE_AXIS, dry=True),
         "spherical": JointType("point", (COINCIDENT,)),
         "universal": JointType(
             "axes",
             (COINCIDENT, ("perpendicular", "z1", "z2")),
             {"angle_1": ("angle", "x1", "y1", "z2"), "angle_2": ("angle", "x2", "-y2", "z1")},
         ),
-        "prismatic": JointType("axis", (SLIDE_X, SLIDE_Y, *NO_TURN), {"displacement": SLIDE}, ONE_TRIAD),
-        "cylindrical": JointType(
-            "axis", (SLIDE_X, SLIDE_Y, *AXES_PARALLEL), {"angle": TURN, "displacement": SLIDE}, ONE_AXIS
+        "prismatic": JointType(
+            "axis",
+            (SLIDE_X, SLIDE_Y, *NO_TURN),
+            {"displacement": SLIDE},
+            ONE_TRIAD,
+            dry=True,
+            sketch="slider",
         ),
-        "planar": JointType("axis", (SLIDE, *AXES_PARALLEL), {**IN_PLANE, "angle": TURN}, ONE_AXIS),
-        "fixed": JointType("point", (COINCIDENT, *NO_TURN), aligned=ONE_TRIAD, merges=True),
+        "cylindrical": JointType(
+            "axis",
+            (SLIDE_X, SLIDE_Y, *AXES_PARALLEL),
+            {"angle": TURN, "displacement": SLIDE},
+            ONE_AXIS,
+            dry=True,
+            sketch="sleeve",
+        ),
+        "planar": JointType("axis", (SLIDE, *AXES_PARALLEL), {**IN_PLANE, "angle": TURN}, ONE_AXIS, sketch="puck"),
+        "fixed": JointType("point", (COINCIDENT, *NO_TURN), aligned=ONE_TRIAD, merges=True, sketch="weld"),
         "distance": JointType(
-            "point", (("distance", "p1", "p2"),), separate=True, kept={0: "length"}, parameters=("length",)
+            "point",
+            (("distance", "p1", "p2"),),
+            separate=True,
+            kept={0: "length"},
+            parameters={"length": "m"},
+            sketch="two_balls",
         ),
         "revolute_spherical": JointType(
             "normal",
             (SLIDE, ("distance", "p1", "p2")),
             separate=True,
             kept={0: None, 1: "length"},
-            parameters=("length",),
+            parameters={"length": "m"},
+            sketch="pin_and_ball",
         ),
         "point_in_plane": JointType("normal", (SLIDE,), IN_PLANE),
-        "point_on_line": JointType("normal", (SLIDE_X, SLIDE_Y), {"displacement": SLIDE}),
+        "point_on_line": JointType("normal", (SLIDE_X, SLIDE_Y), {"displacement": SLIDE}, sketch="on_line"),
         "screw": JointType(
             "axis",
-            (SLIDE_X, SLIDE_Y, *AXES_PARALLEL, ("screw", "z1", "p1", "p2", "x1", "y1", "x2")),
+            (SLIDE_X, SLIDE_Y, *AXES_PARALLEL, ("coupling", *SLIDE[1:], *TURN[1:])),
             {"angle": TURN, "displacement": SLIDE},
             ONE_AXIS,
-            parameters=("pitch",),
+            parameters={"pitch": "m"},
+            coupling=thread,
+            dry=True,
+            sketch="screw",
         ),
         "gear": JointType(
             "joints",
-            (("gear", "a.x1", "a.y1", "a.x2", "b.x1", "b.y1", "b.x2"),),
-            parameters=("teeth",),
+            (("coupling", "a.x1", "a.y1", "a.x2", "b.x1", "b.y1", "b.x2"),),
+            parameters={"teeth": ""},
+            coupling=mesh,
         ),
     }
 )

@@ -9,37 +9,52 @@ import numpy as np
 
 from mbproj.arrays import Array, Integers, distinct_rows
 from mbproj.constraints import PRIMITIVES, Primitive
+from mbproj.constraints.coupling import Coupling
 from mbproj.model.planar import PlanarSet
 from mbproj.model.primitive_set import PrimitiveSet
+from mbproj.model.system import System
 
-#: The primitives in the order of the kernel's `Kind`.
-KINDS = ("coincident", "perpendicular", "along", "distance", "angle", "screw", "gear")
-MOST_SLOTS = 6
+#: The primitives in the order of the kernel's `Kind`; a coupling is the instances of its coordinates.
+KINDS = ("coincident", "perpendicular", "along", "distance", "angle")
+MOST_SLOTS = 3
 _CODES = {PRIMITIVES[name]: number for number, name in enumerate(KINDS)}
 
 
 class Bound(NamedTuple):
-    """k primitives in the order of their rows: kinds (k,), slots (k, 6), parameters (k, 2), offsets and owners (k,);
-    and what the slots number: S attachments' bodies (S,), `is_point` (S,), local vectors (S, 3 or 2)."""
+    """k instances in the order of their rows: kinds (k,), slots (k, 3), offsets, weights and owners (k,), and whether
+    one `joins` the row of the instance before, (k,); and what the slots number: S attachments' bodies (S,), `is_point`
+    (S,), local vectors (S, 3 or 2)."""
 
     kind: Integers
     slots: Integers
-    parameters: Array
     offset: Array
+    weight: Array
+    joins: Integers
     owner: Integers
     body: Integers
     is_point: Array
     local: Array
 
     def only(self, members: Integers) -> Bound:
-        """Some of the primitives."""
-        return self._replace(
-            kind=self.kind[members],
-            slots=self.slots[members],
-            parameters=self.parameters[members],
-            offset=self.offset[members],
-            owner=self.owner[members],
-        )
+        """Some of the instances."""
+        return self._replace(**{name: getattr(self, name)[members] for name in _OF_INSTANCES})
+
+
+#: What `Bound` has of each instance.
+_OF_INSTANCES = ("kind", "slots", "offset", "weight", "joins", "owner")
+
+
+def without_form(system: System) -> str | None:
+    """A primitive of the system that the kernel does not have, by its class; None where it has all."""
+    laws = None if system.forces is None else system.forces.laws
+    sets = [system.joints, system.coordinates]
+    sets += [each.rows for each in (system.motions, system.reflected) if each is not None]
+    sets += [each.coordinates for each in (laws, system.stops, system.frictions) if each is not None]
+    for primitive in {group.primitive for bound in sets for group in bound.groups}:
+        for part, *_ in _parts(primitive):
+            if type(part) not in _CODES:
+                return type(part).__name__
+    return None
 
 
 def joined(parts: Sequence[Bound]) -> Bound:
@@ -52,22 +67,19 @@ def joined(parts: Sequence[Bound]) -> Bound:
         owned += int(part.owner.max(initial=-1)) + 1
     rest = {
         name: np.concatenate([getattr(part, name) for part in parts])
-        for name in ("kind", "parameters", "offset", "body", "is_point", "local")
+        for name in ("kind", "offset", "weight", "joins", "body", "is_point", "local")
     }
     return Bound(slots=np.concatenate(slots), owner=np.concatenate(owners), **rest)
 
 
 def bound_in_space(bound: PrimitiveSet) -> Bound:
-    groups = [(group.primitive, group.slots, group.rows[:, 0]) for group in bound.groups]
-    counts = [len(slots) for _, slots, _ in groups]
-    first = np.concatenate([rows for *_, rows in groups]) if groups else np.zeros(0, dtype=np.intp)
-    order = np.argsort(first)
+    members = bound.layout.members
+    first = np.array([member.rows[0] for member in members], dtype=np.intp)
+    own = _instances([member.primitive for member in members], [member.slots[0] for member in members])
     return Bound(
-        kind=np.repeat(_codes(primitive for primitive, *_ in groups), counts)[order],
-        slots=_stacked([slots for _, slots, _ in groups])[order],
-        parameters=np.repeat(_parameters(primitive for primitive, *_ in groups), counts, axis=0)[order],
-        offset=bound.offset[first[order]],
-        owner=bound.owner[first[order]],
+        **own.columns,
+        offset=np.where(own.columns["joins"], 0.0, bound.offset[first[own.member]]),
+        owner=bound.owner[first[own.member]],
         body=bound.body,
         is_point=bound.is_point,
         local=bound.local,
@@ -75,42 +87,45 @@ def bound_in_space(bound: PrimitiveSet) -> Bound:
 
 
 def bound_in_plane(bound: PlanarSet) -> Bound:
-    numbers = np.arange(MOST_SLOTS)
-    widths = np.array([len(primitive.slots) for primitive in bound.primitives], dtype=np.int64)[:, None]
+    own = _instances(bound.primitives, bound.first_slot.tolist())
     return Bound(
-        kind=_codes(bound.primitives),
-        slots=np.where(numbers < widths, bound.first_slot[:, None] + numbers, 0),
-        parameters=_parameters(bound.primitives),
-        offset=bound.offset[bound.row],
-        owner=bound.owner,
+        **own.columns,
+        offset=np.where(own.columns["joins"], 0.0, bound.offset[bound.row[own.member]]),
+        owner=bound.owner[own.member],
         body=bound.body,
         is_point=bound.is_point,
         local=bound.local,
     )
 
 
-def _codes(primitives: Iterable[Primitive]) -> Integers:
-    return np.array([_CODES[type(primitive)] for primitive in primitives], dtype=np.int64)
+class _Instances(NamedTuple):
+    """Which primitive each instance is of, (k,), and what else is known of it."""
+
+    member: Integers
+    columns: dict[str, Any]
 
 
-def _parameters(primitives: Iterable[Primitive]) -> Array:
-    rows = [
-        [float(number) for name in primitive.parameters for number in np.ravel(getattr(primitive, name))]
-        if primitive.parameters
-        else []
-        for primitive in primitives
-    ]
-    return np.array([[*row, 0.0, 0.0][:2] for row in rows]).reshape(-1, 2)
+def _instances(primitives: Sequence[Primitive], first_slots: Sequence[int]) -> _Instances:
+    """The instances of primitives, one each and of couplings one a coordinate; the slots of each follow its first."""
+    code, slots, weight, joins, member = [], [], [], [], []
+    for number, (primitive, first) in enumerate(zip(primitives, first_slots, strict=True)):
+        for part, (own, factor, taken) in enumerate(_parts(primitive)):
+            code.append(_CODES[type(own)])
+            slots.append([*range(first + taken.start, first + taken.stop), 0][:MOST_SLOTS])
+            weight.append(factor)
+            joins.append(part > 0)
+            member.append(number)
+    columns = {
+        "kind": np.array(code, dtype=np.int64),
+        "slots": np.array(slots, dtype=np.int64).reshape(-1, MOST_SLOTS),
+        "weight": np.array(weight, dtype=float),
+        "joins": np.array(joins, dtype=np.int64),
+    }
+    return _Instances(np.array(member, dtype=np.intp), columns)
 
 
-def _stacked(slots: list[Integers]) -> Integers:
-    """Slots of several widths as one array, filled with zeros."""
-    wide = np.zeros((sum(len(part) for part in slots), MOST_SLOTS), dtype=np.int64)
-    first = 0
-    for part in slots:
-        wide[first : first + len(part), : part.shape[1]] = part
-        first += len(part)
-    return wide
+def _parts(primitive: Primitive) -> Iterable[tuple[Primitive, float, slice]]:
+    return primitive.parts() if isinstance(primitive, Coupling) else [(primitive, 1.0, slice(0, len(primitive.slots)))]
 
 
 def primitives(kind: Any, bodies: int, bound: Bound) -> Any:
@@ -124,6 +139,7 @@ def primitives(kind: Any, bodies: int, bound: Bound) -> Any:
         local=np.ascontiguousarray(unique[:, 2:]),
         kind=bound.kind.astype(np.int64),
         slots=np.ascontiguousarray(slots, dtype=np.int64),
-        parameters=np.ascontiguousarray(bound.parameters, dtype=float),
         offset=np.ascontiguousarray(bound.offset, dtype=float),
+        weight=np.ascontiguousarray(bound.weight, dtype=float),
+        joins=bound.joins.astype(np.int64),
     )

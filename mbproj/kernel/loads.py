@@ -19,8 +19,8 @@ from mbproj.model.primitive_set import PrimitiveSet
 from mbproj.model.system import System
 
 
-def programs(core: ModuleType, functions: ProgramSet) -> Any:
-    """The kernel's copy of a set of functions."""
+def programs(core: ModuleType, functions: ProgramSet, variables: int = 3) -> Any:
+    """The kernel's copy of a set of functions of so many variables."""
     return core.Programs(
         np.ascontiguousarray(functions.start, dtype=np.int64),
         np.ascontiguousarray(functions.op, dtype=np.int64),
@@ -30,7 +30,14 @@ def programs(core: ModuleType, functions: ProgramSet) -> Any:
         np.ascontiguousarray(functions.origin, dtype=float),
         np.ascontiguousarray(functions.piece.reshape(-1, 4), dtype=float),
         np.ascontiguousarray(functions.kinked, dtype=np.int64),
+        variables,
     )
+
+
+def state_programs(core: ModuleType, system: System) -> Any:
+    """The rates of the states of elements, functions of the time and of the states; None without any."""
+    states = system.states
+    return None if states is None else programs(core, states.rates, 1 + len(states.start))
 
 
 def motion_programs(core: ModuleType, system: System) -> Any:

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from mbproj.arrays import Array, Flags, Integers
+from mbproj.arrays import Array, Integers
 from mbproj.kernel.bound import Bound, bound_in_plane, bound_in_space, joined, primitives
 from mbproj.kernel.loads import (
     along_in_plane,
@@ -17,8 +17,10 @@ from mbproj.kernel.loads import (
     motion_start,
     plane_loads,
     space_loads,
+    state_programs,
 )
-from mbproj.model.meshes import Meshes
+from mbproj.model.couplings import Couplings
+from mbproj.model.layout import Layout
 from mbproj.model.planar import Plane, coordinates_in_plane
 from mbproj.model.system import System
 from mbproj.thresholds import of_the_kernel
@@ -30,7 +32,7 @@ def _thresholds(core: ModuleType) -> Any:
     return core.Thresholds(of_the_kernel())
 
 
-def space_model(core: ModuleType, system: System) -> Any:
+def space_model(core: ModuleType, system: System, layout: Layout) -> Any:
     """The kernel's model of a system with six coordinates a body. Joints keep their numbers, rows their order; motions
     follow the joints, as joints of one row each."""
     n, sets = system.bodies, [system.joints] if system.motions is None else [system.joints, system.motions.rows]
@@ -46,15 +48,24 @@ def space_model(core: ModuleType, system: System) -> Any:
         row_scale=np.ascontiguousarray(system.row_scale[n:]),
         coordinates=primitives(core.SpacePrimitives, n, coordinates),
         length=system.length,
+        layout=_blocks(layout),
+        rates=state_programs(core, system),
         loads=space_loads(core, system),
         motions=motion_programs(core, system),
         motion_start=motion_start(system),
         motion_coordinate=motion_coordinate(system).tolist(),
-        meshes=_meshes(system.meshes.row, system.meshes.coordinate, system.meshes),
+        couplings=_couplings(system.couplings.row, system.couplings.coordinate, system.couplings),
         **_space_flywheels(core, system),
         **_space_stops(core, system),
         **_space_bearings(system),
     )
+
+
+def _blocks(layout: Layout) -> list[tuple[Any, ...]]:
+    """The blocks of y: names, scales, and with what runs begin."""
+    return [
+        (each.name, each.scale.tolist(), [] if each.start is None else each.start.tolist()) for each in layout.blocks
+    ]
 
 
 def _space_flywheels(core: ModuleType, system: System) -> dict[str, Any]:
@@ -121,38 +132,43 @@ def _space_bearings(system: System) -> dict[str, Any]:
     """What joints carry, by which friction goes."""
     bearings = system.bearings
     if bearings is None:
-        return _bearings([], [], np.zeros(0, dtype=bool), np.zeros((0, 3)), np.zeros((0, 3)))
+        return _bearings([], [], (), np.zeros((0, 3)), np.zeros((0, 3)))
     body, point = system.reaction_body[bearings.joint], system.reaction_local[bearings.joint]
     numbers = zip(bearings.radial, bearings.axial, bearings.length, bearings.preload, strict=True)
     whose = list(zip(bearings.joint.tolist(), body.tolist(), strict=True))
-    return _bearings(whose, list(numbers), bearings.one_sided, point, bearings.axis)
+    return _bearings(whose, list(numbers), bearings.parts, point, bearings.axis)
 
 
 def _plane_bearings(system: System, plane: Plane) -> dict[str, Any]:
     """The same in a plane, where forces along the axis and moments have no say."""
     bearings, own = system.bearings, joints_in_plane(plane).tolist()
     if bearings is None:
-        return _bearings([], [], np.zeros(0, dtype=bool), np.zeros((0, 2)), np.zeros((0, 2)))
+        return _bearings([], [], (), np.zeros((0, 2)), np.zeros((0, 2)))
     joints = [own.index(joint) for joint in bearings.joint.tolist()]
     body, none = system.reaction_body[bearings.joint].tolist(), np.zeros((bearings.size, 2))
     numbers = [
         (radial, 0.0, np.inf, preload) for radial, preload in zip(bearings.radial, bearings.preload, strict=True)
     ]
-    return _bearings(list(zip(joints, body, strict=True)), numbers, bearings.one_sided, none, none)
+    parts = tuple(tuple((own.index(joint), part) for joint, part in each) for each in bearings.parts)
+    return _bearings(list(zip(joints, body, strict=True)), numbers, parts, none, none)
 
 
 def _bearings(
-    whose: list[tuple[int, int]], numbers: list[Any], one_sided: Flags, points: Array, axes: Array
+    whose: list[tuple[int, int]],
+    numbers: list[Any],
+    parts: tuple[tuple[tuple[int, float], ...], ...],
+    points: Array,
+    axes: Array,
 ) -> dict[str, Any]:
-    each = zip(whose, numbers, one_sided.tolist(), strict=True)
+    each = zip(whose, numbers, parts, strict=True)
     return {
-        "bearings": [(*who, *map(float, own), pushes) for who, own, pushes in each],
+        "bearings": [(*who, *map(float, own), list(pushed)) for who, own, pushed in each],
         "bearing_points": np.ascontiguousarray(points),
         "bearing_axes": np.ascontiguousarray(axes),
     }
 
 
-def plane_model(core: ModuleType, system: System, plane: Plane) -> Any:
+def plane_model(core: ModuleType, system: System, plane: Plane, layout: Layout) -> Any:
     """The kernel's model of a planar system. Its joints are those with rows in the plane, by `joints_in_plane`."""
     coordinates = bound_in_plane(plane.coordinates)
     joints = bound_in_plane(plane.joints)
@@ -167,29 +183,31 @@ def plane_model(core: ModuleType, system: System, plane: Plane) -> Any:
         row_scale=plane_row_scale(system, plane),
         coordinates=primitives(core.PlanePrimitives, system.bodies, coordinates),
         length=system.length,
+        layout=_blocks(layout),
+        rates=state_programs(core, system),
         loads=plane_loads(core, system, plane, coordinates),
         motions=motion_programs(core, system),
         motion_start=motion_start(system),
         motion_coordinate=coordinates_in_plane(plane, motion_coordinate(system)).tolist(),
-        meshes=_meshes_in_plane(system, plane),
+        couplings=_couplings_in_plane(system, plane),
         **_plane_flywheels(core, system, plane, coordinates),
         **_plane_stops(core, system, plane, coordinates),
         **_plane_bearings(system, plane),
     )
 
 
-def _meshes(row: Integers, coordinate: Integers, meshes: Meshes) -> list[tuple[Any, ...]]:
-    """Gears and screws as the kernel takes them: row, coordinates, weights, period."""
-    parts = zip(row.tolist(), coordinate.tolist(), meshes.weight.tolist(), meshes.period.tolist(), strict=True)
-    return [(at, *pair, *weights, period) for at, pair, weights, period in parts]
+def _couplings(row: Integers, coordinate: Integers, couplings: Couplings) -> list[tuple[Any, ...]]:
+    """Rows that couple coordinates as the kernel takes them: row, period, coordinates, weights."""
+    parts = [np.split(each, couplings.first[1:]) for each in (coordinate, couplings.weight)]
+    each = zip(row.tolist(), couplings.period.tolist(), *parts, strict=False)
+    return [(at, period, own.tolist(), weights.tolist()) for at, period, own, weights in each]
 
 
-def _meshes_in_plane(system: System, plane: Plane) -> list[tuple[Any, ...]]:
-    """The gears; a scene with a screw is not planar."""
-    meshes, rows = system.meshes, plane_rows(plane).tolist()
-    row = np.array([rows.index(at) for at in meshes.row.tolist()], dtype=np.intp)
-    coordinate = coordinates_in_plane(plane, meshes.coordinate.ravel()).reshape(-1, 2)
-    return _meshes(row, coordinate, meshes)
+def _couplings_in_plane(system: System, plane: Plane) -> list[tuple[Any, ...]]:
+    """The same in a plane."""
+    couplings, rows = system.couplings, plane_rows(plane).tolist()
+    row = np.array([rows.index(at) for at in couplings.row.tolist()], dtype=np.intp)
+    return _couplings(row, coordinates_in_plane(plane, couplings.coordinate), couplings)
 
 
 def joint_and_motion_rows(system: System, plane: Plane, joints: Bound, coordinates: Bound) -> Bound:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, final
 import numpy as np
 
 from mbproj.arrays import Array, Integers, Numbers
-from mbproj.dynamics.derivatives.blocks import Rows
+from mbproj.dynamics.blocks import Rows
 from mbproj.dynamics.derivatives.tangent_space import tangent_lengths
 from mbproj.errors import InputError, Problem
 from mbproj.model.system import System

@@ -42,7 +42,8 @@ class Eigen:
 
 
 def eigen(reduced: Reduced) -> Eigen:
-    """All finite eigenvalues, the slowest first. Raises InputError where a motion without mass is held by nothing."""
+    """All finite eigenvalues, the slowest first. Raises InputError where a motion without mass is held by nothing, or
+    round-off hides the mass of one."""
     reduced, back = _condensed(reduced)
     if not len(reduced.M):
         return Eigen(np.zeros(0, dtype=complex), np.zeros((len(back), 0), dtype=complex))
@@ -118,11 +119,17 @@ def massless_and_free() -> InputError:
 
 
 def _symmetric(reduced: Reduced) -> Eigen:
-    """λ² = -κ of K x = κ M x: a pair of imaginary eigenvalues, of which one is listed, or two real ones."""
+    """λ² = -κ of K x = κ M x: a pair of imaginary eigenvalues, of which one is listed, or two real ones. Raises
+    InputError where M is not definite in double precision."""
     from scipy.linalg import eigh
 
     M, K = 0.5 * (reduced.M + reduced.M.T), 0.5 * (reduced.K + reduced.K.T)
-    _, vectors = eigh(K, M)
+    try:
+        _, vectors = eigh(K, M)
+    except np.linalg.LinAlgError as error:
+        said = "round-off of other bodies' inertia hides that of a motion, so that frequencies have no values"
+        hint = "look for a location or a body that is very far from the others, or inertias that are far apart"
+        raise InputError(Problem(said, hint=hint)) from error
     strain = np.einsum("ik,ij,jk->k", vectors, K, vectors, optimize=True)
     κ = strain / np.einsum("ik,ij,jk->k", vectors, M, vectors, optimize=True)
     size = np.einsum("ik,ij,jk->k", np.abs(vectors), reduced.K_size, np.abs(vectors), optimize=True)

@@ -10,7 +10,7 @@ from __future__ import annotations
 import numpy as np
 
 from mbproj.arrays import Array
-from mbproj.dynamics.derivatives.blocks import Blocks, Rows, added, stacked
+from mbproj.dynamics.blocks import Blocks, Rows, added, stacked
 from mbproj.dynamics.derivatives.linear_equations import LinearEquations, Motion
 from mbproj.dynamics.derivatives.row_derivatives import RowMotion, tilde
 

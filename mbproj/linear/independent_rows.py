@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from mbproj.arrays import Array, Integers
-from mbproj.dynamics.derivatives.blocks import Rows
+from mbproj.dynamics.blocks import Rows
 from mbproj.dynamics.derivatives.tangent_space import tangent_lengths
 from mbproj.dynamics.equations.kinematics import Pose
 from mbproj.dynamics.rank.components import component_rows, loops_of

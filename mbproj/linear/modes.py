@@ -22,8 +22,8 @@ from mbproj.model.primitive_set import PrimitiveSet
 from mbproj.model.system import System
 from mbproj.thresholds import THRESHOLDS
 
-#: What keeps potential energy beside the forces: weight, and forces that turn with their bodies.
-GRAVITY = "gravity and preload"
+#: What keeps potential energy beside the forces: weight, where there is any, and forces that turn with their bodies.
+GRAVITY, PRELOAD = "gravity and preload", "preload"
 
 
 @dataclass(frozen=True, eq=False)
@@ -133,27 +133,33 @@ def _strain(
     system: System, reference: Reference, in_body: Numbers, values: Numbers, kinetic: Array
 ) -> tuple[tuple[str, ...], Array]:
     """The same of what forces along coordinates keep, (k, e); the rest is of gravity and of preload. Of a mode that
-    oscillates both energies have one mean, ½ |λ|² of the kinetic one at unit speed."""
-    total = np.abs(values) ** 2 * kinetic.sum(axis=1)
+    oscillates both energies have one mean, ½ |λ|² of the kinetic one at unit speed. Of one that does not, what dampers
+    take is between them: φᵀKφ = -λ² φᵀMφ - λ φᵀDφ."""
+    rest_of = GRAVITY if system.gravity.any() else PRELOAD
+    mass = kinetic.sum(axis=1)
+    total = np.abs(values) ** 2 * mass
     if system.forces is None or not system.forces.size:
-        return (GRAVITY,), total[:, None]
-    laws = law_slopes_at(reference)[0]
-    change = _changes(system.forces.laws.coordinates, reference, in_body)
-    kept = np.concatenate([-laws * np.abs(change) ** 2, _of_bushings(system.forces, reference, in_body)], axis=1)
+        return (rest_of,), total[:, None]
+    forces, bushings = system.forces, system.forces.bushings
+    stiffness, damping = law_slopes_at(reference)
+    change = np.abs(_changes(forces.laws.coordinates, reference, in_body)) ** 2
+    kept = np.concatenate([-stiffness * change, _of_bushings(forces, bushings.stiffness, reference, in_body)], axis=1)
+    taken = (-damping * change).sum(axis=1) + _of_bushings(forces, bushings.damping, reference, in_body).sum(axis=1)
+    total = np.where(values.imag == 0.0, -values.real * (values.real * mass + taken), total)
     rest = total - kept.sum(axis=1)
     rest = np.where(np.abs(rest) <= 1e3 * THRESHOLDS.linear_round_off * np.abs(kept).sum(axis=1), 0.0, rest)
-    names = (*system.forces.law_owners, *system.forces.bushing_names, GRAVITY)
+    names = (*forces.law_owners, *forces.bushing_names, rest_of)
     return names, np.concatenate([kept, rest[:, None]], axis=1)
 
 
-def _of_bushings(forces: Forces, reference: Reference, in_body: Numbers) -> Array:
-    """The same of each bushing, (k, B)."""
+def _of_bushings(forces: Forces, matrices: Array, reference: Reference, in_body: Numbers) -> Array:
+    """The same of each bushing, (k, B), with these matrices (B, 6, 6)."""
     bushings = forces.bushings
     g = bushing_gradient(bushings, reference.motion.pose)
     all_bodies = np.concatenate([in_body, np.zeros((len(in_body), 1, 6))], axis=1)  # the ground does not move
     both = all_bodies[:, bushings.body].reshape(len(in_body), len(g), 12)
     change = (g @ both[..., None])[..., 0]
-    return np.asarray(np.einsum("kbi,bij,kbj->kb", change.conj(), bushings.stiffness, change).real)
+    return np.asarray(np.einsum("kbi,bij,kbj->kb", change.conj(), matrices, change).real)
 
 
 def law_slopes_at(reference: Reference) -> tuple[Array, Array]:

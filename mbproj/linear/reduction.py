@@ -9,7 +9,7 @@ import numpy as np
 
 from mbproj.arrays import Array
 from mbproj.dataclass import dataclass
-from mbproj.dynamics.derivatives.blocks import Blocks
+from mbproj.dynamics.blocks import Blocks
 from mbproj.dynamics.derivatives.linear_equations import LinearEquations, linear_equations, tangent_force
 from mbproj.dynamics.derivatives.tangent_space import TangentSpace, tangent_lengths, tangent_space
 from mbproj.dynamics.equations.kinematics import Pose

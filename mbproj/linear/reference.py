@@ -107,5 +107,5 @@ def imbalance(system: System, left: Array, largest: float) -> Imbalance:
     """Of what constraints and a steady motion leave, (6n,), beside the largest torque that acts."""
     left = left.reshape(-1, 6)
     sizes = np.linalg.norm(left[:, :3], axis=1).max(initial=0.0), np.linalg.norm(left[:, 3:], axis=1).max(initial=0.0)
-    relative = max(float(sizes[0]) * system.length, float(sizes[1])) / max(largest, np.finfo(float).tiny)
+    relative = max(float(sizes[0]) * system.length, float(sizes[1])) / max(largest, float(np.finfo(float).tiny))
     return Imbalance(float(sizes[0]), float(sizes[1]), relative)

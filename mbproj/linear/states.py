@@ -10,12 +10,12 @@ import numpy as np
 import numpy.typing as npt
 
 from mbproj.arrays import Array, cross
-from mbproj.dynamics.assembly.assemble import State, assemble, coordinate_values, is_angle
+from mbproj.dynamics.assembly.assemble import State, coordinate_values, is_angle
 from mbproj.dynamics.derivatives.tangent import velocities
 from mbproj.dynamics.equations.kinematics import pose_of
 from mbproj.errors import InputError, Problem
 from mbproj.integrate.simulate import simulate
-from mbproj.model import initial_guess
+from mbproj.linear.equilibrium.started import start_state
 from mbproj.model.euler_parameters import product, rotation_matrix
 from mbproj.model.system import System
 from mbproj.results.record import Results
@@ -24,14 +24,10 @@ from mbproj.scene.settings import settings_to_run
 from mbproj.thresholds import THRESHOLDS
 
 
-def start_of(scene: Scene, system: System) -> State:
-    """The assembled start of the scene."""
-    return assemble(system, initial_guess(scene, system))
-
-
 def state_at(scene: Scene, system: System, time: float) -> State:
-    """The state at a time in s, by a run from the start. Raises SimulationError where that does not come so far."""
-    start = start_of(scene, system)
+    """The state at a time in s, by a run from where runs of the scene begin. Raises SimulationError where that does
+    not come so far."""
+    start = start_state(scene, system)
     if time <= start.t:
         return replace(start, t=time)
     last = _Last()
@@ -52,7 +48,7 @@ def stored_state(system: System, results: Results, time: float) -> State:
         have = f"its nearest is at {times[nearest]:.9g} s" if len(times) else "it has no samples"
         raise InputError(Problem(f"'{results.path}' has no sample at t = {time:.9g} s", hint=have))
     paths = [f"bodies/{name}" for name in ("position", "orientation", "velocity", "angular_velocity")]
-    block = {path: results[path][nearest][None] for path in (*paths, "joints/coordinate")}
+    block = {path: results[path][nearest][None] for path in (*paths, "joints/coordinate", *system.layout.recorded)}
     return _state(system, {"time": times[nearest : nearest + 1], **block}, 0)
 
 
@@ -87,4 +83,6 @@ def _state(system: System, block: Mapping[str, npt.NDArray[Any]], sample: int) -
     counted = np.asarray(block["joints/coordinate"][sample], dtype=float)
     turns = np.round((counted - coordinate_values(system, pose)) / (2.0 * np.pi)).astype(np.intp) * is_angle(system)
     u = np.concatenate([r_dot, rate], axis=1).ravel()
-    return State(float(block["time"][sample]), q, velocities(pose, u), turns)
+    own = {name: block[path][sample] for path, name in system.layout.recorded.items()}
+    found = {"positions": q, "velocities": velocities(pose, u), "turns": turns}
+    return State.of(system, float(block["time"][sample]), **found, **own)

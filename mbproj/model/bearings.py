@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import numpy as np
+
 from mbproj.arrays import Array, Flags, Integers
 from mbproj.dataclass import dataclass
 
@@ -15,8 +17,8 @@ class Bearings:
 
     `joint` (B,): its number. `axis` (B, 3): z in the axes of its body 2. `radial` and `axial` (B,): arms in m where the
     friction is a torque, parts of the force (1 or 0) where it is a force. `length` ℓ (B,) in m, infinite where moments
-    do not count. `preload` (B,) in N m or N. `one_sided` (B,): whether it is the push of a stop, which
-    never pulls.
+    do not count. `preload` (B,) in N m or N. The push of a stop is no such load but Σ part λ, with the λ of the
+    only row of each joint in `parts` (B,), pairs of a joint and its part; empty for all else.
     """
 
     joint: Integers
@@ -25,9 +27,14 @@ class Bearings:
     axial: Array
     length: Array
     preload: Array
-    one_sided: Flags
+    parts: tuple[tuple[tuple[int, float], ...], ...]
 
     @property
     def size(self) -> int:
         """B."""
         return len(self.joint)
+
+    @property
+    def is_push(self) -> Flags:
+        """Which are the push of a stop, (B,)."""
+        return np.array([len(each) > 0 for each in self.parts], dtype=bool)

@@ -28,7 +28,10 @@ class Contacts:
     of each in s/m or s/rad. And the dry frictions: those that are `sliding`, with the sign of s', or the part of the
     direction along a tangent; those that are `stuck` at this value of s; those that stick because others hold them, and
     are `bearing` this part, -1 to 1, of their static force. Those in a plane that are `starting` or go `straight`
-    to rest are slow, and keep their direction."""
+    to rest are slow, and keep their direction. Where rows of stops that touch depend on each other only some are held:
+    `shares` says of all of them with which parts of the pushes that these would have alone each pushes, as pairs of a
+    held stop and a part; those that are `idle` touch and do not push. Whether the motion depends on how they share is
+    `decides`."""
 
     held: tuple[int, ...] = ()
     pushing: Mapping[int, float] = field(default_factory=dict)
@@ -37,6 +40,14 @@ class Contacts:
     bearing: Mapping[int, float] = field(default_factory=dict)
     straight: frozenset[int] = frozenset()
     starting: frozenset[int] = frozenset()
+    shares: Mapping[int, tuple[tuple[int, float], ...]] = field(default_factory=dict)
+    idle: frozenset[int] = frozenset()
+    decides: bool = False
+
+    @property
+    def touching(self) -> list[int]:
+        """The rigid stops that push."""
+        return sorted({*self.held, *self.shares} - self.idle)
 
     @property
     def slow(self) -> frozenset[int]:
@@ -64,8 +75,9 @@ def in_contact(system: System, contacts: Contacts) -> System:
         stuck = contacts.stuck.items()
         rows += [_Row(frictions.coordinates, k, at, frictions.owners[k], frictions.places[k]) for k, at in stuck]
         numbers = bearing_numbers(found, frictions, contacts)
-        found = replace(found, bearings=_with_pushes(found, frictions, contacts))
         laws += _frictions(frictions, numbers, contacts)
+    if stops is not None:
+        found = replace(found, bearings=_with_pushes(found, stops, contacts))
     if rows:
         found = _holding(found, rows)
     return replace(found, forces=with_laws(found.forces, laws)) if laws else found
@@ -137,32 +149,34 @@ def _pushes(stops: Stops, pushing: Mapping[int, float], *, one_sided: bool = Fal
 def bearing_numbers(system: System, frictions: Frictions, contacts: Contacts) -> list[int]:
     """The bearing that each friction goes by, in the mechanism with these contacts: of those at stops that are held,
     the push of the stop; -1 for none."""
-    first, rubbed = 0 if system.bearings is None else system.bearings.size, _rubbed(frictions, contacts)
     found: list[int] = frictions.bearing.tolist()
-    for k, stop in enumerate(frictions.stop.tolist()):
-        if stop in rubbed:
-            found[k] = first + rubbed.index(stop)
-    return found
+    pushes = push_numbers(system, contacts)
+    return [pushes.get(stop, found[k]) for k, stop in enumerate(frictions.stop.tolist())]
 
 
-def _rubbed(frictions: Frictions, contacts: Contacts) -> list[int]:
-    """The stops with friction that are held."""
-    return [stop for stop in contacts.held if stop in frictions.stop]
+def push_numbers(system: System, contacts: Contacts) -> dict[int, int]:
+    """The bearing that is the push of each stop that has one, those that rub and those that share."""
+    first, frictions = 0 if system.bearings is None else system.bearings.size, system.frictions
+    rubbed = {stop for stop in contacts.held if frictions is not None and stop in frictions.stop}
+    return {stop: first + at for at, stop in enumerate(sorted({*rubbed, *contacts.shares}))}
 
 
-def _with_pushes(system: System, frictions: Frictions, contacts: Contacts) -> Bearings | None:
-    """The bearings of joints, and then one for the push of each stop with friction that is held: a force without an
-    axis, so that all of it is radial."""
-    rubbed, own = _rubbed(frictions, contacts), system.bearings
-    if not rubbed:
+def _with_pushes(system: System, stops: Stops, contacts: Contacts) -> Bearings | None:
+    """The bearings of joints, and then those that are pushes: no force but their parts."""
+    pushes, own, joints = push_numbers(system, contacts), system.bearings, len(system.names.joints)
+    if not pushes:
         return own
-    joints = len(system.names.joints) + np.array([contacts.held.index(stop) for stop in rubbed], dtype=np.intp)
-    none, one = np.zeros(len(rubbed)), np.ones(len(rubbed))
-    pushes = Bearings(joints, np.zeros((len(rubbed), 3)), one, none, np.full(len(rubbed), np.inf), none, one > 0.0)
+    held = {stop: joints + at for at, stop in enumerate(contacts.held)}
+    shares = (contacts.shares.get(stop, ((stop, 1.0),)) for stop in pushes)
+    parts = tuple(tuple((held[at], -float(stops.side[at]) * part) for at, part in each) for each in shares)
+    none = np.zeros(len(pushes))
+    first = np.full(len(pushes), joints, dtype=np.intp)
+    found = Bearings(first, np.zeros((len(pushes), 3)), none, none, np.full(len(pushes), np.inf), none, parts)
     if own is None:
-        return pushes
-    pairs = ((getattr(own, each.name), getattr(pushes, each.name)) for each in fields(Bearings))
-    return Bearings(*(np.concatenate(pair) for pair in pairs))
+        return found
+    arrays = [each.name for each in fields(Bearings) if each.name != "parts"]
+    joined = {name: np.concatenate([getattr(own, name), getattr(found, name)]) for name in arrays}
+    return Bearings(**joined, parts=own.parts + parts)
 
 
 def friction_laws(contacts: Contacts) -> list[int]:

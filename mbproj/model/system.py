@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
+from functools import cached_property
+
 import numpy as np
 
 from mbproj.arrays import Array, Integers
 from mbproj.dataclass import dataclass
 from mbproj.errors import Place
 from mbproj.model.bearings import Bearings
+from mbproj.model.couplings import Couplings
 from mbproj.model.forces import Forces
 from mbproj.model.frictions import Frictions
-from mbproj.model.meshes import Meshes
+from mbproj.model.layout import UNCONTROLLED, Block, ElementStates, Layout
 from mbproj.model.motions import Motions
 from mbproj.model.primitive_set import PrimitiveSet
 from mbproj.model.reflected import ReflectedInertias
@@ -24,6 +27,7 @@ class Names:
     and dry friction resists, m or rad.
     `forces` end with the reflected inertias, "joint.coordinate.inertia"; `stops` are "joint.coordinate.low" and
     "joint.coordinate.high", or the name of a force; `frictions` are the name of a force, or "force.coordinate".
+    `states` of elements have any unit.
 
     `carriers` are what moves: the bodies, but for those that fixed joints have merged, which are called by their first.
     """
@@ -42,6 +46,8 @@ class Names:
     stop_units: tuple[str, ...] = ()
     frictions: tuple[str, ...] = ()
     friction_units: tuple[str, ...] = ()
+    states: tuple[str, ...] = ()
+    state_units: tuple[str, ...] = ()
 
     def as_mapping(self) -> dict[str, tuple[str, ...]]:
         """The names by kind, as a results file stores them."""
@@ -61,14 +67,14 @@ class System:
     """A mechanism of n rigid carriers, most of which are one body of the scene each; index n is the ground.
 
     `mass` (n,) in kg, `inertia` (n, 3, 3) in kg m² about the centre of mass in body axes, `gravity` (3,) in m/s².
-    `joints`: the constraint rows of all joints; `coordinates`: their free coordinates; `meshes`: which rows are gears
-    and screws; `alignment`: scalar products of vectors that must not be flipped by assembly, positive in a right pose.
+    `joints`: the constraint rows of all joints; `coordinates`: their free coordinates; `couplings`: rows that
+    couple these; `alignment`: scalar products of vectors that assembly must not flip, positive in a right pose.
     `body_carrier` (N,), `body_offset` (N, 3) and `body_turn` (N, 4): where each of the scene's N bodies sits on its
     carrier. `marker_body` (k,), `marker_local` (k, 3). `reaction_body` (nj,), `reaction_local` (nj, 3): body 2 of each
     joint and its point in it. `length` is the size of the mechanism in m: what an absolute tolerance is taken relative
     to. `body_places`, `joint_places`: where each carrier and joint stands in the scene file, for messages. `forces`,
-    `motions`, `reflected` (inertias on coordinates), `stops`, `frictions` (dry ones that stick) and `bearings` are None
-    where the scene has none.
+    `motions`, `reflected` (inertias on coordinates), `stops`, `frictions` (dry ones that stick), `bearings`, and
+    `states` of elements are None where the scene has none.
     """
 
     names: Names
@@ -77,7 +83,7 @@ class System:
     gravity: Array
     joints: PrimitiveSet
     coordinates: PrimitiveSet
-    meshes: Meshes
+    couplings: Couplings
     alignment: PrimitiveSet
     body_carrier: Integers
     body_offset: Array
@@ -95,6 +101,17 @@ class System:
     stops: Stops | None = None
     frictions: Frictions | None = None
     bearings: Bearings | None = None
+    states: ElementStates | None = None
+
+    @cached_property
+    def layout(self) -> Layout:
+        """Of a state."""
+        return state_layout(self)
+
+    @cached_property
+    def integrated(self) -> Layout:
+        """Of what a run integrates."""
+        return integrated_layout(self)
 
     @property
     def bodies(self) -> int:
@@ -137,3 +154,54 @@ class System:
         if row < self.bodies:
             return f"Euler parameters of '{self.names.carriers[row]}'"
         return f"joint '{self.names.joints[self.joints.owner[row - self.bodies]]}'"
+
+
+def state_layout(system: System) -> Layout:
+    """Of a state of a system, from which a run can begin."""
+    return Layout((*_motion(system), _uncontrolled("turns", system.coordinates.size), _states(system)))
+
+
+def integrated_layout(system: System) -> Layout:
+    """Of what a run integrates: blocks whose errors are controlled come first.
+
+    Quadratures: where there are forces or motions, their work, what dampers lose, and what laws lose apart. Followed:
+    where forces act on angles, or couplings ask for turns, all joint coordinates; integrated from step to step,
+    they tell each stage how far the wheels have turned."""
+    laws = None if system.forces is None else system.forces.laws
+    none = laws is None and system.motions is None
+    quadratures = 0 if none else 2 + (0 if laws is None else int(laws.apart.sum()))
+    asked = system.couplings.size or (laws is not None and bool(laws.is_angle.any()))
+    followed = system.coordinates.size if asked else 0
+    beside = (_uncontrolled("quadratures", quadratures), _uncontrolled("followed", followed))
+    return Layout((*_motion(system), _states(system), *beside))
+
+
+def layout_in_bodies(system: System, of_a_body: Array, coordinates: int) -> Layout:
+    """The same where y begins with numbers for each body, positions and velocities together: `of_a_body` is what their
+    absolute tolerances are relative to; so many joint coordinates are there to be followed."""
+    bodies = Block("bodies", np.tile(of_a_body, system.bodies), projected=True)
+    *_, states, quadratures, followed = system.integrated.blocks
+    return Layout((bodies, states, quadratures, _uncontrolled("followed", coordinates if followed.size else 0)))
+
+
+def _motion(system: System) -> tuple[Block, Block]:
+    """q and q'."""
+    scale = np.tile([system.length] * 3 + [1.0] * 4, system.bodies)
+    units = (("m",) * 3 + ("1",) * 4) * system.bodies
+    return (
+        Block("positions", scale, projected=True, units=units),
+        Block("velocities", scale, projected=True, units=tuple(f"{unit}/s" for unit in units)),
+    )
+
+
+def _uncontrolled(name: str, size: int) -> Block:
+    """A block whose errors have no say in the step, and that begins with zeros."""
+    return Block(name, np.full(size, UNCONTROLLED), np.zeros(size))
+
+
+def _states(system: System) -> Block:
+    """Those of elements."""
+    x, names = system.states, system.names
+    if x is None:
+        return Block("states", np.zeros(0), np.zeros(0))
+    return Block("states", x.scale, x.start, dataset="states/value", names=names.states, units=names.state_units)

@@ -20,12 +20,14 @@ def write_csv(
     rows: Iterable[Sequence[object]],
     *,
     form: str = "",
+    kind: kinds.Kind | None = None,
     force: bool = False,
     hint: str = ELSEWHERE,
 ) -> Path:
-    """Writes the table; floats in the format `form` ("": as few digits as give the same number back)."""
+    """Writes the table; floats in the format `form` ("": as few digits as give the same number back). `kind`: what it
+    may replace, where that does not follow from the headings."""
     with (
-        replacing(path, kinds.csv(headings), force=force, hint=hint) as draft,
+        replacing(path, kind or kinds.csv(headings), force=force, hint=hint) as draft,
         draft.open("w", encoding="utf-8", newline="") as file,
     ):
         writer = csv.writer(file, lineterminator="\n")

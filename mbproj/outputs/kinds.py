@@ -60,13 +60,15 @@ def film(file_format: str) -> Kind:
     return Kind(f"a film in {file_format.upper()}", wrote)
 
 
-def csv(headings: Sequence[str]) -> Kind:
-    """A CSV table: the first line begins with the first two of these headings, but for what stands in brackets."""
-    wanted = _columns(",".join(headings[:2]))
+def csv(headings: Sequence[str], last: Sequence[str] = ()) -> Kind:
+    """A CSV table: the first line begins with the first two of these headings, but for what stands in brackets, and
+    ends with the `last`."""
+    wanted, ended = _columns(",".join(headings[:2])), list(last)
 
     def wrote(path: Path) -> bool:
         first, _, _ = _ends(path)[0].partition(b"\n")
-        return _columns(first.decode("utf-8", "replace"))[: len(wanted)] == wanted
+        found = _columns(first.decode("utf-8", "replace"))
+        return found[: len(wanted)] == wanted and found[len(found) - len(ended) :] == ended
 
     return Kind("a CSV table", wrote)
 

@@ -55,7 +55,10 @@ def name(axis: Axes, words: str, unit: str = "") -> None:
 
 
 def plot(axis: Axes, time: npt.NDArray[Any], values: npt.NDArray[Any], label: str, index: int, **options: Any) -> None:
-    """A line; a single sample is a dot, because a line of one point cannot be seen."""
+    """A line; a single sample is a dot, because a line of one point cannot be seen. Of a very long one over time only
+    what its picture needs is kept."""
+    if len(time) >= MANY and np.ndim(values) == 1 and np.all(np.diff(time) >= 0.0):
+        time, values = thinned(np.asarray(time, dtype=float), np.asarray(values, dtype=float))
     dot: dict[str, Any] = {"marker": "o", "markersize": 3} if len(time) == 1 else {}
     axis.plot(time, values, label=literal(label), **(line(index) | dot | options))
 

@@ -7,6 +7,7 @@ from math import prod
 
 from mbproj.dataclass import dataclass
 from mbproj.errors import InputError
+from mbproj.rehearsal import rehearse
 from mbproj.results.file.contents import UNCHECKED
 from mbproj.results.layout import CONSTANTS, NAMES, Dataset
 from mbproj.results.reader import BESIDE_SAMPLES
@@ -30,7 +31,7 @@ def check_results(results: Results) -> Soundness:
     """Reads every dataset and attribute of the layout, one after another."""
     constants = [entry.path for entry in CONSTANTS if results.contents.has(entry.path)]
     paths = [*SCENE, *(entry.path for entry in NAMES.values()), *constants, *(entry.path for entry in results.datasets)]
-    faults = [*_beside_samples(results, constants), *_of_samples(results)]
+    faults = [*_beside_samples(results, constants), *_of_samples(results), *_of_descriptions(results)]
     unguarded = tuple(path for path in paths if not results.contents.is_guarded(path))
     size = sum(8 * prod(results.shape(dataset.path)) for dataset in results.datasets)
     return Soundness(tuple(dict.fromkeys(faults)), len(paths), size, unguarded)
@@ -53,6 +54,24 @@ def _beside_samples(results: Results, constants: list[str]) -> Iterator[str]:
             results.constant(path)
         except InputError as error:
             yield from _messages(results, error)
+
+
+def _of_descriptions(results: Results) -> Iterator[str]:
+    """Of every dataset that the file has."""
+
+    def look() -> Iterator[InputError]:
+        for path in results.contents.datasets():
+            try:
+                results.contents.check_description(path)
+            except InputError as error:
+                yield error
+
+    try:
+        rehearse(lambda: list(look()), results.contents.path)
+        for error in look():
+            yield from _messages(results, error)
+    except InputError as error:
+        yield from _messages(results, error)
 
 
 def _of_samples(results: Results) -> Iterator[str]:

@@ -6,6 +6,7 @@ import math
 from collections.abc import Iterator
 from contextlib import contextmanager
 from functools import lru_cache
+from itertools import count
 from typing import Any
 
 import h5py
@@ -15,8 +16,7 @@ from h5py import h5d, h5f, h5p, h5s, h5t
 
 from mbproj.results import events
 from mbproj.results.crash_safety import checkpoint
-from mbproj.results.file.attributes import add_texts
-from mbproj.results.file.checksums import NOT_YET, crc32, stamp
+from mbproj.results.file.checksums import NOT_YET, crc32, describe, stamp
 from mbproj.results.layout import Constant, Dataset, datasets_for, trailing
 
 CHUNK_BYTES = 2**18
@@ -24,6 +24,7 @@ CHUNK_SAMPLES = 512
 #: A dataset is created with the groups of its path.
 GROUPS_TOO = h5p.create(h5p.LINK_CREATE)
 GROUPS_TOO.set_create_intermediate_group(True)
+_NUMBERS = count()
 #: The format of HDF5 1.10: the first that SWMR can use, so that older readers can open the results.
 VERSIONS = ("v110", "v110")
 
@@ -32,7 +33,7 @@ VERSIONS = ("v110", "v110")
 def without_samples(sizes: tuple[tuple[str, int], ...]) -> bytes:
     """A file with all arrays for so many columns by symbol, and nothing in them. It is kept for the next run of its
     kind: the arrays take two thirds of the time of a new file."""
-    with h5py.File("image", "w", driver="core", backing_store=False, libver=VERSIONS) as file:
+    with h5py.File(_name(), "w", driver="core", backing_store=False, libver=VERSIONS) as file:
         for dataset in datasets_for(dict(sizes)):
             create_dataset(file, dataset, trailing(dataset, dict(sizes)))
         events.create(file)
@@ -47,8 +48,13 @@ def in_memory(image: bytes) -> Iterator[h5py.File]:
     access.set_fapl_core(2**16, backing_store=False)
     access.set_libver_bounds(h5f.LIBVER_V110, h5f.LIBVER_V110)
     access.set_file_image(image)
-    with h5py.File(h5f.open(b"image", h5f.ACC_RDWR, access)) as file:
+    with h5py.File(h5f.open(_name().encode(), h5f.ACC_RDWR, access)) as file:
         yield file
+
+
+def _name() -> str:
+    """Of a file in memory: to HDF5 two of one name are the same file, and another thread may have one."""
+    return f"image {next(_NUMBERS)}"
 
 
 def image_of(file: h5py.File) -> bytes:
@@ -76,9 +82,8 @@ def create_dataset(file: h5py.File, dataset: Dataset, shape: tuple[int, ...]) ->
     # By HDF5's own calls: h5py's take three times as long.
     created = h5py.Dataset(h5d.create(file.id, dataset.path.encode(), kind, space, properties, GROUPS_TOO))
     stamp(created, NOT_YET)
-    add_texts(created, {"units": dataset.unit, "description": dataset.description})
-    if dataset.frame:
-        add_texts(created, {"frame": dataset.frame})
+    frame = {"frame": dataset.frame} if dataset.frame else {}
+    describe(created, {"units": dataset.unit, "description": dataset.description, **frame})
 
 
 def create_whole(group: h5py.Group, path: str, values: npt.NDArray[Any]) -> h5py.Dataset:
@@ -111,4 +116,4 @@ def create_constant(file: h5py.File, constant: Constant, values: npt.NDArray[np.
     """Marks without a time axis."""
     created = file.create_dataset(constant.path, data=values)
     stamp(created, crc32(values))
-    add_texts(created, {"units": constant.unit, "description": constant.description, "frame": constant.frame})
+    describe(created, {"units": constant.unit, "description": constant.description, "frame": constant.frame})

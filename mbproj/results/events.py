@@ -9,8 +9,7 @@ import h5py
 import numpy as np
 
 from mbproj.arrays import Array
-from mbproj.results.file.attributes import add_texts
-from mbproj.results.file.checksums import NOT_YET, crc32, stamp
+from mbproj.results.file.checksums import NOT_YET, crc32, describe, stamp
 from mbproj.results.file.contents import Contents
 
 GROUP = "events"
@@ -60,7 +59,7 @@ def create(file: h5py.File) -> None:
     """The group without events. They come at the end, and the file's structure must be there from the start."""
     for name, (dtype, unit, description) in LAYOUT.items():
         data = file.create_dataset(f"{GROUP}/{name}", (0,), dtype, maxshape=(None,), chunks=(64,), fletcher32=True)
-        add_texts(data, {"units": unit, "description": description} if unit else {"description": description})
+        describe(data, {"units": unit, "description": description} if unit else {"description": description})
         stamp(data, NOT_YET)
 
 

@@ -9,6 +9,8 @@ from mbproj.errors import ExitCode, InputError, MbprojError, Problem
 from mbproj.scene.text.suggestions import choose_from, did_you_mean
 
 ELSEWHERE = "choose another file with -o"
+#: What to do about a file that is damaged.
+REPEAT = "repeat the run"
 KINDS = {
     "bodies": "body",
     "markers": "marker",
@@ -18,6 +20,7 @@ KINDS = {
     "motions": "motion",
     "stops": "stop",
     "frictions": "dry friction",
+    "states": "state",
 }
 
 
@@ -63,7 +66,7 @@ def not_ours(path: Path) -> InputError:
 
 def damaged(path: Path, what: str) -> InputError:
     """A results file whose bytes are wrong."""
-    return InputError(Problem(f"'{path}' is damaged: {what}", hint="repeat the run"))
+    return InputError(Problem(f"'{path}' is damaged: {what}", hint=REPEAT))
 
 
 def no_such_name(kind: str, name: str, names: Sequence[str], where: str) -> InputError:

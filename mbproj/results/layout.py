@@ -79,6 +79,8 @@ LATER_NAMES = {
     "stop_units": NameList("ns", "stops/units", "unit of what each stop limits, rad or m"),
     "frictions": NameList("nr", "friction/names", "names of the dry frictions: the force's, force.coordinate, stop.1"),
     "friction_units": NameList("nr", "friction/units", "unit of what each dry friction resists, rad or m"),
+    "states": NameList("nx", "states/names", "names of the states of elements"),
+    "state_units": NameList("nx", "states/units", "unit of each state"),
 }
 ALL_NAMES = {**NAMES, **LATER_NAMES}
 
@@ -161,8 +163,10 @@ OF_FRICTIONS: tuple[Dataset, ...] = (
     Dataset("friction/state", ("nr",), "1", "1 or -1 where it slides up or down, in a plane the cosine, 0: sticks"),
     Dataset("friction/dissipation", ("nr",), "J", f"energy that it has lost {SINCE_START}"),
 )
+#: What a file has only where elements have states of their own.
+OF_STATES = (Dataset("states/value", ("nx",), "any", "state of an element; unit per column in states/units"),)
 #: What a file has only where the scene has some.
-LATER: tuple[Dataset, ...] = (*OF_STOPS, *OF_FRICTIONS)
+LATER: tuple[Dataset, ...] = (*OF_STOPS, *OF_FRICTIONS, *OF_STATES)
 
 
 def datasets_for(sizes: Mapping[str, int]) -> tuple[Dataset, ...]:

@@ -13,8 +13,7 @@ import h5py
 import numpy as np
 
 from mbproj.results.datasets import create_whole
-from mbproj.results.file.attributes import add_texts
-from mbproj.results.file.checksums import crc32, stamp
+from mbproj.results.file.checksums import crc32, describe, stamp
 from mbproj.results.layout import FORMAT, SCHEMA_VERSION
 from mbproj.scene.meshes import meshes_of
 from mbproj.scene.records import Scene
@@ -51,7 +50,7 @@ def create_text(group: h5py.Group, path: str, texts: str | Sequence[str], descri
     kind = h5py.string_dtype("utf-8", max([1, *map(len, encoded)]))
     data = np.array(encoded, dtype=kind)
     dataset = create_whole(group, path, data.reshape(() if isinstance(texts, str) else (-1,)))
-    add_texts(dataset, {"description": description})
+    describe(dataset, {"description": description})
     stamp(dataset, crc32(data))
 
 
@@ -72,7 +71,7 @@ def write_scene(file: h5py.File, scene: Scene) -> None:
     values = np.array(scene.gravity, dtype=float)
     gravity = group.create_dataset("gravity", data=values)
     stamp(gravity, crc32(values))
-    add_texts(gravity, {"units": "m/s^2", "description": "acceleration of gravity", "frame": "global axes"})
+    describe(gravity, {"units": "m/s^2", "description": "acceleration of gravity", "frame": "global axes"})
 
 
 def _write_meshes(scene_group: h5py.Group, scene: Scene) -> None:
@@ -90,4 +89,4 @@ def _write_meshes(scene_group: h5py.Group, scene: Scene) -> None:
         for name, (values, unit, description) in parts.items():
             dataset = group.create_dataset(f"{number}/{name}", data=values)
             stamp(dataset, crc32(values))
-            add_texts(dataset, {"units": unit, "description": description})
+            describe(dataset, {"units": unit, "description": description})

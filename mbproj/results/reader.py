@@ -104,7 +104,7 @@ def _names(contents: Contents, kind: str) -> tuple[str, ...]:
     path = ALL_NAMES[kind].path
     names = contents.texts(path) if kind in NAMES or contents.has(path) else ()
     for name in names:
-        if not (name in UNITS if kind.endswith("_units") else _can_be_a_name(name)):
+        if not _fits(kind, name):
             raise contents.damaged(path, f"has {name!r}, which is not one")
     return names
 
@@ -117,6 +117,12 @@ def _sizes(contents: Contents, names: dict[str, tuple[str, ...]]) -> dict[str, i
         if sizes.setdefault(entry.symbol, found) != found:
             raise contents.damaged(entry.path, f"has {found} entries for {sizes[entry.symbol]} columns")
     return sizes
+
+
+def _fits(kind: str, name: str) -> bool:
+    if kind == "state_units":
+        return name.isprintable()
+    return name in UNITS if kind.endswith("_units") else _can_be_a_name(name)
 
 
 def _can_be_a_name(name: str) -> bool:

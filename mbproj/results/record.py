@@ -135,7 +135,8 @@ class Results:
 
     def names(self, kind: str) -> tuple[str, ...]:
         """Names of the columns by kind: "bodies", "markers", "joints", "coordinates", "forces", "motions", "stops",
-        "frictions", or their "coordinate_units", "force_units", "motion_units", "stop_units", "friction_units"."""
+        "frictions", "states", or their "coordinate_units", "force_units", "motion_units", "stop_units",
+        "friction_units", "state_units"."""
         columns = self._view.columns.get(ALL_NAMES[kind].symbol)
         names = self._all_names[kind]
         return names if columns is None else tuple(names[column] for column in columns)

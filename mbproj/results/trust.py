@@ -11,7 +11,7 @@ import numpy as np
 
 from mbproj.arrays import Array
 from mbproj.dataclass import dataclass
-from mbproj.results.file.checksums import NOT_YET, crc32, stamp, stamp_attributes
+from mbproj.results.file.checksums import NOT_YET, crc32, describe, stamp, stamp_attributes
 from mbproj.results.file.contents import Contents
 from mbproj.results.provenance import create_text
 
@@ -113,13 +113,14 @@ def create(file: h5py.File, names: Sequence[str], limits: Sequence[float], bodie
             fletcher32=chunked,
             fillvalue=np.nan,
         )
-        data.attrs.update({"units": entry.unit, "description": entry.description})
+        describe(data, {"units": entry.unit, "description": entry.description})
         stamp(data, NOT_YET)
     file[GROUP]["limits"][:] = limits
     stamp(file[GROUP]["limits"], crc32(np.array(limits, dtype=float)))
     law = file.create_dataset(f"{GROUP}/growth_law", (len(names),), LAW)
     stamp(law, NOT_YET)
-    law.attrs["description"] = "the nearer of the two fits, 'exponential' or 'power'; empty where there is none"
+    said = "the nearer of the two fits, 'exponential' or 'power'; empty where there is none"
+    describe(law, {"description": said})
     file[GROUP].attrs["status"] = NOT_COMPUTED
 
 

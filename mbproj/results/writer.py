@@ -119,10 +119,12 @@ class ResultsWriter:
             self._file = h5py.File(self.part, "r+", libver=VERSIONS, **CHUNK_CACHE)
             self._file.swmr_mode = True
             self._targets = {dataset.path: opened(self._file, dataset.path) for dataset in self._datasets}
-        except OSError as error:
+        except (OSError, InputError) as error:  # a mesh that cannot be read, for one
             os.close(self._descriptor)
             self.part.unlink(missing_ok=True)
-            raise cannot_write(self.path, error) from error
+            if isinstance(error, OSError):
+                raise cannot_write(self.path, error) from error
+            raise
         self._flushed = time.monotonic()
         return self
 

@@ -19,6 +19,8 @@ from mbproj.scene.records import Scene
 
 #: Triangles of all meshes of a scene, and bytes of one file, that are drawn at most.
 MOST_TRIANGLES, MOST_BYTES = 200_000, 32_000_000
+#: No vertex is drawn that is further from the centre of mass, in m: pages have single precision, and square lengths.
+FARTHEST = 1e15
 FEWER = "take a coarser mesh, or reduce this one, with MeshLab's quadric edge collapse for instance"
 
 
@@ -121,4 +123,6 @@ def _placed(read: tuple[Array, Integers], mesh: MeshFile) -> TriangleMesh:
     """In metres, on the body."""
     vertices, triangles = read
     placed: Array = mesh.scale * vertices @ np.array(to_matrix(mesh.orientation)).T + np.array(mesh.position)
+    if np.abs(placed).max() > FARTHEST:
+        raise Unreadable(f"has vertices beyond {FARTHEST:g} m", "look at its numbers, and at its 'scale'")
     return TriangleMesh(placed, triangles)

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import gc
 import threading
 from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -19,7 +21,7 @@ from mbproj.scene.settings import Merged, check_settings, flatten, merge, read_o
 from mbproj.scene.text.changes import Change, changed
 from mbproj.scene.text.document import compose
 from mbproj.scene.text.kept import Kept
-from mbproj.scene.text.nodes import MappingNode, ScalarNode, as_mapping, describe, flow
+from mbproj.scene.text.nodes import MappingNode, ScalarNode, as_mapping, block, describe, flow, from_value
 from mbproj.scene.text.source import MAX_BYTES, read_text
 
 #: The blocks whose items other items name.
@@ -35,19 +37,24 @@ def read_scene(
     """The scene in the file at `path`.
 
     `parameters` replaces parameters of the scene, or any value by its path, as "bodies.bar1.mass" (text of an
-    expression, or a number). `simulation` replaces settings, by the names in `simulation.OPTIONS`; None is as if not
-    given. Raises InputError with every problem, in text order.
+    expression, a number, or an array of NumPy). `simulation` replaces settings, by the names in `simulation.OPTIONS`;
+    None is as if not given. Raises InputError with every problem, in text order.
     """
     return _taken_apart(read_text(Path(path)), str(path), Path(path)).scene(parameters, simulation)
 
 
 def read_scene_text(
-    text: str,
+    text: str | Mapping[str, object],
     name: str = "<text>",
     parameters: Mapping[str, object] = _NOTHING,
     simulation: Mapping[str, object] = _NOTHING,
 ) -> Scene:
-    """The scene in `text`, which messages call `name`; otherwise as `read_scene`."""
+    """The scene in `text`, which messages call `name`; otherwise as `read_scene`. `text` may also be what YAML would
+    make of it: a mapping with names, numbers, lists and mappings. Raises TypeError where `name` is no text."""
+    if not isinstance(name, str):
+        raise TypeError("the second argument is what messages call the text: give parameters={...} by its name")
+    if isinstance(text, Mapping):
+        text = block(text)
     if len(text) > MAX_BYTES:
         raise InputError(Problem(f"the text is longer than {MAX_BYTES // 1_000_000} million characters", Place(name)))
     return _taken_apart(text.removeprefix("\ufeff"), name, None).scene(parameters, simulation)
@@ -59,7 +66,8 @@ class SceneText:
     Messages call it `name`. Raises InputError where it is no YAML, or no mapping."""
 
     def __init__(self, text: str, name: str, path: Path | None = None) -> None:
-        root, self._problems = compose(text, name)
+        with _without_cycles():
+            root, self._problems = compose(text, name)
         if not isinstance(root, MappingNode):
             wrong = f"a scene is a mapping of keys, found {describe(root)}"
             problem = Problem(wrong, root.place, "it begins with 'mbproj: 1'")
@@ -80,7 +88,8 @@ class SceneText:
         places = {**self._kept.places, (): root.place}
         problems = [*self._problems, *wrong_changes]
         reading = Reading(items=_items(root), places=places, problems=problems, kept=kept)
-        found = SCENE.read(root, (), reading)
+        with _without_cycles():
+            found = SCENE.read(root, (), reading)
         settings = _settings(root, found, simulation, reading)
         if found is not None and not any(path.split(".")[0] == "simulation" for path in parameters):
             _check_times(found, reading)
@@ -107,6 +116,19 @@ class SceneText:
             places=reading.places,
             notes=tuple(in_text_order(reading.notes)),
         )
+
+
+@contextmanager
+def _without_cycles() -> Iterator[None]:
+    """The search for cycles of garbage goes through all that was read, again and again: a third of the time for 10,000
+    bodies. Nodes and records have none."""
+    enabled = gc.isenabled()
+    gc.disable()
+    try:
+        yield
+    finally:
+        if enabled:
+            gc.enable()
 
 
 class _Last(threading.local):
@@ -152,10 +174,10 @@ def _check_times(found: Mapping[str, Any], reading: Reading) -> None:
         reading.report(complaint.message, reading.places[complaint.path], complaint.hint)
 
 
-def _items(root: MappingNode) -> dict[str, tuple[str, ...]]:
+def _items(root: MappingNode) -> dict[str, dict[str, None]]:
     """The names of the items of the blocks that are referred to, be the items right or wrong."""
     blocks = {key: as_mapping(root.values[key]) for key in _REFERRED if key in root.values}
-    return {key: tuple(block.keys) for key, block in blocks.items() if block is not None}
+    return {key: dict.fromkeys(block.keys) for key, block in blocks.items() if block is not None}
 
 
 def _settings(
@@ -182,6 +204,6 @@ def _settings(
 
 def _written(value: object) -> str:
     """A change as text that reads the same."""
-    if isinstance(value, Change):
-        return flow(value.node)
-    return value if isinstance(value, str) else repr(value)
+    if isinstance(value, str):
+        return value
+    return flow(value.node if isinstance(value, Change) else from_value(value, Place("")))

@@ -32,7 +32,7 @@ class Thresholds(Automatic, Linear, Contact, Looks, Searches, Steps, Closing, Pa
     """All of them, each under its name."""
 
     def __init__(self, **others: float) -> None:
-        """As chosen, but for `others`. A function with each of the 221 as a parameter would take 6 ms to compile."""
+        """As chosen, but for `others`. A function with each of the 224 as a parameter would take 6 ms to compile."""
         chosen = {entry.name: entry.default for entry in fields(Thresholds)}
         unknown = others.keys() - chosen.keys()
         if unknown:

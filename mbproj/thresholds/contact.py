@@ -49,6 +49,16 @@ class Contact:
     in_span: float = threshold(
         1e-8, "1", "numpy", "a friction whose row is nearer to those of others follows from them", "√ε"
     )
+    springs_give: float = threshold(
+        1e-6, "1 / smallest mass", "numpy", "springs that stand for rigid feet which slip give so much", "√ε, with care"
+    )
+    slips_beyond: float = threshold(
+        1e-5, "1", "numpy", "which feet slip is found where all bear less by this part", "10 × what springs give"
+    )
+    damped_from: float = threshold(
+        1e-12, "1", "numpy", "the least damping of Newton's method for shares of a load, beside B", "5000 ε"
+    )
+    damped_to: float = threshold(1e6, "1", "numpy", "with more damping there is no share of a load", "chosen")
     slow_motion: float = threshold(
         1e-3, "length or rad / interval", "numpy", "round-off of speeds is that of motions at least as fast", "chosen"
     )

@@ -46,7 +46,7 @@ class Elimination:
         1e-4, "1", "kernel", "a smaller pivot of S asks for refinement: S squares the condition", "12 digits left"
     )
     refined_part: float = threshold(
-        1e-13, "1", "kernel", "refinement ends when it changes λ by less than this part", "450 ε"
+        1e-13, "1", "both", "refinement ends when it changes λ by less than this part", "450 ε"
     )
     most_refining: int = threshold(8, "-", "kernel", "passes of refinement", "measured: 3 are enough")
     fewest_shared: int = threshold(

@@ -28,6 +28,12 @@ class Searches:
         0.2, "length, rad", "numpy", "a motion that makes more in one of them jumps", "4 × locked_step"
     )
     locked_bodies: int = threshold(40, "bodies", "numpy", "a lock-up of more is not looked for", "minutes")
+    lost_mass: float = threshold(
+        1e-3, "1", "numpy", "a motion whose inertia falls to this part has lost it", "speeds grow 30-fold"
+    )
+    lost_mass_steps: int = threshold(
+        40, "-", "numpy", "where it loses it is looked for in so many steps of locked_step / 5", "0.4 rad"
+    )
     locked_closed: float = threshold(1e-12, "length, rad", "numpy", "what closes is closed to this", "chosen")
     locked_open: float = threshold(
         1e-5, "length, rad", "numpy", "what is open by more cannot be closed", "it misses by what the motions moved"
@@ -40,7 +46,20 @@ class Searches:
         "vectors are parallel or normal, and depths equal, up to this",
         "typed numbers have 15 digits",
     )
-    largest_piece: int = threshold(500, "bodies", "numpy", "a larger piece is not tested for a plane", "seconds")
+    dense_bodies: int = threshold(
+        50,
+        "bodies",
+        "numpy",
+        "of more bodies, rows are factored as sparse matrices",
+        "equal times, SciPy's import with it",
+    )
+    free_shift: float = threshold(
+        1e-13,
+        "1",
+        "numpy",
+        "rows of a large piece that resist by less, squared, do not hold it",
+        "450 ε: no digits left",
+    )
     one_point: float = threshold(1e-14, "m", "numpy", "points that are nearer, over 1 m + their size, are one", "45 ε")
     no_normal: float = threshold(
         1e-3,

@@ -27,6 +27,26 @@ class Steps:
     one_break: float = threshold(
         64.0, "grains of time", "numpy", "events, samples and grid times that are nearer are one", "32 ε of bisection"
     )
+    split_parts: int = threshold(
+        16,
+        "1",
+        "numpy",
+        "a short move or pulse that fewer fixed steps do not resolve is made in so many parts, or more",
+        "a smooth step of 0.1 ms by RK4: 25 % off in one part, 4e-6 in 16",
+    )
+    most_parts: int = threshold(
+        1024, "1", "numpy", "and in so many at most; a note says where they are not enough", "heun2 needs 512 at times"
+    )
+    most_in_part: float = threshold(
+        1.0,
+        "rad or m",
+        "numpy",
+        "a motion moves its coordinate by no more in a part of a short move",
+        "16 turns in 2 ms: parts of 6.6 rad do not close in full",
+    )
+    split_to: float = threshold(
+        1e-4, "1", "numpy", "to be resolved, its integral may be so much off", "by RK4 it is 20 times less"
+    )
     located: float = threshold(
         0.01, "tolerances × steps", "both", "events in the state are located to this part of a step", "below the error"
     )
@@ -67,6 +87,9 @@ class Steps:
         "numpy",
         "energies that change by less, beside the largest, are those of a mechanism at rest",
         "joints are closed no better",
+    )
+    suspicious_drift: float = threshold(
+        1e-4, "energy exchanged", "numpy", "where the energy drifts by more, the motion may be wrong", "chosen"
     )
     growing: float = threshold(
         0.05, "1", "numpy", "a mode grows where its rate exceeds this part of its frequency", "round-off is less"
@@ -150,6 +173,13 @@ class Steps:
     )
     free_passes: int = threshold(
         4, "-", "kernel", "after so many passes no law becomes less stiff, so that Newton's method ends", "chosen"
+    )
+    most_steps: float = threshold(
+        1e8,
+        "steps",
+        "numpy",
+        "a study that varies the step, or the duration, makes no run of more",
+        "ten minutes a run",
     )
     most_halvings: int = threshold(
         10, "-", "both", "a fixed step that is not solved is halved so often at most", "chosen: 1,024 parts"

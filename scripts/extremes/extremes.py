@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from functools import partial
 from math import sqrt
 
@@ -84,7 +83,7 @@ def _opened(system: System, state: State, value: float, *, in_plane: bool = Fals
         a, b, c, d = body[3:]
         body[3:] += [-x * b - y * c - z * d, x * a + y * d - z * c, y * a + z * b - x * d, z * a + x * c - y * b]
         body[3:] /= np.linalg.norm(body[3:])
-    return replace(state, q=pose.ravel())
+    return state.changed(positions=pose.ravel())
 
 
 def _closing_error(done: Done, value: float) -> float:

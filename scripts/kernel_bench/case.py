@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 
-import numpy as np
 from peers.problem import MECHANISMS
 
 from kernel_bench import scenes
@@ -78,7 +77,7 @@ def family_case(family: Family, size: int, planar: bool) -> Case:
     scene = family.scene(size, planar)
     system = compile_system(scene)
     guess = initial_guess(scene, system)
-    state = State(0.0, guess.q, guess.v, np.zeros(system.coordinates.size, dtype=np.intp))
+    state = State.of(system, 0.0, positions=guess.q, velocities=guess.v)
     compiled = _compiled(system, state, planar)
     frequency = highest_frequency(compiled, state)
     step = STEP_RADIANS / frequency

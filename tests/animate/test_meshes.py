@@ -17,6 +17,7 @@ from mbproj.scene import meshes, read_scene
 from mbproj.scene.meshes import meshes_of
 from tests.animate.runs import recorded
 from tests.animate.unpacked import block_of, bytes_of, data_of
+from tests.cli.commands import mbproj
 
 #: A tetrahedron: the same in both formats, in mm.
 CORNERS = np.array([[0, 0, 0], [100, 0, 0], [0, 200, 0], [0, 0, 300]])
@@ -154,3 +155,12 @@ def test_a_file_whose_triangles_have_no_corners_is_damaged(tmp_path):
             del corners.attrs[name]
     with open_results(path) as results, pytest.raises(InputError, match="'scene/meshes/0' is no mesh"):
         results.meshes()
+
+
+@pytest.mark.parametrize(("scale", "size"), [(1.0, 1e30), (1e49, 1.0)])
+def test_vertices_that_no_page_can_show_are_refused(tmp_path, scale, size):
+    far = STL.replace("vertex 100 0 0", f"vertex {100 * size} 0 0")
+    with pytest.raises(InputError, match="has vertices beyond 1e\\+15 m; look at its numbers, and at its 'scale'"):
+        meshes_of(scene_with(tmp_path, f"{{file: t.stl, scale: {scale}}}", t_stl=far))
+    assert mbproj("run", "bob.yaml", "-o", "bob.h5", folder=tmp_path).returncode == 2
+    assert not list(tmp_path.glob("bob.h5*"))

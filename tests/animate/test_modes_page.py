@@ -10,9 +10,9 @@ from mbproj.animate.data.modes import page_of_modes, words_on
 from mbproj.animate.page.write import html
 from mbproj.cli.commands import animate
 from mbproj.errors import InputError
+from mbproj.linear.equilibrium.started import start_state
 from mbproj.linear.modes import modes
 from mbproj.linear.reference import reference_at
-from mbproj.linear.states import start_of
 from mbproj.linear.stored import stored
 from mbproj.model import compile_system
 from mbproj.model.euler_parameters import rotation_matrix
@@ -43,7 +43,9 @@ forces:
 def modes_file(path, text=SCENE):
     scene = read_scene_text(text)
     system = compile_system(scene)
-    return write_modes(path, stored(modes(reference_at(system, start_of(scene, system), "start")), scene.title), scene)
+    return write_modes(
+        path, stored(modes(reference_at(system, start_state(scene, system), "start")), scene.title), scene
+    )
 
 
 @pytest.fixture(scope="module")

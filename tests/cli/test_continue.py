@@ -112,3 +112,16 @@ def test_a_torn_slot_leaves_the_older_state(tmp_path):
         used = int(np.argmax(np.any(slots[...] != 0, axis=1)))
         slots[used, 40] ^= 255
     assert open_results(tmp_path / "run.h5").checkpoint is None
+
+
+def test_what_holds_no_run_is_not_old(tmp_path):
+    assert mbproj("equilibrium", SLIDER_CRANK, "-o", "rest.h5", folder=tmp_path).returncode in (0, 3)
+    done = mbproj("continue", "rest.h5", folder=tmp_path)
+    assert done.returncode == 2
+    assert "'rest.h5' holds no run: there is nothing to go on with" in done.stderr, done.stderr
+
+
+def test_a_time_that_lies_ahead_is_advised(tmp_path):
+    make(tmp_path, "short.h5", "0.1", *OPTIONS)
+    done = mbproj("continue", "short.h5", "--until", "0.02", folder=tmp_path)
+    assert "the run has already reached t = 0.1 s; say until when it is to go on, e.g. --until 0.2" in done.stderr

@@ -86,6 +86,18 @@ def test_an_expression_that_fails_at_the_start(tmp_path):
     assert not (tmp_path / "results.h5").exists()
 
 
+@pytest.mark.parametrize("formulation", ["auto", "full"])
+def test_a_force_that_fails_at_the_start_is_named(formulation, tmp_path):
+    """Before the first sample there is nothing that a stiff force can have spoilt."""
+    force = '  push: {type: torsion_spring_damper, joint: A, torque: "exp(1000 - t)"}\n'
+    scene = write(tmp_path, text=SCENE[: SCENE.index("motions:")] + force)
+    done = mbproj("run", scene, "--formulation", formulation, folder=tmp_path)
+    assert (done.returncode, "at force 'push': 'exp(1000 - t)' fails: exp(1000) is not finite" in done.stderr) == (
+        3,
+        True,
+    )
+
+
 def test_a_contradiction_is_bad_input(tmp_path):
     text = SCENE.replace("axis: [0, -1, 0]}", "axis: [0, -1, 0], angle: 30 deg}")
     done = mbproj("run", write(tmp_path, text=text), folder=tmp_path)

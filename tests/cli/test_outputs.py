@@ -5,12 +5,15 @@ from __future__ import annotations
 import os
 import shutil
 import stat
+import subprocess
+import sys
 
 import h5py
 import numpy as np
 import pytest
 
 from tests.cli.commands import FIVE_BAR, SLIDER_CRANK, mbproj
+from tests.support import ROOT
 
 
 @pytest.fixture(scope="module")
@@ -116,3 +119,14 @@ def test_names_in_results_lead_out_of_no_folder(tmp_path, run):
     done = mbproj("export", "a.h5", "-o", "in", folder=tmp_path)
     assert done.returncode == 2, done.stdout
     assert sorted(tmp_path.rglob("*")) == before
+
+
+def test_a_name_that_is_no_text_and_a_screen_that_matplotlib_does_not_know(tmp_path):
+    scene, picture, results = (os.fsdecode(b"\xff" + name) for name in (b".yaml", b".png", b".h5"))
+    shutil.copy(FIVE_BAR, tmp_path / scene)
+    program = [sys.executable, "-c", "from mbproj.cli.main import main; main()", "check", scene, "--picture", picture]
+    surroundings = {**os.environ, "PYTHONPATH": str(ROOT), "MPLBACKEND": "nonsense"}
+    done = subprocess.run(program, cwd=tmp_path, env=surroundings, capture_output=True)
+    assert (done.returncode, done.stderr) == (0, b"")
+    assert mbproj("run", scene, "-q", "--duration", "0.02", "-o", results, folder=tmp_path).returncode == 0
+    assert all((tmp_path / name).is_file() for name in (picture, results))

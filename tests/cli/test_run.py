@@ -9,6 +9,7 @@ import subprocess
 import sys
 import time
 
+import numpy as np
 import pytest
 
 from mbproj import open_results
@@ -132,6 +133,37 @@ def test_a_drifting_energy_is_said(tmp_path):
     done = mbproj("run", SLIDER_CRANK, "--duration", "2", folder=tmp_path)
     assert done.stderr.startswith("note: the energy drifted by 0.")
     assert "the motion may be wrong although the joints are closed" in done.stderr
+
+
+#: A slider-crank whose crank turns steadily.
+DRIVEN = """\
+mbproj: 1
+gravity: [0, 0, -9.81]
+simulation: {duration: 1 s, tolerance: 1e-2, integrator: dop853}
+bodies:
+  crank: {mass: 0.5, inertia: [2e-3, 2e-3, 2e-3], position: [0.1, 0, 0]}
+  rod: {mass: 1.2, inertia: [1e-2, 1e-2, 1e-2], position: [0.4, 0, 0]}
+  slider: {mass: 0.7, inertia: [1e-3, 1e-3, 1e-3], position: [0.6, 0, 0]}
+joints:
+  A: {type: revolute, bodies: [ground, crank], location: [0, 0, 0], axis: [0, 1, 0]}
+  B: {type: revolute, bodies: [crank, rod], location: [0.2, 0, 0], axis: [0, 1, 0]}
+  C: {type: revolute, bodies: [rod, slider], location: [0.6, 0, 0], axis: [0, 1, 0]}
+  D: {type: prismatic, bodies: [ground, slider], location: [0.6, 0, 0], axis: [1, 0, 0]}
+motions:
+  drive: {joint: A, angle: {constant_speed: 90 rpm}}
+"""
+
+
+def test_where_nothing_is_free_to_move_the_energy_tells_nothing_of_the_motion(tmp_path):
+    """The work of the motion is integrated with the coarse steps that its joints allow; where the slider is, is not."""
+    (tmp_path / "driven.yaml").write_text(DRIVEN)
+    done = mbproj("run", "driven.yaml", "--json", folder=tmp_path)
+    assert json.loads(done.stdout)["energy_drift_relative"] > 1e-4
+    assert "energy" not in mbproj("run", "driven.yaml", folder=tmp_path).stderr
+    with open_results(tmp_path / "results.h5") as results:
+        angle = 3.0 * np.pi * results.time
+        x = 0.2 * np.cos(angle) + np.sqrt(0.4**2 - (0.2 * np.sin(angle)) ** 2)
+        np.testing.assert_allclose(results["bodies/position"][:, 2, 0], x, atol=1e-13)
 
 
 @pytest.mark.parametrize(

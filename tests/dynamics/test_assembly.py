@@ -14,8 +14,9 @@ from mbproj.dynamics.equations.kinematics import pose_of, twist_of
 from mbproj.errors import InputError
 from mbproj.joints import JOINTS
 from mbproj.model import compile_system, initial_guess
+from mbproj.scene import read_scene_text
 from mbproj.scene.records import Body, Joint, Pair
-from tests.support import random_chain, scene_of
+from tests.support import ROOT, random_chain, scene_of
 
 ROUND = ((0.01, 0.0, 0.0), (0.0, 0.01, 0.0), (0.0, 0.0, 0.01))
 Y_AXIS = Pair((0.0, 1.0, 0.0), (0.0, 1.0, 0.0), local=True)
@@ -132,3 +133,12 @@ def test_nearness_is_geometric_not_energetic():
     light = triangle(2.0, guess=0.15)
     heavy = dataclasses.replace(light, bodies=(dataclasses.replace(light.bodies[0], mass=1e6), light.bodies[1]))
     np.testing.assert_array_equal(assembled(light)[1].q, assembled(heavy)[1].q)
+
+
+def test_round_off_of_a_body_that_is_far_away_is_no_misfit_of_speeds():
+    """The digits of a velocity of 1e11 m/s end at 1e-5 m/s."""
+    text = (ROOT / "mechanisms" / "spherical_pendulum.yaml").read_text(encoding="utf-8")
+    far = text.replace("position: [length * sin(start), 0,", "position: [length * sin(start), 4e11,")
+    assert far != text
+    _, state = assembled(read_scene_text(far))
+    assert np.isfinite(state.v).all()

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import warnings
+
 import numpy as np
 import pytest
 
@@ -88,3 +90,13 @@ def test_free_bodies_bound_the_fastest_mode():
         system, state = assembled(scene)
         bound = speeds_of_free_bodies(system, pose_of(state.q), slopes(system, state))
         assert abs(mode_of(scene).eigenvalue) <= bound.max()
+
+
+def test_a_speed_that_overflows_is_infinite_without_a_warning():
+    """k = 1e300 N m/rad of a formula on 1e-12 kg m²: √(k w) has no finite square, and c w neither."""
+    wheel = WHEEL.replace("[1, 0.5, 1]", "[1e-12, 1e-12, 1e-12]")
+    system, state = assembled(held_by("{type: torsion_spring_damper, joint: pin, torque: -1e300 * angle}", wheel))
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        bound = speeds_of_free_bodies(system, pose_of(state.q), slopes(system, state))
+    assert np.isinf(bound).all()

@@ -7,11 +7,12 @@ import pytest
 
 from mbproj import InputError, assemble, compile_system, initial_guess, read_scene_text
 from mbproj.linear.equilibrium.find import equilibrium
-from mbproj.linear.equilibrium.recorded import observed
+from mbproj.linear.equilibrium.recorded import observed, write_results
 from mbproj.linear.held import held_at
 from mbproj.linear.modes import modes
 from mbproj.linear.reference import reference_at
 from mbproj.linear.words import notes_on
+from mbproj.results import open_results
 from tests.friction.belt import SCENE as BELT
 from tests.support import ROOT
 
@@ -54,6 +55,30 @@ def test_a_brake_holds_while_the_rest_falls_into_place():
     assert block["joints/reaction_force"].shape == (1, 2, 3)
     np.testing.assert_allclose(block["joints/reaction_force"][0, :, 2], [20.0, 10.0], rtol=1e-12)
     np.testing.assert_allclose(block["joints/reaction_torque"][0, 0], 0.0, atol=1e-12)
+
+
+#: A pendulum far above a rough floor.
+ABOVE = """\
+mbproj: 1
+gravity: [0, 0, -10]
+simulation: {duration: 0.1, step: 1 ms}
+bodies: {b: {mass: 1, inertia: [1, 1, 1], position: [0, 0, -1]}}
+joints: {p: {type: revolute, bodies: [ground, b], location: [0, 0, 0], axis: [0, 1, 0]}}
+forces:
+  floor:
+    {type: stop, plane: {body: ground, location: [0, 0, -8], normal: [0, 0, 1]}, point: {body: b, location: [0, 0, -2]},
+     rigid: true, friction: 0.4}
+"""
+
+
+def test_a_friction_in_a_plane_has_a_force_in_each_direction_though_nothing_touches(tmp_path):
+    scene = read_scene_text(ABOVE)
+    system = compile_system(scene)
+    found = equilibrium(system, assemble(system, initial_guess(scene, system)))
+    write_results(tmp_path / "equilibrium.h5", scene, found, {})
+    with open_results(tmp_path / "equilibrium.h5") as results:
+        assert results["friction/force"].tolist() == [[0.0, 0.0]]
+    assert not found.frictions["floor"]["sticks"]
 
 
 def test_modes_leave_held_joints_where_they_are():

@@ -104,3 +104,44 @@ def test_a_driven_run_that_stops_where_there_is_a_pose_keeps_its_reason():
     error = stopped(pushed.replace("speed: 1}", "speed: 1e-6}"), projection="none", step="0.3")
     assert error.where != "motion 'drive'"
     assert "stay closed" not in error.cause
+
+
+BEVELS = """
+mbproj: 1
+gravity: [0, 0, 0]
+simulation: {duration: 0.3, step: 10 ms, integrator: rk4, formulation: full}
+bodies:
+  a: {mass: 1, inertia: [2e-3, 2e-3, 2e-3], position: [0, 0, 0]}
+  b: {mass: 1, inertia: [1e-3, 1e-3, 1e-3], position: [0.2, 0, 0]}
+joints:
+  A: {type: revolute, bodies: [ground, a], location: [0, 0, 0], axis: [0, 0, 1], speed: 450}
+  B: {type: revolute, bodies: [ground, b], location: [0.2, 0, 0], axis: [1, 0, 0]}
+  G: {type: gear, joints: [A, B], teeth: [40, 16]}
+"""
+
+
+def test_a_step_too_long_for_teeth_is_no_crossing_of_branches():
+    assert "the step is too long to tell its turns, and so which teeth" in str(stopped(BEVELS))
+
+
+DEAD_CENTRE = """
+mbproj: 1
+gravity: [0, 0, -9.81]
+simulation: {duration: 1, step: 1 ms, integrator: rk4}
+bodies:
+  crank: {mass: 0, inertia: [0, 0, 0], position: [0.1, 0, 0.1]}
+  rod: {mass: 0, inertia: [0, 0, 0], position: [0.5, 0, 0.1]}
+  slider: {mass: 1, inertia: [1e-3, 1e-3, 1e-3], position: [0.8, 0, 0], velocity: [0.5, 0, 0]}
+joints:
+  A: {type: revolute, bodies: [ground, crank], location: [0, 0, 0], axis: [0, 1, 0]}
+  B: {type: revolute, bodies: [crank, rod], location: [0.2, 0, 0.2], axis: [0, 1, 0]}
+  C: {type: revolute, bodies: [rod, slider], location: [0.8, 0, 0], axis: [0, 1, 0]}
+  D: {type: prismatic, bodies: [ground, slider], location: [0.8, 0, 0], axis: [1, 0, 0]}
+"""
+
+
+@pytest.mark.parametrize("formulation", ["reduced", "full"])
+def test_what_loses_its_mass_on_the_way_is_said(formulation):
+    """At its dead centre the slider stands, and a crank and a rod without mass turn as fast as they like."""
+    error = stopped(DEAD_CENTRE, formulation=formulation)
+    assert "near here a motion moves no mass, so that its speed grows beyond all bounds: 'crank' turns" in error.cause

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 import os
 import signal
 import threading
@@ -180,7 +179,7 @@ def test_a_failed_run_hands_over_what_it_computed(chain):
     with pytest.raises(SimulationError):
         simulate(
             system,
-            dataclasses.replace(state, v=1e3 * state.v),
+            state.changed(velocities=1e3 * state.v),
             Settings(duration=1.0, step=0.05, projection=ProjectionSettings(max_iterations=1)),
             recorder,
         )

@@ -5,9 +5,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from mbproj.integrate.steppers.implicit_tableau import load_implicit_tableau
 from mbproj.integrate.steppers.runge_kutta import ExplicitRungeKutta
 from mbproj.integrate.steppers.stability_region import amplification, reach, real_axis_limit
 from mbproj.integrate.steppers.tableau import load_tableau
+from mbproj.registry import implicit_integrators
 
 NAMES = ("heun2", "bs32", "rk4", "dopri5", "dop853")
 
@@ -36,3 +38,12 @@ def test_within_reach_nothing_grows_and_beyond_it_does(name):
         assert all(amplification(tableau, part * limit * direction) <= 1.0 + 1e-12 for part in np.linspace(0, 1, 50))
         assert amplification(tableau, 1.01 * limit * direction) > 1.0
     assert reach(tableau, -1.0, slack=0.0) == real_axis_limit(tableau)
+
+
+@pytest.mark.parametrize("name", implicit_integrators())
+@pytest.mark.parametrize("size", [1.0, 1e8, 1e20, 1e30])
+def test_implicit_methods_are_stable_however_fast_a_mode_is(name, size):
+    """Both are L-stable: |R| falls as 1/|z|."""
+    tableau = load_implicit_tableau(name)
+    for direction in (-1.0, 1j, -0.6 + 0.8j):
+        assert amplification(tableau, size * direction) <= min(1.0 + 1e-12, 30.0 / size + 1e-13)

@@ -258,3 +258,24 @@ def test_a_body_that_has_run_away_is_not_told_to_project(formulation):
     error = stopped(scene, duration=1e6, step=100.0, formulation=formulation)
     assert "its bodies have run away" in error.cause
     assert error.hint == "try a smaller step or tolerance"
+
+
+TWO_HINGES = """
+mbproj: 1
+gravity: [0, 0, -9.81]
+bodies:
+  a: {mass: 1, inertia: [0.01, 0.01, 0.01], position: [0.5, 0, 0]}
+  b: {mass: 1, inertia: [0.001, 0.001, 0.001], position: [1, 0, 0.1]}
+joints:
+  A: {type: revolute, bodies: [ground, a], location: [0, 0, 0], axis: [0, 1, 0], speed: 50}
+  B: {type: revolute, bodies: [a, b], location: [1, 0, 0], axis: [0, 1, 0], speed: 50}
+"""
+
+
+@pytest.mark.parametrize("formulation", EACH)
+def test_a_torsion_spring_is_named_where_turns_cannot_be_told_before_errors_have_grown_by_much(formulation):
+    """c h / m = 8 at 50 rad/s: the first step or two turn the joint too far, long before errors are 1000-fold."""
+    damped = held_by("{type: torsion_spring_damper, joint: B, stiffness: 1000, damping: 10}", TWO_HINGES)
+    error = stopped(damped, duration=0.1, step=0.01, formulation=formulation)
+    assert error.where == "force 'rod'"
+    assert error.cause.startswith("stiff: c h / m = 8")

@@ -125,3 +125,71 @@ def test_break_times_are_steps_ends():
 def test_very_many_kinks_count_up_to_a_bound_and_are_named():
     _, report = run(rotor("abs(sin(5000*t))"), integrator="rk4", step="0.01")
     assert report.crowded == ("force 'push'",) and 1000 <= report.events <= 1002
+
+
+#: Pulses of 0.5 ms that begin between two steps, with their impulses in N m s.
+AT, WIDE = 0.5003, 5e-4
+SHORT = {
+    f"100*sin(pi*(t - {AT})/{WIDE})*(sign(t - {AT}) - sign(t - {AT} - {WIDE}))/2": 200 * WIDE / np.pi,
+    f"100*sin(pi*(t - {AT})/{WIDE})*(1 + 0*angle)*(sign(t - {AT}) - sign(t - {AT} - {WIDE}))/2": 200 * WIDE / np.pi,
+    f"100*exp(-((t - {AT})/{WIDE})**2)": 100 * WIDE * np.sqrt(np.pi),
+    f"50*(sign(t - {AT}) + 1)*exp(-max(0, t - {AT})/{WIDE})": 100 * WIDE,
+    f"100*sin(pi*t/{WIDE})*(1 - sign(t - {WIDE}))/2": 200 * WIDE / np.pi,
+}
+#: A base that jumps by 0.3 m in 0.1 ms, and a mass behind a spring and a damper.
+JUMP = """
+mbproj: 1
+gravity: [0, 0, 0]
+simulation: {duration: 0.5 s}
+bodies:
+  a: {mass: 1, inertia: [1, 1, 1], position: [0, 0, 0]}
+  b: {mass: 2, inertia: [1, 1, 1], position: [1, 0, 0]}
+joints:
+  r: {type: prismatic, bodies: [ground, a], location: [0, 0, 0], axis: [1, 0, 0]}
+  s: {type: prismatic, bodies: [a, b], location: [1, 0, 0], axis: [1, 0, 0]}
+forces: {f: {type: linear_spring_damper, joint: s, stiffness: 20, damping: 12}}
+motions: {m: {joint: r, displacement: {smooth_step: {to: 0.3, duration: 0.1 ms, start: 0.1234}}}}
+markers: {m: {body: b, location: [1, 0, 0]}}
+"""
+FIXED = [("full", "rk4"), ("planar", "rk4"), ("reduced", "heun2"), ("planar", "dop853"), ("planar", "radau5")]
+
+
+@pytest.mark.parametrize("torque", SHORT)
+@pytest.mark.parametrize(("formulation", "integrator"), FIXED)
+def test_fixed_steps_are_split_where_a_pulse_is_shorter(formulation, integrator, torque):
+    recorder, report = run(rotor(torque), formulation=formulation, integrator=integrator, step="0.01", output_step="1")
+    assert recorder["joints/speed"][-1, 0] == pytest.approx(SHORT[torque] / INERTIA, rel=1e-3)
+    assert report.unresolved == ()
+
+
+@pytest.mark.parametrize(("formulation", "integrator"), FIXED)
+def test_a_move_shorter_than_a_step(formulation, integrator):
+    """The damper gives the mass c/m of the jump as speed; then it is a damped oscillator: x'' + 6 x' + 10 x = 0."""
+    t = 0.5 - 0.12345
+    away = np.exp(-3 * t) * (-0.3 * np.cos(t) + (6 * 0.3 - 3 * 0.3) * np.sin(t))  # with x' = 12/2 0.3 at its start
+    for step in ("10 ms", "0.1 ms") if formulation == "planar" else ("10 ms",):
+        recorder, _ = run(JUMP, formulation=formulation, integrator=integrator, step=step, output_step="0.5")
+        assert recorder["markers/position"][-1, 0, 0] == pytest.approx(1.3 + away, abs=1e-4)
+
+
+def test_the_grid_stays_where_steps_are_split():
+    """The step is cut at both ends of the move, and the move into 16 parts."""
+    recorder, report = run(JUMP, integrator="rk4", step="10 ms", output_step="10 ms")
+    np.testing.assert_allclose(recorder["time"], 0.01 * np.arange(51), rtol=1e-15)
+    assert report.counters["steps"] == 50 + 2 + 15
+
+
+def test_what_steps_resolve_is_not_split():
+    """Tables of straight pieces, constant pulses, and what is slow beside the step."""
+    for torque in (
+        "sign(t - 0.5003) - sign(t - 0.5006)",
+        "abs(t - 0.513) + abs(t - 0.537) + 0.1*sin(t)",
+        "sin(3*t) + abs(t - 1.0003)",
+    ):
+        _, report = run(rotor(torque), integrator="rk4", step="0.01")
+        assert report.counters["steps"] <= 202
+
+
+def test_what_parts_of_a_step_do_not_resolve_is_named():
+    _, report = run(rotor("sin(1e8*t)*(sign(t - 0.5003) - sign(t - 0.5008))"), integrator="rk4", step="0.01")
+    assert report.unresolved == ("force 'push', 0.0005 s wide at 0.5003 s",)

@@ -11,6 +11,8 @@ from mbproj.integrate.steppers.tableau import load_tableau
 from mbproj.kernel import core
 from mbproj.thresholds import of_the_kernel
 
+INF = float("inf")
+
 
 def primitives(**changes: Any) -> Any:
     """Two bodies on a ball, and a vector of the first normal to one of the second: good unless changed."""
@@ -20,16 +22,17 @@ def primitives(**changes: Any) -> Any:
         "is_point": np.array([1, 1, 0, 0]),
         "local": np.array([[1.0, 0, 0], [-1, 0, 0], [0, 1, 0], [0, 0, 1]]),
         "kind": np.array([0, 1]),
-        "slots": np.array([[0, 1, 0, 0, 0, 0], [3, 2, 0, 0, 0, 0]]),
-        "parameters": np.zeros((2, 2)),
+        "slots": np.array([[0, 1, 0], [3, 2, 0]]),
         "offset": np.zeros(2),
+        "weight": np.ones(2),
+        "joins": np.zeros(2, int),
     }
     return core().SpacePrimitives(**good | changes)
 
 
 def no_primitives() -> Any:
-    nothing = {"kind": np.zeros(0, int), "slots": np.zeros((0, 6), int)}
-    return primitives(**nothing, parameters=np.zeros((0, 2)), offset=np.zeros(0))
+    nothing = {"kind": np.zeros(0, int), "slots": np.zeros((0, 3), int), "joins": np.zeros(0, int)}
+    return primitives(**nothing, offset=np.zeros(0), weight=np.zeros(0))
 
 
 def model(**changes: Any) -> Any:
@@ -43,11 +46,18 @@ def model(**changes: Any) -> Any:
         "row_scale": np.ones(4),
         "coordinates": no_primitives(),
         "length": 1.0,
+        "layout": blocks(),
         "bearings": [],
         "bearing_points": np.zeros((0, 3)),
         "bearing_axes": np.zeros((0, 3)),
     }
     return core().SpaceModel(**good | changes)
+
+
+def blocks(**sizes: int) -> list[tuple[str, list[float], list[float]]]:
+    """The layout of y, with so many numbers beside the bodies' states."""
+    beside = [(name, [INF] * sizes.get(name, 0), []) for name in ("states", "quadratures", "followed")]
+    return [("bodies", [1.0] * 26, []), *beside]
 
 
 def state() -> np.ndarray:
@@ -72,7 +82,7 @@ def run(y: np.ndarray | None = None, turns: np.ndarray | None = None, **changes:
         changes.get("tableau") or _tableau(core(), load_tableau("rk4")),
         changes.get("projection") or projection(),
         steps,
-        state() if y is None else y,
+        state().ravel() if y is None else y,
         np.zeros(0, int) if turns is None else turns,
     )
     made.advance(100, 10.0)

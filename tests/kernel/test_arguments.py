@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from mbproj.kernel import core
-from tests.kernel.arguments import model, primitives, projection, run, state
+from tests.kernel.arguments import blocks, model, primitives, projection, run, state
 from tests.kernel.scenes import needs_kernel
 from tests.support import ROOT
 
@@ -30,10 +30,12 @@ WRONG_PRIMITIVES = [
     ({"is_point": np.array([1, 1])}, "is_point has a wrong shape"),
     ({"local": np.ones((4, 2))}, "local has a wrong shape"),
     ({"local": np.full((4, 3), NAN)}, "local holds a number that is not finite"),
-    ({"kind": np.array([0, 7])}, "kind holds an index out of range"),
-    ({"slots": np.zeros((2, 3), int)}, "slots has a wrong shape"),
-    ({"slots": np.array([[0, 4, 0, 0, 0, 0]] * 2)}, "slots holds an index out of range"),
-    ({"parameters": np.full((2, 2), INF)}, "parameters holds a number that is not finite"),
+    ({"kind": np.array([0, 5])}, "kind holds an index out of range"),
+    ({"slots": np.zeros((2, 6), int)}, "slots has a wrong shape"),
+    ({"slots": np.array([[0, 4, 0]] * 2)}, "slots holds an index out of range"),
+    ({"weight": np.full(2, INF)}, "weight holds a number that is not finite"),
+    ({"joins": np.array([1, 0])}, "joins couples what is no coordinate"),
+    ({"joins": np.array([0, 1])}, "joins couples what is no coordinate"),
     ({"offset": np.array([0.0, NAN])}, "offset holds a number that is not finite"),
 ]
 WRONG_MODELS = [
@@ -53,11 +55,20 @@ WRONG_MODELS = [
     ({"length": NAN}, "length"),
     ({"length": 0.0}, "length"),
     ({"row_scale": np.zeros(4)}, "row_scale"),
+    ({"layout": blocks(states=1)}, "layout has a block of a wrong size"),
+    ({"layout": blocks(quadratures=2)}, "layout has a block of a wrong size"),
+    ({"layout": blocks(followed=1)}, "layout has a block of a wrong size"),
+    ({"layout": blocks()[1:]}, "layout has a block of a wrong size"),
+    ({"layout": [*blocks(), ("feet", [1.0], [])]}, "layout has a block that is not known"),
+    ({"layout": [*blocks(), blocks()[0]]}, "layout has a block that is not known"),
+    ({"layout": [("states", [1.0], []), *blocks()[:1], *blocks()[2:]]}, "layout does not begin with the bodies"),
+    ({"layout": [("bodies", [NAN] * 26, []), *blocks()[1:]]}, "layout holds a wrong number"),
+    ({"layout": [("bodies", [1.0] * 26, [0.0] * 25), *blocks()[1:]]}, "layout has a block that begins with others"),
 ]
 WRONG_STATES = [
-    ({"y": state()[:1]}, "y has a wrong shape"),
-    ({"y": state()[:, :12].copy()}, "y has a wrong shape"),
-    ({"y": np.full((2, 13), NAN)}, "y holds a number that is not finite"),
+    ({"y": state()[:1].ravel()}, "y has a wrong shape"),
+    ({"y": np.append(state(), 0.0)}, "y has a wrong shape"),
+    ({"y": np.full(26, NAN)}, "y holds a number that is not finite"),
     ({"turns": np.zeros(1, int)}, "turns has a wrong shape"),
 ]
 WRONG_TYPES = [

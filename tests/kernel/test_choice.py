@@ -48,7 +48,7 @@ EXPECTED = {
     "planar_four_bar": ("planar", IN_Y, 1),
     "quarter_car": ("reduced", "not planar: joint 'lower' is tilted", 2),
     "rocking_cabinet": ("planar", IN_Y, 3),
-    "screw_press": ("reduced", "not planar: joint 'nut' turns a rotation into a shift", 1),
+    "screw_press": ("reduced", "not planar: joint 'nut' couples coordinates that are not in the plane", 1),
     "spatial_four_bar": ("reduced", f"{FREE}keeps body 'crank' in the plane", 2),
     "spatial_slider_crank": ("reduced", f"{FREE}keeps body 'slider' in the plane", 1),
     "spherical_pendulum": ("reduced", f"{FREE}can keep the bodies in a plane: no joint has an axis", 3),

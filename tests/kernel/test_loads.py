@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from mbproj import assemble, compile_system, initial_guess
-from mbproj.dynamics.assembly.assemble import State
 from mbproj.errors import SimulationError
 from mbproj.functions.program import Program
 from mbproj.functions.program_set import flatten
@@ -58,7 +59,7 @@ def moving(text: str, seed: int = 3):
     Λ = state.q.reshape(-1, 7)[:, 3:]
     rows = v.reshape(-1, 7)
     rows[:, 3:] -= np.sum(rows[:, 3:] * Λ, axis=1, keepdims=True) * Λ
-    return system, State(0.8, state.q, rows.ravel(), state.turns), formulation, settings
+    return system, replace(state.changed(velocities=rows.ravel()), t=0.8), formulation, settings
 
 
 MOTIONS = "motions:\n  m: {joint: R, angle: {harmonic: {amplitude: 0.4, frequency: 3}}}\n"

@@ -187,10 +187,9 @@ def test_all_multipliers_of_a_sample_balance_the_forces(case):
     acceleration, _ = flat.equations().accelerations(y)
     block = {
         "t": np.zeros(1),
-        "y": y[None],
+        "y": flat.layout.joined({"bodies": y.ravel()})[None],
         "acceleration": acceleration[None],
         "step_size": np.zeros(1),
-        "work": np.zeros((1, 0)),
         "turns": np.zeros((1, plane.coordinates.size), dtype=int),
     }
     sample = flat.samples(block, {})

@@ -73,7 +73,7 @@ def test_baumgarte_closes_an_open_joint_as_its_gains_say():
     q[:3] += 1e-6
     settings = Settings(duration=0.5, step=1e-3, projection=ProjectionSettings(method="baumgarte", gains=(25.0, 25.0)))
     recorder = Recorder()
-    simulate(system, type(state)(0.0, q, state.v, state.turns), settings, recorder)
+    simulate(system, state.changed(positions=q), settings, recorder)
     rows = recorder["joints/violation"][:, 0]
     t = recorder["time"]
     np.testing.assert_allclose(rows, rows[0] * (1.0 + 25.0 * t) * np.exp(-25.0 * t), rtol=0, atol=2e-9)

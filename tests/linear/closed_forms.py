@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 from scipy.linalg import eigh
 
+from mbproj.linear.equilibrium.started import assembled_start
 from mbproj.linear.modes import modes
 from mbproj.linear.reference import reference_at
-from mbproj.linear.states import start_of
 from mbproj.model import compile_system
 from mbproj.scene import read_scene_text
 
@@ -19,7 +19,7 @@ def modes_of(text, count=None, **parameters):
     """The modes at the start of a scene."""
     scene = read_scene_text(text, parameters={name: repr(value) for name, value in parameters.items()})
     system = compile_system(scene)
-    return modes(reference_at(system, start_of(scene, system), "start"), count)
+    return modes(reference_at(system, assembled_start(scene, system), "start"), count)
 
 
 def chain(links, length=1.0, mass=1.0):

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from mbproj.constraints import PRIMITIVES
+from mbproj.constraints.coupling import Coupling
 from mbproj.dynamics.assembly.assemble import coordinate_values
 from mbproj.dynamics.derivatives.linear_equations import Motion, linear_equations, tangent_force
 from mbproj.dynamics.derivatives.row_derivatives import Carried, force_derivative, second_derivatives, third_derivatives
@@ -16,6 +17,7 @@ from mbproj.dynamics.derivatives.tangent import moved, tangent_velocities, veloc
 from mbproj.dynamics.equations.constraint_equations import set_bias, set_velocity
 from mbproj.dynamics.equations.kinematics import attached, pose_of, slots_of, twist_of
 from mbproj.joints import JOINTS
+from mbproj.joints.table import thread
 from mbproj.model import compile_system, initial_guess
 from mbproj.scene import read_scene
 from tests.dynamics.force_scenes import BUSHINGS, FORCES, HEAD, ON_BODIES
@@ -36,9 +38,10 @@ def romberg(f, levels: int = 6, h: float = 0.08):
     return rows[0]
 
 
-def _primitive(name):
-    kind = PRIMITIVES[name]
-    return kind(**{parameter: PARAMETERS[parameter] for parameter in kind.parameters})
+EACH = {
+    **{name: kind() for name, kind in PRIMITIVES.items() if name != "coupling"},
+    "screw": Coupling(*thread(PARAMETERS["pitch"])),
+}
 
 
 def pulled(bound, pose, weight):
@@ -52,9 +55,9 @@ def pulled(bound, pose, weight):
     return found[:-1].ravel()
 
 
-@pytest.mark.parametrize("name", PRIMITIVES)
+@pytest.mark.parametrize("name", EACH)
 def test_second_and_third_derivatives_of_primitives(name):
-    primitive, rng = _primitive(name), np.random.default_rng(1)
+    primitive, rng = EACH[name], np.random.default_rng(1)
     x, x_dot = rng.normal(size=(2, 3, len(primitive.slots), 3))
     size = x[0].size
     steps = 1j * STEP * np.eye(size).reshape(size, 1, -1, 3)

@@ -11,9 +11,9 @@ from scipy.optimize import brentq
 from mbproj.errors import InputError
 from mbproj.linear.equilibrium.find import equilibrium, others
 from mbproj.linear.equilibrium.solve import NoEquilibrium
+from mbproj.linear.equilibrium.started import assembled_start
 from mbproj.linear.equilibrium.steady import refuse_unsteady, steady_turn
 from mbproj.linear.modes import modes
-from mbproj.linear.states import start_of
 from mbproj.model import compile_system
 from mbproj.scene import read_scene, read_scene_text
 from tests.linear.closed_forms import HEAD, g
@@ -33,7 +33,7 @@ joints:
 def at_rest(text, t=0.0, **parameters):
     scene = read_scene_text(text, parameters={name: repr(value) for name, value in parameters.items()})
     system = compile_system(scene)
-    return equilibrium(system, start_of(scene, system), t)
+    return equilibrium(system, assembled_start(scene, system), t)
 
 
 def coordinates(found):
@@ -93,7 +93,7 @@ def test_a_truss_of_two_springs_rests_on_either_side():
     """√(1 + z²) is the free length above and below, and between the two it is not stable (von Mises)."""
     scene = read_scene_text(TRUSS)
     system = compile_system(scene)
-    found = equilibrium(system, start_of(scene, system))
+    found = equilibrium(system, assembled_start(scene, system))
     height = sqrt(1.1**2 - 1.0)
     assert coordinates(found)["j.displacement"] == pytest.approx(height, rel=1e-12)
     (other,) = others(system, found, 10)
@@ -217,7 +217,7 @@ def _by_energy(text, crank, angle):
         ]
         there = replace(scene, joints=tuple(joints))
         system = compile_system(there)
-        return total_energy(system, start_of(there, system))
+        return total_energy(system, assembled_start(there, system))
 
     h = 1e-3
     V = [energy(angle + k * h, 0.0) for k in (-2, -1, 0, 1, 2)]
@@ -243,7 +243,7 @@ joints:
 def turning(text, speed, name="A.angle"):
     scene = read_scene_text(text)
     system = compile_system(scene)
-    start = start_of(scene, system)
+    start = assembled_start(scene, system)
     turn, held = steady_turn(system, start, name, speed)
     found = equilibrium(system, start, 0.0, turn, held)
     refuse_unsteady(found, turn, held)

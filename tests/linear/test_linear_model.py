@@ -15,10 +15,10 @@ from scipy.signal import StateSpace, freqresp
 from mbproj.errors import InputError
 from mbproj.integrate import simulate
 from mbproj.linear.equilibrium.find import equilibrium
+from mbproj.linear.equilibrium.started import assembled_start
 from mbproj.linear.modes import modes
 from mbproj.linear.reference import reference_at
 from mbproj.linear.state_space.model import linear_model
-from mbproj.linear.states import start_of
 from mbproj.model import compile_system
 from mbproj.results.linear.model_file import read_model
 from mbproj.scene import read_scene_text, settings_to_run
@@ -45,7 +45,7 @@ markers:
 def model_of(text, inputs, outputs):
     scene = read_scene_text(text)
     system = compile_system(scene)
-    return linear_model(reference_at(system, start_of(scene, system), "start"), inputs, outputs)
+    return linear_model(reference_at(system, assembled_start(scene, system), "start"), inputs, outputs)
 
 
 def test_a_mass_on_a_spring():
@@ -97,7 +97,7 @@ def test_the_second_derivative_of_a_motion_is_the_input():
 def test_its_eigenvalues_are_the_modes():
     scene = read_scene_text(MASS)
     system = compile_system(scene)
-    reference = reference_at(system, start_of(scene, system), "start")
+    reference = reference_at(system, assembled_start(scene, system), "start")
     model = linear_model(reference, ["s"], ["tip.x"])
     own = np.linalg.eigvals(model.A)
     np.testing.assert_allclose(own[own.imag > 0], modes(reference).eigenvalues, rtol=1e-12)
@@ -126,7 +126,7 @@ def test_a_small_step_of_a_force_moves_it_as_the_model_says():
     size, end = 1e-5, 0.4
     scene = read_scene_text(TWO.replace("SIZE", "0"))
     system = compile_system(scene)
-    rest = equilibrium(system, start_of(scene, system))
+    rest = equilibrium(system, assembled_start(scene, system))
     outputs = ["tip.x", "tip.y", "tip.z", "A.angle", "A.force_x", "A.force_z", "A.torque_x", "B.force_y"]
     model = linear_model(rest.reference, ["push.x", "push.y"], outputs)
     u = np.array([1.0, 0.5])

@@ -11,8 +11,8 @@ from scipy.optimize import brentq
 from mbproj.errors import InputError
 from mbproj.linear.equilibrium.find import equilibrium, others
 from mbproj.linear.equilibrium.solve import NoEquilibrium
+from mbproj.linear.equilibrium.started import assembled_start
 from mbproj.linear.modes import modes
-from mbproj.linear.states import start_of
 from mbproj.model import compile_system
 from mbproj.scene import read_scene_text
 from tests.linear.closed_forms import HEAD, chain, g
@@ -72,7 +72,7 @@ def chain_equations(angles, pull):
 def at_rest(text):
     scene = read_scene_text(text)
     system = compile_system(scene)
-    return equilibrium(system, start_of(scene, system))
+    return equilibrium(system, assembled_start(scene, system))
 
 
 @pytest.mark.parametrize("links", [10, 40, 200])

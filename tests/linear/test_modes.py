@@ -9,6 +9,7 @@ import pytest
 from scipy.special import jn_zeros
 
 from mbproj.errors import InputError
+from mbproj.linear.eigenvalues import Reduced, eigen
 from tests.linear.closed_forms import HEAD, LAVAL, TOP, chain, chain_frequencies, g, modes_of
 
 BAR = (
@@ -34,6 +35,13 @@ def test_a_rod_upside_down_falls_at_its_rate():
     growth = sqrt(2 * g * 0.5 / (0.17 + 2 * 0.25))
     np.testing.assert_allclose(sorted(found.eigenvalues.real), [-growth, growth], rtol=1e-14)
     np.testing.assert_array_equal(found.frequencies, 0.0)
+
+
+def test_a_mass_that_round_off_of_others_hides_has_no_frequency():
+    """Of a motion whose inertia is 1e-20 of another's, in coordinates that mix both."""
+    M, K, none = np.array([[1.0, 1.0], [1.0, 1.0 - 1e-16]]), np.eye(2), np.zeros((2, 2))
+    with pytest.raises(InputError, match="round-off of other bodies' inertia hides that of a motion"):
+        eigen(Reduced(M, none, K, none, np.abs(K), np.eye(2)))
 
 
 @pytest.mark.parametrize("links", [1, 2, 5, 30])
@@ -280,3 +288,20 @@ def test_a_structure_that_cannot_move_has_no_modes():
     )
     found = modes_of(text)
     assert (found.freedom, len(found.eigenvalues), found.shapes.shape) == (0, 0, (0, 1, 6))
+
+
+DAMPED = """
+mbproj: 1
+gravity: [0, 0, 0]
+bodies: {a: {mass: 2, inertia: [1e-3, 1e-3, 1e-3], position: [0.1, 0, 0]}}
+joints: {A: {type: prismatic, bodies: [ground, a], location: [0, 0, 0], axis: [1, 0, 0]}}
+forces: {s: {type: linear_spring_damper, joint: A, stiffness: 90, damping: 70}}
+"""
+
+
+def test_what_a_damper_takes_is_not_kept_by_gravity():
+    """Of a mode that creeps the spring keeps all, whatever the damper takes; and nothing weighs without gravity."""
+    found = modes_of(DAMPED)
+    assert found.eigenvalues.imag.tolist() == [0.0, 0.0]
+    assert found.strain_names == ("s", "preload")
+    np.testing.assert_allclose(found.strain, [[1.0, 0.0], [1.0, 0.0]], atol=1e-9)

@@ -43,6 +43,56 @@ def test_json_has_stable_keys(folder):
     assert (folder / "modes.h5").exists()
 
 
+UNLOADED = """\
+mbproj: 1
+gravity: [0, 0, 0]
+simulation: {duration: 1 s, step: 1 ms}
+bodies: {b: {mass: 4, inertia: [1, 1, 1], position: [0, 0, 0]}}
+joints: {rail: {type: prismatic, bodies: [ground, b], location: [0, 0, 0], axis: [1, 0, 0]}}
+forces: {spring: {type: linear_spring_damper, joint: rail, stiffness: 100}}
+"""
+
+
+def test_where_no_force_acts_forces_balance(folder):
+    (folder / "unloaded.yaml").write_text(UNLOADED)
+    found = json.loads(mbproj("modes", "unloaded.yaml", "--json", folder=folder).stdout)
+    assert (found["balanced"], found["imbalance"]["relative"]) == (True, 0.0)
+    assert found["frequencies_hz"] == pytest.approx([5.0 / (2.0 * pi)], rel=1e-12)
+    done = mbproj("linearize", "unloaded.yaml", "--inputs", "spring", "--outputs", "rail.displacement", "--json",
+                  folder=folder)  # fmt: skip
+    assert json.loads(done.stdout)["balanced"] is True
+    found = json.loads(mbproj("equilibrium", "unloaded.yaml", "--json", folder=folder).stdout)
+    assert (found["converged"], found["residual"]["relative"]) == (True, 0.0)
+
+
+RESTS = """\
+mbproj: 1
+gravity: [0, 0, -10]
+simulation: {duration: 0.2 s, step: 1 ms, start: equilibrium}
+bodies: {b: {mass: 4, inertia: [1, 1, 1], position: [0, 0, 1]}}
+joints:
+  rail:
+    type: prismatic
+    bodies: [ground, b]
+    location: [0, 0, 1]
+    axis: [0, 0, 1]
+    limits: {displacement: {range: [0, null], stiffness: 900}}
+forces: {spring: {type: linear_spring_damper, joint: rail, stiffness: 700}}
+"""
+
+
+@pytest.mark.parametrize("at", ["start", "0.1 s"])
+def test_modes_and_linear_models_are_those_of_where_a_run_begins(folder, at):
+    """40 N press the mass on a stop of 900 N/m, beside a spring of 700 N/m: ω = 20 rad/s."""
+    (folder / "rests.yaml").write_text(RESTS)
+    found = json.loads(mbproj("modes", "rests.yaml", "--at", at, "--json", folder=folder).stdout)
+    assert found["frequencies_hz"] == pytest.approx([20.0 / (2.0 * pi)], rel=1e-9)
+    assert found["balanced"]
+    done = mbproj("linearize", "rests.yaml", "--at", at, "--inputs", "spring", "--outputs", "rail.displacement",
+                  "--json", folder=folder)  # fmt: skip
+    assert json.loads(done.stdout)["A"][1][0] == pytest.approx(-400.0, rel=1e-9)
+
+
 def test_a_trace_over_a_parameter_and_its_pictures(folder):
     done = mbproj("modes", "scene.yaml", "--vary", "length=0.5 m:1000 mm:3", "-o", "t.h5", folder=folder)
     assert "3 values of length; the table is of the last, 1" in done.stdout

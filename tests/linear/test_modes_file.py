@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 
 from mbproj.errors import InputError
+from mbproj.linear.equilibrium.started import assembled_start
 from mbproj.linear.modes import modes
 from mbproj.linear.reference import reference_at
-from mbproj.linear.states import start_of
 from mbproj.linear.stored import stored
 from mbproj.model import compile_system
 from mbproj.model.euler_parameters import rotation_matrix
@@ -35,7 +35,7 @@ joints:
 def written(tmp_path):
     scene = read_scene_text(MERGED)
     system = compile_system(scene)
-    found = modes(reference_at(system, start_of(scene, system), "start"))
+    found = modes(reference_at(system, assembled_start(scene, system), "start"))
     return write_modes(tmp_path / "modes.h5", stored(found, "a pendulum"), scene), found
 
 

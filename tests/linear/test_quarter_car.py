@@ -8,8 +8,8 @@ from scipy.optimize import fsolve
 from scipy.spatial.transform import Rotation
 
 from mbproj.linear.equilibrium.find import equilibrium
+from mbproj.linear.equilibrium.started import assembled_start
 from mbproj.linear.modes import modes
-from mbproj.linear.states import start_of
 from mbproj.model import compile_system
 from tests.mechanisms.expected import expected, scene
 from tests.mechanisms.running import assert_close
@@ -143,7 +143,7 @@ def static():
 def rests():
     read = scene("quarter_car")
     system = compile_system(read)
-    return equilibrium(system, start_of(read, system))
+    return equilibrium(system, assembled_start(read, system))
 
 
 def test_it_sinks_as_its_energy_says(static, rests):

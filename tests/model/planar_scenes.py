@@ -227,7 +227,7 @@ REFUSED: dict[str, tuple[Callable[[Drawing], Scene], str]] = {
     "free body": (_free_body_beside, "nothing but symmetry keeps body 'free' in the plane"),
     "ball on a pendulum": (_with("spherical"), "nothing but symmetry keeps body 'b' in the plane"),
     "balls only": (_balls, "nothing but symmetry can keep the bodies in a plane: no joint has an axis"),
-    "screw": (_with("screw"), "joint 'B' turns a rotation into a shift"),
+    "screw": (_with("screw"), "joint 'B' couples coordinates that are not in the plane"),
     "axis tilted by a millionth": (_with("revolute", (_TILTED,)), "joint 'B' is tilted"),
     "slide along the normal": (_with("cylindrical"), "nothing but symmetry keeps body 'b' in the plane"),
     "universal joint": (_with("universal", (NORMAL, (1, 0, 0))), "nothing but symmetry keeps body 'b' in the plane"),

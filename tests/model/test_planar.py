@@ -55,12 +55,13 @@ def test_coordinates_that_the_plane_locks_are_constant():
     assert [system.names.coordinates[index] for index in plane.constant] == ["A.displacement", "C.displacement"]
 
 
-def test_half_a_turn_back_is_half_a_turn_forth():
-    """θ is in (-π, π] to the last bit."""
+def test_a_turn_back_is_a_turn_forth():
+    """θ is in (-2π, 2π] to the last bit."""
     _, q, plane = planar(read_scene(next(path for path in MECHANISMS if path.stem == "five_bar")))
     back = q.reshape(-1, 7).copy()
-    back[:, 3:] = [0.0, 0.0, -1.0, 0.0]  # by -π about the y axis
-    assert set(plane.reduce(back.ravel(), q)[0].reshape(-1, 3)[:, 2]) == {np.pi}
+    for zero in (0.0, -0.0):
+        back[:, 3:] = [-1.0, 0.0, zero, 0.0]  # by ±2π about the y axis
+        assert set(plane.reduce(back.ravel(), q)[0].reshape(-1, 3)[:, 2]) == {2.0 * np.pi}
 
 
 @pytest.mark.parametrize("name", SCENES)
@@ -68,17 +69,19 @@ def test_reduce_and_expand_are_inverse(name):
     _, q, plane = planar(SCENES[name](Drawing(1)))
     rng = np.random.default_rng(2)
     p = 2.0 * rng.normal(size=(40, len(plane.mass), 3))
-    p[..., 2] = np.pi * (1.0 - 2.0 * rng.uniform(size=p.shape[:2]))  # (-π, π]
+    p[..., 2] = 2.0 * np.pi * (1.0 - 2.0 * rng.uniform(size=p.shape[:2]))  # (-2π, 2π]
     p[0, :, 2] = np.pi
     u, u_dot = rng.normal(size=(2, 40, 3 * len(plane.mass)))
     p = p.reshape(40, -1)
     at, v, acceleration = plane.expand(p, u, u_dot)
-    for sign in (1.0, -1.0):
+    for sign in (1.0, -1.0):  # the other sign of Λ is a turn more or less
         signed = np.tile([1.0, 1, 1, sign, sign, sign, sign], len(plane.mass))
         back, rate = plane.reduce(signed * at, signed * v)
         np.testing.assert_allclose(np.exp(1j * back), np.exp(1j * p), rtol=0, atol=1e-14)
-        assert np.all(np.abs(back.reshape(40, -1, 3)[..., 2]) <= np.pi)
+        assert np.all(np.abs(back.reshape(40, -1, 3)[..., 2]) <= 2.0 * np.pi)
         np.testing.assert_allclose(rate, u, rtol=0, atol=1e-14)
+        again = plane.expand(back, rate, u_dot)
+        np.testing.assert_allclose(again[0], signed * at, rtol=0, atol=1e-14)
     np.testing.assert_allclose(plane.expand(*plane.reduce(q, 0 * q), 0 * u[0])[0], q, rtol=0, atol=1e-14)
     # What determines Λ' and Λ'': the angular velocity and acceleration, and |Λ| = 1.
     Λ, rate, change = (part.reshape(40, -1, 7)[..., 3:] for part in (at, v, acceleration))
@@ -167,8 +170,8 @@ def test_rows_across_the_plane_combine_to_rows_outside():
 
 def test_gears_bring_their_teeth():
     _, _, plane = planar(SCENES["gears"](Drawing(1)))
-    assert plane.joints.kinds == ("coincident", "coincident", "coincident", "gear")
-    assert plane.joints.parameters == ((), (), (), (20.0, -35.0))
+    assert plane.joints.kinds == ("coincident", "coincident", "coincident", "coupling")
+    assert plane.joints.primitives[-1].weights == (20.0 / 35.0, -1.0)
     assert plane.joints.row.tolist() == [0, 2, 4, 6]
     assert plane.joints.first_slot.tolist() == [0, 2, 4, 6]
 

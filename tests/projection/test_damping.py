@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import warnings
+
 import numpy as np
 import pytest
 
@@ -133,3 +135,20 @@ def test_gopm_knows_no_masses_and_is_shortened():
     assert parts[:3] == [1.0, 0.5, 0.25]
     for change, part in tried:
         np.testing.assert_allclose(change, part * tried[0][0], rtol=1e-14)
+
+
+def test_what_turns_nothing_is_not_asked_to_turn_less():
+    """A correction that shifts a body alone, and by round-off turns it a little when it is asked again."""
+
+    class Shift:
+        calls = 0
+
+        def correction(self, M, C_q, violation):
+            self.calls += 1
+            return np.array([1.0, 0.0, 0.0, 0.0, 1e-20 * (self.calls > 1), 0.0, 0.0])
+
+    q = np.array([0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0])
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        parts = [part for _, part in damped(Shift(), np.eye(7), np.eye(7), q, q)]
+    assert parts[0] == 1.0 and parts == sorted(parts, reverse=True)

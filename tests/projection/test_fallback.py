@@ -26,7 +26,7 @@ STEP = 1e-3
 def after_one_step(formulation: str, **projection: object) -> tuple[Report, Recorder]:
     """A step from rest of a chain with masses 1e6 apart whose joints are open by some hundredths of a metre."""
     system, _, q = uneven_chain(1e6, 0)
-    state = State(0.0, q, np.zeros_like(q), np.zeros(system.coordinates.size, dtype=np.intp))
+    state = State.of(system, 0.0, positions=q, velocities=np.zeros_like(q))
     settings = Settings(duration=STEP, step=STEP, formulation=formulation, projection=ProjectionSettings(**projection))
     recorder = Recorder()
     return simulate(system, state, settings, recorder), recorder

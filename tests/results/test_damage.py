@@ -135,6 +135,7 @@ def without_checksums(path: Path) -> None:
             values, attributes, chunks = file[name][...], dict(file[name].attrs), file[name].chunks
             maxshape, dtype = file[name].maxshape, file[name].dtype
             del file[name], attributes[OF_DATA]
+            attributes.pop(OF_ATTRIBUTES, None)
             file.create_dataset(name, data=values, dtype=dtype, chunks=chunks, maxshape=maxshape)
             file[name].attrs.update(attributes)
 
@@ -158,6 +159,7 @@ def test_a_sound_file_has_a_checksum_of_everything(path):
 def test_other_faults_that_a_check_finds(path):
     with h5py.File(path, "r+") as file:
         file["bodies/velocity"].attrs["units"] = "mm/s"
+        del file["bodies/velocity"].attrs[OF_ATTRIBUTES]
         del file["time"].attrs[OF_DATA]
         file["time"][3] = 0.0
     with open_results(path) as results:
@@ -197,3 +199,23 @@ def test_a_killed_run_may_have_left_its_last_chunk_torn(tmp_path):
     change(part, chunks[0].byte_offset + chunks[0].size - 4, b"\0\1\2\3")
     with open_results(part) as results:
         assert "'bodies/position' cannot be read, samples 0 to 511, samples 512 to 599" in check_results(results).faults
+
+
+@pytest.mark.parametrize(
+    ("name", "attribute"),
+    [
+        ("bodies/position", "frame"),
+        ("bodies/position", "description"),
+        ("time", "units"),
+        ("scene/gravity", "units"),
+        ("markers/names", "description"),
+        ("joints/reaction_force_unique", "frame"),
+    ],
+)
+def test_a_changed_description_is_found(path, name, attribute):
+    """Texts of attributes stand in a heap that HDF5 does not guard."""
+    with h5py.File(path, "r+") as file:
+        file[name].attrs[attribute] = file[name].attrs[attribute] + "."
+    with open_results(path) as results:
+        faults = check_results(results).faults
+    assert f"'{name}' has an attribute '{attribute}' that is not what was written" in faults

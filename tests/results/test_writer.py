@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import sys
 import tempfile
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from itertools import pairwise
 from pathlib import Path
@@ -38,6 +40,28 @@ def test_events_are_kept_as_far_as_the_run_got(tmp_path):
     with h5py.File(path) as file:
         assert file["events/time"].attrs["units"] == "s" and file["events/name"].attrs["description"]
     assert open_results(record(tmp_path / "none.h5", whole)).events == ()
+
+
+def test_threads_write_at_the_same_time(tmp_path):
+    """While another thread switches as often as it can."""
+    whole, before = block(times(20)), sys.getswitchinterval()
+    sys.setswitchinterval(1e-6)
+    try:
+        with ThreadPoolExecutor(4) as pool:
+            paths = list(pool.map(lambda number: record(tmp_path / f"{number}.h5", whole), range(16)))
+    finally:
+        sys.setswitchinterval(before)
+    for path in paths[::8]:
+        with open_results(path) as results:
+            assert check_results(results).faults == ()
+
+
+def test_what_is_open_can_be_opened_by_h5py_too(tmp_path):
+    path = record(tmp_path / "out.h5", block(times(20)))
+    with open_results(path) as results, h5py.File(path) as file:
+        assert np.array_equal(file["time"][()], results.time)
+    with h5py.File(path) as file, open_results(path) as results:
+        assert np.array_equal(file["time"][()], results.time)
 
 
 def assert_equal(path: Path, expected: dict) -> None:

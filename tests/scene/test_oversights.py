@@ -139,3 +139,47 @@ def test_run_and_check_show_them(tmp_path: Path) -> None:
         "line": 5,
         "column": 3,
     }
+
+
+def compact(location: str) -> str:
+    """Two balls that hang on each other, the first on the ground at a place."""
+    second = BALL.replace("[0, 0, 0]", "[0.6, 0, 0]")
+    return scene(
+        f"  a: {BALL}\n  b: {second}",
+        f"  A: {{type: revolute, bodies: [ground, a], location: {location}, axis: [0, 0, 1]}}\n"
+        "  B: {type: revolute, bodies: [a, b], location: [0.3, 0, 0], axis: [0, 0, 1]}",
+    )
+
+
+def test_one_joint_far_from_a_mechanism_is_noted() -> None:
+    (note,) = notes(compact("[0, 140, 0]"))
+    assert "joint 'A' is 140 m from the bodies that it holds, and all else is within 0.6 m" in note
+    assert notes(compact("[0, 40, 0]")) == []
+
+
+def test_several_long_pendulums_of_small_bodies_are_not() -> None:
+    second = BALL.replace("[0, 0, 0]", "[0.01, 0, 0]")
+    hinges = "\n".join(
+        f"  {name}: {{type: revolute, bodies: [ground, {body}], location: [{x}, 0, 30], axis: [0, 1, 0]}}"
+        for name, body, x in (("A", "a", 0), ("B", "b", 0.01))
+    )
+    assert notes(scene(f"  a: {BALL}\n  b: {second}", hinges)) == []
+
+
+def test_two_joints_far_from_a_mechanism_are_noted_and_most_are_not():
+    """Four balls of a ring on four joints: of these two or three are 140 m away."""
+
+    def ring(*heights: float) -> str:
+        bodies = "\n".join(f"  b{n}: {BALL.replace('[0, 0, 0]', f'[{0.3 * n}, 0, 0]')}" for n in range(4))
+        joints = "\n".join(
+            f"  J{n}: {{type: spherical, bodies: [{'ground' if n == 0 else f'b{n - 1}'}, b{n}], "
+            f"location: [{0.3 * n - 0.15}, 0, {height}]}}"
+            for n, height in enumerate(heights)
+        )
+        return scene(bodies, joints)
+
+    assert notes(ring(0, 0, 0, 0)) == []
+    found = notes(ring(140, 0, 140, 0))
+    assert [each.split("'")[1] for each in found] == ["J0", "J2"]
+    assert all("is 140 m from the bodies that it holds, and all else is within" in each for each in found)
+    assert notes(ring(140, 140, 0, 140)) == []

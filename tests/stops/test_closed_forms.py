@@ -253,3 +253,34 @@ def test_a_motion_against_a_rigid_stop_ends_the_run_there():
 def test_a_motion_against_a_compliant_stop_tells_the_force():
     _, recorded = run(DRIVEN.format(steps=DOP853, wall="stiffness: 1.0e4"))
     assert recorded["stops/force"][-1] == pytest.approx([2.0e3, 2.0e3], rel=1e-6)
+
+
+TOUCHING = """
+mbproj: 1
+gravity: [0, 0, 0]
+simulation: {{duration: {duration}, {steps}, formulation: {formulation}}}
+bodies:
+  slider: {{mass: 2, inertia: [0.1, 0.1, 0.1], position: [0, 0, 0]}}
+joints:
+  guide:
+    type: prismatic
+    bodies: [ground, slider]
+    location: [0, 0, 0]
+    axis: [1, 0, 0]
+    limits: {{displacement: {{range: [0, 1], rigid: true}}}}
+forces:
+  push: {{type: force, body: slider, location: [0, 0, 0], axes: global, force: ["{push}", 0, 0]}}
+"""
+
+
+@pytest.mark.parametrize("formulation", ["planar", "reduced", "full"])
+def test_what_touches_is_held_from_when_it_is_pressed_on(formulation):
+    """The push grows from nothing at 0.5 s, and is nothing again at 0.9 s: from there it is pulled off."""
+    push = "-30*max(0, t - 0.5)*(0.9 - t)"
+    text = TOUCHING.format(duration=1.0, steps=DOP853, formulation=formulation, push=push)
+    _, recorded = run(text)
+    assert [event.kind for event in recorded.happened if "stop" in event.name] == ["contact", "release"]
+    assert [event.time for event in recorded.of("contact", "release")] == pytest.approx([0.5, 0.9], abs=1e-9)
+    x = recorded["bodies/position"][:, 0, 0]
+    assert np.abs(x[:-1]).max() < 1e-15
+    assert x[-1] == pytest.approx(15.0 * (0.4 * 0.1**3 / 6.0 + 0.1**4 / 12.0), rel=1e-8)

@@ -2,12 +2,17 @@
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 import pytest
 
+from mbproj import compile_system, read_scene_text, settings_to_run, simulate
+from mbproj.analysis.observed import series
 from mbproj.dynamics.contact.hunt_crossley import relative_damping
 from mbproj.errors import SimulationError
-from tests.stops.runs import DOP853, FIXED, run
+from mbproj.linear.equilibrium.started import start_state
+from tests.stops.runs import DOP853, FIXED, Recorded, run
 
 BALL = """
 mbproj: 1
@@ -62,6 +67,56 @@ def test_what_rests_on_it_sinks_in_by_its_weight():
     assert recorded["stops/gap"][-1, 0] == pytest.approx(-20.0 / 1.0e4, rel=1e-3)
     assert recorded["stops/force"][-1, 0] == pytest.approx(20.0, rel=1e-3)
     assert recorded.unbalanced < 1e-7
+
+
+def test_what_begins_in_balance_on_several_of_them_stays_there():
+    """A block on a floor carries a lid that presses a spring to its stop: without the floor, it would leave it."""
+    text = """
+mbproj: 1
+gravity: [0, 0, -10]
+simulation: {duration: 2, step: 2 ms, output_step: 0.1, start: equilibrium}
+bodies:
+  block: {mass: 2, inertia: [0.1, 0.1, 0.1], position: [0, 0, 0.5]}
+  lid: {mass: 3, inertia: [0.1, 0.1, 0.1], position: [0, 0, 1]}
+joints:
+  guide: {type: prismatic, bodies: [ground, block], location: [0, 0, 0], axis: [0, 0, 1]}
+  strut:
+    type: prismatic
+    bodies: [block, lid]
+    location: [0, 0, 1]
+    axis: [0, 0, 1]
+    limits: {displacement: {range: [-0.01, null], stiffness: 2e5, exponent: 2, restitution: 0.4}}
+forces:
+  coil: {type: linear_spring_damper, joint: strut, stiffness: 1000}
+  floor:
+    {type: stop, plane: {body: ground, location: [0, 0, 0], normal: [0, 0, 1]},
+     point: {body: block, location: [0, 0, 0.5]}, radius: 0.5, stiffness: 5000, restitution: 0.6}
+expect:
+  energy: {diagnostic: energy_drift_relative, at: maximum, below: 1e-6, source: nothing moves}
+"""
+    scene = read_scene_text(text)
+    system = compile_system(scene)
+    recorded = Recorded()
+    report = simulate(system, start_state(scene, system), settings_to_run(scene), recorded)
+    assert recorded["stops/gap"][-1, 1] == pytest.approx(-50.0 / 5000.0, rel=1e-9)
+    pressed = -recorded["stops/gap"][-1, 0]
+    assert 2e5 * pressed**2 + 1000.0 * (0.01 + pressed) == pytest.approx(30.0, rel=1e-9)
+    assert np.ptp(recorded["stops/gap"], axis=0).max() < 1e-12
+    assert report.energy_drift_relative == 0.0
+    (energy,) = scene.expectations
+    assert series(energy, _Samples(recorded)).max() == 0.0
+
+
+class _Samples(NamedTuple):
+    """What was recorded, as expectations read it."""
+
+    recorded: Recorded
+
+    def __getitem__(self, path):
+        return self.recorded[path]
+
+    def names(self, kind):
+        return ()
 
 
 def test_given_damping_is_that_of_every_contact():

@@ -61,6 +61,16 @@ def test_a_recommendation_holds_and_nothing_in_a_dense_grid_is_much_cheaper(name
     assert not [rival for rival in rivals if rival.at() <= goal and 1.5 * rival.evaluations < fresh.evaluations]
 
 
+@pytest.mark.parametrize(("name", "goal"), [("spherical_pendulum", 0.02), ("five_bar", 0.02)])
+def test_of_what_is_recommended_no_run_warns_that_its_energy_drifts(name, goal):
+    """An error of centimetres can be kept by so few steps that the energy tells of a wrong motion."""
+    scene = read_scene(mechanism(name), {}, {"output_step": 0.05})
+    found = recommend(scene, goal, until=1.0, timed=False)
+    report = solve(Mechanism.of(scene), found.setting, sampled(scene, 1.0)).report
+    assert found.best.at() <= goal
+    assert not report.drifts
+
+
 def test_what_cannot_be_kept_to_the_end_is_kept_as_long_as_round_off_allows():
     scene = read_scene(mechanism("five_bar"), {}, {"output_step": 0.05})
     found = recommend(scene, 3e-14, until=3.0, timed=False)

@@ -192,3 +192,9 @@ def test_what_a_scene_does_not_have(vary, options, said, hint):
     (problem,) = caught.value.problems
     assert said in problem.message
     assert hint in problem.hint
+
+
+@pytest.mark.parametrize(("vary", "low", "high"), [("step", 1e-49, 1e49), ("duration", 1.0, 1e49)])
+def test_runs_that_would_not_end_are_refused(vary, low, high):
+    with pytest.raises(InputError, match=r"a run of .* would take .*e\+\d\d steps, and at most 1e\+08 are made"):
+        stability(SLIDER_CRANK, vary, low=low, high=high, points=2, processes=1)

@@ -7,7 +7,9 @@ import pytest
 
 from mbproj.errors import InputError
 from mbproj.scene import read_scene_text
-from mbproj.studies.threshold.violation import threshold_study
+from mbproj.studies.measure.measurement import Measurement
+from mbproj.studies.measure.setting import Setting
+from mbproj.studies.threshold.violation import _recommended, threshold_study
 
 
 def test_threshold_study(slider_crank):
@@ -29,6 +31,16 @@ def test_threshold_study(slider_crank):
     assert found.saved(last) == 1.0 - projections[last] / 200
     again = threshold_study(slider_crank.scene, **options)
     assert (again.trials, again.timings, again.recommended) == (found.trials, found.timings, found.recommended)
+
+
+def test_a_threshold_that_leaves_out_one_projection_of_hundreds_is_none_to_recommend():
+    def trial(threshold, error, projections):
+        counters = {"projections": projections}
+        return Measurement(Setting(threshold=threshold), {"tip": error}, {"tip": 0.0}, counters=counters)
+
+    trials = [trial(None, 1e-11, 400), trial(1e-12, 1e-11, 399), trial(1e-9, 1.8e-9, 150)]
+    assert _recommended(trials, (), 0.0) is None
+    assert _recommended([*trials[:2], trial(1e-9, 1e-11, 150)], (), 0.0) == 2
 
 
 def test_a_method_without_projections_has_no_threshold(slider_crank):

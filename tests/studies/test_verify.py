@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from dataclasses import replace
 
 import numpy as np
@@ -9,6 +10,7 @@ import pytest
 import scipy.linalg
 
 from mbproj import read_scene, read_scene_text
+from mbproj.cli.report.verification import as_json, lines
 from mbproj.dynamics.equations import constraint_equations
 from mbproj.dynamics.equations import equations_of_motion as equations
 from mbproj.dynamics.equations.constraint_equations import tangent_jacobian
@@ -43,6 +45,8 @@ def test_everything_holds_on_the_shipped_mechanisms(path):
         assert check.remark
     for check in found.of("passed"):
         assert np.isfinite(check.measured)
+    assert json.loads(json.dumps(as_json(found)))["checks"]
+    assert f"{len(found.of('passed'))} hold" in "\n".join(lines(found))
 
 
 def case(path=SLIDER_CRANK) -> Case:
@@ -238,6 +242,32 @@ def test_an_order_is_seen_where_steps_pass_over_no_edge_and_else_the_edge_is_nam
     assert order("-sign(sin(500*angle + 0.1))").remark.startswith(
         "fixed steps pass over edges of laws, where no method keeps its order (force 'stop': 'sign' in "
     )
+
+
+FLYWHEEL = """\
+mbproj: 1
+gravity: [0, 0, 0]
+simulation: {duration: 0.5, step: 2 ms, integrator: radau5}
+bodies: {a: {mass: 1, inertia: [0.1, 0.1, 0.1], position: [0, 0, 0], angular_velocity: [0, 0, 20]}}
+joints: {A: {type: revolute, bodies: [ground, a], location: [0, 0, 0], axis: [0, 0, 1]}}
+forces: {push: {type: torque, body: a, torque: [0, 0, 3], axes: global}}
+"""
+
+
+def test_the_order_is_seen_on_every_motion_of_what_only_turns():
+    """No point of it moves: its orientation tells. From its own start it speeds up evenly."""
+    keys = {"formulation": "reduced"}
+    motions = Case(Mechanism.of(read_scene_text(FLYWHEEL, simulation=keys))).motions
+    assert motions[0].name == "from the scene's own start"
+    for motion in motions:
+        order = motion.runs.order(motion.runs.errors)
+        assert order is not None and order.value > 4.5, motion.name
+
+
+def test_where_steps_are_split_for_a_short_move_no_order_is_claimed():
+    short = FLYWHEEL.replace("[0, 0, 3]", "[0, 0, 9*exp(-((t - 0.03)/1e-5)**2)]")
+    found = {check.name: check for check in verify(read_scene_text(short)).checks}["order"]
+    assert found.verdict == "does not apply" and "force 'push'" in found.remark
 
 
 GEARS = """\

@@ -10,6 +10,7 @@ import numpy as np
 from mbproj.animate.look.parts import Part, box, cylinder, sphere, triad
 from mbproj.arrays import Array
 from mbproj.dataclass import dataclass
+from mbproj.joints import JOINTS
 
 
 @dataclass(frozen=True, eq=False)
@@ -135,27 +136,33 @@ def _two_balls(frame: Frame) -> Iterator[tuple[int, Part]]:
     yield 2, sphere(1.4 * frame.r, frame.points[1])
 
 
-#: By joint type. What a gear is drawn as stands in `gears`: it has no frame of its own.
+#: By `sketch` in the table of joints. What a gear is drawn as stands in `gears`: it has no frame of its own.
 GLYPHS: Mapping[str, Glyph] = MappingProxyType(
     {
-        "revolute": _pin,
-        "spherical": _ball,
-        "universal": _cross,
-        "prismatic": _slider,
-        "cylindrical": _sleeve,
-        "planar": _puck,
-        "fixed": _weld,
-        "distance": _two_balls,
-        "revolute_spherical": _pin_and_ball,
-        "point_in_plane": _on_plane,
-        "point_on_line": _on_line,
+        "pin": _pin,
+        "ball": _ball,
+        "cross": _cross,
+        "slider": _slider,
+        "sleeve": _sleeve,
+        "puck": _puck,
+        "weld": _weld,
+        "two_balls": _two_balls,
+        "pin_and_ball": _pin_and_ball,
+        "on_plane": _on_plane,
+        "on_line": _on_line,
         "screw": _screw,
     }
 )
-#: Joints whose two points a rod of constant length joins.
-RODS = frozenset({"distance", "revolute_spherical"})
-#: Joints that stand on a pedestal where they hold a body to the ground.
-STANDING = frozenset({"revolute", "spherical", "universal", "distance", "revolute_spherical"})
+#: Of joints that name none, by their frame.
+OF_FRAMES = MappingProxyType({"point": "ball", "axis": "pin", "normal": "on_plane", "axes": "cross"})
+#: What stands on a pedestal where it holds a body to the ground.
+STANDING = frozenset({"pin", "ball", "cross", "two_balls", "pin_and_ball"})
+
+
+def sketch_of(type_name: str) -> str:
+    """The name of the glyph of a joint of this type."""
+    kind = JOINTS[type_name]
+    return kind.sketch or OF_FRAMES[kind.frame]
 
 
 def pedestal(point: Array, down: Array, across: Array, r: float) -> Iterator[Part]:

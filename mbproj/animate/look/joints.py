@@ -7,7 +7,7 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 
 from mbproj.animate.look.gears import radii, wheel
-from mbproj.animate.look.glyphs import GLYPHS, STANDING, Frame, pedestal
+from mbproj.animate.look.glyphs import GLYPHS, STANDING, Frame, pedestal, sketch_of
 from mbproj.animate.look.layout import Layout
 from mbproj.animate.look.motion import Motion
 from mbproj.animate.look.parts import Part
@@ -43,9 +43,10 @@ def joint_parts(
             continue
         frame = _frame(joint, layout, motion, bodies)
         pair = layout.bodies[joint.name]
-        for side, part in GLYPHS[joint.type](frame):
+        sketch = sketch_of(joint.type)
+        for side, part in GLYPHS[sketch](frame):
             yield Drawn(part, pair[side - 1], "ground" if pair[side - 1] < 0 else "joints", item)
-        if joint.type in STANDING and frame.ground:
+        if sketch in STANDING and frame.ground:
             point = frame.points[frame.ground - 1]
             hangs = float((point - middle) @ up) > HANGS * layout.size
             for part in pedestal(point, up if hangs else -up, _front(frame, up), layout.thickness):

@@ -9,6 +9,7 @@ import numpy as np
 from mbproj.animate.look.motion import Motion
 from mbproj.arrays import Array
 from mbproj.dataclass import dataclass
+from mbproj.joints import JOINTS
 from mbproj.model.compile.frames import SYMBOLS, Pose, local_frames, poses_of
 from mbproj.scene.records import GROUND, PointForce, Scene
 
@@ -16,8 +17,6 @@ from mbproj.scene.records import GROUND, PointForce, Scene
 OF_LINK, OF_SIZE = 0.026, (0.002, 0.013)
 #: Of a long chain no link is thicker than this part of itself, however small it is then.
 STOUTEST = 0.1
-#: Joints that turn about an axis of both bodies.
-TURNING = frozenset({"revolute", "cylindrical", "screw", "planar"})
 
 
 @dataclass(frozen=True, eq=False)
@@ -76,7 +75,7 @@ def _held(
         if joint.name in bodies:
             for side, owner in enumerate(bodies[joint.name], 1):
                 symbols = frames[joint.name]
-                axis = symbols[f"z{side}"] if joint.type in TURNING else None
+                axis = symbols[f"z{side}"] if JOINTS[joint.type].turns else None
                 held[owner] = (*held.get(owner, ()), symbols[f"p{side}"])
                 axes[owner] = (*axes.get(owner, ()), axis)
     return held, axes

@@ -8,12 +8,12 @@ import numpy as np
 
 from mbproj.animate.look.bodies import parts_of
 from mbproj.animate.look.forces import LoadLook, force_parts, loads, slides
-from mbproj.animate.look.glyphs import RODS
 from mbproj.animate.look.joints import Drawn, joint_parts, up_of
-from mbproj.animate.look.layout import TURNING, Layout
+from mbproj.animate.look.layout import Layout
 from mbproj.animate.look.motion import Motion
 from mbproj.arrays import Array
 from mbproj.dataclass import dataclass
+from mbproj.joints import JOINTS
 from mbproj.scene.looks import Appearance
 from mbproj.scene.meshes import TriangleMesh
 from mbproj.scene.records import Body, Joint, PointForce, Scene
@@ -131,13 +131,13 @@ def _joint_look(joint: Joint, layout: Layout) -> JointLook:
     at = joint.name if joint.couples is None else joint.couples[1]
     frame = layout.frames[at]
     return JointLook(
-        joint.name, joint.type, layout.bodies[at], frame["p2"], frame["z2"] if joint.type in TURNING else None
+        joint.name, joint.type, layout.bodies[at], frame["p2"], frame["z2"] if JOINTS[joint.type].turns else None
     )
 
 
 def _spans(scene: Scene, layout: Layout) -> Iterator[Span]:
     for joint in scene.joints:
-        if joint.type in RODS:
+        if JOINTS[joint.type].is_rod:
             frame = layout.frames[joint.name]
             ends = (frame["p1"], frame["p2"])
             yield Span("rod", joint.name, layout.bodies[joint.name], ends, 0.8 * layout.thickness)

@@ -10,7 +10,7 @@ import click
 
 from mbproj.cli.completion import File
 from mbproj.cli.explained import Part, explained, option
-from mbproj.cli.quantity import Positive
+from mbproj.cli.quantity import AnyNumber, Positive
 from mbproj.cli.study_options import force as force_option
 from mbproj.errors import InputError, Problem
 
@@ -41,8 +41,8 @@ EXAMPLES = (
     help="The page, or a film: .gif, .mp4 [default: <first file>.html].",
 )
 @option(Part.OUTPUT, "--label", "labels", multiple=True, metavar="TEXT", help="Name of a run, once for each RESULTS.")
-@option(Part.WHAT, "--from", "start", type=float, metavar="T", help="Begin at this time in s.")
-@option(Part.WHAT, "--to", "stop", type=float, metavar="T", help="End at this time in s.")
+@option(Part.WHAT, "--from", "start", type=AnyNumber("s"), metavar="T", help="Begin at this time in s.")
+@option(Part.WHAT, "--to", "stop", type=AnyNumber("s"), metavar="T", help="End at this time in s.")
 @option(Part.WHAT, "--full", is_flag=True, help="Show every sample, not only what 60 frames a second can.")
 @option(
     Part.ACCURACY,

@@ -43,7 +43,7 @@ def command(
 ) -> int:
     """Shows what RESULTS holds: settings, violations, timings, datasets.
 
-    Exit code 4: --check has found something wrong.
+    A check takes the folder of a sweep, too. Exit code 4: --check has found something wrong.
     """
     asked = [name for name, given in (("--check", check), ("--steps", steps), ("--energy", energy)) if given]
     if asked and results is None:
@@ -60,6 +60,8 @@ def command(
         return int(ExitCode.DONE)
     from mbproj.results import check_results, open_results
 
+    if check and results.is_dir():
+        return _check_sweep(results, as_json)
     with open_results(results) as opened:
         if check:
             found = check_results(opened)
@@ -73,6 +75,23 @@ def command(
             return int(ExitCode.DONE)
         click.echo(_json(_contents(opened)) if as_json else "\n".join(_lines(opened)))
     return int(ExitCode.DONE)
+
+
+def _check_sweep(folder: Path, as_json: bool) -> int:
+    """Says whether what a sweep has written is sound."""
+    from dataclasses import asdict
+
+    from mbproj.studies.sweep.check import check_sweep
+
+    found = check_sweep(folder)
+    lines = [f"{folder}: {found.rows} rows and {found.files} results files read"]
+    lines += [f"  wrong: {fault}" for fault in found.faults] or ["  nothing is wrong with it"]
+    lines += [f"  {name} has no checksums: an older mbproj wrote it" for name in found.unguarded]
+    lines += [f"  delete '{folder / name}': a sweep keeps the results files that it finds" for name in found.damaged]
+    lines += ["  start the sweep again: it computes what is damaged or missing"] if found.faults else []
+    facts = {"folder": str(folder), "sound": not found.faults, **asdict(found)}
+    click.echo(_json(facts) if as_json else "\n".join(lines))
+    return int(ExitCode.CHECK_FAILED if found.faults else ExitCode.DONE)
 
 
 def _soundness(results: Results, found: Soundness) -> dict[str, Any]:
@@ -115,13 +134,14 @@ def _contents(results: Results) -> dict[str, Any]:
     from mbproj.analysis.contacts.creep import crept_by_frictions
     from mbproj.analysis.contacts.friction import rubbed_by_frictions
     from mbproj.analysis.contacts.stops import seen_by_stops
-    from mbproj.analysis.reactions import reactions_not_unique
+    from mbproj.analysis.reactions import reactions_not_unique, shared_at_contacts
 
     return {
         **summary(results),
         "scene": None if results.scene_path is None else str(results.scene_path),
         "gravity": list(results.gravity),
         "reactions_not_unique": reactions_not_unique(results),
+        "shared_at_contacts": shared_at_contacts(results),
         "settings": asdict(results.settings),
         "overrides": results.overrides,
         "attributes": dict(results.attributes),
@@ -237,11 +257,14 @@ def _numbers(has: Mapping[str, Any]) -> dict[str, str]:
 
 
 def _reactions(has: Mapping[str, Any]) -> dict[str, str]:
-    """Which components of reactions are not unique, where there are any."""
-    from mbproj.analysis.reactions import in_words
+    """Which components of reactions are not unique, and what contacts share, where there are any."""
+    from mbproj.analysis.reactions import SHOWN, in_words, shortened
 
-    components = has["reactions_not_unique"]
-    return {"reactions not unique": in_words(components)} if components else {}
+    components, shared = has["reactions_not_unique"], has["shared_at_contacts"]
+    found = {"reactions not unique": in_words(components)} if components else {}
+    if shared:
+        found["shared at contacts"] = f"{shortened(list(shared), SHOWN)}, first{_at(min(shared.values()))}"
+    return found
 
 
 def _at(time: float) -> str:

@@ -11,7 +11,7 @@ import click
 from mbproj.cli.completion import Folder, one_of, results_file
 from mbproj.cli.explained import Part, explained, option
 from mbproj.cli.linear.pictures import draw_linear, is_linear
-from mbproj.cli.quantity import Positive, Times
+from mbproj.cli.quantity import AnyNumber, Positive, Times
 from mbproj.cli.results_shown import opened, selected
 from mbproj.cli.studies.sweep_pictures import draw_sweep, is_sweep
 from mbproj.cli.study_options import force as force_option
@@ -68,8 +68,8 @@ EXAMPLES = (
 @option(
     Part.OUTPUT, "--label", "labels", multiple=True, metavar="TEXT", help="Name in the legend, once for each RESULTS."
 )
-@option(Part.WHAT, "--from", "start", type=float, metavar="T", help="Begin at this time in s.")
-@option(Part.WHAT, "--to", "stop", type=float, metavar="T", help="End at this time in s.")
+@option(Part.WHAT, "--from", "start", type=AnyNumber("s"), metavar="T", help="Begin at this time in s.")
+@option(Part.WHAT, "--to", "stop", type=AnyNumber("s"), metavar="T", help="End at this time in s.")
 @option(
     Part.WHAT,
     "--at",

@@ -73,9 +73,9 @@ def command(
     from mbproj.linear.equilibrium.find import equilibrium, others
     from mbproj.linear.equilibrium.recorded import write_results
     from mbproj.linear.equilibrium.solve import NoEquilibrium
+    from mbproj.linear.equilibrium.started import assembled_start
     from mbproj.linear.equilibrium.steady import refuse_unsteady
     from mbproj.linear.equilibrium.write_back import write_pose
-    from mbproj.linear.states import start_of
     from mbproj.model import compile_system
     from mbproj.results import check_output
     from mbproj.scene import read_scene
@@ -89,7 +89,7 @@ def command(
     try:
         with placed_in(what):
             system = compile_system(what)
-            start = start_of(what, system)
+            start = assembled_start(what, system)
             turning, held = steady_of(system, start, steady)
             found = equilibrium(system, start, time, turning, held)
             if turning is not None:

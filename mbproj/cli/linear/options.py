@@ -59,8 +59,9 @@ def at_options(command: Command) -> Command:
 
 def reference_of(scene: Scene, system: System, where: str, results: str | None, steady: str | None) -> Reference:
     """The motion that the options name. Raises InputError at the option where there is none."""
+    from mbproj.linear.equilibrium.started import start_state
     from mbproj.linear.reference import reference_at
-    from mbproj.linear.states import start_of, state_at, stored_state
+    from mbproj.linear.states import state_at, stored_state
 
     if (steady is not None) != (where == STEADY):
         hint = "give both: --at steady --steady A.angle=60rpm"
@@ -68,7 +69,7 @@ def reference_of(scene: Scene, system: System, where: str, results: str | None, 
     if where in WORDS and results is not None:
         raise InputError(Problem("it needs a time", Place("--from"), "give one of its samples: --at TIME"))
     if where == START:
-        return reference_at(system, start_of(scene, system), where)
+        return reference_at(system, start_state(scene, system), where)
     if where in WORDS:
         return _balanced(scene, system, steady)
     time = _time(where)
@@ -83,10 +84,10 @@ def reference_of(scene: Scene, system: System, where: str, results: str | None, 
 def _balanced(scene: Scene, system: System, steady: str | None) -> Reference:
     """The equilibrium, or the steady turn."""
     from mbproj.linear.equilibrium.find import equilibrium
+    from mbproj.linear.equilibrium.started import assembled_start
     from mbproj.linear.equilibrium.steady import refuse_unsteady
-    from mbproj.linear.states import start_of
 
-    start = start_of(scene, system)
+    start = assembled_start(scene, system)
     turning, held = steady_of(system, start, steady)
     found = equilibrium(system, start, 0.0, turning, held)
     if turning is not None:

@@ -38,7 +38,7 @@ def error_words(outcome: Outcome) -> str:
     expected, unit = outcome.expectation, f" {outcome.expectation.unit}" if outcome.expectation.unit else ""
     if outcome.measured is None:
         return "no such sample"
-    doubt = "" if outcome.unique else "; not unique, redundant joints share it at will"
+    doubt = "" if outcome.unique else "; not unique, joints or contacts share it at will"
     if outcome.error is not None:
         return f"{outcome.error:.1e} of {expected.tolerance:.3g}{unit}{doubt}"
     return f"{outcome.measured[0]:.3g}{'' if outcome.holds else ', not'} {wanted(expected)}{doubt}"

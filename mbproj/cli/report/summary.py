@@ -21,11 +21,9 @@ from mbproj.thresholds import THRESHOLDS
 if TYPE_CHECKING:
     from mbproj.analysis import Outcome
 
-#: Relative energy drift above which a note says that the motion may be wrong.
-SUSPICIOUS_DRIFT = 1e-4
 #: Violation above which a note says that joints were open, relative to the coordinates that enter the rows.
 FAR_OPEN = 1e-4
-#: Dry frictions that have a line each, at most.
+#: Dry frictions that have a line each, or short moves that are named, at most.
 MOST_FRICTIONS = 6
 #: Every 64th step is timed. Shares of the time need ten of them.
 ENOUGH_STEPS = 640
@@ -81,17 +79,33 @@ def warnings(report: Report) -> list[str]:
             f"fixed steps passed over edges of laws ({report.passed}); they do not end there, and no method keeps its "
             "order: with error control (--tolerance) steps end at them"
         )
+    if report.shared:
+        found.append(
+            f"contacts share a load arbitrarily ({report.shared}): the motion does not determine these forces, and the "
+            "recorded ones are one share of many"
+        )
     if report.halved:
         found.append(
             f"fixed steps were halved {report.halved}: Newton's method did not solve them whole; a smaller --step or a "
             "--tolerance does without"
+        )
+    if report.decided_by_shares:
+        found.append(
+            f"the motion depends on how these share their load, which rigid bodies leave open: "
+            f"{report.decided_by_shares}; they share as springs of one stiffness do. Make the stops compliant with "
+            "'stiffness', or use three points"
         )
     if report.crowded:
         found.append(
             f"{', '.join(report.crowded)}: more kinks in time than count; steps end at the first "
             f"{THRESHOLDS.most_kinks:,} of each, and meet later ones anywhere"
         )
-    if report.energy_drift_relative > SUSPICIOUS_DRIFT:
+    if report.unresolved:
+        found.append(
+            f"{'; '.join(report.unresolved[:MOST_FRICTIONS])}: fixed steps do not resolve what happens there, though "
+            "they are split; take --tolerance in place of --step"
+        )
+    if report.drifts:
         found.append(
             f"the energy drifted by {100 * report.energy_drift_relative:.2g} %: the motion may be wrong "
             "although the joints are closed; compare with a smaller --step, or with --integrator dop853 --tolerance "
@@ -187,8 +201,9 @@ def _worst(violation: Worst) -> str:
 
 
 def _velocity_floor(report: Report) -> str:
-    """What round-off leaves of C'; nothing moves where the velocities are round-off themselves."""
+    """What round-off leaves of C'; nothing moves where the velocities are round-off themselves: they would change no
+    position in a second, nor in the run."""
     floor, duration = report.velocity_floor, report.settings.duration or 0.0
-    if floor * duration <= THRESHOLDS.rests * EPSILON * report.position_floor:
+    if floor * max(duration, 1.0) <= THRESHOLDS.rests * EPSILON * report.position_floor:
         return "nothing moves"
     return f"round-off allows {floor:.0e}"

@@ -40,22 +40,29 @@ def _item(value: Item) -> str:
     return f"{value:.10g}" if isinstance(value, float) else value
 
 
+class Shown:
+    """Takes in how far a sweep is, `reached`, and shows it on a line."""
+
+    def __init__(self, say: Callable[[str, float], None]) -> None:
+        self._say, self._begun = say, monotonic()
+        self.reached: Progress | None = None
+
+    def __call__(self, progress: Progress) -> None:
+        self.reached = progress
+        pace = (monotonic() - self._begun) / max(progress.computed, 1)
+        done = progress.whole - progress.left
+        failed = f", {progress.failed} failed" if progress.failed else ""
+        self._say(f"cases: {done} of {progress.whole}{failed}", pace * progress.left if progress.computed else 0.0)
+
+
 @contextmanager
-def showing(hidden: bool) -> Iterator[Callable[[Progress], None]]:
+def showing(hidden: bool) -> Iterator[Shown]:
     """Shows how far a sweep is: how many cases, how many failed, the time left."""
     if hidden:
-        yield lambda progress: None
+        yield Shown(lambda said, left: None)
         return
-    begun = monotonic()
     with line() as shown:
-
-        def tell(progress: Progress) -> None:
-            pace = (monotonic() - begun) / max(progress.computed, 1)
-            done = progress.whole - progress.left
-            failed = f", {progress.failed} failed" if progress.failed else ""
-            shown.say(f"cases: {done} of {progress.whole}{failed}", pace * progress.left if progress.computed else 0.0)
-
-        yield tell
+        yield Shown(shown.say)
 
 
 def failures(entries: Iterable[Entry]) -> list[dict[str, Any]]:

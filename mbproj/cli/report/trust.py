@@ -33,6 +33,9 @@ def as_numbers(trust: Trust) -> dict[str, Any]:
 
 def lines_on(trust: Trust) -> Iterator[str]:
     """The times at which errors exceed limits, one row for each point; limits that no error reaches are left out."""
+    if not trust.solution and trust.remark:
+        yield f"  how far to trust it: {trust.remark}"
+        return
     yield f"  how far to trust it, by {trust.solution}"
     limits = enumerate(trust.limits.tolist())
     reached = [(column, limit) for column, limit in limits if trust.horizon_low[:, column].min() < inf][-MAX_LIMITS:]

@@ -80,6 +80,9 @@ def _checkpoint(before: Results, *, hidden: bool) -> Checkpoint:
         raise InputError(Problem(message, hint="mend the cause, and start with: mbproj run"))
     checkpoint = before.checkpoint
     if checkpoint is None:
+        if before.status == "complete" and "integration_seconds" not in before.attributes:
+            message = f"'{before.path}' holds no run: there is nothing to go on with"
+            raise InputError(Problem(message, hint="run the scene; --from-equilibrium begins where it rests"))
         message = f"'{before.path}' has no state to go on from: an older mbproj wrote it, or a kill came too early"
         raise InputError(Problem(message, hint="start over with: mbproj rerun"))
     if checkpoint.build != fingerprint() and not hidden:
@@ -102,7 +105,9 @@ def _longer(scene: Scene, checkpoint: Checkpoint, until: float | None, before: R
     end = settings.duration if until is None else until
     if end <= reached:
         message = f"the run has already reached t = {reached:.9g} s"
-        raise InputError(Problem(message, Place("--until"), f"say until when it is to go on, e.g. --until {2 * end:g}"))
+        raise InputError(
+            Problem(message, Place("--until"), f"say until when it is to go on, e.g. --until {2 * reached:g}")
+        )
     interval = output_interval(settings) if settings.step is None else settings.output_step
     longer = replace(settings, duration=end, output_step=interval, formulation=checkpoint.formulation)
     return replace(scene, settings=longer)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import shlex
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -19,6 +20,7 @@ if TYPE_CHECKING:
 
 #: Cases that --dry-run prints, and the number that nobody means by mistake.
 SHOWN, MANY = 8, 1_000_000
+OTHER = "choose another folder with -o"
 OTHER_REPORT = "choose another file with --junit"
 EXAMPLES = (
     ("See what would run.", "mbproj sweep lengths.yaml --dry-run"),
@@ -39,6 +41,7 @@ EXAMPLES = (
     metavar="K",
     help="Stop when more than K cases have failed.",
 )
+@option(Part.EFFORT, "--retry-failed", is_flag=True, help="Run cases again that have failed before.")
 @option(Part.EFFORT, "--fresh", is_flag=True, help="Begin anew: forget what an earlier sweep has done in DIR.")
 @option(Part.EFFORT, "--dry-run", "dry", is_flag=True, help="Count the cases and print the first ones; run nothing.")
 @option(Part.EFFORT, "--yes", is_flag=True, help=f"Run more than {MANY} cases.")
@@ -51,6 +54,7 @@ EXAMPLES = (
     help="Directory of the sweep [default: <spec>-sweep].",
 )
 @option(Part.OUTPUT, "--junit", "xml", type=click.Path(path_type=Path), metavar="FILE", help="Write JUnit XML.")
+@study_options.force
 @option(Part.OUTPUT, "--json", "as_json", is_flag=True, help="Print one JSON object instead of the report.")
 @option(Part.OUTPUT, "-q", "--quiet", is_flag=True, help="Print nothing but errors.")
 def command(
@@ -60,11 +64,13 @@ def command(
     scheduler_file: Path | None,
     timeout: float | None,
     most_failures: int | None,
+    retry_failed: bool,
     fresh: bool,
     dry: bool,
     yes: bool,
     output: Path | None,
     xml: Path | None,
+    force: bool,
     as_json: bool,
     quiet: bool,
 ) -> int:
@@ -74,16 +80,17 @@ def command(
     was computed is kept there: the same command goes on where it was interrupted, and a changed SPEC computes what is
     new in it.
 
-    Exit code 0: all cases ran; 3: some failed, and the table says why; 2: wrong input.
+    Exit code 0: all cases ran; 3: some failed, and the table says why; 2: wrong input; 130: interrupted, and the table
+    has what was computed.
     """
     from mbproj.cli.report import sweep as report
     from mbproj.errors import ExitCode
-    from mbproj.outputs import JUNIT, write_text
-    from mbproj.studies.sweep.arrays import write_arrays
+    from mbproj.outputs import JUNIT, check_replaceable, write_text
+    from mbproj.studies.sweep import arrays, summary
     from mbproj.studies.sweep.folder import Folder as SweepFolder
     from mbproj.studies.sweep.run import run_sweep
     from mbproj.studies.sweep.spec import read_spec
-    from mbproj.studies.sweep.summary import entries, write_table
+    from mbproj.studies.sweep.summary import entries
 
     what = read_spec(spec)
     if dry:
@@ -92,14 +99,31 @@ def command(
     _require_meant(what, yes)
     where = study_options.where(jobs, scheduler, scheduler_file)
     folder = SweepFolder(output or spec.with_name(f"{spec.stem}-sweep"), what, fresh)
+    interrupted = False
     with folder.store:
+        for path, kind in ((folder.table, summary.KIND), (folder.arrays, arrays.KIND)):  # before the work
+            check_replaceable(path, kind, force=force, hint=OTHER)
         if xml is not None:
-            write_text(xml, report.junit(what, []), JUNIT, hint=OTHER_REPORT)  # before the work: whether it can be
+            write_text(xml, report.junit(what, []), JUNIT, force=force, hint=OTHER_REPORT)
         with report.showing(hidden=as_json or quiet) as tell:
-            reached = run_sweep(what, folder, where, timeout=timeout, most_failures=most_failures, tell=tell)
-        written = [write_table(what, folder), write_arrays(what, folder)]
+            try:
+                run_sweep(
+                    what,
+                    folder,
+                    where,
+                    timeout=timeout,
+                    most_failures=most_failures,
+                    retry_failed=retry_failed,
+                    tell=tell,
+                )
+            except KeyboardInterrupt:
+                interrupted = True
+        reached = tell.reached
+        if reached is None:  # it has not begun
+            raise KeyboardInterrupt
+        written = [summary.write_table(what, folder, force), arrays.write_arrays(what, folder, force)]
         if xml is not None:
-            write_text(xml, report.junit(what, entries(what, folder)), JUNIT, hint=OTHER_REPORT)
+            write_text(xml, report.junit(what, entries(what, folder)), JUNIT, force=force, hint=OTHER_REPORT)
         failures = report.failures(entries(what, folder))
     numbers = _numbers(reached, written)
     if as_json:
@@ -108,7 +132,18 @@ def command(
         click.echo(report.said(reached, failures))
         for path in written:
             click.echo(path)
+    if interrupted:
+        click.echo(f"interrupted; go on with: {_going_on(spec, output, timeout, retry_failed)}", err=True)
+        return int(ExitCode.INTERRUPTED)
     return int(ExitCode.FAILED if reached.failed else ExitCode.DONE)
+
+
+def _going_on(spec: Path, output: Path | None, timeout: float | None, retry_failed: bool) -> str:
+    """The command that computes what is left."""
+    words = ["mbproj", "sweep", str(spec)]
+    words += [] if output is None else ["-o", str(output)]
+    words += [] if timeout is None else ["--timeout", f"{timeout:g}"]
+    return shlex.join(words + ["--retry-failed"] * retry_failed)
 
 
 def _require_meant(spec: Spec, yes: bool) -> None:

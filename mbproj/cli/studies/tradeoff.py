@@ -174,10 +174,8 @@ def _own(found: Tradeoff, own: int) -> Iterator[str]:
             f"  as accurate for {milliseconds(cheaper)} ms ({seconds / cheaper:.2g} times cheaper): "
             f"{found.trials[same_error].setting.label}"
         )
-        yield (
-            f"  for the same time {better:.1e} m ({error / better:.2g} times more accurate): "
-            f"{found.trials[same_cost].setting.label}"
-        )
+        times = f" ({error / better:.2g} times more accurate)" if better > 0.0 else ""
+        yield f"  for the same time {better:.1e} m{times}: {found.trials[same_cost].setting.label}"
 
 
 def _page(found: Tradeoff) -> Figure:

@@ -10,7 +10,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from mbproj.arrays import Array, Integers
+from mbproj.arrays import Array, Flags, Integers
 from mbproj.dataclass import dataclass
 from mbproj.dynamics.assembly.driven_start import (
     known_at_start,
@@ -18,12 +18,11 @@ from mbproj.dynamics.assembly.driven_start import (
     motions_out_of_reach,
     refuse_contradictions,
 )
-from mbproj.dynamics.assembly.gauss_newton import gauss_newton, inverse_weights, keeping_norms
+from mbproj.dynamics.assembly.gauss_newton import gauss_newton, in_coordinates, set_rows, shortest
+from mbproj.dynamics.blocks import Rows, stacked
 from mbproj.dynamics.equations.constraint_equations import (
     constraint,
     constraint_velocity,
-    jacobian,
-    set_jacobian,
     set_velocity,
     time_derivative,
 )
@@ -32,18 +31,45 @@ from mbproj.dynamics.equations.motions import Drive, drive_at
 from mbproj.errors import InputError, Problem
 from mbproj.model.compile.guess import Guess
 from mbproj.model.euler_parameters import matrix_L
+from mbproj.model.layout import Layout
 from mbproj.model.system import Conditions, System
 from mbproj.thresholds import THRESHOLDS
 
 
 @dataclass(frozen=True, eq=False)
 class State:
-    """Time in s, coordinates q and velocities v = q' (7n,), whole turns (nc,) of each joint coordinate."""
+    """Time in s, and y with its layout: coordinates q and velocities v = q' (7n,), whole turns (nc,) of each joint
+    coordinate, states of elements."""
 
     t: float
-    q: Array
-    v: Array
-    turns: Integers
+    y: Array
+    layout: Layout
+
+    @classmethod
+    def of(cls, system: System, t: float, **blocks: Array | Integers) -> State:
+        """By its blocks; those that are not given are as a run begins with them."""
+        return cls(t, system.layout.joined(blocks), system.layout)
+
+    def changed(self, **blocks: Array | Integers) -> State:
+        """The same with these blocks."""
+        return State(self.t, self.layout.changed(self.y, blocks), self.layout)
+
+    @property
+    def q(self) -> Array:
+        return self.y[self.layout["positions"]]
+
+    @property
+    def v(self) -> Array:
+        return self.y[self.layout["velocities"]]
+
+    @property
+    def x(self) -> Array:
+        """States of elements."""
+        return self.y[self.layout["states"]]
+
+    @property
+    def turns(self) -> Integers:
+        return self.y[self.layout["turns"]].astype(np.intp)
 
 
 def assemble(system: System, guess: Guess) -> State:
@@ -56,12 +82,12 @@ def assemble(system: System, guess: Guess) -> State:
     q = _close(system, guess.q, guess.start, drive)
     pose = pose_of(q)
     _refuse_flips(system, pose)
-    v = _consistent_velocity(system, pose, guess, drive)
+    v = _consistent_velocity(system, q, guess, drive)
     angles = coordinate_values(system, pose)
     turns = np.zeros(len(angles), dtype=np.intp)
     for index, value in known_at_start(system, guess, drive):
         turns[index] = np.round((value - angles[index]) / (2 * np.pi))
-    return State(0.0, q, v, turns * is_angle(system))
+    return State.of(system, 0.0, positions=q, velocities=v, turns=turns * is_angle(system))
 
 
 def coordinate_values(system: System, pose: Pose) -> Array:
@@ -106,7 +132,7 @@ def nearest(
     """Gauss-Newton with the shortest weighted step. The pose reached, and what is left of the violation, in rad and
     parts of the length; it ends at `close_enough`."""
 
-    def rows(q: Array) -> Array:
+    def rows(q: Array) -> Rows:
         return scaled_rows(system, pose_of(q), start)
 
     return gauss_newton(system, q, lambda q: scaled_residual(system, q, start, drive), rows, close_enough)
@@ -119,16 +145,27 @@ def scaled_residual(system: System, q: Array, start: Conditions, drive: Drive | 
     if not len(start.index):
         return rows
     excess = coordinate_values(system, pose)[start.index] - start.value
-    angle = is_angle(system)[start.index].astype(bool)
-    excess = np.where(angle, np.arctan2(np.sin(excess), np.cos(excess)), excess / system.length)
+    excess = np.where(_asked_angles(system, start), np.arctan2(np.sin(excess), np.cos(excess)), excess / system.length)
     return np.concatenate([rows, excess])
 
 
-def scaled_rows(system: System, pose: Pose, start: Conditions) -> Array:
-    joints = (jacobian(system, pose) / system.row_scale[:, None])[system.bodies :]
-    wanted = set_jacobian(system.coordinates, pose)[start.index]
-    wanted = wanted / np.where(is_angle(system)[start.index], 1.0, system.length)[:, None]
-    return keeping_norms(np.concatenate([joints, wanted]), pose)
+def scaled_rows(system: System, pose: Pose, start: Conditions) -> Rows:
+    """The derivatives of `scaled_residual` by (δr / length, δθ) of each body."""
+    scale = np.concatenate(
+        [system.row_scale[system.bodies :], np.where(_asked_angles(system, start), 1.0, system.length)]
+    )
+    return _rows(system, pose, start).scaled(1.0 / scale)
+
+
+def _asked_angles(system: System, asked: Conditions) -> Flags:
+    return is_angle(system)[asked.index].astype(bool)
+
+
+def _rows(system: System, pose: Pose, asked: Conditions) -> Rows:
+    """The derivatives of the joints' and the motions' rows, and of the coordinates that are asked for."""
+    bounds = [system.joints] if system.motions is None else [system.joints, system.motions.rows]
+    wanted = set_rows(system, system.coordinates, pose).chosen(asked.index)
+    return stacked(system.bodies, [*(set_rows(system, bound, pose) for bound in bounds), wanted])
 
 
 def _not_closed(system: System, residual: Array) -> InputError:
@@ -172,35 +209,44 @@ def _refuse_flips(system: System, pose: Pose) -> None:
 
 
 def _close_enough(system: System) -> float:
-    """Where closing ends: round-off. What follows is dense and of cubic cost, which large systems that are closed to a
-    little more are spared: their first projection does the rest."""
+    """Where closing ends: round-off. Large systems that are closed to a little more are spared the factors that follow:
+    their first projection does the rest."""
     return 1e-15 if system.bodies <= THRESHOLDS.large else 1e-12
 
 
-def _consistent_velocity(system: System, pose: Pose, guess: Guess, drive: Drive | None) -> Array:
+def _consistent_velocity(system: System, q: Array, guess: Guess, drive: Drive | None) -> Array:
     """The velocity nearest to the guess with C_q v + C_t = 0 and the joints' speeds."""
-    if system.bodies > THRESHOLDS.large and not len(guess.speed.index):
-        moving = constraint_velocity(system, pose, twist_of(pose, guess.v), drive)
-        if np.abs(moving).max(initial=0.0) <= _close_enough(system):
-            return guess.v
     wanted = np.concatenate([-time_derivative(system, drive), guess.speed.value])
     if not wanted.any() and not guess.v.any():
         return guess.v  # what rests, and is to
-    weights = inverse_weights(system)
-    speeds = set_jacobian(system.coordinates, pose)[guess.speed.index]
-    rows = np.concatenate([jacobian(system, pose), speeds])
-    v = guess.v + weights * np.linalg.lstsq(rows * weights, wanted - rows @ guess.v, rcond=1e-12)[0]
-    v = v + weights * np.linalg.lstsq(rows * weights, wanted - rows @ v, rcond=1e-12)[0]
-    left = np.abs(rows @ v - wanted)
-    if left.max(initial=0.0) > 1e-9 * max(1.0, float(np.abs(wanted).max(initial=0.0))):
-        first = system.bodies + system.joints.size
-        if left[first : system.constraints].max(initial=0.0) > left[system.constraints :].max(initial=0.0):
-            raise motions_at_odds(system, left[first : system.constraints])
-        worst = int(system.coordinates.owner[guess.speed.index[np.argmax(left[system.constraints :])]])
+    pose = pose_of(q)
+
+    def off(v: Array) -> Array:
+        twist = twist_of(pose, v)
+        speeds = set_velocity(system.coordinates, pose, twist)[guess.speed.index]
+        return np.concatenate(
+            [constraint_velocity(system, pose, twist, drive)[system.bodies :], speeds - guess.speed.value]
+        )
+
+    v, Λ = guess.v.reshape(-1, 7).copy(), q.reshape(-1, 7)[:, 3:]
+    v[:, 3:] -= np.sum(Λ * v[:, 3:], axis=1, keepdims=True) * Λ  # |Λ| stays at this pose
+    v = v.ravel()
+    if system.bodies > THRESHOLDS.large and np.abs(off(v)).max(initial=0.0) <= _close_enough(system):
+        return v
+    rows = _rows(system, pose, guess.speed)
+    for _ in range(2):
+        v = v + in_coordinates(system, q, shortest(rows, -off(v)))
+    left = np.abs(off(v))
+    size = max(1.0, float(np.abs(wanted).max(initial=0.0)), float(np.abs(guess.v).max()))
+    if left.max(initial=0.0) > 1e-9 * size + 4096.0 * np.finfo(float).eps * float(np.abs(v).max()):
+        of_motions, of_speeds = np.split(left, [system.joints.size, system.constraints - system.bodies])[1:]
+        if of_motions.max(initial=0.0) > of_speeds.max(initial=0.0):
+            raise motions_at_odds(system, of_motions)
+        worst = int(system.coordinates.owner[guess.speed.index[np.argmax(of_speeds)]])
         raise InputError(
             Problem(
                 f"the mechanism cannot move at the speeds that its joints ask for: joint "
-                f"'{system.names.joints[worst]}' is off by {left[system.constraints :].max():.3g}",
+                f"'{system.names.joints[worst]}' is off by {of_speeds.max():.3g}",
                 system.joint_places[worst],
                 "give fewer speeds than degrees of freedom, or speeds that agree",
             )

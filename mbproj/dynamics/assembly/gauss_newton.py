@@ -7,51 +7,85 @@ from collections.abc import Callable
 import numpy as np
 
 from mbproj.arrays import Array
+from mbproj.dynamics.blocks import Rows
+from mbproj.dynamics.equations.constraint_equations import tangent_entries
 from mbproj.dynamics.equations.kinematics import Pose
+from mbproj.model.euler_parameters import matrix_L
+from mbproj.model.primitive_set import PrimitiveSet
 from mbproj.model.system import System
 from mbproj.thresholds import THRESHOLDS
 
 
 def gauss_newton(
-    system: System, q: Array, residual: Callable[[Array], Array], rows: Callable[[Array], Array], close_enough: float
+    system: System, q: Array, residual: Callable[[Array], Array], rows: Callable[[Array], Rows], close_enough: float
 ) -> tuple[Array, Array]:
-    """The pose reached from q, and the `residual` that is left there; `rows` are its derivatives by q, and it ends at
-    `close_enough`. Where the shortest weighted step does not reduce the residual, Levenberg's damping."""
-    weights = inverse_weights(system)
+    """The pose reached from q, and the `residual` that is left there; `rows` are its derivatives by (δr / length, δθ),
+    and it ends at `close_enough`, or at round-off. Where the shortest step does not reduce the residual, Levenberg's
+    damping."""
     left, damping = residual(q), 0.0
     for _ in range(THRESHOLDS.most_assembling):
-        if np.abs(left).max(initial=0.0) <= close_enough or damping > 1e6:
+        open_by = np.abs(left).max(initial=0.0)
+        if open_by <= close_enough or damping > 1e6:
             break
-        trial = _normalised(q + weights * _damped_solution(rows(q) * weights, -left, damping))
+        trial = moved(system, q, shortest(rows(q), -left, damping))
         trial_left = residual(trial)
         if np.linalg.norm(trial_left) < np.linalg.norm(left):
             q, left, damping = trial, trial_left, damping / 10.0 if damping > 1e-9 else 0.0
+        elif open_by <= THRESHOLDS.closed_to:
+            break
         else:
             damping = max(10.0 * damping, 1e-6)
     return q, left
 
 
-def inverse_weights(system: System) -> Array:
-    """Lengths in units of the system's length, and |Δθ| = 2 |ΔΛ|, (7n,)."""
-    return np.tile([system.length] * 3 + [0.5] * 4, system.bodies)
+def set_rows(system: System, bound: PrimitiveSet, pose: Pose) -> Rows:
+    """The derivatives (m, 6n) of a set's values by (δr / length, δθ in body axes) of each body."""
+    body, entries = tangent_entries(bound, pose)
+    values = entries[:, :6] * ([system.length] * 3 + [1.0] * 3)
+    return Rows.of(bound.size, system.bodies, bound.entry_row, body, values)
 
 
-def keeping_norms(rows: Array, pose: Pose) -> Array:
-    """Derivatives by q (m, 7n), made in place those of turns that keep |Λ|: Λ is normalised after each step."""
-    Λ = pose.orientation[:-1]
-    of_bodies = rows.reshape(len(rows), len(Λ), 7)
-    of_bodies[..., 3:] -= np.sum(of_bodies[..., 3:] * Λ, axis=-1, keepdims=True) * Λ
-    return rows
+def moved(system: System, q: Array, motion: Array) -> Array:
+    """q (7n,) after a motion (6n,) of (δr / length, δθ in body axes), to first order."""
+    bodies = (q + in_coordinates(system, q, motion)).reshape(-1, 7)
+    bodies[:, 3:] /= np.linalg.norm(bodies[:, 3:], axis=1, keepdims=True)
+    return bodies.ravel()
 
 
-def _damped_solution(rows: Array, wanted: Array, damping: float) -> Array:
-    """x that minimises |rows x - wanted|² + damping |x|²; the shortest one without damping."""
-    if damping == 0.0:
-        return np.asarray(np.linalg.lstsq(rows, wanted, rcond=1e-12)[0], dtype=float)
-    return rows.T @ np.linalg.solve(rows @ rows.T + damping * np.eye(len(rows)), wanted)
+def in_coordinates(system: System, q: Array, motion: Array) -> Array:
+    """The change of q (7n,) that a motion (6n,) of (δr / length, δθ in body axes) is to first order."""
+    δ = motion.reshape(-1, 6)
+    turn = 0.5 * (np.swapaxes(matrix_L(q.reshape(-1, 7)[:, 3:]), -1, -2) @ δ[:, 3:, None])[..., 0]
+    return np.concatenate([system.length * δ[:, :3], turn], axis=1).ravel()
 
 
-def _normalised(q: Array) -> Array:
-    rows = q.reshape(-1, 7).copy()
-    rows[:, 3:] /= np.linalg.norm(rows[:, 3:], axis=1, keepdims=True)
-    return rows.ravel()
+def shortest(rows: Rows, wanted: Array, damping: float = 0.0) -> Array:
+    """x (6n,) that minimises |rows x - wanted|² + damping |x|²; the shortest one without damping. Of (m, k) that are
+    wanted, all (6n, k)."""
+    if rows.bodies <= THRESHOLDS.dense_bodies:
+        R = rows.dense()
+        if damping == 0.0:
+            return np.asarray(np.linalg.lstsq(R, wanted, rcond=1e-12)[0], dtype=float)
+        return R.T @ np.linalg.solve(R @ R.T + damping * np.eye(len(R)), wanted)
+    return _shortest_by_sparse_factor(rows, wanted, damping)
+
+
+def _shortest_by_sparse_factor(rows: Rows, wanted: Array, damping: float) -> Array:
+    """The same by a factor of RᵀR, which is shifted where it is singular: further steps take the shift out again."""
+    from scipy.sparse import identity
+    from scipy.sparse.linalg import splu
+
+    R = rows.sparse()
+    square = R.T @ R
+    shift = damping or THRESHOLDS.proximal * (float(square.diagonal().max()) or 1.0)
+    shifted = (square + shift * identity(R.shape[1])).tocsc()
+    factor = splu(shifted, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True})
+    x = np.asarray(factor.solve(R.T @ wanted), dtype=float)
+    before = np.inf
+    for _ in range(THRESHOLDS.most_proximal if damping == 0.0 else 0):
+        change = factor.solve(R.T @ (wanted - R @ x))
+        size = float(np.abs(change).max(initial=0.0))
+        if not size < 0.5 * before or size <= THRESHOLDS.refined_part * np.abs(x).max(initial=0.0):
+            break
+        x, before = x + change, size
+    return x

@@ -13,6 +13,8 @@ from mbproj.dataclass import dataclass
 from mbproj.dynamics.contact.complementarity import one_sided
 from mbproj.dynamics.contact.freedom import Freedom
 from mbproj.dynamics.friction.balance import Balance, forces
+from mbproj.dynamics.friction.problem import Cone, contact_problem, independent
+from mbproj.thresholds import THRESHOLDS
 
 
 @dataclass(frozen=True, eq=False)
@@ -81,5 +83,14 @@ class Rubbing:
 
 def contact_pushes(N: Array, acceleration: Array) -> Array | None:
     """The forces (k,) of stops that touch and stay, from what their gaps' accelerations (k,) would be without: none
-    pulls, and one that pushes keeps its gap. None where nothing opens the gaps."""
-    return one_sided(N, acceleration)
+    pulls, and one that pushes keeps its gap. None where nothing opens the gaps. Where rows depend on each other they
+    share as springs of one stiffness do."""
+    z, B = one_sided(N, acceleration), N @ N.T
+    if z is None:
+        return None
+    left = np.abs(acceleration + B @ z) <= THRESHOLDS.no_push * np.abs(acceleration).max(initial=0.0)
+    stay = np.flatnonzero(left & (np.diagonal(B) > 0.0))
+    if len(independent(B, stay)) < len(stay):
+        y = contact_problem(B[np.ix_(stay, stay)], acceleration[stay], [Cone(at) for at in range(len(stay))])
+        z[stay] = z[stay] if y is None else y
+    return z

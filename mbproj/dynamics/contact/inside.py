@@ -6,8 +6,8 @@ import numpy as np
 
 from mbproj.arrays import Array, Integers
 from mbproj.dynamics.assembly.assemble import State, coordinate_values, nearest, scaled_residual, scaled_rows
-from mbproj.dynamics.assembly.gauss_newton import gauss_newton, keeping_norms
-from mbproj.dynamics.equations.constraint_equations import set_jacobian
+from mbproj.dynamics.assembly.gauss_newton import gauss_newton, set_rows
+from mbproj.dynamics.blocks import Rows, stacked
 from mbproj.dynamics.equations.gaps import gaps
 from mbproj.dynamics.equations.kinematics import Pose, pose_of
 from mbproj.dynamics.equations.motions import drive_at
@@ -40,11 +40,11 @@ def nearest_inside(system: System, state: State) -> tuple[Array, Array]:
         passed = np.minimum(gap(pose_of(q)), 0.0) / sizes
         return np.concatenate([scaled_residual(system, q, none, drive), passed])
 
-    def rows(q: Array) -> Array:
+    def rows(q: Array) -> Rows:
         pose = pose_of(q)
         factor = np.where(gap(pose) < 0.0, stops.side / sizes, 0.0)
-        passed = factor[:, None] * set_jacobian(stops.coordinates, pose)
-        return np.concatenate([scaled_rows(system, pose, none), keeping_norms(passed, pose)])
+        passed = set_rows(system, stops.coordinates, pose).scaled(factor)
+        return stacked(system.bodies, [scaled_rows(system, pose, none), passed])
 
     between, _ = gauss_newton(system, state.q, residual, rows, THRESHOLDS.assembled)
     q, _ = nearest(system, between, none, drive, THRESHOLDS.assembled)  # where both cannot be, the joints go first

@@ -11,7 +11,7 @@ import numpy as np
 
 from mbproj.arrays import Array, Numbers
 from mbproj.dataclass import dataclass
-from mbproj.dynamics.derivatives.blocks import Blocks
+from mbproj.dynamics.blocks import Blocks
 from mbproj.dynamics.derivatives.row_derivatives import COMPLEX_STEP
 from mbproj.dynamics.equations.bushings import deflected
 from mbproj.dynamics.equations.kinematics import Pose, Twist

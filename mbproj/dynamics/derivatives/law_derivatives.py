@@ -6,7 +6,7 @@ from __future__ import annotations
 import numpy as np
 
 from mbproj.arrays import Array
-from mbproj.dynamics.derivatives.blocks import Blocks
+from mbproj.dynamics.blocks import Blocks
 from mbproj.dynamics.derivatives.row_derivatives import tilde
 from mbproj.dynamics.equations.forces import LawState
 from mbproj.dynamics.equations.kinematics import Pose

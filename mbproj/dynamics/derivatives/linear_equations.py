@@ -13,7 +13,7 @@ import numpy as np
 
 from mbproj.arrays import Array
 from mbproj.dataclass import dataclass
-from mbproj.dynamics.derivatives.blocks import Blocks, Rows, added, on_diagonal, products, stacked
+from mbproj.dynamics.blocks import Blocks, Rows, added, on_diagonal, products, stacked
 from mbproj.dynamics.derivatives.bushing_derivatives import bushing_derivatives
 from mbproj.dynamics.derivatives.law_derivatives import given_derivative, law_slopes
 from mbproj.dynamics.derivatives.row_derivatives import Carried, RowMotion, force_derivative, row_motion, tilde

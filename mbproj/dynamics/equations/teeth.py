@@ -22,19 +22,18 @@ class Teeth:
 def sums_at_start(system: System, pose: Pose, coordinate: Array) -> Array:
     """The whole teeth and threads of each gear and screw, (k,), at the pose where a run begins, in the rows' units;
     `coordinate` (nc,) are the joints', turns counted. They stay what they are however far the wheels turn."""
-    meshes = system.meshes
-    rows = system.joints.value(attached(pose, *slots_of(system.joints)))[meshes.row]
-    return np.asarray(_sums(system, coordinate) - rows, dtype=float)
+    rows = system.joints.value(attached(pose, *slots_of(system.joints)))[system.couplings.row]
+    return np.asarray(system.couplings.sums(coordinate) - rows, dtype=float)
 
 
 def to_the_tooth(system: System, pose: Pose, teeth: Teeth, rows: Numbers) -> Numbers:
     """The joints' rows (..., m), those of gears and screws counted on from the nearest tooth to the one in mesh."""
-    meshes = system.meshes
+    couplings = system.couplings
     value = system.coordinates.value(attached(pose, *slots_of(system.coordinates)))
-    counted = _sums(system, near(system, value, teeth.expected)) - teeth.start
+    counted = couplings.sums(near(system, value, teeth.expected)) - teeth.start
     found = rows.copy()
-    nearest = rows[..., meshes.row]
-    found[..., meshes.row] = nearest + meshes.period * np.round((counted - nearest) / meshes.period)
+    nearest = rows[..., couplings.row]
+    found[..., couplings.row] = nearest + couplings.period * np.round((counted - nearest) / couplings.period)
     return found
 
 
@@ -42,8 +41,3 @@ def near(system: System, value: Numbers, expected: Numbers) -> Numbers:
     """Joint coordinates (..., nc) with the whole turns that bring angles next to what is expected of them."""
     angle = ~system.coordinates.is_length
     return value + 2.0 * np.pi * angle * np.round((expected - value) / (2.0 * np.pi))
-
-
-def _sums(system: System, coordinate: Numbers) -> Numbers:
-    meshes = system.meshes
-    return np.sum(meshes.weight * coordinate[..., meshes.coordinate], axis=-1)

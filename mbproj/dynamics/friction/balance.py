@@ -86,37 +86,6 @@ class Balance:
         return np.asarray(self.b + self.A @ (self.A.T @ y))
 
 
-@dataclass(frozen=True, eq=False)
-class Balanced:
-    """The forces y (S+K,); of the frictions which are `stuck`, each by a row of its own, the `direction` in which each
-    slides, 0 of those at rest, and the `part` of its static force that one bears which others hold, (K,) each."""
-
-    y: Array
-    stuck: Flags
-    direction: Array
-    part: Array
-
-
-class Unbalanced(Exception):
-    """No forces were found that fulfil all conditions: the numbers of frictions at rest that are part of it."""
-
-    def __init__(self, frictions: Integers) -> None:
-        super().__init__("no balance")
-        self.frictions = frictions
-
-
-def balanced(problem: Balance) -> Balanced:
-    """What holds, and what slides from now on: as much sticks as can. Raises Unbalanced."""
-    while True:
-        y = forces(problem)
-        if y is None:
-            raise Unbalanced(np.flatnonzero(problem.rests))
-        stuck, slips = _held_and_slipping(problem, y)
-        if not slips.any():
-            return Balanced(y, stuck, problem.direction, _parts(problem, y, stuck))
-        problem = replace(problem, direction=problem.direction + slips)
-
-
 def forces(problem: Balance) -> Array | None:
     """y where frictions at rest hold if they can all, and else up to their static force; None where there is none."""
     held = _relaxed(problem, bounded=False)
@@ -213,59 +182,3 @@ def _step(problem: Balance, k: int) -> float:
         return 0.0
     rows = problem.A[[problem.stops + k, problem.stops + int(problem.partner[k])]]
     return 1.0 / float(np.linalg.norm(rows, 2) ** 2)
-
-
-def _held_and_slipping(problem: Balance, y: Array) -> tuple[Flags, Array]:
-    """The frictions at rest that hold by independent rows, and the direction in which others begin to slide."""
-    m, K, size = problem.stops, len(problem.static), problem.size
-    bounds, force = problem.bounds(y), problem.with_partner(y[m:])
-    inside = problem.rests & (size[m:] > 0.0) & (force < (1.0 - THRESHOLDS.slips) * bounds)
-    span, stuck = _Span(problem.A[:m][y[:m] > 0.0]), np.zeros(K, dtype=bool)
-    used = np.where(bounds > 0.0, force / np.where(bounds > 0.0, bounds, 1.0), 1.0)
-    for k in np.argsort(used, kind="stable"):
-        stuck[k] = inside[k] and span.takes(problem.A[m + k])
-    acceleration = problem.accelerations(y)[m:]
-    moves = problem.with_partner(acceleration) > THRESHOLDS.no_push * np.abs(problem.b).max(initial=0.0)
-    slips = np.zeros(K)
-    for k in np.flatnonzero(problem.rests & ~inside).tolist():
-        pair = [k, int(problem.partner[k])] if problem.in_plane[k] else [k]
-        if size[m + k] == 0.0:
-            slips[k] = np.sign(acceleration[k]) if moves[k] else 0.0
-        elif not all(span.holds(problem.A[m + each]) for each in pair):
-            way = acceleration if moves[k] or force[k] == 0.0 else -y[m:]
-            slips[k] = way[k] / max(float(np.linalg.norm(way[pair])), TINY)
-    return stuck, slips
-
-
-def _parts(problem: Balance, y: Array, stuck: Flags) -> Array:
-    """Of frictions that rest because others hold them, the part of the static force that they bear; 0 of others."""
-    bounds, force = problem.bounds(y), y[problem.stops :]
-    bears = problem.rests & ~stuck & (problem.size[problem.stops :] > 0.0) & (bounds > 0.0)
-    return np.where(bears, np.clip(force / np.where(bounds > 0.0, bounds, 1.0), -1.0, 1.0), 0.0)
-
-
-class _Span:
-    """What some rows span, which grows by those that it takes."""
-
-    def __init__(self, rows: Array) -> None:
-        self._basis: list[Array] = []
-        for row in rows:
-            self.takes(row)
-
-    def takes(self, row: Array) -> bool:
-        """Whether a row was outside; it is inside from now on."""
-        rest = self._beyond(row)
-        if np.linalg.norm(rest) <= THRESHOLDS.in_span * np.linalg.norm(row):
-            return False
-        self._basis.append(rest / np.linalg.norm(rest))
-        return True
-
-    def holds(self, row: Array) -> bool:
-        """Whether a row is inside."""
-        return bool(np.linalg.norm(self._beyond(row)) <= THRESHOLDS.in_span * np.linalg.norm(row))
-
-    def _beyond(self, row: Array) -> Array:
-        for _ in range(2):  # once is not enough for rows that are almost inside (Björck 1994)
-            for unit in self._basis:
-                row = row - (row @ unit) * unit
-        return row

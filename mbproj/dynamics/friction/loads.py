@@ -42,7 +42,7 @@ def _refuse_jammed(bearings: Bearings, base: Supports, responses: Supports) -> N
     """Raises Jammed unless the loads have a unique solution. What pushes and never pulls may shrink by any part."""
     largest = (load(bearings, responses) - bearings.preload).T
     pushing = np.maximum(slopes(bearings, base, responses), 0.0)
-    growth = np.where(bearings.one_sided[:, None], pushing, largest)
+    growth = np.where(bearings.is_push[:, None], pushing, largest)
     if not grows_bounded(growth):
         raise Jammed(int(np.argmax(np.diagonal(growth))))
 

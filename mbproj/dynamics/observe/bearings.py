@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from mbproj.arrays import Numbers, cross
+from mbproj.arrays import Array, Numbers, cross
 from mbproj.dataclass import dataclass
 from mbproj.dynamics.equations.kinematics import Pose
 from mbproj.dynamics.observe.reactions import reactions
@@ -14,8 +14,8 @@ from mbproj.model.system import System
 
 @dataclass(frozen=True, eq=False)
 class Supports:
-    """The forces on both supports of each bearing, (..., B, 3), and that along its axis, (..., B), in N: linear in the
-    multipliers."""
+    """The forces on both supports of each bearing, (..., B, 3), and that along its axis, or the push of a stop, (...,
+    B), in N: linear in the multipliers."""
 
     first: Numbers
     second: Numbers
@@ -39,20 +39,32 @@ def supports(system: System, bearings: Bearings, pose: Pose, multipliers: Number
     along = np.sum(F * z, axis=-1)
     radial = 0.5 * (F - along[..., None] * z)
     couple = cross(T, np.broadcast_to(z, T.shape)) / bearings.length[:, None]
-    return Supports(radial + couple, radial - couple, along)
+    return Supports(
+        radial + couple, radial - couple, along + multipliers[..., : system.joints.size] @ _pushes(system, bearings)
+    )
 
 
 def load(bearings: Bearings, at: Supports) -> Numbers:
     """What each carries, (..., B): see `Bearings`."""
     radial = np.linalg.norm(at.first, axis=-1) + np.linalg.norm(at.second, axis=-1)
-    return np.asarray(bearings.preload + bearings.radial * radial + bearings.axial * np.abs(at.along))
+    carried = bearings.preload + bearings.radial * radial + bearings.axial * np.abs(at.along)
+    return np.asarray(np.where(bearings.is_push, at.along, carried))
 
 
 def slopes(bearings: Bearings, at: Supports, change: Supports) -> Numbers:
     """How the loads at a state (B,) change with changes (R, B, 3), (B, R)."""
     radial = _along(at.first, change.first) + _along(at.second, change.second)
     axial = np.where(at.along < 0.0, -change.along, change.along)
-    return np.asarray((bearings.radial * radial + bearings.axial * axial).T)
+    return np.asarray(np.where(bearings.is_push, change.along, bearings.radial * radial + bearings.axial * axial).T)
+
+
+def _pushes(system: System, bearings: Bearings) -> Array:
+    """By which part of each row of the joints each bearing is a push, (m, B). Contacts are the last joints."""
+    found = np.zeros((system.joints.size, bearings.size))
+    for b, each in enumerate(bearings.parts):
+        for joint, part in each:
+            found[system.joints.size - len(system.names.joints) + joint, b] = part
+    return found
 
 
 def _along(force: Numbers, change: Numbers) -> Numbers:

@@ -59,7 +59,7 @@ class Observer:
         self.system = system
         self.energy = total_energy(system, start)
         self.sums = np.zeros(0)
-        if system.meshes.size:
+        if system.couplings.size:
             pose = pose_of(start.q)
             self.sums = sums_at_start(system, pose, coordinate_values(system, pose) + 2.0 * np.pi * start.turns)
 
@@ -89,7 +89,7 @@ class Observation(Mapping[str, npt.NDArray[Any]]):
 
     def __iter__(self) -> Iterator[str]:
         yield from QUANTITIES
-        yield from self.contact_paths
+        yield from (*self.contact_paths, *self.system.layout.recorded)
         yield from (COUNTERS + name for name in self._seen.counters)
 
     def __len__(self) -> int:
@@ -100,7 +100,8 @@ class Observation(Mapping[str, npt.NDArray[Any]]):
             return QUANTITIES[path](self)
         if path in self.contact_paths:
             return self.contacts[path]
-        return self._seen.counters[path.removeprefix(COUNTERS)]
+        block, seen = self.system.layout.recorded.get(path), self._seen
+        return seen.counters[path.removeprefix(COUNTERS)] if block is None else seen.y[:, self.system.layout[block]]
 
     @cached_property
     def pose(self) -> Pose:
@@ -138,7 +139,7 @@ class Observation(Mapping[str, npt.NDArray[Any]]):
 
     @cached_property
     def drive(self) -> Drive | None:
-        teeth = Teeth(self.observer.sums, self.coordinate) if self.system.meshes.size else None
+        teeth = Teeth(self.observer.sums, self.coordinate) if self.system.couplings.size else None
         return drive_at(self.system, self._seen.t, teeth)
 
     @cached_property
@@ -186,9 +187,8 @@ class Observation(Mapping[str, npt.NDArray[Any]]):
 
     def points(self, kind: str) -> tuple[Integers, Array]:
         """The carriers of markers or bodies, and where they are on these."""
-        if kind == "markers":
-            return self.system.marker_body, self.system.marker_local
-        return self.system.body_carrier, self.system.body_offset
+        own = self.system
+        return (own.marker_body, own.marker_local) if kind == "markers" else (own.body_carrier, own.body_offset)
 
     def turning(self, change: Twist) -> Numbers:
         """Of each body, in its axes, ω or ω' = 2 L Λ'' (because L' Λ' = 0), (T, N, 3)."""

@@ -10,6 +10,8 @@ import numpy as np
 
 from mbproj.arrays import Array, Integers
 from mbproj.dataclass import dataclass
+from mbproj.dynamics.assembly.assemble import State
+from mbproj.model.layout import Layout
 
 #: A block has so many samples of so many bodies together, within these bounds: what it takes to observe a block is then
 #: small beside its samples, and so is its memory (some MB).
@@ -32,18 +34,15 @@ def keep_freed_memory() -> None:
 
 @dataclass(frozen=True, eq=False)
 class Sample:
-    """One time t in s: q, v = q' and acceleration q'' (7n,), multipliers λ of the joints' rows and then the motions',
-    turns (nc,), step size in s, counters.
+    """A state: its acceleration q'' (7n,), multipliers λ of the joints' rows and then the motions', step size in s,
+    counters.
 
     `work` (2 + K,): what forces and motions have worked, what dampers and friction have dissipated since the start, and
     of that each dry friction, J."""
 
-    t: float
-    q: Array
-    v: Array
+    state: State
     acceleration: Array
     multipliers: Array
-    turns: Integers
     step_size: float
     work: Array
     counters: Mapping[str, int]
@@ -51,17 +50,16 @@ class Sample:
 
 @dataclass(frozen=True, eq=False)
 class Samples:
-    """T consecutive samples: the fields of `Sample` with a leading axis of length T. `solved` gives the multipliers,
-    which may cost more than all else: they are solved for where somebody asks. `press`: how hard each stop pushes,
-    (T, S), where there are stops. `rub`: the force of each dry friction, and the sign of its sliding, 0 while it
-    sticks, (T, K) each, where there are some."""
+    """T consecutive samples: the fields of `Sample` with a leading axis of length T; y (T, N) has the `layout` of a
+    state. `solved` gives the multipliers, which may cost more than all else: they are solved for where somebody asks.
+    `press`: how hard each stop pushes, (T, S), where there are stops. `rub`: the force of each dry friction, and the
+    sign of its sliding, 0 while it sticks, (T, K) each, where there are some."""
 
     t: Array
-    q: Array
-    v: Array
+    y: Array
+    layout: Layout
     acceleration: Array
     solved: Callable[[], Array]
-    turns: Integers
     step_size: Array
     work: Array
     counters: Mapping[str, Integers]
@@ -73,17 +71,35 @@ class Samples:
         """λ of the joints' rows and then the motions', (T, m)."""
         return self.solved()
 
+    @property
+    def q(self) -> Array:
+        """(T, 7n)."""
+        return self.y[:, self.layout["positions"]]
+
+    @property
+    def v(self) -> Array:
+        """(T, 7n)."""
+        return self.y[:, self.layout["velocities"]]
+
+    @property
+    def turns(self) -> Integers:
+        """(T, nc)."""
+        return self.y[:, self.layout["turns"]].astype(np.intp)
+
+    def state(self, at: int) -> State:
+        """That of one sample."""
+        return State(float(self.t[at]), self.y[at].copy(), self.layout)
+
 
 def stack(samples: Sequence[Sample]) -> Samples:
     """One block of at least one sample."""
     multipliers = np.stack([sample.multipliers for sample in samples])
     return Samples(
-        t=np.array([sample.t for sample in samples]),
-        q=np.stack([sample.q for sample in samples]),
-        v=np.stack([sample.v for sample in samples]),
+        t=np.array([sample.state.t for sample in samples]),
+        y=np.stack([sample.state.y for sample in samples]),
+        layout=samples[0].state.layout,
         acceleration=np.stack([sample.acceleration for sample in samples]),
         solved=lambda: multipliers,
-        turns=np.stack([sample.turns for sample in samples]),
         step_size=np.array([sample.step_size for sample in samples]),
         work=np.stack([sample.work for sample in samples]),
         counters={key: np.array([sample.counters[key] for sample in samples]) for key in samples[0].counters},
@@ -97,13 +113,14 @@ def join(blocks: Sequence[Samples]) -> Samples:
     arrays = {
         field.name: np.concatenate([getattr(block, field.name) for block in blocks])
         for field in fields(Samples)
-        if field.name not in {"counters", "solved", "press", "rub"}
+        if field.name not in {"layout", "counters", "solved", "press", "rub"}
     }
     counters = {key: np.concatenate([block.counters[key] for block in blocks]) for key in blocks[0].counters}
     pressing = [block.press for block in blocks if block.press is not None]
     rubbing = [block.rub for block in blocks if block.rub is not None]
     return Samples(
         **arrays,
+        layout=blocks[0].layout,
         solved=lambda: np.concatenate([block.multipliers for block in blocks]),
         counters=counters,
         press=(lambda: np.concatenate([press() for press in pressing])) if pressing else None,

@@ -9,7 +9,7 @@ from mbproj.dataclass import dataclass
 from mbproj.dynamics.equations.constraint_equations import jacobian
 from mbproj.dynamics.equations.kinematics import Pose
 from mbproj.dynamics.rank.components import Component, component_rows, loops_of
-from mbproj.dynamics.rank.row_space import row_distances, scaled_jacobian, split, unit_rows
+from mbproj.dynamics.rank.row_space import scaled_jacobian, split, unit_rows
 from mbproj.model.system import System
 from mbproj.thresholds import THRESHOLDS
 
@@ -40,21 +40,19 @@ class Conditioning:
 
 def conditioning(system: System, pose: Pose) -> Conditioning:
     """The conditions at a pose. Components of more than `large` bodies do not count for the distance."""
-    components = [
-        component
-        for component in loops_of(system)
-        if len(component.bodies) <= THRESHOLDS.large and _has_joints(system, component)
-    ]
-    distance, owner = None, None
+    components = [component for component in loops_of(system) if len(component.bodies) <= THRESHOLDS.large]
+    distance, owner, independent = None, None, np.ones(system.constraints, dtype=bool)
     for component, rows in zip(components, component_rows(system, pose, components), strict=True):
         unit = unit_rows(rows)
-        basis, _ = split(unit, np.arange(len(unit)))
+        basis, dependent = split(unit, np.arange(len(unit)))
+        independent[system.bodies + component.rows[dependent]] = False
+        if not _has_joints(system, component):
+            continue
         left, values, _ = np.linalg.svd(unit[basis], full_matrices=False)
         if distance is None or values[-1] < distance * (1.0 - THRESHOLDS.dependent):
             distance, owner = float(values[-1]), _largest_owner(system, component.rows[basis], left[:, -1])
     if system.bodies > THRESHOLDS.large:
         return Conditioning(None, None, distance, owner)
-    independent = row_distances(scaled_jacobian(system, pose)) > THRESHOLDS.dependent
     return Conditioning(
         _condition(jacobian(system, pose)[independent]),
         _condition(scaled_jacobian(system, pose)[independent]),
@@ -70,8 +68,19 @@ def _has_joints(system: System, component: Component) -> bool:
 
 
 def _condition(rows: Array) -> float:
-    values = np.linalg.svd(rows, compute_uv=False)
-    return float(values[0] / values[-1])
+    """Of independent rows (m, 7n). Of many of them the singular values are the roots of the eigenvalues of their
+    products, by Lanczos' method."""
+    if len(rows) <= 7 * THRESHOLDS.dense_bodies:
+        values = np.linalg.svd(rows, compute_uv=False)
+        return float(values[0] / values[-1])
+    from scipy.sparse import csc_matrix
+    from scipy.sparse.linalg import eigsh
+
+    sparse = csc_matrix(rows)
+    products, first = (sparse @ sparse.T).tocsc(), np.ones(len(rows))
+    (largest,) = eigsh(products, 1, v0=first, return_eigenvectors=False)
+    (smallest,) = eigsh(products, 1, sigma=0.0, v0=first, return_eigenvectors=False)
+    return float(np.sqrt(largest / abs(smallest)))
 
 
 def _largest_owner(system: System, rows: Integers, share: Array) -> str:

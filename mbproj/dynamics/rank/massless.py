@@ -32,6 +32,41 @@ class MasslessMotion:
         return ", ".join(f"'{name}' {what}" for name, what in self.bodies)
 
 
+@dataclass(frozen=True, eq=False)
+class LightMotion:
+    """A motion (6n,) of (δr / length, δθ), of size 1, that the joints leave; `inertia`: how much it moves, as a part of
+    the most that any motion of one body does."""
+
+    inertia: float
+    motion: Array
+    words: str
+
+    def __str__(self) -> str:
+        return self.words
+
+
+def least_inertia(system: System, pose: Pose) -> LightMotion | None:
+    """That which moves the least mass; None where the joints leave no freedom."""
+    bodies = np.arange(system.bodies)
+    component = Component(np.arange(system.constraints - system.bodies), bodies)
+    free = _null_space(unit_rows(component_rows(system, pose, [component])[0]))
+    if not len(free):
+        return None
+    M = np.zeros((system.bodies, 6, 6))
+    M[:, :3, :3], M[:, 3:, 3:] = system.mass[:, None, None] * system.length**2 * np.eye(3), system.inertia
+    moved = np.einsum("nij,knj->kni", M, free.reshape(-1, system.bodies, 6)).reshape(len(free), -1) @ free.T
+    if system.reflected is not None:
+        rows = (tangent_gradients(system.reflected, pose)[:, :-1] * ([system.length] * 3 + [1.0] * 3)).reshape(
+            -1, 6 * system.bodies
+        )
+        turned = free @ rows.T
+        moved += (turned * system.reflected.inertia) @ turned.T
+    values, vectors = np.linalg.eigh(moved)
+    motion = vectors[:, 0] @ free
+    words = ", ".join(f"'{name}' {what}" for name, what in _words(system, pose, bodies, motion.reshape(-1, 6)))
+    return LightMotion(float(values[0]) / float(np.abs(M).max()), motion, words)
+
+
 def massless_motions(system: System, pose: Pose) -> tuple[MasslessMotion, ...]:
     """As many motions as null(M) ∩ null(C_q) has directions, each of as few parts as can be; none where Eq. 20 holds.
 

@@ -9,7 +9,9 @@ import numpy as np
 
 from mbproj.arrays import Array
 from mbproj.dataclass import dataclass
-from mbproj.dynamics.assembly.assemble import nearest
+from mbproj.dynamics.assembly.assemble import nearest, scaled_rows
+from mbproj.dynamics.assembly.gauss_newton import moved, shortest
+from mbproj.dynamics.blocks import Rows
 from mbproj.dynamics.equations.kinematics import Pose, pose_of
 from mbproj.dynamics.rank.branches import branch_directions
 from mbproj.dynamics.rank.components import Component, component_rows
@@ -36,20 +38,34 @@ def nearby(system: System, q: Array) -> Nearby:
     """Poses that the joints reach from q (7n,); motions do not hold them, as they go on in time."""
     free = replace(system, motions=None)
     pose = pose_of(q)
-    rows = _joint_rows(free, pose)
-    _, values, vectors = np.linalg.svd(rows, full_matrices=True)
-    motions = vectors[np.count_nonzero(values > THRESHOLDS.dependent) :]
+    motions = _motions(free, pose)
     # Drawn among all motions: round-off decides which basis of those allowed the decomposition gives.
-    trials = np.random.default_rng(SEED).normal(size=(TRIALS, rows.shape[1])) @ motions.T
+    trials = np.random.default_rng(SEED).normal(size=(TRIALS, 6 * system.bodies)) @ motions.T
     directions = branch_directions(free, pose, motions, trials)[:DIRECTIONS]
     return Nearby(tuple(found for direction in directions for found in _walk(free, q, direction)), len(motions))
+
+
+def _motions(system: System, pose: Pose) -> Array:
+    """An orthonormal basis (f, 6n) of the motions of (δr / length, δθ) that the joints allow. For many bodies it is
+    that of so many random motions, less what the rows resist of them, that they span no more than some of them do."""
+    if system.bodies <= THRESHOLDS.dense_bodies:
+        _, values, vectors = np.linalg.svd(_joint_rows(system, pose), full_matrices=True)
+        return np.asarray(vectors[np.count_nonzero(values > THRESHOLDS.dependent) :], dtype=float)
+    rows, count = scaled_rows(system, pose, NO_CONDITIONS), THRESHOLDS.many_directions
+    while True:
+        count = min(2 * count, 6 * system.bodies)
+        drawn = np.random.default_rng(SEED).normal(size=(6 * system.bodies, count))
+        _, values, vectors = np.linalg.svd(_allowed(rows, drawn).T, full_matrices=False)
+        rank = int(np.count_nonzero(values > THRESHOLDS.no_motion))
+        if rank < count or count == 6 * system.bodies:
+            return np.asarray(vectors[:rank], dtype=float)
 
 
 def _walk(system: System, q: Array, direction: Array) -> Iterator[Pose]:
     """Poses along a direction (6n,), each some steps further, until one does not close."""
     reached = q
     for step in (THRESHOLDS.nearby_first, THRESHOLDS.nearby_second):
-        motion = _allowed(_joint_rows(system, pose_of(reached)), direction)
+        motion = _allowed(scaled_rows(system, pose_of(reached), NO_CONDITIONS), direction)
         size = float(np.abs(motion).max())
         if size < THRESHOLDS.no_motion:
             return
@@ -61,25 +77,11 @@ def _walk(system: System, q: Array, direction: Array) -> Iterator[Pose]:
         reached = closed
 
 
-def moved(system: System, q: Array, motion: Array) -> Array:
-    """q (7n,) after a motion (6n,) of (δr / length, δθ in body axes)."""
-    bodies, δ = q.reshape(-1, 7).copy(), motion.reshape(-1, 6)
-    turn = 0.5 * (np.swapaxes(matrix_L(bodies[:, 3:]), -1, -2) @ δ[:, 3:, None])[..., 0]
-    bodies[:, :3] += system.length * δ[:, :3]
-    bodies[:, 3:] += turn
-    bodies[:, 3:] /= np.linalg.norm(bodies[:, 3:], axis=1, keepdims=True)
-    return bodies.ravel()
-
-
-def _allowed(rows: Array, direction: Array) -> Array:
-    """The part of a direction that the rows do not resist, of unit length before."""
-    direction = direction / np.linalg.norm(direction)
+def _allowed(rows: Rows, direction: Array) -> Array:
+    """The part of a direction (6n,), or of several (6n, k), that the rows do not resist, of unit length before."""
+    direction = direction / np.linalg.norm(direction, axis=0)
     for _ in range(2):
-        direction = (
-            direction - np.linalg.lstsq(rows, rows @ direction, rcond=THRESHOLDS.dependent)[0]
-            if rows.size
-            else direction
-        )
+        direction = direction - shortest(rows, rows.times(direction))
     return direction
 
 

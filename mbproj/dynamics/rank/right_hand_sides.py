@@ -9,10 +9,10 @@ import numpy as np
 from mbproj.arrays import Array, Integers
 from mbproj.dataclass import dataclass
 from mbproj.dynamics.assembly.assemble import State
-from mbproj.dynamics.equations.constraint_equations import gamma, jacobian, time_derivative
+from mbproj.dynamics.equations.constraint_equations import gamma, set_velocity, time_derivative
 from mbproj.dynamics.equations.kinematics import Pose, Twist, body_rates, pose_of, twist_of
 from mbproj.dynamics.equations.motions import Drive, drive_at
-from mbproj.dynamics.rank.components import Component
+from mbproj.dynamics.rank.components import Component, row_sets
 from mbproj.dynamics.rank.row_space import unit_rows
 from mbproj.model.system import System
 from mbproj.thresholds import THRESHOLDS
@@ -80,5 +80,6 @@ def tangent_gamma(system: System, pose: Pose, twist: Twist, drive: Drive | None)
     norm rows ask for, is -|Λ'|² Λ."""
     kept = np.zeros((system.bodies, 7))
     kept[:, 3:] = -np.sum(twist.rate[:-1] ** 2, axis=1, keepdims=True) * pose.orientation[:-1]
-    rows = gamma(system, pose, twist, drive) - jacobian(system, pose) @ kept.ravel()
-    return np.asarray(rows[system.bodies :], dtype=float)
+    change = twist_of(pose, kept.ravel())
+    of_kept = [set_velocity(bound, pose, change) for bound in row_sets(system)]
+    return np.asarray(gamma(system, pose, twist, drive)[system.bodies :] - np.concatenate(of_kept), dtype=float)

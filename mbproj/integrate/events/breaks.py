@@ -9,6 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from mbproj.dataclass import dataclass
+from mbproj.integrate.events.splits import splits_of
 from mbproj.integrate.events.time_events import events_of
 from mbproj.model.system import System
 from mbproj.scene.records import Settings
@@ -38,19 +39,22 @@ class TimeWindow:
 
 
 def breaks_of(system: System, start: float, settings: Settings) -> tuple[Break, ...]:
-    """The breaks of a run, in their order; one at its start or end says from which side that is seen."""
+    """The breaks of a run, in their order: its events, and where its fixed steps are split. One at its start or end
+    says from which side that is seen."""
     assert settings.duration is not None
     found: list[Break] = []
     grid = None
-    interval = output_interval(settings)
-    for event in events_of(system, start, settings):
-        grain = float(np.spacing(max(abs(start), abs(event.time), interval)))
+    interval, end = output_interval(settings), start + settings.duration
+    times = {event.time for event in events_of(system, start, settings)}
+    inner = {t for split in splits_of(system, start, settings) for t in split.times if start < t < end}
+    for time in sorted(times | inner):
+        grain = float(np.spacing(max(abs(start), abs(time), interval)))
         grid = _grid(settings, start) if grid is None else grid
-        left, right = event.time - THRESHOLDS.kink_aside * grain, event.time + THRESHOLDS.kink_aside * grain
-        if found and event.time - found[-1].time <= THRESHOLDS.one_break * grain:
+        left, right = time - THRESHOLDS.kink_aside * grain, time + THRESHOLDS.kink_aside * grain
+        if found and time - found[-1].time <= THRESHOLDS.one_break * grain:
             found[-1] = found[-1]._replace(right=max(right, found[-1].right))
         else:
-            found.append(Break(_snapped(event.time, grid, settings, THRESHOLDS.one_break * grain), left, right))
+            found.append(Break(_snapped(time, grid, settings, THRESHOLDS.one_break * grain), left, right))
     return tuple(found)
 
 

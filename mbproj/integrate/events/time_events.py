@@ -6,6 +6,8 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import lru_cache
+from itertools import pairwise
+from typing import NamedTuple
 
 import numpy as np
 
@@ -24,6 +26,10 @@ from mbproj.thresholds import THRESHOLDS
 
 #: Derivatives of forces do not count; of motions the acceleration does.
 OF_FORCES, OF_MOTIONS = 1, 3
+#: The kind of events of direction 1 where contacts begin to share a force arbitrarily, -1 where that ends.
+SHARED = "shared"
+#: The kind of events of stops on whose shares the motion depends from there on.
+DECIDES = "share decides"
 
 
 @dataclass(frozen=True, order=True)
@@ -39,13 +45,30 @@ class Event:
     energy: float = 0.0
 
 
+class Stretch(NamedTuple):
+    """A time between two neighbouring events of a function, or its start and the first; `parts`: what of it depends on
+    time alone, with how many derivatives that count."""
+
+    owner: str
+    parts: tuple[ProgramSet, ...]
+    orders: int
+    low: float
+    high: float
+
+
 def time_events(
     system: System, start: float, end: float, interval: float, asked: tuple[float, ...] = ()
 ) -> tuple[Event, ...]:
     """From `start` to `end`, in their order: of each function the first `most_kinks` kinks, and the narrow features.
     `interval` is the time between two samples, s. A later end adds events and changes none."""
-    own = _of_scene(system.forces, system.motions, system.names.motions, start, end, interval)
+    own, _ = _of_scene(system.forces, system.motions, system.names.motions, start, end, interval, 0.0)
     return tuple(sorted({*own, *(Event(t, "break_times", "asked for") for t in asked if start < t < end)}))
+
+
+def stretches(system: System, start: float, end: float, interval: float, longest: float) -> tuple[Stretch, ...]:
+    """Those shorter than `longest` that begin between `start` and `end`, and may end later. A later end adds some and
+    changes none."""
+    return _of_scene(system.forces, system.motions, system.names.motions, start, end, interval, longest)[1]
 
 
 def events_of(system: System, start: float, settings: Settings) -> tuple[Event, ...]:
@@ -62,45 +85,56 @@ def crowded(events: tuple[Event, ...]) -> tuple[str, ...]:
 
 @lru_cache(maxsize=256)
 def _of_scene(
-    forces: Forces | None, motions: Motions | None, names: tuple[str, ...], start: float, end: float, interval: float
-) -> tuple[Event, ...]:
+    forces: Forces | None,
+    motions: Motions | None,
+    names: tuple[str, ...],
+    start: float,
+    end: float,
+    interval: float,
+    longest: float,
+) -> tuple[tuple[Event, ...], tuple[Stretch, ...]]:
     """Studies run a mechanism many times, and it does not change."""
-    found: set[Event] = set()
+    events: set[Event] = set()
+    found: list[Stretch] = []
+    sets: list[tuple[ProgramSet, tuple[str, ...], int]] = []
     if forces is not None:
-        owners = tuple(f"force '{name}'" for name in forces.program_owners)
-        found |= set(_of_programs(forces.programs, owners, start, end, interval, OF_FORCES))
+        sets.append((forces.programs, tuple(f"force '{name}'" for name in forces.program_owners), OF_FORCES))
     if motions is not None:
-        owners = tuple(f"motion '{name}'" for name in names)
-        found |= set(_of_programs(motions.programs, owners, start, end, interval, OF_MOTIONS))
-    return tuple(sorted(found))
-
-
-def _of_programs(
-    programs: ProgramSet, owners: tuple[str, ...], start: float, end: float, interval: float, orders: int
-) -> Iterator[Event]:
-    seen: dict[tuple[bytes, bytes], list[tuple[float, str]]] = {}
-    for index, owner in enumerate(owners):
-        for part in time_parts(programs, index):
-            code = slice(*part.start)
-            same = part.op[code].tobytes(), part.operand[code].tobytes()
-            if same not in seen:
-                seen[same] = list(_of_function(part, start, end, interval, orders))
-            yield from (Event(t, owner, kind) for t, kind in seen[same])
+        sets.append((motions.programs, tuple(f"motion '{name}'" for name in names), OF_MOTIONS))
+    for programs, owners, orders in sets:
+        seen: dict[tuple[bytes, bytes], list[tuple[float, str]]] = {}
+        for index, owner in enumerate(owners):
+            parts, marks = time_parts(programs, index), {start}
+            for part in parts:
+                code = slice(*part.start)
+                same = part.op[code].tobytes(), part.operand[code].tobytes()
+                if same not in seen:
+                    seen[same] = list(_of_function(part, start, end, interval, orders, longest))
+                events |= {Event(t, owner, kind) for t, kind in seen[same] if kind and t <= end}
+                marks |= {t for t, _ in seen[same]}
+            pairs = pairwise(sorted(marks))
+            found += [
+                Stretch(owner, parts, orders, *pair) for pair in pairs if pair[0] < end and pair[1] - pair[0] < longest
+            ]
+    return tuple(sorted(events)), tuple(found)
 
 
 def _of_function(
-    part: ProgramSet, start: float, end: float, interval: float, orders: int
+    part: ProgramSet, start: float, end: float, interval: float, orders: int, longest: float
 ) -> Iterator[tuple[float, str]]:
+    """Times and kinds, also beyond the end; without a kind where what a kink begins dies away."""
     counted = 0
-    for low, high in look_windows(start, end, interval):
+    for low, high in look_windows(start, end + longest, interval):
         beside = THRESHOLDS.one_break * float(np.spacing(max(abs(low), abs(high))))
         found = [kink for kink in kinks(part, 0, low, high) if _goes_on(part, kink.t, beside, start, end)]
         for feature in features(part, 0, low, high, found, orders):
-            sides = zip(feature, ("begins", "ends"), strict=True)
-            yield from ((t, f"narrow feature {what}") for t, what in sides if t <= end)
+            if feature.after_kink:
+                yield feature.end, ""
+            else:
+                yield feature.start, "narrow feature begins"
+                yield feature.end, "narrow feature ends"
         for kink in found[: THRESHOLDS.most_kinks - counted]:
-            if kink.t <= end:
-                yield kink.t, "jump" if any(kink.jump[:orders]) else "kink"
+            yield kink.t, "jump" if any(kink.jump[:orders]) else "kink"
         counted += len(found)
         if counted >= THRESHOLDS.most_kinks:
             return

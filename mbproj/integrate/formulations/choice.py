@@ -17,6 +17,7 @@ from mbproj.integrate.formulations.reduced import Reduced
 from mbproj.integrate.formulations.redundant_rows import count_redundant
 from mbproj.kernel import build_info, core
 from mbproj.kernel.absence import warn_of_absence
+from mbproj.kernel.bound import without_form
 from mbproj.model.planar import NotPlanar, Plane, obstacle_in_plane, planar_reduction
 from mbproj.model.system import System
 from mbproj.registry import PROJECTIONS
@@ -96,6 +97,9 @@ def _obstacle(system: System, settings: Settings) -> str | None:
         return f"the projection '{method}' exists in the full formulation only"
     if settings.acceleration != "bordered":
         return f"'acceleration: {settings.acceleration}' exists in the full formulation only"
+    missing = without_form(system)
+    if missing is not None:
+        return f"the primitive '{missing}' exists in the full formulation only"
     return None if core() is not None else _no_kernel()
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from types import ModuleType
 from typing import Any, ClassVar
 
@@ -11,6 +12,7 @@ import numpy as np
 
 from mbproj.arrays import Array, Integers, may_overflow
 from mbproj.dynamics.assembly.assemble import State, coordinate_values
+from mbproj.dynamics.equations.equations_of_motion import state_rates
 from mbproj.dynamics.equations.forces import applied
 from mbproj.dynamics.equations.kinematics import pose_of, twist_of
 from mbproj.dynamics.equations.motions import drive_at
@@ -34,6 +36,7 @@ from mbproj.integrate.outcome.failures import (
 from mbproj.integrate.steppers.implicit_tableau import ImplicitTableau
 from mbproj.integrate.steppers.methods import tableau_of
 from mbproj.integrate.steppers.tableau import Tableau
+from mbproj.model.layout import Layout
 from mbproj.model.system import System
 from mbproj.registry import PROJECTIONS
 from mbproj.scene.records import ProjectionSettings, Settings
@@ -42,16 +45,14 @@ PHASES = ("accelerations", "position projection", "velocity projection", "rest")
 
 
 class Compiled(ABC):
-    """A system in the kernel's coordinates. `dimension` names the kernel's classes, Space or Plane; its state has
-    `width` numbers a body."""
+    """A system in the kernel's coordinates. `dimension` names the kernel's classes, Space or Plane."""
 
     name: ClassVar[str]
     dimension: ClassVar[str]
-    width: ClassVar[int]
 
-    def __init__(self, core: ModuleType | None, system: System, model: Any) -> None:
+    def __init__(self, core: ModuleType | None, system: System, layout: Layout, model: Any) -> None:
         assert core is not None
-        self.core, self.system, self.model = core, system, model
+        self.core, self.system, self.layout, self.model = core, system, layout, model
 
     @property
     @abstractmethod
@@ -67,13 +68,29 @@ class Compiled(ABC):
     def state(self, q: Array, v: Array) -> Array:
         """The kernel's state (..., n, 13 or 6) from q and v = q' (..., 7n)."""
 
-    @abstractmethod
-    def coordinates(self, y: Array) -> tuple[Array, Array]:
-        """q and v of one state of the kernel."""
-
-    @abstractmethod
     def samples(self, block: Mapping[str, Any], counters: Mapping[str, Integers]) -> Samples:
         """A block of the kernel in the coordinates of all formulations."""
+        y, work = block["y"], block["y"][:, self.layout["quadratures"]]
+        q, v, acceleration = self.motion(self._by_body(y), block["acceleration"])
+        found = Samples(
+            t=block["t"],
+            y=self._states(y, q, v, self.all_turns(block["turns"])),
+            layout=self.system.layout,
+            acceleration=acceleration,
+            solved=lambda: block["multipliers"],
+            step_size=block["step_size"],
+            work=work if work.shape[1] else np.zeros((len(y), 2)),
+            counters=counters,
+        )
+        return replace(found, solved=lambda: self.multipliers(found, block))  # a circle would keep the memory
+
+    @abstractmethod
+    def motion(self, y: Array, acceleration: Array) -> tuple[Array, Array, Array]:
+        """q, q' and q'' (T, 7n) at states of the kernel (T, n, 13 or 6) with its accelerations."""
+
+    @abstractmethod
+    def multipliers(self, samples: Samples, block: Mapping[str, Any]) -> Array:
+        """λ of all rows at samples, (T, m), which a block of the kernel has given."""
 
     @abstractmethod
     def turns(self, turns: Integers) -> Integers:
@@ -85,8 +102,22 @@ class Compiled(ABC):
 
     def standing(self, t: float, y: Array, turns: Sequence[int]) -> State:
         """The state of a mark of the kernel."""
-        q, v = self.coordinates(y[: self.system.bodies * self.width].reshape(-1, self.width))
-        return State(t, q, v, self.all_turns(np.array(turns, dtype=np.intp)))
+        q, v = self.coordinates(self._by_body(y))
+        return State(t, self._states(y, q, v, self.all_turns(np.array(turns, dtype=np.intp))), self.system.layout)
+
+    def _by_body(self, y: Array) -> Array:
+        """The bodies' states (..., n, 13 or 6) at the kernel's y (..., its size)."""
+        return y[..., self.layout["bodies"]].reshape(*y.shape[:-1], self.system.bodies, -1)
+
+    def coordinates(self, bodies: Array) -> tuple[Array, Array]:
+        """q and v (7n,) at one state of the kernel's bodies, (n, 13 or 6)."""
+        q, v, _ = self.motion(bodies[None], np.zeros((1, len(bodies), bodies.shape[1] // 2)))
+        return q[0], v[0]
+
+    def _states(self, y: Array, q: Array, v: Array, turns: Integers) -> Array:
+        """Those of the system (..., N) at the kernel's (..., its size), with the positions and velocities there."""
+        beside = self.layout.shared(y, self.system.layout)
+        return self.system.layout.joined({"positions": q, "velocities": v, "turns": turns, **beside})
 
     @abstractmethod
     def joint(self, number: int) -> int:
@@ -129,7 +160,7 @@ class Compiled(ABC):
         y = self.state(state.q, state.v)
         if equations.accelerations(y, state.t, self.turns(reference).tolist()) is not None:
             return True, -1
-        self.require_functions(state.t, state.q, state.v)
+        self.require_functions(state.t, state.q, state.v, state.x)
         return False, int(equations.singular_joint)
 
     def responses(self, state: State, laws: Integers) -> Array | None:
@@ -138,9 +169,10 @@ class Compiled(ABC):
         found: Array | None = self.equations().responses(y, laws.tolist(), state.t)
         return found
 
-    def require_functions(self, t: float, q: Array, v: Array) -> None:
-        """Raises SimulationError that names the force or motion whose function has no value at a state."""
+    def require_functions(self, t: float, q: Array, v: Array, x: Array) -> None:
+        """Raises SimulationError that names the force, motion or state whose function has no value at a state."""
         drive_at(self.system, t)
+        state_rates(self.system, t, x)
         if self.system.forces is not None:
             pose = pose_of(q)
             applied(self.system, pose, twist_of(pose, v), t, coordinate_values(self.system, pose))
@@ -154,7 +186,9 @@ class Compiled(ABC):
             _tableau(self.core, tableau_of(settings.integrator)),
             self.projection(settings.projection),
             _steps(self.core, settings, leg or Leg.whole(self.system, settings, state.t)),
-            self.state(state.q, state.v),
+            self.layout.joined(
+                {"bodies": self.state(state.q, state.v).ravel()} | state.layout.shared(state.y, self.layout)
+            ),
             turns,
         )
 
@@ -193,7 +227,7 @@ class Compiled(ABC):
             return unresolved(t, outcome.velocity_change)
         if outcome.status == status.untold:
             name = self.system.names.coordinates[self.coordinate(outcome.coordinate)]
-            teeth = self.system.meshes.size > 0
+            teeth = self.system.couplings.size > 0
             return TurnsUntold(t, name, outcome.turned, outcome.off, outcome.step, teeth=teeth)
         if outcome.status == status.pushed_back:
             switches = switches_of(self.system.forces)
@@ -217,16 +251,10 @@ class Compiled(ABC):
         """What the functions of the scene say at a state where one has no value."""
         try:
             with may_overflow():
-                self.require_functions(t, *self.coordinates(y))
+                self.require_functions(t, *self.coordinates(self._by_body(y)), y[self.layout["states"]])
         except SimulationError as error:
             return error
         return not_finite(t)
-
-
-def work_of(block: Mapping[str, Any]) -> Array:
-    """Work and dissipation of a block, (T, 2): zero where nothing is integrated."""
-    work: Array = block["work"]
-    return work if work.shape[1] else np.zeros((len(work), 2))
 
 
 def _tableau(core: ModuleType, tableau: Tableau | ImplicitTableau) -> Any:

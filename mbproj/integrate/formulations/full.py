@@ -1,9 +1,6 @@
-"""The full formulation as an initial value problem: y = (q, q'), y' = (q', q'') from Eq. 14 or Eqs. 80-81.
+"""The full formulation as an initial value problem: y = (q, q', ...), y' = (q', q'', ...) from Eq. 14 or Eqs. 80-81.
 
-Where a scene has forces or motions, y goes on with the work that they have done and the energy that dampers have lost,
-so that both are integrated with the order of the method; they have no influence on the rest. Where forces act on
-angles, or gears and screws ask for turns, y ends with the joints' coordinates: integrated from step to step, they tell
-each stage how far the wheels have turned.
+What else is in y says its layout: states of elements, the work of forces, joint coordinates that are followed.
 """
 
 from __future__ import annotations
@@ -13,11 +10,17 @@ from typing import final
 
 import numpy as np
 
-from mbproj.arrays import Array, may_overflow
+from mbproj.arrays import Array, Integers, may_overflow
 from mbproj.dataclass import dataclass
 from mbproj.dynamics.assembly.assemble import State, coordinate_values, coordinates
 from mbproj.dynamics.equations.constraint_equations import constraint, constraint_velocity, gamma, jacobian
-from mbproj.dynamics.equations.equations_of_motion import SOLVERS, Solver, generalised_force, mass_matrix
+from mbproj.dynamics.equations.equations_of_motion import (
+    SOLVERS,
+    Solver,
+    generalised_force,
+    mass_matrix,
+    state_rates,
+)
 from mbproj.dynamics.equations.forces import applied, generalised, law_state, unit_pull
 from mbproj.dynamics.equations.kinematics import Pose, Twist, pose_of, twist_of
 from mbproj.dynamics.equations.motions import Drive, drive_at
@@ -42,9 +45,10 @@ from mbproj.integrate.outcome.failures import (
     singular,
 )
 from mbproj.model.forces import Forces
+from mbproj.model.layout import Layout
 from mbproj.model.system import System
 from mbproj.projection import Method, Projected, Projection, make_method, project_after
-from mbproj.scene.records import Settings
+from mbproj.scene.records import ProjectionSettings, Settings
 from mbproj.thresholds import THRESHOLDS
 
 
@@ -74,35 +78,27 @@ class FullFormulation:
         pose = pose_of(state.q)
         counted = coordinate_values(system, pose) + 2.0 * np.pi * state.turns
         sums = sums_at_start(system, pose, counted)
-        bodies = replace(system, reflected=None)
-        return cls(system, settings, method, RowPolicy(system, redundant), sums, bodies, TimeWindow())
+        bodies, policy = replace(system, reflected=None), RowPolicy(system, redundant)
+        return cls(system, settings, method, policy, sums, bodies, TimeWindow())
 
     @property
-    def quadratures(self) -> int:
-        """How many integrals y ends with: work, dissipation and what laws lose apart, or none."""
-        forces = self.system.forces
-        return (
-            0
-            if forces is None and self.system.motions is None
-            else 2 + (0 if forces is None else forces.laws.apart.sum())
-        )
+    def layout(self) -> Layout:
+        """Of y."""
+        return self.system.integrated
 
-    @property
-    def followed(self) -> int:
-        """How many joint coordinates y ends with: all or none."""
-        laws = None if self.system.forces is None else self.system.forces.laws
-        asked = self.system.meshes.size or (laws is not None and bool(laws.is_angle.any()))
-        return self.system.coordinates.size if asked else 0
+    def parts(self, y: Array) -> tuple[Array, Array, Array]:
+        """q (7n,), q' (7n,) and the joints' coordinates that are followed, all or none."""
+        layout = self.layout
+        return y[layout["positions"]], y[layout["velocities"]], y[layout["followed"]]
 
-    def parts(self, y: Array) -> tuple[Array, Array, Array, Array]:
-        """q (7n,), q' (7n,), the integrals of y and the joints' coordinates that are followed."""
-        n, end = 7 * self.system.bodies, len(y) - self.followed
-        return y[:n], y[n : 2 * n], y[2 * n : end], y[end:]
+    def state(self, t: float, y: Array, turns: Integers) -> State:
+        """The state at y, with the whole turns (nc,) of the joints' coordinates."""
+        return State.of(self.system, t, **self.layout.shared(y, self.system.layout), turns=turns)
 
     def drive(self, t: float, expected: Array) -> Drive | None:
         """What motions prescribe, and the teeth in mesh where the joints' coordinates are `expected`, (nc,).
         Accelerations, which may jump, are seen from within the window; positions and rates belong to t itself."""
-        drive = drive_at(self.system, t, Teeth(self.sums, expected) if self.system.meshes.size else None)
+        drive = drive_at(self.system, t, Teeth(self.sums, expected) if self.system.couplings.size else None)
         seen = self.window.seen(t)
         if drive is None or seen == t:
             return drive
@@ -119,13 +115,13 @@ class FullFormulation:
 
     def arguments(self, switches: LawSwitches, held: Array, t: float, y: Array) -> Array:
         """Of the switches of its laws at a state, (K,)."""
-        q, v, _, expected = self.parts(y)
+        q, v, expected = self.parts(y)
         pose = pose_of(q)
         with may_overflow():
             return switches.arguments(pose, twist_of(pose, v), self.window.seen(t), expected, held)
 
     def derivative(self, t: float, y: Array) -> Array:
-        """y' of y, (14n + integrals + followed,), with the rows of the step at hand."""
+        """y' of y, with the rows of the step at hand."""
         return self._derivative(t, y)[0]
 
     def watched_derivative(self, t: float, y: Array) -> Array:
@@ -135,10 +131,21 @@ class FullFormulation:
         return slope
 
     def _derivative(self, t: float, y: Array) -> tuple[Array, float]:
-        q, v, _, expected = self.parts(y)
-        found = self.accelerations(t, q, v, expected)
-        rates = coordinates(self.system, q, v)[1] if self.followed else expected
-        return np.concatenate([v, found.acceleration, found.power, rates]), found.nearness
+        found = self.accelerations(t, *self.parts(y))
+        return self.slope(t, y, found), found.nearness
+
+    def slope(self, t: float, y: Array, found: Accelerations, speed: Array | None = None) -> Array:
+        """y' at y with these accelerations; `speed` (nc,): of the joints' coordinates, where it is known."""
+        q, v, expected = self.parts(y)
+        speed = coordinates(self.system, q, v)[1] if speed is None and len(expected) else speed
+        rates = {
+            "positions": v,
+            "velocities": found.acceleration,
+            "states": state_rates(self.system, self.window.seen(t), y[self.layout["states"]]),
+            "quadratures": found.power,
+            "followed": expected if speed is None else speed[: len(expected)],
+        }
+        return self.layout.joined(rates)
 
     def accelerations(self, t: float, q: Array, v: Array, expected: Array, rows: RowSet | None = None) -> Accelerations:
         """With these rows, those of the step at hand where none are given: equal input has equal bits, whatever was
@@ -164,7 +171,7 @@ class FullFormulation:
         if self.method.stabilises:
             C, C_dot = constraint(system, pose, drive), constraint_velocity(system, pose, twist, drive)
             rhs = self.method.stabilised(rhs, C, C_dot)
-        force, power = generalised_force(self.bodies, pose, twist), np.zeros(self.quadratures)
+        force, power = generalised_force(self.bodies, pose, twist), np.zeros(self.layout.size_of("quadratures"))
         if system.forces is not None:
             loads = applied(system, pose, twist, self.window.seen(t), expected, self.held)
             force = force + generalised(pose, loads.force, loads.torque)
@@ -216,37 +223,31 @@ class FullFormulation:
 
     def project(self, step: int, t: float, y: Array) -> Projected:
         """The state after step number `step`, projected as the settings say."""
-        q, v, _, expected = self.parts(y)
-        if not isinstance(self.method, Projection):
-            return Projected(q, v)
-        try:
-            drive = self.drive(t, expected)
-            rows, settings = self.policy.rows, self.settings.projection
-            projected = project_after(step, self.system, self.method, settings, q, v, drive, rows)
-        except np.linalg.LinAlgError as error:
-            raise self.singular(t, q, v) from error
+        projected = self._projected(step, self.settings.projection, t, y)
         self.policy.see(projected.nearest)
         return projected
 
     def project_copy(self, t: float, y: Array) -> tuple[Array, Projected]:
         """A state between two steps moved to the constraints, both levels that the settings switch on, and how."""
+        projected = self._projected(1, replace(self.settings.projection, every=1, threshold=None), t, y)
+        return self.layout.changed(y, {"positions": projected.q, "velocities": projected.v}), projected
+
+    def _projected(self, step: int, settings: ProjectionSettings, t: float, y: Array) -> Projected:
+        q, v, expected = self.parts(y)
         if not isinstance(self.method, Projection):
-            return y, Projected(*self.parts(y)[:2])
-        always = replace(self.settings.projection, every=1, threshold=None)
-        q, v, integrals, expected = self.parts(y)
+            return Projected(q, v)
         try:
-            drive = self.drive(t, expected)
-            projected = project_after(1, self.system, self.method, always, q, v, drive, self.policy.rows)
+            drive, rows = self.drive(t, expected), self.policy.rows
+            return project_after(step, self.system, self.method, settings, q, v, drive, rows)
         except np.linalg.LinAlgError as error:
             raise self.singular(t, q, v) from error
-        return np.concatenate([projected.q, projected.v, integrals, expected]), projected
 
     def lead(self, t: float, y: Array) -> Array:
         """y at a time, with those of its joint coordinates that are driven where their motions are."""
-        if not self.followed:
+        expected = self.parts(y)[2]
+        if not len(expected):
             return y
-        *rest, expected = self.parts(y)
-        return np.concatenate([*rest, driven_to(self.system, expected, drive_at(self.system, t))])
+        return self.layout.changed(y, {"followed": driven_to(self.system, expected, drive_at(self.system, t))})
 
     def violations(self, t: float, q: Array, v: Array, expected: Array) -> tuple[Array, Array]:
         """|C| and |C'|, row by row, (m,)."""

@@ -15,12 +15,12 @@ from mbproj.dynamics.equations.forces import applied
 from mbproj.dynamics.equations.kinematics import body_rates, pose_of, twist_of
 from mbproj.dynamics.equations.reflected import inertial_reaction, pull_on_bodies
 from mbproj.dynamics.observe.samples import Samples
-from mbproj.integrate.formulations.compiled import Compiled, work_of
+from mbproj.integrate.formulations.compiled import Compiled
 from mbproj.integrate.formulations.reduced import Reduced, space_state
 from mbproj.integrate.formulations.redundant_rows import count_redundant
 from mbproj.kernel.models import joints_in_plane, plane_model, plane_row_scale, plane_rows
 from mbproj.model.planar import Plane
-from mbproj.model.system import System
+from mbproj.model.system import System, layout_in_bodies
 
 
 @final
@@ -29,10 +29,11 @@ class InPlane(Compiled):
 
     name = "planar"
     dimension = "Plane"
-    width = 6
 
     def __init__(self, core: ModuleType | None, system: System, plane: Plane) -> None:
-        super().__init__(core, system, plane_model(core, system, plane) if core else None)
+        of_a_body = np.array([system.length, system.length, 1.0] * 2)
+        layout = layout_in_bodies(system, of_a_body, plane.coordinates.size)
+        super().__init__(core, system, layout, plane_model(core, system, plane, layout) if core else None)
         self.plane = plane
         self._joints = joints_in_plane(plane)
         self._rows = plane_rows(plane)
@@ -50,28 +51,9 @@ class InPlane(Compiled):
         p, u = self.plane.reduce(q, v)
         return np.concatenate([part.reshape(*part.shape[:-1], -1, 3) for part in (p, u)], axis=-1)
 
-    def coordinates(self, y: Array) -> tuple[Array, Array]:
-        p, u = y[:, :3].ravel(), y[:, 3:].ravel()
-        q, v, _ = self.plane.expand(p, u, np.zeros_like(u))
-        return q, v
-
-    def samples(self, block: Mapping[str, Any], counters: Mapping[str, Integers]) -> Samples:
-        y, acceleration = block["y"], block["acceleration"]
-        count = len(y)
-        p, u = y[..., :3].reshape(count, -1), y[..., 3:].reshape(count, -1)
-        q, v, a = self.plane.expand(p, u, acceleration.reshape(count, -1))
-        turns = self.all_turns(block["turns"])
-        return Samples(
-            t=block["t"],
-            q=q,
-            v=v,
-            acceleration=a,
-            solved=lambda: self._multipliers(block["t"], q, v, turns, a),
-            turns=turns,
-            step_size=block["step_size"],
-            work=work_of(block),
-            counters=counters,
-        )
+    def motion(self, y: Array, acceleration: Array) -> tuple[Array, Array, Array]:
+        p, u, a = (part.reshape(len(y), -1) for part in (y[..., :3], y[..., 3:], acceleration))
+        return self.plane.expand(p, u, a)
 
     def turns(self, turns: Integers) -> Integers:
         return turns[self.plane.coordinates.source.source]
@@ -96,19 +78,20 @@ class InPlane(Compiled):
     def coordinate(self, number: int) -> int:
         return int(self.plane.coordinates.source.source[number])
 
-    def _multipliers(self, times: Array, q: Array, v: Array, turns: Integers, accelerations: Array) -> Array:
-        """λ of all rows, (T, m), from one spatial solve a sample. Where rows out of the plane are redundant, the
-        smallest λ that keep the bodies on the motion that the plane gives."""
+    def multipliers(self, samples: Samples, block: Mapping[str, Any]) -> Array:
+        """From one spatial solve a sample. Where rows out of the plane are redundant, the smallest λ that keep the
+        bodies on the motion that the plane gives."""
+        times, q, v = samples.t, samples.q, samples.v
         if not len(times):
             return np.empty((0, self.system.constraints - self.system.bodies))
-        reference = coordinate_values(self.system, pose_of(q)) + 2.0 * np.pi * turns
+        reference = coordinate_values(self.system, pose_of(q)) + 2.0 * np.pi * samples.turns
         if self._space is None:
-            self._space = self._equations_in_space(State(float(times[0]), q[0], v[0], turns[0]))
+            self._space = self._equations_in_space(samples.state(0))
         found: Array = self._space.smallest_multipliers(
             np.ascontiguousarray(space_state(q, v)), times, np.ascontiguousarray(reference)
         )
         for at in np.flatnonzero(np.isnan(found).any(axis=1)).tolist():
-            found[at] = self._smallest(float(times[at]), q[at], v[at], reference[at], accelerations[at])
+            found[at] = self._smallest(float(times[at]), q[at], v[at], reference[at], samples.acceleration[at])
         return found
 
     def _equations_in_space(self, state: State) -> Any:

@@ -12,10 +12,10 @@ from mbproj.arrays import Array, Integers
 from mbproj.dynamics.assembly.assemble import coordinate_values
 from mbproj.dynamics.equations.kinematics import pose_of
 from mbproj.dynamics.observe.samples import Samples
-from mbproj.integrate.formulations.compiled import Compiled, work_of
+from mbproj.integrate.formulations.compiled import Compiled
 from mbproj.kernel.models import space_model
 from mbproj.model.euler_parameters import matrix_L
-from mbproj.model.system import System
+from mbproj.model.system import System, layout_in_bodies
 
 
 @final
@@ -24,10 +24,11 @@ class Reduced(Compiled):
 
     name = "reduced"
     dimension = "Space"
-    width = 13
 
     def __init__(self, core: ModuleType | None, system: System) -> None:
-        super().__init__(core, system, space_model(core, system) if core else None)
+        of_a_body = np.array([system.length] * 3 + [1.0] * 4 + [system.length] * 3 + [1.0] * 3)
+        layout = layout_in_bodies(system, of_a_body, system.coordinates.size)
+        super().__init__(core, system, layout, space_model(core, system, layout) if core else None)
 
     @property
     def degrees_of_freedom(self) -> int:
@@ -40,31 +41,18 @@ class Reduced(Compiled):
     def state(self, q: Array, v: Array) -> Array:
         return space_state(q, v)
 
-    def coordinates(self, y: Array) -> tuple[Array, Array]:
-        q, v, _ = from_space(y[None], np.zeros((1, len(y), 6)))
-        return q[0], v[0]
+    def motion(self, y: Array, acceleration: Array) -> tuple[Array, Array, Array]:
+        return from_space(y, acceleration)
 
-    def samples(self, block: Mapping[str, Any], counters: Mapping[str, Integers]) -> Samples:
-        q, v, acceleration = from_space(block["y"], block["acceleration"])
-        return Samples(
-            t=block["t"],
-            q=q,
-            v=v,
-            acceleration=acceleration,
-            solved=lambda: self._smallest(block, q) if self.model.redundant else block["multipliers"],
-            turns=block["turns"],
-            step_size=block["step_size"],
-            work=work_of(block),
-            counters=counters,
-        )
-
-    def _smallest(self, block: Mapping[str, Any], q: Array) -> Array:
-        """Where redundant rows leave reactions open, the smallest λ of each sample, (T, m)."""
-        reference = coordinate_values(self.system, pose_of(q)) + 2.0 * np.pi * block["turns"]
-        found = self.equations().smallest_multipliers(
-            np.ascontiguousarray(block["y"]), block["t"], np.ascontiguousarray(reference)
-        )
-        return np.where(np.isnan(found), block["multipliers"], found)
+    def multipliers(self, samples: Samples, block: Mapping[str, Any]) -> Array:
+        """Where redundant rows leave reactions open, the smallest."""
+        multipliers: Array = block["multipliers"]
+        if not self.model.redundant:
+            return multipliers
+        reference = coordinate_values(self.system, pose_of(samples.q)) + 2.0 * np.pi * samples.turns
+        bodies = np.ascontiguousarray(self._by_body(block["y"]))
+        found = self.equations().smallest_multipliers(bodies, samples.t, np.ascontiguousarray(reference))
+        return np.where(np.isnan(found), multipliers, found)
 
     def turns(self, turns: Integers) -> Integers:
         return turns

@@ -19,7 +19,6 @@ import numpy as np
 
 from mbproj.arrays import Array
 from mbproj.dataclass import dataclass
-from mbproj.dynamics.assembly.assemble import coordinates
 from mbproj.dynamics.equations.kinematics import pose_of, twist_of
 from mbproj.dynamics.stiff_forces import StiffForces, stiff_forces
 from mbproj.errors import SimulationError
@@ -60,18 +59,19 @@ class StepStages:
 
     def solve(self, times: Array, known: Array, weights: Array, first: Array) -> Stages:
         """The stages at `times`; see `mbproj.integrate.steppers.stages`. Raises StagesUnsolved."""
-        n, count = 7 * self.formulation.system.bodies, len(times)
+        count, layout = len(times), self.formulation.layout
+        positions, velocities = layout["positions"], layout["velocities"]
         newton, k = Newton(self.formulation, known, weights), np.tile(first, (count, 1))
         evaluations, stiff = 0, None
         while True:
             y = known + weights @ k
-            y[:, :n] = known[:, :n] + weights @ y[:, n : 2 * n]
+            y[:, positions] = known[:, positions] + weights @ y[:, velocities]
             if newton.is_slow:
                 stiff = self._stiff_at(times, y)
             evaluations += count
             try:
                 terms = [self.formulation.terms(t, *self._state(each)) for t, each in zip(times, y, strict=True)]
-                before, k, found = k, *self._changed(terms, stiff, weights, y, k)
+                before, k, found = k, *self._changed(times, terms, stiff, weights, y, k)
             except (np.linalg.LinAlgError, SimulationError) as error:  # of a singular mechanism, or of states far off
                 if newton.has_begun:
                     raise self._unsolved(float(times[-1]), newton, terms, stiff, evaluations) from error
@@ -113,23 +113,23 @@ class StepStages:
         return unsolved_stages(self.formulation.system, t, *newton.change, worst, evaluations, is_near=is_near)
 
     def _state(self, y: Array) -> tuple[Array, Array, Array]:
-        q, v, _, expected = self.formulation.parts(y)
-        return q, v, expected
+        return self.formulation.parts(y)
 
     def _changed(
-        self, terms: list[Terms], stiff: _Stiff, weights: Array, y: Array, k: Array
+        self, times: Array, terms: list[Terms], stiff: _Stiff, weights: Array, y: Array, k: Array
     ) -> tuple[Array, list[Accelerations]]:
         """The slopes of the stages after a change by Newton's method, and what belongs to them."""
-        n, size = 7 * self.formulation.system.bodies, len(terms[0].M)
-        before = np.zeros((len(terms), size))
-        before[:, :n] = k[:, n : 2 * n]
+        layout = self.formulation.layout
+        before = np.zeros((len(terms), len(terms[0].M)))
+        before[:, layout["positions"]] = k[:, layout["velocities"]]
         terms = [self._stabilised(each, *row) for each, *row in zip(terms, np.diagonal(weights), before, strict=True)]
         if stiff is None:
             found = [each.solved(*self.formulation.solve(each.M, each.C_q, each.Q, each.gamma)) for each in terms]
         else:
             found = self._coupled(terms, weights, before, stiff)
-        slopes = np.array([self._slope(each, state) for each, state in zip(found, y, strict=True)])
-        slopes[:, :n] = (y + weights @ (slopes - k))[:, n : 2 * n]
+        slope = self.formulation.slope
+        slopes = np.array([slope(t, state, each) for t, state, each in zip(times, y, found, strict=True)])
+        slopes[:, layout["positions"]] = (y + weights @ (slopes - k))[:, layout["velocities"]]
         return slopes, found
 
     def _stabilised(self, terms: Terms, weight: float, before: Array) -> Terms:
@@ -146,11 +146,13 @@ class StepStages:
         self, terms: list[Terms], weights: Array, before: Array, stiff: list[StiffForces]
     ) -> list[Accelerations]:
         """The accelerations of stages that stiff forces couple, from those `before`, (s, 7n + reflected inertias)."""
-        n, (count, size) = 7 * self.formulation.system.bodies, before.shape
+        positions, (count, size) = self.formulation.layout["positions"], before.shape
         rows = [len(each.C_q) for each in terms]
         added = np.zeros((count, size, count, size))
         for stage, (each, once, twice) in enumerate(zip(stiff, weights, weights @ weights, strict=True)):
-            added[stage, :n, :, :n] = once[:, None] * each.viscous[:, None] + twice[:, None] * each.elastic[:, None]
+            added[stage, positions, :, positions] = (
+                once[:, None] * each.viscous[:, None] + twice[:, None] * each.elastic[:, None]
+            )
         whole = added.reshape(count * size, count * size)
         Q, gamma = (np.concatenate([getattr(each, name) for each in terms]) for name in ("Q", "gamma"))
         M, C_q = (_on_diagonal([getattr(each, name) for each in terms]) for name in ("M", "C_q"))
@@ -158,43 +160,38 @@ class StepStages:
         parts = zip(terms, acceleration.reshape(count, size), np.split(multipliers, np.cumsum(rows)[:-1]), strict=True)
         return [each.solved(*part) for each, *part in parts]
 
-    def _slope(self, found: Accelerations, y: Array) -> Array:
-        """y' at a state with these accelerations."""
-        q, v, _, expected = self.formulation.parts(y)
-        rates = coordinates(self.formulation.system, q, v)[1] if self.formulation.followed else expected
-        return np.concatenate([v, found.acceleration, found.power, rates])
-
     def _filtered(self, terms: Terms, stiff: StiffForces, estimate: Array, h_gamma: float) -> Array:
         """An estimate as stiff forces leave it: ε_v by M + hγ JᵀcJ + (hγ)² JᵀkJ, and ε_q = e_q + hγ ε_v."""
-        n, size = 7 * self.formulation.system.bodies, len(terms.M)
-        of_q, of_v = estimate[:n], estimate[n : 2 * n]
+        layout, size = self.formulation.layout, len(terms.M)
+        of_q, of_v, _ = self.formulation.parts(estimate)
+        n = len(of_q)
         added, pull = np.zeros((size, size)), np.zeros(size)
         added[:n, :n] = h_gamma * stiff.viscous + h_gamma**2 * stiff.elastic
         pull[:n] = -added[:n, :n] @ of_v - h_gamma * stiff.elastic @ of_q
         turned = of_v + self.formulation.solve(terms.M + added, terms.C_q, pull, np.zeros(len(terms.C_q)))[0][:n]
-        return np.concatenate([of_q + h_gamma * turned, turned, estimate[2 * n :]])
+        return layout.changed(estimate, {"positions": of_q + h_gamma * turned, "velocities": turned})
 
 
 class Newton:
     """Scratch of Newton's method: how much its changes move the states of the stages, in parts of what it may leave."""
 
     def __init__(self, formulation: FullFormulation, known: Array, weights: Array) -> None:
-        system, tolerance = formulation.system, formulation.settings.tolerance
-        self._n, self._weights = 7 * system.bodies, weights
-        self._scale = np.tile([system.length] * 3 + [1.0] * 4, 2 * system.bodies)
+        tolerance = formulation.settings.tolerance
+        self._layout, self._weights = formulation.layout, weights
+        self._scale = self._layout.scale[self._layout.controlled]
         left = THRESHOLDS.newton_fixed if tolerance is None else THRESHOLDS.newton_part * tolerance
         self._least = max(left, THRESHOLDS.newton_fixed)
         self._sizes: list[float] = []
         #: The last change of q and v of the last stage.
-        self.change = np.zeros(self._n), np.zeros(self._n)
+        self.change = (np.zeros(self._layout.size_of("positions")),) * 2
 
     def takes(self, y: Array, change: Array) -> bool:
         """Whether stages at y have converged with this change of their slopes."""
-        n = self._n
-        dv = self._weights @ change[:, n : 2 * n]
+        layout = self._layout
+        dv, dx = (self._weights @ change[:, layout[name]] for name in ("velocities", "states"))
         dq = self._weights @ dv
         self.change = dq[-1], dv[-1]
-        moved = np.concatenate([dq, dv], axis=1) / (self._scale + np.abs(y[:, : 2 * n]))
+        moved = np.concatenate([dq, dv, dx], axis=1) / (self._scale + np.abs(y[:, layout.controlled]))
         size = float(np.sqrt(np.mean(moved * moved, axis=1)).max())
         self._sizes.append(size)
         if len(self._sizes) == 1:

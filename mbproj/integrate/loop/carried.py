@@ -20,13 +20,12 @@ from mbproj.integrate.steppers.runge_kutta import Step
 def attempted(stepper: Stepper, formulation: FullFormulation, point: Point, h: float, *, watched: bool = False) -> Step:
     """A step of size h from a point. `watched`: the policy takes note of the poses of its stages."""
     equations = StageEquations(formulation, watched)
-    return stepper.attempt(equations, point.t, point.y, h, point.slope, point.found.multipliers)
+    return stepper.attempt(equations, point.t, point.y, h, point.slope(formulation), point.found.multipliers)
 
 
 def point_at(formulation: FullFormulation, y: Array, coordinate: Array, turning: Turning) -> Point:
     """The point at y at the time of `turning`."""
-    q, v, *_ = formulation.parts(y)
-    found = formulation.accelerations(turning.t, q, v, turning.coordinate)
+    found = formulation.accelerations(turning.t, *formulation.parts(y)[:2], turning.coordinate)
     return Point(turning.t, y, found, coordinate, turning)
 
 
@@ -62,8 +61,7 @@ def point_within(
 def seen_by(formulation: FullFormulation, point: Point, tally: Tally) -> Accelerations:
     """The accelerations at a point as a formulation has them."""
     tally.count_evaluations(1)
-    q, v, *_ = formulation.parts(point.y)
-    return formulation.accelerations(point.t, q, v, point.turning.coordinate)
+    return formulation.accelerations(point.t, *formulation.parts(point.y)[:2], point.turning.coordinate)
 
 
 def jumped(carried: Accelerations, before: Accelerations, after: Accelerations) -> Accelerations:
@@ -77,6 +75,5 @@ def jumped(carried: Accelerations, before: Accelerations, after: Accelerations) 
 
 def _of_slope(formulation: FullFormulation, slope: Array, multipliers: Array, nearness: float) -> Accelerations:
     """The accelerations in y'."""
-    n = 7 * formulation.system.bodies
-    power = slope[2 * n : 2 * n + formulation.quadratures]
-    return Accelerations(slope[n : 2 * n], multipliers, power, nearness)
+    layout = formulation.layout
+    return Accelerations(slope[layout["velocities"]], multipliers, slope[layout["quadratures"]], nearness)

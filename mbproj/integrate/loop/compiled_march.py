@@ -86,9 +86,8 @@ def _own(compiled: Compiled, row: WatchedRow) -> WatchedRow:
 def _halted_at(compiled: Compiled, run: Any) -> HaltedAt:
     """Where a run stands before a step that meets a stop."""
     at = run.standing
-    return HaltedAt(
-        compiled.standing(at["t"], at["y"].ravel(), at["turns"]), at["h"], at["work"], bool(run.here()["shaped"])
-    )
+    state, work = compiled.standing(at["t"], at["y"], at["turns"]), at["y"][compiled.layout["quadratures"]]
+    return HaltedAt(state, at["h"], work, bool(run.here()["shaped"]))
 
 
 def _take_events(system: System, run: Any, tally: Tally) -> None:

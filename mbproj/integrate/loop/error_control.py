@@ -9,7 +9,7 @@ from typing import NamedTuple, TypeAlias
 
 import numpy as np
 
-from mbproj.arrays import Array, may_overflow
+from mbproj.arrays import may_overflow
 from mbproj.dynamics.assembly.assemble import coordinates
 from mbproj.dynamics.equations.motions import drive_at
 from mbproj.dynamics.equations.teeth import near
@@ -48,7 +48,7 @@ class ErrorControl:
     """Scratch of a run with error control; `events` where its laws have switches."""
 
     def __init__(self, run: Run, tolerance: float, switches: LawSwitches | None) -> None:
-        self.run, self.tolerance, self.scale = run, tolerance, absolute_scale(run.exact)
+        self.run, self.tolerance, self.scale = run, tolerance, run.exact.layout.scale
         self.events = None if switches is None else StateEvents(run, switches, tolerance)
         self._again = False
 
@@ -175,7 +175,9 @@ class ErrorControl:
         """A step size to begin with at a point."""
         self.run.tally.count_evaluations(1)
         f, order = formulation.watched_derivative, self.run.stepper.order
-        h, limited = first_step(f, order, point.t, point.y, point.slope, self.tolerance, self.scale, longest)
+        h, limited = first_step(
+            f, order, point.t, point.y, point.slope(formulation), self.tolerance, self.scale, longest
+        )
         self.run.shaped = self.run.shaped or (limited and self.run.is_before_end)
         return max(h, THRESHOLDS.fewest_grains * self.run.grain(point.t))  # round-off of y may ask for less
 
@@ -209,23 +211,16 @@ class ErrorControl:
         extension = stepper.extend(StageEquations(formulation), step)
         for t in times:
             y, projected = formulation.project_copy(t, formulation.lead(t, extension.at((t - step.t) / step.h)))
-            q, v, _, expected = formulation.parts(y)
+            q, v, expected = formulation.parts(y)
             position, _ = formulation.violations(t, q, v, expected)
             if not is_closed(formulation, position, projected):
                 raise left_open_at(formulation, t, position, projected)
             coordinate, speed = coordinates(system, q, v)
-            if not formulation.followed:
+            if not len(expected):
                 expected = before.turning.between(system, after.turning, t, drive_at(system, t))
             turning = Turning(t, near(system, coordinate, expected), speed, after.turning.prescribed)
             point = point_within(formulation, stepper, step, y, coordinate, turning)
             yield point.sample(formulation, step.h, self.run.tally)
-
-
-def absolute_scale(formulation: FullFormulation) -> Array:
-    """What the absolute tolerance is relative to, (14n + integrals,): the system's length (per s) for r (r'), 1 (per s)
-    for Λ; without bound for work and dissipation, which do not steer the step."""
-    scale = np.tile([formulation.system.length] * 3 + [1.0] * 4, 2 * formulation.system.bodies)
-    return np.concatenate([scale, np.full(formulation.quadratures + formulation.followed, np.inf)])
 
 
 def _fitted(h: float, left: float) -> float:

@@ -8,8 +8,6 @@ from dataclasses import replace
 import numpy as np
 
 from mbproj.arrays import Array
-from mbproj.dynamics.assembly.assemble import State
-from mbproj.dynamics.equations.turning import turns_of
 from mbproj.integrate.events.breaks import BreakCursor
 from mbproj.integrate.events.leg import Leg
 from mbproj.integrate.formulations.full import FullFormulation
@@ -65,9 +63,8 @@ class Run:
         looks, tally = self._looks, self.tally
         if looks is None or tally.steps + tally.rejected_steps < looks.due:
             return False
-        q, v, *_ = self.exact.parts(point.y)
         standing = Standing(
-            state=State(point.t, q, v, turns_of(self.exact.system, point.turning.coordinate, point.coordinate)),
+            state=point.state(self.exact),
             h=h,
             steps=tally.steps,
             rejected=tally.rejected_steps,
@@ -84,12 +81,12 @@ class Run:
     def resume(self, mark: Mark) -> Point:
         """The point from which a run goes on. Raises ValueError where it is not one of this system."""
         point, system = Point.restore(mark), self.exact.system
-        n, coordinates = 7 * system.bodies, system.coordinates.size
+        layout, coordinates = self.exact.layout, system.coordinates.size
         fits = (
-            (point.y, 2 * n + self.exact.quadratures + self.exact.followed),
-            (point.found.acceleration, n),
+            (point.y, layout.size),
+            (point.found.acceleration, layout.size_of("velocities")),
             (point.found.multipliers, system.constraints),
-            (point.found.power, self.exact.quadratures),
+            (point.found.power, layout.size_of("quadratures")),
             (point.coordinate, coordinates),
             (point.turning.coordinate, coordinates),
             (point.turning.speed, coordinates),

@@ -116,7 +116,7 @@ class StateEvents:
 
     def _moves(self, point: Point, h: float) -> Array:
         """How the arguments change along the slope of a point, over a small part of a step, (K,)."""
-        y = point.y + THRESHOLDS.glance * h * point.slope
+        y = point.y + THRESHOLDS.glance * h * point.slope(self.run.inside)
         return self._arguments(point.t, y) - self._arguments(point.t, point.y)
 
     def _pushed_back(self, t: float, k: int) -> SimulationError:

@@ -37,11 +37,11 @@ def accept(
         raise not_finite(t)
     with may_overflow():
         y, coordinate, turning = _closed(inside, stepper, tally, before, t, step, y)
-        if inside.arrive(y[: 7 * inside.system.bodies]) < THRESHOLDS.close_to_singular:
+        if inside.arrive(inside.parts(y)[0]) < THRESHOLDS.close_to_singular:
             _check_by_halves(inside, stepper, before, t, y)
         found = point_after(inside, at_end, tally, step, y, coordinate, turning)
         inside.policy.keep(found.found.multipliers)
-    if not np.all(np.isfinite(found.slope)):
+    if not np.all(np.isfinite(found.slope(at_end))):
         raise not_finite(t)
     return found
 
@@ -60,23 +60,31 @@ def _closed(
     tally.count_evaluations(int(step.multipliers is None))
     projected = formulation.project(tally.steps, t, y)
     tally.count_projection(projected)
-    formulation.check_branch(t, t - before.t, y, projected)
-    *_, integrals, expected = formulation.parts(y)
+    try:
+        formulation.check_branch(t, t - before.t, y, projected)
+    except SimulationError as error:  # a step that turns too far to be told comes to any branch, crossing or not
+        raise _too_far(formulation, before, t) or error from None
+    expected = formulation.parts(y)[2]
     position, velocity = formulation.violations(t, projected.q, projected.v, expected)
     if not is_closed(formulation, position, projected):
         raise _open(formulation, before, t, position, projected)
     coordinate, turning = counted(formulation, stepper, before, t, step, projected.q, projected.v)
     tally.watch(position, velocity, _joint_rows(formulation.system), t)
-    y = np.concatenate([projected.q, projected.v, integrals, turning.coordinate[: formulation.followed]])
-    return y, coordinate, turning
+    closed = {"positions": projected.q, "velocities": projected.v, "followed": turning.coordinate[: len(expected)]}
+    return formulation.layout.changed(y, closed), coordinate, turning
 
 
 def _open(
     formulation: FullFormulation, before: Point, t: float, position: Array, projected: Projected
 ) -> SimulationError:
     """Why a step to t has left |C| at `position`."""
+    return _too_far(formulation, before, t) or left_open_at(formulation, t, position, projected)
+
+
+def _too_far(formulation: FullFormulation, before: Point, t: float) -> SimulationError | None:
+    """Where the rates lead further in a step to t than turns can be told, that they do."""
     far = before.turning.far(formulation.system, t)
-    return left_open_at(formulation, t, position, projected) if far is None else untold(formulation, before, t, far)
+    return None if far is None else untold(formulation, before, t, far)
 
 
 def is_closed(formulation: FullFormulation, position: Array, projected: Projected) -> bool:
@@ -122,8 +130,9 @@ def first_point(formulation: FullFormulation, state: State, tally: Tally) -> Poi
     formulation.check_regular(state.t, state.q)
     formulation.arrive(state.q)
     found = formulation.accelerations(state.t, state.q, state.v, turning.coordinate)
-    followed = turning.coordinate[: formulation.followed]
-    y = np.concatenate([state.q, state.v, np.zeros(formulation.quadratures), followed])
+    layout = formulation.layout
+    followed = turning.coordinate[: layout.size_of("followed")]
+    y = layout.joined(state.layout.shared(state.y, layout) | {"followed": followed})
     return Point(state.t, y, found, coordinate, turning)
 
 

@@ -8,7 +8,6 @@ import numpy as np
 
 from mbproj.arrays import Array
 from mbproj.dynamics.assembly.assemble import State
-from mbproj.dynamics.equations.turning import turns_of
 from mbproj.integrate.events.halts import Halted, HaltedAt, Watched, least_watched, watched_gaps, watched_rows
 from mbproj.integrate.formulations.full import FullFormulation
 from mbproj.integrate.point import Point
@@ -26,9 +25,9 @@ class StopWatch:
         watched, λ = self._watched, point.found.multipliers[self._system.bodies :]
         slack = np.array([each.slack + each.idle for each in watched.gaps])
         met = bool((least_watched(watched, first, last, h) < -slack).any())
-        if met or self._gives_way(self._state(point), λ) or self._gives_way_inside(before, point):
-            n = 14 * self._system.bodies
-            raise Halted(HaltedAt(self._state(before), h, before.y[n : n + len(before.found.power)], shaped))
+        if met or self._gives_way(point.state(self._formulation), λ) or self._gives_way_inside(before, point):
+            work = before.y[self._formulation.layout["quadratures"]]
+            raise Halted(HaltedAt(before.state(self._formulation), h, work, shaped))
 
     def _gives_way(self, state: State, multipliers: Array) -> bool:
         """Whether a force is beyond its bound."""
@@ -37,23 +36,19 @@ class StopWatch:
 
     def _gives_way_inside(self, before: Point, point: Point) -> bool:
         """The same within a step: at states on the cubic through both ends."""
-        h, n = point.t - before.t, 7 * self._system.bodies
+        formulation, h = self._formulation, point.t - before.t
+        turns = before.turns(formulation)
+        first, last = (each.slope(formulation) for each in (before, point))
         for x in self._watched.looks(h):
             a = x * x * (3.0 - 2.0 * x)
-            slopes = h * x * (1.0 - x) * ((1.0 - x) * before.slope - x * point.slope)
+            slopes = h * x * (1.0 - x) * ((1.0 - x) * first - x * last)
             y = (1.0 - a) * before.y + a * point.y + slopes
             coordinate = before.turning.coordinate + a * (point.turning.coordinate - before.turning.coordinate)
-            found = self._formulation.accelerations(before.t + x * h, y[:n], y[n : 2 * n], coordinate)
-            state = State(before.t + x * h, y[:n], y[n : 2 * n], self._state(before).turns)
-            if self._gives_way(state, found.multipliers[self._system.bodies :]):
+            found = formulation.accelerations(before.t + x * h, *formulation.parts(y)[:2], coordinate)
+            if self._gives_way(formulation.state(before.t + x * h, y, turns), found.multipliers[self._system.bodies :]):
                 return True
         return False
 
-    def _state(self, point: Point) -> State:
-        system, n = self._system, 7 * self._system.bodies
-        turns = turns_of(system, point.turning.coordinate, point.coordinate)
-        return State(point.t, point.y[:n], point.y[n : 2 * n], turns)
-
     def _look(self, point: Point) -> tuple[Array, Array]:
         """The watched gaps with their signs, and their rates."""
-        return watched_gaps(self._system, self._watched, self._state(point))
+        return watched_gaps(self._system, self._watched, point.state(self._formulation))

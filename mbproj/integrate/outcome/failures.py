@@ -180,7 +180,7 @@ def jammed(t: float, system: System, bearing: int) -> SimulationError:
     assert system.bearings is not None and system.forces is not None
     law = int(np.flatnonzero(system.forces.laws.bearing == bearing)[0])
     friction = f"friction '{system.forces.law_owners[law]}'"
-    if system.bearings.one_sided[bearing]:
+    if system.bearings.is_push[bearing]:
         return no_unique_sliding(t, friction, "use a smaller 'coefficient', or another place of the point")
     return no_unique_sliding(t, f"{friction} of joint '{system.names.joints[int(system.bearings.joint[bearing])]}'")
 

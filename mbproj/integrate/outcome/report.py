@@ -7,6 +7,7 @@ from typing import Any
 
 from mbproj.dataclass import dataclass
 from mbproj.dynamics.equations.round_off import EPSILON
+from mbproj.integrate.events.time_events import DECIDES, SHARED, Event
 from mbproj.integrate.outcome.tally import Halved, Passed, Peak
 from mbproj.model.system import System
 from mbproj.scene.records import Settings
@@ -14,6 +15,8 @@ from mbproj.thresholds import THRESHOLDS
 
 #: So many edges of laws are named at most.
 MOST_PASSED = 3
+#: So many that share a load are named at most.
+MOST_SHARING = 6
 
 
 @dataclass(frozen=True)
@@ -51,10 +54,13 @@ class Report:
     observing and writing the samples.
     `phases`: seconds by phase in a sample of the steps; empty where they were not measured. `stiffness`: which force
     was too stiff for the step, and what to do; "" where none was. `events`: at how many times steps ended because of
-    what happens there; `crowded` names functions with so many kinks that not all count. `passed`: which edges of laws
-    fixed steps passed over, and `halved` for want of what they were halved; "" where nothing is. `methods`: of
+    what happens there; `crowded` names functions with so many kinks that not all count, `unresolved` short moves that
+    fixed steps are not split for finely enough. `passed`: which edges of laws
+    fixed steps passed over, and `halved` for want of what they were halved; "" where nothing is. `decided_by_shares`:
+    the stops on whose shares of a load, which rigid bodies leave open, the motion depends. `methods`: of
     `integrator: auto` which method made the steps, line by line.
-    `round_off`: what it leaves of positions, in lengths of the mechanism or rad.
+    `round_off`: what it leaves of positions, in lengths of the mechanism or rad. `shared`: whose forces stops that
+    touch and frictions at rest shared arbitrarily at some time, and when first; "" where nothing is.
     """
 
     formulation: str
@@ -78,11 +84,20 @@ class Report:
     stiffness: str
     events: int = 0
     crowded: tuple[str, ...] = ()
+    unresolved: tuple[str, ...] = ()
     passed: str = ""
     halved: str = ""
+    decided_by_shares: str = ""
     methods: tuple[str, ...] = ()
     round_off: float = 0.0
+    shared: str = ""
     energy: EnergyAccount = EnergyAccount()
+
+    @property
+    def drifts(self) -> bool:
+        """Whether the energy says that the motion may be wrong. Where nothing is free to move but what motions drive,
+        the joints alone say where it is, whatever the work."""
+        return self.degrees_of_freedom > 0 and self.energy_drift_relative > THRESHOLDS.suspicious_drift
 
 
 def worst(system: System, peak: Peak) -> Worst:
@@ -103,6 +118,21 @@ def words_on_passes(passed: Sequence[Passed]) -> str:
     ]
     more = f"; and {len(passed) - MOST_PASSED} more" if len(passed) > MOST_PASSED else ""
     return "; ".join(said) + more
+
+
+def words_on_sharing(events: Sequence[Event]) -> str:
+    """Whose forces are shared arbitrarily, and when first; "" where nothing is."""
+    shared = [event for event in events if event.kind == SHARED]
+    names = list(dict.fromkeys(event.name for event in shared))
+    more = f" and {len(names) - MOST_SHARING} more" if len(names) > MOST_SHARING else ""
+    return f"{', '.join(names[:MOST_SHARING])}{more}, first at t = {shared[0].time:.6g} s" if names else ""
+
+
+def words_on_shares(met: Sequence[Event]) -> str:
+    """On which stops' shares the motion depends, and since when; "" where it does not."""
+    which = [event for event in met if event.kind == DECIDES]
+    names = ", ".join(dict.fromkeys(event.name for event in which))
+    return f"{names}, first at t = {which[0].time:.6g} s" if which else ""
 
 
 def words_on_halvings(halved: Sequence[Halved]) -> str:
@@ -148,6 +178,8 @@ def summary(scene: str, output: str, report: Report, total_seconds: float) -> di
         "events": report.events,
         "passed_over": report.passed,
         "halved": report.halved,
+        "shared_at_contacts": report.shared,
+        "decided_by_shares": report.decided_by_shares,
         "methods": "; ".join(report.methods),
         "status": "complete",
     }

@@ -15,7 +15,6 @@ from mbproj.integrate.formulations.choice import choose
 from mbproj.integrate.formulations.full import FullFormulation
 from mbproj.integrate.formulations.stage_equations import StageEquations
 from mbproj.integrate.loop.carried import attempted
-from mbproj.integrate.loop.error_control import absolute_scale
 from mbproj.integrate.loop.step_end import first_point
 from mbproj.integrate.loop.step_size import error_norm
 from mbproj.integrate.outcome.tally import Tally
@@ -55,9 +54,10 @@ def step_limit(system: System, state: State, settings: Settings, step: float) ->
             tried, estimates = stepper.error(StageEquations(formulation), state.t + step, tried)
     except SimulationError as error:
         return StepLimit(state.t, step, np.nan, (), ": ".join(filter(None, [error.where, error.cause])))
-    scale, tolerance = absolute_scale(formulation), settings.tolerance
+    layout, tolerance = formulation.layout, settings.tolerance
+    scale = layout.scale
     weight = scale + np.maximum(np.abs(tried.y), np.abs(tried.y_new))
-    square = ((estimates[0] / weight)[: 14 * system.bodies] ** 2).reshape(2, -1, 7).sum(axis=(0, 2))
+    square = (np.array(formulation.parts(estimates[0] / weight)[:2]) ** 2).reshape(2, -1, 7).sum(axis=(0, 2))
     part = square / max(float(square.sum()), np.finfo(float).tiny)
     order = np.argsort(-part, kind="stable")
     shares = tuple((system.names.carriers[body], float(part[body])) for body in order)

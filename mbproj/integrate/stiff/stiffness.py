@@ -18,6 +18,7 @@ from mbproj.dynamics.assembly.assemble import State
 from mbproj.dynamics.observe.samples import Samples, join
 from mbproj.errors import SimulationError
 from mbproj.integrate.formulations.choice import Choice
+from mbproj.integrate.outcome.failures import TurnsUntold
 from mbproj.integrate.outcome.stiff_words import Stiffness, damps, grows, holds, too_stiff
 from mbproj.integrate.steppers.implicit_tableau import ImplicitTableau
 from mbproj.integrate.steppers.methods import tableau_of
@@ -72,8 +73,8 @@ class StiffnessWatch:
             return
         choice = np.arange(len(samples.t)) if chosen is None else np.flatnonzero(chosen)
         for at in choice[_spread(len(choice), OF_A_BLOCK)] if len(choice) else choice:
-            state = State(float(samples.t[at]), samples.q[at].copy(), samples.v[at].copy(), samples.turns[at].copy())
-            if np.all(np.isfinite(state.q)) and np.all(np.isfinite(state.v)):
+            state = samples.state(at)
+            if np.all(np.isfinite(state.y)):
                 step = self._settings.step or float(samples.step_size[at])
                 self._kept.append(_Kept(state, step, int(samples.counters["steps"][at])))
         while len(self._kept) > KEPT:
@@ -87,9 +88,20 @@ class StiffnessWatch:
             yield
         except SimulationError as error:
             found = self._spoilt(error.time, gains=True)
+            if found is None and isinstance(error, TurnsUntold):
+                found = self._turned_by_errors(error)
             if found is None:
                 raise
             raise too_stiff(error, found) from error
+
+    def _turned_by_errors(self, untold: TurnsUntold) -> Stiffness | None:
+        """What has made turns too fast to be told, where a step that is short enough for these would still be too long
+        for it: errors grow to whole turns in a few steps."""
+        if not self._kept or self._settings.step is None:
+            return None
+        found = self._at(self._kept[-1], gains=True)
+        limit = untold.step / self._settings.step
+        return found if found is not None and found.growth > 1.0 and limit * found.omega_h > found.limit else None
 
     def verdict(self, end: float) -> str:
         """Of a run that has got to its end at that time: what a user should know, or nothing."""
@@ -125,7 +137,7 @@ class StiffnessWatch:
     def _spoilt(self, end: float, *, gains: bool) -> Stiffness | None:
         """What errors have grown by beyond bounds, with a fixed step, until some time, as it was when that began;
         Baumgarte's gains on request, because rows that stay closed to the last bit do not mind them."""
-        if not self._active or self._settings.step is None:
+        if not self._active or not self._kept or self._settings.step is None:
             return None
         logarithm, first = 0.0, None
         ends = [*(kept.steps for kept in self._kept[1:]), None]
@@ -165,16 +177,17 @@ class StiffnessWatch:
             samples = join([part for part in self._march(kept.state, settings) if part is not None])
         except SimulationError:
             return False
-        y = np.concatenate([samples.q, samples.v], axis=1)
+        layout = samples.layout
+        y, scale = (part[..., np.isfinite(layout.scale)] for part in (samples.y, layout.scale))
         basis = np.polynomial.chebyshev.chebvander(np.linspace(-1.0, 1.0, len(y)), order)
         left = y - basis @ np.linalg.lstsq(basis, y, rcond=None)[0]
-        scale = np.tile([self._system.length] * 3 + [1.0] * 4, 2 * self._system.bodies) + np.abs(y).max(axis=0)
+        scale = scale + np.abs(y).max(axis=0)
         rest, whole = (_mean(part / scale) for part in (np.abs(left).max(axis=0), self._range()))
         return rest <= THRESHOLDS.below_tolerances * tolerance and rest <= THRESHOLDS.hardly_moves * whole
 
     def _range(self) -> Array:
-        """What q and v of the samples range over, (14n,)."""
-        states = np.array([np.concatenate([kept.state.q, kept.state.v]) for kept in self._kept])
+        """What the samples range over, where errors are controlled."""
+        states = np.array([kept.state.y for kept in self._kept])[:, np.isfinite(self._system.layout.scale)]
         return np.asarray(np.ptp(states, axis=0))
 
     def _at(self, kept: _Kept, *, gains: bool) -> Stiffness | None:

@@ -24,9 +24,13 @@ def driven_into(t: float, system: System, which: Sequence[int] | Integers) -> Si
 
 
 def creates_energy(t: float, system: System, which: Sequence[int] | Integers, energy: float) -> SimulationError:
-    """Newton's law with unequal restitutions of stops that are struck together."""
-    cause = f"the impact would create {energy:.4g} J: Newton's law does not hold where unequal restitutions meet"
-    return SimulationError(t, cause, where=named(system, which), hint="give them the same 'restitution'")
+    """Newton's law with unequal restitutions of stops that are struck together, or with friction."""
+    assert system.stops is not None
+    unequal = len({float(system.stops.restitution[int(k)]) for k in which}) > 1
+    where = "unequal restitutions meet" if unequal else "friction turns an impact round"
+    cause = f"the impact would create {energy:.4g} J: Newton's law does not hold where {where}"
+    hint = "give them the same 'restitution'" if unequal else "use a smaller 'restitution' or 'friction' there"
+    return SimulationError(t, cause, where=named(system, which), hint=hint)
 
 
 def finds_no_balance(t: float, system: System, frictions: Integers) -> SimulationError:

@@ -28,9 +28,6 @@ from mbproj.scene.records import Settings
 from mbproj.scene.sampling import SampleTimes
 from mbproj.thresholds import THRESHOLDS
 
-#: What samples have one of each.
-ARRAYS = ("t", "q", "v", "acceleration", "turns", "step_size", "work")
-
 
 def samples_of(
     variant: Variant,
@@ -105,8 +102,7 @@ def one_step(variant: Variant, state: State, settings: Settings, whole: Leg, h: 
 
 def end_of(samples: Samples) -> Reached:
     """The last of some samples."""
-    state = State(float(samples.t[-1]), samples.q[-1], samples.v[-1], samples.turns[-1])
-    return Reached(state, samples.multipliers[-1])
+    return Reached(samples.state(-1), samples.multipliers[-1])
 
 
 def only(samples: Samples, which: Flags) -> Samples:
@@ -116,10 +112,7 @@ def only(samples: Samples, which: Flags) -> Samples:
     press, rub = samples.press, samples.rub
     return replace(
         samples,
-        **{
-            name: getattr(samples, name)[which]
-            for name in ("t", "q", "v", "acceleration", "turns", "step_size", "work")
-        },
+        **{name: getattr(samples, name)[which] for name in ("t", "y", "acceleration", "step_size", "work")},
         solved=lambda: samples.multipliers[which],
         counters={name: values[which] for name, values in samples.counters.items()},
         press=None if press is None else lambda: press()[which],

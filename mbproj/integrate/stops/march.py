@@ -36,10 +36,11 @@ from mbproj.integrate.stiff.modes_at_a_step import FastModes
 from mbproj.integrate.stops.failures import never_ends
 from mbproj.integrate.stops.legs import Reached, chosen, end_of, one_step, only
 from mbproj.integrate.stops.locate import Margins, locate, margins
-from mbproj.integrate.stops.meeting import Meeting, Met, meet
+from mbproj.integrate.stops.meeting import Meeting, meet
 from mbproj.integrate.stops.saved import restore, saved
+from mbproj.integrate.stops.sharing import changed, sharing
 from mbproj.integrate.stops.variants import Variant, Variants
-from mbproj.integrate.stops.watching import Meaning, watched_of
+from mbproj.integrate.stops.watching import Meaning, Met, watched_of
 from mbproj.integrate.stops.whole import (
     integrals_of_the_whole,
     of_the_whole,
@@ -71,6 +72,7 @@ class StopMarch:
         self.shaped = False  # whether a longer run may meet things in other bits
         self.met_at, self.met_often = -np.inf, 0
         self.recorded = -np.inf
+        self.shared: tuple[str, ...] = ()  # whose forces share a load at will
         self._inner, self._resumed, self._begin, self._met = Marks(), START, dict[str, Any](), 0
         self._last: tuple[Mark, dict[str, Any], int] | None = None
 
@@ -251,13 +253,16 @@ class StopMarch:
         self.met_at = state.t
         if self.met_often > THRESHOLDS.most_meetings:
             raise never_ends(state.t, what.name(self.system))
-        met = Met(what.stop if what.released else None, what.friction if what.rest else None, self.fastest)
+        again = what.stop if self.met_often > 1 and not what.released else None
+        met = Met(what.stop if what.released else None, what.friction if what.rest else None, self.fastest, again)
         meeting: Meeting = meet(self.system, state, self.contacts, met, begins=what == Meaning())
         self.state, self.contacts, self.push = meeting.state, meeting.contacts, meeting.push
         self.integrals[:2] += (meeting.work, meeting.lost)
         if meeting.rubbed is not None:
             self.integrals[2 + meeting.rubbed[0]] += meeting.rubbed[1]
-        self.tally.met += meeting.events
+        shared = sharing(self.system, self.state, self.contacts, self.fastest)
+        self.tally.met += (*meeting.events, *changed(state.t, self.shared, shared))
+        self.shared = shared
 
 
 def march(

@@ -18,9 +18,12 @@ from mbproj.dynamics.contact.inside import stop_sizes
 from mbproj.dynamics.equations.energy import kinetic_energy
 from mbproj.dynamics.equations.gaps import gap_rates, gaps
 from mbproj.dynamics.equations.kinematics import body_rates, pose_of, twist_of
+from mbproj.dynamics.friction.shares import held_by, shares_of
 from mbproj.integrate.events.time_events import Event
 from mbproj.integrate.stops.failures import creates_energy, driven_into
 from mbproj.integrate.stops.rubbing import at_exact_rest, at_rest, happened, rubbed, rubbing_of
+from mbproj.integrate.stops.sharing import decided
+from mbproj.integrate.stops.watching import Met
 from mbproj.model.contacts import Contacts, in_contact
 from mbproj.model.stops import Stops
 from mbproj.model.system import System
@@ -77,20 +80,10 @@ class _Touch:
         """The same with other velocities; what counts as slow is as before, as round-off is."""
         found = _Touch.__new__(_Touch)
         found.__dict__.update({k: x for k, x in self.__dict__.items() if k not in ("freedom", "N", "acceleration")})
-        found.state = replace(self.state, v=v)
+        found.state = self.state.changed(velocities=v)
         pose = pose_of(found.state.q)
         found.rate = gap_rates(self.stops, pose, twist_of(pose, v))
         return found
-
-
-@dataclass(frozen=True)
-class Met:
-    """What a run has met: a stop that is `released`, a friction that comes to `rest`, or nothing of these; and the
-    `fastest` motion of the run so far, 1/s."""
-
-    released: int | None = None
-    rest: int | None = None
-    fastest: float = 0.0
 
 
 def meet(system: System, state: State, contacts: Contacts, met: Met, *, begins: bool = False) -> Meeting:
@@ -109,8 +102,11 @@ def meet(system: System, state: State, contacts: Contacts, met: Met, *, begins: 
 def _at_stops(system: System, stops: Stops, state: State, contacts: Contacts, met: Met) -> Meeting:
     pushing, events = _compliant(system, stops, state, contacts)
     touch = _Touch(system, stops, state, pushing)
-    rigid = stops.is_rigid & (touch.near | _marked(stops.size, contacts.held))
-    struck = rigid & (touch.rate < -touch.slow) & ~_marked(stops.size, contacts.held)
+    touched = _marked(stops.size, (*contacts.held, *contacts.shares))
+    still = THRESHOLDS.stop_rests * touch.size * met.fastest  # at rest all of the motion is round-off
+    touch.slow = np.where(touched, np.maximum(touch.slow, still), touch.slow)
+    rigid = stops.is_rigid & (touch.near | touched)
+    struck = rigid & (touch.rate < -touch.slow) & ~touched
     lost, work, by_friction = 0.0, 0.0, None
     rests: tuple[Event, ...] = ()
     if struck.any():
@@ -129,15 +125,27 @@ def _at_stops(system: System, stops: Stops, state: State, contacts: Contacts, me
         staying[met.released] = False
     if system.frictions is None:
         push = _pushes(touch, staying)
-        after = Contacts(tuple(np.flatnonzero(push > 0.0).tolist()), pushing)
+        which = np.flatnonzero(staying)
+        N = touch.N[which]
+        after = replace(held_by(push, which, shares_of(N, push[which], N)), pushing=pushing)
     else:
         known = Contacts((), pushing) if struck.any() else replace(contacts, held=(), pushing=pushing)
         state, after, push = _with_friction(system, touch.state, known, met, staying, Contacts((), pushing))
         touch = touch.after(state.v)
+    rough = () if system.frictions is None else system.frictions.stop  # friction goes by a push that is there
+    if met.again is not None and staying[met.again] and met.again not in (*after.touching, *after.idle, *rough):
+        after = replace(after, held=tuple(sorted((*after.held, met.again))))
     events += rests
-    new = [k for k in after.held if k not in contacts.held and not any(each.name == _name(system, k) for each in rests)]
+    new = [
+        k
+        for k in after.touching
+        if k not in contacts.touching and not any(each.name == _name(system, k) for each in rests)
+    ]
     events += tuple(Event(state.t, _name(system, k), "contact", -1) for k in new)
-    events += tuple(Event(state.t, _name(system, k), "release", 1) for k in contacts.held if k not in after.held)
+    events += tuple(
+        Event(state.t, _name(system, k), "release", 1) for k in contacts.touching if k not in after.touching
+    )
+    events += decided(system, state.t, contacts, after)
     return Meeting(touch.state, after, events, lost, work, float(push.max(initial=0.0)), by_friction)
 
 
@@ -153,9 +161,16 @@ def _with_friction(
         state, freedom = still, Freedom.at(bare, still)
     free = freedom.free(counted_coordinates(bare, state))
     found = rubbed(freedom, free, state, contacts, np.flatnonzero(staying), rests, met.fastest)
-    held = tuple(np.flatnonzero(found.push > 0.0).tolist())
-    rubs = found.sliding, found.stuck, found.bearing, found.straight, found.starting
-    return state, Contacts(held, pushed.pushing, *rubs), found.push
+    after = replace(
+        found.held,
+        pushing=pushed.pushing,
+        sliding=found.sliding,
+        stuck=found.stuck,
+        bearing=found.bearing,
+        straight=found.straight,
+        starting=found.starting,
+    )
+    return state, after, found.push
 
 
 def _compliant(
@@ -179,14 +194,15 @@ def _compliant(
 
 
 def _damping(touch: _Touch, k: int) -> float:
-    """c of a compliant stop that is met now. What is pressed on it at rest meets it with the speed of the oscillation
-    that this begins: k δᵖ = m a, v² = a δ."""
+    """c of a compliant stop that is met now. What is pressed on it at rest, or lies on it pressed in, meets it with the
+    speed of the oscillation that this begins: k δᵖ = m a, v² = a δ."""
     stops = touch.stops
     if np.isnan(stops.restitution[k]):
         return float(stops.damping[k])
+    stiffness, exponent = float(stops.stiffness[k]), float(stops.exponent[k])
     mass, pressed = 1.0 / float(touch.N[k] @ touch.N[k]), max(-float(touch.acceleration[k]), 0.0)
-    depth = (mass * pressed / float(stops.stiffness[k])) ** (1.0 / float(stops.exponent[k]))
-    speed = float(np.hypot(touch.rate[k], np.sqrt(pressed * depth)))
+    depth = max((mass * pressed / stiffness) ** (1.0 / exponent), -float(touch.gap[k]))
+    speed = float(np.hypot(touch.rate[k], np.sqrt(stiffness * depth**exponent / mass * depth)))
     return relative_damping(float(stops.restitution[k])) / speed
 
 

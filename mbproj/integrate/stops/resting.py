@@ -11,8 +11,9 @@ from mbproj.arrays import Array
 from mbproj.dataclass import dataclass
 from mbproj.dynamics.assembly.assemble import State
 from mbproj.dynamics.contact.freedom import Freedom, counted_coordinates
-from mbproj.integrate.stops.meeting import Met, meet
+from mbproj.integrate.stops.meeting import meet
 from mbproj.integrate.stops.rubbing import at_rest, friction_rates, rubbed
+from mbproj.integrate.stops.watching import Met
 from mbproj.integrate.stops.whole import speed_of
 from mbproj.model.contacts import Contacts, in_contact
 from mbproj.model.system import System
@@ -49,7 +50,7 @@ def resting(system: System, state: State) -> Resting:
     bare = in_contact(system, Contacts((), contacts.pushing))
     freedom = Freedom.at(bare, state)
     rests = at_rest(bare, state, contacts, None, fastest)
-    touches = np.array(contacts.held, dtype=np.intp)
+    touches = np.array(contacts.touching, dtype=np.intp)
     found = rubbed(freedom, freedom.free(counted_coordinates(bare, state)), state, contacts, touches, rests)
     return Resting(contacts, found.force, found.most)
 
@@ -57,15 +58,19 @@ def resting(system: System, state: State) -> Resting:
 def frictions_at_start(system: System, state: State) -> dict[str, RubsAtStart]:
     """The dry frictions that can stick, by name, those at stops by that of the stop. Raises SimulationError as
     `resting` does."""
+    return {} if system.frictions is None else rubs_of(system, state, resting(system, state))
+
+
+def rubs_of(system: System, state: State, found: Resting) -> dict[str, RubsAtStart]:
+    """The same of what was `found` at the state."""
     frictions = system.frictions
     if frictions is None:
         return {}
-    found, rate = resting(system, state), friction_rates(system, state)
-    contacts = found.contacts
+    rate, contacts = friction_rates(system, state), found.contacts
     shown: dict[str, RubsAtStart] = {}
     for k in filter(frictions.first, range(frictions.size)):
         stop, partner, slides = int(frictions.stop[k]), int(frictions.partner[k]), k in contacts.sliding
-        touches = stop < 0 or stop in contacts.held or stop in contacts.pushing
+        touches = stop < 0 or stop in contacts.touching or stop in contacts.pushing
         speed, force, way = float(rate[k]), float(found.force[k]), int(np.sign(contacts.sliding.get(k, 0.0)))
         if partner >= 0:
             speed, force = float(np.hypot(speed, rate[partner])), float(np.hypot(force, found.force[partner]))

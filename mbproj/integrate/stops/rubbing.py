@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import replace
 
 import numpy as np
 
@@ -15,8 +14,10 @@ from mbproj.dynamics.contact.impact import Rubbing
 from mbproj.dynamics.equations.constraint_equations import set_velocity
 from mbproj.dynamics.equations.gaps import counted_values
 from mbproj.dynamics.equations.kinematics import pose_of, twist_of
-from mbproj.dynamics.friction.balance import Balance, Balanced, Unbalanced, balanced
+from mbproj.dynamics.friction.balance import Balance
+from mbproj.dynamics.friction.holding import Balanced, Unbalanced, balanced
 from mbproj.dynamics.friction.loads import grows_bounded
+from mbproj.dynamics.friction.shares import held_by
 from mbproj.dynamics.observe.bearings import Supports, load, supports
 from mbproj.integrate.events.time_events import Event
 from mbproj.integrate.stops.failures import finds_no_balance
@@ -28,10 +29,11 @@ from mbproj.thresholds import THRESHOLDS
 
 @dataclass(frozen=True, eq=False)
 class Rubbed:
-    """How hard the stops that touch push, (S,); the frictions as `Contacts` has them; and the `force` of each along its
-    coordinate with the largest, `most`, that it can have at rest, (K,), in N or N m."""
+    """How hard the stops that touch push, (S,), and which of them are `held`; the frictions as `Contacts` has them; and
+    the `force` of each along its coordinate with the largest, `most`, that it can have at rest, (K,), in N or N m."""
 
     push: Array
+    held: Contacts
     force: Array
     most: Array
     sliding: Mapping[int, float]
@@ -83,7 +85,7 @@ def at_exact_rest(freedom: Freedom, state: State, touches: Integers, rests: Flag
         rows = np.vstack([rows, freedom.rows(stops)[touches]])
     wanted = np.append(-rate, np.zeros(len(rows) - len(rate)))
     x: Array = np.array(np.linalg.lstsq(rows, wanted, rcond=THRESHOLDS.no_push)[0], dtype=float)
-    return replace(state, v=state.v + freedom.changed(x))
+    return state.changed(velocities=state.v + freedom.changed(x))
 
 
 def _with_partner(frictions: Frictions, rate: Array) -> Array:
@@ -121,7 +123,17 @@ def rubbed(
     slowly = {k for k in sliding if int(frictions.partner[k]) in sliding and speed[k] <= 2.0 * slow[k]}
     stops_soon = _stops_soon(frictions, rate, problem.accelerations(found.y)[len(touches) :], rubs)
     straight = frozenset(k for k in slowly if stops_soon[k])
-    return Rubbed(push, force, most, sliding, stuck, bearing, straight, frozenset(slowly - straight))
+    return Rubbed(
+        push,
+        held_by(push, touches, found.shares),
+        force,
+        most,
+        sliding,
+        stuck,
+        bearing,
+        straight,
+        frozenset(slowly - straight),
+    )
 
 
 def _problem(freedom: Freedom, free: Free, touches: Integers, rubs: Integers, rate: Array, speed: Array) -> Balance:
@@ -210,7 +222,7 @@ def happened(t: float, system: System, before: Contacts, after: Contacts) -> tup
     for k, owner in enumerate(() if frictions is None else frictions.owners):
         assert frictions is not None
         stop, was, now = int(frictions.stop[k]), before.sliding.get(k, 0.0), after.sliding.get(k, 0.0)
-        if not frictions.first(k) or (stop >= 0 and not (stop in before.held and stop in after.held)):
+        if not frictions.first(k) or (stop >= 0 and not (stop in before.touching and stop in after.touching)):
             continue
         name = system.names.frictions[k] if stop < 0 else owner.split("'")[1]
         if (k in before.sliding) != (k in after.sliding):

@@ -36,7 +36,9 @@ class Variants:
     frictions that slide are laws, which leave the rest as it is."""
 
     def __init__(self, free: Choice, system: System, settings: Settings) -> None:
-        self._system, self._settings = system, settings
+        self._system = system
+        in_plane = free.name == "planar"  # contacts have no say in what is planar
+        self._settings = settings if in_plane else replace(settings, formulation=free.name)
         self._by_rows: dict[Rows, Choice] = {NO_ROWS: free}
         #: Where each choice was made but the first: a run that goes on makes the same.
         self.chosen_at: dict[Rows, State] = {}
@@ -50,7 +52,9 @@ class Variants:
                 self._by_rows, self.chosen_at = {NO_ROWS: self._by_rows[NO_ROWS]}, {}
             self.choose(rows, state)
         choice = self._by_rows[rows]
-        if (contacts.pushing or contacts.sliding or contacts.bearing) and choice.compiled is not None:
+        if (
+            contacts.pushing or contacts.sliding or contacts.bearing or contacts.shares
+        ) and choice.compiled is not None:
             choice = replace(choice, compiled=_again(choice.compiled, system))
         return Variant(contacts, self._system, system, choice)
 

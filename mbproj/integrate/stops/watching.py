@@ -11,7 +11,7 @@ from mbproj.dynamics.contact.inside import stop_sizes
 from mbproj.integrate.events.halts import Watched, WatchedGap, WatchedRow
 from mbproj.integrate.stops.rubbing import friction_sizes
 from mbproj.integrate.stops.variants import Variant
-from mbproj.model.contacts import Contacts, bearing_numbers
+from mbproj.model.contacts import Contacts, bearing_numbers, push_numbers
 from mbproj.model.system import System
 from mbproj.thresholds import THRESHOLDS
 
@@ -37,6 +37,18 @@ class Meaning:
         return "" if self.stop is None else f"stop '{system.names.stops[self.stop]}'"
 
 
+@dataclass(frozen=True)
+class Met:
+    """What a run has met: a stop that is `released`, a friction that comes to `rest`, or nothing of these; and the
+    `fastest` motion of the run so far, 1/s. `again`: a stop whose gap would close from here on, though nothing presses
+    it yet: it does from here on."""
+
+    released: int | None = None
+    rest: int | None = None
+    fastest: float = 0.0
+    again: int | None = None
+
+
 def watched_of(variant: Variant, push: float, fastest: float, interval: float) -> tuple[Watched, tuple[Meaning, ...]]:
     """What halts a leg of a variant, with what each means: gaps of stops that do not touch, those of compliant ones
     that open again, and contacts that pull, where stops push by up to `push`; sliding that comes to rest and friction
@@ -54,7 +66,7 @@ def _gaps_of_stops(variant: Variant) -> Iterator[tuple[WatchedGap, Meaning]]:
         return
     slack = THRESHOLDS.stop_slack * stop_sizes(variant.system)
     for k in range(stops.size):
-        if k not in contacts.held:
+        if k not in contacts.held and k not in contacts.shares:
             side = float(stops.side[k])
             yield WatchedGap(k, -side if k in contacts.pushing else side, float(slack[k])), Meaning(stop=k)
 
@@ -108,9 +120,14 @@ def _rows_of_stops(variant: Variant, push: float) -> Iterator[tuple[WatchedRow, 
     if stops is None:
         return
     first = variant.system.joints.size - contacts.rows
+    slack = max(THRESHOLDS.contact_pulls * push, float(np.finfo(float).tiny))
+    numbers = push_numbers(variant.free, contacts)
     for at, k in enumerate(contacts.held):
-        row = WatchedRow(first + at, -float(stops.side[k]), THRESHOLDS.contact_pulls * push)
-        yield row, Meaning(stop=k, released=True)
+        if k not in contacts.shares:
+            yield WatchedRow(first + at, -float(stops.side[k]), slack), Meaning(stop=k, released=True)
+    for k in contacts.shares:
+        row = WatchedRow(first, 0.0, slack, part=-1.0 if k in contacts.idle else 1.0, bearing=numbers[k])
+        yield row, Meaning(stop=k)
 
 
 def _rows_of_frictions(variant: Variant) -> Iterator[tuple[WatchedRow, Meaning]]:
@@ -121,6 +138,7 @@ def _rows_of_frictions(variant: Variant) -> Iterator[tuple[WatchedRow, Meaning]]
     numbers = bearing_numbers(variant.free, frictions, contacts)
     for at, k in enumerate(order):
         static, bearing, partner = float(frictions.static[k]), numbers[k], int(frictions.partner[k])
+        static *= float(np.sqrt(1.0 - contacts.bearing.get(partner, 0.0) ** 2))
         bound, part = (static, 0.0) if bearing < 0 else (0.0, static)
         slack = THRESHOLDS.contact_pulls * static if bearing < 0 else np.finfo(float).tiny
         row = WatchedRow(first + at, 1.0, slack, bound, part, bearing)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import cache
 
 import numpy as np
 
@@ -13,6 +14,7 @@ from mbproj.dynamics.equations.gaps import gap_rates, gaps, pressing, stored_ene
 from mbproj.dynamics.equations.kinematics import body_rates, pose_of, twist_of
 from mbproj.dynamics.observe.bearings import load, supports
 from mbproj.dynamics.observe.samples import Samples
+from mbproj.integrate.stops.least import least_shares
 from mbproj.integrate.stops.rubbing import sliding_forces
 from mbproj.integrate.stops.variants import Variant
 from mbproj.model.contacts import Contacts, bearing_numbers, friction_laws
@@ -27,11 +29,21 @@ def of_the_whole(variant: Variant, samples: Samples) -> Samples:
     system = variant.system
     stops, frictions, rows = system.stops, system.frictions, variant.contacts.rows
     own = np.arange(system.joints.size - rows, system.joints.size)
+
+    @cache
+    def known() -> tuple[Array, Array, Array]:
+        press = np.zeros((len(samples.t), 0)) if stops is None else _pressing(variant, stops, samples, own)
+        if frictions is None:
+            return press, *np.zeros((2, len(samples.t), 0))
+        force, slides = _rubbing(variant, frictions, samples, own)
+        least = (press, force) if stops is None else least_shares(variant, stops, frictions, samples, press, force)
+        return *least, slides
+
     return replace(
         samples,
         solved=lambda: np.delete(samples.multipliers, own, axis=1),
-        press=None if stops is None else lambda: _pressing(variant, stops, samples, own),
-        rub=None if frictions is None else lambda: _rubbing(variant, frictions, samples, own),
+        press=None if stops is None else lambda: known()[0],
+        rub=None if frictions is None else lambda: known()[1:],
     )
 
 
@@ -42,7 +54,10 @@ def _pressing(variant: Variant, stops: Stops, samples: Samples, own: Integers) -
     for stop, c in variant.contacts.pushing.items():
         damping[stop] = c
     found = pressing(stops, damping, gap, rate)
-    found[:, held] = -stops.side[held] * samples.multipliers[:, own[: len(held)]]
+    alone = -stops.side[held] * samples.multipliers[:, own[: len(held)]]
+    found[:, held] = alone
+    for k, parts in variant.contacts.shares.items():
+        found[:, k] = np.maximum(sum(part * alone[:, held.index(at)] for at, part in parts), 0.0)
     return np.asarray(found)
 
 

@@ -12,7 +12,7 @@ import numpy as np
 from mbproj.arrays import Array, Numbers, cross
 from mbproj.dataclass import dataclass
 from mbproj.dynamics.assembly.assemble import coordinate_values, nearest
-from mbproj.dynamics.derivatives.blocks import added
+from mbproj.dynamics.blocks import added
 from mbproj.dynamics.derivatives.linear_equations import Motion, constraint_rows, linear_equations, tangent_force
 from mbproj.dynamics.derivatives.row_derivatives import force_derivative, row_motion
 from mbproj.dynamics.derivatives.tangent import moved

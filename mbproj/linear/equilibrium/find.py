@@ -40,7 +40,7 @@ class Equilibrium:
     """A pose at which forces balance. `stable` is None where it has no modes to tell; `unstable` says along which
     motion it falls, or why that cannot be told; `neutral` which directions nothing holds. `drive` (h,): what holds the
     coordinates that turn steadily, N m. `steps` of Newton's method were needed. `whole`: the mechanism without the rows
-    by which dry `frictions` hold, and what these bear."""
+    by which dry `frictions` hold, and what these bear: by name, and `friction_force` (K,) along what each resists."""
 
     reference: Reference
     acceleration: Array
@@ -51,6 +51,7 @@ class Equilibrium:
     steps: int
     whole: System
     frictions: Mapping[str, RubsAtStart] = field(default_factory=dict)
+    friction_force: Array = field(default_factory=lambda: np.zeros(0))
 
     @property
     def state(self) -> State:
@@ -58,7 +59,7 @@ class Equilibrium:
         motion, system = self.reference.motion, self.reference.system
         pose = motion.pose
         turns = turns_of(system, motion.expected, coordinate_values(system, pose))
-        return State(motion.t, motion.q, velocities(pose, motion.u), turns)
+        return State.of(system, motion.t, positions=motion.q, velocities=velocities(pose, motion.u), turns=turns)
 
 
 def equilibrium(
@@ -78,7 +79,8 @@ def equilibrium(
 def _possible(system: System, found: Equilibrium) -> Equilibrium:
     """The same, with what dry frictions bear. Raises InputError where it lies beyond a rigid stop, or one slips."""
     found = _inside_stops(found)
-    return replace(found, frictions=holding(system, found.reference, found.state))
+    frictions, force = holding(system, found.reference, found.state)
+    return replace(found, frictions=frictions, friction_force=force)
 
 
 def _inside_stops(found: Equilibrium) -> Equilibrium:

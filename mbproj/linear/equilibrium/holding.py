@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
+from mbproj.arrays import Array
 from mbproj.dynamics.assembly.assemble import State
 from mbproj.dynamics.observe.bearings import load, supports
 from mbproj.errors import InputError, Problem, SimulationError
-from mbproj.integrate.stops.resting import RubsAtStart, frictions_at_start
+from mbproj.integrate.stops.resting import RubsAtStart, resting, rubs_of
 from mbproj.linear.reference import Reference
 from mbproj.model.system import System
 from mbproj.thresholds import THRESHOLDS
@@ -15,18 +16,21 @@ from mbproj.thresholds import THRESHOLDS
 HINT = "simulate until it rests, or begin nearer to where it does"
 
 
-def holding(system: System, reference: Reference, state: State) -> dict[str, RubsAtStart]:
-    """The dry frictions of a mechanism by name, at an equilibrium in which they hold. Raises InputError with those that
-    do not."""
+def holding(system: System, reference: Reference, state: State) -> tuple[dict[str, RubsAtStart], Array]:
+    """The dry frictions of a mechanism by name, at an equilibrium in which they hold, and the force of each along what
+    it resists, (K,). Raises InputError with those that do not hold."""
+    if system.frictions is None:
+        return {}, np.zeros(0)
     try:
-        found = frictions_at_start(system, state)
+        rests = resting(system, state)
     except SimulationError as error:
         raise InputError(Problem(f"this equilibrium cannot begin a run: {error.cause}", hint=error.hint)) from error
+    found = rubs_of(system, state, rests)
     slipping = [_slips(system, reference, name) for name, entry in found.items() if entry["direction"]]
     problems = [problem for problem in slipping if problem is not None]
     if problems:
         raise InputError(problems)
-    return found
+    return found, rests.force
 
 
 def _slips(system: System, reference: Reference, name: str) -> Problem | None:

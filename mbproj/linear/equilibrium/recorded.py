@@ -25,8 +25,8 @@ def observed(found: Equilibrium) -> Block:
     rows, frictions = reference.system.joints.size, len(system.names.frictions)
     multipliers = np.delete(reference.multipliers, np.arange(rows - len(reference.held), rows))
     work = np.zeros(2 + frictions)
-    sample = Sample(state.t, state.q, state.v, found.acceleration, multipliers, state.turns, 0.0, work, none)
-    force = np.array([[each["force"] for each in found.frictions.values()]])
+    sample = Sample(state, found.acceleration, multipliers, 0.0, work, none)
+    force = found.friction_force[None]
     samples = replace(stack([sample]), rub=(lambda: (force, np.zeros_like(force))) if frictions else None)
     return Observer(system, state).at(samples)
 

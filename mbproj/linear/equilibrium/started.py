@@ -12,9 +12,14 @@ from mbproj.registry import EQUILIBRIUM
 from mbproj.scene.records import Scene
 
 
+def assembled_start(scene: Scene, system: System) -> State:
+    """The assembled start of the scene, from which an equilibrium is sought."""
+    return assemble(system, initial_guess(scene, system))
+
+
 def start_state(scene: Scene, system: System) -> State:
     """Where a run of the scene begins. Raises NoEquilibrium where that is asked for and there is none."""
-    state = assemble(system, initial_guess(scene, system))
+    state = assembled_start(scene, system)
     if scene.settings.start != EQUILIBRIUM:
         return state
     from mbproj.linear.equilibrium.find import equilibrium

@@ -126,7 +126,7 @@ def _bearings(loads: Sequence[_Load], axes: Sequence[Array]) -> Bearings:
         axial=column("axial"),
         length=column("length"),
         preload=column("preload"),
-        one_sided=np.zeros(len(loads), dtype=bool),
+        parts=((),) * len(loads),
     )
 
 

@@ -9,6 +9,7 @@ import numpy as np
 
 from mbproj.arrays import Array
 from mbproj.constraints import PRIMITIVES, Primitive
+from mbproj.constraints.coupling import Coupling
 from mbproj.errors import InputError, Place, Problem
 from mbproj.joints import COORDINATE_UNITS, JOINTS
 from mbproj.joints.table import Row
@@ -19,8 +20,8 @@ from mbproj.model.compile.loads import compile_forces
 from mbproj.model.compile.rigid_groups import RigidGroups, rigid_groups
 from mbproj.model.compile.stops import compile_stops
 from mbproj.model.compile.tangents import joined, tangential_friction
+from mbproj.model.couplings import compile_couplings
 from mbproj.model.euler_parameters import rotation_matrix
-from mbproj.model.meshes import compile_meshes
 from mbproj.model.primitive_set import Binding, bind
 from mbproj.model.reflected import compile_reflected
 from mbproj.model.system import Names, System
@@ -30,7 +31,7 @@ from mbproj.scene.records import Joint, Marker, Scene
 #: The points and vectors of a joint by symbol: body index, side, and the vector in that body's axes.
 Symbols = Mapping[str, tuple[int, int, Array]]
 #: The primitives that take nothing beside what they bind.
-_PLAIN = {name: kind() for name, kind in PRIMITIVES.items() if not kind.parameters}
+_PLAIN = {name: kind() for name, kind in PRIMITIVES.items() if name != "coupling"}
 
 
 def compile_system(scene: Scene) -> System:
@@ -86,7 +87,7 @@ def compile_system(scene: Scene) -> System:
         gravity=np.array(scene.gravity),
         joints=bind(rows),
         coordinates=bind(coordinates),
-        meshes=compile_meshes(rows, coordinates),
+        couplings=compile_couplings(rows, coordinates),
         alignment=bind(alignment),
         body_carrier=np.array([seat.carrier for seat in bodies], dtype=np.intp),
         body_offset=np.array([seat.offset for seat in bodies]),
@@ -142,9 +143,9 @@ def _slots(row: Row, bound: Symbols) -> Iterable[tuple[int, int, Array]]:
 
 
 def _primitive(row: Row, joint: Joint) -> Primitive:
-    """The row's primitive, with the joint's parameters that it takes."""
-    kind = PRIMITIVES[row[0]]
-    return kind(**{name: joint.parameters[name] for name in kind.parameters}) if kind.parameters else _PLAIN[row[0]]
+    """The row's primitive; that of a coupling follows from the joint's parameters."""
+    coupling = JOINTS[joint.type].coupling
+    return _PLAIN[row[0]] if coupling is None or row[0] != "coupling" else Coupling(*coupling(**joint.parameters))
 
 
 def _offset(
@@ -205,6 +206,8 @@ def _length(groups: RigidGroups, symbols: Iterable[Symbols]) -> float:
     ends = [bound[point] for bound in symbols for point in ("p1", "p2") if point in bound]
     arm = max((math.sqrt(local @ local) for body, _, local in ends if body != ground), default=0.0)
     gyration = [
-        float(np.sqrt(np.trace(carrier.inertia) / carrier.mass)) for carrier in groups.carriers if carrier.mass > 0.0
+        float(np.sqrt(np.trace(carrier.inertia)) / np.sqrt(carrier.mass))
+        for carrier in groups.carriers
+        if carrier.mass > 0.0
     ]
     return arm or max(gyration, default=0.0) or 1.0

@@ -16,7 +16,7 @@ from mbproj.model.primitive_set import Member, PrimitiveSet
 class PlanarSet:
     """k primitives on S attachments, with m rows: those of a spatial set that act in the plane.
 
-    Per primitive: `primitives` (k,) with their parameters, `first_slot` (k,) its first attachment (the others follow),
+    Per primitive: `primitives` (k,), `first_slot` (k,) its first attachment (the others follow),
     `row` (k,) its first row (a coincident one has two, along e1 and e2, the others one), `owner` (k,) the joint.
     Per attachment: `body` (S,) (the ground is the last index), `local` (S, 2) in the body's planar axes, which are e1
     and e2 at angle zero, `is_point` (S,) 1 for points and 0 for vectors. Per row: `offset` (m,). `source` makes the
@@ -43,14 +43,6 @@ class PlanarSet:
     def kinds(self) -> tuple[str, ...]:
         """The primitives' names in PRIMITIVES, (k,)."""
         return tuple(kind_of(primitive) for primitive in self.primitives)
-
-    @property
-    def parameters(self) -> tuple[tuple[float, ...], ...]:
-        """The primitives' parameters, each one's as plain numbers: (n1, n2) of a gear, none of most, (k,)."""
-        return tuple(
-            tuple(float(number) for name in primitive.parameters for number in np.ravel(getattr(primitive, name)))
-            for primitive in self.primitives
-        )
 
 
 def planar_set(bound: PrimitiveSet, seen: Seen, inside: npt.NDArray[np.bool_], axes: Array) -> PlanarSet:

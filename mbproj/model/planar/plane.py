@@ -35,18 +35,17 @@ class Plane:
     constant_value: Array
 
     def reduce(self, q: Array, v: Array) -> tuple[Array, Array]:
-        """p (..., 3n), holding (x, y, θ) a body with θ in (-π, π], and u = p', from q and v = q' (..., 7n).
+        """p (..., 3n), holding (x, y, θ) a body with θ in (-2π, 2π], and u = p', from q and v = q' (..., 7n).
 
-        What q and v have out of the plane is dropped; neither sign nor length of Λ matters.
+        What q and v have out of the plane is dropped, and so is the length of Λ; the other sign of Λ is a turn more.
         """
         rows, rates = q.reshape(*q.shape[:-1], -1, 7), v.reshape(*v.shape[:-1], -1, 7)
         orientation = rows[..., 3:]
         cosine, sine = ((orientation * across).sum(axis=-1) for across in (self.reference, self._turned))
-        sign = np.where(cosine < 0.0, -1.0, 1.0)
-        angle = 2.0 * np.arctan2(sign * sine, sign * cosine)
+        angle = 2.0 * np.arctan2(sine, cosine)
         p, u = np.empty((*rows.shape[:-1], 3)), np.empty((*rates.shape[:-1], 3))
         p[..., :2], u[..., :2] = rows[..., :3] @ self.axes[:, :2], rates[..., :3] @ self.axes[:, :2]
-        p[..., 2] = np.where(angle <= -np.pi, np.pi, angle)
+        p[..., 2] = np.where(angle <= -2.0 * np.pi, 2.0 * np.pi, angle)
         quarter = orientation @ self._half_turn.T
         u[..., 2] = 2.0 * (rates[..., 3:] * quarter).sum(axis=-1) / (orientation * orientation).sum(axis=-1)
         return p.reshape(*q.shape[:-1], -1), u.reshape(*v.shape[:-1], -1)
@@ -54,7 +53,7 @@ class Plane:
     def expand(self, p: Array, u: Array, u_dot: Array) -> tuple[Array, Array, Array]:
         """q, q' and q'' (..., 7n) of p, u = p' and u' = p'' (..., 3n).
 
-        Λ = (cos θ/2, n sin θ/2) Λ_reference is a unit and continuous in θ; where θ jumps by 2π, Λ changes its sign.
+        Λ = (cos θ/2, n sin θ/2) Λ_reference is a unit and continuous in θ, and has a period of two turns.
         """
         x, x_dot, x_ddot = (part.reshape(*part.shape[:-1], -1, 3) for part in (p, u, u_dot))
         half, spin, change = 0.5 * x[..., 2:], 0.5 * x_dot[..., 2:], 0.5 * x_ddot[..., 2:]

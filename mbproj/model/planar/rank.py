@@ -4,7 +4,8 @@ Out of the plane a body has three motions: a shift along n and turns about e1 an
 `dynamics/rank.py`: lengths in units of the system's length, rows of unit length, and a row counts where it stands off
 from the span of those before it. A walk from the ground takes bodies one by one: a body whose rows to bodies that are
 already held have rank 3 is held too (the matrix is block triangular). It costs linear time and settles trees, and loops
-that close joint by joint; only what it leaves, piece by connected piece, needs a dense test.
+that close joint by joint; only what it leaves, piece by connected piece, needs a factor: dense, or sparse where there
+are many bodies.
 """
 
 from __future__ import annotations
@@ -14,13 +15,15 @@ from collections import Counter, deque
 
 import numpy as np
 
-from mbproj.arrays import cross
+from mbproj.arrays import Array, Integers, cross
 from mbproj.model.planar.rows import RowMap, Seen
 from mbproj.model.primitive_set import PrimitiveSet
 from mbproj.thresholds import THRESHOLDS
 
 #: Per row: the three numbers that it has for each body it acts on, by body.
 Rows = list[dict[int, list[float]]]
+#: How many random motions of a large piece are looked at, their seed, and the passes of inverse iteration.
+MOTIONS, SEED, PASSES = 4, 3, 3
 
 
 def escape(bound: PrimitiveSet, seen: Seen, outside: RowMap, names: tuple[str, ...], length: float) -> str | None:
@@ -28,8 +31,6 @@ def escape(bound: PrimitiveSet, seen: Seen, outside: RowMap, names: tuple[str, .
     rows = _rows(bound, seen, outside, len(names), length)
     free = _not_reached(rows, len(names))
     for piece, own_rows in _pieces(rows, free):
-        if len(piece) > THRESHOLDS.largest_piece and len(own_rows) >= 3 * len(piece):
-            return f"body '{names[piece[0]]}' is in a piece of {len(piece)} bodies, too many to test, seen in the plane"
         body = _moving(own_rows, piece)
         if body is not None:
             return f"nothing but symmetry keeps body '{names[body]}' in the plane"
@@ -39,22 +40,22 @@ def escape(bound: PrimitiveSet, seen: Seen, outside: RowMap, names: tuple[str, .
 def _rows(bound: PrimitiveSet, seen: Seen, outside: RowMap, bodies: int, length: float) -> Rows:
     """The rows outside in (δz / length, turns about e1 and e2) of each body."""
     gradient, arm = bound.gradient_entries(seen.x), seen.arm[bound.entry_slot]
-    shift = length * bound.is_point[bound.entry_slot] * gradient[:, 2]
-    turn = cross(arm, gradient)
-    parts = zip(shift.tolist(), turn[:, 0].tolist(), turn[:, 1].tolist(), strict=True)
-    entries: list[list[tuple[int, tuple[float, float, float]]]] = [[] for _ in range(bound.size)]
-    for row, body, part in zip(bound.entry_row.tolist(), bound.body[bound.entry_slot].tolist(), parts, strict=True):
-        if body < bodies:
-            entries[row].append((body, part))
+    turn, owner = cross(arm, gradient), bound.body[bound.entry_slot]
+    parts = np.column_stack([length * bound.is_point[bound.entry_slot] * gradient[:, 2], turn[:, :2]])
+    mine = np.flatnonzero(owner < bodies)
+    mine = mine[np.argsort(bound.entry_row[mine], kind="stable")]
+    first, end = (np.searchsorted(bound.entry_row[mine], outside.source, side) for side in ("left", "right"))
+    count = end - first
+    entry = mine[np.repeat(first - np.cumsum(count) + count, count) + np.arange(count.sum())]
+    places, same = np.unique(np.repeat(outside.row, count) * bodies + owner[entry], return_inverse=True)
+    values = np.zeros((len(places), 3))
+    np.add.at(values, same, np.repeat(outside.weight, count)[:, None] * parts[entry])
+    row = places // bodies
+    norm = np.sqrt(np.bincount(row, np.sum(values**2, axis=1), minlength=outside.size))
+    values /= np.where(norm == 0.0, 1.0, norm)[row, None]
     found: Rows = [{} for _ in range(outside.size)]
-    for at, source, weight in zip(outside.row.tolist(), outside.source.tolist(), outside.weight.tolist(), strict=True):
-        for body, (x, y, z) in entries[source]:
-            total = found[at].setdefault(body, [0.0, 0.0, 0.0])
-            total[0], total[1], total[2] = total[0] + weight * x, total[1] + weight * y, total[2] + weight * z
-    for row_parts in found:
-        norm = math.sqrt(sum(x * x + y * y + z * z for x, y, z in row_parts.values())) or 1.0
-        for body, (x, y, z) in row_parts.items():
-            row_parts[body] = [x / norm, y / norm, z / norm]
+    for at, body, part in zip(row.tolist(), (places % bodies).tolist(), values.tolist(), strict=True):
+        found[at][body] = part
     return found
 
 
@@ -111,19 +112,46 @@ def _pieces(rows: Rows, free: list[int]) -> list[tuple[list[int], Rows]]:
 
 
 def _moving(rows: Rows, piece: list[int]) -> int | None:
-    """The body of the piece that its rows let move most, the first of equals; None where their rank is full. A large
-    piece has too few."""
-    if len(piece) > THRESHOLDS.largest_piece:
+    """The body of the piece that its rows let move most, the first of equals; None where their rank is full. Of a large
+    piece that has too few rows, the one with the fewest."""
+    is_large = len(piece) > THRESHOLDS.dense_bodies
+    if is_large and len(rows) < 3 * len(piece):
         rows_on = Counter(body for row in rows for body in row)
         return min(piece, key=lambda body: rows_on[body])
     place = {body: index for index, body in enumerate(piece)}
-    matrix = np.zeros((len(rows), len(piece), 3))
-    for line, row in zip(matrix, rows, strict=True):
-        for body, part in row.items():
-            line[place[body]] = part
-    _, values, vectors = np.linalg.svd(matrix.reshape(len(rows), 3 * len(piece)), full_matrices=True)
-    motions = vectors[np.count_nonzero(values > THRESHOLDS.dependent) :].reshape(-1, len(piece), 3)
+    row = [number for number, parts in enumerate(rows) for _ in parts]
+    column = [place[body] for parts in rows for body in parts]
+    values = np.array([part for parts in rows for part in parts.values()]).reshape(-1, 3)
+    free = _some_free_motions if is_large else _free_motions
+    motions = free(np.array(row, dtype=np.intp), np.array(column, dtype=np.intp), values, (len(rows), len(piece)))
     if not len(motions):
         return None
     moved = np.linalg.norm(motions, axis=(0, 2))
     return piece[int(np.argmax(moved > (1.0 - THRESHOLDS.equal_share) * moved.max()))]
+
+
+def _free_motions(row: Integers, body: Integers, values: Array, shape: tuple[int, int]) -> Array:
+    """A basis (k, b, 3) of the motions that all rows allow, from their entries (e, 3)."""
+    matrix = np.zeros((*shape, 3))
+    matrix[row, body] = values
+    _, values, vectors = np.linalg.svd(matrix.reshape(shape[0], 3 * shape[1]), full_matrices=True)
+    return np.asarray(vectors[np.count_nonzero(values > THRESHOLDS.dependent) :].reshape(-1, shape[1], 3))
+
+
+def _some_free_motions(row: Integers, body: Integers, values: Array, shape: tuple[int, int]) -> Array:
+    """Some random motions of a large piece that all rows allow, by inverse iteration with a sparse factor of RᵀR. What
+    the rows resist by less than the root of the shift counts as allowed: such a scene is run in space."""
+    from scipy import sparse
+    from scipy.sparse.linalg import splu
+
+    column = (3 * body[:, None] + np.arange(3)).ravel()
+    R = sparse.csr_array((values.ravel(), (np.repeat(row, 3), column)), shape=(shape[0], 3 * shape[1]))
+    shift = THRESHOLDS.free_shift
+    shifted = (R.T @ R + shift * sparse.eye_array(3 * shape[1])).tocsc()
+    factor = splu(shifted, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True})
+    motions = np.random.default_rng(SEED).normal(size=(3 * shape[1], MOTIONS))
+    for _ in range(PASSES):
+        motions = factor.solve(motions)
+        motions /= np.linalg.norm(motions, axis=0)
+    allowed = np.linalg.norm(R @ motions, axis=0) < math.sqrt(shift)
+    return np.asarray(motions[:, allowed].T.reshape(-1, shape[1], 3))

@@ -4,7 +4,8 @@ All is seen in plane axes (e1, e2, n). In a motion in the plane every point keep
 vector its own, so that a row is one of these:
 
     inside    a function of what lies in the plane alone: coincident along e1 and e2, perpendicular and along with
-              vectors in the plane, distance between points of one depth, angle and gear with vectors in the plane;
+              vectors in the plane, distance between points of one depth, angle with vectors in the plane, and what
+              couples such coordinates;
     outside   constant in such a motion, its gradient in the plane is zero: coincident along n, perpendicular with one
               vector along n, along with the vector along n;
     tilted    neither, unless the joint's other rows help (`tilt`);
@@ -18,6 +19,7 @@ import numpy.typing as npt
 
 from mbproj.arrays import Array, Integers
 from mbproj.constraints import PRIMITIVES, Primitive
+from mbproj.constraints.coupling import Coupling
 from mbproj.dataclass import dataclass
 from mbproj.model.primitive_set import PrimitiveSet
 from mbproj.thresholds import THRESHOLDS
@@ -27,8 +29,7 @@ _NAMES = {primitive: name for name, primitive in PRIMITIVES.items()}
 _CAUSES = {
     "distance": "keeps a distance between points at different depths",
     "angle": "holds an angle that is not in the plane",
-    "gear": "couples angles that are not in the plane",
-    "screw": "turns a rotation into a shift",
+    "coupling": "couples coordinates that are not in the plane",
 }
 
 
@@ -66,8 +67,8 @@ class Seen:
 
 
 def kind_of(primitive: Primitive) -> str:
-    """The primitive's name in PRIMITIVES."""
-    return _NAMES[type(primitive)]
+    """The primitive's name in PRIMITIVES, or that of its class."""
+    return _NAMES.get(type(primitive), type(primitive).__name__)
 
 
 def see(bound: PrimitiveSet, position: Array, rotation: Array, axes: Array, length: float) -> Seen:
@@ -98,9 +99,18 @@ def sides(bound: PrimitiveSet, seen: Seen) -> Integers:
         elif kind == "distance":
             apart = depth[..., group.slots[:, 1]] - depth[..., group.slots[:, 0]]
             side[..., row] = np.where(np.abs(apart) <= THRESHOLDS.in_plane * seen.extent, INSIDE, STRANGE)
-        elif kind in ("angle", "gear"):
-            side[..., row] = np.where(level.all(axis=-1), INSIDE, STRANGE)
+        elif isinstance(group.primitive, Coupling):
+            parts = [_is_coordinate_inside(level[..., slots], each) for each, _, slots in group.primitive.parts()]
+            side[..., row] = np.where(np.all(parts, axis=0), INSIDE, STRANGE)
+        elif kind == "angle":
+            side[..., row] = np.where(_is_coordinate_inside(level, group.primitive), INSIDE, STRANGE)
     return side
+
+
+def _is_coordinate_inside(level: npt.NDArray[np.bool_], primitive: Primitive) -> npt.NDArray[np.bool_]:
+    """Where a coordinate is one of the plane's: all its vectors are in it; `level` (..., k, s) says which are."""
+    vectors = [kind == "vector" for kind in primitive.slots]
+    return np.asarray(level[..., vectors].all(axis=-1), dtype=bool)
 
 
 def strangeness(bound: PrimitiveSet, row: int) -> str:

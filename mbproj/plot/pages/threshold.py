@@ -42,6 +42,7 @@ def threshold_page(shown: Thresholds, remark: str) -> Figure:
     """Three panels over the threshold."""
     figure = Figure(figsize=(WIDTH, 3 * HEIGHT + AXIS_HEIGHT), layout="constrained")
     axes = figure.subplots(3, 1, sharex=True)
+    axes[0].set_xscale("log")  # before anything is drawn: around one threshold linear limits would be negative
     _series(axes[0], shown.threshold, shown.error, "error (m)", 0)
     _series(axes[0], shown.threshold, shown.position_violation, "$|C|_\\infty$ (m or rad)", 1)
     _series(axes[0], shown.threshold, shown.velocity_violation, "$|\\dot{C}|_\\infty$ (per s)", 3)
@@ -59,17 +60,19 @@ def threshold_page(shown: Thresholds, remark: str) -> Figure:
     axes[2].plot(shown.threshold, 1e3 * shown.seconds, marker="o", markersize=3, **line(0))
     axes[2].set_ylabel("CPU time (ms)")
     for axis, column, factor in zip(axes, (0, 2, 3), (1.0, 1.0, 1e3), strict=True):
-        _level(axis, factor * shown.always[column], "after every step", (0, (4, 2)))
-        _level(axis, factor * shown.never[column], "never", (0, (1, 2)))
+        least = panels.FLOOR if axis is axes[0] else 0.0
+        _level(axis, max(factor * shown.always[column], least), "after every step", (0, (4, 2)))
+        _level(axis, max(factor * shown.never[column], least), "never", (0, (1, 2)))
         if shown.recommended is not None:
             axis.axvline(shown.recommended, color="#E69F00", linewidth=1.5, label="recommended", zorder=0.5)
-    axes[2].set(xscale="log", xlabel="threshold (m or rad, and per s)")
+    axes[2].set(xlabel="threshold (m or rad, and per s)")
     axes[2].set_ylim(bottom=0)
     return panels.finish(figure, remark=remark)
 
 
 def _series(axis: Axes, threshold: Array, values: Array, label: str, index: int) -> None:
-    axis.plot(threshold, np.where(values > 0.0, values, np.nan), label=label, marker="o", markersize=3, **line(index))
+    shown = np.where(values < panels.FLOOR, panels.FLOOR, values)
+    axis.plot(threshold, shown, label=label, marker="o", markersize=3, **line(index))
 
 
 def _level(axis: Axes, value: float, label: str, dashes: tuple[int, tuple[int, ...]]) -> None:

@@ -124,7 +124,9 @@ def _decades(axis: Axes) -> None:
 
 
 def _floor(axis: Axes, floor: float) -> None:
-    """What the reference cannot tell apart."""
+    """What the reference cannot tell apart; of a motion that round-off does not touch there is nothing."""
+    if floor == 0.0:
+        return
     low = min(axis.get_ylim()[0], floor / 3.0)
     axis.axhspan(low / 10.0, floor, color=SHADE, linewidth=0, zorder=0)
     axis.set_ylim(bottom=low)

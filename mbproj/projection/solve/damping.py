@@ -44,6 +44,8 @@ def damped(method: Projection, M: Array, C_q: Array, violation: Array, q: Array)
 def _turning_less(method: Projection, M: Array, C_q: Array, violation: Array, q: Array, limit: float) -> Array | None:
     """A correction that turns no body by more than `limit`, near to the smallest in energy; None where moments of
     inertia do not keep bodies from turning: in GOPM's metric, or where the rows prescribe the turn."""
+    if not limit > 0.0:
+        return None
     Λ = q.reshape(-1, 7)[:, 3:]
     index = np.arange(len(Λ))
     across = 4.0 * (np.eye(4) - Λ[:, :, None] * Λ[:, None, :] / np.sum(Λ * Λ, axis=-1)[:, None, None])

@@ -17,8 +17,7 @@ import h5py
 import numpy as np
 
 from mbproj.registry import FORMULATIONS
-from mbproj.results.file.attributes import add_texts
-from mbproj.results.file.checksums import NOT_YET, crc32, stamp
+from mbproj.results.file.checksums import NOT_YET, crc32, describe, stamp
 from mbproj.results.file.contents import Contents
 
 SLOTS = "checkpoint/slots"
@@ -42,7 +41,7 @@ def create(file: h5py.File, bodies: int) -> None:
     """The group without a state."""
     chunk = min(CHUNK_GROUND + CHUNK_BODY * bodies, LARGEST_CHUNK)
     data = file.create_dataset(SLOTS, (2, 0), "u1", maxshape=(2, None), chunks=(1, chunk))
-    add_texts(data, {"description": DESCRIPTION})
+    describe(data, {"description": DESCRIPTION})
     stamp(data, NOT_YET)
 
 

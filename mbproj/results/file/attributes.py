@@ -14,8 +14,8 @@ ONE = h5s.create(h5s.SCALAR)
 #: Text of any length, in the file and in memory.
 STORED = h5t.py_create(h5py.string_dtype(), logical=True)
 GIVEN = h5t.py_create(h5py.string_dtype())
-#: Numbers in the file.
-KINDS = {int: h5t.NATIVE_INT64, float: h5t.NATIVE_DOUBLE}
+#: By the type of a value, what is in the file.
+KINDS = {str: STORED, int: h5t.NATIVE_INT64, float: h5t.NATIVE_DOUBLE}
 
 
 def add_texts(place: h5py.Dataset | h5py.Group, texts: Mapping[str, str]) -> None:
@@ -27,10 +27,10 @@ def add_texts(place: h5py.Dataset | h5py.Group, texts: Mapping[str, str]) -> Non
 def put(place: h5py.Dataset | h5py.Group, values: Mapping[str, Any]) -> None:
     """Each number, flag or text under its name; in the place of one that has the name already."""
     for name, value in values.items():
-        if isinstance(value, str | int | float) and not isinstance(value, bool) and name not in place.attrs:
-            stored, given = (STORED, GIVEN) if isinstance(value, str) else (KINDS[type(value)], None)
-            data = np.array(value, dtype=object if isinstance(value, str) else None)
-            h5a.create(place.id, name.encode(), stored, ONE).write(data, mtype=given)
+        kind = KINDS.get(type(value))  # a number of NumPy, which may be a float too, is h5py's
+        if kind is not None and name not in place.attrs:
+            data = np.array(value, dtype=object if kind is STORED else None)
+            h5a.create(place.id, name.encode(), kind, ONE).write(data, mtype=GIVEN if kind is STORED else None)
         else:
             place.attrs[name] = value
 

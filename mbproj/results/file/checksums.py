@@ -16,16 +16,19 @@ import h5py
 import numpy as np
 import numpy.typing as npt
 
-from mbproj.results.file.attributes import put_integer
+from mbproj.results.file.attributes import add_texts, put_integer
 
 #: The attribute of a dataset; NOT_YET while samples are added.
 OF_DATA, NOT_YET = "crc32", -1
-#: The attribute of a group: a JSON object, checksum by attribute.
+#: The attribute of a group or a dataset: a JSON object, checksum by attribute.
 OF_ATTRIBUTES = "crc32_of_attributes"
 
 
 def crc32(values: npt.NDArray[Any], so_far: int = 0) -> int:
-    """The checksum of an array's bytes as the file has them; `so_far` is that of what stands before them."""
+    """The checksum of an array's bytes as the file has them; `so_far` is that of what stands before them. Texts of any
+    length stand elsewhere: they count as a list."""
+    if values.dtype.kind == "O":
+        return of_value([plain(text) for text in values.reshape(-1).tolist()])
     stored = np.ascontiguousarray(values, dtype=values.dtype.newbyteorder("<"))
     return zlib.crc32(stored.reshape(-1).view(np.uint8).data, so_far) if stored.size else so_far
 
@@ -41,13 +44,21 @@ def stamp_attributes(group: h5py.Group) -> None:
     group.attrs[OF_ATTRIBUTES] = json.dumps(found)
 
 
+def describe(dataset: h5py.Dataset, texts: Mapping[str, str]) -> None:
+    """Give a new dataset texts by name, and their checksums."""
+    checksums = {name: of_value(text) for name, text in texts.items()}
+    add_texts(dataset, {**texts, OF_ATTRIBUTES: json.dumps(checksums)})
+
+
 def of_value(value: Any) -> int:
-    """The checksum of an attribute, which is a number, a flag or text."""
+    """The checksum of an attribute: a number, a flag, text, or a list of texts."""
     return zlib.crc32(json.dumps(value).encode())
 
 
 def plain(value: Any) -> Any:
-    """A Python number or text for NumPy's."""
+    """A Python number, text or list for NumPy's."""
+    if isinstance(value, np.ndarray):
+        return [plain(item) for item in value.tolist()]
     found = value.item() if isinstance(value, np.generic) else value
     return found.decode() if isinstance(found, bytes) else found
 

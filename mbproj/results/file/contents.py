@@ -66,6 +66,23 @@ class Contents:
         """The error that this part of the file is wrong."""
         return damaged(self.path, f"'{name}' {what}")
 
+    def check_whole(self, name: str) -> None:
+        """Reads a dataset with all that is said of it. Raises InputError where one of its checksums is wrong, or there
+        is none."""
+        dataset = self._dataset(name)
+        if not self.is_guarded(name):
+            raise self.damaged(name, "has no checksum")
+        self.check_description(name)
+        self.check_room(name)
+        self._read(dataset, name)
+
+    def datasets(self) -> list[str]:
+        """The names of all datasets."""
+        found: list[str] = []
+        with self._reading("/"):
+            self._file.visititems(lambda name, item: found.append(name) if isinstance(item, h5py.Dataset) else None)
+        return found
+
     def rows(self, name: str, trailing: tuple[int, ...], dtype: npt.DTypeLike = "f8") -> int:
         """The length of the first axis of a dataset with this shape after it."""
         return self._fitting(name, (None, *trailing), dtype).shape[0]
@@ -112,8 +129,8 @@ class Contents:
         if not dataset.fits(shape, dataset.dtype):
             raise self.damaged(name, "has the wrong shape or type")
         self.check_room(name)
+        stored = self._read(dataset, name)
         with self._reading(name):
-            stored = dataset.read()
             found = [bytes(text).decode() for text in stored.reshape(-1)]
         if not all(text.isprintable() for text in found):
             raise self.damaged(name, "has a text that cannot be printed")
@@ -135,7 +152,7 @@ class Contents:
         return tuple(found)
 
     def attributes(self, group: str = "/") -> Mapping[str, Any]:
-        """The attributes that are numbers, flags or text; others are not ours. Those that mbproj wrote are checked
+        """The attributes that are numbers, flags or text. Those that mbproj wrote, lists of texts too, are checked
         against their checksums once the file is finished."""
         try:
             found = dict(_attributes(self._file[group]))
@@ -143,7 +160,15 @@ class Contents:
             raise damaged(self.path, "its attributes cannot be read") from error
         for name in () if self.unfinished else wrong_attributes(found):
             raise damaged(self.path, f"its attribute '{name}' is not what was written")
-        return {name: value for name, value in found.items() if name != OF_ATTRIBUTES}
+        return {name: value for name, value in found.items() if name != OF_ATTRIBUTES and not isinstance(value, list)}
+
+    def check_description(self, name: str) -> None:
+        """Raises InputError where what the file says of a dataset, its unit for example, is not what was written."""
+        self._dataset(name)
+        with self._reading(name):
+            found = wrong_attributes(dict(_attributes(self._file[name])))
+        for attribute in found:
+            raise self.damaged(name, f"has an attribute '{attribute}' that is not what was written")
 
     def unreadable_rows(self, name: str, rows: int) -> list[tuple[int, int]]:
         """Where a dataset cannot be read: the first and the last row of each chunk."""
@@ -224,12 +249,14 @@ class Contents:
             return tuple(bytes(text).decode() for text in stored.reshape(-1))
 
 
-def _attributes(group: h5py.Group) -> Iterator[tuple[str, Any]]:
-    for name in group.attrs:
-        kept = h5a.open(group.id, name.encode("utf-8", "surrogateescape"))
-        of_a_kind = kept.shape == () and kept.get_type().get_class() in ATTRIBUTE_TYPES
+def _attributes(place: h5py.Group | h5py.Dataset) -> Iterator[tuple[str, Any]]:
+    for name in place.attrs:
+        kept = h5a.open(place.id, name.encode("utf-8", "surrogateescape"))
+        kind = kept.get_type().get_class()
+        of_a_kind = kind in ATTRIBUTE_TYPES if kept.shape == () else kind == h5t.STRING and len(kept.shape or ()) == 1
         if of_a_kind and kept.get_storage_size() <= ATTRIBUTE_BYTES and name.isprintable():
-            value = plain(group.attrs[name])
-            if isinstance(value, str):
-                value.encode()  # what is not UTF-8 was read with surrogates, which nothing can print
+            value = plain(place.attrs[name])
+            for text in value if isinstance(value, list) else [value]:
+                if isinstance(text, str):
+                    text.encode()  # what is not UTF-8 was read with surrogates, which nothing can print
             yield name, value

@@ -9,7 +9,7 @@ import numpy.typing as npt
 
 Values: TypeAlias = npt.NDArray[Any]
 #: What they take together at most, bytes; one alone may take more.
-KEPT_BYTES = 2**28
+KEPT_BYTES = 2**25
 
 
 @final

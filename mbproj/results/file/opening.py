@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from contextlib import suppress
 from enum import Enum, auto
 from pathlib import Path
 
@@ -72,6 +73,8 @@ def _open_contents(path: Path, *, looked_over: bool = False) -> Contents:
 
 def _open(path: Path, unfinished: bool) -> h5py.File:
     if not unfinished:
+        with suppress(OSError):  # a program may open it too, and in one process all have to lock a file, or none
+            return h5py.File(path, "r", **CHUNK_CACHE)
         return h5py.File(path, "r", locking=False, **CHUNK_CACHE)
     if is_locked(path):
         return h5py.File(path, "r", swmr=True, locking=False, **CHUNK_CACHE)

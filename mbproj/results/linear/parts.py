@@ -17,7 +17,7 @@ from mbproj.dataclass import dataclass
 from mbproj.errors import InputError, Problem
 from mbproj.outputs import hdf5, replacing
 from mbproj.results.file import stored_scene
-from mbproj.results.file.checksums import crc32, stamp, stamp_attributes
+from mbproj.results.file.checksums import crc32, describe, stamp, stamp_attributes
 from mbproj.results.file.contents import Contents
 from mbproj.results.file.opening import open_rehearsed
 from mbproj.results.provenance import Attribute, create_text, root_attributes, write_scene
@@ -97,9 +97,8 @@ def _write_part(file: h5py.File, part: Part, value: Any) -> None:
         data = np.ascontiguousarray(half, dtype="f8")
         created = file.create_dataset(part.path + ending, data=data)
         stamp(created, crc32(data))
-        created.attrs.update({"units": part.unit, "description": part.description})
-        if part.frame:
-            created.attrs["frame"] = part.frame
+        frame = {"frame": part.frame} if part.frame else {}
+        describe(created, {"units": part.unit, "description": part.description, **frame})
 
 
 def read(path: Path, layout: Layout) -> tuple[dict[str, Any], dict[str, Any]]:

@@ -7,7 +7,9 @@ from types import MappingProxyType
 
 #: The file in the folder of a sweep.
 NAME = "summary.h5"
-FORMAT, SCHEMA_VERSION = "mbproj sweep", 1
+FORMAT, SCHEMA_VERSION = "mbproj sweep", 2
+#: The version in which nothing has a checksum.
+WITHOUT_CHECKSUMS = 1
 #: The dimension of designs that are not grids.
 CASE = "case"
 #: Words for how cases ended: measured, and not run yet.

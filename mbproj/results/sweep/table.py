@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from math import prod
 from pathlib import Path
 from typing import Any
@@ -12,9 +13,10 @@ import numpy.typing as npt
 from mbproj.arrays import Array
 from mbproj.dataclass import dataclass
 from mbproj.errors import InputError, Problem
+from mbproj.results.faults import REPEAT
 from mbproj.results.file.contents import Contents
 from mbproj.results.file.opening import open_rehearsed
-from mbproj.results.sweep.layout import CASE, DONE, FORMAT, NAME, NOT_RUN, SCHEMA_VERSION
+from mbproj.results.sweep.layout import CASE, DONE, FORMAT, NAME, NOT_RUN, SCHEMA_VERSION, WITHOUT_CHECKSUMS
 
 WANTED = "give the folder that 'mbproj sweep SPEC' has written"
 AGAIN = "write it again with: mbproj sweep SPEC"
@@ -68,17 +70,31 @@ def read_table(path: Path) -> Table:
     if not file.is_file():
         raise InputError(Problem(f"'{path}' is not the folder of a sweep: it has no '{NAME}'", hint=WANTED))
     name = (path if path.is_dir() else file.absolute().parent).absolute().name
-    with open_rehearsed(file, lambda contents: _read(contents, name)) as contents:
-        return _read(contents, name)
+    try:
+        with open_rehearsed(file, lambda contents: _read(contents, name)) as contents:
+            return _read(contents, name)
+    except InputError as error:
+        raise InputError(
+            [replace(each, hint=AGAIN) if each.hint == REPEAT else each for each in error.problems]
+        ) from error
+
+
+def version_of_table(path: Path) -> object:
+    """The schema version of the summary in a sweep's folder."""
+    with open_rehearsed(path / NAME) as contents:
+        return contents.attributes().get("schema_version")
 
 
 def _read(contents: Contents, name: str) -> Table:
     about = contents.attributes()
     if about.get("format") != FORMAT:
         raise InputError(Problem(f"'{contents.path}' is not the summary of a sweep", hint=WANTED))
-    if about.get("schema_version") != SCHEMA_VERSION:
-        said = f"'{contents.path}' has schema version {about.get('schema_version')}, and this mbproj reads 1"
+    version = about.get("schema_version")
+    if version not in (WITHOUT_CHECKSUMS, SCHEMA_VERSION):
+        said = f"'{contents.path}' has schema version {version}, and this mbproj reads 1 and 2"
         raise InputError(Problem(said, hint=AGAIN))
+    for each in contents.datasets() if version == SCHEMA_VERSION else ():
+        contents.check_whole(each)
     varied, measured = (contents.listed(key) for key in ("varied", "measured"))
     combine = str(about.get("combine", ""))
     axes = varied if combine == GRID else (CASE,)

@@ -2,13 +2,14 @@
 
 A wrong note is worse than none. Where all bodies are free they are so on purpose, and a spring holds a body as well as
 a joint. Only a body that is longer than wide says by its inertia how long it is: a compact one may hang on a long rod
-without mass. A joint along which something slides may be placed anywhere along its axis, and a fixed one anywhere.
+without mass, unless that is many times as long as all else. A joint along which something slides may be placed anywhere
+along its axis, and a fixed one anywhere.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 
 from mbproj.errors import Place, Problem
 from mbproj.joints import COORDINATE_UNITS, JOINTS
@@ -19,13 +20,16 @@ from mbproj.scene.records import GROUND, Body, Bushing, Joint, PointForce, Scene
 FAR = 8.0
 #: A body is longer than wide where its largest principal moment is more than so many times the least.
 LONG = 3.0
+#: A joint is far from a mechanism at more than so many times the size of all else.
+ALONE = 100.0
 #: The most notes of one kind, and names in one of them.
 MOST = 5
 
 
 def oversights(scene: Scene) -> list[Problem]:
     """A note for each group of bodies that nothing holds, and for each joint that is far from its body."""
-    return [*_shortened(list(_loose(scene))), *_shortened(list(_far(scene)))]
+    far = list(_far(scene))
+    return [*_shortened(list(_loose(scene))), *_shortened(far or list(_alone(scene)))]
 
 
 def _shortened(notes: list[Problem]) -> list[Problem]:
@@ -98,6 +102,33 @@ def _far(scene: Scene) -> Iterator[Problem]:
                     f"{length:.2g} m long by its inertia"
                 )
                 yield Problem(message, _line_of(scene, "joints", joint.name), "look at its location, and at its units")
+
+
+def _alone(scene: Scene) -> Iterator[Problem]:
+    """Joints whose points are far from their bodies, beside the size of all else. Where these are most of the joints,
+    they are long pendulums."""
+    bodies = {body.name: body.position for body in scene.bodies}
+    joints = [joint for joint in scene.joints if joint.couples is None and not joint.points.local]
+    arms = {
+        joint.name: min(math.dist(joint.points.first, bodies[name]) for name in joint.bodies if name != GROUND)
+        for joint in joints
+    }
+    median = sorted(arms.values())[(len(arms) - 1) // 2] if arms else 0.0
+    usual = max(median, _extent(list(bodies.values())))
+    far = [joint.name for joint in joints if arms[joint.name] > ALONE * usual and not _may_be_anywhere(joint)]
+    size = _extent([*bodies.values(), *(joint.points.first for joint in joints if joint.name not in far)])
+    for name in far:
+        if arms[name] > ALONE * size > 0.0:
+            message = (
+                f"joint '{name}' is {arms[name]:.3g} m from the bodies that it holds, and all else is within "
+                f"{size:.2g} m"
+            )
+            yield Problem(message, _line_of(scene, "joints", name), "look at its location, and at its units")
+
+
+def _extent(points: Sequence[Sequence[float]]) -> float:
+    """The diagonal of the box around some points."""
+    return math.hypot(*(max(along) - min(along) for along in zip(*points, strict=True)))
 
 
 def _may_be_anywhere(joint: Joint) -> bool:

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Collection, Iterable
+from itertools import chain
 
 from mbproj.dataclass import dataclass
 from mbproj.scene.fields.fields import Field, Schema
@@ -24,7 +25,7 @@ class Choice(Field[str]):
         return either(self.names())
 
     def read(self, node: Node, path: KeyPath, reading: Reading) -> str | None:
-        return _pick(self, node, path, reading, self.names())
+        return _pick(self, node, path, reading, tuple(self.names()))
 
     def schema(self) -> Schema:
         names = tuple(self.names())
@@ -44,18 +45,20 @@ class Reference(Field[str]):
         return f"the name of a {self.what}"
 
     def read(self, node: Node, path: KeyPath, reading: Reading) -> str | None:
-        return _pick(self, node, path, reading, (*self.besides, *reading.items.get(self.block, ())))
+        return _pick(self, node, path, reading, self.besides, reading.items.get(self.block, ()))
 
     def schema(self) -> Schema:
         return {"description": self.expects, "type": "string", "minLength": 1}
 
 
-def _pick(field: Choice | Reference, node: Node, path: KeyPath, reading: Reading, names: Iterable[str]) -> str | None:
-    names = tuple(names)
+def _pick(
+    field: Choice | Reference, node: Node, path: KeyPath, reading: Reading, *names: Collection[str]
+) -> str | None:
+    """The node's text where it is among some names. These are put together for a message alone: there may be many."""
     if not isinstance(node, ScalarNode) or not node.text:
         field.reject(node, path, reading)
         return None
-    if node.text not in names:
-        reading.report(f"unknown {field.what} {describe(node)}", node.place, choose_from(node.text, names))
-        return None
-    return node.text
+    if any(node.text in some for some in names):
+        return node.text
+    reading.report(f"unknown {field.what} {describe(node)}", node.place, choose_from(node.text, chain(*names)))
+    return None

@@ -63,11 +63,20 @@ class Number(Field[float]):
             if limit is not None and not holds(number, limit):
                 reading.report(f"{label(path)} must be {words} {limit:g}, found {number:.6g}", node.place)
                 return None
-        if self.unit and abs(number) > LARGEST:
-            message = f"{label(path)} is {number:.6g}: numbers beyond {LARGEST:g} in SI units overflow when multiplied"
+        if not self._is_usual(number):
+            beyond = f"beyond {LARGEST:g} in SI units overflow when multiplied"
+            below = f"below {1.0 / LARGEST:g} in SI units overflow when divided by"
+            message = f"{label(path)} is {number:.6g}: numbers {beyond if abs(number) > LARGEST else below}"
             reading.report(message, node.place, "check the number and its unit")
             return None
         return number
+
+    def _is_usual(self, number: float) -> bool:
+        """Whether products and, of what is always above 0, quotients of such numbers are numbers. Numbers without a
+        unit that may have any sign are parts of directions, or of what has a bound of its own."""
+        if self.above == 0.0:
+            return 1.0 / LARGEST <= number <= LARGEST
+        return not self.unit or abs(number) <= LARGEST
 
     def schema(self) -> Schema:
         limits = {"minimum": self.minimum, "exclusiveMinimum": self.above, "maximum": self.maximum}

@@ -7,7 +7,7 @@ readings with other values in them (`mbproj.scene.text.changes`) the nodes besid
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from typing import Any, NamedTuple, TypeAlias
 
 from mbproj.errors import Place, Problem
@@ -16,7 +16,7 @@ from mbproj.scene.text.nodes import MappingNode, Node, ScalarNode
 Path: TypeAlias = "tuple[str | int, ...]"
 #: Parameters by name, and the names of the items of each block.
 Names: TypeAlias = Mapping[str, object]
-Items: TypeAlias = Mapping[str, tuple[str, ...]]
+Items: TypeAlias = Mapping[str, Collection[str]]
 #: What may be the name of a parameter.
 WORD = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import re
 from collections.abc import Mapping
+from numbers import Real
 from typing import TypeAlias
 
 from mbproj.dataclass import dataclass
@@ -65,12 +66,25 @@ def as_mapping(node: Node) -> MappingNode | None:
     return node if isinstance(node, MappingNode) else None
 
 
+def plain(value: object) -> object:
+    """A scalar or an array of NumPy as the number, flag, text or list that it is; anything else as it is."""
+    listed = getattr(value, "tolist", None)
+    return value if listed is None else listed()
+
+
 def from_value(value: object, place: Place) -> Node:
-    """What was given on the command line or by a Python caller (text, number, flag, list of them) as a node."""
+    """What was given on the command line or by a Python caller (text, number, flag, list or mapping of them, also of
+    NumPy) as a node."""
+    value = plain(value)
+    if isinstance(value, Mapping):
+        values = {str(key): from_value(inner, place) for key, inner in value.items()}
+        return MappingNode(values, dict.fromkeys(values, place), place)
     if isinstance(value, (list, tuple)):
         return SequenceNode(tuple(from_value(item, place) for item in value), place)
-    if isinstance(value, bool):
-        return ScalarNode(str(value).lower(), place)
+    if value is None or isinstance(value, bool):
+        return ScalarNode("null" if value is None else str(value).lower(), place)
+    if isinstance(value, Real) and not isinstance(value, int):
+        value = float(value)
     return ScalarNode(value if isinstance(value, str) else repr(value), place)
 
 
@@ -83,6 +97,15 @@ def flow(node: Node) -> str:
     return node.text if isinstance(node, ScalarNode) else _inner(node)
 
 
+def block(values: Mapping[str, object]) -> str:
+    """What `from_value` takes as YAML, one key of the outermost mapping a line."""
+    return "".join(f"{_key(key)}: {_inner(from_value(value, Place('')))}\n" for key, value in values.items())
+
+
+def _key(key: object) -> str:
+    return _inner(ScalarNode(str(key), Place("")))
+
+
 def _inner(node: Node) -> str:
     match node:
         case ScalarNode():
@@ -90,4 +113,4 @@ def _inner(node: Node) -> str:
         case SequenceNode():
             return f"[{', '.join(map(_inner, node.items))}]"
         case MappingNode():
-            return "{" + ", ".join(f"{key}: {_inner(value)}" for key, value in node.values.items()) + "}"
+            return "{" + ", ".join(f"{_key(key)}: {_inner(value)}" for key, value in node.values.items()) + "}"

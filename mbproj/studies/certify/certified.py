@@ -12,6 +12,7 @@ from mbproj.dynamics.observe.recorded import Block
 from mbproj.errors import SimulationError
 from mbproj.integrate import Report, simulate
 from mbproj.integrate.events.time_events import Event
+from mbproj.integrate.outcome.report import words_on_shares
 from mbproj.integrate.simulate import EventRecorder, Keep, Progress
 from mbproj.results.trust import Trust
 from mbproj.scene.records import Settings
@@ -46,7 +47,9 @@ def simulate_certified(
     paths = _Paths(mechanism, recorder)
 
     def judge() -> Trust:
-        trust = certify(mechanism, settings, *paths.arrays, limits, tell)
+        decided = words_on_shares(paths.met)
+        refusal = f"no figure: the motion depends on how these share their load, {decided}" if decided else ""
+        trust = certify(mechanism, settings, *paths.arrays, limits, tell, refusal)
         if recorder is not None:
             recorder.trust(trust)
         return trust
@@ -66,6 +69,7 @@ class _Paths:
         self._dataset, self._recorder = f"{mechanism.kind}/position", recorder
         self._times: list[Array] = []
         self._positions: list[Array] = []
+        self.met: Sequence[Event] = ()
 
     def write(self, block: Block) -> None:
         """Takes T samples."""
@@ -76,6 +80,7 @@ class _Paths:
 
     def events(self, events: Sequence[Event]) -> None:
         """Takes the events of the run."""
+        self.met = events
         if isinstance(self._recorder, EventRecorder):
             self._recorder.events(events)
 

@@ -39,12 +39,15 @@ def certify(
     position: Array,
     limits: Sequence[float] = LIMITS,
     tell: Tell = silent,
+    refusal: str = "",
 ) -> Trust:
     """What a better solution says of a run with `settings` whose points (see `Mechanism`) were at `position` (T, k, 3),
-    m, at the sample times (T,), s. `limits` in m."""
+    m, at the sample times (T,), s. `limits` in m. With a `refusal` no figure is given, and that is why."""
     tested = tuple(limits)
     if len(times) < 2:
         return _trust(mechanism, times, position, None, np.zeros(position.shape[:2]), tested, "nothing was run")
+    if refusal:
+        return _trust(mechanism, times, position, None, np.full(position.shape[:2], np.inf), tested, refusal)
     better, before = None, None
     rungs = list(ladder(settings))
     for number, tolerance in enumerate(rungs):

@@ -110,7 +110,7 @@ def _one_step(
     if choice.compiled is None:
         full = FullFormulation.of(mechanism.system, state, single, choice.redundant)
         *_, last = march(full, state, Tally())
-        return _End(State(last.t, last.q, last.v, last.turns), float(last.work[0] - last.work[1]))
+        return _End(last.state, float(last.work[0] - last.work[1]))
     run, (mark, before) = choice.compiled.run(state, single), carried
     if mark:
         run.resume({**mark, "t": state.t, "h": h, "grid": 0})
@@ -120,8 +120,7 @@ def _one_step(
         raise failure
     found = choice.compiled.samples({name: values[-1:] for name, values in block.items()}, {})
     work = float(found.work[0, 0] - found.work[0, 1])
-    end = State(float(found.t[0]), found.q[0], found.v[0], found.turns[0])
-    return _End(end, work - before, (run.here(), work))
+    return _End(found.state(0), work - before, (run.here(), work))
 
 
 class _StepSizes:

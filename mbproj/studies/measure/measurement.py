@@ -21,7 +21,8 @@ class Measurement:
     """A setting with its largest error by point (m) and when it was that large (s), its largest violations (m or rad,
     and per s), its energy drift (J, and relative), its counters, the seconds its steps took (of processor time, on a
     machine that others used too), its formulation. Where it did not get to the end, `failure` is the cause, what was
-    measured is infinite, and nothing was counted."""
+    measured is infinite, and nothing was counted. `drifts`: whether `mbproj run` would say that its energy tells of a
+    wrong motion."""
 
     setting: Setting
     error: Mapping[str, float]
@@ -34,6 +35,7 @@ class Measurement:
     seconds: float = inf
     formulation: str = ""
     failure: str | None = None
+    drifts: bool = False
 
     def as_json(self) -> dict[str, Any]:
         """By name."""
@@ -88,4 +90,5 @@ def measured(solution: Solution, reference: Reference) -> Measurement:
         counters=report.counters,
         seconds=report.integration_cpu_seconds,
         formulation=report.formulation,
+        drifts=report.drifts,
     )

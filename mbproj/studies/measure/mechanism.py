@@ -52,8 +52,8 @@ class Mechanism:
         return tuple(k for k, name in enumerate(self.points) if not names or name in names)
 
     def settings(self, setting: Setting, duration: float, output_step: float) -> Settings:
-        """Those of a run with `setting`, whose steps end where the scene asks for it. Raises InputError like it."""
-        return with_breaks(self.scene, setting.settings(duration, output_step))
+        """Those of a run of the scene with `setting`. Raises InputError like it."""
+        return of_scene(self.scene, setting.settings(duration, output_step))
 
     @property
     def identity(self) -> dict[str, Any]:
@@ -64,6 +64,6 @@ class Mechanism:
         return {"scene": text, "parameters": parameters, "break_times": list(times), **started}
 
 
-def with_breaks(scene: Scene, settings: Settings) -> Settings:
-    """The settings with the break times of the scene: they belong to it, whatever it is run with."""
-    return replace(settings, break_times=scene.settings.break_times)
+def of_scene(scene: Scene, settings: Settings) -> Settings:
+    """The settings with what belongs to the scene, whatever it is run with: its break times, and where it starts."""
+    return replace(settings, break_times=scene.settings.break_times, start=scene.settings.start)

@@ -7,14 +7,16 @@ from dataclasses import asdict, fields
 from typing import Any
 
 from mbproj.dataclass import dataclass
-from mbproj.errors import InputError
+from mbproj.errors import InputError, Problem
 from mbproj.registry import PROJECTIONS
 from mbproj.scene.fields.reading import Reading
 from mbproj.scene.records import Settings
 from mbproj.scene.settings import Merged, check_settings, option_name, read_options, settings_of, takes
+from mbproj.scene.text.nodes import plain
+from mbproj.scene.text.suggestions import choose_from
 
 #: Below every violation that a run can have: a threshold for a scene whose own one is to have no effect.
-NO_THRESHOLD = 1e-300
+NO_THRESHOLD = 1e-50
 
 
 @dataclass(frozen=True)
@@ -38,6 +40,20 @@ class Setting:
     max_iterations: int = 25
     alpha: float | None = None
     gains: tuple[float, float] | None = None
+
+    def __new__(cls, *values: object, **named: object) -> Setting:
+        """Raises InputError for a name that is none of a setting."""
+        names = [each.name for each in fields(cls)]
+        wrong = [name for name in named if name not in names]
+        if wrong:
+            raise InputError([Problem(f"a setting has no '{name}'", hint=choose_from(name, names)) for name in wrong])
+        return super().__new__(cls)
+
+    def __post_init__(self) -> None:
+        """Numbers of NumPy become plain ones, so that they can be written."""
+        for each in fields(self):
+            value = plain(getattr(self, each.name))
+            object.__setattr__(self, each.name, tuple(value) if isinstance(value, list) else value)
 
     @classmethod
     def of(cls, settings: Settings) -> Setting:

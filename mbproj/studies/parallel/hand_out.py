@@ -7,8 +7,10 @@ import os
 from collections import deque
 from collections.abc import Callable, Generator, Iterable, Sized
 from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
+from contextlib import suppress
 from itertools import islice
-from queue import SimpleQueue
+from queue import Empty, SimpleQueue
+from threading import Lock
 from time import monotonic
 from typing import Any, TypeAlias, TypeVar
 
@@ -25,6 +27,8 @@ Where: TypeAlias = "int | Cluster | None"
 
 #: How often Ctrl-C is looked for, s.
 LOOK = 0.1
+#: Processes at most for each processor: more only take memory.
+MOST = 4
 #: Items that are out for each process: the one at work, and the next.
 AHEAD = 2
 
@@ -60,14 +64,14 @@ def in_parallel(
         for index, item in enumerate(items):
             yield index, function(shared, item)
         return
+    if count > (most := MOST * processors()) and not isinstance(items, Sized):
+        warn_once(f"{count} processes are more than {processors()} processors can use: at most {most} are started")
+    count = min(count, most)
     notes: deque[str] = deque()
-    workers = [Worker(function, shared, notes) for _ in range(count)]
-    idle: SimpleQueue[Worker] = SimpleQueue()
-    for worker in workers:
-        idle.put(worker)
+    workers = _Workers(lambda: Worker(function, shared, notes))
 
     def run(item: Item) -> Result:
-        worker, begun = idle.get(), monotonic()
+        worker, begun = workers.take(), monotonic()
         try:
             result: Result = worker.ask(item, timeout(item) if callable(timeout) else timeout)
             return result
@@ -77,7 +81,7 @@ def in_parallel(
             worker.start()
             return lost(item, str(reason), monotonic() - begun)
         finally:
-            idle.put(worker)
+            workers.idle.put(worker)
 
     pool = ThreadPoolExecutor(max(count, 1))
     given, numbers = iter(items), itertools.count()
@@ -97,5 +101,31 @@ def in_parallel(
                     yield waiting.pop(done), done.result()
     finally:
         pool.shutdown(wait=False, cancel_futures=True)
-        for worker in workers:
+        workers.stop()
+
+
+class _Workers:
+    """The processes of a study. One is started when an item finds none idle, so that few items start few."""
+
+    def __init__(self, start: Callable[[], Worker]) -> None:
+        self._start, self._lock = start, Lock()
+        self._started: list[Worker] = []
+        self._stopped = False
+        self.idle: SimpleQueue[Worker] = SimpleQueue()
+
+    def take(self) -> Worker:
+        """One that does nothing else. Raises WorkerLost where all were stopped meanwhile."""
+        with suppress(Empty):
+            return self.idle.get_nowait()
+        with self._lock:
+            if self._stopped:
+                raise WorkerLost("the study has ended")
+            self._started.append(self._start())
+            return self._started[-1]
+
+    def stop(self) -> None:
+        """Ends all, whatever they do."""
+        with self._lock:
+            self._stopped = True
+        for worker in self._started:
             worker.stop()

@@ -8,7 +8,7 @@ import sys
 import warnings
 from queue import SimpleQueue
 from threading import Thread
-from typing import Any
+from typing import Any, BinaryIO
 
 from mbproj.errors import MbprojWarning
 
@@ -25,8 +25,7 @@ def main() -> None:
     messages: SimpleQueue[Any] = SimpleQueue()
     Thread(target=_listen, args=(messages,), daemon=True).start()
     function, shared = messages.get()
-    pickle.dump(READY, answers)
-    answers.flush()
+    _answer(answers, READY)
     while True:
         item = messages.get()
         result, fault = None, None
@@ -34,9 +33,18 @@ def main() -> None:
             result = function(shared, item)
         except Exception as error:
             fault = error
-        pickle.dump((result, fault, list(notes)), answers)
-        answers.flush()
+        _answer(answers, (result, fault, list(notes)))
         notes.clear()
+
+
+def _answer(answers: BinaryIO, what: Any) -> None:
+    """Says it; where nobody listens any more the process ends."""
+    data = pickle.dumps(what)
+    try:
+        answers.write(data)
+        answers.flush()
+    except OSError:
+        os._exit(0)
 
 
 def _kept_warnings() -> list[str]:
@@ -60,5 +68,5 @@ def _listen(messages: SimpleQueue[Any]) -> None:
     while True:
         try:
             messages.put(pickle.load(sys.stdin.buffer))
-        except EOFError:
+        except (EOFError, OSError, pickle.UnpicklingError):  # a message may end in its middle, too
             os._exit(0)

@@ -15,18 +15,26 @@ from mbproj.studies.measure.reference import Reference
 from mbproj.studies.measure.setting import Setting
 from mbproj.studies.measure.solve import solve
 from mbproj.studies.store import Kept
+from mbproj.thresholds import THRESHOLDS
 
 
 @dataclass(eq=False)
 class Bench:
     """A mechanism and its reference; `goal` is the error asked for, m, at the points number `columns`. What was
-    measured is in `kept`."""
+    measured is in `kept`. `by_energy`: whether a run of whose energy `mbproj run` would warn misses the goal."""
 
     mechanism: Mechanism
     reference: Reference
     goal: float
     columns: tuple[int, ...]
     kept: Kept = field(default_factory=Kept)
+    by_energy: bool = True
+
+    def missed(self, tried: Measurement) -> float:
+        """The error over the goal, or how far the energy drifts beyond what goes without a warning: at most 1 where
+        the goal is kept."""
+        drift = tried.energy_drift_relative / THRESHOLDS.suspicious_drift if self.by_energy and tried.drifts else 0.0
+        return max(tried.at() / self.goal, drift)
 
     @property
     def until(self) -> float:
@@ -43,7 +51,7 @@ class Bench:
         """The same up to another sample time, in s."""
         kept, whole = self.reference.times <= until * (1.0 + 1e-9), self.reference
         arrays = {name: getattr(whole, name)[kept] for name in ("times", "position", "velocity", "uncertainty")}
-        return Bench(self.mechanism, replace(whole, **arrays), self.goal, self.columns, self.kept)
+        return replace(self, reference=replace(whole, **arrays))
 
     @property
     def points(self) -> tuple[str, ...]:

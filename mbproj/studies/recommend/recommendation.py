@@ -7,6 +7,7 @@ quarter of the fewest are then timed in turn. All settings close the joints afte
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -106,7 +107,7 @@ def recommend(
     usual = [] if own is None else [bench.measure(own)]
     if timed:
         contenders, usual = _timed(bench, contenders, usual, tell)
-    settings = contenders[0].setting.settings(float(f"{bench.until:.12g}"), float(times[1]))
+    settings = mechanism.settings(contenders[0].setting, float(f"{bench.until:.12g}"), float(times[1]))
     return Recommendation(
         goal=error,
         points=tuple(mechanism.points[column] for column in columns),
@@ -138,6 +139,10 @@ def _first(bench: Bench, base: Setting, tell: Tell) -> tuple[Measurement, Bench]
             if found is not None:
                 return found, bench
             assert family.finest is not None
+            finest = bench.measure(family.setting(family.finest))
+            if bench.by_energy and finest.drifts and finest.at() <= bench.goal:  # no step makes the balance better
+                bench = replace(bench, by_energy=False)
+                continue
             reach = min(bench.kept_until(family.setting(family.finest)), bench.until - SHORTER * wanted)
         if reach <= bench.reference.times[1]:
             why = why_not(bench.mechanism, whole, bench.goal, reach, tell)

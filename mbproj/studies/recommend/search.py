@@ -46,17 +46,17 @@ def cheapest(bench: Bench, family: Family, start: int, budget: float = inf) -> M
     found: Measurement | None = None
     while not bracket.is_closed(family):
         tried = bench.measure(family.setting(fineness))
-        error = tried.at()
+        missed = bench.missed(tried)
         affordable = tried.evaluations <= budget or tried.evaluations == inf
-        if error <= bench.goal:
+        if missed <= 1.0:
             bracket.fine, found = fineness, tried if affordable else found
         elif affordable:
             bracket.coarse = fineness
         else:
             bracket.fine = fineness
-            if error > NEAR * bench.goal:
+            if missed > NEAR:
                 return None
-        fineness = bracket.inside(_proposed(family, bracket, fineness, error / bench.goal), family)
+        fineness = bracket.inside(_proposed(family, bracket, fineness, missed), family)
     return _beyond(bench, family, bracket, found)
 
 
@@ -87,8 +87,8 @@ def _beyond(bench: Bench, family: Family, bracket: Bracket, found: Measurement |
     while fineness > max(lowest, 1) and misses < 2:
         fineness = max(min(family.at_cost(fineness, PACE), fineness - 1), 1)
         tried = bench.measure(family.setting(fineness))
-        error = tried.at()
-        if error <= bench.goal:
+        missed = bench.missed(tried)
+        if missed <= 1.0:
             found, lowest = tried, family.at_cost(fineness, BELOW)
-        misses = misses + 1 if error > NEAR * bench.goal else 0
+        misses = misses + 1 if missed > NEAR else 0
     return found

@@ -28,6 +28,7 @@ from mbproj.studies.parallel.resumable import resumable
 from mbproj.studies.stability.quantities import QUANTITIES, Span, quantity_named
 from mbproj.studies.stability.subject import Limits, Point, Subject
 from mbproj.studies.store import Kept
+from mbproj.thresholds import THRESHOLDS
 
 #: Methods that are tried where none is named, and values over the span.
 METHODS, POINTS = ("none", "baumgarte", "gopm", "gpopm"), 25
@@ -102,6 +103,7 @@ def stability(
     if not 0.0 < whole.low < whole.high:
         message = f"there is nothing between {whole.low:g} and {whole.high:g}"
         raise InputError(Problem(message, hint="let --from be below --to"))
+    _refuse_endless(quantity.changed(subject, whole.low), quantity.changed(subject, whole.high))
     what = {
         "study": "stability",
         "scene": scene.text,
@@ -155,6 +157,15 @@ def _methods(vary: str, projections: Sequence[str] | None) -> tuple[str, ...]:
         if name not in able:
             raise InputError(Problem(f"'{name}' has no '{option}' to vary", hint=f"these have: {', '.join(able)}"))
     return tuple(dict.fromkeys(projections or (able if option else METHODS)))
+
+
+def _refuse_endless(*ends: Subject) -> None:
+    """Raises InputError where a run at an end of the span would not come to its end."""
+    for subject in ends:
+        step, most = subject.setting.step, THRESHOLDS.most_steps
+        if step is not None and subject.until / step > most:
+            message = f"a run of {subject.until:.6g} s in steps of {step:.6g} s would take {subject.until / step:.3g}"
+            raise InputError(Problem(f"{message} steps, and at most {most:g} are made", hint="vary it less"))
 
 
 def _fixed(mechanism: Mechanism, until: float) -> Setting:

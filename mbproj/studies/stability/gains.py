@@ -56,7 +56,7 @@ def _opened(subject: Subject, mechanism: Mechanism) -> Mechanism:
     if isinstance(run, InPlane):
         normal = run.plane.axes[:, 2]
         shift[:, :3] -= np.outer(shift[:, :3] @ normal, normal)
-    return replace(mechanism, state=replace(state, q=state.q + shift.ravel()))
+    return replace(mechanism, state=state.changed(positions=state.q + shift.ravel()))
 
 
 def _violations(subject: Subject, mechanism: Mechanism) -> Array:

@@ -13,7 +13,7 @@ from mbproj.errors import MbprojError, SimulationError
 from mbproj.integrate import simulate
 from mbproj.model import System
 from mbproj.scene.records import Settings
-from mbproj.studies.measure.mechanism import Mechanism, with_breaks
+from mbproj.studies.measure.mechanism import Mechanism, of_scene
 from mbproj.studies.stability.subject import DEGRADES, FAILS, HOLDS, Limits, Point, Subject, cause_of
 
 #: Samples of a run at most; between them nothing is looked at but the end.
@@ -41,9 +41,9 @@ def settings_of(subject: Subject) -> Settings:
     """The settings of the run, with a sample every few steps. Raises InputError where they do not fit."""
     step = subject.setting.step
     if step is None:
-        return with_breaks(subject.scene, subject.setting.settings(subject.until, subject.until / SAMPLES))
+        return of_scene(subject.scene, subject.setting.settings(subject.until, subject.until / SAMPLES))
     steps = max(1, ceil(subject.until / step / SAMPLES))
-    return replace(with_breaks(subject.scene, subject.setting.settings(subject.until, step)), output_step=steps * step)
+    return replace(of_scene(subject.scene, subject.setting.settings(subject.until, step)), output_step=steps * step)
 
 
 class _Watch:

@@ -10,7 +10,9 @@ import numpy as np
 import numpy.typing as npt
 
 from mbproj.outputs import hdf5, replacing
-from mbproj.results.sweep.layout import CASE, ENDINGS, FORMAT, NAME, SCHEMA_VERSION
+from mbproj.outputs.escapes import escaped
+from mbproj.results.file.checksums import crc32, describe, stamp, stamp_attributes
+from mbproj.results.sweep.layout import CASE, ENDINGS, FORMAT, SCHEMA_VERSION
 from mbproj.studies.sweep.design import Grid, Sampled
 from mbproj.studies.sweep.folder import OTHER, Folder
 from mbproj.studies.sweep.spec import Spec, column_of
@@ -20,19 +22,21 @@ from mbproj.version import __version__
 if TYPE_CHECKING:
     import h5py
 
+KIND = hdf5(FORMAT)
 SECONDS = frozenset({"time", "seconds"})
 #: What stands where nothing is known, and its type: of texts, of seconds.
 MISSING: tuple[tuple[Any, Any], ...] = (("", object), (np.nan, float))
 
 
-def write_arrays(spec: Spec, folder: Folder) -> Path:
-    """Writes summary.h5: a grid has a dimension for each quantity that varies, other designs have one for the cases."""
+def write_arrays(spec: Spec, folder: Folder, force: bool = False) -> Path:
+    """Writes summary.h5: a grid has a dimension for each quantity that varies, other designs have one for the cases.
+    Raises InputError where it must not be replaced, unless `force`."""
     import h5py
 
-    path = folder.path / NAME
+    path = folder.arrays
     found = _Columns(spec, folder)
     with (
-        replacing(path, hdf5(FORMAT), force=True, hint=OTHER) as draft,
+        replacing(path, KIND, force=force, hint=OTHER) as draft,
         h5py.File(draft, "w", track_order=True) as file,
     ):
         file.attrs.update(_about(spec))
@@ -45,6 +49,7 @@ def write_arrays(spec: Spec, folder: Folder) -> Path:
         for name, said in ENDINGS.items():
             column = np.reshape(found.endings[name], shape)
             _variable(file, name, column, axes, "s" if name in SECONDS else "", said)
+        stamp_attributes(file)
     return path
 
 
@@ -110,11 +115,11 @@ def _axes(file: h5py.File, spec: Spec, found: _Columns) -> list[h5py.Dataset]:
 
 
 def _column(values: Iterable[float | str]) -> npt.NDArray[Any]:
-    """Numbers, or else text."""
+    """Numbers, or else text, as in the table: without ends of lines."""
     items = list(values)
     if all(isinstance(value, float) for value in items):
         return np.array(items, dtype=float)
-    return np.array([str(value) for value in items], dtype=object)
+    return np.array([escaped(str(value)) for value in items], dtype=object)
 
 
 def _variable(
@@ -124,9 +129,8 @@ def _variable(
 
     kind = h5py.string_dtype() if values.dtype == object else None
     made = file.create_dataset(name, data=values, dtype=kind, track_order=True)
+    stamp(made, crc32(values))
+    describe(made, {"long_name": said, **({"units": unit} if unit else {})})
     for number, axis in enumerate(axes):
         made.dims[number].attach_scale(axis)
-    made.attrs["long_name"] = said
-    if unit:
-        made.attrs["units"] = unit
     return made

@@ -19,13 +19,13 @@ from mbproj.dataclass import dataclass
 from mbproj.dynamics import unique_components
 from mbproj.dynamics.observe.recorded import Block
 from mbproj.ending import ending
-from mbproj.errors import InputError, MbprojError, SimulationError
+from mbproj.errors import ExitCode, InputError, MbprojError, SimulationError
 from mbproj.integrate import simulate
 from mbproj.integrate.events.time_events import Event
 from mbproj.integrate.loop.interruption import TimeIsUp, time_limit
 from mbproj.integrate.outcome.report import Report, summary
 from mbproj.integrate.simulate import EventRecorder, Keep, Recorder
-from mbproj.results import ResultsWriter
+from mbproj.results import OutputError, ResultsWriter
 from mbproj.results.files import part_path
 from mbproj.scene.read import SceneText
 from mbproj.scene.records import Expectation, Settings
@@ -69,11 +69,16 @@ def run_case(work: Work, task: Task) -> Row:
     except TimeIsUp:
         row = Row(Status.TIMEOUT, message=f"stopped: it took longer than {work.timeout:g} s")
     except InputError as error:
-        row = Row(Status.FAILED, message="; ".join(problem.line() for problem in error.problems))
+        by_the_machine = isinstance(error.__cause__, OSError)  # no room, say: not a fault of the case
+        status = Status.CRASHED if by_the_machine else Status.FAILED
+        row = Row(status, message="; ".join(problem.line() for problem in error.problems))
+    except OutputError as error:
+        row = Row(Status.CRASHED, message=str(error))
     except MbprojError as error:
         row = _failed(error)
     except Exception as error:
-        row = Row(Status.FAILED, message=ending(error)[0])
+        message, code = ending(error)
+        row = Row(Status.CRASHED if code == ExitCode.FAILED else Status.FAILED, message=message)
     return replace(row, seconds=perf_counter() - started)
 
 
@@ -171,8 +176,16 @@ def _recorded(work: Work, task: Task, mechanism: Mechanism, settings: Settings) 
     except SimulationError as error:
         row = _failed(error)
     except BaseException:
-        private.unlink(missing_ok=True)
-        part_path(private).unlink(missing_ok=True)
+        _remove(private)
         raise
-    private.replace(whole)
+    try:
+        private.replace(whole)
+    except OSError:
+        _remove(private)
+        raise
     return replace(row, kept=True)
+
+
+def _remove(private: Path) -> None:
+    private.unlink(missing_ok=True)
+    part_path(private).unlink(missing_ok=True)

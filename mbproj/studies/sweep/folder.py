@@ -9,14 +9,18 @@ from time import strftime
 from mbproj.errors import InputError, Problem
 from mbproj.kernel import build_info
 from mbproj.outputs import make_folder
+from mbproj.results.file.lock import is_locked
+from mbproj.results.provenance import as_text
+from mbproj.results.sweep.layout import NAME
 from mbproj.studies.sweep.keys import identity
 from mbproj.studies.sweep.spec import Spec
 from mbproj.studies.sweep.store import Store
 from mbproj.version import __version__
 
-STORE, CASES = "store.sqlite", "cases"
-#: Names of the results files of cases.
+STORE, CASES, TABLE = "store.sqlite", "cases", "summary.csv"
+#: Names of the results files of cases, and of those that are being written.
 CASE_FILE = re.compile(r"\.?[0-9a-f]{32}(-[0-9a-f]{8})?\.h5(\.part)?")
+PRIVATE = re.compile(r"\.[0-9a-f]{32}-[0-9a-f]{8}\.h5(\.part)?")
 OTHER = "choose another folder with -o"
 
 
@@ -26,7 +30,7 @@ class Folder:
 
     def __init__(self, path: Path, spec: Spec, fresh: bool) -> None:
         self.path = make_folder(path, OTHER)
-        self.cases = self.path / CASES
+        self.cases, self.table, self.arrays = (self.path / name for name in (CASES, TABLE, NAME))
         if not (self.path / STORE).exists():
             self._require_empty()
         self.store = Store(self.path / STORE, [identity(measure) for measure in spec.measures])
@@ -44,18 +48,26 @@ class Folder:
 
     def _take(self, spec: Spec, fresh: bool) -> None:
         about = self.store.about()
-        if not fresh and about and about["scene"] != _scene_of(spec):
+        before = about.get("scene", _scene_of(spec))
+        if not fresh and before != _scene_of(spec):
             hint = f"{OTHER}, or begin anew with --fresh"
-            message = f"'{self.path}' holds a sweep of '{about['scene']}', not of '{_scene_of(spec)}'"
+            message = f"'{self.path}' holds a sweep of '{before}', not of '{_scene_of(spec)}'"
             raise InputError(Problem(message, hint=hint))
         if fresh:
             self.store.forget()
-            for file in self.cases.glob("*") if self.cases.is_dir() else ():
-                if CASE_FILE.fullmatch(file.name):
-                    file.unlink()
+        self._remove(CASE_FILE if fresh else PRIVATE)
         self.store.describe(_facts(spec) | ({} if "begun" in about and not fresh else {"begun": _now()}))
         if spec.keep != "none":
             make_folder(self.cases, OTHER)
+
+    def remove_unfinished(self) -> None:
+        """Removes results files that nobody goes on with: the processes that wrote them are gone."""
+        self._remove(PRIVATE)
+
+    def _remove(self, names: re.Pattern[str]) -> None:
+        for file in self.cases.glob("*") if self.cases.is_dir() else ():
+            if names.fullmatch(file.name) and file.is_file() and not is_locked(file):
+                file.unlink(missing_ok=True)
 
     def file_of(self, key: str) -> Path:
         """The results file of a case."""
@@ -64,7 +76,7 @@ class Folder:
 
 def _scene_of(spec: Spec) -> str:
     """What a sweep is of, wherever its folder is moved: the name of the scene's file."""
-    return spec.scene.path.name if spec.scene.path is not None else ""
+    return as_text(spec.scene.path.name) if spec.scene.path is not None else ""
 
 
 def _facts(spec: Spec) -> dict[str, str]:

@@ -1,15 +1,19 @@
-"""What became of a case: a row of the sweep's table."""
+"""What became of a case: a row of the sweep's table, and how its store has it."""
 
 from __future__ import annotations
 
+import json
+from collections.abc import Mapping, Sequence
 from enum import Enum
+from math import isnan
+from typing import Any
 
 from mbproj.dataclass import dataclass
 
 
 class Status(str, Enum):
-    """How a case ended. What took too long, or lost its process, is run again when the sweep is started again; what
-    failed would fail again."""
+    """How a case ended. What took too long, or lost its process, its memory or its room on the disk, is run again when
+    the sweep is started again; what failed would fail again."""
 
     DONE = "done"
     FAILED = "failed"
@@ -31,3 +35,40 @@ class Row:
     formulation: str = ""
     seconds: float = 0.0
     kept: bool = False
+
+
+#: The columns of a stored case, and what SQLite may give for them.
+_KINDS: Mapping[str, tuple[type, ...]] = {
+    "key": (str,),
+    "parameters": (str,),
+    "status": (str,),
+    "measures": (str,),
+    "message": (str,),
+    "time": (float, type(None)),
+    "joint": (str,),
+    "formulation": (str,),
+    "seconds": (float,),
+    "kept": (int,),
+}
+
+
+def as_stored(key: str, parameters: Mapping[str, Any], names: Sequence[str], row: Row) -> list[Any]:
+    """The columns of a case, whose measures are known by these names."""
+    values = {name: None if isnan(value) else value for name, value in zip(names, row.values, strict=False)}
+    time = None if row.time is None or isnan(row.time) else float(row.time)
+    texts = [key, json.dumps(dict(parameters)), row.status.value, json.dumps(values)]
+    return [*texts, row.message, time, row.joint, row.formulation, float(row.seconds), int(row.kept)]
+
+
+def from_stored(columns: Sequence[Any]) -> tuple[dict[str, float | None], Row]:
+    """The measures of a stored case by their names, and its row without them. Raises ValueError where it is not as
+    `as_stored` gives it."""
+    kinds = _KINDS.values()
+    if len(columns) != len(kinds) or not all(map(isinstance, columns, kinds)):
+        raise ValueError("a column has another type")
+    _, parameters, status, measures, message, time, joint, formulation, seconds, kept = columns
+    values = json.loads(measures)
+    numbers = values.values() if isinstance(values, dict) else [""]
+    if not isinstance(json.loads(parameters), dict) or not all(isinstance(each, float | None) for each in numbers):
+        raise ValueError("parameters or measures are not what they should be")
+    return values, Row(Status(status), (), message, time, joint, formulation, seconds, bool(kept))

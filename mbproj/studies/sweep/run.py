@@ -42,10 +42,12 @@ def run_sweep(
     *,
     timeout: float | None = None,
     most_failures: int | None = None,
+    retry_failed: bool = False,
     tell: Callable[[Progress], None] = lambda progress: None,
 ) -> Progress:
     """Runs what is missing of a sweep; how far it came. More than `most_failures` failed cases end it. A case may take
-    `timeout` s. Raises KeyboardInterrupt after SIGINT or SIGTERM; what was computed is kept."""
+    `timeout` s. With `retry_failed` those that had failed run again. Raises KeyboardInterrupt after SIGINT or SIGTERM,
+    StoreLost where a row cannot be kept; what was computed before is kept."""
     work = Work(
         spec.scene.text,
         str(spec.scene.path),
@@ -56,21 +58,25 @@ def run_sweep(
         None if spec.keep == "none" else folder.cases.absolute(),
     )
     keys, store = Keys(spec.scene.text, spec.design.paths), folder.store
-    tasks = _Missing(spec, keys, {key: row.status for key, row in store.rows() if _is_whole(key, row, spec, folder)})
+    known = {key: row.status for key, row in store.rows() if _is_whole(key, row, spec, folder, retry_failed)}
+    tasks = _Missing(spec, keys, known)
     progress = Progress(spec.design.count, 0, tasks.reused, tasks.failed)
     tell(progress)
     hard = None if timeout is None else PATIENCE * timeout + GRACE
     ended = in_bundles(run_case, work, tasks, where, _lost, hard)
-    with closing(ended):
-        for rows in ended:
-            for task, row in rows:
-                store.add(task.key, dict(zip(spec.design.paths, task.values, strict=True)), row)
-            failed = sum(row.status != Status.DONE for _, row in rows)
-            computed = progress.computed + len(rows)
-            progress = replace(progress, computed=computed, reused=tasks.reused, failed=progress.failed + failed)
-            tell(progress)
-            if most_failures is not None and progress.failed > most_failures:
-                break
+    try:
+        with closing(ended):
+            for rows in ended:
+                for task, row in rows:
+                    store.add(task.key, dict(zip(spec.design.paths, task.values, strict=True)), row)
+                failed = sum(row.status != Status.DONE for _, row in rows)
+                computed = progress.computed + len(rows)
+                progress = replace(progress, computed=computed, reused=tasks.reused, failed=progress.failed + failed)
+                tell(progress)
+                if most_failures is not None and progress.failed > most_failures:
+                    break
+    finally:
+        folder.remove_unfinished()
     return progress
 
 
@@ -108,9 +114,9 @@ class _Missing(Iterator[Task]):
         return self._keys.of(self._spec.design.case(number))
 
 
-def _is_whole(key: str, row: Row, spec: Spec, folder: Folder) -> bool:
+def _is_whole(key: str, row: Row, spec: Spec, folder: Folder, retry_failed: bool) -> bool:
     """Whether a case need not run again. What was stopped or crashed may get to its end now."""
-    if row.status in (Status.TIMEOUT, Status.CRASHED):
+    if row.status in (Status.TIMEOUT, Status.CRASHED) or (retry_failed and row.status == Status.FAILED):
         return False
     began = row.status == Status.DONE or row.time is not None
     wanted = began and (spec.keep == "all" or (spec.keep == "failed" and row.status == Status.FAILED))

@@ -7,13 +7,16 @@ from pathlib import Path
 from typing import Any
 
 from mbproj.dataclass import dataclass
-from mbproj.outputs import write_csv
+from mbproj.outputs import Kind, csv, write_csv
 from mbproj.results.sweep.layout import NOT_RUN
 from mbproj.studies.sweep.design import Case
 from mbproj.studies.sweep.folder import OTHER, Folder
 from mbproj.studies.sweep.keys import Keys
 from mbproj.studies.sweep.row import Row, Status
 from mbproj.studies.sweep.spec import COLUMNS, Spec, column_of
+
+#: How our table is known, whatever varies in it.
+KIND: Kind = csv(COLUMNS[:1], COLUMNS[1:])
 
 
 @dataclass(frozen=True)
@@ -50,10 +53,10 @@ def headings(spec: Spec) -> list[str]:
     return [first, *varied, *measured, *others]
 
 
-def write_table(spec: Spec, folder: Folder) -> Path:
-    """Writes summary.csv."""
-    path = folder.path / "summary.csv"
-    return write_csv(path, headings(spec), _cells(spec, folder), force=True, hint=OTHER)
+def write_table(spec: Spec, folder: Folder, force: bool = False) -> Path:
+    """Writes summary.csv. Raises InputError where it must not be replaced, unless `force`."""
+    cells = _cells(spec, folder)
+    return write_csv(folder.table, headings(spec), cells, kind=KIND, force=force, hint=OTHER)
 
 
 def _cells(spec: Spec, folder: Folder) -> Iterator[Sequence[Any]]:

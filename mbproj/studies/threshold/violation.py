@@ -30,13 +30,15 @@ from mbproj.studies.store import Kept
 EXPONENTS = range(-13, 0)
 #: The error may be larger by this factor than with a projection after every step.
 TOLERATED = 1.1
+#: A threshold that leaves out a smaller part of the projections saves nothing.
+SAVES = 0.01
 
 
 @dataclass(frozen=True, eq=False)
 class ThresholdStudy:
     """Trials and timings (None where the run failed) of a setting that projects after every step, of the same above
     each threshold, increasing, and of the same without projection. `recommended` is the index of the largest threshold
-    up to which the error stays within a tenth of that with all projections; None where that saves no projection."""
+    up to which the error stays within a tenth of that with all projections; None where that saves hardly any."""
 
     title: str
     trials: tuple[Measurement, ...]
@@ -138,5 +140,5 @@ def _recommended(trials: Sequence[Measurement], at: tuple[str, ...], floor: floa
     errors = [trial.at(at) for trial in trials]
     limit = max(TOLERATED * errors[0], errors[0] + floor)
     last = next((index for index in range(1, len(errors)) if not errors[index] <= limit), len(errors)) - 1
-    saves = trials[last].counters.get("projections", 0) < trials[0].counters["projections"]
-    return last if saves else None
+    left = trials[last].counters.get("projections", 0)
+    return last if left <= (1.0 - SAVES) * trials[0].counters["projections"] else None

@@ -31,9 +31,6 @@ from mbproj.scene.records import (
 from mbproj.scene.stops import DistanceStop, Limit, OfBody, PlaneFriction, PlaneStop, StopLaw
 from mbproj.studies.variants.programs import times, with_argument
 
-#: Parameters of joints that are lengths, and lengths a turn.
-LENGTHS = ("length", "pitch")
-
 
 def rescaled(scene: Scene, k: float) -> Scene:
     """The scene k times as large."""
@@ -72,7 +69,8 @@ class _Larger:
         return replace(pair, first=self.vector(pair.first), second=self.vector(pair.second))
 
     def joint(self, joint: Joint) -> Joint:
-        own = {name: self.k * value if name in LENGTHS else value for name, value in joint.parameters.items()}
+        units = JOINTS[joint.type].parameters
+        own = {name: self.k * value if units[name] == "m" else value for name, value in joint.parameters.items()}
         return replace(
             joint,
             points=self.points(joint.points),

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 
@@ -11,6 +12,9 @@ from mbproj.arrays import Array
 from mbproj.dataclass import dataclass
 from mbproj.dynamics import State
 from mbproj.dynamics.assembly.assemble import coordinate_values
+from mbproj.dynamics.contact.inside import stop_sizes
+from mbproj.dynamics.equations.constraint_equations import set_jacobian
+from mbproj.dynamics.equations.gaps import gaps
 from mbproj.dynamics.equations.kinematics import pose_of
 from mbproj.dynamics.rank.row_space import scaled_jacobian
 from mbproj.errors import InputError
@@ -19,16 +23,26 @@ from mbproj.integrate.formulations.compiled import Compiled
 from mbproj.integrate.formulations.reduced import Reduced
 from mbproj.integrate.formulations.redundant_rows import count_redundant
 from mbproj.kernel import core
+from mbproj.kernel.bound import without_form
 from mbproj.model import System
 from mbproj.scene.records import Scene
 from mbproj.studies.measure.mechanism import Mechanism
 from mbproj.studies.verify.equations import Equations, equations_at, independent_rows
 from mbproj.studies.verify.runs import Halved, halved
+from mbproj.thresholds import THRESHOLDS
 
 #: Bodies up to which dense matrices are looked at: their bounds take some seconds at the most.
 DENSE = 40
 #: A body without mass, or whose smallest moment of inertia is below this part of the largest, has no definite M.
 DEFINITE = 1e-12
+
+
+class Motion(NamedTuple):
+    """Short runs from a state."""
+
+    name: str
+    state: State
+    runs: Halved
 
 
 @dataclass(frozen=True, eq=False)
@@ -54,14 +68,24 @@ class Case:
 
     @cached_property
     def state(self) -> State:
-        """The start, with a random velocity added that the joints allow: of the size of that of a fall through the
-        mechanism's length, or of what moves already."""
+        """The start, with a random velocity added."""
+        return self._moving(1.0, 1.0)
+
+    def _moving(self, translating: float, rotating: float) -> State:
+        """The start, with a random velocity added that is as near to these parts of translation and rotation as the
+        joints, and rigid stops that touch, allow: of the size of that of a fall through the mechanism's length, or of
+        what moves already."""
         system, start = self.system, self.mechanism.state
         rows = scaled_jacobian(system, pose_of(start.q))[independent_rows(system, start.q)]
         weights = np.tile([system.length] * 3 + [1.0] * 4, system.bodies)
         rate = self.rate * np.random.default_rng(0).normal(size=len(weights))
+        rate *= np.tile([translating] * 3 + [rotating] * 4, system.bodies)
         allowed = rate - np.linalg.lstsq(rows, rows @ rate, rcond=None)[0]
-        return replace(start, v=start.v + weights * allowed)
+        touching = _touching(system, start) * weights
+        if (touching @ allowed < 0.0).any():  # into a stop: along it, then
+            rows = np.vstack([rows, touching])
+            allowed = rate - np.linalg.lstsq(rows, rows @ rate, rcond=None)[0]
+        return start.changed(velocities=start.v + weights * allowed)
 
     @cached_property
     def rate(self) -> float:
@@ -82,9 +106,22 @@ class Case:
     @cached_property
     def runs(self) -> Halved:
         """Short runs from this state."""
-        fastest = max(_fastest(self.system, self.state.v), self.rate)
-        mechanism = Mechanism(self.scene, self.system, self.state)
-        return halved(mechanism, fastest, slow=self.choice.compiled is None)
+        return self._from(self.state)
+
+    @cached_property
+    def motions(self) -> tuple[Motion, ...]:
+        """From the scene's own start, and with velocities that rotate, translate, and do both."""
+        states = {
+            "from the scene's own start": self.mechanism.state,
+            "rotating": self._moving(0.0, 1.0),
+            "translating": self._moving(1.0, 0.0),
+        }
+        others = (Motion(name, state, self._from(state)) for name, state in states.items())
+        return *others, Motion("rotating and translating", self.state, self.runs)
+
+    def _from(self, state: State) -> Halved:
+        fastest = max(_fastest(self.system, state.v), self.rate)
+        return halved(Mechanism(self.scene, self.system, state), fastest, slow=self.choice.compiled is None)
 
     @cached_property
     def displacement(self) -> Array:
@@ -125,6 +162,9 @@ class Case:
             return "there is no compiled kernel"
         if self.indefinite:
             return f"{self.indefinite}, which in space the full formulation alone can do"
+        missing = without_form(self.system)
+        if missing is not None:
+            return f"the kernel has no primitive '{missing}'"
         compiled = Reduced(found, self.system)
         redundant = count_redundant(compiled, self.mechanism.state)
         compiled.model.redundant = redundant or 0
@@ -146,6 +186,15 @@ class Case:
         except InputError as error:
             return error.problems[0].message
         return f"the scene asks for the {self.choice.name} formulation"
+
+
+def _touching(system: System, start: State) -> Array:
+    """The gradients of the gaps of rigid stops that touch, (k, 7n)."""
+    stops, pose = system.stops, pose_of(start.q)
+    if stops is None:
+        return np.zeros((0, 7 * system.bodies))
+    touch = stops.is_rigid & (gaps(stops, pose, start.turns) <= THRESHOLDS.starts_inside * stop_sizes(system))
+    return np.asarray((stops.side[:, None] * set_jacobian(stops.coordinates, pose))[touch])
 
 
 def _fastest(system: System, rates: Array) -> float:

@@ -103,7 +103,8 @@ def _equations_of(case: Case, scene: Scene, T: Array, shift: Array) -> Equations
     names = case.system.names.coordinates
     for index, name in enumerate(system.names.coordinates):
         turns[index] = state.turns[names.index(name)]
-    return equations_at(system, State(state.t, T @ state.q + shift, T @ state.v, turns))
+    moved = State.of(system, state.t, positions=T @ state.q + shift, velocities=T @ state.v, turns=turns)
+    return equations_at(system, moved)
 
 
 def _left_open(case: Case) -> float:

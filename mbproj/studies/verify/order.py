@@ -2,16 +2,19 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
+from mbproj.dynamics import State
 from mbproj.dynamics.equations.kinematics import pose_of, twist_of
 from mbproj.integrate.events.law_switches import switches_of
 from mbproj.registry import PROJECTIONS, integrators, with_fixed_steps
 from mbproj.studies.measure.solve import Solution
-from mbproj.studies.verify.case import Case
+from mbproj.studies.verify.case import Case, Motion
 from mbproj.studies.verify.finding import Finding, Found
 from mbproj.studies.verify.rounded import EPS
-from mbproj.studies.verify.runs import ABOVE, Order
+from mbproj.studies.verify.runs import ABOVE, Halved, Order
 from mbproj.thresholds import THRESHOLDS
 
 #: An observed order is rounded to the nearest whole number.
@@ -25,25 +28,35 @@ STILL = 1e-12
 
 
 def observed_order(case: Case) -> Found:
-    """The power of the step with which the error at the run's end falls: the integrator's order, or more."""
-    runs, obstacle = case.runs, _obstacle(case)
+    """The power of the step with which the error at a run's end falls: the integrator's order, or more; of all motions
+    where it is least."""
+    found = [(motion.name, _order_of(case, motion)) for motion in case.motions]
+    told = [replace(each, remark=f"{each.remark}, {name}") for name, each in found if isinstance(each, Finding)]
+    return min(told, key=lambda each: each.measured - each.allowed) if told else found[-1][1]
+
+
+def _order_of(case: Case, motion: Motion) -> Found:
+    runs, obstacle = motion.runs, _obstacle(case, motion)
     if obstacle:
         return obstacle
     order = runs.order(runs.errors) if len(runs.solutions) >= FEWEST else None
+    if runs.failure is not None and runs.failure.status == "refused":  # a velocity that goes into a stop
+        return str(runs.failure)
     if order is None:
         unseen = "its error is no more than round-off and the projection leave: no order can be seen"
-        return _stopped(case) if runs.failure else unseen
+        return _stopped(case, runs) if runs.failure else unseen
     return _against(case, order, "")
 
 
 def energy_balance(case: Case) -> Found:
     """Energy less work plus what dampers lose, over the run: it falls with the step at the integrator's order, or is
     round-off."""
-    runs, obstacle = case.runs, _obstacle(case)
+    motion = case.motions[-1]
+    runs, obstacle = motion.runs, _obstacle(case, motion)
     if obstacle:
         return obstacle
     if len(runs.solutions) < FEWEST:
-        return _stopped(case)
+        return _stopped(case, runs)
     size, system = max(map(_energy, runs.solutions)), case.system
     if size <= STILL * float(system.mass.sum()) * (case.rate * system.length) ** 2:
         return "nothing moves, and no energy changes"
@@ -74,7 +87,7 @@ def joints_closed(case: Case) -> Found:
     if own.test == "paper":
         return "the paper's stop test measures corrections, not how far joints are open"
     if not case.runs.solutions:
-        return _stopped(case)
+        return _stopped(case, case.runs)
     reports = [each.report for each in case.runs.solutions if each.report is not None]
     worst = max((report.position_violation for report in reports), key=lambda each: each.value)
     largest = max(float(np.abs(each.body_position).max()) for each in case.runs.solutions) + case.system.length
@@ -83,10 +96,10 @@ def joints_closed(case: Case) -> Found:
     )
 
 
-def _stopped(case: Case) -> Found:
+def _stopped(case: Case, runs: Halved) -> Found:
     """A run that does not get to its end at any step is a failure of the check."""
     wanted = integrators()[with_fixed_steps(case.scene.settings.integrator)].order
-    return Finding(0.0, wanted - ROUNDED, f"the run stops: {case.runs.failure}", at_least=True)
+    return Finding(0.0, wanted - ROUNDED, f"the run stops: {runs.failure}", at_least=True)
 
 
 def _energy(solution: Solution) -> float:
@@ -95,18 +108,20 @@ def _energy(solution: Solution) -> float:
     return float(solution.kinetic_energy.max() + potential.max() - potential.min())
 
 
-def _obstacle(case: Case) -> str | None:
+def _obstacle(case: Case, motion: Motion) -> str | None:
     """Why no order can be expected; None where it can."""
-    passed = case.runs.passed or _begins_on(case)
+    if motion.runs.split:
+        return f"steps are split for what is shorter ({motion.runs.split}): there the error does not fall with the step"
+    passed = motion.runs.passed or _begins_on(case, motion.state)
     return f"fixed steps pass over edges of laws, where no method keeps its order ({passed})" if passed else None
 
 
-def _begins_on(case: Case) -> str:
+def _begins_on(case: Case, state: State) -> str:
     """The edge of a law that the runs begin on; "" where they begin on none."""
     switches = switches_of(case.system.forces)
     if switches is None:
         return ""
-    pose, state = pose_of(case.state.q), case.state
+    pose = pose_of(state.q)
     x = switches.arguments(pose, twist_of(pose, state.v), state.t, case.reference, switches.free)
     free = np.flatnonzero(switches.is_free(switches.settled(switches.free, x)))
     return f"{switches.owner(free[0])}: {switches.what(free[0])}, at the start" if len(free) else ""

@@ -8,6 +8,7 @@ import numpy as np
 
 from mbproj.arrays import Array
 from mbproj.dataclass import dataclass
+from mbproj.integrate.events.splits import splits_of
 from mbproj.registry import PROJECTIONS, with_fixed_steps
 from mbproj.scene.records import ProjectionSettings
 from mbproj.studies.measure.mechanism import Mechanism
@@ -39,7 +40,7 @@ class Order:
 class Halved:
     """The runs that came to an end, by increasing number of `steps`; `failure` of one that did not, None where all did.
     `length` (m) and `span` (s) are what errors are measured in; `floor`: what round-off and the stop test of the
-    projection leave of any error."""
+    projection leave of any error. `split`: whose short moves steps are split for; "" where for none."""
 
     steps: Array
     solutions: tuple[Solution, ...]
@@ -47,6 +48,7 @@ class Halved:
     length: float
     span: float
     floor: float
+    split: str = ""
 
     @property
     def passed(self) -> str:
@@ -55,7 +57,8 @@ class Halved:
 
     @property
     def errors(self) -> Array:
-        """How far runs end from the finest, in positions and velocities of bodies and markers; of the coarser ones."""
+        """How far runs end from the finest, in orientations, and in positions and velocities of bodies and markers; of
+        the coarser ones."""
         if not self.solutions:
             return np.zeros(0)
         ends = np.array([self._end(each) for each in self.solutions])
@@ -63,8 +66,10 @@ class Halved:
 
     def _end(self, solution: Solution) -> Array:
         places, rates = ("body_position", "marker_position"), ("body_velocity", "marker_velocity")
+        turned = solution.body_orientation[-1]
         return np.concatenate(
             [
+                np.einsum("ni,nj->nij", turned, turned).ravel(),  # Λ and -Λ are one orientation
                 *(getattr(solution, name)[-1].ravel() / self.length for name in places),
                 *(getattr(solution, name)[-1].ravel() * self.span / self.length for name in rates),
             ]
@@ -111,7 +116,10 @@ def _over(mechanism: Mechanism, span: float, slow: bool) -> Halved:
             failure = found.failure
     projection = mechanism.scene.settings.projection
     floor = max(_left(projection) / mechanism.system.length, STEPS[-1] * EPS)
-    return Halved(np.array(done), tuple(solutions), failure, mechanism.system.length, span, floor)
+    coarsest = mechanism.settings(replace(own, step=span / STEPS[0], tolerance=None), span, span)
+    splits = splits_of(mechanism.system, mechanism.state.t, coarsest)
+    split = splits[0].owner if splits else ""
+    return Halved(np.array(done), tuple(solutions), failure, mechanism.system.length, span, floor, split)
 
 
 def _left(projection: ProjectionSettings) -> float:

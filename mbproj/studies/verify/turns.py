@@ -24,7 +24,7 @@ WHOLE = 0.5
 def teeth_kept(case: Case) -> Found:
     """By how many teeth, threads or turns the recorded coordinates are away from where gears, screws and motions hold
     them: the most over the scene's first steps."""
-    if not (case.system.meshes.size or _driven_angles(case.system).size):
+    if not (case.system.couplings.size or _driven_angles(case.system).size):
         return "there are no gears, screws or driven angles"
     kept = Kept()
     simulate(case.system, case.mechanism.state, _short(case), kept)
@@ -35,9 +35,8 @@ def teeth_kept(case: Case) -> Found:
 def slipped(system: System, coordinate: Array, prescribed: Array) -> float:
     """From the joints' coordinates (T, nc) and what motions prescribe (T, k): the largest number of teeth, threads or
     turns that any sample is away from the first."""
-    meshes, angles = system.meshes, _driven_angles(system)
-    sums = np.sum(meshes.weight * coordinate[:, meshes.coordinate], axis=-1)
-    teeth = np.abs(sums - sums[0]) / meshes.period
+    sums, angles = system.couplings.sums(coordinate), _driven_angles(system)
+    teeth = np.abs(sums - sums[0]) / system.couplings.period
     turns = np.zeros((len(coordinate), 0))
     if system.motions is not None:
         turns = np.abs(coordinate[:, system.motions.joint_coordinate] - prescribed)[:, angles] / (2.0 * np.pi)

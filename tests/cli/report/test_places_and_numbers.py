@@ -95,6 +95,13 @@ def test_a_violation_of_zero_has_no_place(tmp_path):
     assert "  velocity violation  0; nothing moves" in lines
 
 
+def test_what_turns_moves_however_short_the_run(tmp_path):
+    turning = ONE_BAR.replace("axis: [0.1, 1, 0.3]}", "axis: [0.1, 1, 0.3], speed: 1}")
+    _, out, _ = run(tmp_path, turning, "--duration", "1e-18", "--step", "1e-18")
+    (velocities,) = (line for line in out.splitlines() if line.startswith("  velocity violation"))
+    assert "round-off allows" in velocities and "nothing moves" not in velocities
+
+
 def test_shares_of_the_time_are_shown_where_enough_steps_were_timed(tmp_path):
     for duration, shown in (("0.6", False), ("0.7", True)):
         _, out, _ = run(tmp_path, ONE_BAR, "--duration", duration)

@@ -113,6 +113,142 @@ def test_what_a_killed_sweep_had_done_is_not_done_again(tmp_path):
     assert (done["reused"], done["computed"], done["failed"]) == (kept, 60 - kept, 0)
 
 
+FULL_DISK = """
+import resource, signal, sys
+signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
+resource.setrlimit(resource.RLIMIT_FSIZE, (120_000, 120_000))
+from mbproj.cli import main
+sys.argv = ["mbproj", "sweep", "spec.yaml", "-j", "2", "--json"]
+main()
+"""
+
+
+@pytest.mark.skipif(os.name != "posix", reason="limits the size of files")
+@pytest.mark.parametrize("keep", ["none", "all"])
+def test_a_full_disk_ends_a_sweep_and_what_wanted_room_runs_again(tmp_path, keep):
+    """Files of at most 120 kB: of rows there is room for some, of results files for none."""
+    write(tmp_path, f"  length: 1:2:{40 if keep == 'none' else 3}\n", more=f"keep: {keep}\n")
+    program = [sys.executable, "-c", FULL_DISK]
+    environment = {**os.environ, "PYTHONPATH": str(ROOT)}
+    done = subprocess.run(program, cwd=tmp_path, env=environment, capture_output=True, text=True)
+    assert (done.returncode, "Traceback" in done.stderr) == (3, False), done.stderr
+    if keep == "none":
+        assert "start the sweep again: what is whole in it is not computed again" in done.stderr
+    else:
+        assert {each["status"] for each in json.loads(done.stdout)["failures"]} == {"crashed"}
+    assert list(tmp_path.glob("spec-sweep/cases/.*")) == []
+    again = json.loads(mbproj("sweep", "spec.yaml", "--json", folder=tmp_path).stdout)
+    assert (again["failed"], again["left"]) == (0, 0)
+    assert (again["reused"] > 0) == (keep == "none")
+
+
+@pytest.mark.skipif(os.name != "posix", reason="sends SIGINT")
+def test_an_interrupted_sweep_has_its_tables_and_says_how_to_go_on(tmp_path):
+    write(tmp_path, "  length: 1:2:60\n  simulation.duration: 0.9\n  simulation.step: 1e-4\n", more="keep: all\n")
+    program = [sys.executable, "-c", "from mbproj.cli import main; main()", "sweep", "spec.yaml", "-j", "1", "--fresh"]
+    environment = {**os.environ, "PYTHONPATH": str(ROOT)}
+    running = subprocess.Popen(program, cwd=tmp_path, env=environment, stderr=subprocess.PIPE, text=True)
+    deadline = time.monotonic() + 60.0
+    while time.monotonic() < deadline and not list(tmp_path.glob("spec-sweep/cases/[0-9a-f]*.h5")):
+        time.sleep(0.01)
+    running.send_signal(signal.SIGINT)
+    _, said = running.communicate()
+    assert (running.returncode, said) == (130, "interrupted; go on with: mbproj sweep spec.yaml\n")
+    with (tmp_path / "spec-sweep" / "summary.csv").open(encoding="utf-8") as file:
+        statuses = [row["status"] for row in csv.DictReader(file)]
+    assert "not run" in statuses
+    assert {*statuses} <= {"done", "not run"}
+    assert list(tmp_path.glob("spec-sweep/cases/.*")) == []
+    with h5py.File(tmp_path / "spec-sweep" / "summary.h5") as file:
+        assert file["status"].asstr()[()].reshape(-1).tolist() == statuses
+
+
+@pytest.mark.skipif(os.name != "posix", reason="sends SIGINT")
+def test_who_presses_ctrl_c_again_and_again_sees_no_traceback(tmp_path):
+    write(tmp_path, "  length: 1:2:60\n  simulation.duration: 0.9\n  simulation.step: 1e-4\n")
+    program = [sys.executable, "-c", "from mbproj.cli import main; main()", "sweep", "spec.yaml", "-j", "2"]
+    environment = {**os.environ, "PYTHONPATH": str(ROOT)}
+    running = subprocess.Popen(program, cwd=tmp_path, env=environment, stderr=subprocess.PIPE, text=True)
+    store, deadline = tmp_path / "spec-sweep" / "store.sqlite-wal", time.monotonic() + 60.0
+    while time.monotonic() < deadline and not (store.exists() and store.stat().st_size > 60_000):
+        time.sleep(0.01)
+    while running.poll() is None:
+        running.send_signal(signal.SIGINT)
+        time.sleep(0.02)
+    said = running.stderr.read()
+    assert (running.returncode, "Traceback" in said, "Exception" in said) == (130, False, False), said
+
+
+def test_a_check_of_its_folder_finds_what_is_damaged(tmp_path):
+    write(tmp_path, "  length: [1, 2]\n", more="keep: all\n")
+    assert mbproj("sweep", "spec.yaml", "-q", folder=tmp_path).returncode == 0
+    folder = tmp_path / "spec-sweep"
+    done = mbproj("info", "--check", "spec-sweep", folder=tmp_path)
+    assert (done.returncode, done.stderr) == (0, "")
+    assert done.stdout == "spec-sweep: 2 rows and 2 results files read\n  nothing is wrong with it\n"
+    with closing(sqlite3.connect(folder / "store.sqlite")) as database, database:
+        database.execute("UPDATE cases SET seconds = 2 * seconds + 1")
+    with h5py.File(folder / "summary.h5", "r+") as file:
+        file["seconds"][0] = 7.0
+    results = next(folder.glob("cases/*.h5"))
+    with h5py.File(results, "r+") as file:
+        file["time"].attrs["units"] = "h"
+    before = (folder / "store.sqlite").read_bytes()
+    found = json.loads(mbproj("info", "--check", "--json", "spec-sweep", folder=tmp_path).stdout)
+    rows, arrays, *case = found["faults"]
+    assert (found["sound"], rows) == (False, "store.sqlite: 2 of 2 rows are damaged")
+    assert "summary.h5" in arrays and "'seconds' is not what was written: its checksum differs" in arrays
+    assert {fault.partition(":")[0] for fault in case} == {f"cases/{results.name}"}
+    assert found["damaged"] == [f"cases/{results.name}"]
+    assert (folder / "store.sqlite").read_bytes() == before
+    done = mbproj("info", "--check", "spec-sweep", folder=tmp_path)
+    assert f"  delete 'spec-sweep/cases/{results.name}': a sweep keeps" in done.stdout
+    results.unlink()  # and what it says next leads to a folder that is sound
+    assert "start the sweep again: it computes what is damaged or missing" in done.stdout
+    assert mbproj("sweep", "spec.yaml", "-q", folder=tmp_path).returncode == 0
+    assert mbproj("info", "--check", "spec-sweep", folder=tmp_path).returncode == 0
+    done = mbproj("info", "--check", ".", folder=tmp_path)
+    assert (done.returncode, "is not the folder of a sweep" in done.stderr) == (2, True)
+
+
+def test_failed_cases_run_again_when_they_are_to(tmp_path):
+    write(tmp_path, "  fails: [0, 1]\n")
+    assert mbproj("sweep", "spec.yaml", "-q", folder=tmp_path).returncode == 3
+    again = json.loads(mbproj("sweep", "spec.yaml", "--json", "--retry-failed", folder=tmp_path).stdout)
+    assert (again["computed"], again["reused"], again["failed"]) == (1, 1, 1)
+
+
+@pytest.mark.parametrize("name", ["summary.csv", "summary.h5"])
+def test_what_the_user_has_in_the_folder_is_not_replaced(tmp_path, name):
+    """Nor is what a link there leads to, and that is said before a case runs. Our own are, whatever varied in them."""
+    for vary in ("length: [1]", "bodies.bar.mass: [1, 2]", "bodies.bar.mass: [1, 2, 3]"):
+        write(tmp_path, f"  {vary}\n")
+        done = mbproj("sweep", "spec.yaml", "-q", "--dry-run" if vary.endswith("3]") else "-q", folder=tmp_path)
+        assert done.returncode == 0, done.stderr
+    ours = tmp_path / "spec-sweep" / name
+    for link in (False, True):
+        mine = tmp_path / "mine" if link else ours
+        mine.write_text("case,thesis\n1,2\n")
+        if link:
+            ours.unlink()
+            ours.symlink_to(mine)
+        done = mbproj("sweep", "spec.yaml", folder=tmp_path)
+        assert done.returncode == 2
+        assert f"'spec-sweep/{name}' exists and is not " in done.stderr
+        assert "give --force, or choose another folder with -o" in done.stderr
+        assert mine.read_text() == "case,thesis\n1,2\n"
+    done = mbproj("sweep", "spec.yaml", "--force", "--json", folder=tmp_path)
+    assert json.loads(done.stdout)["computed"] == 1
+
+
+def test_a_report_that_is_not_ours_is_replaced_with_force(tmp_path):
+    write(tmp_path, "  length: [1]\n")
+    (tmp_path / "cases.xml").write_text("<mine/>")
+    done = mbproj("sweep", "spec.yaml", "--junit", "cases.xml", folder=tmp_path)
+    assert (done.returncode, "give --force" in done.stderr) == (2, True)
+    assert mbproj("sweep", "spec.yaml", "--junit", "cases.xml", "--force", folder=tmp_path).returncode == 0
+
+
 def test_its_folder_is_drawn(tmp_path):
     write(tmp_path, "  length: [1, 2, 3]\n  fails: [0, 1]\n")
     assert mbproj("sweep", "spec.yaml", "-q", folder=tmp_path).returncode == 3

@@ -10,9 +10,9 @@ from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
 from mbproj.linear.equilibrium.find import equilibrium
+from mbproj.linear.equilibrium.started import assembled_start
 from mbproj.linear.equilibrium.steady import steady_turn
 from mbproj.linear.modes import modes
-from mbproj.linear.states import start_of
 from mbproj.model import compile_system
 from tests.mechanisms.expected import expected, scene
 from tests.mechanisms.running import assert_close
@@ -57,7 +57,7 @@ def lagrange(_, state):
 def turning(speed):
     read = scene("governor")
     system = compile_system(read)
-    start = start_of(read, system)
+    start = assembled_start(read, system)
     turn, held = steady_turn(system, start, "spin.angle", speed)
     return equilibrium(system, start, 0.0, turn, held)
 

@@ -12,8 +12,8 @@ from mbproj.dynamics.equations.kinematics import pose_of
 from mbproj.dynamics.rank.nearby import NO_CONDITIONS
 from mbproj.linear.equilibrium.balance import Problem
 from mbproj.linear.equilibrium.find import equilibrium
+from mbproj.linear.equilibrium.started import assembled_start
 from mbproj.linear.modes import modes
-from mbproj.linear.states import start_of
 from mbproj.model import compile_system
 from tests.mechanisms.expected import expected, scene
 from tests.mechanisms.running import assert_close
@@ -90,7 +90,7 @@ def test_it_rests_and_rings_as_its_four_angles_say():
     """The modes by differences of the forces, extrapolated, with the rubber's damping."""
     start = np.array([P["start"], P["tilt"], P["tilt"], P["swing"]])
     system = compile_system(SCENE)
-    found = equilibrium(system, start_of(SCENE, system))
+    found = equilibrium(system, assembled_start(SCENE, system))
     coordinates = dict(zip(system.names.coordinates, found.reference.motion.expected, strict=True))
     turned = coordinates["A.angle"], coordinates["D.angle"]
     crank, near = start[0] + turned[0], start[1] + turned[0] + coordinates["B.angle"]
@@ -112,7 +112,7 @@ def test_it_rests_and_rings_as_its_four_angles_say():
 def test_steps_to_where_the_rubber_has_no_direction_are_not_taken():
     """Its frames would stand half a turn apart: other equilibria are sought from elsewhere."""
     system = compile_system(SCENE)
-    start = start_of(SCENE, system)
+    start = assembled_start(SCENE, system)
     problem = Problem.of(system, 0.0, start.q, None, NO_CONDITIONS)
     here = problem.at(start.q, coordinate_values(system, pose_of(start.q)))
     turns = here.space.N.reshape(system.bodies, 6, -1)[:, 4]

@@ -6,11 +6,10 @@ import numpy as np
 import pytest
 from scipy.interpolate import CubicSpline
 
-from mbproj import assemble, compile_system, initial_guess
+from mbproj import compile_system
 from mbproj.dynamics.equations.constraint_equations import set_jacobian
 from mbproj.dynamics.equations.forces import applied
 from mbproj.dynamics.equations.kinematics import pose_of, twist_of
-from mbproj.integrate.formulations.full import FullFormulation
 from mbproj.registry import PROJECTIONS
 from mbproj.scene import read_scene_text
 from tests.mechanisms.running import Run, assert_close, run_scene
@@ -290,5 +289,4 @@ def test_only_scenes_with_forces_or_motions_integrate_work():
     for text, integrals in ((PENDULUM.replace("motions:\n", ""), 0), (f"{PENDULUM}  m: {{joint: A, angle: t}}\n", 2)):
         scene = read_scene_text(text)
         system = compile_system(scene)
-        state = assemble(system, initial_guess(scene, system))
-        assert FullFormulation.of(system, state, scene.settings).quadratures == integrals
+        assert system.integrated.size_of("quadratures") == integrals

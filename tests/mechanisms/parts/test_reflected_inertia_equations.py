@@ -80,7 +80,7 @@ def test_the_formulations_agree_on_inertias_far_from_the_bodies(size):
     """On a tree, where leaves turn them, with open joints: accelerations and multipliers."""
     case = opened(with_flywheels(tree(0), size))
     still = np.zeros(case.system.coordinates.size)
-    state = State(0.0, case.q, case.v, still.astype(int))
+    state = State.of(case.system, 0.0, positions=case.q, velocities=case.v)
     equations = FullFormulation.of(case.system, state, Settings(duration=1.0, step=1.0, formulation="full"))
     full = equations.accelerations(0.0, case.q, case.v, still, RowSet.regular(case.system))
     acceleration, multipliers = case.reduced.equations().accelerations(case.y)

@@ -3,12 +3,17 @@
 from __future__ import annotations
 
 import os
+import pickle
+import subprocess
+import sys
 
 import pytest
 
-from mbproj.studies.parallel import workers
+from mbproj.errors import MbprojWarning
+from mbproj.studies.parallel import hand_out, workers
 from mbproj.studies.parallel.hand_out import in_parallel
 from tests.studies.tasks import die, environment, module_file, place
+from tests.support import ROOT
 
 
 def test_items_run_elsewhere_and_each_once():
@@ -32,6 +37,45 @@ def test_processes_have_one_thread_each(monkeypatch):
     monkeypatch.setenv("OMP_NUM_THREADS", "7")
     found = dict(in_parallel(environment, ["OMP_NUM_THREADS", "MKL_NUM_THREADS"], [0, 0], where=2))
     assert found == {0: ["1", "1"], 1: ["1", "1"]}
+
+
+def test_few_items_start_few_processes(monkeypatch):
+    """Items without a length, as of a sweep: nobody knows before how many there are."""
+    started = []
+    real = workers.subprocess.Popen
+    monkeypatch.setattr(workers.subprocess, "Popen", lambda *given, **more: started.append(1) or real(*given, **more))
+    monkeypatch.setattr(hand_out, "MOST", 100_000)
+    assert len(list(in_parallel(place, "few", iter([0, 0, 0]), where=100_000))) == 3
+    assert 1 <= len(started) <= 3
+
+
+def test_no_more_processes_are_started_than_the_machine_can_use(monkeypatch):
+    monkeypatch.setattr(hand_out, "processors", lambda: 1)
+    monkeypatch.setattr(hand_out, "MOST", 2)
+    with pytest.warns(MbprojWarning, match="100000 processes are more than 1 processors can use: at most 2"):
+        found = dict(in_parallel(place, "many", iter([5] * 12), where=100_000))
+    assert len({pid for _, pid in found.values()}) <= 2
+
+
+@pytest.mark.skipif(os.name != "posix", reason="closes pipes of another process")
+@pytest.mark.parametrize("when", ["in the middle of a message", "before the answer"])
+def test_a_worker_whose_study_was_killed_says_nothing(tmp_path, when):
+    said = tmp_path / "said"
+    with said.open("w") as stderr:
+        program = [sys.executable, "-c", "from mbproj.studies.parallel.worker import main; main()"]
+        process = subprocess.Popen(program, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=stderr, cwd=ROOT)
+    pickle.dump((environment, ["HOME"]), process.stdin)
+    process.stdin.flush()
+    assert pickle.load(process.stdout) == "ready"
+    if when == "before the answer":
+        process.stdout.close()
+        pickle.dump(0, process.stdin)
+        process.stdin.flush()
+    else:
+        process.stdin.write(pickle.dumps([0.0] * 100)[:50])
+        process.stdin.close()
+    assert process.wait(60) == 0
+    assert said.read_text() == ""
 
 
 def test_what_is_lost_has_a_result_too():

@@ -24,6 +24,7 @@ forces:
   f: {type: force, body: bar, force: [sqrt(0.1 + (1 - fails) - t), 0, 0]}
 markers:
   end: {body: bar, location: [length, 0, 0]}
+title: A pendulum
 """
 MEASURE = "  drop: {marker: end, quantity: position, component: z, at: end}\n"
 

@@ -11,8 +11,6 @@ namespace mbproj {
 
 // The solution of A x = b.
 Eigen::VectorXd solved(const Eigen::MatrixXd& A, const Eigen::VectorXd& b);
-// The same of a symmetric positive definite A.
-Eigen::VectorXd solved_positive(const Eigen::MatrixXd& A, const Eigen::VectorXd& b);
 
 // Of a symmetric matrix, for N = 1, 3 and 6: its least and its largest eigenvalue.
 struct EigenvalueRange {

@@ -123,22 +123,22 @@ constexpr int slots_of(Kind kind) {
         case Kind::coincident:
         case Kind::perpendicular:
         case Kind::distance: return 2;
-        case Kind::along:
-        case Kind::angle: return 3;
-        default: return 6;
+        default: return 3;
     }
 }
 
-// Attachments (body, is_point, local), instances (kind, slots, parameters, offset); rows follow one another.
+// Attachments (body, is_point, local), instances (kind, slots, offset, weight); rows follow one another, but an instance that
+// `joins` is of the row before.
 template <int D> PrimitiveSet<D> primitive_set(std::size_t bodies, const Integers1& body, const Integers1& is_point,
                                                const Numbers2& local, const Integers1& kind, const Integers2& slots,
-                                               const Numbers2& parameters, const Numbers1& offset) {
+                                               const Numbers1& offset, const Numbers1& weight, const Integers1& joins) {
     const std::size_t attachments = body.shape(0), instances = kind.shape(0);
     require(is_point, {attachments}, "is_point");
     require(local, {attachments, D}, "local");
     require(slots, {instances, most_slots}, "slots");
-    require(parameters, {instances, 2}, "parameters");
     require(offset, {instances}, "offset");
+    require(weight, {instances}, "weight");
+    require(joins, {instances}, "joins");
     PrimitiveSet<D> set;
     for (std::size_t a = 0; a < attachments; ++a) {
         const Point<D> at = matrix_at<D>(local.data() + D * a);
@@ -148,16 +148,22 @@ template <int D> PrimitiveSet<D> primitive_set(std::size_t bodies, const Integer
     }
     for (std::size_t i = 0; i < instances; ++i) {
         Instance p{};
-        p.kind = static_cast<Kind>(index_below(kind.data()[i], 7, "kind"));
+        p.kind = static_cast<Kind>(index_below(kind.data()[i], kind_count, "kind"));
         p.slot_count = slots_of(p.kind);
         for (int s = 0; s < p.slot_count; ++s)
             p.slots[s] = index_below(slots.data()[most_slots * i + s], attachments, "slots");
-        p.row = set.rows;
-        p.rows = p.kind == Kind::coincident ? D : 1;
+        p.coupled = joins.data()[i] != 0;
+        p.rows = p.coupled ? 0 : p.kind == Kind::coincident ? D : 1;
         set.rows += p.rows;
-        p.parameters[0] = parameters.data()[2 * i];
-        p.parameters[1] = parameters.data()[2 * i + 1];
+        p.row = set.rows - std::max(p.rows, 1);
         p.offset = offset.data()[i];
+        p.weight = weight.data()[i];
+        if (p.coupled) {
+            if (i == 0 || set.instances.back().row != p.row || slots_of(p.kind) < 3 ||
+                slots_of(set.instances.back().kind) < 3)
+                refuse("joins", "couples what is no coordinate");
+            set.instances.back().coupled = true;
+        }
         set.instances.push_back(p);
     }
     return set;

@@ -28,7 +28,7 @@ inline void check_stack(const Programs& programs, std::size_t tables) {
                 refuse("op", "has a stack that is too small or too deep");
             depth += 1 - taken;
             const double operand = programs.operand[at];
-            if (programs.op[at] == Op::variable && !(operand >= 0.0 && operand <= 2.0))
+            if (programs.op[at] == Op::variable && !(operand >= 0.0 && operand < programs.variables))
                 refuse("operand", "names no variable");
             if (programs.op[at] == Op::table && !(operand >= 0.0 && operand < static_cast<double>(tables)))
                 refuse("operand", "names no table");
@@ -39,7 +39,7 @@ inline void check_stack(const Programs& programs, std::size_t tables) {
 
 inline Programs programs(const Integers1& start, const Integers1& op, const Numbers1& operand,
                          const Integers1& table_start, const Numbers1& knot, const Numbers1& origin,
-                         const Numbers2& piece, const Integers1& kinked) {
+                         const Numbers2& piece, const Integers1& kinked, int variables) {
     Programs built;
     built.start = indices(start, op.size() + 1, "start");
     for (std::size_t i = 0; i < op.size(); ++i)
@@ -58,8 +58,14 @@ inline Programs programs(const Integers1& start, const Integers1& op, const Numb
         refuse("start", "does not increase");
     if (kinked.size() != knot.size()) refuse("kinked", "has a wrong shape");
     for (std::size_t i = 0; i < kinked.size(); ++i) built.kinked.push_back(kinked.data()[i] != 0);
+    built.variables = variables;
     check_stack(built, built.table_start.size() - 1);
     return built;
+}
+
+// Programs must not ask for variables that are not there.
+inline void require_variables(const Programs& programs, int variables, const char* name) {
+    if (programs.variables > variables) refuse(name, "have variables that are not there");
 }
 
 // Switches (law, instruction), law after law in the order of its instructions.
@@ -101,6 +107,7 @@ template <int D> Loads<D> loads(std::size_t bodies, const PrimitiveSet<D>& coord
     require(force_map, {given, D, 3}, "force_map");
     require(torque_map, {given, W, 3}, "torque_map");
     require(program, {given, 3}, "program");
+    require_variables(programs, law_variables, "programs");
     Loads<D> built{coordinates, {}, {}, programs, bushings.each, {}};
     int apart = 0;
     for (std::size_t l = 0; l < laws; ++l) {
@@ -167,8 +174,8 @@ void add_flywheels(Model<D>& model, const PrimitiveSet<D>& coordinates, const st
     model.row_scale.resize(model.all_rows(), 1.0);
 }
 
-// Of a bearing: its joint and body 2 there; its arms, its length and its preload; whether it is one-sided.
-using BearingNumbers = std::tuple<int, int, double, double, double, double, bool>;
+// Of a bearing: its joint and body 2 there; its arms, its length and its preload; the parts of a push.
+using BearingNumbers = std::tuple<int, int, double, double, double, double, std::vector<std::pair<int, double>>>;
 
 // What joints carry; points and axes in the axes of the bodies.
 template <int D> std::vector<Bearing<D>> bearings(const Model<D>& model, const std::vector<BearingNumbers>& given,
@@ -176,11 +183,14 @@ template <int D> std::vector<Bearing<D>> bearings(const Model<D>& model, const s
     require(points, {given.size(), D}, "bearing_points");
     require(axes, {given.size(), D}, "bearing_axes");
     std::vector<Bearing<D>> found;
-    for (const auto& [joint, body, radial, axial, length, preload, one_sided] : given) {
+    for (const auto& [joint, body, radial, axial, length, preload, parts] : given) {
         const std::size_t at = D * found.size();
+        for (const auto& [number, part] : parts)
+            if (model.joints[index_below(number, model.joints.size(), "bearings")].rows != 1)
+                refuse("bearings", "have a push of a joint that is not one row");
         found.push_back({index_below(joint, model.joints.size(), "bearings"),
                          index_below(body, model.bodies.size() + 1, "bearings"), matrix_at<D>(points.data() + at),
-                         matrix_at<D>(axes.data() + at), radial, axial, length, preload, one_sided});
+                         matrix_at<D>(axes.data() + at), radial, axial, length, preload, parts});
     }
     return found;
 }
@@ -225,19 +235,19 @@ template <int D> bool has_angles(const Loads<D>* loads) {
     return std::any_of(instances.begin(), instances.end(), [](const Instance& p) { return p.kind == Kind::angle; });
 }
 
-// Of a gear or screw: its row, its two coordinates, their weights, and the period.
-using MeshNumbers = std::tuple<int, int, int, double, double, double>;
+// Of a row that couples coordinates: its number, its period, the coordinates, and their weights.
+using CouplingNumbers = std::tuple<int, double, std::vector<int>, std::vector<double>>;
 
-inline std::vector<Mesh> meshes(std::size_t rows, std::size_t coordinates, const std::vector<MeshNumbers>& given) {
-    std::vector<Mesh> found;
-    for (const auto& [row, first, second, weight, other_weight, period] : given) {
-        if (!(std::isfinite(weight) && std::isfinite(other_weight)))
-            refuse("meshes", "hold a number that is not finite");
-        require_positive(period, "meshes");
-        found.push_back({index_below(row, rows, "meshes"),
-                         {index_below(first, coordinates, "meshes"), index_below(second, coordinates, "meshes")},
-                         {weight, other_weight},
-                         period});
+inline std::vector<Coupling> couplings(std::size_t rows, std::size_t coordinates,
+                                       const std::vector<CouplingNumbers>& given) {
+    std::vector<Coupling> found;
+    for (const auto& [row, period, own, weights] : given) {
+        if (own.size() != weights.size()) refuse("couplings", "do not fit their weights");
+        for (const int coordinate : own) index_below(coordinate, coordinates, "couplings");
+        for (const double weight : weights)
+            if (!std::isfinite(weight)) refuse("couplings", "hold a number that is not finite");
+        require_positive(period, "couplings");
+        found.push_back({index_below(row, rows, "couplings"), period, own, weights});
     }
     return found;
 }

@@ -2,11 +2,13 @@
 #pragma once
 
 #include <nanobind/stl/optional.h>
+#include <nanobind/stl/pair.h>
 #include <nanobind/stl/shared_ptr.h>
 #include <nanobind/stl/tuple.h>
 #include <nanobind/stl/vector.h>
 
 #include "bindings/from_numpy.hpp"
+#include "bindings/layout_from_python.hpp"
 #include "bindings/loads_from_numpy.hpp"
 #include "bindings/runs.hpp"
 #include "bindings/single_state.hpp"
@@ -18,25 +20,25 @@ template <int D> void add_model(nb::module_& m, const char* primitives, const ch
         .def(
             "__init__",
             [](PrimitiveSet<D>* self, std::size_t bodies, Integers1 body, Integers1 is_point, Numbers2 local,
-               Integers1 kind, Integers2 slots, Numbers2 parameters, Numbers1 offset) {
-                new (self)
-                    PrimitiveSet<D>(primitive_set<D>(bodies, body, is_point, local, kind, slots, parameters, offset));
+               Integers1 kind, Integers2 slots, Numbers1 offset, Numbers1 weight, Integers1 joins) {
+                new (self) PrimitiveSet<D>(
+                    primitive_set<D>(bodies, body, is_point, local, kind, slots, offset, weight, joins));
             },
             nb::kw_only(), nb::arg("bodies"), nb::arg("body"), nb::arg("is_point"), nb::arg("local"), nb::arg("kind"),
-            nb::arg("slots"), nb::arg("parameters"), nb::arg("offset"))
+            nb::arg("slots"), nb::arg("offset"), nb::arg("weight"), nb::arg("joins"))
         .def_ro("rows", &PrimitiveSet<D>::rows);
     nb::class_<Model<D>>(m, model)
         .def(
             "__init__",
             [](Model<D>* self, const Thresholds& thresholds, Numbers1 mass, Numbers3 inertia, Numbers1 gravity,
                const PrimitiveSet<D>& constraints, Integers1 joint_begin, Numbers1 row_scale,
-               const PrimitiveSet<D>& coordinates, double length, std::shared_ptr<Loads<D>> loads,
-               std::shared_ptr<Programs> motions, std::vector<double> motion_start,
-               const std::vector<int>& motion_coordinate, const std::vector<MeshNumbers>& meshes,
-               const PrimitiveSet<D>* flywheel_coordinates, std::vector<double> flywheels,
-               const PrimitiveSet<D>* stop_coordinates, const std::vector<int>& stop_turns,
-               std::vector<double> stop_bounds, const std::vector<BearingNumbers>& bearings, Numbers2 bearing_points,
-               Numbers2 bearing_axes) {
+               const PrimitiveSet<D>& coordinates, double length, const std::vector<BlockNumbers>& blocks,
+               std::shared_ptr<Programs> rates, std::shared_ptr<Loads<D>> loads, std::shared_ptr<Programs> motions,
+               std::vector<double> motion_start, const std::vector<int>& motion_coordinate,
+               const std::vector<CouplingNumbers>& couplings, const PrimitiveSet<D>* flywheel_coordinates,
+               std::vector<double> flywheels, const PrimitiveSet<D>* stop_coordinates,
+               const std::vector<int>& stop_turns, std::vector<double> stop_bounds,
+               const std::vector<BearingNumbers>& bearings, Numbers2 bearing_points, Numbers2 bearing_axes) {
                 require(gravity, {D}, "gravity");
                 require(row_scale, {static_cast<std::size_t>(constraints.rows)}, "row_scale");
                 Model<D> built;
@@ -56,23 +58,24 @@ template <int D> void add_model(nb::module_& m, const char* primitives, const ch
                 check_loads(loads.get(), built.size(), coordinates.instances.size(), bearings.size());
                 built.length = length;
                 built.loads = std::move(loads);
-                if (built.loads)
-                    for (const Law& law : built.loads->laws) built.apart = std::max(built.apart, law.apart + 1);
                 built.bearings = mbproj::bearings(built, bearings, bearing_points, bearing_axes);
                 built.motions = std::move(motions);
+                if (built.motions) require_variables(*built.motions, law_variables, "motions");
                 built.driven = driven_rows(constraints, coordinates.instances.size(), motion_start, motion_coordinate,
                                            built.motions.get());
-                built.meshes = mbproj::meshes(constraints.rows, coordinates.instances.size(), meshes);
-                built.follows_angles = !built.meshes.empty() || has_angles(built.loads.get());
+                built.couplings = mbproj::couplings(constraints.rows, coordinates.instances.size(), couplings);
+                built.rates = std::move(rates);
+                set_layout(built, blocks);
                 if (flywheel_coordinates) add_flywheels(built, *flywheel_coordinates, flywheels);
                 if (stop_coordinates) add_stops(built, *stop_coordinates, stop_turns, std::move(stop_bounds));
                 new (self) Model<D>(std::move(built));
             },
             nb::kw_only(), nb::arg("thresholds"), nb::arg("mass"), nb::arg("inertia"), nb::arg("gravity"),
             nb::arg("constraints"), nb::arg("joint_begin"), nb::arg("row_scale"), nb::arg("coordinates"),
-            nb::arg("length"), nb::arg("loads").none() = nb::none(), nb::arg("motions").none() = nb::none(),
+            nb::arg("length"), nb::arg("layout"), nb::arg("rates").none() = nb::none(),
+            nb::arg("loads").none() = nb::none(), nb::arg("motions").none() = nb::none(),
             nb::arg("motion_start") = std::vector<double>(), nb::arg("motion_coordinate") = std::vector<int>(),
-            nb::arg("meshes") = std::vector<MeshNumbers>(), nb::arg("flywheel_coordinates").none() = nb::none(),
+            nb::arg("couplings") = std::vector<CouplingNumbers>(), nb::arg("flywheel_coordinates").none() = nb::none(),
             nb::arg("flywheels") = std::vector<double>(), nb::arg("stop_coordinates").none() = nb::none(),
             nb::arg("stop_turns") = std::vector<int>(), nb::arg("stop_bounds") = std::vector<double>(),
             nb::arg("bearings"), nb::arg("bearing_points"), nb::arg("bearing_axes"))

@@ -40,12 +40,13 @@ void add_settings(nb::module_& m) {
     nb::class_<Programs>(m, "Programs")
         .def("__init__",
              [](Programs* self, Integers1 start, Integers1 op, Numbers1 operand, Integers1 table_start, Numbers1 knot,
-                Numbers1 origin, Numbers2 piece, Integers1 kinked) {
-                 new (self) Programs(programs(start, op, operand, table_start, knot, origin, piece, kinked));
+                Numbers1 origin, Numbers2 piece, Integers1 kinked, int variables) {
+                 new (self) Programs(programs(start, op, operand, table_start, knot, origin, piece, kinked, variables));
              })
         .def("run", [](const Programs& self, int program, double t, double s, double s_dot) {
             if (program < 0 || program + 1 >= static_cast<int>(self.start.size())) refuse("program", "is out of range");
-            const Series variables[3] = {{t, 1.0, 0.0}, {s, 0.0, 0.0}, {s_dot, 0.0, 0.0}};
+            require_variables(self, law_variables, "program");
+            const Series variables[law_variables] = {{t, 1.0, 0.0}, {s, 0.0, 0.0}, {s_dot, 0.0, 0.0}};
             const Series found = self.run(program, variables);
             return std::make_tuple(found.x, found.d, found.dd);
         });

@@ -17,11 +17,10 @@ template <int D> nb::dict samples(TimeLoop<D>& run) {
     const std::size_t count = block.t.size(), bodies = run.model().size();
     nb::dict found;
     found["t"] = array_of(block.t, count);
-    found["y"] = array_of(block.y, count, bodies, Size<D>::state);
+    found["y"] = array_of(block.y, count, run.model().layout.size());
     found["acceleration"] = array_of(block.acceleration, count, bodies, Size<D>::freedoms);
     found["multipliers"] = array_of(block.multipliers, count, run.model().constraints.rows);
     found["step_size"] = array_of(block.step_size, count);
-    found["work"] = array_of(block.work, count, run.model().integrals());
     found["turns"] = array_of(block.turns, count, run.model().coordinates.instances.size());
     found["counters"] = array_of(block.counters, count, Counters::count);
     return found;
@@ -50,8 +49,8 @@ template <int D> void add_run(nb::module_& m, const char* name) {
     nb::class_<TimeLoop<D>>(m, name)
         .def("__init__",
              [](TimeLoop<D>* self, const Model<D>& model, const Tableau& tableau, const ProjectionSettings& projection,
-                const Steps& steps, Numbers2 y, Integers1 turns) {
-                 require(y, {static_cast<std::size_t>(model.size()), Size<D>::state}, "y");
+                const Steps& steps, Numbers1 y, Integers1 turns) {
+                 require(y, {static_cast<std::size_t>(model.layout.size())}, "y");
                  require(turns, {model.coordinates.instances.size()}, "turns");
                  check_settings(tableau, projection, steps);
                  new (self) TimeLoop<D>(model, tableau, projection, steps, {y.data(), y.data() + y.size()},
@@ -71,9 +70,8 @@ template <int D> void add_run(nb::module_& m, const char* name) {
         .def("here", [](TimeLoop<D>& self) { return saved_mark<D>(self.here()); })
         .def("resume",
              [](TimeLoop<D>& self, const nb::dict& mark) {
-                 const auto total = static_cast<std::size_t>(self.equations().total());
                  const auto& joints = self.equations().solver().order().loop_joints;
-                 if (!self.resume(mark_from<D>(mark, self.model(), joints, total, self.carries_slope())))
+                 if (!self.resume(mark_from<D>(mark, self.model(), joints, self.carries_slope())))
                      refuse("events", "do not fit");
              })
         .def_rw("keeps_marks", &TimeLoop<D>::keeps_marks)
@@ -85,16 +83,11 @@ template <int D> void add_run(nb::module_& m, const char* name) {
         .def("watch", &watch<D>, nb::arg("gaps"), nb::arg("rows"), nb::arg("spacing"))
         .def_prop_ro("standing",
                      [](const TimeLoop<D>& self) {
-                         const auto bodies = static_cast<std::size_t>(self.model().size());
-                         const double* y = self.now().y.data();
+                         const Eigen::VectorXd& y = self.now().y;
                          nb::dict found;
                          found["t"] = self.now().t;
                          found["h"] = self.now().to.h;
-                         found["y"] =
-                             array_of(std::vector<double>(y, y + bodies * Size<D>::state), bodies, Size<D>::state);
-                         const double* work = y + bodies * Size<D>::state;
-                         const auto integrals = static_cast<std::size_t>(self.model().integrals());
-                         found["work"] = array_of(std::vector<double>(work, work + integrals), integrals);
+                         found["y"] = array_of(std::vector<double>(y.begin(), y.end()), y.size());
                          found["turns"] = self.turns();
                          return found;
                      })
@@ -108,8 +101,8 @@ template <int D> void add_run(nb::module_& m, const char* name) {
         .def_prop_ro("halved", [](const TimeLoop<D>& self) { return as_tuples(self.halved()); })
         .def_prop_ro("broken_state",
                      [](TimeLoop<D>& self) {
-                         return array_of(std::vector<double>(self.equations().broken_state()), self.model().size(),
-                                         Size<D>::state);
+                         const std::vector<double>& y = self.equations().broken_state();
+                         return array_of(std::vector<double>(y), y.size());
                      })
         .def_prop_ro("position_peak", [](const TimeLoop<D>& self) { return self.peaks.position; })
         .def_prop_ro("joint_peak", [](const TimeLoop<D>& self) { return self.peaks.joint; })

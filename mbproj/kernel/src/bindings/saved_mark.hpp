@@ -94,8 +94,8 @@ inline Eigen::VectorXd finite_numbers(const nb::dict& given, const char* name, s
     return Eigen::Map<const Eigen::VectorXd>(found.data(), static_cast<Eigen::Index>(total));
 }
 
-template <int D> Mark<D> mark_from(const nb::dict& given, const Model<D>& model, const std::vector<int>& loop_joints,
-                                   std::size_t total, bool with_slope) {
+template <int D>
+Mark<D> mark_from(const nb::dict& given, const Model<D>& model, const std::vector<int>& loop_joints, bool with_slope) {
     const auto finite = [&given](const char* name) {
         const auto value = nb::cast<double>(given[name]);
         if (!std::isfinite(value)) refuse(name, "is not finite");
@@ -111,6 +111,7 @@ template <int D> Mark<D> mark_from(const nb::dict& given, const Model<D>& model,
     mark.shortened = nb::cast<int>(given["shortened"]);
     const auto says = [&given](const char* name) { return given.contains(name) && nb::cast<bool>(given[name]); };
     mark.shaped = says("shaped"), mark.anew = says("anew");
+    const auto total = static_cast<std::size_t>(model.layout.size());
     mark.y = finite_numbers(given, "y", total);
     if (with_slope && !mark.anew) mark.slope = finite_numbers(given, "slope", total);
     const std::size_t coordinates = model.coordinates.instances.size();

@@ -66,10 +66,10 @@ public:
     // each to less than half a turn.
     std::optional<std::pair<Numbers, Numbers>> accelerations(double t, const double* y, const Numbers& coordinates,
                                                              const Rows& rows) {
-        Numbers slope(equations_.total()), lambda(model_.all_rows()), found;
+        Numbers slope(model_.layout.size()), lambda(model_.all_rows()), found;
         if (!begin(t, y, coordinates, rows)) return std::nullopt;
         equations_.set_velocities(y, false);
-        if (!equations_.slope_at(y, slope.data(), lambda.data())) return std::nullopt;
+        if (!equations_.slope_at(state_.data(), slope.data(), lambda.data())) return std::nullopt;
         for (int b = 0; b < model_.size(); ++b) {
             const double* a = slope.data() + S::state * b + S::pose;
             found.insert(found.end(), a, a + S::freedoms);
@@ -82,12 +82,12 @@ public:
     Numbers smallest_multipliers(std::size_t count, const double* t, const double* y, const double* coordinates) {
         const std::size_t rows = model_.constraints.rows, followed = model_.coordinates.instances.size();
         Numbers found(count * rows, std::numeric_limits<double>::quiet_NaN());
-        Numbers slope(equations_.total()), lambda(model_.all_rows());
-        for (std::size_t i = 0; i < count; ++i, y += equations_.size(), coordinates += followed) {
+        Numbers slope(model_.layout.size()), lambda(model_.all_rows());
+        for (std::size_t i = 0; i < count; ++i, y += model_.layout.bodies.size, coordinates += followed) {
             if (!begin(t[i], y, {coordinates, coordinates + followed}, {})) continue;
             equations_.set_velocities(y, false);
-            if (!equations_.slope_at(y, slope.data(), lambda.data())) continue;
-            equations_.solver().spread(equations_.pose(), lambda.data());
+            if (!equations_.slope_at(state_.data(), slope.data(), lambda.data())) continue;
+            if (!equations_.solver().spread(equations_.pose(), lambda.data())) continue;
             std::copy_n(lambda.begin(), rows, found.begin() + i * rows);
         }
         return found;
@@ -95,12 +95,10 @@ public:
 
     // y' as a stage of a step has it, in the order of y; nothing where it is not unique.
     std::optional<Numbers> derivative(double t, const double* y, const Numbers& coordinates, const Rows& rows) {
-        const Numbers state = whole(y, coordinates);
-        Numbers slope(equations_.total());
+        Numbers slope(model_.layout.size());
         begin(t, y, coordinates, rows);
-        if (!equations_.derivative(t, state.data(), slope.data())) return std::nullopt;
-        slope.resize(equations_.size());
-        return slope;
+        if (!equations_.derivative(t, state_.data(), slope.data())) return std::nullopt;
+        return bodies(std::move(slope));
     }
 
     // The acceleration along the coordinates of these laws per unit force on each of them, row by row; nothing where that
@@ -129,20 +127,16 @@ public:
 
     // The state after one exact Newton correction of its position.
     std::optional<Numbers> newton(double t, const double* y) {
-        Numbers state = whole(y);
         begin(t, y, {}, {});
-        if (!projector_.newton(t, state.data())) return std::nullopt;
-        state.resize(equations_.size());
-        return state;
+        if (!projector_.newton(t, state_.data())) return std::nullopt;
+        return bodies(state_);
     }
 
     // The state moved to the constraints, position and velocity.
     std::optional<Numbers> corrected(double t, const double* y, const Rows& rows) {
-        Numbers state = whole(y);
         begin(t, y, {}, rows);
-        if (!projector_.anywhere(t, state.data()).regular) return std::nullopt;
-        state.resize(equations_.size());
-        return state;
+        if (!projector_.anywhere(t, state_.data()).regular) return std::nullopt;
+        return bodies(state_);
     }
 
     // Rows that follow from the others at this state, up to a distance of √smallest.
@@ -164,16 +158,17 @@ public:
     }
 
 private:
-    // The bodies' state y and what is integrated beside it; the angles that are followed, where there are any.
-    Numbers whole(const double* y, const Numbers& coordinates = {}) const {
-        Numbers state(y, y + equations_.size());
-        state.resize(equations_.total());
-        if (model_.follows_angles)
-            std::copy(coordinates.begin(), coordinates.end(), state.begin() + equations_.followed());
-        return state;
-    }
+    // The bodies' state y in place, and beside it what a run begins with; the angles that are followed, where there are any.
     void set_pose(double t, const double* y, const Numbers& coordinates = {}) {
-        equations_.set_pose(t, whole(y, coordinates).data());
+        const Layout& layout = model_.layout;
+        state_ = layout.start;
+        std::copy(y, y + layout.bodies.size, state_.begin());
+        if (layout.follows()) std::copy(coordinates.begin(), coordinates.end(), state_.begin() + layout.followed.first);
+        equations_.set_pose(t, state_.data());
+    }
+    Numbers bodies(Numbers y) const {
+        y.resize(model_.layout.bodies.size);
+        return y;
     }
 
     // A state with the rows of a run that begins there, or with those given; factored with the masses. False where the
@@ -190,6 +185,7 @@ private:
     Phases phases_;
     EquationsOfMotion<D> equations_;
     Projector<D> projector_;
+    Numbers state_;
 };
 
 }  // namespace mbproj

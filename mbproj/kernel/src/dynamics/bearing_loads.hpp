@@ -67,7 +67,7 @@ private:
 
     double growth(Eigen::Index k, Eigen::Index j) const {
         const Bearing<D>& bearing = model_.bearings[k];
-        if (bearing.one_sided) return std::max(base_[k].slope(bearing, responses_[k][j]), 0.0);
+        if (bearing.is_push()) return std::max(base_[k].slope(bearing, responses_[k][j]), 0.0);
         return responses_[k][j].load(bearing);
     }
 

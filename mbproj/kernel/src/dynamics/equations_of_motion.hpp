@@ -7,9 +7,10 @@
 #include "dynamics/drive.hpp"
 #include "dynamics/row_policy.hpp"
 #include "dynamics/row_values.hpp"
+#include "dynamics/state_rates.hpp"
+#include "kinematics/couplings.hpp"
 #include "kinematics/joint_angle.hpp"
 #include "kinematics/loads.hpp"
-#include "kinematics/teeth.hpp"
 
 namespace mbproj {
 
@@ -21,14 +22,11 @@ public:
     EquationsOfMotion(const Model<D>& model, const ProjectionSettings& projection)
         : model_(model), projection_(projection), pose_(model), motion_(model), solver_(model, penalty(projection)),
           policy_(model, solver_), gamma_(model.all_rows()), C_(model.all_rows()), C_dot_(model.all_rows()),
-          lambda_(model.all_rows()), drive_(model), applied_(model), bearings_(model), teeth_(model),
-          expected_(model.followed()) {}
+          lambda_(model.all_rows()), drive_(model), applied_(model), bearings_(model), couplings_(model),
+          expected_(model.layout.followed.size), states_(model) {}
 
-    // Numbers of the bodies' state, and of all that is integrated.
-    int size() const { return S::state * model_.size(); }
-    int total() const { return size() + model_.integrals() + model_.followed(); }
-    // Where the angles that are followed begin.
-    int followed() const { return size() + model_.integrals(); }
+    // Of y.
+    const Layout& layout() const { return model_.layout; }
 
     // y' at a state, with the rows that are held: equal input has equal bits, whatever was asked before. False where the
     // equations have no unique solution or a function has no value: see `broken`.
@@ -60,7 +58,7 @@ public:
     // y' where the pose is in place and factored with the masses, and its velocities are; multipliers on request.
     bool slope_at(const double* y, double* slope, double* lambda = nullptr) {
         if (bearings_.any()) unload();
-        if (broken_ || !set_forces(y)) return broken(y);
+        if (broken_ || !set_forces(y) || (states_.any() && !states_.set(window_.seen(t_), y, slope))) return broken(y);
         if (bearings_.any() && !settle_bearings(y)) return false;
         if (!solver_.solve(gamma_.data(), lambda || !drive_.empty() ? lambda_.data() : nullptr)) return false;
         for (int b = 0; b < model_.size(); ++b) {
@@ -71,15 +69,15 @@ public:
             out.velocity() = solver_.shift(b);
             out.omega() = to_body(pose_[b].rotation, solver_.turn(b));
         }
-        if (model_.integrals()) {
+        if (const Block& work = layout().quadratures; work.size) {
             double power = applied_.power;
             for (std::size_t k = 0; k < drive_.size(); ++k) power -= lambda_[model_.driven[k].row] * drive_[k].d;
-            slope[size()] = power;
-            slope[size() + 1] = applied_.dissipation;
-            std::copy(applied_.lost.begin(), applied_.lost.end(), slope + size() + 2);
+            slope[work.first] = power;
+            slope[work.first + 1] = applied_.dissipation;
+            std::copy(applied_.lost.begin(), applied_.lost.end(), slope + work.first + 2);
         }
-        for (int i = 0; i < model_.followed(); ++i)
-            slope[followed() + i] = model_.counts_turns[i] ? angle(i).speed : 0.0;
+        for (int i = 0; i < layout().followed.size; ++i)
+            slope[layout().followed.first + i] = model_.counts_turns[i] ? angle(i).speed : 0.0;
         if (lambda) std::copy(lambda_.begin(), lambda_.end(), lambda);
         return true;
     }
@@ -87,7 +85,8 @@ public:
     // A state at a time, in place of the last.
     void set_pose(double t, const double* y) {
         pose_.update(y);
-        if (model_.follows_angles) std::copy(y + followed(), y + total(), expected_.begin());
+        const Block& followed = layout().followed;
+        if (followed.size) std::copy(y + followed.first, y + followed.end(), expected_.begin());
         factored_ = false;
         if (t == t_ && !broken_) return;
         t_ = t;
@@ -151,7 +150,7 @@ public:
     const double* constraint() {
         mbproj::constraint(model_, pose_, C_.data());
         leave_flywheels(model_, C_);
-        teeth_.count(pose_, expected_, C_.data());
+        couplings_.count(pose_, expected_, C_.data());
         for (std::size_t k = 0; k < drive_.size(); ++k) {
             const DrivenRow& driven = model_.driven[k];
             const double wanted = prescribed(k);
@@ -175,7 +174,7 @@ public:
     const double* C_dot() const { return C_dot_.data(); }
 
     // Gears and screws count on from the teeth in mesh now.
-    void start_teeth() { teeth_.start(pose_, expected_, constraint()); }
+    void start_teeth() { couplings_.start(pose_, expected_, constraint()); }
     // A coordinate that is an angle, in the state in place.
     JointAngle angle(int coordinate) const { return joint_angle(model_, pose_, motion_, coordinate); }
     // What motion k prescribes at the time in place.
@@ -264,7 +263,7 @@ private:
 
     bool broken(const double* y) {
         broken_ = true;
-        broken_state_.assign(y, y + size());
+        broken_state_.assign(y, y + layout().size());
         return false;
     }
 
@@ -286,8 +285,9 @@ private:
     TimeWindow window_;
     Applied<D> applied_;
     BearingLoads<D> bearings_;
-    Teeth<D> teeth_;
+    Couplings<D> couplings_;
     std::vector<double> expected_;  // the joints' coordinates as they are followed, to less than half a turn
+    StateRates<D> states_;
     std::vector<double> broken_state_;
     double t_ = std::numeric_limits<double>::quiet_NaN();
     bool factored_ = false, held_ = false, broken_ = false;

@@ -8,6 +8,7 @@
 #include "elimination/leaves.hpp"
 #include "elimination/metric.hpp"
 #include "loops/loop_solver.hpp"
+#include "loops/minimum_norm_multipliers.hpp"
 
 namespace mbproj {
 
@@ -137,8 +138,14 @@ public:
     double of_flywheels() const { return loops_.of_flywheels() + leaves_.of_flywheels(); }
     // How far rows that were left out of the last factor are from what the others say of a violation.
     double contradiction(const double* violation) { return loops_.contradiction(violation); }
-    // λ of the last `solve`, spread over redundant rows so that it is smallest.
-    void spread(const Pose<D>& pose, double* lambda) { loops_.smallest_multipliers(pose, lambda); }
+    // λ of the last `solve`, spread over redundant rows so that it is smallest. False where that has no solution.
+    bool spread(const Pose<D>& pose, double* lambda) {
+        loops_.multipliers(lambda);
+        if (loops_.held().empty()) return true;
+        if (!smallest_) smallest_ = std::make_unique<MinimumNormMultipliers<D>>(model_, order_);
+        return smallest_->spread(pose, near_singular() ? thresholds_.near_dependent : thresholds_.smallest_pivot,
+                                 lambda);
+    }
 
     // (δr, δθ) or accelerations of a body, of its centre of mass, global axes.
     Turn<D> turn(int body) const { return delta_[body].template tail<S::turns>(); }
@@ -210,8 +217,9 @@ private:
     EliminationOrder<D> order_;
     Leaves<D> leaves_;
     LoopSolver<D> loops_;
-    const double shift_;  // of S, where the violation is penalised
-    const Wrench lent_;   // to light bodies
+    std::unique_ptr<MinimumNormMultipliers<D>> smallest_;  // once they are asked for
+    const double shift_;                                   // of S, where the violation is penalised
+    const Wrench lent_;                                    // to light bodies
     std::vector<Inertia<D>> inertias_;
     std::vector<Point<D>> reference_;    // from each body's centre of mass
     std::vector<bool> is_bare_;          // of the loops, without leaves and hinges

@@ -32,6 +32,7 @@ template <int D> std::optional<Hinge<D>> as_hinge(const Model<D>& model, const J
     const auto body_of = [&](int attachment) { return model.constraints.attachments[attachment].body; };
     for (int i = joint.begin; i < joint.end; ++i) {
         const Instance& p = model.constraints.instances[i];
+        if (p.coupled) return std::nullopt;
         if (p.kind == Kind::perpendicular) {
             if (hinge.rotation_count == Size<D>::turns) return std::nullopt;
             hinge.rotations[hinge.rotation_count++] = i;

@@ -5,13 +5,15 @@
 
 namespace mbproj {
 
-// The forces on the two supports of a bearing, and that along its axis; linear in the multipliers.
+// The forces on the two supports of a bearing, and that along its axis, or the push of a contact; linear in the multipliers.
 template <int D> struct Supports {
     Point<D> first = Point<D>::Zero(), second = Point<D>::Zero();
     double along = 0.0;
 
     Supports() = default;
     Supports(const Model<D>& model, const Pose<D>& pose, const Bearing<D>& bearing, const double* lambda) {
+        for (const auto& [number, part] : bearing.parts) along += part * lambda[model.joints[number].row];
+        if (bearing.is_push()) return;
         const Joint& joint = model.joints[bearing.joint];
         Matrix<6, Size<D>::freedoms> G;
         jacobian<D>(model, pose, joint, bearing.body, G);
@@ -37,10 +39,12 @@ template <int D> struct Supports {
     }
     // Without the preload.
     double load(const Bearing<D>& bearing) const {
+        if (bearing.is_push()) return along;
         return bearing.radial * (first.norm() + second.norm()) + bearing.axial * std::abs(along);
     }
     // How the load changes where these change by `change`.
     double slope(const Bearing<D>& bearing, const Supports& change) const {
+        if (bearing.is_push()) return change.along;
         const auto part = [](const Point<D>& f, const Point<D>& by) {
             const double size = f.norm();
             return size > 0.0 ? f.dot(by) / size : by.norm();

@@ -28,6 +28,7 @@ template <int D> struct Moving {
     }
 };
 
+// Of a row that couples coordinates, their sum with angles as the pose has them: see `Couplings`.
 template <int D> void constraint(const Model<D>& model, const Pose<D>& pose, double* C) {
     for (const Instance& p : model.constraints.instances) {
         if (p.kind == Kind::coincident)
@@ -35,11 +36,11 @@ template <int D> void constraint(const Model<D>& model, const Pose<D>& pose, dou
         else if (p.kind == Kind::perpendicular)
             C[p.row] = pose.spoke(p.slots[0]).dot(pose.spoke(p.slots[1])) - p.offset;
         else
-            C[p.row] = value<D>(p, Slots<D>(p, pose).x) - p.offset;
+            C[p.row] = p.weight * value<D>(p, Slots<D>(p, pose).x) - p.offset + (p.rows ? 0.0 : C[p.row]);
     }
 }
 
-// C' and γ of one row, with C'' = G a - γ.
+// C' and γ of one instance, with C'' = G a - γ.
 struct RowRates {
     double C_dot, gamma;
 };
@@ -63,7 +64,7 @@ RowRates row_rates(const Model<D>& model, const Instance& p, const Pose<D>& pose
         found.gamma -= g[s].dot(moving.bias);
     }
     found.gamma -= curvature<D>(p, slots.x, x_dot);
-    return found;
+    return {p.weight * found.C_dot, p.weight * found.gamma};
 }
 
 // C' and γ of all rows; either may be left out.
@@ -77,8 +78,8 @@ void moving_rows(const Model<D>& model, const Pose<D>& pose, const Motion<D>& mo
             continue;
         }
         const RowRates rates = row_rates(model, p, pose, motion);
-        if (C_dot) C_dot[p.row] = rates.C_dot;
-        if (gamma) gamma[p.row] = rates.gamma;
+        if (C_dot) C_dot[p.row] = rates.C_dot + (p.rows ? 0.0 : C_dot[p.row]);
+        if (gamma) gamma[p.row] = rates.gamma + (p.rows ? 0.0 : gamma[p.row]);
     }
 }
 
@@ -118,6 +119,7 @@ void jacobian(const Model<D>& model, const Pose<D>& pose, const Joint& joint, in
             gradient<D>(p, Slots<D>(p, pose).x, g);
             for (int s = 0; s < p.slot_count; ++s) {
                 if (body_of(p.slots[s]) != body) continue;
+                g[s] *= p.weight;
                 if (model.constraints.attachments[p.slots[s]].is_point)
                     G.template block<1, D>(row, 0) += g[s].transpose();
                 G.template block<1, Size<D>::turns>(row, D) += moment(pose.spoke(p.slots[s]), g[s]).transpose();

@@ -77,7 +77,8 @@ template <int D> struct Applied {
 
     explicit Applied(const Model<D>& model)
         : force(model.loads ? model.size() + 1 : 0), torque(force.size()), carried(model.bearings.size(), 0.0),
-          lost(model.apart, 0.0), given(model.loads ? model.loads->laws.size() : 0, 0.0),
+          lost(std::max(0, model.layout.quadratures.size - 2), 0.0),
+          given(model.loads ? model.loads->laws.size() : 0, 0.0),
           least_cosine_(std::cos(0.5 * model.thresholds.most_turned)) {}
 
     // False where a function has no finite value, or a bushing has turned too far.

@@ -62,13 +62,16 @@ public:
         return a.is_point ? Point<D>(bodies_[a.body].position + spokes_[attachment]) : spokes_[attachment];
     }
 
-    // ε × the largest coordinate that enters a row of an instance; of vectors, and of the row's own scale, 1 at most.
-    double grain(const Instance& p, int row) const {
+    // ε × the largest coordinate that enters a row of an instance, and of those that it couples; of vectors, and of the row's
+    // own scale, 1 at most.
+    double grain(const Instance& first, int row) const {
         double reach = std::min(1.0, model_.row_scale[row]);
-        for (int s = 0; s < p.slot_count; ++s) {
-            const Attachment<D>& a = model_.constraints.attachments[p.slots[s]];
-            if (a.is_point) reach = std::max(reach, bodies_[a.body].position.largest() + a.size);
-        }
+        const Instance* const end = model_.constraints.instances.data() + model_.constraints.instances.size();
+        for (const Instance* p = &first; p == &first || (p != end && p->rows == 0); ++p)
+            for (int s = 0; s < p->slot_count; ++s) {
+                const Attachment<D>& a = model_.constraints.attachments[p->slots[s]];
+                if (a.is_point) reach = std::max(reach, bodies_[a.body].position.largest() + a.size);
+            }
         return std::numeric_limits<double>::epsilon() * reach;
     }
 

@@ -11,20 +11,20 @@ namespace mbproj {
 
 namespace along {
 template <int D> double value(const Point<D>* x) { return x[0].dot(x[2] - x[1]); }
-template <int D> void gradient(const Point<D>* x, Point<D>* g, double weight = 1.0) {
-    g[0] = weight * (x[2] - x[1]);
-    g[1] = -weight * x[0];
-    g[2] = weight * x[0];
+template <int D> void gradient(const Point<D>* x, Point<D>* g) {
+    g[0] = x[2] - x[1];
+    g[1] = -x[0];
+    g[2] = x[0];
 }
 template <int D> double curvature(const Point<D>* x_dot) { return 2.0 * value<D>(x_dot); }
 }  // namespace along
 
 namespace angle {
 template <int D> double value(const Point<D>* x) { return std::atan2(x[2].dot(x[1]), x[2].dot(x[0])); }
-template <int D> void gradient(const Point<D>* x, Point<D>* g, double weight = 1.0) {
+template <int D> void gradient(const Point<D>* x, Point<D>* g) {
     const double cosine = x[2].dot(x[0]), sine = x[2].dot(x[1]);
     const double radius2 = cosine * cosine + sine * sine;
-    const double s = weight * sine / radius2, c = weight * cosine / radius2;
+    const double s = sine / radius2, c = cosine / radius2;
     g[0] = -s * x[2];
     g[1] = c * x[2];
     g[2] = c * x[1] - s * x[0];
@@ -40,16 +40,6 @@ template <int D> double curvature(const Point<D>* x, const Point<D>* v) {
 }
 }  // namespace angle
 
-namespace screw {
-inline double lead(const Instance& screw) { return screw.parameters[0] / (2.0 * M_PI); }
-}  // namespace screw
-
-namespace gear {
-inline double larger(const Instance& gear) {
-    return std::max(std::abs(gear.parameters[0]), std::abs(gear.parameters[1]));
-}
-}  // namespace gear
-
 // The angle less its whole turns, within [-π, π].
 inline double nearest(double angle) { return angle - 2.0 * M_PI * std::nearbyint(angle / (2.0 * M_PI)); }
 
@@ -60,13 +50,6 @@ template <int D> double value(const Instance& p, const Point<D>* x) {
         case Kind::along: return along::value<D>(x);
         case Kind::distance: return (x[1] - x[0]).norm();
         case Kind::angle: return angle::value<D>(x);
-        case Kind::screw: {
-            const double lead = screw::lead(p);
-            return lead * nearest(along::value<D>(x) / lead - angle::value<D>(x + 3));
-        }
-        case Kind::gear:
-            return nearest(p.parameters[0] * angle::value<D>(x) + p.parameters[1] * angle::value<D>(x + 3)) /
-                   gear::larger(p);
         case Kind::coincident: break;
     }
     return 0.0;
@@ -85,14 +68,6 @@ template <int D> void gradient(const Instance& p, const Point<D>* x, Point<D>* g
             g[0] = -g[1];
             break;
         case Kind::angle: angle::gradient<D>(x, g); break;
-        case Kind::screw:
-            along::gradient<D>(x, g);
-            angle::gradient<D>(x + 3, g + 3, -screw::lead(p));
-            break;
-        case Kind::gear:
-            angle::gradient<D>(x, g, p.parameters[0] / gear::larger(p));
-            angle::gradient<D>(x + 3, g + 3, p.parameters[1] / gear::larger(p));
-            break;
         case Kind::coincident: break;
     }
 }
@@ -108,11 +83,6 @@ template <int D> double curvature(const Instance& p, const Point<D>* x, const Po
             return (rate.squaredNorm() - stretch * stretch) / length;
         }
         case Kind::angle: return angle::curvature<D>(x, x_dot);
-        case Kind::screw: return along::curvature<D>(x_dot) - screw::lead(p) * angle::curvature<D>(x + 3, x_dot + 3);
-        case Kind::gear:
-            return (p.parameters[0] * angle::curvature<D>(x, x_dot) +
-                    p.parameters[1] * angle::curvature<D>(x + 3, x_dot + 3)) /
-                   gear::larger(p);
         case Kind::coincident: break;
     }
     return 0.0;

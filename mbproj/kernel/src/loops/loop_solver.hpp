@@ -8,7 +8,6 @@
 #include "algebra/decompositions.hpp"
 #include "elimination/light_body.hpp"
 #include "loops/hinged_bodies.hpp"
-#include "loops/minimum_norm_multipliers.hpp"
 
 namespace mbproj {
 
@@ -127,11 +126,6 @@ public:
         }
         rows_.each_row([&](int own, int of_model) { lambda[of_model] = lambda_[own]; });
         hinged_.multipliers(lambda_, lambda);
-    }
-    // The same, spread over rows that are left out of the run so that they are smallest.
-    void smallest_multipliers(const Pose<D>& pose, double* lambda) {
-        multipliers(lambda);
-        spread(rows_, model_, pose, lambda);
     }
 
     // How far rows that are left out at this pose alone are from what the others say of a violation, in rows' own scales.

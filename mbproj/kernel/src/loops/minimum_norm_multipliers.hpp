@@ -1,67 +1,136 @@
-// Where rows of G follow from others, G_R = T G_K, many λ balance the same forces: (λ_K - Tᵀμ, μ) for any μ. The smallest
-// of them, rows weighed with the lengths that they are measured in, so that torques and forces compare.
+// Where rows of G follow from others, many λ balance the same forces, Gᵀλ. The smallest of them is the part of any that lies in
+// the range of G: λ = G x with GᵀG x = Gᵀλ, all rows of the loops' joints weighed with the lengths that they are measured in,
+// so that torques and forces compare. GᵀG couples bodies as joints do: it is sparse, and its factor costs what that of S does.
 #pragma once
 
-#include "algebra/decompositions.hpp"
-#include "loops/delassus_matrix.hpp"
+#include <limits>
+
+#include "elimination/elimination_order.hpp"
+#include "kinematics/constraint_rows.hpp"
+#include "loops/block_cholesky.hpp"
 
 namespace mbproj {
 
-// T, rows left out × rows held, by the factor of S at hand: T S = Y_RᵀY_K; a second solution, on what the first leaves of
-// Y_R, gives back the digits that S squares away.
-template <int D> Eigen::MatrixXd combinations(const DelassusMatrix<D>& rows, const Pose<D>& pose, int left_out) {
-    using Y = Column<Size<D>::freedoms>;
-    Eigen::MatrixXd T = Eigen::MatrixXd::Zero(left_out, rows.count());
-    std::vector<int> begin(1, 0);
-    for (const auto& some : rows.layout().left_out()) begin.push_back(begin.back() + some.count);
-    std::vector<std::vector<Y>> open(left_out, std::vector<Y>(rows.halves.size(), Y::Zero()));
-    for (const auto& at : rows.left_out_incidences(pose))
-        for (int r = 0; r < at.count; ++r) open[begin[at.held] + r][at.body] = at.Y.col(r);
-    Eigen::VectorXd share(rows.count());
-    std::vector<double> turned(rows.flywheels().size());
-    for (int left = 0; left < left_out; ++left) {
-        std::fill(turned.begin(), turned.end(), 0.0);
-        for (int pass = 0; pass < 2; ++pass) {
-            share.setZero();
-            for (std::size_t f = 0; f < turned.size(); ++f)
-                share[rows.flywheels()[f].row] = rows.y(rows.flywheels()[f]) * turned[f];
-            rows.add_products(open[left], share.data());
-            rows.cholesky.solve(share.data());
-            T.row(left) += share;
-            rows.subtract_products(share.data(), open[left]);
-            for (std::size_t f = 0; f < turned.size(); ++f)
-                turned[f] -= share[rows.flywheels()[f].row] * rows.y(rows.flywheels()[f]);
+template <int D> class MinimumNormMultipliers final {
+public:
+    static constexpr int F = Size<D>::freedoms;
+
+    MinimumNormMultipliers(const Model<D>& model, const EliminationOrder<D>& order) : model_(model), order_(order) {
+        std::vector<int> place(model.size(), -1);
+        for (std::size_t b = 0; b < order.loop_bodies.size(); ++b) place[order.loop_bodies[b]] = static_cast<int>(b);
+        std::vector<std::pair<int, int>> couplings, of_incidences;
+        for (const int joint : order.loop_joints) {
+            // A flywheel's row balances its torque alone, a compliant one is none of C's.
+            if (model.holds_flywheel(joint) || model.is_compliant(joint)) continue;
+            const int first = static_cast<int>(incidences_.size());
+            for (const int body : model.joints[joint].bodies) incidences_.push_back({joint, place[body], {}});
+            for (int a = first; a < static_cast<int>(incidences_.size()); ++a)
+                for (int b = first; b <= a; ++b) {
+                    couplings.push_back({incidences_[a].body, incidences_[b].body});
+                    of_incidences.push_back({a, b});
+                }
+        }
+        cholesky_ = BlockCholesky(std::vector<int>(order.loop_bodies.size(), F), couplings, 0);
+        for (const auto& [a, b] : of_incidences) {
+            const auto target = cholesky_.target(incidences_[a].body, incidences_[b].body);
+            products_.push_back(target.transposed ? Product{b, a, target.offset} : Product{a, b, target.offset});
         }
     }
-    return T;
-}
 
-// λ, at the model's rows, from those of the rows that are held: (T W_K² Tᵀ + W_R²) μ = T W_K² λ_K.
-template <int D>
-void spread(const DelassusMatrix<D>& rows, const Model<D>& model, const Pose<D>& pose, double* lambda) {
-    const auto numbers = [&model](const auto& list) {
-        std::vector<int> found;
-        for (const auto& some : list)
-            for (int r = 0; r < some.count; ++r) found.push_back(model.joints[some.joint].row + some.rows[r]);
-        return found;
-    };
-    const std::vector<int> left_out = numbers(rows.layout().left_out());
-    if (left_out.empty()) return;
-    const std::vector<int> held = numbers(rows.held());
-    const Eigen::MatrixXd T = combinations(rows, pose, static_cast<int>(left_out.size()));
-    Eigen::VectorXd weight(held.size()), own(held.size());
-    for (std::size_t k = 0; k < held.size(); ++k) {
-        weight[k] = model.row_scale[held[k]] * model.row_scale[held[k]];
-        own[k] = lambda[held[k]];
+    // λ, at the model's rows, from one of those that balance the same forces. GᵀG is singular along the motions that the joints
+    // allow, which change no λ, and is factored with `shift` on its diagonal. Each pass then leaves shift / (σ² + shift) of
+    // what lies along a singular vector of G: all of it at once but for rows that are all but dependent at this pose.
+    // Where round-off exceeds it, so that there is no factor, the shift grows. False where that does not help.
+    bool spread(const Pose<D>& pose, double shift, double* lambda) {
+        for (Incidence& at : incidences_) set_gradients(pose, at);
+        for (fill(shift); cholesky_.factor(0.0) >= 0; fill(shift))
+            if (!((shift *= 10.0) < 1.0)) return false;
+        left_.assign(model_.constraints.rows, 0.0);
+        for (const Incidence& at : incidences_)
+            for (int r = row(at), end = r + model_.joints[at.joint].rows; r < end; ++r)
+                left_[r] = lambda[r] * model_.row_scale[r];
+        smallest_.assign(left_.size(), 0.0);
+        double before = std::numeric_limits<double>::infinity();
+        for (int pass = 0; pass < model_.thresholds.most_refining; ++pass) {
+            const double change = move();
+            if (!(change > model_.thresholds.refined_part * size() && change < 0.5 * before)) break;
+            before = change;
+        }
+        for (const Incidence& at : incidences_)
+            for (int r = row(at), end = r + model_.joints[at.joint].rows; r < end; ++r)
+                lambda[r] = smallest_[r] / model_.row_scale[r];
+        return true;
     }
-    const Eigen::MatrixXd weighed = T * weight.asDiagonal();
-    Eigen::MatrixXd A = weighed * T.transpose();
-    for (std::size_t r = 0; r < left_out.size(); ++r)
-        A(r, r) += model.row_scale[left_out[r]] * model.row_scale[left_out[r]];
-    const Eigen::VectorXd mu = solved_positive(A, weighed * own);
-    own -= T.transpose() * mu;
-    for (std::size_t k = 0; k < held.size(); ++k) lambda[held[k]] = own[k];
-    for (std::size_t r = 0; r < left_out.size(); ++r) lambda[left_out[r]] = mu[r];
-}
+
+private:
+    // Of a joint and one of its bodies, by its number in the loops: a column for each row of the joint.
+    struct Incidence {
+        int joint, body;
+        Matrix<F, F> G;
+    };
+    struct Product {  // G_a G_bᵀ goes to this block
+        int a, b;
+        std::size_t offset;
+    };
+
+    int row(const Incidence& at) const { return model_.joints[at.joint].row; }
+
+    void set_gradients(const Pose<D>& pose, Incidence& at) const {
+        const Joint& joint = model_.joints[at.joint];
+        jacobian<D>(model_, pose, joint, order_.loop_bodies[at.body], at.G.transpose());
+        for (int r = 0; r < joint.rows; ++r) {
+            const double scale = 1.0 / model_.row_scale[joint.row + r];
+            for (int k = 0; k < F; ++k) at.G(k, r) *= k < D ? scale * model_.length : scale;
+        }
+    }
+
+    void fill(double shift) {
+        cholesky_.clear();
+        for (const Product& product : products_) {
+            const Incidence &a = incidences_[product.a], &b = incidences_[product.b];
+            double* target = cholesky_.at(product.offset);
+            for (int i = 0; i < F; ++i)
+                for (int j = 0; j < F; ++j)
+                    for (int r = 0; r < model_.joints[a.joint].rows; ++r) target[F * i + j] += a.G(i, r) * b.G(j, r);
+        }
+        for (int b = 0; b < static_cast<int>(order_.loop_bodies.size()); ++b)
+            for (int k = 0; k < F; ++k) {
+                double& square = cholesky_.at(cholesky_.target(b, b).offset)[k * (F + 1)];
+                square += shift * (1.0 + square);
+            }
+    }
+
+    // Moves the part of what is left that lies in the range of G over to the smallest λ; the largest change.
+    double move() {
+        x_.assign(F * order_.loop_bodies.size(), 0.0);
+        for (const Incidence& at : incidences_)
+            for (int r = 0; r < model_.joints[at.joint].rows; ++r)
+                for (int k = 0; k < F; ++k) x_[F * at.body + k] += at.G(k, r) * left_[row(at) + r];
+        cholesky_.solve(x_.data());
+        change_.assign(left_.size(), 0.0);
+        for (const Incidence& at : incidences_)
+            for (int r = 0; r < model_.joints[at.joint].rows; ++r)
+                for (int k = 0; k < F; ++k) change_[row(at) + r] += at.G(k, r) * x_[F * at.body + k];
+        double most = 0.0;
+        for (std::size_t r = 0; r < left_.size(); ++r) {
+            smallest_[r] += change_[r];
+            left_[r] -= change_[r];
+            most = std::max(most, std::abs(change_[r]));
+        }
+        return most;
+    }
+    double size() const {
+        double most = 0.0;
+        for (const double part : smallest_) most = std::max(most, std::abs(part));
+        return most;
+    }
+
+    const Model<D>& model_;
+    const EliminationOrder<D>& order_;
+    std::vector<Incidence> incidences_;
+    std::vector<Product> products_;
+    BlockCholesky cholesky_;
+    std::vector<double> left_, smallest_, change_, x_;  // λ of unit rows, and what G is applied to
+};
 
 }  // namespace mbproj

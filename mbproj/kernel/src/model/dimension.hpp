@@ -87,13 +87,14 @@ inline Column<1> to_body(const Rotation<2>&, const Column<1>& omega) { return om
 inline Column<3> to_global(const Rotation<3>& A, const Column<3>& omega) { return A * omega; }
 inline Column<1> to_global(const Rotation<2>&, const Column<1>& omega) { return omega; }
 
-// The orientation turned by a small δθ in global axes and normalised: Λ + ½ Eᵀ δθ, or θ + δθ within (-π, π].
+// The orientation turned by a small δθ in global axes and normalised: Λ + ½ Eᵀ δθ, or θ + δθ within [-2π, 2π]: two turns,
+// because Λ changes its sign with one, and what is recorded must not jump.
 inline Column<4> turned(const Column<4>& p, const Column<3>& by) {
     return (p + 0.5 * matrix_E(p).transpose() * by).normalized();
 }
 inline Column<4> normalised(const Column<4>& p) { return p.normalized(); }
 inline Column<1> normalised(const Column<1>& angle) {
-    return std::abs(angle[0]) <= M_PI ? angle : Column<1>(std::remainder(angle[0], 2.0 * M_PI));
+    return std::abs(angle[0]) <= 2.0 * M_PI ? angle : Column<1>(std::remainder(angle[0], 4.0 * M_PI));
 }
 inline Column<1> turned(const Column<1>& angle, const Column<1>& by) { return normalised(Column<1>(angle + by)); }
 

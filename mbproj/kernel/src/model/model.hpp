@@ -3,18 +3,21 @@
 
 #include <cmath>
 #include <memory>
+#include <utility>
 #include <vector>
 
 #include "model/dimension.hpp"
+#include "model/layout.hpp"
 #include "model/programs.hpp"
 #include "model/thresholds.hpp"
 
 namespace mbproj {
 
-// The primitives of mbproj.constraints, in the order of `codes.py`.
-enum class Kind : int { coincident, perpendicular, along, distance, angle, screw, gear };
+// The primitives of mbproj.constraints, in the order of mbproj.kernel.bound.
+enum class Kind : int { coincident, perpendicular, along, distance, angle };
+constexpr int kind_count = static_cast<int>(Kind::angle) + 1;
 
-constexpr int most_slots = 6;
+constexpr int most_slots = 3;
 
 template <int D> struct Body {
     double mass;
@@ -31,15 +34,17 @@ template <int D> struct Attachment {
     double size;  // largest coordinate of `local`, 0 for a vector
 };
 
-// One primitive: the attachments it binds, its parameters, what its value counts from, and its first row.
+// One primitive: the attachments it binds, its first row, and what its value counts from. A row that couples coordinates is a
+// sum of several, one after another: each with its weight, and all but the first without a row of their own.
 struct Instance {
     Kind kind;
     int slots[most_slots];
     int slot_count;
     int row;
     int rows;
-    double parameters[2];
     double offset;
+    double weight;
+    bool coupled;
 };
 
 template <int D> struct PrimitiveSet {
@@ -70,12 +75,12 @@ struct DrivenRow {
     int coordinate;
 };
 
-// The row of a gear or screw: a weighed sum of two coordinates, less a multiple of a period (one tooth, one thread).
-struct Mesh {
+// A row that couples coordinates: their weighed sum, less a multiple of a period (one tooth, one thread).
+struct Coupling {
     int row;
-    int coordinates[2];
-    double weights[2];
     double period;
+    std::vector<int> coordinates;
+    std::vector<double> weights;
 };
 
 // Coordinates that stops limit and dry friction resists, one instance each: what they are measured from, and from which of
@@ -88,12 +93,14 @@ template <int D> struct Stops {
 
 // What a joint carries, by which dry friction goes: with the force F and the moment T on body 2 at `point`, along `axis` z (both
 // in its axes), preload + radial (|f₁| + |f₂|) + axial |F·z| with f₁, f₂ = ½ (F - (F·z) z) ± (T × z)/length. In a plane the axis
-// is normal to it. That of a contact is `one_sided`: it pushes, and never pulls.
+// is normal to it. The push of a contact is the sum of these `parts` of multipliers, each of the row of a joint.
 template <int D> struct Bearing {
     int joint, body;
     Point<D> point, axis;
     double radial, axial, length, preload;
-    bool one_sided;
+    std::vector<std::pair<int, double>> parts;
+
+    bool is_push() const { return !parts.empty(); }
 };
 
 // An angle with the whole turns that bring it next to what is expected of it.
@@ -115,8 +122,10 @@ template <int D> struct Model {
     int redundant = 0;                      // rows that follow from the others wherever the mechanism goes
     std::shared_ptr<const Loads<D>> loads;  // none, or the forces but gravity
     std::vector<DrivenRow> driven;
-    std::vector<Mesh> meshes;
+    std::vector<Coupling> couplings;
     std::shared_ptr<const Programs> motions;  // the functions of the driven rows
+    std::shared_ptr<const Programs> rates;    // those of the states of elements
+    Layout layout;                            // of y
     // I of flywheels that coordinates turn, ½ I s'². Each is a joint after all others, with a row after those of C, which
     // holds the flywheel's own rate: s'(bodies) - s'(flywheel) = 0.
     std::vector<double> flywheels;
@@ -126,7 +135,6 @@ template <int D> struct Model {
     int stiff_rows = 0;
     Stops<D> stops;
     std::vector<Bearing<D>> bearings;
-    int apart = 0;  // laws whose losses are integrated apart
     Thresholds thresholds;
 
     int joint_of(int row) const {
@@ -152,12 +160,6 @@ template <int D> struct Model {
         return joint < first_stiff() && joint >= first_stiff() - static_cast<int>(flywheels.size());
     }
     bool is_compliant(int joint) const { return joint >= first_stiff(); }
-    // Integrals at the end of the state: work and dissipation where there is either, and what laws lose apart.
-    int integrals() const { return loads || !driven.empty() ? 2 + apart : 0; }
-    // And after them all coordinates where forces on angles, or teeth, ask for their turns: angles are integrated from
-    // step to step, so that each stage knows how far the wheels have turned.
-    bool follows_angles = false;
-    int followed() const { return follows_angles ? static_cast<int>(coordinates.instances.size()) : 0; }
 };
 
 }  // namespace mbproj

@@ -43,6 +43,7 @@ enum class Op : int {
 };
 constexpr int op_count = static_cast<int>(Op::smooth_step) + 1;
 constexpr int deepest_stack = 64;
+constexpr int law_variables = 3;
 
 // How many values an operation takes from the stack.
 constexpr int arguments(Op op) {
@@ -58,8 +59,9 @@ struct Programs {
     std::vector<double> knot, origin;
     std::vector<double> piece;  // four a row
     std::vector<bool> kinked;   // pieces that begin with a kink, and the first of each table
+    int variables = law_variables;
 
-    // Value and derivatives of a program; `variables` are the time, a coordinate and its rate.
+    // Value and derivatives of a program; the variables of a law are the time, a coordinate and its rate.
     Series run(int program, const Series* variables) const {
         return walk(program, variables, nullptr, [](int, const Series&, const Series&) {});
     }

@@ -108,7 +108,7 @@ private:
 
     // By the test that is set. Where it does not converge, from where it began in the coordinates' metric, if allowed.
     void correct_position(double* y, Projected& done, bool fresh) {
-        if (settings_.fallback) start_.assign(y, y + equations_.size());
+        if (settings_.fallback) start_.assign(y, y + equations_.layout().bodies.size);
         settings_.paper_test ? by_paper(y, done) : by_violation(y, done, metric_, fresh);
         if (!settings_.fallback || !done.failures) return;
         std::copy(start_.begin(), start_.end(), y);

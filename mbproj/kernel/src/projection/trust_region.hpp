@@ -15,7 +15,7 @@ template <int D> class TrustRegion final {
 public:
     explicit TrustRegion(EquationsOfMotion<D>& equations)
         : equations_(equations), model_(equations.model()), thresholds_(model_.thresholds), rhs_(model_.all_rows()),
-          before_(equations.size()), added_(model_.size()) {
+          before_(equations.layout().bodies.size), added_(model_.size()) {
         for (const Instance& p : model_.constraints.instances) owner_.insert(owner_.end(), p.rows, &p);
         double sum = 0.0;
         for (const Body<D>& body : model_.bodies) {

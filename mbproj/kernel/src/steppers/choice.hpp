@@ -6,10 +6,10 @@
 
 namespace mbproj {
 
-template <int D> std::unique_ptr<Stepper<D>> stepper_of(const Tableau& tableau, EquationsOfMotion<D>& equations,
-                                                        double length, double tolerance) {
-    if (tableau.is_implicit()) return std::make_unique<ImplicitRungeKutta<D>>(tableau, equations, length, tolerance);
-    return std::make_unique<ExplicitRungeKutta<D>>(tableau, equations, length);
+template <int D>
+std::unique_ptr<Stepper<D>> stepper_of(const Tableau& tableau, EquationsOfMotion<D>& equations, double tolerance) {
+    if (tableau.is_implicit()) return std::make_unique<ImplicitRungeKutta<D>>(tableau, equations, tolerance);
+    return std::make_unique<ExplicitRungeKutta<D>>(tableau, equations);
 }
 
 }  // namespace mbproj

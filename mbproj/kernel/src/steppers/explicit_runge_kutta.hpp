@@ -11,9 +11,8 @@ public:
     using typename Base::Vector;
     using typename Base::Visit;
 
-    ExplicitRungeKutta(const Tableau& tableau, EquationsOfMotion<D>& equations, double length)
-        : Base(tableau, equations, length,
-               tableau.stages() + (tableau.error.rows() > 0 ? 1 + tableau.extra_c.size() : 0)) {}
+    ExplicitRungeKutta(const Tableau& tableau, EquationsOfMotion<D>& equations)
+        : Base(tableau, equations, tableau.stages() + (tableau.error.rows() > 0 ? 1 + tableau.extra_c.size() : 0)) {}
 
     std::unique_ptr<Base> copy() const override { return std::make_unique<ExplicitRungeKutta>(*this); }
 
@@ -78,26 +77,25 @@ public:
     bool carries_slope() const override { return false; }
 
 private:
-    // Of two estimates (DOP853) the combination of its authors. What is integrated beside the bodies' state (work,
-    // dissipation) has no say.
+    // Of two estimates (DOP853) the combination of its authors.
     double norm_of_error(const Vector& y, const Vector& y_new, double h, double tolerance) const {
         double norms[2] = {0.0, 0.0};
         for (int e = 0; e < tableau_.error.rows(); ++e) {
             double sum = 0.0;
-            for (int i = 0; i < equations_.size(); ++i) {
+            for (int i = 0; i < layout_.controlled(); ++i) {
                 double estimate = 0.0;
                 for (int s = 0; s <= tableau_.stages(); ++s) estimate += tableau_.error(e, s) * k_[s][i];
                 const double part =
-                    h * estimate / (tolerance * (scale_[i] + std::max(std::abs(y[i]), std::abs(y_new[i]))));
+                    h * estimate / (tolerance * (layout_.scale[i] + std::max(std::abs(y[i]), std::abs(y_new[i]))));
                 sum += part * part;
             }
-            norms[e] = std::sqrt(sum / equations_.size());
+            norms[e] = std::sqrt(sum / layout_.controlled());
         }
         if (tableau_.error.rows() == 1 || norms[0] == 0.0) return norms[0];
         return norms[0] * norms[0] / std::hypot(norms[0], 0.1 * norms[1]);
     }
 
-    using Base::combine, Base::equations_, Base::k_, Base::scale_, Base::stage_, Base::tableau_;
+    using Base::combine, Base::equations_, Base::k_, Base::layout_, Base::stage_, Base::tableau_;
 };
 
 }  // namespace mbproj

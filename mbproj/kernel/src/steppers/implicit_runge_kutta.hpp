@@ -19,11 +19,10 @@ public:
     using typename Base::Visit;
 
     // `tolerance`: of the steps, or 0 where they are fixed.
-    ImplicitRungeKutta(const Tableau& tableau, EquationsOfMotion<D>& equations, double length, double tolerance)
-        : Base(tableau, equations, length, tableau.stages()), implicit_(equations),
-          thresholds_(equations.model().thresholds),
-          least_(std::max(thresholds_.newton_part * tolerance, thresholds_.newton_fixed)), base_(equations.total()),
-          found_(Vector::Zero(equations.total())), jump_(found_), lambda_(equations.model().all_rows()),
+    ImplicitRungeKutta(const Tableau& tableau, EquationsOfMotion<D>& equations, double tolerance)
+        : Base(tableau, equations, tableau.stages()), implicit_(equations), thresholds_(equations.model().thresholds),
+          least_(std::max(thresholds_.newton_part * tolerance, thresholds_.newton_fixed)), base_(layout_.size()),
+          found_(Vector::Zero(layout_.size())), jump_(found_), lambda_(equations.model().all_rows()),
           jump_lambda_(lambda_), after_lambda_(lambda_), old_(tableau.stages(), found_) {
         implicit_.remember(tableau.stages());
     }
@@ -120,11 +119,12 @@ private:
     }
     double norm_of_error(const Vector& y, const Vector& y_new, double tolerance) const {
         double sum = 0.0;
-        for (int i = 0; i < equations_.size(); ++i) {
-            const double part = found_[i] / (tolerance * (scale_[i] + std::max(std::abs(y[i]), std::abs(y_new[i]))));
+        for (int i = 0; i < layout_.controlled(); ++i) {
+            const double part =
+                found_[i] / (tolerance * (layout_.scale[i] + std::max(std::abs(y[i]), std::abs(y_new[i]))));
             sum += part * part;
         }
-        return std::sqrt(sum / equations_.size());
+        return std::sqrt(sum / layout_.controlled());
     }
 
     static constexpr int most_extrapolated = 3;  // stages
@@ -158,12 +158,12 @@ private:
                 const double time = t + tableau_.c[s] * h;
                 if (!implicit_.slope(time, stage_.data(), g, k_[s].data(), {s, pass}, found_.data(), lambda_.data()))
                     return (pass > 0 || s > first) && !equations_.broken_state().empty() && fails(pass > 0 ? s : s - 1);
-                change = std::max(change, g * distance(found_, k_[s]));
                 k_[s].swap(found_);
                 old_[s].swap(found_);
-                if (!std::isfinite(change)) return fails(s);
                 place(g, k_[s]);
                 set_rates(stage_, k_[s]);
+                change = std::max(change, g * distance(k_[s], old_[s], end - first > 1));
+                if (!std::isfinite(change)) return fails(s);
             }
             if (pass > 0) contraction_ = std::max(change / before, thresholds_.least_contraction);
             if (is_solved(change, before)) return true;
@@ -208,7 +208,7 @@ private:
             to.position() = from.position() + g * to.velocity();
             to.orientation() = orientation_ahead(Column<S::orientation>(from.orientation()), Turn<D>(to.omega()), g);
         }
-        for (int i = equations_.size(); i < equations_.total(); ++i) stage_[i] = base_[i] + g * k[i];
+        for (int i = layout_.bodies.size; i < layout_.size(); ++i) stage_[i] = base_[i] + g * k[i];
     }
 
     // r' and the orientation's rate of a state.
@@ -221,15 +221,16 @@ private:
         }
     }
 
-    // Of two slopes the accelerations, in the norm of the error without its tolerance.
-    double distance(const Vector& a, const Vector& b) const {
+    // Of two slopes, in the norm of the error without its tolerance. A stage alone is placed by its accelerations; coupled
+    // ones also by the rates of the others, in the pass before.
+    double distance(const Vector& a, const Vector& b, bool coupled) const {
         double sum = 0.0;
-        for (int i = 0; i < equations_.size(); ++i) {
-            if (i % S::state < S::pose) continue;
-            const double part = (a[i] - b[i]) / (scale_[i] + std::abs(stage_[i]));
+        for (int i = 0; i < layout_.controlled(); ++i) {
+            if (!coupled && i < layout_.bodies.size && i % S::state < S::pose) continue;
+            const double part = (a[i] - b[i]) / (layout_.scale[i] + std::abs(stage_[i]));
             sum += part * part;
         }
-        return std::sqrt(sum / equations_.size());
+        return std::sqrt(sum / layout_.controlled());
     }
 
     // The body of which the accelerations change most.
@@ -256,7 +257,7 @@ private:
     double contraction_ = thresholds_.first_contraction;
     std::optional<Unsolved> unsolved_;
 
-    using Base::combine, Base::equations_, Base::k_, Base::scale_, Base::stage_, Base::tableau_;
+    using Base::combine, Base::equations_, Base::k_, Base::layout_, Base::stage_, Base::tableau_;
 };
 
 }  // namespace mbproj

@@ -93,11 +93,11 @@ public:
     FirstStep first_step(double t, const Vector& y, double tolerance, double longest) {
         const auto norm = [&](const Vector& v) {
             double sum = 0.0;
-            for (int i = 0; i < equations_.size(); ++i) {
-                const double part = v[i] / (tolerance * (scale_[i] + std::abs(y[i])));
+            for (int i = 0; i < layout_.controlled(); ++i) {
+                const double part = v[i] / (tolerance * (layout_.scale[i] + std::abs(y[i])));
                 sum += part * part;
             }
-            return std::sqrt(sum / equations_.size());
+            return std::sqrt(sum / layout_.controlled());
         };
         const double size = norm(y), speed = norm(k_[0]);
         const double wanted = std::min(size, speed) <= 1e-5 ? 1e-6 : 0.01 * size / speed;
@@ -117,15 +117,9 @@ public:
     }
 
 protected:
-    Stepper(const Tableau& tableau, EquationsOfMotion<D>& equations, double length, Eigen::Index kept)
-        : tableau_(tableau), equations_(equations), stage_(equations.total()), scale_(equations.size()) {
-        k_.assign(kept, Vector::Zero(equations.total()));
-        for (int i = 0; i < equations.size(); ++i) {
-            const int within = i % Size<D>::state;
-            const bool is_length = within < D || (within >= Size<D>::pose && within < Size<D>::pose + D);
-            scale_[i] = is_length ? length : 1.0;
-        }
-    }
+    Stepper(const Tableau& tableau, EquationsOfMotion<D>& equations, std::size_t kept)
+        : tableau_(tableau), equations_(equations), layout_(equations.layout()), stage_(layout_.size()),
+          k_(kept, Vector::Zero(layout_.size())) {}
     Stepper(const Stepper&) = default;
 
     // The weights of the stages in y' at t + θ h, by the continuous extension.
@@ -167,7 +161,8 @@ protected:
 
     const Tableau& tableau_;
     EquationsOfMotion<D>& equations_;
-    Vector stage_, scale_;
+    const Layout& layout_;
+    Vector stage_;
     std::vector<Vector> k_;  // y' at the stages
 };
 

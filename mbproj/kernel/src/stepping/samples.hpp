@@ -76,25 +76,23 @@ struct Peaks {
     }
 };
 
-// Samples one after another, row-major: states, accelerations (global r'', ω' in body axes), multipliers, turns.
+// Samples one after another, row-major: y, accelerations (global r'', ω' in body axes), multipliers, turns.
 struct SampleBlock {
-    std::vector<double> t, y, acceleration, multipliers, step_size, work;
+    std::vector<double> t, y, acceleration, multipliers, step_size;
     std::vector<long> turns, counters;
     void clear() {
-        for (auto* numbers : {&t, &y, &acceleration, &multipliers, &step_size, &work}) numbers->clear();
+        for (auto* numbers : {&t, &y, &acceleration, &multipliers, &step_size}) numbers->clear();
         turns.clear();
         counters.clear();
     }
 
-    // The state y and its slope, both with what is integrated beside them, and λ of C's rows, the first of `lambda`.
+    // y and its slope, and λ of C's rows, the first of `lambda`.
     template <int D> void add(double time, const Eigen::VectorXd& state, const Eigen::VectorXd& slope, int bodies,
                               const std::vector<double>& lambda, int rows, double h, const std::vector<long>& turned,
-                              const Counters& counted, int integrals) {
+                              const Counters& counted) {
         using S = Size<D>;
-        const double* end = state.data() + static_cast<std::ptrdiff_t>(S::state) * bodies;
         t.push_back(time);
-        y.insert(y.end(), state.data(), end);
-        work.insert(work.end(), end, end + integrals);
+        y.insert(y.end(), state.begin(), state.end());
         for (int b = 0; b < bodies; ++b) {
             const double* a = slope.data() + S::state * b + S::pose;
             acceleration.insert(acceleration.end(), a, a + S::freedoms);

@@ -36,7 +36,7 @@ public:
         const std::vector<double> held(loads_->programs.op.size(), free_branch);
         state_ = {held, last, std::vector<int>(count_), std::vector<int>(count_), zeros, std::vector<long>(count_),
                   free};
-        glanced_ = Vector::Zero(equations.total());
+        glanced_ = Vector::Zero(equations.layout().size());
     }
 
     const SavedEvents& save() const { return state_; }
@@ -193,7 +193,7 @@ private:
     void look_here(double t, const Vector& y, const TimeWindow& window, const double* branches,
                    std::vector<double>& x) const {
         Applied<D>::look(*loads_, equations_.pose(), equations_.motion(), window.seen(t),
-                         y.data() + equations_.followed(), branches, x);
+                         y.data() + equations_.layout().followed.first, branches, x);
     }
 
     const Loads<D>* loads_;

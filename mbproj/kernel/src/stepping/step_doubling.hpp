@@ -15,8 +15,8 @@ public:
     using Vector = Eigen::VectorXd;
 
     StepDoubling(const Stepper<D>& stepper, EquationsOfMotion<D>& equations, Projector<D>& projector)
-        : equations_(equations), projector_(projector), half_(stepper.copy()), middle_(Vector::Zero(equations.total())),
-          end_(middle_) {}
+        : equations_(equations), projector_(projector), half_(stepper.copy()),
+          middle_(Vector::Zero(equations.layout().size())), end_(middle_) {}
 
     // Whether the step that was just made needs the check, by the poses that its stages have passed.
     bool is_near() const {

@@ -278,8 +278,7 @@ private:
     void sample(double t, const Vector& y, const Vector& slope, const std::vector<double>& lambda, double h,
                 const std::vector<long>& turned) {
         count_factorisations();
-        block.add<D>(t, y, slope, model_.size(), lambda, model_.constraints.rows, h, turned, now_.counters,
-                     model_.integrals());
+        block.add<D>(t, y, slope, model_.size(), lambda, model_.constraints.rows, h, turned, now_.counters);
     }
 
     void stop(const Outcome& reached) { now_.outcome = reached; }

@@ -26,7 +26,7 @@ public:
     };
 
     TurnCounter(const Model<D>& model, EquationsOfMotion<D>& equations, const Stepper<D>& stepper)
-        : model_(model), equations_(equations), stepper_(stepper) {
+        : model_(model), followed_(model.layout.followed), equations_(equations), stepper_(stepper) {
         std::vector<int> motion(model.coordinates.instances.size(), -1);
         for (std::size_t k = 0; k < model.driven.size(); ++k) motion[model.driven[k].coordinate] = static_cast<int>(k);
         for (std::size_t i = 0; i < motion.size(); ++i)
@@ -45,10 +45,10 @@ public:
 
     // Before the state y at a time is closed: angles that are followed and driven are where their motions are.
     void lead(double t, Vector& y) const {
-        if (!model_.follows_angles || model_.driven.empty()) return;
+        if (!followed_.size || model_.driven.empty()) return;
         equations_.set_pose(t, y.data());
         for (const Counting& each : counting_)
-            if (each.motion >= 0) y[equations_.followed() + each.coordinate] = equations_.prescribed(each.motion);
+            if (each.motion >= 0) y[followed_.first + each.coordinate] = equations_.prescribed(each.motion);
     }
 
     // From y at t, counted, to y_new, in place; the worst coordinate whose turns the step cannot tell.
@@ -67,8 +67,8 @@ public:
             double off = 0.0;
             long more = turns(before.value() + turned, now.value(), off);
             if (off > model_.thresholds.turns_told && !led) {
-                turned = model_.follows_angles ? y_new[equations_.followed() + i] - y[equations_.followed() + i]
-                                               : rotation(each, t, y, t_new, y_new);
+                turned = followed_.size ? y_new[followed_.first + i] - y[followed_.first + i]
+                                        : rotation(each, t, y, t_new, y_new);
                 more = turns(before.value() + turned, now.value(), off);
             }
             counted.turns[i] += more;
@@ -99,8 +99,8 @@ public:
                               s * s * ((1.0 + 2.0 * rest) * after.value(i) - rest * h * after.angles[i].speed);
             if (each.motion >= 0)
                 expected = equations_.prescribed(each.motion);
-            else if (model_.follows_angles)
-                expected = y[equations_.followed() + i];
+            else if (followed_.size)
+                expected = y[followed_.first + i];
             double off;
             found[i] = turns(expected, look(each).value(), off);
         }
@@ -122,9 +122,8 @@ private:
 
     // Angles that are followed go on from where they are counted to be.
     void follow(const Counted& counted, Vector& y) const {
-        if (!model_.follows_angles) return;
-        for (const Counting& each : counting_)
-            y[equations_.followed() + each.coordinate] = counted.value(each.coordinate);
+        if (!followed_.size) return;
+        for (const Counting& each : counting_) y[followed_.first + each.coordinate] = counted.value(each.coordinate);
     }
 
     // How far an angle turns in a step by the rates at its stages. Leaves y_new in place.
@@ -146,6 +145,7 @@ private:
     }
 
     const Model<D>& model_;
+    const Block followed_;  // in y
     EquationsOfMotion<D>& equations_;
     const Stepper<D>& stepper_;
     std::vector<Counting> counting_;

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Mapping
 
+from mbproj.joints import JOINTS
 from mbproj.scene.blocks.coordinates import coordinates_in, lacks, none_or_several, with_coordinates
 from mbproj.scene.blocks.forces.coulomb import ARMS, CONSTANT, armless
 from mbproj.scene.fields.containers import Complaint
@@ -13,7 +14,7 @@ from mbproj.scene.records import Force, Joint, JointForce, KeyPath
 from mbproj.scene.stops import PlaneStop
 
 #: The types of joints in whose coordinates there is dry friction.
-DRY_JOINTS = ("revolute", "prismatic", "cylindrical", "screw")
+DRY_JOINTS = tuple(name for name, kind in JOINTS.items() if kind.dry)
 
 
 def slides_in_joints(joints: Mapping[str, Joint], forces: Mapping[str, Force]) -> Iterator[Complaint]:

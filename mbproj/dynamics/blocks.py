@@ -82,6 +82,23 @@ class Rows:
         moves = body < bodies
         return cls(count, bodies, row[moves], body[moves], value[moves])
 
+    def times(self, x: Array) -> Array:
+        """The product (m,) with x (6n,), or (m, k) with x (6n, k)."""
+        found = np.zeros((self.count, *x.shape[1:]))
+        np.add.at(found, self.row, np.einsum("ej,ej...->e...", self.value, x.reshape(-1, 6, *x.shape[1:])[self.body]))
+        return found
+
+    def scaled(self, factor: Array) -> Rows:
+        """Each row times its factor (m,)."""
+        return Rows(self.count, self.bodies, self.row, self.body, factor[self.row, None] * self.value)
+
+    def chosen(self, rows: Integers) -> Rows:
+        """These rows (k,), each once, in their order."""
+        place = np.full(self.count, -1, dtype=np.intp)
+        place[rows] = np.arange(len(rows))
+        mine = place[self.row] >= 0
+        return Rows(len(rows), self.bodies, place[self.row[mine]], self.body[mine], self.value[mine])
+
     def dense(self) -> Array:
         """(m, 6n)."""
         found = np.zeros((self.count, self.bodies, 6))

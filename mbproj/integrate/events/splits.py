@@ -1,0 +1,127 @@
+"""Where fixed steps are split: a short move or pulse between two events is narrower than some steps, or than one.
+
+A method sees a function of time at its stages. Where its quadrature Σ b_i f(c_i) is wrong over such a stretch, by the
+steps at hand, the stretch is made in equal parts, so many that it is right. The grid of steps stays.
+"""
+
+from __future__ import annotations
+
+from functools import lru_cache
+from typing import TypeAlias
+
+import numpy as np
+
+from mbproj.arrays import Array
+from mbproj.dataclass import dataclass
+from mbproj.functions.program_set import ProgramSet
+from mbproj.functions.series import run, time_series
+from mbproj.integrate.events.time_events import OF_MOTIONS, Stretch, stretches
+from mbproj.integrate.steppers.implicit_tableau import ImplicitTableau
+from mbproj.integrate.steppers.methods import tableau_of
+from mbproj.integrate.steppers.tableau import Tableau
+from mbproj.model.system import System
+from mbproj.registry import with_fixed_steps
+from mbproj.scene.records import Settings
+from mbproj.scene.sampling import output_interval
+from mbproj.thresholds import THRESHOLDS
+
+Method: TypeAlias = "Tableau | ImplicitTableau"
+
+
+@dataclass(frozen=True)
+class Split:
+    """From `low` to `high` so many equal parts; whether they resolve what `owner` does there."""
+
+    owner: str
+    low: float
+    high: float
+    parts: int
+    resolved: bool
+
+    @property
+    def times(self) -> list[float]:
+        """Where the parts begin and end."""
+        inner = (self.low + k / self.parts * (self.high - self.low) for k in range(1, self.parts))
+        return [self.low, *inner, self.high]
+
+
+def splits_of(system: System, start: float, settings: Settings) -> tuple[Split, ...]:
+    """Those of a run with fixed steps from `start`; none with error control."""
+    if settings.step is None or (system.forces is None and system.motions is None):
+        return ()
+    assert settings.duration is not None
+    end, integrator = start + settings.duration, with_fixed_steps(settings.integrator)
+    return _of_system(system, start, end, output_interval(settings), settings.step, integrator)
+
+
+@lru_cache(maxsize=16)
+def _of_system(
+    system: System, start: float, end: float, interval: float, step: float, integrator: str
+) -> tuple[Split, ...]:
+    """Studies run a mechanism many times, and it does not change."""
+    found, method = [], tableau_of(integrator)
+    for stretch in stretches(system, start, end, interval, THRESHOLDS.split_parts * step):
+        grain = float(np.spacing(max(abs(stretch.low), abs(stretch.high))))
+        most = int((stretch.high - stretch.low) / (2.0 * THRESHOLDS.one_break * grain))
+        if most < 1:  # the two are one event
+            continue
+        needed, resolved = _needed(stretch, step, method, THRESHOLDS.kink_aside * grain)
+        if needed > 1:
+            parts = min(needed, most)
+            found.append(Split(stretch.owner, stretch.low, stretch.high, parts, resolved and parts == needed))
+    return tuple(found)
+
+
+def unresolved(splits: tuple[Split, ...]) -> tuple[str, ...]:
+    """What the parts do not resolve: "force 'push', 0.0001 s wide at 0.4567 s"."""
+    found = [each for each in splits if not each.resolved]
+    return tuple(f"{each.owner}, {each.high - each.low:.2g} s wide at {each.low:.6g} s" for each in found)
+
+
+def _needed(stretch: Stretch, step: float, method: Method, aside: float) -> tuple[int, bool]:
+    """In how many parts the stretch is made, 1 where the steps at hand do; and whether so many are enough."""
+    at_hand, fewest = max(int((stretch.high - stretch.low) / step), 1), THRESHOLDS.split_parts
+    if _resolve(at_hand, -(-fewest // at_hand), stretch, method, aside):
+        return 1, True
+    count = max(fewest, min(_moved(stretch, aside), THRESHOLDS.most_parts))
+    while not _resolve(count, 2, stretch, method, aside):
+        if count >= THRESHOLDS.most_parts:
+            return count, False
+        count *= 2
+    return count, True
+
+
+def _moved(stretch: Stretch, aside: float) -> int:
+    """In how many parts none moves what is driven by more than 1 rad or 1 m; 0 of forces, or where it has no value."""
+    if stretch.orders < OF_MOTIONS:
+        return 0
+    ends = time_series(np.array([stretch.low + aside, stretch.high - aside]))
+    with np.errstate(all="ignore"):
+        moved = sum(float(np.abs(np.diff(run(part, 0, [ends])[0])).sum()) for part in stretch.parts)
+    return int(np.ceil(moved / THRESHOLDS.most_in_part)) if np.isfinite(moved) else 0
+
+
+def _resolve(count: int, finer: int, stretch: Stretch, method: Method, aside: float) -> bool:
+    """Whether `count` steps see what these see that are made in `finer` each: step by step, as a step of the grid may
+    end between them. Also where a function has no values: the run stops there."""
+    with np.errstate(all="ignore"):
+        for part in stretch.parts:
+            coarse, _ = _moments(part, stretch, count, method, aside)
+            fine, size = _moments(part, stretch, count * finer, method, aside)
+            off = np.abs(coarse - fine.reshape(*coarse.shape, finer).sum(axis=-1)).sum(axis=-1).max(axis=0)
+            round_off = THRESHOLDS.smooth_to * size[0] / (stretch.high - stretch.low) ** np.arange(len(size))
+            if np.any(off > THRESHOLDS.split_to * size + round_off):
+                return False
+    return True
+
+
+def _moments(part: ProgramSet, stretch: Stretch, count: int, method: Method, aside: float) -> tuple[Array, Array]:
+    """∫f dθ and, by methods of order 3, ∫θ f dθ over each of `count` steps, θ from 0 to 1 over the stretch, for f and
+    its derivatives that count, (1 or 2, orders, count); and ∫|f| dθ over all, (orders,)."""
+    low, high, stages = stretch.low, stretch.high, len(method.b)
+    theta = np.add.outer(np.arange(count), method.c[:stages]) / count
+    times = np.clip(low + theta * (high - low), low + aside, high - aside)
+    series = run(part, 0, [time_series(times)])[: stretch.orders]
+    values = np.array([np.broadcast_to(each, times.shape) for each in series])
+    moments = np.array([values @ method.b, (theta * values) @ method.b]) / count
+    return moments[: 1 + (method.order > 2)], (np.abs(values) @ np.abs(method.b)).sum(axis=-1) / count

@@ -1,0 +1,61 @@
+"""Whether a run has stopped because its motion loses all its mass on the way: a crank and a rod without mass at their
+dead centre, where their slider stands. Its speed then grows beyond all bounds."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+
+import numpy as np
+
+from mbproj.arrays import Array
+from mbproj.dynamics.assembly.assemble import nearest
+from mbproj.dynamics.assembly.gauss_newton import in_coordinates
+from mbproj.dynamics.equations.kinematics import pose_of
+from mbproj.dynamics.equations.motions import drive_at
+from mbproj.dynamics.rank.massless import least_inertia
+from mbproj.errors import SimulationError
+from mbproj.model.system import System
+from mbproj.thresholds import THRESHOLDS
+
+
+@contextmanager
+def naming_lost_mass(system: System, start: Array, reached: Callable[[], tuple[float, Array]]) -> Iterator[None]:
+    """A run that stops within raises an error that names the motion, where one moves mass at the `start` (7n,), and
+    hardly any near the last sample; `reached` gives that sample's time and q (7n,)."""
+    try:
+        yield
+    except SimulationError as error:
+        is_named = isinstance(error.__cause__, SimulationError)
+        massless = not np.all(np.linalg.det(system.inertia) * system.mass)
+        tells = massless and not is_named and system.bodies <= THRESHOLDS.locked_bodies
+        found = _lost(system, start, *reached()) if tells else None
+        if found is None:
+            raise
+        cause = f"near here a motion moves no mass, so that its speed grows beyond all bounds: {found}"
+        hint = "give what moves mass and inertia"
+        raise SimulationError(error.time, cause, where=error.where, hint=hint) from error
+
+
+def _lost(system: System, start: Array, t: float, q: Array) -> str | None:
+    """The motion, in words: that with the least inertia, followed from q both ways to where it has next to none."""
+    from mbproj.dynamics.rank.nearby import NO_CONDITIONS
+
+    drive, own = drive_at(system, t), least_inertia(system, pose_of(start))
+    if own is None:
+        return None
+    for way in (1.0, -1.0):
+        at, before = q, None
+        for _ in range(THRESHOLDS.lost_mass_steps):
+            found = least_inertia(system, pose_of(at))
+            if found is None:
+                return None
+            if found.inertia < THRESHOLDS.lost_mass * own.inertia:
+                return str(found)
+            motion = found.motion if before is None or found.motion @ before > 0.0 else -found.motion
+            before = motion
+            at = at + in_coordinates(system, at, way * THRESHOLDS.locked_step / 5.0 * motion)
+            at, left = nearest(system, at, NO_CONDITIONS, drive, THRESHOLDS.locked_closed)
+            if np.abs(left).max(initial=0.0) > THRESHOLDS.locked_open:
+                break
+    return None

@@ -1,0 +1,63 @@
+// The layout of y, from Python's record: its blocks fit the model, or are refused.
+#pragma once
+
+#include <nanobind/stl/string.h>
+
+#include <algorithm>
+#include <string>
+#include <tuple>
+
+#include "bindings/loads_from_numpy.hpp"
+#include "model/layout.hpp"
+
+namespace mbproj {
+
+// Its name, what the absolute tolerance of each number is relative to, and with what a run begins, or nothing.
+using BlockNumbers = std::tuple<std::string, std::vector<double>, std::vector<double>>;
+
+inline Layout layout_of(const std::vector<BlockNumbers>& blocks) {
+    Layout built;
+    bool controlled = true;
+    for (const auto& [name, scale, start] : blocks) {
+        Block* const place = name == "bodies"        ? &built.bodies
+                             : name == "states"      ? &built.states
+                             : name == "quadratures" ? &built.quadratures
+                             : name == "followed"    ? &built.followed
+                                                     : nullptr;
+        if (!place || place->size > 0) refuse("layout", "has a block that is not known");
+        if (!start.empty() && start.size() != scale.size()) refuse("layout", "has a block that begins with others");
+        *place = {built.size(), static_cast<int>(scale.size())};
+        for (std::size_t i = 0; i < scale.size(); ++i) {
+            built.start.push_back(start.empty() ? 0.0 : start[i]);
+            if (!std::isfinite(built.start.back()) || !(scale[i] > 0.0)) refuse("layout", "holds a wrong number");
+            if (!std::isfinite(scale[i]))
+                controlled = false;
+            else if (!controlled)
+                refuse("layout", "has controlled blocks after others");
+            else
+                built.scale.push_back(scale[i]);
+        }
+    }
+    return built;
+}
+
+// Once all else of the model is there.
+template <int D> void set_layout(Model<D>& model, const std::vector<BlockNumbers>& blocks) {
+    const Layout layout = layout_of(blocks);
+    const auto expect = [](const Block& block, std::size_t size) {
+        if (static_cast<std::size_t>(block.size) != size) refuse("layout", "has a block of a wrong size");
+    };
+    int apart = 0;
+    if (model.loads)
+        for (const Law& law : model.loads->laws) apart = std::max(apart, law.apart + 1);
+    const bool asked = !model.couplings.empty() || has_angles(model.loads.get());
+    if (layout.bodies.first != 0) refuse("layout", "does not begin with the bodies");
+    expect(layout.bodies, static_cast<std::size_t>(Size<D>::state) * model.bodies.size());
+    expect(layout.states, model.rates ? model.rates->start.size() - 1 : 0);
+    if (model.rates) require_variables(*model.rates, 1 + layout.states.size, "rates");
+    expect(layout.quadratures, model.loads || !model.driven.empty() ? 2 + apart : 0);
+    expect(layout.followed, asked ? model.coordinates.instances.size() : 0);
+    model.layout = layout;
+}
+
+}  // namespace mbproj

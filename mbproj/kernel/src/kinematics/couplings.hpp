@@ -1,0 +1,57 @@
+// Rows that couple coordinates: a pose alone knows them but for whole teeth or threads; counted turns tell which. The
+// definitions are those of mbproj.dynamics.equations.teeth.
+#pragma once
+
+#include "kinematics/pose.hpp"
+#include "kinematics/primitives.hpp"
+
+namespace mbproj {
+
+template <int D> class Couplings final {
+public:
+    explicit Couplings(const Model<D>& model) : model_(model) {}
+
+    // Notes what the sums count from, where a run begins: `expected` are the joints' coordinates, turns counted, and `C` is to
+    // the nearest tooth.
+    void start(const Pose<D>& pose, const std::vector<double>& expected, const double* C) {
+        start_.clear();
+        for (const Coupling& coupling : model_.couplings)
+            start_.push_back(sum(coupling, pose, expected) - C[coupling.row]);
+    }
+
+    // From the sums of what the pose shows to the tooth in mesh; to the nearest before the start.
+    void count(const Pose<D>& pose, const std::vector<double>& expected, double* C) const {
+        for (std::size_t c = 0; c < model_.couplings.size(); ++c) {
+            const Coupling& coupling = model_.couplings[c];
+            double& row = C[coupling.row];
+            row -= coupling.period * std::nearbyint(row / coupling.period);
+            if (start_.empty()) continue;
+            const double apart = sum(coupling, pose, expected) - start_[c] - row;
+            row += coupling.period * std::nearbyint(apart / coupling.period);
+        }
+    }
+
+private:
+    // What the coordinates come to, turns counted.
+    double sum(const Coupling& coupling, const Pose<D>& pose, const std::vector<double>& expected) const {
+        double total = 0.0;
+        for (std::size_t k = 0; k < coupling.coordinates.size(); ++k) {
+            const int index = coupling.coordinates[k];
+            const Instance& p = model_.coordinates.instances[index];
+            Point<D> x[most_slots];
+            for (int s = 0; s < p.slot_count; ++s) {
+                const Attachment<D>& a = model_.coordinates.attachments[p.slots[s]];
+                x[s] = pose[a.body].rotation * a.local;
+                if (a.is_point) x[s] += pose[a.body].position;
+            }
+            const double found = value<D>(p, x);
+            total += coupling.weights[k] * (model_.counts_turns[index] ? near(found, expected[index]) : found);
+        }
+        return total;
+    }
+
+    const Model<D>& model_;
+    std::vector<double> start_;
+};
+
+}  // namespace mbproj

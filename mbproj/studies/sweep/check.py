@@ -1,0 +1,78 @@
+"""All that a sweep has written, held against its checksums (`info --check DIR`). Nothing is changed."""
+
+from __future__ import annotations
+
+import sqlite3
+from collections.abc import Iterator
+from contextlib import closing
+from pathlib import Path
+
+from mbproj.dataclass import dataclass
+from mbproj.errors import InputError, Problem
+from mbproj.results import check_results, open_results
+from mbproj.results.sweep.layout import NAME, WITHOUT_CHECKSUMS
+from mbproj.results.sweep.table import read_table, version_of_table
+from mbproj.studies.sweep import database
+from mbproj.studies.sweep.folder import CASES, STORE
+
+
+@dataclass(frozen=True)
+class SweepSoundness:
+    """What is wrong, a sentence each; how many rows the store has, how many results files were read; which files have
+    no checksums, because an older mbproj wrote them; which results files are damaged: a sweep keeps them, unless they
+    are deleted."""
+
+    faults: tuple[str, ...]
+    rows: int
+    files: int
+    unguarded: tuple[str, ...]
+    damaged: tuple[str, ...]
+
+
+def check_sweep(folder: Path) -> SweepSoundness:
+    """Reads the store, the arrays and the results files that are kept. Raises InputError where there is no sweep."""
+    store, arrays = folder / STORE, folder / NAME
+    if not store.is_file():
+        hint = "give a results file, or the folder that 'mbproj sweep SPEC' has written"
+        raise InputError(Problem(f"'{folder}' is not the folder of a sweep: it has no '{STORE}'", hint=hint))
+    faults, unguarded, rows = [], [], 0
+    try:
+        looked = _looked(store)
+        rows = looked.cases
+        faults += [f"{STORE}: {fault}" for fault in looked.faults]
+        faults += [f"{STORE}: {looked.damaged} of {rows} rows are damaged"] if looked.damaged else []
+        unguarded += [STORE] if looked.version == database.WITHOUT_CHECKSUMS else []
+    except sqlite3.Error as error:
+        if not database.is_damage(store, error):
+            raise database.refused(store, error) from error
+        faults.append(f"{STORE}: {error}")
+    if arrays.is_file():
+        try:
+            read_table(folder)
+            unguarded += [NAME] if version_of_table(folder) == WITHOUT_CHECKSUMS else []
+        except InputError as error:
+            faults += [f"{NAME}: {problem.message}" for problem in error.problems]
+    cases = sorted((folder / CASES).glob("[0-9a-f]*.h5"))
+    of_cases = {f"{CASES}/{case.name}": list(_of_results(case)) for case in cases}
+    faults += [f"{name}: {fault}" for name, found in of_cases.items() for fault in found]
+    damaged = tuple(name for name, found in of_cases.items() if found)
+    return SweepSoundness(tuple(faults), rows, len(cases), tuple(unguarded), damaged)
+
+
+def _looked(store: Path) -> database.Looked:
+    """A look at the store. Where SQLite has left a log beside it a sweep is at work, or was killed: it is locked."""
+    database.check_no_links(store)
+    if store.with_name(store.name + "-wal").exists():
+        with closing(database.locked(store)) as opened:
+            return database.look(opened)
+    with closing(sqlite3.connect(f"{store.absolute().as_uri()}?mode=ro&immutable=1", uri=True)) as opened:
+        database.prepare(opened)
+        return database.look(opened)
+
+
+def _of_results(case: Path) -> Iterator[str]:
+    try:
+        with open_results(case) as results:
+            yield from check_results(results).faults
+    except InputError as error:
+        yield from (problem.message for problem in error.problems)

@@ -1,0 +1,53 @@
+"""A box on feet: more of them than rigid bodies can say the loads of."""
+
+from __future__ import annotations
+
+from tests.friction.known.mechanisms import STEPS
+
+IN_PLANE = "P: {type: planar, bodies: [ground, box], location: [0, 0, 0], axis: [0, 1, 0]}"
+SCENE = """
+mbproj: 1
+gravity: [0, 0, -10]
+simulation: {{duration: {duration}, {steps}, formulation: {formulation}}}
+bodies:
+  box: {{mass: 3, inertia: [0.1, 0.15, 0.12], position: [0, 0, 0.25], velocity: {velocity}, angular_velocity: {spin}}}
+joints: {{{joint}}}
+forces:
+{feet}
+  push: {{type: force, body: box, location: [0, 0, {height}], axes: global, force: ["{push}*t", 0, 0]}}
+"""
+FOOT = """  {name}:
+    type: stop
+    plane: {{body: ground, location: [0, 0, 0], normal: [0, 0, 1]}}
+    point: {{body: box, location: [{x}, {y}, 0]}}
+    rigid: true
+    friction: {friction}
+"""
+CORNERS = {"a": (0.3, 0.25), "b": (-0.35, 0.25), "c": (-0.35, -0.25), "d": (0.3, -0.25)}
+
+
+def box(
+    places,
+    friction,
+    *,
+    velocity=(0, 0, 0),
+    spin=(0, 0, 0),
+    push=0,
+    height=0.25,
+    duration=1.0,
+    joint="",
+    formulation="auto",
+    steps="dop853",
+):
+    feet = (FOOT.format(name=name, x=x, y=y, friction=friction) for name, (x, y) in places.items())
+    return SCENE.format(
+        feet="".join(feet),
+        velocity=list(map(float, velocity)),
+        spin=list(map(float, spin)),
+        push=push,
+        height=height,
+        duration=duration,
+        joint=joint,
+        formulation=formulation,
+        steps=STEPS[steps],
+    )

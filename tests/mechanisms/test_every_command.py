@@ -1,0 +1,179 @@
+"""Every example through every command, as text and as JSON: each ends well, or refuses in words that are named here.
+
+Durations are a few steps, and pictures are composed but not drawn, so that the whole is cheap.
+`tests/studies/test_verify.py` has `verify`.
+"""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import click
+import pytest
+import yaml
+from click.testing import CliRunner
+from matplotlib.figure import Figure
+
+from mbproj import compile_system, read_scene
+from mbproj.cli.main import mbproj
+from mbproj.errors import MbprojError
+from mbproj.scene.records import Settings
+from tests.support import MECHANISMS
+
+#: Studies on these take minutes: each of their runs meets events that the loop in NumPy handles.
+JOIN_WITH_THE_NEW_LOOP = ("door_closer", "drum_brake", "stick_slip")
+MOVES = "is not constant at t = 0 s"
+TOUCHES, SLIDES = "touches at this pose", "slides here, by what its bearing carries"
+#: What commands say of scenes that they cannot do.
+REFUSED = {
+    "bouncing_ball": {"equilibrium": "nothing balances"},
+    "door_closer": {"equilibrium": "does not hold where the other forces balance"},
+    "door_with_stop": {"modes": "has a kink"},
+    "drum_brake": {"modes": SLIDES},
+    "inline_four": {"equilibrium": MOVES},
+    "rocking_cabinet": {"equilibrium": "nothing balances", "modes": TOUCHES},
+    "screw_press": {"modes": SLIDES},
+    "stewart_platform": {"equilibrium": "nothing balances"},
+    "stick_slip": {"equilibrium": MOVES},
+}
+UNJOINED = "there is nothing to project"
+#: The same of studies.
+NOT_STUDIED = {"bouncing_ball": {"threshold": UNJOINED}, "free_body": {"threshold": UNJOINED}}
+
+pytestmark = [
+    pytest.mark.long,
+    pytest.mark.filterwarnings("error::RuntimeWarning"),
+    pytest.mark.filterwarnings("error::UserWarning"),
+    pytest.mark.filterwarnings("default::mbproj.errors.MbprojWarning"),
+]
+every_scene = pytest.mark.parametrize("path", MECHANISMS, ids=lambda path: path.stem)
+
+
+def _not_drawn(figure: Figure, file: Path, **_: object) -> None:
+    file.write_bytes(b"picture")
+
+
+@pytest.fixture(autouse=True)
+def folder(tmp_path, monkeypatch):
+    """Where commands write; their pictures are empty, and each timing is of one run."""
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv("MBPROJ_CACHE", str(tmp_path / "cache"))
+    monkeypatch.setattr("matplotlib.figure.Figure.savefig", _not_drawn)
+    monkeypatch.setattr("mbproj.studies.measure.timing.SHORTEST", 0.0)
+    return tmp_path
+
+
+class Commands:
+    """Runs commands in this process, and keeps what they refuse."""
+
+    def __init__(self) -> None:
+        self.refused: dict[str, str] = {}
+
+    def __call__(self, *arguments: object) -> bool:
+        """Whether it ended well. Fails where it ends in a fault, or where what it prints as JSON is none."""
+        words = [str(each) for each in arguments]
+        done = CliRunner().invoke(mbproj, words, standalone_mode=False)
+        if isinstance(done.exception, (MbprojError, click.ClickException)):
+            self.refused[words[0]] = str(done.exception)
+            return False
+        if done.exception is not None:
+            raise done.exception
+        if "--json" in words:
+            json.loads(done.stdout)
+        return True
+
+    def both(self, *arguments: object) -> bool:
+        """The same as text and as JSON."""
+        return self(*arguments) and self(*arguments, "--json")
+
+
+def said(refused, expected):
+    """Whether the commands that refused are those that are expected to, in these words."""
+    return refused.keys() == expected.keys() and all(word in refused[name] for name, word in expected.items())
+
+
+def short(settings: Settings) -> float:
+    """Some steps, s."""
+    return 2e-3 if settings.step is None else 2.0 * settings.step
+
+
+@every_scene
+def test_commands(path, folder):
+    run, scene = Commands(), read_scene(path)
+    until = short(scene.settings)
+    assert run.both("check", path)
+    assert run("run", path, "--duration", until, "--certify", "--limit", "1e-3", "-o", "certified.h5", "--json")
+    assert run.both("run", path, "--duration", until)
+    assert run.both("info", "results.h5") and run("info", "results.h5", "--check")
+    assert run("plot", "results.h5") and run("animate", "results.h5") and run("export", "results.h5", "-o", "tables")
+    assert run("rerun", "results.h5") and run.both("compare-results", "results.h5", "rerun.h5")
+    assert run.both("continue", "results.h5", "--until", 2.0 * until, "-o", "longer.h5")
+    if run.both("equilibrium", path):
+        assert run("run", path, "--duration", until, "--from-equilibrium", "-o", "rests.h5")
+    run.both("modes", path)
+    assert said(run.refused, REFUSED.get(path.stem, {})), run.refused
+
+
+@every_scene
+def test_linear_models(path):
+    """Of a scene that moves, or has no joint, there is none."""
+    names, run = compile_system(read_scene(path)).names, Commands()
+    ways, seen = names.coordinates[:1], names.coordinates[:2]
+    run.both("linearize", path, "--inputs", ",".join(ways), "--outputs", ",".join(seen))
+
+
+def test_batches(folder):
+    """Of all scenes at once, without what they expect of longer runs."""
+    for path in MECHANISMS:
+        scene = yaml.load(path.read_text(), yaml.BaseLoader)
+        scene["simulation"]["duration"] = short(read_scene(path).settings)
+        scene["simulation"].pop("output_step", None)
+        Path(path.name).write_text(json.dumps({key: block for key, block in scene.items() if key != "expect"}))
+    assert Commands()("batch", ".", "--jobs", 1, "--json")
+
+
+@pytest.mark.parametrize(
+    "path", [path for path in MECHANISMS if path.stem not in JOIN_WITH_THE_NEW_LOOP], ids=lambda path: path.stem
+)
+def test_what_runs_is_studied(path):
+    run = Commands()
+    _study(run, path)
+    assert said(run.refused, NOT_STUDIED.get(path.stem, {})), run.refused
+
+
+#: A mass that begins at rest on a soft stop, pressed in.
+ON_A_STOP = """\
+mbproj: 1
+gravity: [0, 0, -10]
+simulation: {duration: 0.2 s, tolerance: 1e-6, integrator: dop853, start: equilibrium, break_times: [1 ms]}
+bodies: {b: {mass: 3, inertia: [1, 1, 1], position: [0, 0, 1]}}
+joints:
+  rail:
+    type: prismatic
+    bodies: [ground, b]
+    location: [0, 0, 1]
+    axis: [0, 0, 1]
+    limits: {displacement: {range: [0, null], stiffness: 900}}
+"""
+
+
+def test_what_runs_from_its_equilibrium_is_studied_from_there(folder):
+    run, path = Commands(), folder / "rests.yaml"
+    path.write_text(ON_A_STOP)
+    assert run("run", path, "--duration", "4 ms", "--certify", "--limit", "1e-3")
+    assert run("run", path, "--duration", "4 ms", "--accuracy", "1e-3", "--json", "-o", "accurate.h5")
+    assert run("verify", path, "--json")
+    _study(run, path)
+    assert run.refused == {}
+
+
+def _study(run: Commands, path: Path) -> None:
+    scene = read_scene(path)
+    until, alone = short(scene.settings), ("--repeat", 1, "--jobs", 1)
+    run.both("compare", path, "--until", until, "--projections", "gpopm", "--force", *alone)
+    run("recommend", path, "--until", until, "--error", "1e-3", "--json")
+    run("tradeoff", path, "--until", until, "--integrators", "rk4", "--projections", "gpopm", *alone)
+    run("threshold", path, "--duration", until, "--thresholds", "1e-6", *alone)
+    found = ("stability", path, "--duration", until, "--vary", "length-scale", "--from", 1, "--to", 2, "--points", 2)
+    run.both(*found, "--projections", "gpopm", "--jobs", 1, "--force")

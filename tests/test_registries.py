@@ -1,0 +1,132 @@
+"""Each entry of the registries once, through the commands: joints, projection methods, integrators; and a new joint."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+
+import pytest
+from click.testing import CliRunner, Result
+
+from mbproj.cli.main import mbproj
+from mbproj.errors import InputError
+from mbproj.joints import JOINTS
+from mbproj.registry import PROJECTIONS, integrator_choices, is_embedded
+from tests.kernel.scenes import needs_kernel
+
+BODY = "{mass: 2, inertia: [0.3, 0.4, 0.5], position: [0.3, 0, 0.1]}"
+HEAD = """\
+mbproj: 1
+gravity: [0.4, 0, -9.81]
+simulation: {duration: 40 ms, step: 2 ms, output_step: 10 ms}
+"""
+#: What a joint of this type needs beside its bodies; those that are not here need a location and an axis.
+PLACES = {
+    "spherical": "location: [0, 0, 0]",
+    "fixed": "location: [0, 0, 0], reaction: true",
+    "universal": "location: [0, 0, 0], axes: [[1, 0, 0], [0, 1, 0]]",
+    "distance": "locations: [[0, 0, 1], [0.3, 0, 0.3]]",
+    "revolute_spherical": "locations: [[0, 0, 1], [0.3, 0, 1]], axis: [0, 1, 0]",
+    "screw": "location: [0, 0, 0], axis: [0, 0, 1], pitch: 20 mm",
+}
+AXIS = "location: [0, 0, 0], axis: [0, 1, 0]"
+#: A command each, with what comes behind its name; results.h5 is that of the run.
+COMMANDS = (
+    ["check", "scene.yaml", "--json"],
+    ["run", "scene.yaml", "-o", "results.h5", "--json"],
+    ["run", "scene.yaml", "--formulation", "full", "-o", "full.h5", "--json"],
+    ["run", "scene.yaml", "--formulation", "reduced", "-o", "reduced.h5", "--json"],
+    ["verify", "scene.yaml", "--json"],
+    ["animate", "results.h5", "-o", "page.html"],
+    ["export", "results.h5", "-o", "tables"],
+)
+
+
+def scene_with(kind: str) -> str:
+    """A body on one joint of this type, and of gears two on pins."""
+    if kind == "gear":
+        bodies = f"  body: {BODY}\n  wheel: {BODY.replace('0.3, 0, 0.1', '1.2, 0, 0.1')}\n"
+        pins = "  P: {type: revolute, bodies: [ground, body], location: [0, 0, 0], axis: [0, 1, 0]}\n"
+        pins += "  Q: {type: revolute, bodies: [ground, wheel], location: [1, 0, 0], axis: [0, 1, 0]}\n"
+        return f"{HEAD}bodies:\n{bodies}joints:\n{pins}  J: {{type: gear, joints: [P, Q], teeth: [20, 35]}}\n"
+    place = PLACES.get(kind, AXIS)
+    joint = f"{{type: {kind}, bodies: [body, next], {place}}}"
+    bodies = f"  body: {BODY}\n  next: {BODY}\n"
+    ball = "  B: {type: spherical, bodies: [ground, body], location: [0, 0, 0.5]}\n"
+    return f"{HEAD}bodies:\n{bodies}joints:\n{ball}  J: {joint}\n"
+
+
+@pytest.fixture
+def call(tmp_path, monkeypatch):
+    """A command in a folder of its own, which has to end well."""
+    monkeypatch.chdir(tmp_path)
+
+    def called(text: str, *arguments: str) -> Result:
+        (tmp_path / "scene.yaml").write_text(text)
+        done = CliRunner().invoke(mbproj, list(arguments), catch_exceptions=False)
+        assert done.exit_code == 0, (arguments, done.output)
+        return done
+
+    return called
+
+
+@needs_kernel
+@pytest.mark.parametrize("kind", JOINTS)
+def test_each_joint_goes_through_the_commands(kind, call):
+    for command in COMMANDS:
+        done = call(scene_with(kind), *command)
+        if command[0] == "run":
+            assert json.loads(done.stdout)["position_violation_max"] <= 1e-13
+    assert kind in call(scene_with(kind), "schema").stdout
+
+
+@needs_kernel
+@pytest.mark.parametrize("name", PROJECTIONS)
+def test_each_projection_runs(name, call):
+    def run(formulation: str) -> None:
+        options = ["--projection", name, "--formulation", formulation, "--quiet"]
+        call(scene_with("revolute"), "run", "scene.yaml", *options)
+
+    run("auto")
+    if name != "popm":
+        run("full")
+        return
+    with pytest.raises(InputError, match="use 'gpopm'"):  # M is singular with Euler parameters
+        run("full")
+
+
+@needs_kernel
+@pytest.mark.parametrize("name", integrator_choices())
+def test_each_integrator_runs(name, call):
+    steps = "--tolerance=1e-6" if is_embedded(name) else "--step=2ms"
+    for formulation in ("auto", "full"):
+        options = ["--integrator", name, steps, "--formulation", formulation, "--quiet"]
+        call(scene_with("revolute"), "run", "scene.yaml", *options)
+
+
+NEW_JOINT = """
+import sys
+from types import MappingProxyType
+import mbproj.joints as joints
+from mbproj.joints import table
+
+row = table.JointType("axis", table.AXES_PARALLEL, aligned=table.ONE_AXIS)
+joints.JOINTS = table.JOINTS = MappingProxyType({**table.JOINTS, "parallel": row})
+from click.testing import CliRunner
+from mbproj.cli.main import mbproj
+
+for command in COMMANDS:
+    done = CliRunner().invoke(mbproj, command, catch_exceptions=False)
+    assert done.exit_code == 0, (command, done.output)
+assert "parallel" in CliRunner().invoke(mbproj, ["schema"]).stdout
+"""
+
+
+@needs_kernel
+def test_a_new_joint_is_a_row_of_the_table(tmp_path):
+    """Two bodies whose axes stay parallel, wherever they go: nothing but the row says so."""
+    (tmp_path / "scene.yaml").write_text(scene_with("parallel"))
+    program = NEW_JOINT.replace("COMMANDS", repr(COMMANDS))
+    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, cwd=tmp_path, check=False)
+    assert done.returncode == 0, done.stderr
