@@ -57,17 +57,20 @@ def _beside_samples(results: Results, constants: list[str]) -> Iterator[str]:
 
 
 def _of_descriptions(results: Results) -> Iterator[str]:
-    """Of every dataset that the file has."""
+    """Of every dataset that the file has, and the units. HDF5 can search for the text of an attribute without end."""
+    contents, units = results.contents, {dataset.path: dataset.unit for dataset in results.datasets}
 
     def look() -> Iterator[InputError]:
-        for path in results.contents.datasets():
+        for path in contents.datasets():
             try:
-                results.contents.check_description(path)
+                contents.check_description(path)
+                if path in units and contents.unit(path) != units[path]:
+                    yield contents.damaged(path, f"has another unit than '{units[path]}'")
             except InputError as error:
                 yield error
 
     try:
-        rehearse(lambda: list(look()), results.contents.path)
+        rehearse(lambda: list(look()), contents.path)
         for error in look():
             yield from _messages(results, error)
     except InputError as error:
@@ -86,8 +89,6 @@ def _of_samples(results: Results) -> Iterator[str]:
 
 def _of_dataset(results: Results, dataset: Dataset) -> Iterator[str]:
     contents, (samples, *columns) = results.contents, results.shape(dataset.path)
-    if contents.unit(dataset.path) != dataset.unit:
-        yield f"'{dataset.path}' has another unit than '{dataset.unit}'"
     rows = contents.rows(dataset.path, tuple(columns), dataset.dtype)
     if rows != samples and not contents.unfinished:
         yield f"'{dataset.path}' has {rows} samples where others have {samples}"
