@@ -1,9 +1,10 @@
-"""How fast the forces of a scene alone move a mechanism: the eigenvalues of their linear part at a state.
+"""How fast the forces of a scene alone move a mechanism, and its elements' states change: the eigenvalues of their
+linear part at a state.
 
 Along the coordinates s of the laws and bushings that depend on them, forces F = -k δs - c δs' make δs'' = W F, with W
 what a unit force on one coordinate makes of the acceleration along another, joints closed: δs'' = -W (k δs + c δs').
 k and c are diagonal but for bushings, which couple their six coordinates. Gravity, spin, preloads, and what the bodies'
-motion changes in W are left out: a stiff force is faster than those.
+motion changes in W are left out: a stiff force is faster than those. States have δx' = f_x δx.
 """
 
 from __future__ import annotations
@@ -62,16 +63,24 @@ class Slopes:
 
 @dataclass(frozen=True, eq=False)
 class Mode:
-    """An eigenvalue λ in 1/s, the part that the force along each coordinate has in its energy, (F,), and the forces
-    along those that were chosen, as large as the eigenvector has them, (e,)."""
+    """An eigenvalue λ in 1/s, and the forces along the coordinates that were chosen, as large as the eigenvector has
+    them, (e,). `shares` (F + K,): the part that the force along each coordinate has in its energy; or, where states of
+    elements take most part in it, that of each state (Pérez-Arriaga et al. 1982)."""
 
     eigenvalue: complex
     shares: Array
     force: Numbers
 
+    @property
+    def moves_bodies(self) -> bool:
+        """Whether forces take part in it."""
+        return bool(np.abs(self.force).max(initial=0.0) > 0.0)
+
 
 def slopes(system: System, state: State) -> Slopes:
     """The laws' slopes at a state; 0 where a function has no finite slope (at the root of its √, say)."""
+    if system.forces is None:
+        return Slopes(np.zeros(0), np.zeros(0), Bushings.none())
     pose = pose_of(state.q)
     reference = coordinate_values(system, pose) + 2.0 * np.pi * state.turns
     return slopes_at(system, pose, twist_of(pose, state.v), state.t, reference)
@@ -92,7 +101,8 @@ def slopes_at(system: System, pose: Pose, twist: Twist, t: float, reference: Arr
 def speeds_of_free_bodies(system: System, pose: Pose, slopes: Slopes) -> Array:
     """Of each coordinate what bounds its part in |λ|, (F,), 1/s: √(k w) + c w on bodies that nothing else holds, each
     with its mass divided among the forces on it (Irons & Treharne 1971)."""
-    assert system.forces is not None
+    if system.forces is None:
+        return np.zeros(0)
     n = system.bodies
     law, body, force, torque = _pulls(system.forces, pose)
     moves = body < n
@@ -181,26 +191,39 @@ def leading(names: Sequence[str], parts: Array) -> tuple[str, ...]:
     )
 
 
-def fast_modes(W: Array, laws: Integers, slopes: Slopes) -> list[Mode]:
+def fast_modes(W: Array, laws: Integers, slopes: Slopes, f_x: Array) -> list[Mode]:
     """The modes that do not grow by themselves by more than `growing` of their |λ|, the fastest first; one of each
-    conjugate pair."""
+    conjugate pair. `f_x` (K, K): of the states of elements."""
     count, (k, c) = len(laws), slopes.matrices(laws)
-    matrix = np.zeros((2 * count, 2 * count))
-    matrix[:count, count:] = np.eye(count)
-    matrix[count:, :count], matrix[count:, count:] = -W @ k, -W @ c
-    if not count or not np.all(np.isfinite(matrix)):
+    matrix = np.zeros((2 * count + len(f_x),) * 2)
+    matrix[:count, count : 2 * count] = np.eye(count)
+    matrix[count : 2 * count, :count], matrix[count : 2 * count, count : 2 * count] = -W @ k, -W @ c
+    matrix[2 * count :, 2 * count :] = f_x
+    if not len(matrix) or not np.all(np.isfinite(matrix)):
         return []
     values, vectors = np.linalg.eig(matrix)
     size = np.abs(values)
     speed = np.where((values.real <= THRESHOLDS.growing * size) & (values.imag >= 0.0), size, 0.0)
     order = np.argsort(-speed, kind="stable")
-    return [_mode(values[at], vectors[:, at], laws, k, c, len(slopes.stiffness)) for at in order[speed[order] > 0.0]]
+    part = _participation(vectors)[2 * count :]
+    return [_mode(values[at], vectors[:, at], part[:, at], laws, slopes) for at in order[speed[order] > 0.0]]
 
 
-def _mode(value: complex, vector: Numbers, laws: Integers, k: Array, c: Array, size: int) -> Mode:
-    """A mode of an eigenvector (2e,), displacements and rates along the coordinates that were chosen."""
-    moved, rate = np.split(vector, 2)
+def _participation(vectors: Numbers) -> Array:
+    """The part that each number takes in each mode, in a column: its eigenvector times the left one."""
+    found = np.abs(vectors * np.linalg.pinv(vectors).T)
+    return np.asarray(found / found.sum(axis=0))
+
+
+def _mode(value: complex, vector: Numbers, part: Array, laws: Integers, slopes: Slopes) -> Mode:
+    """A mode of an eigenvector (2e + K,), displacements and rates along the coordinates that were chosen, and states,
+    which take `part` (K,) in it."""
+    count, (k, c) = len(laws), slopes.matrices(laws)
+    moved, rate = vector[:count], vector[count : 2 * count]
     energy = np.abs(moved * (k @ moved)) + np.abs(rate * (c @ rate)) / abs(value)
-    shares = np.zeros(size)
-    shares[laws] = energy / max(float(energy.sum()), np.finfo(float).tiny)
+    shares = np.zeros(len(slopes.stiffness) + len(part))
+    if part.sum() > 0.5:
+        shares[len(slopes.stiffness) :] = part / part.sum()
+    else:
+        shares[laws] = energy / max(float(energy.sum()), np.finfo(float).tiny)
     return Mode(complex(value), shares, -(k @ moved + c @ rate))

@@ -3,38 +3,18 @@ that are not finite, and controlled in their errors."""
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 
-from mbproj.dynamics import assemble
 from mbproj.errors import SimulationError
-from mbproj.functions.program import Program
-from mbproj.functions.program_set import flatten
 from mbproj.integrate import simulate
 from mbproj.integrate.formulations.full import FullFormulation
-from mbproj.kernel import core
 from mbproj.linear.states import stored_state
-from mbproj.model import compile_system, initial_guess
-from mbproj.model.layout import ElementStates
 from mbproj.results import ResultsWriter, open_results
-from mbproj.scene import read_scene_text, settings_to_run
-from mbproj.scene.expressions.compiled import compiled
-from mbproj.scene.expressions.syntax_tree import parse
 from tests.integrate.state_scenes import bounce
+from tests.model.element_states import DRIVEN, FORMULATIONS, T1, T2, case, run
 from tests.support import Recorder
 
-FORMULATIONS = ["full", *(["reduced", "planar"] if core() is not None else [])]
-#: A pendulum with a damper, whose work is integrated beside the states and whose angle is followed.
-PENDULUM = """
-mbproj: 1
-gravity: [0, 0, -9.81]
-simulation: {duration: 1, output_step: 0.05}
-bodies: {rod: {mass: 2, inertia: [0.1, 0.1, 0.1], position: [0.5, 0, 0]}}
-joints: {pin: {type: revolute, bodies: [ground, rod], location: [0, 0, 0], axis: [0, 1, 0]}}
-forces: {damper: {type: torsion_spring_damper, joint: pin, damping: 0.3}}
-"""
 #: A mass that bounces on a rigid stop.
 HITS = """
 mbproj: 1
@@ -45,34 +25,8 @@ joints:
   guide: {type: prismatic, bodies: [ground, ball], location: [0, 0, 0], axis: [0, 0, 1],
           limits: {displacement: {range: [-0.2, 9], rigid: true, restitution: 0.6}}}
 """
-#: A lag of first order behind a sine, and one behind that.
-DRIVEN, T1, T2 = 7.0, 0.05, 0.3
-LAGS = (f"(sin({DRIVEN}*t) - x)/{T1}", f"(x - z)/{T2}")
 FIXED = {"integrator": "rk4", "step": "0.005"}
 BY_ERROR = {"integrator": "dopri5", "tolerance": "1e-9"}
-
-
-def with_states(system, texts, start=(0.0, 0.5), scale=(1.0, 1.0)):
-    """The system with states of these rates, called x and z."""
-    variables = {"t": 0, "x": 1, "z": 2}
-    programs = [Program(compiled(parse(text), {}, variables)[0], text) for text in texts]
-    own = ElementStates(np.array(start), np.array(scale), flatten(programs))
-    return replace(system, states=own, names=replace(system.names, states=("lag.x", "lag.z"), state_units=("V", "A/s")))
-
-
-def case(options, text=PENDULUM, texts=LAGS, **own):
-    """(scene, system with states, start, settings)."""
-    scene = read_scene_text(text, simulation=options)
-    system = with_states(compile_system(scene), texts, **own)
-    return scene, system, assemble(system, initial_guess(scene, system)), settings_to_run(scene)
-
-
-def run(options, until=1.0, resumed=None, **own):
-    """(report, recorder, marks)."""
-    _, system, state, settings = case(options, **own)
-    recorder, marks = Recorder(), []
-    keep = {"keep": lambda *mark: marks.append(mark[-1]), "resumed": resumed or {}}
-    return simulate(system, state, replace(settings, duration=until), recorder, **keep), recorder, marks
 
 
 def exact(t):

@@ -1,4 +1,4 @@
-"""The fastest modes of a scene's forces, and the steps that explicit integrators need, in words and for JSON."""
+"""The fastest modes of a scene's forces and states, and the steps that explicit integrators need, in words and JSON."""
 
 from __future__ import annotations
 
@@ -18,6 +18,7 @@ def facts(modes: Sequence[FastMode], steps: Mapping[str, float]) -> dict[str, An
         "fast_modes": [
             {
                 "forces": list(mode.forces),
+                "states": list(mode.states),
                 "bodies": list(mode.bodies),
                 "frequency": abs(mode.eigenvalue.imag) / (2.0 * pi),
                 "growth": mode.eigenvalue.real,
@@ -35,8 +36,9 @@ def lines(modes: Sequence[FastMode], steps: Mapping[str, float]) -> list[str]:
         return []
     width = max(map(len, steps), default=0)
     largest = [f"    {name:{width}}  {_short(step)}" for name, step in steps.items()]
-    told = [f"    {_listed(mode.forces)}{_on(mode)} {_motion(mode)}" for mode in modes]
-    return ["  fastest by their forces, at the start", *told, "  stable up to steps of", *largest]
+    told = [f"    {_listed(mode.forces or mode.states)}{_on(mode)} {_motion(mode)}" for mode in modes]
+    by = "forces and states" if any(mode.states for mode in modes) else "forces"
+    return [f"  fastest by their {by}, at the start", *told, "  stable up to steps of", *largest]
 
 
 def _on(mode: FastMode) -> str:

@@ -71,7 +71,7 @@ def remark(limits: Sequence[StepLimit]) -> str:
     """A sentence for a picture: the force that holds each step, or the body with the largest part in its error."""
     times: dict[str, list[str]] = {}
     for each in limits:
-        what = each.reason.partition(":")[0] or (f"body '{each.shares[0][0]}'" if each.shares else "nothing")
+        what = each.reason.partition(":")[0] or (_owner(each.shares[0][0]) if each.shares else "nothing")
         times.setdefault(what, []).append(f"{each.time:.3g}")
     return "; ".join(f"steps limited by {what} at {', '.join(found)} s" for what, found in times.items())
 
@@ -84,6 +84,10 @@ def table(results: Results, limits: Sequence[StepLimit]) -> Iterator[str]:
     ]
     yield f"{results.path}: what limits the smaller steps; errors in tolerances, bodies with their part in the error"
     yield columns(["at", "step", "error", "bodies", "held by"], rows)
+
+
+def _owner(name: str) -> str:
+    return name if name.startswith("state ") else f"body '{name}'"
 
 
 def _bodies(limit: StepLimit) -> str:

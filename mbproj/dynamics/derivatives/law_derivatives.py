@@ -1,5 +1,5 @@
 """What the forces of a scene change by: of every law its slopes ∂F/∂s and ∂F/∂s', of given forces that their arms and
-their axes turn with the body."""
+their axes turn with the body; and what the rates of elements' states change by."""
 
 from __future__ import annotations
 
@@ -11,8 +11,9 @@ from mbproj.dynamics.derivatives.row_derivatives import tilde
 from mbproj.dynamics.equations.forces import LawState
 from mbproj.dynamics.equations.kinematics import Pose
 from mbproj.functions.program import COORDINATE, RATE
-from mbproj.functions.series import run, slope, time_series
+from mbproj.functions.series import constant_series, run, slope, time_series
 from mbproj.model.forces import Forces
+from mbproj.model.layout import ElementStates
 
 
 def law_slopes(forces: Forces, laws: LawState, t: float) -> tuple[Array, Array]:
@@ -40,3 +41,11 @@ def given_derivative(forces: Forces, pose: Pose, t: float) -> Blocks:
     value[~follows & acts, 3:, 3:] = (tilde(given.point) @ tilde(in_axes))[~follows & acts]
     value[~follows & ~acts, 3:, 3:] = tilde(in_axes)[~follows & ~acts]
     return Blocks.of(bodies, given.body, given.body, value)
+
+
+def state_slopes(states: ElementStates, t: float, x: Array) -> Array:
+    """f_x (K, K) at t; what has no slope there counts as constant."""
+    none, unit = np.zeros(len(x)), np.eye(len(x))
+    variables = [constant_series(t + none), *((value + none, own, none) for value, own in zip(x, unit, strict=True))]
+    found = np.array([run(states.rates, k, variables)[1] + none for k in range(len(x))])
+    return np.nan_to_num(found, nan=0.0, posinf=0.0, neginf=0.0)

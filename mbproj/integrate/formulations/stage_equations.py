@@ -7,7 +7,9 @@ v = known_v + W a and q = known_q + W v,
 
 where M, C_q, Q and γ are those of the stages before the change, and J, k and c those of the stiff forces alone (see
 `mbproj.dynamics.stiff_forces`). Nothing else is differentiated: what gyroscopic terms and the curvature of constraints
-change within a step is small wherever the error is.
+change within a step is small wherever the error is. States of elements, x_i = known_i + Σ w_ij x'_j, are eliminated:
+
+    Σ_j (δ_ij - W_ij f_x(x_i)) (x'_j - before_j) = f(t_i, x_i) - before_i.
 """
 
 from __future__ import annotations
@@ -19,6 +21,7 @@ import numpy as np
 
 from mbproj.arrays import Array
 from mbproj.dataclass import dataclass
+from mbproj.dynamics.derivatives.law_derivatives import state_slopes
 from mbproj.dynamics.equations.kinematics import pose_of, twist_of
 from mbproj.dynamics.stiff_forces import StiffForces, stiff_forces
 from mbproj.errors import SimulationError
@@ -88,7 +91,8 @@ class StepStages:
         multipliers = np.array([each.multipliers for each in found])
 
         def filtered(estimate: Array, h_gamma: float) -> Array:
-            return estimate if stiff is None else self._filtered(terms[-1], stiff[-1], estimate, h_gamma)
+            at_end = self._without_states(times[-1:], y[-1:], np.array([[h_gamma]]), estimate[None])[0]
+            return at_end if stiff is None else self._filtered(terms[-1], stiff[-1], at_end, h_gamma)
 
         return Stages(k, multipliers, found[-1].nearness, evaluations, filtered)
 
@@ -110,7 +114,8 @@ class StepStages:
         """Why the stages have not been solved."""
         worst = None if stiff is None else stiff[-1]
         is_near = min(each.held.nearness for each in terms) < THRESHOLDS.near_singular
-        return unsolved_stages(self.formulation.system, t, *newton.change, worst, evaluations, is_near=is_near)
+        system = self.formulation.system
+        return unsolved_stages(system, t, *newton.change, newton.state, worst, evaluations, is_near=is_near)
 
     def _state(self, y: Array) -> tuple[Array, Array, Array]:
         return self.formulation.parts(y)
@@ -129,8 +134,21 @@ class StepStages:
             found = self._coupled(terms, weights, before, stiff)
         slope = self.formulation.slope
         slopes = np.array([slope(t, state, each) for t, state, each in zip(times, y, found, strict=True)])
+        slopes[:, layout["states"]] = (k + self._without_states(times, y, weights, slopes - k))[:, layout["states"]]
         slopes[:, layout["positions"]] = (y + weights @ (slopes - k))[:, layout["velocities"]]
         return slopes, found
+
+    def _without_states(self, times: Array, y: Array, weights: Array, e: Array) -> Array:
+        """e (s, N) with (1 - W f_x)⁻¹ of its states in their place, f_x at y (s, N)."""
+        states, (count, own) = self.formulation.system.states, (len(y), self.formulation.layout["states"])
+        if states is None:
+            return e
+        seen, size = self.formulation.window.seen, len(states.start)
+        f_x = [state_slopes(states, seen(float(t)), x) for t, x in zip(times, y[:, own], strict=True)]
+        coupled = np.einsum("ij,iab->iajb", weights, f_x).reshape(count * size, count * size)
+        found = e.copy()
+        found[:, own] = np.linalg.solve(np.eye(count * size) - coupled, e[:, own].ravel()).reshape(count, size)
+        return found
 
     def _stabilised(self, terms: Terms, weight: float, before: Array) -> Terms:
         """With Baumgarte's terms implicit: C_q a + (2α w + β² w²) C_q (a - before) = γ."""
@@ -184,6 +202,8 @@ class Newton:
         self._sizes: list[float] = []
         #: The last change of q and v of the last stage.
         self.change = (np.zeros(self._layout.size_of("positions")),) * 2
+        #: The state of an element that it moved most there; -1 where that was a body.
+        self.state = -1
 
     def takes(self, y: Array, change: Array) -> bool:
         """Whether stages at y have converged with this change of their slopes."""
@@ -192,6 +212,7 @@ class Newton:
         dq = self._weights @ dv
         self.change = dq[-1], dv[-1]
         moved = np.concatenate([dq, dv, dx], axis=1) / (self._scale + np.abs(y[:, layout.controlled]))
+        self.state = max(int(np.argmax(moved[-1] ** 2)) - layout["states"].start, -1)
         size = float(np.sqrt(np.mean(moved * moved, axis=1)).max())
         self._sizes.append(size)
         if len(self._sizes) == 1:

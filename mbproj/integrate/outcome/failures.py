@@ -122,14 +122,24 @@ def _rounded_down(value: float) -> float:
 
 
 def unsolved_stages(
-    system: System, t: float, dq: Array, dv: Array, stiff: StiffForces | None, evaluations: int, *, is_near: bool
+    system: System,
+    t: float,
+    dq: Array,
+    dv: Array,
+    state: int,
+    stiff: StiffForces | None,
+    evaluations: int,
+    *,
+    is_near: bool,
 ) -> StagesUnsolved:
-    """Newton's method has not solved an implicit step to t; its last change was `dq` and `dv` (7n,). `is_near`: to a
-    singular pose."""
+    """Newton's method has not solved an implicit step to t; its last change was `dq` and `dv` (7n,), or most of it that
+    of a `state`, unless that is -1. `is_near`: to a singular pose."""
     from mbproj.dynamics.rank.row_set import in_lengths
     from mbproj.integrate.steppers.stages import StagesUnsolved
 
-    if stiff is None or system.forces is None:
+    if state >= 0:
+        where = f"state '{system.names.states[state]}'"
+    elif stiff is None or system.forces is None:
         moved = np.abs(in_lengths(system, dv)).reshape(-1, 7).max(axis=1)
         where = f"body '{system.names.carriers[int(np.argmax(np.nan_to_num(moved, nan=np.inf)))]}'"
     else:
@@ -152,9 +162,12 @@ def unsolved_stage(t: float, system: System, body: int, force: int, *, is_near: 
 
 
 def unsolved_owner(system: System, body: int, force: int) -> str:
-    """The force by its number among those that forces act along, or the body where that is -1."""
-    if force >= 0 and system.forces is not None:
-        return f"force '{system.forces.owners[force]}'"
+    """The force by its number among those that forces act along, and then the states; or the body where that is -1."""
+    owners = () if system.forces is None else system.forces.owners
+    if force >= len(owners):
+        return f"state '{system.names.states[force - len(owners)]}'"
+    if force >= 0:
+        return f"force '{owners[force]}'"
     return f"body '{system.names.carriers[body]}'"
 
 

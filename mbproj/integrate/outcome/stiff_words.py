@@ -14,8 +14,8 @@ from mbproj.thresholds import THRESHOLDS
 
 @dataclass(frozen=True)
 class Stiffness:
-    """The mode that set the limit: what makes it ("force 'coil'"), |hλ| with the step h in s, up to what the integrator
-    is stable along the `direction` of λ, and by how much an error grows in a step."""
+    """The mode that set the limit: what makes it ("force 'coil'", "state 'current'"), |hλ| with the step h in s, up to
+    what the integrator is stable along the `direction` of λ, and by how much an error grows in a step."""
 
     where: str
     omega_h: float
@@ -28,10 +28,26 @@ class Stiffness:
     @property
     def what(self) -> str:
         """|hλ| by its name, and the limit."""
-        forces = self.where.startswith("force")
-        name = "α h" if not forces else "ω h" if abs(self.direction.imag) > 0.5 else "c h / m"
-        on = " on the masses that it moves" if forces else ""
+        name = "ω h" if abs(self.direction.imag) > 0.5 else "c h / m"
+        on = " on the masses that it moves"
+        if not self.is_of_forces:
+            name = "|λ| h" if self.is_of_states else "α h"
+            on = f" at {self.omega_h / self.step:.3g} 1/s" if self.is_of_states else ""
         return f"{name} = {self.omega_h:.3g}{on}, and {self.integrator} is stable up to {self.limit:.3g}"
+
+    @property
+    def is_of_forces(self) -> bool:
+        """Whether forces make it."""
+        return self.where.startswith("force")
+
+    @property
+    def is_of_states(self) -> bool:
+        """Whether states of elements do."""
+        return self.where.startswith("state")
+
+    def said(self, one: str, several: str) -> str:
+        """What makes it, with its verb."""
+        return f"{self.where} {several if self.where.startswith(('forces', 'states')) else one}"
 
     @property
     def grows(self) -> str:
@@ -53,7 +69,7 @@ class Stiffness:
     @property
     def remedies(self) -> str:
         """What to do."""
-        softer = "a softer force" if self.where.startswith("force") else "smaller gains"
+        softer = "a softer force" if self.is_of_forces else "slower states" if self.is_of_states else "smaller gains"
         limits = {name: reach(tableau_of(name), self.direction) for name in explicit_integrators()}
         best = max(limits, key=lambda name: limits[name])
         larger = f"{best}, which is stable up to {limits[best]:.3g}, or " if limits[best] > 1.2 * self.limit else ""
@@ -62,7 +78,7 @@ class Stiffness:
 
 
 def too_stiff(stopped: SimulationError, found: Stiffness) -> SimulationError:
-    """A run has stopped because a force is too stiff for its step."""
+    """A run has stopped because a force or a state is too stiff for its step."""
     cause = f"stiff: {found.what}, so that {found.grows} of {found.step:.3g} s"
     return SimulationError(stopped.time, cause, where=found.where, hint=f"{found.stable_step}, {found.remedies}")
 
@@ -70,7 +86,7 @@ def too_stiff(stopped: SimulationError, found: Stiffness) -> SimulationError:
 def grows(found: Stiffness) -> str:
     """A run has got to its end with errors that grew."""
     return (
-        f"{found.where} is too stiff for steps of {found.step:.3g} s: {found.what}, so that "
+        f"{found.said('is', 'are')} too stiff for steps of {found.step:.3g} s: {found.what}, so that "
         f"{found.grows} and the motion is not to be trusted; {found.stable_step}, {found.remedies}"
     )
 
@@ -78,8 +94,8 @@ def grows(found: Stiffness) -> str:
 def holds(found: Stiffness) -> str:
     """A run with error control has taken small steps for its stability alone."""
     return (
-        f"{found.where} is stiff and holds the step at {found.step:.2g} s for stability alone ({found.what}), where "
-        f"accuracy would allow larger ones; quicker would be {found.remedies}"
+        f"{found.said('is stiff and holds', 'are stiff and hold')} the step at {found.step:.2g} s for stability alone "
+        f"({found.what}), where accuracy would allow larger ones; quicker would be {found.remedies}"
     )
 
 
@@ -87,8 +103,10 @@ def damps(found: Stiffness) -> str:
     """A run by an implicit method has damped a vibration that the mechanism itself hardly damps."""
     frequency, lost = found.omega_h / found.step / (2.0 * pi), 100.0 * (1.0 - min(found.growth, 1.0))
     follows = THRESHOLDS.resolved_vibration * found.step / found.omega_h
+    on = " on the masses that it moves" if found.is_of_forces else ""
+    where = ". The energy that it loses so is in the energy drift, not in the dissipation" if found.is_of_forces else ""
     return (
-        f"{found.where} vibrates with {frequency:.3g} Hz on the masses that it moves; {found.integrator} damps that "
+        f"{found.said('vibrates', 'vibrate')} with {frequency:.3g} Hz{on}; {found.integrator} damps that "
         f"by {lost:.2g} % in a step of {found.step:.2g} s (ω h = {found.omega_h:.3g}); steps of {follows:.2g} s would "
-        "follow it. The energy that it loses so is in the energy drift, not in the dissipation"
+        f"follow it{where}"
     )

@@ -1,35 +1,36 @@
-"""The fastest modes of a mechanism's forces at its start: what makes them, what they move, and the step that explicit
-integrators need for them."""
+"""The fastest modes of a mechanism's forces and states at its start: what makes them, what they move, and the step that
+explicit integrators need for them."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 
-import numpy as np
-
 from mbproj.arrays import Array, Integers
 from mbproj.dataclass import dataclass
 from mbproj.dynamics.assembly.assemble import State
 from mbproj.dynamics.equations.kinematics import pose_of
-from mbproj.dynamics.fast_modes import Mode, fast_modes, leading, moved_bodies, slopes, speeds_of_free_bodies
+from mbproj.dynamics.fast_modes import Mode, leading, moved_bodies
 from mbproj.integrate.formulations.choice import Choice, choose
 from mbproj.integrate.steppers.methods import tableau_of
 from mbproj.integrate.steppers.stability_region import reach
+from mbproj.integrate.stiff.modes_at_a_step import Owners, can_be_fast, modes_at
 from mbproj.model.system import System
 from mbproj.registry import WHERE_SMOOTH, explicit_integrators
 from mbproj.scene.records import Settings
 from mbproj.thresholds import THRESHOLDS
 
-#: Coordinates that are looked at, at most: those that would be fastest on free bodies; and modes that are told.
-LOOKED_AT, TOLD = 100, 3
+#: Modes that are told.
+TOLD = 3
 
 
 @dataclass(frozen=True)
 class FastMode:
-    """An eigenvalue λ in 1/s, the forces that make most of it and the bodies that move most, the largest part first."""
+    """An eigenvalue λ in 1/s, the forces or the states that make most of it and the bodies that move most, the largest
+    part first."""
 
     eigenvalue: complex
     forces: tuple[str, ...]
+    states: tuple[str, ...]
     bodies: tuple[str, ...]
 
     @property
@@ -45,15 +46,9 @@ class FastMode:
 
 
 def fastest_at(choice: Choice, system: System, state: State) -> list[FastMode]:
-    """The fastest modes at a state, the fastest first; none without forces along coordinates."""
-    if system.forces is None or not system.forces.size:
-        return []
-    slope, pose = slopes(system, state), pose_of(state.q)
-    bound = speeds_of_free_bodies(system, pose, slope)
-    chosen = np.sort(np.argsort(-bound)[:LOOKED_AT])
-    chosen = chosen[bound[chosen] > 0.0]
-    W = choice.responses(system, state, chosen) if len(chosen) else None
-    found = [] if W is None else fast_modes(W, chosen, slope)[:TOLD]
+    """The fastest modes at a state, the fastest first; none without forces along coordinates or states."""
+    chosen, modes = modes_at(choice, system, state)
+    found = modes[:TOLD]
     real = [mode for mode in found if abs(mode.eigenvalue) > THRESHOLDS.no_mode * abs(found[0].eigenvalue)]
     return [_described(system, state, chosen, mode) for mode in real]
 
@@ -70,17 +65,17 @@ def stable_steps(modes: Sequence[FastMode]) -> dict[str, float]:
 
 def steps_for_stability(system: System, state: State, settings: Settings) -> float:
     """How many steps DOP853 makes at least over a run with these settings, for its stability alone, as the forces are
-    at the start; 0 without forces along coordinates."""
-    if system.forces is None or not system.forces.size:
+    at the start; 0 without forces along coordinates and states."""
+    if not can_be_fast(system):
         return 0.0
     stable = stable_steps(fastest_at(choose(system, state, settings), system, state))
     return (settings.duration or 0.0) / stable[WHERE_SMOOTH] if stable else 0.0
 
 
 def _described(system: System, state: State, chosen: Integers, mode: Mode) -> FastMode:
-    assert system.forces is not None
     motion: Array | None = None
-    if system.bodies <= THRESHOLDS.large:
+    if system.bodies <= THRESHOLDS.large and mode.moves_bodies:
         motion = moved_bodies(system, pose_of(state.q), chosen, mode)
     bodies = () if motion is None else leading(system.names.carriers, motion)
-    return FastMode(mode.eigenvalue, leading(system.forces.owners, mode.shares), bodies)
+    owners = Owners.of(system, mode)
+    return FastMode(mode.eigenvalue, owners.forces, owners.states, bodies)

@@ -1,12 +1,14 @@
-"""The modes of a mechanism's forces at a state of its run, as fast as they are beside the step."""
+"""The modes of a mechanism's forces and its elements' states at a state of its run, as fast as they are beside the
+step."""
 
 from __future__ import annotations
 
 import numpy as np
 
-from mbproj.arrays import may_overflow
+from mbproj.arrays import Array, Integers, may_overflow
 from mbproj.dataclass import dataclass
 from mbproj.dynamics.assembly.assemble import State
+from mbproj.dynamics.derivatives.law_derivatives import state_slopes
 from mbproj.dynamics.equations.kinematics import pose_of
 from mbproj.dynamics.fast_modes import Mode, fast_modes, leading, slopes, speeds_of_free_bodies
 from mbproj.integrate.formulations.choice import Choice
@@ -16,32 +18,73 @@ from mbproj.integrate.steppers.stability_region import amplification, reach
 from mbproj.model.system import System
 from mbproj.thresholds import THRESHOLDS
 
-#: Laws that are looked at, at most: those that would be fastest on free bodies.
+#: Coordinates of forces that are looked at, at most: those that would be fastest on free bodies.
 LAWS = 100
-#: So many forces are named at most.
+#: So many forces or states are named at most.
 MOST_NAMED = 3
+
+
+def modes_at(choice: Choice, system: System, state: State, step: float = np.inf) -> tuple[Integers, list[Mode]]:
+    """The coordinates of forces that are looked at, (e,), and the modes at a state, the fastest first; none where all
+    are slow beside the step."""
+    with may_overflow():  # the state may be the last one of a run that is lost
+        slope, of_states = slopes(system, state), _state_slopes(system, state)
+    bound = speeds_of_free_bodies(system, pose_of(state.q), slope)
+    fastest = max(bound.max(initial=0.0), np.abs(np.linalg.eigvals(of_states)).max(initial=0.0))
+    laws = np.sort(np.argsort(-bound)[:LAWS])
+    laws = laws[bound[laws] > 0.0]
+    if fastest == 0.0 or step * fastest < THRESHOLDS.slow_mode:
+        return laws, []
+    W = choice.responses(system, state, laws) if len(laws) else np.zeros((0, 0))
+    if W is None:
+        laws, W = laws[:0], np.zeros((0, 0))
+    return laws, fast_modes(W, laws, slope, of_states)
+
+
+def _state_slopes(system: System, state: State) -> Array:
+    return np.zeros((0, 0)) if system.states is None else state_slopes(system.states, state.t, state.x)
+
+
+def can_be_fast(system: System) -> bool:
+    """Whether there are forces along coordinates, or states of elements."""
+    return system.states is not None or (system.forces is not None and system.forces.size > 0)
+
+
+@dataclass(frozen=True, eq=False)
+class Owners:
+    """What makes a mode, the one with the largest part first: `forces`, or `states` of elements."""
+
+    forces: tuple[str, ...] = ()
+    states: tuple[str, ...] = ()
+
+    @classmethod
+    def of(cls, system: System, mode: Mode) -> Owners:
+        """Of a mode of a system."""
+        count = len(system.names.states)
+        along = len(mode.shares) - count
+        if mode.shares[along:].any():
+            return cls(states=leading(system.names.states, mode.shares[along:]))
+        owners = () if system.forces is None else system.forces.owners
+        return cls(forces=leading(owners, mode.shares[:along]))
+
+    @property
+    def words(self) -> str:
+        """ "forces 'a', 'b'"."""
+        kind, names = ("state", self.states) if self.states else ("force", self.forces)
+        more = f" and {len(names) - MOST_NAMED} more" if len(names) > MOST_NAMED else ""
+        return f"{kind}{'s' * (len(names) > 1)} " + ", ".join(f"'{name}'" for name in names[:MOST_NAMED]) + more
 
 
 @dataclass(frozen=True, eq=False)
 class FastModes:
-    """Of the forces of a system, in the formulation that was chosen."""
+    """Of the forces and states of a system, in the formulation that was chosen."""
 
     choice: Choice
     system: System
 
     def at(self, state: State, step: float) -> list[Mode]:
         """The modes at a state, the fastest first; none where all are slow beside the step."""
-        if self.system.forces is None or not self.system.forces.size:
-            return []
-        with may_overflow():  # the state may be the last one of a run that is lost
-            slope = slopes(self.system, state)
-        bound = speeds_of_free_bodies(self.system, pose_of(state.q), slope)
-        laws = np.sort(np.argsort(-bound)[:LAWS])
-        laws = laws[bound[laws] > 0.0]
-        if not len(laws) or step * bound.max() < THRESHOLDS.slow_mode:
-            return []
-        W = self.choice.responses(self.system, state, laws)
-        return [] if W is None else fast_modes(W, laws, slope)
+        return modes_at(self.choice, self.system, state, step)[1]
 
     def fastest(self, state: State, step: float) -> tuple[str, complex] | None:
         """What makes the fastest mode, and its eigenvalue; None where all are slow beside the step."""
@@ -49,11 +92,8 @@ class FastModes:
         return None if mode is None else (self.named(mode), mode.eigenvalue)
 
     def named(self, mode: Mode) -> str:
-        """The forces that make a mode, the one with the largest part first."""
-        assert self.system.forces is not None
-        names = leading(self.system.forces.owners, mode.shares)
-        more = f" and {len(names) - MOST_NAMED} more" if len(names) > MOST_NAMED else ""
-        return f"force{'s' * (len(names) > 1)} " + ", ".join(f"'{name}'" for name in names[:MOST_NAMED]) + more
+        """What makes a mode, the one with the largest part first."""
+        return Owners.of(self.system, mode).words
 
 
 def against(integrator: str, step: float, where: str, eigenvalue: complex) -> Stiffness:

@@ -1,5 +1,5 @@
-"""What limits a step of a run with error control: the step is tried again, and its error told by bodies, or the force
-that holds it for stability alone."""
+"""What limits a step of a run with error control: the step is tried again, and its error told by bodies and states, or
+the force or state that holds it for stability alone."""
 
 from __future__ import annotations
 
@@ -29,8 +29,8 @@ from mbproj.thresholds import THRESHOLDS
 @dataclass(frozen=True)
 class StepLimit:
     """A step of size `step` (s) from `time` on (s): its error in tolerances, NaN where it cannot be made; `shares`: the
-    part that each body has in the square of the error, the largest first; `reason`: what holds the step apart from
-    accuracy, "" where nothing does."""
+    part that each body and state has in the square of the error, the largest first; `reason`: what holds the step
+    apart from accuracy, "" where nothing does."""
 
     time: float
     step: float
@@ -57,15 +57,17 @@ def step_limit(system: System, state: State, settings: Settings, step: float) ->
     layout, tolerance = formulation.layout, settings.tolerance
     scale = layout.scale
     weight = scale + np.maximum(np.abs(tried.y), np.abs(tried.y_new))
-    square = (np.array(formulation.parts(estimates[0] / weight)[:2]) ** 2).reshape(2, -1, 7).sum(axis=(0, 2))
+    of_bodies = (np.array(formulation.parts(estimates[0] / weight)[:2]) ** 2).reshape(2, -1, 7).sum(axis=(0, 2))
+    square = np.concatenate([of_bodies, (estimates[0] / weight)[layout["states"]] ** 2])
     part = square / max(float(square.sum()), np.finfo(float).tiny)
     order = np.argsort(-part, kind="stable")
-    shares = tuple((system.names.carriers[body], float(part[body])) for body in order)
+    names = (*system.names.carriers, *(f"state {name}" for name in system.names.states))
+    shares = tuple((names[each], float(part[each])) for each in order)
     return StepLimit(state.t, step, error_norm(estimates, tried.y, tried.y_new, tolerance, scale), shares, held)
 
 
 def _held(modes: FastModes, state: State, integrator: str, step: float) -> str:
-    """The force that holds an explicit step at the limit of its stability."""
+    """The force or state that holds an explicit step at the limit of its stability."""
     fastest = None if integrators()[integrator].implicit else modes.fastest(state, step)
     if fastest is None:
         return ""

@@ -1,6 +1,6 @@
-"""Whether a run was too stiff for its step: the fastest mode of its forces, at some of its samples, against what its
-integrator is stable for. Beyond that, errors grow with a fixed step; error control holds the step there, where accuracy
-would let it grow."""
+"""Whether a run was too stiff for its step: the fastest mode of its forces and states, at some of its samples, against
+what its integrator is stable for. Beyond that, errors grow with a fixed step; error control holds the step there, where
+accuracy would let it grow."""
 
 from __future__ import annotations
 
@@ -50,7 +50,7 @@ class _Kept:
 
 class StiffnessWatch:
     """Scratch of a run: some of its samples, and what they say of stiffness when it has ended. Scenes without forces on
-    coordinates, and without Baumgarte's terms, never come here."""
+    coordinates, states and Baumgarte's terms never come here."""
 
     def __init__(self, choice: Choice, system: System, settings: Settings, march: March) -> None:
         self._system, self._settings, self._march = system, settings, march
@@ -58,7 +58,8 @@ class StiffnessWatch:
         self._integrator = WHERE_STIFF if settings.integrator == AUTOMATIC else settings.integrator
         self._tableau = tableau_of(self._integrator)
         self._kept: list[_Kept] = []
-        self._active = settings.projection.gains is not None or (system.forces is not None and system.forces.size > 0)
+        forces, states = system.forces, system.states
+        self._active = settings.projection.gains is not None or states is not None or bool(forces and forces.size)
 
     @cached_property
     def _modes(self) -> FastModes:

@@ -82,6 +82,9 @@ public:
         return true;
     }
 
+    // (I - g f_x)⁻¹ e in the states' block of e, x' = f(t, x) at y at t.
+    void eliminate_states(double t, const double* y, double g, double* e) { states_.eliminate(window_.seen(t), y, g, e); }
+
     // A state at a time, in place of the last.
     void set_pose(double t, const double* y) {
         pose_.update(y);

@@ -1,7 +1,8 @@
 // One equation of an implicit step: accelerations a with M a + Gᵀλ = f(q, v), G a = γ(q, v) where q and v follow from a. With
 // g = hγ they are v = c + g a, and q changes with g² a. Newton's method takes the stiff forces along as compliant rows
 // (kinematics/compliant_rows.hpp): from accelerations b, by which the state at hand was made, to a with
-// (M + JᵀD J) a + Gᵀλ = f + JᵀD J b. Of a solution a = b. Scenes without stiff forces have the usual solver.
+// (M + JᵀD J) a + Gᵀλ = f + JᵀD J b. Of a solution a = b. Scenes without stiff forces have the usual solver. States of elements
+// are eliminated: from rates x'₀, by which x was made, to x'₀ + (I - g f_x)⁻¹ (f - x'₀).
 #pragma once
 
 #include "dynamics/equations_of_motion.hpp"
@@ -18,6 +19,8 @@ public:
 
     // Whether Newton's matrix is more than that of the masses.
     bool is_stiff() const { return !model_.stiff.empty(); }
+    // Whether an error has to be filtered.
+    bool filters() const { return is_stiff() || model_.layout.states.size > 0; }
 
     // Stages are numbered below so many.
     void remember(int stages) { equations_.solver().compliance().remember(stages); }
@@ -30,22 +33,58 @@ public:
     // y' with the accelerations a at the state y at t, which was made by those in `before`, a slope; multipliers on request.
     // False where there are none, or not with these rows.
     bool slope(double t, const double* y, double g, const double* before, Pass pass, double* slope, double* lambda) {
-        if (!is_stiff()) return equations_.watched_derivative(t, y, slope, lambda);
-        return stiff_slope(t, y, g, before, pass, slope, lambda);
+        const bool found = is_stiff() ? stiff_slope(t, y, g, before, pass, slope, lambda)
+                                      : equations_.watched_derivative(t, y, slope, lambda);
+        return found && eliminated(t, y, g, before, slope);
     }
     // The same at a state beside the step, of which the row policy takes no note.
     bool slope_beside(double t, const double* y, double g, const double* before, double* slope, double* lambda) {
-        if (is_stiff()) return stiff_slope(t, y, g, before, {0, 0}, slope, lambda);
+        if (is_stiff())
+            return stiff_slope(t, y, g, before, {0, 0}, slope, lambda) && eliminated(t, y, g, before, slope);
         equations_.set_pose(t, y);
         if (!equations_.factor(Metric::mass)) return false;
         equations_.set_velocities(y, false);
-        return equations_.slope_at(y, slope, lambda);
+        return equations_.slope_at(y, slope, lambda) && eliminated(t, y, g, before, slope);
     }
 
-    // (I - g ∂f/∂y)⁻¹ e of an error e of the state y after so many stages: what stiff forces would make of it. By the factor
-    // at hand, unless a force was softer at an earlier stage: where it gives way it has not held the error back. What e does
-    // to the rows of G is left to the projection.
-    bool filter(const double* y, double g, int stages, double* e) {
+    // (I - g ∂f/∂y)⁻¹ e of an error e of the state y at t after so many stages: what stiff forces and states would make of it.
+    bool filter(double t, const double* y, double g, int stages, double* e) {
+        equations_.eliminate_states(t, y, g, e);
+        return !is_stiff() || filter_motion(y, g, stages, e);
+    }
+
+    // The coordinate along which a change of the accelerations changes a stiff force most; -1 without any.
+    int leader(const Eigen::VectorXd& change) {
+        turn_to(change.data());
+        const auto& compliance = equations_.solver().compliance();
+        int joint = model_.first_stiff(), found = -1;
+        double most = 0.0;
+        const auto take = [&](double force, int coordinate) {
+            if (force > most) most = force, found = coordinate;
+            ++joint;
+        };
+        each_stiff_force([&](std::size_t, int law) { take(compliance.weight(joint) * std::abs(along(law)), law); },
+                         [&](const Bushing<D>& bushing) {
+                             const auto& root = compliance.root(joint);
+                             const auto force = (root.transpose() * (root * rate({bushing, equations_.pose()}))).eval();
+                             const auto number = &bushing - model_.loads->bushings.data();
+                             take(force.norm(), static_cast<int>(model_.loads->laws.size() + 6 * number));
+                         });
+        return found;
+    }
+
+private:
+    // x' after a pass of Newton's method, in its block of a slope where f is.
+    bool eliminated(double t, const double* y, double g, const double* before, double* slope) {
+        const Block& block = model_.layout.states;
+        for (int i = block.first; i < block.end(); ++i) slope[i] -= before[i];
+        equations_.eliminate_states(t, y, g, slope);
+        for (int i = block.first; i < block.end(); ++i) slope[i] += before[i];
+        return true;
+    }
+    // By the factor at hand, unless a force was softer at an earlier stage: where it gives way it has not held the error back.
+    // What e does to the rows of G is left to the projection.
+    bool filter_motion(const double* y, double g, int stages, double* e) {
         if (equations_.solver().compliance().soften(stages, g) &&
             !equations_.solver().factor(equations_.pose(), Metric::stiff, 0.0))
             return false;
@@ -85,27 +124,6 @@ public:
         return true;
     }
 
-    // The coordinate along which a change of the accelerations changes a stiff force most; -1 without any.
-    int leader(const Eigen::VectorXd& change) {
-        turn_to(change.data());
-        const auto& compliance = equations_.solver().compliance();
-        int joint = model_.first_stiff(), found = -1;
-        double most = 0.0;
-        const auto take = [&](double force, int coordinate) {
-            if (force > most) most = force, found = coordinate;
-            ++joint;
-        };
-        each_stiff_force([&](std::size_t, int law) { take(compliance.weight(joint) * std::abs(along(law)), law); },
-                         [&](const Bushing<D>& bushing) {
-                             const auto& root = compliance.root(joint);
-                             const auto force = (root.transpose() * (root * rate({bushing, equations_.pose()}))).eval();
-                             const auto number = &bushing - model_.loads->bushings.data();
-                             take(force.norm(), static_cast<int>(model_.loads->laws.size() + 6 * number));
-                         });
-        return found;
-    }
-
-private:
     // The twists of a slope's accelerations, at the pose in place.
     void turn_to(const double* slope) {
         for (int b = 0; b < model_.size(); ++b) {

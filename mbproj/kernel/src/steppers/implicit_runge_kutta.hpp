@@ -63,15 +63,15 @@ public:
 
     // Of a stiff vibration the estimate is as large as it is, however short the step: a step that was rejected would be made
     // shorter until it follows what its predecessors have damped. So it is filtered twice then (Hairer & Wanner II, IV.8).
-    std::optional<double> error(double, const Vector& y, const Vector& y_new, double h, double tolerance,
+    std::optional<double> error(double t, const Vector& y, const Vector& y_new, double h, double tolerance,
                                 bool again) override {
         found_.setZero();
         for (int s = 0; s < tableau_.stages(); ++s) found_ += (h * tableau_.error(0, s)) * k_[s];
-        if (!implicit_.is_stiff()) return norm_of_error(y, y_new, tolerance);
-        if (!filter(y_new, h)) return std::nullopt;
+        if (!implicit_.filters()) return norm_of_error(y, y_new, tolerance);
+        if (!filter(t, y_new, h)) return std::nullopt;
         const double once = norm_of_error(y, y_new, tolerance);
         if (!again || !(once > 1.0)) return once;
-        if (!filter(y_new, h)) return std::nullopt;
+        if (!filter(t, y_new, h)) return std::nullopt;
         return norm_of_error(y, y_new, tolerance);
     }
 
@@ -114,8 +114,8 @@ public:
     bool carries_slope() const override { return true; }
 
 private:
-    bool filter(const Vector& y_new, double h) {
-        return implicit_.filter(y_new.data(), h * tableau_.gamma, tableau_.stages(), found_.data());
+    bool filter(double t, const Vector& y_new, double h) {
+        return implicit_.filter(t, y_new.data(), h * tableau_.gamma, tableau_.stages(), found_.data());
     }
     double norm_of_error(const Vector& y, const Vector& y_new, double tolerance) const {
         double sum = 0.0;
@@ -185,8 +185,21 @@ private:
     // For want of stage s.
     bool fails(int s) {
         const Vector change = k_[s] - old_[s];
-        unsolved_ = Unsolved{furthest(change), implicit_.leader(change)};
+        unsolved_ = Unsolved{furthest(change), leader(change)};
         return false;
+    }
+    // The state of an element that changes most, by its number after the coordinates that forces act along; or a force.
+    int leader(const Vector& change) {
+        const Block& states = layout_.states;
+        int found = 0;
+        double most = 0.0;
+        for (int i = 0; i < layout_.controlled(); ++i)
+            if (const double part = std::abs(change[i]) / (layout_.scale[i] + std::abs(stage_[i])); part > most)
+                most = part, found = i;
+        if (states.size == 0 || found < states.first) return implicit_.leader(change);
+        const auto& loads = equations_.model().loads;
+        const std::size_t along = loads ? loads->laws.size() + 6 * loads->bushings.size() : 0;
+        return static_cast<int>(along) + found - states.first;
     }
 
     // By what is left, as the contraction so far lets expect; or because round-off keeps it from falling.

@@ -21,8 +21,8 @@ struct FirstStep {
     bool limited;
 };
 
-// The body of which Newton's method has not found the accelerations, and the force that keeps it from doing so: by its
-// number among those that forces act along, or -1.
+// The body of which Newton's method has not found the accelerations, and the force or state that keeps it from doing so: by
+// its number among the coordinates that forces act along and then the states, or -1.
 struct Unsolved {
     int body, force;
 };
