@@ -10,6 +10,7 @@ import numpy as np
 from mbproj.arrays import Array, Flags, Integers
 from mbproj.dataclass import dataclass
 from mbproj.dynamics.assembly.assemble import State, coordinate_values
+from mbproj.dynamics.contact.freedom import Freedom
 from mbproj.dynamics.derivatives.linear_equations import Motion, constraint_rows
 from mbproj.dynamics.derivatives.row_derivatives import row_motion
 from mbproj.dynamics.derivatives.tangent import tangent_velocities
@@ -39,7 +40,7 @@ class Held:
 def held_at(system: System, state: State, *, resting: bool = False) -> Held:
     """At a state; where all are `resting`, its velocities do not count. Raises InputError where a friction slides that
     goes by what its bearing carries."""
-    whole = standing_on_stops(system)
+    whole = standing_on_stops(system, _soft(system, state))
     frictions = system.frictions
     if frictions is None:
         return Held(whole, whole)
@@ -56,6 +57,18 @@ def held_at(system: System, state: State, *, resting: bool = False) -> Held:
     )
     by = tuple(system.names.frictions[k] for k in contacts.stuck)
     return Held(_named(whole, in_contact(whole, contacts), contacts), whole, by)
+
+
+def _soft(system: System, state: State) -> dict[int, float]:
+    """What each compliant stop pushes by, with the mass that it sees at a state where its restitution asks for one."""
+    stops = system.stops
+    if stops is None:
+        return {}
+    soft = np.flatnonzero(~stops.is_rigid).tolist()
+    if not stops.resistance[soft].any():
+        return {k: stops.pushes_by(k, np.zeros(0)) for k in soft}
+    N = Freedom.at(system, state).rows(stops)
+    return {k: stops.pushes_by(k, N[k]) for k in soft}
 
 
 def _refuse_sliding_by_load(system: System, frictions: Frictions, rests: Flags) -> None:

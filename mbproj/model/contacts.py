@@ -25,13 +25,13 @@ TINY = 1e-60
 @dataclass(frozen=True)
 class Contacts:
     """The stops that touch: rigid ones that are `held`, in their order; compliant ones that push, with the damping c
-    of each in s/m or s/rad. And the dry frictions: those that are `sliding`, with the sign of s', or the part of the
-    direction along a tangent; those that are `stuck` at this value of s; those that stick because others hold them, and
-    are `bearing` this part, -1 to 1, of their static force. Those in a plane that are `starting` or go `straight`
-    to rest are slow, and keep their direction. Where rows of stops that touch depend on each other only some are held:
-    `shares` says of all of them with which parts of the pushes that these would have alone each pushes, as pairs of a
-    held stop and a part; those that are `idle` touch and do not push. Whether the motion depends on how they share is
-    `decides`."""
+    of each in s/m or s/rad, or of those with a restitution κ 2k / ((p + 1) m), m the mass that it sees. And the dry
+    frictions: those that are `sliding`, with the sign of s', or the part of the direction along a tangent; those that
+    are `stuck` at this value of s; those that stick because others hold them, and are `bearing` this part, -1 to 1,
+    of their static force. Those in a plane that are `starting` or go `straight` to rest are slow, and keep their
+    direction. Where rows of stops that touch depend on each other only some are held: `shares` says of all of them
+    with which parts of the pushes that these would have alone each pushes, as pairs of a held stop and a part; those
+    that are `idle` touch and do not push. Whether the motion depends on how they share is `decides`."""
 
     held: tuple[int, ...] = ()
     pushing: Mapping[int, float] = field(default_factory=dict)
@@ -83,22 +83,21 @@ def in_contact(system: System, contacts: Contacts) -> System:
     return replace(found, forces=with_laws(found.forces, laws)) if laws else found
 
 
-def standing_on_stops(system: System) -> System:
-    """The mechanism for equilibria and small motions: compliant stops are laws k max(0, δ)ᵖ, with the damping that is
-    given. The same system without any. Rigid ones are left to the caller."""
+def standing_on_stops(system: System, pushing: Mapping[int, float]) -> System:
+    """The mechanism for equilibria and small motions: compliant stops, which `pushing` has, are laws of max(0, δ). The
+    same system without any. Rigid ones are left to the caller."""
     stops = system.stops
     if stops is None or stops.is_rigid.all():
         return system
-    soft = {int(k): 0.0 if np.isnan(c) else float(c) for k, c in enumerate(stops.damping) if not stops.is_rigid[k]}
     laws = 0 if system.forces is None else system.forces.laws.size
     names, units = system.names.forces, system.names.force_units
     return replace(
         system,
-        forces=with_laws(system.forces, list(_pushes(stops, soft, one_sided=True))),
+        forces=with_laws(system.forces, list(_pushes(stops, pushing, one_sided=True))),
         names=replace(
             system.names,
-            forces=(*names[:laws], *(system.names.stops[k] for k in soft), *names[laws:]),
-            force_units=(*units[:laws], *(system.names.stop_units[k] for k in soft), *units[laws:]),
+            forces=(*names[:laws], *(system.names.stops[k] for k in pushing), *names[laws:]),
+            force_units=(*units[:laws], *(system.names.stop_units[k] for k in pushing), *units[laws:]),
         ),
     )
 
@@ -140,9 +139,9 @@ def _holding(system: System, held: list[_Row]) -> System:
 
 def _pushes(stops: Stops, pushing: Mapping[int, float], *, one_sided: bool = False) -> Iterator[AddedLaw]:
     """The laws of stops that push; a law that is one-sided knows itself where it does."""
-    for k, damping in pushing.items():
+    for k, by in pushing.items():
         (along,) = bindings(stops.coordinates, [k])
-        push = _push(stops, k, damping, one_sided)
+        push = _push(stops, k, by, one_sided)
         yield AddedLaw(along, int(stops.joint_coordinate[k]), push, _named(stops.owners[k]))
 
 
@@ -220,21 +219,31 @@ def _named(owner: str) -> str:
     return owner.split("'")[1]
 
 
-def _push(stops: Stops, k: int, damping: float, one_sided: bool) -> Code:
-    """The force along s: side k δᵖ max(0, 1 + c δ'); one-sided, with max(0, δ)."""
-    side, bound = float(stops.side[k]), float(stops.bound[k])
+def _push(stops: Stops, k: int, by: float, one_sided: bool) -> Code:
+    """The force along s: side k δᵖ max(0, 1 + c δ'), or with a restitution side k δᵖ (1 + d δ' / √(δ'² + r δᵖ⁺¹)).
+    `by` is c or r; one-sided, with max(0, δ)."""
+    side, bound, exponent = float(stops.side[k]), float(stops.bound[k]), float(stops.exponent[k])
+    c, d = (by, 0.0) if np.isnan(stops.restitution[k]) else (0.0, float(stops.resistance[k]))
     depth = apply(Op.MULTIPLY, number(-side), apply(Op.SUBTRACT, variable(COORDINATE), number(bound)))
     depth = apply(Op.MAX, number(0.0), depth) if one_sided else depth
-    push = apply(Op.MULTIPLY, number(side * float(stops.stiffness[k])), _power(depth, float(stops.exponent[k])))
-    if damping == 0.0:
+    push = apply(Op.MULTIPLY, number(side * float(stops.stiffness[k])), _power(depth, exponent))
+    if c == d == 0.0:
         return push
-    rate = apply(Op.MULTIPLY, number(-side * damping), variable(RATE))
-    return apply(Op.MULTIPLY, push, apply(Op.MAX, number(0.0), apply(Op.ADD, number(1.0), rate)))
+    part = apply(Op.MULTIPLY, number(-side * (c or d)), variable(RATE))
+    if c:
+        return apply(Op.MULTIPLY, push, apply(Op.MAX, number(0.0), apply(Op.ADD, number(1.0), part)))
+    elastic = apply(Op.MULTIPLY, number(by), _size(depth, exponent + 1.0))
+    kinetic = apply(Op.ADD, apply(Op.MULTIPLY, variable(RATE), variable(RATE)), number(TINY))
+    part = apply(Op.DIVIDE, part, apply(Op.SQRT, apply(Op.ADD, kinetic, elastic)))
+    return apply(Op.MULTIPLY, push, apply(Op.ADD, number(1.0), part))
 
 
 def _power(depth: Code, exponent: float) -> Code:
-    """δᵖ, with finite derivatives where δ is 0 or, by round-off, below."""
-    if exponent == 1.0:
-        return depth
+    """δᵖ as δ (δ²)^((p - 1) / 2), with finite derivatives where δ is 0 or, by round-off, below."""
+    return depth if exponent == 1.0 else apply(Op.MULTIPLY, depth, _size(depth, exponent - 1.0))
+
+
+def _size(depth: Code, exponent: float) -> Code:
+    """|δ|ᵖ."""
     square = apply(Op.ADD, apply(Op.MULTIPLY, depth, depth), number(TINY))
     return (*square, Instruction(Op.POWER, 0.5 * exponent))

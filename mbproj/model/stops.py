@@ -14,15 +14,17 @@ from mbproj.model.primitive_set import PrimitiveSet
 @dataclass(frozen=True, eq=False)
 class Stops:
     """S one-sided limits on scalar coordinates s: the gap g = side (s - bound) is never negative at a rigid stop, and
-    a compliant one pushes with k δᵖ (1 + c δ') while its penetration δ = -g is positive (Hunt & Crossley 1975).
+    a compliant one pushes while its penetration δ = -g is positive, with k δᵖ (1 + c δ') (Hunt & Crossley 1975), or
+    where it has a restitution with k δᵖ (1 + d δ' / √(δ'² + κ 2V/m)), where V is its energy and m the mass that it
+    sees.
 
-    `coordinates`: the s as primitives, S rows. `joint_coordinate` (S,): which of the system's coordinates s is, so that
-    an angle counts its turns; -1 for the distance of two points, or of a point from a plane. `side` (S,): 1 for the
-    least that s may be, -1 for the most; `bound` (S,) in m or rad. `stiffness` k (S,), in N or N m per m or rad to the
-    power `exponent` p (S,): infinite where a stop is rigid. `restitution` (S,): the part of the speed of approach with
-    which a free impact ends, NaN where the damping is given. `damping` c (S,) in s/m or s/rad, NaN where the
-    restitution is given. `owners`: "joint 'hinge'" or "force 'bumper'", for messages; `places`: where each stands in
-    the scene.
+    `coordinates`: the s as primitives, S rows. `joint_coordinate` (S,): which of the system's coordinates s is, so
+    that an angle counts its turns; -1 for the distance of two points, or of a point from a plane. `side` (S,): 1 for
+    the least that s may be, -1 for the most; `bound` (S,) in m or rad. `stiffness` k (S,), in N or N m per m or rad
+    to the power `exponent` p (S,): infinite where a stop is rigid. `restitution` (S,): the part of the speed of
+    approach with which a free impact ends, NaN where the damping is given. `damping` c (S,) in s/m or s/rad, NaN
+    where the restitution is given. `resistance` d, `softening` κ (S,), from the restitution. `owners`: "joint
+    'hinge'" or "force 'bumper'", for messages; `places`: where each stands in the scene.
     """
 
     coordinates: PrimitiveSet
@@ -33,6 +35,8 @@ class Stops:
     exponent: Array
     restitution: Array
     damping: Array
+    resistance: Array
+    softening: Array
     owners: tuple[str, ...]
     places: tuple[Place | None, ...]
 
@@ -40,6 +44,13 @@ class Stops:
     def size(self) -> int:
         """S."""
         return len(self.side)
+
+    def pushes_by(self, k: int, row: Array) -> float:
+        """What the damping of a compliant stop goes by while it touches: c, or κ 2k / ((p + 1) m), where 1/m = |N|² of
+        its `row` N (f,) in coordinates in which the kinetic energy is ½|x|²."""
+        if np.isnan(self.restitution[k]):
+            return float(self.damping[k])
+        return float(2.0 * self.softening[k] * self.stiffness[k] / (self.exponent[k] + 1.0) * (row @ row))
 
     @property
     def is_rigid(self) -> npt.NDArray[np.bool_]:

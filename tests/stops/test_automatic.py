@@ -111,8 +111,8 @@ def test_where_nothing_is_stiff_it_has_the_bits_of_dop853(name):
 
 
 def test_a_bump_stop_is_met_by_either_method():
-    """Its strut holds explicit steps up, now and then; both tell of the same contacts."""
-    text = (ROOT / "mechanisms" / "bump_stop.yaml").read_text()
+    """What lies on a stop with a small restitution holds explicit steps up; both tell of the same contacts."""
+    text = (ROOT / "mechanisms" / "bump_stop.yaml").read_text().replace("restitution: 0.4", "restitution: 0.1")
     _, alone = run(text)
     _, auto = run(text.replace("integrator: dop853", "integrator: auto"))
     met = [event for event in auto.happened if event.name != "integrator"]

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from mbproj.errors import InputError
 from tests.stops.runs import DOP853, FIXED, simulated
 
 TEXT = """
@@ -41,3 +42,12 @@ def test_a_run_goes_on_with_the_bits_of_a_longer_one(formulation, steps, law):
     for path in ("time", "bodies/position", "bodies/velocity", "stops/force", "diagnostics/dissipation"):
         assert np.array_equal(rest[path], whole[path][after]), path
     assert rest.happened == whole.happened
+
+
+def test_a_mark_of_an_older_law_of_stops_is_refused():
+    text = TEXT.format(duration=0.35, steps=FIXED, formulation="planar", law="stiffness: 1.0e2, restitution: 0.5")
+    _, kept = simulated(text)
+    mark = next(mark for mark in kept[::-1] if mark["stops"]["pushing"])
+    del mark["stops"]["law"]
+    with pytest.raises(InputError, match="an older mbproj made it, with another law of stops that give way"):
+        simulated(text.replace("duration: 0.35", "duration: 2"), mark)

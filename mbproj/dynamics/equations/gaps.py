@@ -32,12 +32,14 @@ def gap_rates(stops: Stops, pose: Pose, twist: Twist) -> Numbers:
         return np.asarray(stops.side * set_velocity(stops.coordinates, pose, twist))
 
 
-def pressing(stops: Stops, damping: Array, gap: Numbers, rate: Numbers) -> Numbers:
-    """What compliant stops push apart with at these gaps (..., S) and rates, k δᵖ max(0, 1 + c δ'), in N or N m; 0 of
-    rigid ones. `damping` c (S,)."""
+def pressing(stops: Stops, by: Array, gap: Numbers, rate: Numbers) -> Numbers:
+    """What compliant stops push apart with at these gaps (..., S) and rates, in N or N m; 0 of rigid ones. `by` (S,) as
+    `Stops.pushes_by` has it."""
     δ = np.maximum(-gap, 0.0)
-    elastic = _stiffness(stops) * δ**stops.exponent
-    return np.asarray(np.where(δ > 0.0, elastic * np.maximum(1.0 - damping * rate, 0.0), 0.0))
+    elastic, given = _stiffness(stops) * δ**stops.exponent, np.isnan(stops.restitution)
+    speed = np.sqrt(rate**2 + by * δ ** (stops.exponent + 1.0) + np.finfo(float).tiny)
+    part = np.where(given, by, stops.resistance / speed) * rate
+    return np.asarray(np.where(δ > 0.0, elastic * np.maximum(1.0 - part, 0.0), 0.0))
 
 
 def stored_energy(stops: Stops, gap: Numbers) -> Numbers:

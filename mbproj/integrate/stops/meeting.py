@@ -12,7 +12,6 @@ from mbproj.arrays import Array, Flags, Integers
 from mbproj.dataclass import dataclass
 from mbproj.dynamics.assembly.assemble import State
 from mbproj.dynamics.contact.freedom import Freedom, counted_coordinates
-from mbproj.dynamics.contact.hunt_crossley import relative_damping
 from mbproj.dynamics.contact.impact import Impact, contact_pushes, impact, impact_with_friction
 from mbproj.dynamics.contact.inside import stop_sizes
 from mbproj.dynamics.equations.energy import kinetic_energy
@@ -188,22 +187,9 @@ def _compliant(
         inside = touch.gap[k] < -THRESHOLDS.touching * touch.size[k]
         rests = touch.rate[k] <= touch.slow[k] and touch.acceleration[k] < 0.0
         if inside or rests or touch.rate[k] < -touch.slow[k]:
-            pushing[k] = _damping(touch, k)
+            pushing[k] = stops.pushes_by(k, touch.N[k])
             events.append(Event(state.t, _name(system, k), "contact", -1))
     return pushing, tuple(events)
-
-
-def _damping(touch: _Touch, k: int) -> float:
-    """c of a compliant stop that is met now. What is pressed on it at rest, or lies on it pressed in, meets it with the
-    speed of the oscillation that this begins: k δᵖ = m a, v² = a δ."""
-    stops = touch.stops
-    if np.isnan(stops.restitution[k]):
-        return float(stops.damping[k])
-    stiffness, exponent = float(stops.stiffness[k]), float(stops.exponent[k])
-    mass, pressed = 1.0 / float(touch.N[k] @ touch.N[k]), max(-float(touch.acceleration[k]), 0.0)
-    depth = max((mass * pressed / stiffness) ** (1.0 / exponent), -float(touch.gap[k]))
-    speed = float(np.hypot(touch.rate[k], np.sqrt(stiffness * depth**exponent / mass * depth)))
-    return relative_damping(float(stops.restitution[k])) / speed
 
 
 def _bounced(touch: _Touch, rigid: Flags, struck: Flags) -> tuple[Impact, tuple[Event, ...]]:

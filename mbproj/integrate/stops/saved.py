@@ -33,6 +33,7 @@ def saved(at: Standing) -> dict[str, Any]:
     """All that a leg depends on, but for the events before it."""
     state, contacts, chosen = at.state, at.contacts, at.variants.chosen_at
     return {
+        "law": LAW,
         "state": _listed(state),
         "held": list(contacts.held),
         **{name: [[k, x] for k, x in getattr(contacts, name).items()] for name in NUMBERED},
@@ -59,6 +60,8 @@ def _state(system: System, saved: list[Any]) -> State:
     return State.of(system, float(t), **blocks)
 
 
+#: The law of stops with restitution that a mark was made by: their number in `pushing` depends on it.
+LAW = 2
 #: What `Contacts` has by the number of a stop or a friction, and what it is.
 NUMBERED = {"pushing": float, "sliding": float, "stuck": float, "bearing": float}
 
@@ -77,6 +80,8 @@ def restore(at: Standing, mark: Mark) -> None:
         raise ValueError("a stop is not there")
     if any(not 0 <= k < frictions for name in ("sliding", "stuck", "bearing") for k in numbered[name]):
         raise ValueError("a friction is not there")
+    if numbered["pushing"] and mark.get("law") != LAW:
+        raise ValueError("an older mbproj made it, with another law of stops that give way")
     marked = {name: frozenset(int(k) for k in mark[name]) for name in MARKED}
     shares = {int(k): tuple((int(own), float(part)) for own, part in parts) for k, parts in mark["shares"]}
     if any(not 0 <= k < stops or any(own not in held for own, _ in parts) for k, parts in shares.items()):

@@ -49,11 +49,10 @@ def of_the_whole(variant: Variant, samples: Samples) -> Samples:
 
 def _pressing(variant: Variant, stops: Stops, samples: Samples, own: Integers) -> Array:
     """How hard each stop pushes, (T, S)."""
-    held, pose, damping = list(variant.contacts.held), pose_of(samples.q), np.zeros(stops.size)
+    held, pose, by = list(variant.contacts.held), pose_of(samples.q), np.zeros(stops.size)
     gap, rate = gaps(stops, pose, samples.turns), gap_rates(stops, pose, twist_of(pose, samples.v))
-    for stop, c in variant.contacts.pushing.items():
-        damping[stop] = c
-    found = pressing(stops, damping, gap, rate)
+    by[list(variant.contacts.pushing)] = list(variant.contacts.pushing.values())
+    found = pressing(stops, by, gap, rate)
     alone = -stops.side[held] * samples.multipliers[:, own[: len(held)]]
     found[:, held] = alone
     for k, parts in variant.contacts.shares.items():

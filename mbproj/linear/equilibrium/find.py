@@ -73,7 +73,16 @@ def equilibrium(
     here = held_at(system, start, resting=True)
     q, expected = _led_to(here.system, start, t)
     problem = Problem.of(here.system, t, q, drive_at(system, t), held, turning or REST)
-    return _possible(system, described(problem, _solved(problem, q, expected), here))
+    return _possible(system, _with_masses(system, problem, _solved(problem, q, expected), here))
+
+
+def _with_masses(system: System, problem: Problem, solved: Solved, here: Held) -> Equilibrium:
+    """What is described, with the masses that compliant stops see at the equilibrium, not at the start."""
+    found = described(problem, solved, here)
+    if system.stops is None or not system.stops.resistance.any():
+        return found
+    here = held_at(system, found.state, resting=True)
+    return described(replace(problem, system=here.system), solved, here)
 
 
 def _possible(system: System, found: Equilibrium) -> Equilibrium:
@@ -133,7 +142,9 @@ def others(
             after = there.after(0.1 * way[: there.space.freedom])
             there = there if after is None else after
         try:
-            other = _possible(system, described(problem, solve(problem, there.motion.q, there.motion.expected), here))
+            other = _possible(
+                system, _with_masses(system, problem, solve(problem, there.motion.q, there.motion.expected), here)
+            )
         except (NoEquilibrium, InputError):
             continue
         if all(_apart(system, pose, other.reference.motion.q) for pose in seen):

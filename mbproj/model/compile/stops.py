@@ -11,6 +11,7 @@ from mbproj.constraints import PRIMITIVES
 from mbproj.dataclass import dataclass
 from mbproj.errors import InputError, Place, Problem
 from mbproj.model.compile.frames import Pose
+from mbproj.model.compile.restitution import resistance
 from mbproj.model.compile.rigid_groups import Seat
 from mbproj.model.primitive_set import Binding, bind
 from mbproj.model.stops import Stops
@@ -42,6 +43,7 @@ def compile_stops(
     if not sides:
         return None, ()
     laws = [side.law for side in sides]
+    resistances = [_resistance(law) for law in laws]
     stops = Stops(
         coordinates=bind([Binding(each.along.primitive, at, each.along.slots) for at, each in enumerate(sides)]),
         joint_coordinate=np.array([each.coordinate for each in sides], dtype=np.intp),
@@ -51,6 +53,8 @@ def compile_stops(
         exponent=np.array([law.exponent for law in laws]),
         restitution=_or_nan([law.restitution for law in laws]),
         damping=_or_nan([law.damping for law in laws]),
+        resistance=np.array([d for d, _ in resistances]),
+        softening=np.array([κ for _, κ in resistances]),
         owners=tuple(each.owner for each in sides),
         places=tuple(each.place for each in sides),
     )
@@ -59,6 +63,13 @@ def compile_stops(
 
 def _or_nan(numbers: Sequence[float | None]) -> Array:
     return np.array([np.nan if number is None else number for number in numbers])
+
+
+def _resistance(law: StopLaw) -> tuple[float, float]:
+    """d and κ; 0 and 1 where no restitution asks for them."""
+    if law.restitution is None or np.isinf(law.stiffness):
+        return 0.0, 1.0
+    return resistance(law.restitution)
 
 
 def _side(at: int) -> float:
