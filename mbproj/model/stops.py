@@ -53,6 +53,11 @@ class Stops:
         return float(2.0 * self.softening[k] * self.stiffness[k] / (self.exponent[k] + 1.0) * (row @ row))
 
     @property
+    def counts_turns(self) -> npt.NDArray[np.bool_]:
+        """Which are of angles that count turns, (S,)."""
+        return (self.joint_coordinate >= 0) & ~self.coordinates.is_length
+
+    @property
     def is_rigid(self) -> npt.NDArray[np.bool_]:
         """Which are rigid, (S,)."""
         return np.isinf(self.stiffness)

@@ -62,6 +62,16 @@ class Contact:
     slow_motion: float = threshold(
         1e-3, "length or rad / interval", "numpy", "round-off of speeds is that of motions at least as fast", "chosen"
     )
+    middle_unlike: float = threshold(
+        1e-3,
+        "1",
+        "both",
+        "a gap in the middle of a step that is off its cubic by more, beside the largest, is looked at on each half",
+        "a ball that rises and falls through another in one step of DOP853",
+    )
+    most_halves: int = threshold(
+        8, "-", "both", "a step is halved so often to see what it passes", "a 256th of a step of DOP853"
+    )
     look_spacing: float = threshold(
         0.25, "interval", "numpy", "forces that hold contacts and friction are looked at so often", "chosen"
     )

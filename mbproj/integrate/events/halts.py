@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterator
 from typing import NamedTuple
 
 import numpy as np
@@ -14,6 +15,12 @@ from mbproj.dynamics.equations.gaps import counted_values, gap_rates, gaps
 from mbproj.dynamics.equations.kinematics import pose_of, twist_of
 from mbproj.dynamics.observe.bearings import load, supports
 from mbproj.model.system import System
+from mbproj.thresholds import THRESHOLDS
+
+#: What is watched at a state, and its rates.
+Ends = tuple[Array, Array]
+#: Where in a step a body is looked for that may have gone through another one.
+THROUGH = (0.5, 0.25, 0.75, 0.375, 0.625)
 
 
 class WatchedGap(NamedTuple):
@@ -121,6 +128,34 @@ def least_watched(watched: Watched, first: tuple[Array, Array], last: tuple[Arra
     of_rate = np.array([each.of_rate for each in watched.gaps], dtype=bool)
     slow = np.array([slowest(*ends, h) for ends in zip(*first, *last, strict=True)]).reshape(of_rate.shape)
     return np.where(of_rate, slow, least(first, last, h))
+
+
+def closed_inside(
+    watched: Watched, at: Callable[[float], Ends], first: Ends, last: Ends, h: float, x: float = 0.0, x_to: float = 1.0
+) -> Iterator[float]:
+    """Parts of a step of size h at which a gap may be closed that closes and opens again between its parts x and x_to:
+    the cubic through both ends may see nothing of that. Where the middle is not on the cubic, each half is looked at.
+    `at` gives what is watched at a part of the step, each angle by its own count of turns."""
+    gaps = [(k, each.slack) for k, each in enumerate(watched.gaps) if not each.of_rate]
+    middle = 0.5 * (x + x_to)
+    half = (middle - x) * h
+    if not gaps:
+        return
+    found, unlike = at(middle), False
+    for k, slack in gaps:
+        ends = (first[0][k], first[1][k]), (found[0][k], found[1][k]), (last[0][k], last[1][k])
+        expected = 0.5 * (ends[0][0] + ends[2][0]) + 0.25 * half * (ends[0][1] - ends[2][1])
+        values = [end[0] for end in ends]
+        unlike |= abs(values[1] - expected) > max(0.5 * min(values), THRESHOLDS.middle_unlike * max(values))
+        if values[1] < -slack:
+            yield middle
+        for start, (one, two) in ((x, ends[:2]), (middle, ends[1:])):
+            theta = lowest(*one, *two, half)
+            parts = (theta,) if theta and cubic(*one, *two, half, theta) < -slack else ()
+            yield from (start + part * (middle - x) for part in (THROUGH if may_pass(*one, *two, half) else parts))
+    if unlike and x_to - x > 0.5**THRESHOLDS.most_halves:
+        yield from closed_inside(watched, at, first, found, h, x, middle)
+        yield from closed_inside(watched, at, found, last, h, middle, x_to)
 
 
 def slowest(value: float, rate: float, value_after: float, rate_after: float, h: float) -> float:

@@ -3,14 +3,18 @@ that its order is that of the method."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
+from itertools import chain
 
 import numpy as np
 
 from mbproj.arrays import Array
 from mbproj.dataclass import dataclass
 from mbproj.integrate.events.halts import (
+    THROUGH,
+    Ends,
     Watched,
+    closed_inside,
     cubic,
     lowest,
     may_pass,
@@ -24,8 +28,6 @@ from mbproj.model.system import System
 
 #: A step is tried so often at most.
 MOST_TRIES = 80
-#: Where in a step a body is looked for that may have gone through another one.
-THROUGH = (0.5, 0.25, 0.75, 0.375, 0.625)
 
 
 @dataclass(frozen=True, eq=False)
@@ -70,12 +72,12 @@ def margins(system: System, watched: Watched, reached: Reached) -> Margins:
 
 
 def locate(
-    at: Callable[[float], Margins], reach: Callable[[float], Reached], h: float, grain: float, looks: Sequence[float]
+    at: Callable[[float], Margins], reach: Callable[[float], Reached], h: float, grain: float, watched: Watched
 ) -> Met:
-    """The first time in a step of size h at which something is met, to within `grain` s. `at` gives the margins after
-    a step of a size, 0 too, and `reach` its end; forces are looked at at the parts `looks` of it."""
+    """The first time in a step of size h at which something that is `watched` is met, to within `grain` s. `at` gives
+    the margins after a step of a size, 0 too, and `reach` its end."""
     first, last = at(0.0), at(h)
-    high = h if (last.value < -last.slack).any() else _dip(at, first, last, h, looks)
+    high = h if (last.value < -last.slack).any() else _dip(at, first, last, h, watched)
     if high is None:
         return Met(h, reach(h), None)
     below = at(high)
@@ -102,9 +104,7 @@ def _crossing(first: Margins, last: Margins, k: int, h: float) -> float:
     return float(inside.max(initial=0.0)) or 0.5
 
 
-def _dip(
-    at: Callable[[float], Margins], first: Margins, last: Margins, h: float, forces: Sequence[float]
-) -> float | None:
+def _dip(at: Callable[[float], Margins], first: Margins, last: Margins, h: float, watched: Watched) -> float | None:
     """A size at which something is met that is inside again at the end; None where nothing is."""
     looks: list[float] = []
     idle = first.value[: len(first.places)] - first.speeds
@@ -116,7 +116,13 @@ def _dip(
         theta = lowest(*ends, h)
         looks += [theta] if theta > 0.0 and cubic(*ends, h, theta) < -first.slack[k] else []
         looks += THROUGH if may_pass(*ends, h) else ()
-    for theta in (*looks, *forces):
+
+    def watched_at(theta: float) -> Ends:
+        there = at(theta * h)
+        return there.places, there.speeds
+
+    inside = closed_inside(watched, watched_at, (first.places, first.speeds), (last.places, last.speeds), h)
+    for theta in chain(looks, watched.looks(h), inside):
         there = at(theta * h)
         if (there.value < -there.slack).any():
             return theta * h

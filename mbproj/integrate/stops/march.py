@@ -232,7 +232,7 @@ class StopMarch:
             return margins(variant.system, watched, reach(h))
 
         grain = 4.0 * float(np.finfo(float).eps) * max(abs(standing.state.t), self.whole.interval)
-        met = locate(at, reach, standing.h, grain, watched.looks(standing.h))
+        met = locate(at, reach, standing.h, grain, watched)
         if met.h >= 0.25 * THRESHOLDS.fewest_grains * grain:  # a shorter step is none
             yield from self._leg(variant, self._short_leg(standing, met.h), None)
         if met.which is not None:

@@ -75,6 +75,14 @@ class _Touch:
         """The joints' coordinates with turns."""
         return counted_coordinates(self.system, self.state)
 
+    def fall(self, rigid: Flags) -> Array:
+        """How gaps are accelerated shut where those of `rigid` stops that rest stay, (S,): a ball falls on another one
+        that the floor holds."""
+        rest = np.flatnonzero(rigid & (np.abs(self.rate) <= self.slow))
+        pushes = contact_pushes(self.N[rest], self.acceleration[rest]) if rest.size else None
+        held = 0.0 if pushes is None else self.N @ (self.N[rest].T @ pushes)
+        return -(self.acceleration + held)
+
     def after(self, v: Array) -> _Touch:
         """The same with other velocities; what counts as slow is as before, as round-off is."""
         found = _Touch.__new__(_Touch)
@@ -115,7 +123,7 @@ def _at_stops(system: System, stops: Stops, state: State, contacts: Contacts, me
         touch = touch.after(done.v)
     lifts = rigid & (touch.rate > touch.slow) & (system.frictions is not None)
     if lifts.any():
-        lifts &= _lifts_less(touch, THRESHOLDS.stop_slack)
+        lifts &= _lifts_less(touch, rigid, THRESHOLDS.stop_slack)
     if lifts.any():  # what ends sliding may lift what rocks by less than gaps are known to
         touch, gained = _without_lifting(touch, np.flatnonzero(lifts))
         lost -= gained
@@ -199,15 +207,15 @@ def _bounced(touch: _Touch, rigid: Flags, struck: Flags) -> tuple[Impact, tuple[
     done = _struck(touch, rigid, e)
     again = touch.after(done.v)
     with np.errstate(divide="ignore", invalid="ignore"):
-        way = 2.0 * again.rate / (-again.acceleration * (1.0 - e))
-    low = struck & (e > 0.0) & (e < 1.0) & _lifts_less(again, THRESHOLDS.lowest_bounce)
+        way = 2.0 * again.rate / (again.fall(rigid) * (1.0 - e))
+    low = struck & (e > 0.0) & (e < 1.0) & _lifts_less(again, rigid, THRESHOLDS.lowest_bounce)
     t = touch.state.t
     rests: tuple[Event, ...] = ()
     if low.any():
         rests = tuple(Event(t + float(way[k]), _name(touch.system, int(k)), "rest", -1) for k in np.flatnonzero(low))
         done = _struck(touch, rigid, np.where(low, 0.0, e))
         again = touch.after(done.v)
-    lifts = rigid & ~low & (again.rate > again.slow) & _lifts_less(again, THRESHOLDS.lowest_bounce)
+    lifts = rigid & ~low & (again.rate > again.slow) & _lifts_less(again, rigid, THRESHOLDS.lowest_bounce)
     if not lifts.any():
         return done, rests
     staying = rigid & (lifts | (np.abs(again.rate) <= again.slow))
@@ -215,9 +223,9 @@ def _bounced(touch: _Touch, rigid: Flags, struck: Flags) -> tuple[Impact, tuple[
     return replace(done, v=settled.state.v, lost=done.lost - gained), rests
 
 
-def _lifts_less(touch: _Touch, height: float) -> Flags:
+def _lifts_less(touch: _Touch, rigid: Flags, height: float) -> Flags:
     """Which gaps open, and fall shut again before they are a height, in the mechanism's own length or rad, (S,)."""
-    fall = -touch.acceleration
+    fall = touch.fall(rigid)
     with np.errstate(divide="ignore", invalid="ignore"):
         reached = np.where(fall > 0.0, touch.rate**2 / (2.0 * fall), np.inf)
     return np.asarray((touch.rate > 0.0) & (reached < height * touch.size))

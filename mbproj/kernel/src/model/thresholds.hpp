@@ -27,8 +27,8 @@ struct Thresholds {
         newton_floor, secant_change, softened, first_contraction, least_contraction;
     int most_polishing, most_chatter, most_newton, free_passes, most_halvings;
     // mbproj/thresholds/contact.py
-    double settled_load;
-    int most_load_passes;
+    double settled_load, middle_unlike;
+    int most_load_passes, most_halves;
 };
 
 // Calls visit("name", member) for every threshold.
@@ -110,6 +110,8 @@ template <class Visit> void each_threshold(Visit&& visit) {
     visit("free_passes", &Thresholds::free_passes);
     visit("most_halvings", &Thresholds::most_halvings);
     visit("settled_load", &Thresholds::settled_load);
+    visit("middle_unlike", &Thresholds::middle_unlike);
+    visit("most_halves", &Thresholds::most_halves);
     visit("most_load_passes", &Thresholds::most_load_passes);
 }
 

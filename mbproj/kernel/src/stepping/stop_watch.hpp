@@ -32,9 +32,22 @@ struct WatchedRow {
     int bearing, other;
 };
 
+// A step as the cubic through both ends with their slopes.
+struct CubicStep {
+    double h;
+    const Eigen::VectorXd &y, &slope, &y_new, &slope_new;
+
+    // The state at the part x of the step.
+    void at(double x, Eigen::VectorXd& inside) const {
+        const double a = x * x * (3.0 - 2.0 * x);
+        inside = (1.0 - a) * y + a * y_new + h * x * (1.0 - x) * ((1.0 - x) * slope - x * slope_new);
+    }
+};
+
 template <int D> class StopWatch {
 public:
-    explicit StopWatch(const Model<D>& model) : model_(model), stops_(model.stops) {}
+    explicit StopWatch(const Model<D>& model)
+        : model_(model), stops_(model.stops), inside_(model.layout.size()), pose_(model), motion_(model) {}
 
     // Forces are looked at every `spacing` seconds at least, and in the middle of each step.
     void watch(std::vector<WatchedGap> gaps, std::vector<WatchedRow> rows, double spacing) {
@@ -49,34 +62,26 @@ public:
         look(pose, motion, turns, before_);
     }
 
-    // At the end of a step of size h, with the multipliers there: whether it has met something. If not, the next step begins
-    // here.
-    bool met(double h, const Pose<D>& pose, const Motion<D>& motion, const std::vector<long>& turns,
+    // At the end of a step, with the multipliers there: whether it has met something. If not, the next step begins here.
+    bool met(const CubicStep& step, const Pose<D>& pose, const Motion<D>& motion, const std::vector<long>& turns,
              const std::vector<double>& lambda) {
         look(pose, motion, turns, now_);
-        for (std::size_t k = 0; k < gaps_.size(); ++k) {
-            const bool of_rate = gaps_[k].of_rate;
-            const double found = of_rate ? slowest(before_[k], now_[k], h) : least(before_[k], now_[k], h);
-            if (found < -gaps_[k].slack) return true;
-        }
-        if (gives_way(pose, lambda)) return true;
+        if (below(before_, now_, step.h) || gives_way(pose, lambda)) return true;
+        if (closes_inside(step, turns, before_, now_, 0.0, 1.0, model_.thresholds.most_halves)) return true;
         before_.swap(now_);
         return false;
     }
 
-    // Whether a force is beyond its bound within a step of size h from y to y_new, with these slopes: at states on the cubic
-    // through both ends.
-    bool gives_way_inside(EquationsOfMotion<D>& equations, double t, double h, const Eigen::VectorXd& y,
-                          const Eigen::VectorXd& slope, const Eigen::VectorXd& y_new,
-                          const Eigen::VectorXd& slope_new) {
+    // Whether a force is beyond its bound within a step from t.
+    bool gives_way_inside(EquationsOfMotion<D>& equations, double t, const CubicStep& step) {
         if (rows_.empty()) return false;
-        const int looks = std::max(1, static_cast<int>(std::min(std::ceil(h / spacing_), 1e6)) - 1);
-        Eigen::VectorXd inside(y.size()), rate(y.size());
+        const int looks = std::max(1, static_cast<int>(std::min(std::ceil(step.h / spacing_), 1e6)) - 1);
+        Eigen::VectorXd rate(inside_.size());
         std::vector<double> lambda(model_.all_rows());
         for (int look = 1; look <= looks; ++look) {
-            const double x = look / (looks + 1.0), a = x * x * (3.0 - 2.0 * x);
-            inside = (1.0 - a) * y + a * y_new + h * x * (1.0 - x) * ((1.0 - x) * slope - x * slope_new);
-            if (equations.derivative(t + x * h, inside.data(), rate.data(), lambda.data()) &&
+            const double x = look / (looks + 1.0);
+            step.at(x, inside_);
+            if (equations.derivative(t + x * step.h, inside_.data(), rate.data(), lambda.data()) &&
                 gives_way(equations.pose(), lambda))
                 return true;
         }
@@ -96,6 +101,42 @@ private:
     struct Look {
         double value, rate;
     };
+
+    // Whether something falls below its bound on the cubics through two looks that lie h apart.
+    bool below(const std::vector<Look>& from, const std::vector<Look>& to, double h) const {
+        for (std::size_t k = 0; k < gaps_.size(); ++k) {
+            const double found = gaps_[k].of_rate ? slowest(from[k], to[k], h) : least(from[k], to[k], h);
+            if (found < -gaps_[k].slack) return true;
+        }
+        return false;
+    }
+
+    // Whether a gap closes and opens again between two looks at the parts x and x_to of a step: its cubic may see nothing of
+    // that. Where the middle is not on the cubic each half is looked at, so often at most.
+    bool closes_inside(const CubicStep& step, const std::vector<long>& turns, const std::vector<Look>& from,
+                       const std::vector<Look>& to, double x, double x_to, int halves) {
+        const double middle = 0.5 * (x + x_to), h = (middle - x) * step.h;
+        std::vector<Look> found;
+        step.at(middle, inside_);
+        pose_.update(inside_.data());
+        motion_.update(inside_.data(), pose_);
+        look(pose_, motion_, turns, found);
+        bool unlike = false;
+        for (std::size_t k = 0; k < gaps_.size(); ++k) {
+            if (gaps_[k].of_rate) continue;
+            const double expected = 0.5 * (from[k].value + to[k].value) + 0.25 * h * (from[k].rate - to[k].rate);
+            if (stops_.joint_coordinate[gaps_[k].stop] >= 0 && is_angle(gaps_[k].stop))
+                found[k].value = near(found[k].value, expected);
+            const auto [least, largest] = std::minmax({from[k].value, found[k].value, to[k].value});
+            const double off = std::abs(found[k].value - expected);
+            unlike = unlike || off > std::max(0.5 * least, model_.thresholds.middle_unlike * largest);
+        }
+        if (below(from, found, h) || below(found, to, h)) return true;
+        return unlike && halves > 0 && (closes_inside(step, turns, from, found, x, middle, halves - 1) ||
+                                        closes_inside(step, turns, found, to, middle, x_to, halves - 1));
+    }
+
+    bool is_angle(int stop) const { return stops_.coordinates.instances[stop].kind == Kind::angle; }
 
     void look(const Pose<D>& pose, const Motion<D>& motion, const std::vector<long>& turns,
               std::vector<Look>& found) const {
@@ -162,6 +203,9 @@ private:
     std::vector<WatchedRow> rows_;
     double spacing_ = 1.0;
     std::vector<Look> before_, now_;
+    Eigen::VectorXd inside_;
+    Pose<D> pose_;
+    Motion<D> motion_;
 };
 
 }  // namespace mbproj

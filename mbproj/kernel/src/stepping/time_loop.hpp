@@ -151,8 +151,9 @@ private:
     }
 
     bool meets_stop() {  // in the step: the run halts where that began
-        if (!stops_.met(now_.to.h, equations_.pose(), equations_.motion(), counted_.turns, lambda_) &&
-            !stops_.gives_way_inside(equations_, now_.t, now_.to.h, now_.y, stepper_.first(), now_.y_new, slope_))
+        const CubicStep step{now_.to.h, now_.y, stepper_.first(), now_.y_new, slope_};
+        if (!stops_.met(step, equations_.pose(), equations_.motion(), counted_.turns, lambda_) &&
+            !stops_.gives_way_inside(equations_, now_.t, step))
             return false;
         --now_.counters.steps;
         counted_ = counted_before_;
