@@ -127,7 +127,6 @@ FEWEST_LINES = 25
 SHORT_FILES = {
     "cli/report/notes.py": "the notes of all commands on a scene",
     "dynamics/equations/energy.py": "the energies, which runs and studies need without the equations",
-    "model/motions.py": "a kind of data is a file",
     "outputs/escapes.py": "a rule of safety, imported alone",
     "projection/methods/gopm.py": "a method is a file",
     "projection/methods/gpopm.py": "a method is a file",

@@ -15,12 +15,13 @@ import numpy as np
 
 from mbproj.arrays import Array, Integers, Numbers, cross, distinct_rows, may_overflow
 from mbproj.dataclass import dataclass
-from mbproj.dynamics.assembly.assemble import State, coordinate_values
+from mbproj.dynamics.assembly.assemble import State
 from mbproj.dynamics.derivatives.law_derivatives import law_slopes
 from mbproj.dynamics.equations.bushings import deflection
 from mbproj.dynamics.equations.equations_of_motion import mass_matrix
-from mbproj.dynamics.equations.forces import generalised, law_state, unit_pull
-from mbproj.dynamics.equations.kinematics import Pose, Twist, attached, pose_of, slots_of, twist_of
+from mbproj.dynamics.equations.forces import forces_of, generalised, law_state, unit_pull
+from mbproj.dynamics.equations.instant import Instant
+from mbproj.dynamics.equations.kinematics import Pose, attached, slots_of
 from mbproj.dynamics.rank.row_space import scaled_jacobian
 from mbproj.model.bushings import COORDINATES, Bushings
 from mbproj.model.forces import Forces
@@ -81,19 +82,15 @@ def slopes(system: System, state: State) -> Slopes:
     """The laws' slopes at a state; 0 where a function has no finite slope (at the root of its √, say)."""
     if system.forces is None:
         return Slopes(np.zeros(0), np.zeros(0), Bushings.none())
-    pose = pose_of(state.q)
-    reference = coordinate_values(system, pose) + 2.0 * np.pi * state.turns
-    return slopes_at(system, pose, twist_of(pose, state.v), state.t, reference)
+    return slopes_at(state.instant(system))
 
 
-def slopes_at(system: System, pose: Pose, twist: Twist, t: float, reference: Array) -> Slopes:
-    """The same at a pose and a twist, with the joints' coordinates `reference` as `law_state` takes them."""
-    forces = system.forces
-    assert forces is not None
-    laws, bushings = law_state(forces, pose, twist, t, reference), forces.bushings
+def slopes_at(instant: Instant) -> Slopes:
+    """The same where it is taken apart."""
+    laws, bushings = law_state(instant), forces_of(instant).bushings
     stiffness, damping = (
         np.concatenate([np.nan_to_num(-slope, nan=0.0, posinf=0.0, neginf=0.0), bushings.on_diagonal(matrices)])
-        for slope, matrices in zip(law_slopes(forces, laws, t), (bushings.stiffness, bushings.damping), strict=True)
+        for slope, matrices in zip(law_slopes(instant, laws), (bushings.stiffness, bushings.damping), strict=True)
     )
     return Slopes(stiffness, damping, bushings)
 

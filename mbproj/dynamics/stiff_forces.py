@@ -10,9 +10,8 @@ import numpy as np
 
 from mbproj.arrays import Array, Integers
 from mbproj.dataclass import dataclass
-from mbproj.dynamics.equations.kinematics import Pose, Twist
+from mbproj.dynamics.equations.instant import Instant
 from mbproj.dynamics.fast_modes import slopes_at, speeds_of_free_bodies, unit_pulls
-from mbproj.model.system import System
 from mbproj.thresholds import THRESHOLDS
 
 
@@ -42,11 +41,12 @@ class StiffForces:
         return int(self.chosen[int(np.argmax(force))])
 
 
-def stiff_forces(system: System, pose: Pose, twist: Twist, t: float, reference: Array, h: float) -> StiffForces | None:
+def stiff_forces(instant: Instant, h: float) -> StiffForces | None:
     """Those that a step of size h at a state cannot take explicitly; None without any."""
+    system = instant.system
     if system.forces is None or not system.forces.size:
         return None
-    slope = slopes_at(system, pose, twist, t, reference)
+    slope, pose = slopes_at(instant), instant.pose
     chosen = np.flatnonzero(h * speeds_of_free_bodies(system, pose, slope) > THRESHOLDS.stiff_for_step)
     if not len(chosen):
         return None

@@ -17,7 +17,7 @@ class Op(IntEnum):
     """The operations. CONSTANT, VARIABLE push their operand's value; TABLE and POWER have an operand beside x."""
 
     CONSTANT = 0  # push `operand`
-    VARIABLE = 1  # push variable number `operand`: 0 is the time, 1 a coordinate, 2 its rate
+    VARIABLE = 1  # push variable number `operand`: 0 is the time, 1 a coordinate, 2 its rate, from 3 on channels
     TABLE = 2  # x -> the table's value at x
     POWER = 3  # x -> x ** operand
     NEGATE = 4
@@ -53,6 +53,8 @@ class Op(IntEnum):
 #: How many values an operation takes from the stack.
 ARGUMENTS = {op: 0 if op <= Op.VARIABLE else 2 if Op.ADD <= op <= Op.MAX else 1 for op in Op}
 TIME, COORDINATE, RATE = 0, 1, 2
+#: The variable that is the first of the channels (`mbproj.model.channels`).
+CHANNELS = 3
 
 
 @dataclass(frozen=True)
@@ -81,7 +83,7 @@ def number(value: float) -> Code:
 
 
 def variable(index: int) -> Code:
-    """TIME, COORDINATE or RATE."""
+    """TIME, COORDINATE, RATE, or CHANNELS and the number of a channel."""
     return (Instruction(Op.VARIABLE, index),)
 
 

@@ -10,7 +10,7 @@ import numpy.typing as npt
 
 from mbproj.arrays import Array, Integers
 from mbproj.dataclass import dataclass
-from mbproj.functions.program import Op, Program
+from mbproj.functions.program import CHANNELS, Op, Program
 from mbproj.thresholds import THRESHOLDS
 
 #: Changes of a function's value, slope and second derivative up to this part of the largest are round-off.
@@ -35,6 +35,16 @@ class ProgramSet:
     piece: Array
     texts: tuple[str, ...]
 
+    @property
+    def size(self) -> int:
+        """P."""
+        return len(self.start) - 1
+
+    def names_channels(self, index: int) -> bool:
+        """Whether program `index` does."""
+        code = slice(self.start[index], self.start[index + 1])
+        return bool(np.any((self.op[code] == Op.VARIABLE) & (self.operand[code] >= CHANNELS)))
+
     @cached_property
     def kinked(self) -> npt.NDArray[np.bool_]:
         """The pieces of tables that begin with a kink, where the value, the slope or the second derivative jumps, and
@@ -53,6 +63,25 @@ def _derivatives(piece: Array, u: Array) -> Array:
     c0, c1, c2, c3 = piece.T
     value = c0 + u * (c1 + u * (c2 + u * c3))
     return np.column_stack([value, c1 + u * (2.0 * c2 + 3.0 * u * c3), 2.0 * c2 + 6.0 * u * c3])
+
+
+def joined(sets: Sequence[ProgramSet]) -> ProgramSet:
+    """Sets one after another, their programs and tables numbered through."""
+    start, table_start, operand = [np.zeros(1, np.intp)], [np.zeros(1, np.intp)], []
+    code = pieces = tables = 0
+    for each in sets:
+        start.append(each.start[1:] + code)
+        table_start.append(each.table_start[1:] + pieces)
+        operand.append(np.where(each.op == Op.TABLE, each.operand + tables, each.operand))
+        code, pieces, tables = code + len(each.op), pieces + len(each.knot), tables + len(each.table_start) - 1
+    rest = {name: np.concatenate([getattr(each, name) for each in sets]) for name in ("op", "knot", "origin", "piece")}
+    return ProgramSet(
+        start=np.concatenate(start),
+        operand=np.concatenate(operand),
+        table_start=np.concatenate(table_start),
+        texts=tuple(text for each in sets for text in each.texts),
+        **rest,
+    )
 
 
 def flatten(programs: Sequence[Program]) -> ProgramSet:

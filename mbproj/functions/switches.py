@@ -1,4 +1,4 @@
-"""Switches: instructions of laws that change their branch with the state (`abs sign min max floor ceil`,
+"""Switches: instructions of functions that change their branch with the state (`abs sign min max floor ceil`,
 tables with kinks).
 
 A switch has one argument x: that of its instruction, or the difference of both. Each branch holds in an interval of x.
@@ -36,9 +36,9 @@ def switches(programs: ProgramSet, index: int) -> Iterator[int]:
         stack[len(stack) - taken :] = [of_state]
 
 
-def law_switches(programs: ProgramSet, program: Integers) -> list[tuple[int, int]]:
-    """Those of laws with these programs (-1: none), law after law: (law, instruction)."""
-    return [(law, at) for law, index in enumerate(program.tolist()) if index >= 0 for at in switches(programs, index)]
+def all_switches(programs: ProgramSet) -> list[tuple[int, int]]:
+    """Those of all programs, one after another: (program, instruction)."""
+    return [(index, at) for index in range(programs.size) for at in switches(programs, index)]
 
 
 def interval(programs: ProgramSet, at: int, branch: float) -> tuple[float, float]:

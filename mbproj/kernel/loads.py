@@ -8,8 +8,9 @@ from typing import Any
 import numpy as np
 
 from mbproj.arrays import Array, Integers
+from mbproj.functions.program import CHANNELS
 from mbproj.functions.program_set import ProgramSet
-from mbproj.functions.switches import law_switches
+from mbproj.functions.switches import all_switches
 from mbproj.kernel.bound import Bound, bound_in_space, joined, primitives
 from mbproj.model.bushings import Bushings
 from mbproj.model.euler_parameters import rotation_matrix
@@ -19,7 +20,7 @@ from mbproj.model.primitive_set import PrimitiveSet
 from mbproj.model.system import System
 
 
-def programs(core: ModuleType, functions: ProgramSet, variables: int = 3) -> Any:
+def programs(core: ModuleType, functions: ProgramSet, variables: int = CHANNELS) -> Any:
     """The kernel's copy of a set of functions of so many variables."""
     return core.Programs(
         np.ascontiguousarray(functions.start, dtype=np.int64),
@@ -34,15 +35,14 @@ def programs(core: ModuleType, functions: ProgramSet, variables: int = 3) -> Any
     )
 
 
-def state_programs(core: ModuleType, system: System) -> Any:
-    """The rates of the states of elements, functions of the time and of the states; None without any."""
-    states = system.states
-    return None if states is None else programs(core, states.rates, 1 + len(states.start))
-
-
-def motion_programs(core: ModuleType, system: System) -> Any:
-    """The functions of the motions; None without any."""
-    return None if system.motions is None else programs(core, system.motions.programs)
+def functions(core: ModuleType, system: System, index: Integers) -> dict[str, Any]:
+    """All programs with what they name and their switches; `index` (c,) are the numbers of the channels."""
+    return {
+        "programs": programs(core, system.programs, CHANNELS + system.channels.size),
+        "first_rate": system.first_rate,
+        "channels": _indices(np.column_stack([system.channels.kind, index])),
+        "switches": _indices(all_switches(system.programs)).reshape(-1, 2),
+    }
 
 
 def motion_start(system: System) -> list[float]:
@@ -69,7 +69,7 @@ def space_loads(core: ModuleType, system: System) -> Any:
         force_map=_floats(maps, 3, 3),
         torque_map=_floats(maps, 3, 3),
         bushings=_space_bushings(core, system.bodies, forces.bushings),
-        **_common(core, system, forces),
+        **_common(system.bodies, forces),
     )
 
 
@@ -89,7 +89,7 @@ def plane_loads(core: ModuleType, system: System, plane: Plane, coordinates: Bou
         force_map=_floats(maps[:, :2], 2, 3),
         torque_map=_floats(maps[:, 2:], 1, 3),
         bushings=_plane_bushings(core, system.bodies, forces.bushings, plane),
-        **_common(core, system, forces),
+        **_common(system.bodies, forces),
     )
 
 
@@ -129,10 +129,10 @@ def along_in_plane(own: PrimitiveSet, joint_coordinate: Integers, plane: Plane, 
     return every.only(np.where(number >= 0, number, len(coordinates.kind) + np.arange(own.size)))
 
 
-def _common(core: ModuleType, system: System, forces: Forces) -> dict[str, Any]:
+def _common(bodies: int, forces: Forces) -> dict[str, Any]:
     laws, given = forces.laws, forces.on_bodies
     return {
-        "bodies": system.bodies,
+        "bodies": bodies,
         "law": _floats(np.column_stack([laws.stiffness, laws.damping, laws.free]), 3),
         "law_program": _indices(laws.program),
         "law_loses": _indices(laws.loses),
@@ -144,8 +144,6 @@ def _common(core: ModuleType, system: System, forces: Forces) -> dict[str, Any]:
         "is_torque": _indices(given.is_torque),
         "in_body": _indices(given.in_body),
         "program": np.ascontiguousarray(given.program.reshape(-1, 3), dtype=np.int64),
-        "programs": programs(core, forces.programs),
-        "switches": np.ascontiguousarray(law_switches(forces.programs, laws.program), dtype=np.int64).reshape(-1, 2),
     }
 
 

@@ -12,16 +12,15 @@ from mbproj.arrays import Array, Integers
 from mbproj.kernel.bound import Bound, bound_in_plane, bound_in_space, joined, primitives
 from mbproj.kernel.loads import (
     along_in_plane,
+    functions,
     motion_coordinate,
-    motion_programs,
     motion_start,
     plane_loads,
     space_loads,
-    state_programs,
 )
 from mbproj.model.couplings import Couplings
 from mbproj.model.layout import Layout
-from mbproj.model.planar import Plane, coordinates_in_plane
+from mbproj.model.planar import Plane, channels_in_plane, coordinates_in_plane
 from mbproj.model.system import System
 from mbproj.thresholds import of_the_kernel
 
@@ -49,9 +48,8 @@ def space_model(core: ModuleType, system: System, layout: Layout) -> Any:
         coordinates=primitives(core.SpacePrimitives, n, coordinates),
         length=system.length,
         layout=_blocks(layout),
-        rates=state_programs(core, system),
         loads=space_loads(core, system),
-        motions=motion_programs(core, system),
+        **functions(core, system, system.channels.index),
         motion_start=motion_start(system),
         motion_coordinate=motion_coordinate(system).tolist(),
         couplings=_couplings(system.couplings.row, system.couplings.coordinate, system.couplings),
@@ -184,9 +182,8 @@ def plane_model(core: ModuleType, system: System, plane: Plane, layout: Layout) 
         coordinates=primitives(core.PlanePrimitives, system.bodies, coordinates),
         length=system.length,
         layout=_blocks(layout),
-        rates=state_programs(core, system),
         loads=plane_loads(core, system, plane, coordinates),
-        motions=motion_programs(core, system),
+        **functions(core, system, channels_in_plane(plane, system.channels)),
         motion_start=motion_start(system),
         motion_coordinate=coordinates_in_plane(plane, motion_coordinate(system)).tolist(),
         couplings=_couplings_in_plane(system, plane),

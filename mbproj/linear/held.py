@@ -39,7 +39,10 @@ class Held:
 
 def held_at(system: System, state: State, *, resting: bool = False) -> Held:
     """At a state; where all are `resting`, its velocities do not count. Raises InputError where a friction slides that
-    goes by what its bearing carries."""
+    goes by what its bearing carries, or a function names a channel."""
+    if system.crossing:
+        what = f"{system.crossing} names what linear models and equilibria do not know how to take along yet"
+        raise InputError(Problem(what, hint="let it go by the time and its own coordinate alone"))
     whole = standing_on_stops(system, _soft(system, state))
     frictions = system.frictions
     if frictions is None:
@@ -90,7 +93,7 @@ def _independent(system: System, frictions: Frictions, state: State, among: Inte
     pose = pose_of(state.q)
     expected = coordinate_values(system, pose) + 2.0 * np.pi * state.turns
     u = tangent_velocities(pose, state.v)
-    motion = Motion(state.t, state.q, u, np.zeros_like(u), expected)
+    motion = Motion(state.t, state.q, u, np.zeros_like(u), expected, state.x)
     space = tangent_space(system, constraint_rows(system, motion).dense())
     scale = np.where(frictions.coordinates.is_length, system.length, 1.0)
     rows = (row_motion(frictions.coordinates, motion.carried()).G.dense() @ space.N) / scale[:, None]

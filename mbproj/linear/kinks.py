@@ -56,16 +56,15 @@ def _refuse_touching(reference: Reference) -> None:
 
 def _kinks(reference: Reference, forces: Forces) -> Iterator[tuple[str, str]]:
     """Who has a kink, and what it is."""
-    motion, laws = reference.motion, forces.laws
-    pose = motion.pose
-    state = law_state(forces, pose, motion.twist(pose), motion.t, motion.expected)
-    smooth = np.isfinite(np.sum(law_slopes(forces, state, motion.t), axis=0))
+    instant, laws = reference.motion.instant(reference.system), forces.laws
+    state = law_state(instant)
+    smooth = np.isfinite(np.sum(law_slopes(instant, state), axis=0))
     unit = np.where(laws.coordinates.is_length, reference.system.length, 1.0)
     for law, owner in enumerate(forces.law_owners):
         if not smooth[law]:
             yield owner, "has no slope"
         elif laws.program[law] >= 0:
-            at = [motion.t, float(state.value[law]), float(state.rate[law])]
+            at = [float(each) for each in instant.values(state.value[law], state.rate[law])]
             jumps = (_jump(forces, int(laws.program[law]), at, which, float(unit[law])) for which in (COORDINATE, RATE))
             why = next((jump for jump in jumps if jump), "")
             if why:

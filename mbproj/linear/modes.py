@@ -164,10 +164,8 @@ def _of_bushings(forces: Forces, matrices: Array, reference: Reference, in_body:
 
 def law_slopes_at(reference: Reference) -> tuple[Array, Array]:
     """∂F/∂s and ∂F/∂s' of each law, (E,)."""
-    forces, motion = reference.system.forces, reference.motion
-    assert forces is not None
-    pose = motion.pose
-    return law_slopes(forces, law_state(forces, pose, motion.twist(pose), motion.t, motion.expected), motion.t)
+    instant = reference.motion.instant(reference.system)
+    return law_slopes(instant, law_state(instant))
 
 
 def _shares(parts: Array) -> Array:

@@ -59,12 +59,12 @@ def reference_at(system: System, state: State, where: str) -> Reference:
     pose = pose_of(state.q)
     twist, u = twist_of(pose, state.v), tangent_velocities(pose, state.v)
     expected = coordinate_values(system, pose) + 2.0 * np.pi * state.turns
-    still = Motion(state.t, state.q, u, np.zeros_like(u), expected)
+    still = Motion(state.t, state.q, u, np.zeros_like(u), expected, state.x)
     γ = tangent_gamma(system, pose, twist, drive_at(system, state.t))
     force = tangent_force(system, still)
     solve = _by_bordered if system.bodies > THRESHOLDS.dense_modes else _by_tangent_space
     change, multipliers, left = solve(system, still, force, γ)
-    motion = Motion(state.t, state.q, u, change, expected)
+    motion = Motion(state.t, state.q, u, change, expected, state.x)
     largest = largest_force(system, still, force)
     return Reference(system, motion, multipliers, imbalance(system, left, largest), where, np.zeros(3), held.by)
 
@@ -97,8 +97,7 @@ def largest_force(system: System, motion: Motion, force: Array) -> float:
     largest = float(np.abs(force * tangent_lengths(system)).max(initial=0.0))
     if system.forces is None or not system.forces.size:
         return largest
-    pose = motion.pose
-    laws = law_state(system.forces, pose, motion.twist(pose), motion.t, motion.expected)
+    laws = law_state(motion.instant(system))
     unit = np.where(np.array(system.forces.units) == "m", system.length, 1.0)
     return max(largest, float(np.abs(laws.force * unit).max()))
 

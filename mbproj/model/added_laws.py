@@ -10,7 +10,7 @@ import numpy as np
 from mbproj.arrays import Array
 from mbproj.dataclass import dataclass
 from mbproj.functions.program import Code, Program
-from mbproj.functions.program_set import ProgramSet, flatten
+from mbproj.functions.program_set import flatten, joined
 from mbproj.model.bushings import Bushings
 from mbproj.model.forces import BodyForces, Forces, Laws
 from mbproj.model.primitive_set import Binding, bind, bindings
@@ -54,7 +54,7 @@ def with_laws(forces: Forces | None, added: Sequence[AddedLaw]) -> Forces:
             partner=np.append(laws.partner, [_behind(laws.size, law.partner) for law in added]).astype(np.intp),
             sliding=np.concatenate([laws.sliding, [law.sliding for law in added]]),
         ),
-        programs=_joined(before.programs, flatten([Program(law.push) for law in added])),
+        programs=joined([before.programs, flatten([Program(law.push) for law in added])]),
         law_owners=(*before.law_owners, *owners),
         program_owners=(*before.program_owners, *owners),
     )
@@ -63,17 +63,6 @@ def with_laws(forces: Forces | None, added: Sequence[AddedLaw]) -> Forces:
 def _behind(count: int, number: int) -> int:
     """A number among laws that come after so many; -1 stays."""
     return count + number if number >= 0 else -1
-
-
-def _joined(first: ProgramSet, second: ProgramSet) -> ProgramSet:
-    """Two sets one after another; the second has no tables."""
-    return replace(
-        first,
-        start=np.append(first.start, first.start[-1] + second.start[1:]),
-        op=np.append(first.op, second.op),
-        operand=np.append(first.operand, second.operand),
-        texts=(*first.texts, *second.texts),
-    )
 
 
 def _nothing() -> Forces:

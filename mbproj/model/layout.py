@@ -15,22 +15,9 @@ import numpy as np
 
 from mbproj.arrays import Array, Integers
 from mbproj.dataclass import dataclass
-from mbproj.functions.program_set import ProgramSet
 
 #: Of numbers whose errors have no say in the size of a step.
 UNCONTROLLED = np.inf
-
-
-@dataclass(frozen=True, eq=False)
-class ElementStates:
-    """K first-order states of elements, x' = program(t, x): variable 0 of a program is the time, 1 + k state k.
-
-    `start`, `scale` (K,): with what a run begins, and what the absolute tolerance is relative to.
-    """
-
-    start: Array
-    scale: Array
-    rates: ProgramSet
 
 
 @dataclass(frozen=True, eq=False)

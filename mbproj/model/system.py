@@ -9,12 +9,13 @@ import numpy as np
 from mbproj.arrays import Array, Integers
 from mbproj.dataclass import dataclass
 from mbproj.errors import Place
+from mbproj.functions.program_set import ProgramSet, flatten, joined
 from mbproj.model.bearings import Bearings
+from mbproj.model.channels import NO_CHANNELS, Channels, ElementStates, Motions
 from mbproj.model.couplings import Couplings
 from mbproj.model.forces import Forces
 from mbproj.model.frictions import Frictions
-from mbproj.model.layout import UNCONTROLLED, Block, ElementStates, Layout
-from mbproj.model.motions import Motions
+from mbproj.model.layout import UNCONTROLLED, Block, Layout
 from mbproj.model.primitive_set import PrimitiveSet
 from mbproj.model.reflected import ReflectedInertias
 from mbproj.model.stops import Stops
@@ -74,7 +75,7 @@ class System:
     joint and its point in it. `length` is the size of the mechanism in m: what an absolute tolerance is taken relative
     to. `body_places`, `joint_places`: where each carrier and joint stands in the scene file, for messages. `forces`,
     `motions`, `reflected` (inertias on coordinates), `stops`, `frictions` (dry ones that stick), `bearings`, and
-    `states` of elements are None where the scene has none.
+    `states` of elements are None where the scene has none. `channels`: what functions name.
     """
 
     names: Names
@@ -102,6 +103,7 @@ class System:
     frictions: Frictions | None = None
     bearings: Bearings | None = None
     states: ElementStates | None = None
+    channels: Channels = NO_CHANNELS
 
     @cached_property
     def layout(self) -> Layout:
@@ -112,6 +114,26 @@ class System:
     def integrated(self) -> Layout:
         """Of what a run integrates."""
         return integrated_layout(self)
+
+    @cached_property
+    def programs(self) -> ProgramSet:
+        """The functions of forces, then the rates of states of elements, then those of motions."""
+        sets = [each.programs for each in (self.forces, self.states, self.motions) if each is not None]
+        return joined(sets) if sets else flatten([])
+
+    @property
+    def first_rate(self) -> int:
+        """The number in `programs` of the rate of the first state of elements."""
+        return 0 if self.forces is None else self.forces.programs.size
+
+    @property
+    def crossing(self) -> str:
+        """What names a channel of something else, for messages: "force 'motor'"; "" where only rates of states name
+        states."""
+        for index, owner in enumerate(() if self.forces is None else self.forces.program_owners):
+            if self.programs.names_channels(index):
+                return f"force '{owner}'"
+        return "" if self.channels.is_state.all() else "the rate of a state"
 
     @property
     def bodies(self) -> int:
@@ -165,12 +187,13 @@ def integrated_layout(system: System) -> Layout:
     """Of what a run integrates: blocks whose errors are controlled come first.
 
     Quadratures: where there are forces or motions, their work, what dampers lose, and what laws lose apart. Followed:
-    where forces act on angles, or couplings ask for turns, all joint coordinates; integrated from step to step,
-    they tell each stage how far the wheels have turned."""
+    where forces act on angles, functions name them, or couplings ask for turns, all joint coordinates; integrated from
+    step to step, they tell each stage how far the wheels have turned."""
     laws = None if system.forces is None else system.forces.laws
     none = laws is None and system.motions is None
     quadratures = 0 if none else 2 + (0 if laws is None else int(laws.apart.sum()))
-    asked = system.couplings.size or (laws is not None and bool(laws.is_angle.any()))
+    of_angles = ~system.coordinates.is_length[system.channels.index[~system.channels.is_state]]
+    asked = system.couplings.size or of_angles.any() or (laws is not None and bool(laws.is_angle.any()))
     followed = system.coordinates.size if asked else 0
     beside = (_uncontrolled("quadratures", quadratures), _uncontrolled("followed", followed))
     return Layout((*_motion(system), _states(system), *beside))

@@ -8,6 +8,7 @@ import pytest
 from mbproj import assemble, compile_system, initial_guess
 from mbproj.dynamics.equations.constraint_equations import set_jacobian
 from mbproj.dynamics.equations.forces import applied, generalised, law_state
+from mbproj.dynamics.equations.instant import Instant
 from mbproj.dynamics.equations.kinematics import pose_of, twist_of
 from mbproj.errors import InputError, SimulationError
 from mbproj.scene import read_scene_text
@@ -38,8 +39,8 @@ def test_generalised_forces_do_virtual_work(state):
     system, q, v = state
     pose = pose_of(q)
     twist = twist_of(pose, v)
-    laws = law_state(system.forces, pose, twist, TIME, reference(system, q))
-    loads = applied(system, pose, twist, TIME, reference(system, q))
+    laws = law_state(Instant(system, pose, twist, TIME, reference(system, q)))
+    loads = applied(Instant(system, pose, twist, TIME, reference(system, q)))
     Q = generalised(pose, loads.force, loads.torque).reshape(-1, 7)
     expected = (laws.force @ set_jacobian(system.forces.laws.coordinates, pose)).reshape(-1, 7)
     Λ = q.reshape(-1, 7)[:, 3:]
@@ -53,14 +54,14 @@ def test_springs_pull_down_their_potential(state):
     """F_spring = -dV/ds, by the complex step through V(q)."""
     system, q, v = state
     pose = pose_of(q)
-    laws = law_state(system.forces, pose, twist_of(pose, v), TIME, reference(system, q))
+    laws = law_state(Instant(system, pose, twist_of(pose, v), TIME, reference(system, q)))
     force = laws.spring @ set_jacobian(system.forces.laws.coordinates, pose)
     h = 1e-6
 
     def potential(at):
         pose = pose_of(at)
         zero = twist_of(pose, np.zeros(14))
-        return law_state(system.forces, pose, zero, TIME, reference(system, q)).stored
+        return law_state(Instant(system, pose, zero, TIME, reference(system, q))).stored
 
     steps = h * np.eye(14)
     gradient = [(potential(q + step) - potential(q - step)) / (2 * h) for step in steps]
@@ -71,7 +72,7 @@ def test_action_and_reaction(state):
     """The forces between bodies and ground add to nothing, and so do their moments about any point."""
     system, q, v = state
     pose = pose_of(q)
-    loads = applied(system, pose, twist_of(pose, v), TIME, reference(system, q))
+    loads = applied(Instant(system, pose, twist_of(pose, v), TIME, reference(system, q)))
     global_torque = (pose.rotation @ loads.torque[..., None])[..., 0]
     np.testing.assert_allclose(loads.force.sum(axis=0), 0.0, atol=1e-12)
     moments = global_torque + np.cross(pose.position, loads.force)
@@ -85,7 +86,7 @@ def test_forces_and_torques_on_bodies():
     pose = pose_of(guess.q)
     v = np.random.default_rng(2).normal(size=14)
     twist = twist_of(pose, v)
-    loads = applied(system, pose, twist, TIME, np.zeros(3))
+    loads = applied(Instant(system, pose, twist, TIME, np.zeros(3)))
     A, B = pose.rotation[0], pose.rotation[1]
     fa, fb = np.array([1.0, -2 * TIME, 3.0]), B @ np.array([TIME, 0.0, 3.0])
     np.testing.assert_allclose(loads.force[0], fa, rtol=1e-14)
@@ -126,7 +127,7 @@ def test_the_same_law_written_differently(one, other):
         system, guess = system_of(f"  k: {{type: spring_damper, {keys}}}\n")
         q = guess.q + 0.05 * np.random.default_rng(3).normal(size=14)
         pose = pose_of(q)
-        loads = applied(system, pose, twist_of(pose, np.ones(14)), TIME, np.zeros(3))
+        loads = applied(Instant(system, pose, twist_of(pose, np.ones(14)), TIME, np.zeros(3)))
         found.append(np.concatenate([loads.force, loads.torque]))
     np.testing.assert_allclose(found[0], found[1], rtol=1e-11, atol=1e-11)
 
@@ -138,7 +139,7 @@ def test_angles_count_turns():
     still = twist_of(pose, np.zeros(14))
     for turns in (0, 3, -2):
         about = np.array([2 * np.pi * turns + 0.4, 0.0, 0.0])
-        torque = law_state(system.forces, pose, still, 0.0, about).force
+        torque = law_state(Instant(system, pose, still, 0.0, about)).force
         assert torque == pytest.approx(-2.0 * 2 * np.pi * turns, abs=1e-12)
 
 
@@ -159,7 +160,7 @@ def test_fixed_joints_carry_the_points_along():
         read = read_scene_text(text)
         system = compile_system(read)
         pose = pose_of(initial_guess(read, system).q)
-        found = applied(system, pose, twist_of(pose, np.zeros(7)), 0.0, np.zeros(2))
+        found = applied(Instant(system, pose, twist_of(pose, np.zeros(7)), 0.0, np.zeros(2)))
         loads.append(np.concatenate([found.force, found.torque]))
     np.testing.assert_allclose(loads[0], loads[1], atol=1e-12)
 
@@ -203,7 +204,7 @@ def test_expressions_that_fail_at_run_time(line, said):
     system, guess = system_of(f"  {line}\n")
     pose = pose_of(guess.q)
     with pytest.raises(SimulationError) as caught:
-        applied(system, pose, twist_of(pose, np.zeros(14)), TIME, np.zeros(3))
+        applied(Instant(system, pose, twist_of(pose, np.zeros(14)), TIME, np.zeros(3)))
     assert str(caught.value) == said
 
 
@@ -212,7 +213,7 @@ def test_points_that_meet():
     system, guess = system_of(f"  k: {{type: spring_damper, {points}, damping: 1}}\n")
     meeting = pose_of(np.concatenate([np.zeros(3), guess.q[3:]]))
     with pytest.raises(SimulationError, match="at force 'k': its two points have met, and it has no direction"):
-        applied(system, meeting, twist_of(meeting, np.ones(14)), 0.5, np.zeros(3))
+        applied(Instant(system, meeting, twist_of(meeting, np.ones(14)), 0.5, np.zeros(3)))
 
 
 def test_assembly_does_not_see_forces():

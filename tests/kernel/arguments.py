@@ -6,9 +6,12 @@ from typing import Any
 
 import numpy as np
 
+from mbproj.functions.program import Code, Program
+from mbproj.functions.program_set import flatten
 from mbproj.integrate.formulations.compiled import _tableau
 from mbproj.integrate.steppers.tableau import load_tableau
 from mbproj.kernel import core
+from mbproj.kernel.loads import programs
 from mbproj.thresholds import of_the_kernel
 
 INF = float("inf")
@@ -47,11 +50,20 @@ def model(**changes: Any) -> Any:
         "coordinates": no_primitives(),
         "length": 1.0,
         "layout": blocks(),
+        "programs": functions(),
+        "first_rate": 0,
+        "channels": np.zeros((0, 2), int),
+        "switches": np.zeros((0, 2), int),
         "bearings": [],
         "bearing_points": np.zeros((0, 3)),
         "bearing_axes": np.zeros((0, 3)),
     }
     return core().SpaceModel(**good | changes)
+
+
+def functions(*codes: Code, variables: int = 3) -> Any:
+    """The kernel's copy of programs."""
+    return programs(core(), flatten([Program(code) for code in codes]), variables)
 
 
 def blocks(**sizes: int) -> list[tuple[str, list[float], list[float]]]:

@@ -8,8 +8,9 @@ import sys
 import numpy as np
 import pytest
 
+from mbproj.functions.program import CHANNELS, number, variable
 from mbproj.kernel import core
-from tests.kernel.arguments import blocks, model, primitives, projection, run, state
+from tests.kernel.arguments import blocks, functions, model, primitives, projection, run, state
 from tests.kernel.scenes import needs_kernel
 from tests.support import ROOT
 
@@ -65,6 +66,15 @@ WRONG_MODELS = [
     ({"layout": [("bodies", [NAN] * 26, []), *blocks()[1:]]}, "layout holds a wrong number"),
     ({"layout": [("bodies", [1.0] * 26, [0.0] * 25), *blocks()[1:]]}, "layout has a block that begins with others"),
 ]
+#: What functions ask for that is not there.
+WRONG_FUNCTIONS = [
+    ([number(1.0)], {}, "layout has a block of a wrong size"),
+    ([], {"first_rate": 1}, "first_rate holds an index out of range"),
+    ([variable(CHANNELS)], {"first_rate": 1}, "programs have variables that are not there"),
+    ([], {"channels": np.array([[0, 0]])}, "channels holds an index out of range"),
+    ([], {"channels": np.array([[3, 0]])}, "channels holds an index out of range"),
+    ([], {"switches": np.array([[0, 0]])}, "switches holds an index out of range"),
+]
 WRONG_STATES = [
     ({"y": state()[:1].ravel()}, "y has a wrong shape"),
     ({"y": np.append(state(), 0.0)}, "y has a wrong shape"),
@@ -103,6 +113,12 @@ def test_primitives_are_checked(changes, message):
 def test_models_are_checked(changes, message):
     with pytest.raises(ValueError, match=f"^{message}"):
         model(**changes)
+
+
+@pytest.mark.parametrize(("codes", "changes", "message"), WRONG_FUNCTIONS)
+def test_functions_are_checked(codes, changes, message):
+    with pytest.raises(ValueError, match=f"^{message}"):
+        model(programs=functions(*codes, variables=CHANNELS + len(codes)), **changes)
 
 
 @pytest.mark.parametrize(("changes", "message"), WRONG_STATES)

@@ -10,6 +10,7 @@ from mbproj.dynamics.assembly.assemble import coordinate_values
 from mbproj.dynamics.equations.constraint_equations import constraint, constraint_velocity, gamma, jacobian
 from mbproj.dynamics.equations.equations_of_motion import SOLVERS, generalised_force, mass_matrix
 from mbproj.dynamics.equations.forces import applied, generalised
+from mbproj.dynamics.equations.instant import Instant
 from mbproj.dynamics.equations.kinematics import pose_of, twist_of
 from mbproj.integrate.formulations.reduced import from_space
 from mbproj.model import System
@@ -73,7 +74,7 @@ def test_accelerations_and_multipliers_are_those_of_the_full_equations(case):
     twist = twist_of(pose, v)
     force = generalised_force(system, pose, twist)
     if system.forces is not None:
-        loads = applied(system, pose, twist, 0.0, coordinate_values(system, pose))
+        loads = applied(Instant(system, pose, twist, 0.0, coordinate_values(system, pose)))
         force = force + generalised(pose, loads.force, loads.torque)
     expected, multipliers = SOLVERS["bordered"](
         mass_matrix(system, pose), jacobian(system, pose), force, gamma(system, pose, twist)

@@ -7,12 +7,12 @@ from dataclasses import replace
 import numpy as np
 
 from mbproj.dynamics import assemble
-from mbproj.functions.program import Program
+from mbproj.functions.program import CHANNELS, Program
 from mbproj.functions.program_set import flatten
 from mbproj.integrate import simulate
 from mbproj.kernel import core
 from mbproj.model import compile_system, initial_guess
-from mbproj.model.layout import ElementStates
+from mbproj.model.channels import Channels, ElementStates, Kind
 from mbproj.scene import read_scene_text, settings_to_run
 from mbproj.scene.expressions.compiled import compiled
 from mbproj.scene.expressions.syntax_tree import parse
@@ -35,10 +35,11 @@ LAGS = (f"(sin({DRIVEN}*t) - x)/{T1}", f"(x - z)/{T2}")
 
 def with_states(system, texts, start=(0.0, 0.5), scale=(1.0, 1.0)):
     """The system with states of these rates, called x and z."""
-    variables = {"t": 0, "x": 1, "z": 2}
+    variables = {"t": 0, "x": CHANNELS, "z": CHANNELS + 1}
     programs = [Program(compiled(parse(text), {}, variables)[0], text) for text in texts]
     own = ElementStates(np.array(start), np.array(scale), flatten(programs))
-    return replace(system, states=own, names=replace(system.names, states=("lag.x", "lag.z"), state_units=("V", "A/s")))
+    names = replace(system.names, states=("lag.x", "lag.z"), state_units=("V", "A/s"))
+    return replace(system, states=own, names=names, channels=Channels.of([(Kind.STATE, 0), (Kind.STATE, 1)]))
 
 
 def case(options, text=PENDULUM, texts=LAGS, **own):

@@ -26,6 +26,7 @@ from mbproj.dynamics.equations.constraint_equations import (
     set_velocity,
     time_derivative,
 )
+from mbproj.dynamics.equations.instant import Instant
 from mbproj.dynamics.equations.kinematics import Pose, pose_of, twist_of
 from mbproj.dynamics.equations.motions import Drive, drive_at
 from mbproj.errors import InputError, Problem
@@ -70,6 +71,12 @@ class State:
     @property
     def turns(self) -> Integers:
         return self.y[self.layout["turns"]].astype(np.intp)
+
+    def instant(self, system: System) -> Instant:
+        """What functions of the system see here."""
+        pose = pose_of(self.q)
+        expected = coordinate_values(system, pose) + 2.0 * np.pi * self.turns
+        return Instant(system, pose, twist_of(pose, self.v), self.t, expected, self.x)
 
 
 def assemble(system: System, guess: Guess) -> State:

@@ -11,7 +11,7 @@ from mbproj.arrays import Array
 from mbproj.errors import InputError, Problem
 from mbproj.functions.look_times import look_times
 from mbproj.functions.series import run, time_series
-from mbproj.model.motions import Motions
+from mbproj.model.channels import Motions
 from mbproj.model.stops import Stops
 from mbproj.model.system import System
 from mbproj.thresholds import THRESHOLDS

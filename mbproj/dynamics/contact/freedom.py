@@ -35,9 +35,7 @@ class Freedom:
     """The mechanism at a state: `basis` T R⁻¹ (6n, f) and the pose and twist it belongs to."""
 
     system: System
-    t: float
-    q: Array
-    v: Array
+    state: State
     pose: Pose
     twist: Twist
     M: Array
@@ -57,7 +55,7 @@ class Freedom:
             cause = "a stop meets a motion without inertia: no impulse is finite there"
             raise SimulationError(state.t, cause, hint="give its bodies mass and inertia") from error
         basis = np.linalg.solve(R.T, space.N.T).T
-        return cls(system, state.t, state.q, state.v, pose, twist_of(pose, state.v), M, G, basis, space.pseudoinverse)
+        return cls(system, state, pose, twist_of(pose, state.v), M, G, basis, space.pseudoinverse)
 
     def rows(self, stops: Stops) -> Array:
         """N (S, f): g' = N x of the gaps, but for what motions drive."""
@@ -70,11 +68,11 @@ class Freedom:
     def gained(self, x: Array) -> float:
         """The kinetic energy that comes with x, J."""
         change = self.basis @ x
-        return float(change @ self.M @ (tangent_velocities(self.pose, self.v) + 0.5 * change))
+        return float(change @ self.M @ (tangent_velocities(self.pose, self.state.v) + 0.5 * change))
 
     def free(self, counted: Array) -> Free:
         """How it moves where no stop and no dry friction acts; `counted` (nc,): the joints' coordinates with turns."""
-        drive = drive_at(self.system, self.t)
+        drive = drive_at(self.system, self.state.t)
         particular = self.smallest @ tangent_gamma(self.system, self.pose, self.twist, drive)
         force = tangent_force(self.system, self._moving(particular, counted))
         change = particular + self.basis @ (self.basis.T @ force)
@@ -110,7 +108,8 @@ class Freedom:
         return np.asarray(self.smallest.T @ left)
 
     def _moving(self, change: Array, counted: Array) -> Motion:
-        return Motion(self.t, self.q, tangent_velocities(self.pose, self.v), change, counted)
+        state = self.state
+        return Motion(state.t, state.q, tangent_velocities(self.pose, state.v), change, counted, state.x)
 
 
 def counted_coordinates(system: System, state: State) -> Array:

@@ -1,37 +1,69 @@
-"""What the forces of a scene change by: of every law its slopes ∂F/∂s and ∂F/∂s', of given forces that their arms and
-their axes turn with the body; and what the rates of elements' states change by."""
+"""What the forces of a scene change by: of every law its slopes ∂F/∂s, ∂F/∂s' and by the channels that it names, of
+given forces that their arms and their axes turn with the body; and by what the rates of elements' states do."""
 
 from __future__ import annotations
 
 import numpy as np
 
-from mbproj.arrays import Array
+from mbproj.arrays import Array, Numbers
 from mbproj.dynamics.blocks import Blocks
 from mbproj.dynamics.derivatives.row_derivatives import tilde
-from mbproj.dynamics.equations.forces import LawState
-from mbproj.dynamics.equations.kinematics import Pose
-from mbproj.functions.program import COORDINATE, RATE
-from mbproj.functions.series import constant_series, run, slope, time_series
-from mbproj.model.forces import Forces
-from mbproj.model.layout import ElementStates
+from mbproj.dynamics.equations.forces import LawState, forces_of, given_components, law_coordinates
+from mbproj.dynamics.equations.instant import Instant
+from mbproj.functions.program import CHANNELS, COORDINATE, RATE
+from mbproj.functions.series import slope
 
 
-def law_slopes(forces: Forces, laws: LawState, t: float) -> tuple[Array, Array]:
+def law_slopes(instant: Instant, laws: LawState) -> tuple[Array, Array]:
     """∂F/∂s and ∂F/∂s' of each law, (E,) each; not finite where a function has no slope."""
+    forces = forces_of(instant)
     found = [-forces.laws.stiffness, -forces.laws.damping]
     for law in np.flatnonzero(forces.laws.program >= 0):
-        at = [np.asarray(t), laws.value[law], laws.rate[law]]
+        at = instant.values(laws.value[law], laws.rate[law])
         for order, variable in enumerate((COORDINATE, RATE)):
             found[order][law] += slope(forces.programs, int(forces.laws.program[law]), at, variable)
     return found[0], found[1]
 
 
-def given_derivative(forces: Forces, pose: Pose, t: float) -> Blocks:
-    """∂/∂ξ of the given forces and torques on the bodies."""
-    given, bodies = forces.on_bodies, len(pose.position) - 1
-    time = time_series(np.asarray(t))
-    vector = np.array([[float(run(forces.programs, index, [time])[0]) for index in row] for row in given.program])
-    vector = vector.reshape(-1, 3)
+def channel_slopes(instant: Instant) -> tuple[Array, Array]:
+    """∂F/∂channel of each law, (E, c), and ∂x'/∂channel of each state of elements, (K, c), at one state; not finite
+    where a function has no slope. Of a law's own coordinate, where it is no channel, see `law_slopes`."""
+    system, count = instant.system, instant.channels.shape[-1]
+    number = np.zeros(0, dtype=np.intp) if system.forces is None else system.forces.laws.program
+    of_laws = np.zeros((len(number), count))
+    for row in np.flatnonzero(number >= 0).tolist() if count else ():
+        value, rate = law_coordinates(instant)
+        of_laws[row] = _by_channels(instant, int(number[row]), instant.values(value[row], rate[row]))
+    return of_laws, _rates_by_channels(instant)
+
+
+def state_slopes(instant: Instant) -> Array:
+    """f_x (K, K) of x' = f; what has no slope there counts as constant."""
+    channels, slopes = instant.system.channels, _rates_by_channels(instant)
+    found = np.zeros((len(slopes), len(slopes)))
+    known = np.nan_to_num(slopes[:, channels.is_state], nan=0.0, posinf=0.0, neginf=0.0)
+    found[:, channels.index[channels.is_state]] = known
+    return found
+
+
+def _rates_by_channels(instant: Instant) -> Array:
+    """∂x'/∂channel, (K, c)."""
+    first, at = instant.system.first_rate, instant.values()
+    rows = [_by_channels(instant, first + row, at) for row in range(instant.x.shape[-1])]
+    return np.array(rows, dtype=float).reshape(len(rows), len(at) - CHANNELS)
+
+
+def _by_channels(instant: Instant, program: int, at: list[Numbers]) -> list[float]:
+    """The slopes of a program by each channel."""
+    programs, channels = instant.system.programs, range(CHANNELS, len(at))
+    return [float(slope(programs, program, at, channel)) for channel in channels]
+
+
+def given_derivative(instant: Instant) -> Blocks:
+    """∂/∂ξ of the given forces and torques on the bodies, but for what they change by with the channels that they
+    name."""
+    given, pose, vector = forces_of(instant).on_bodies, instant.pose, given_components(instant)
+    bodies = len(pose.position) - 1
     carried = (given.turn @ vector[..., None])[..., 0]
     turn = pose.rotation[given.body]
     in_axes = np.where(given.in_body[:, None], carried, (np.swapaxes(turn, -1, -2) @ vector[..., None])[..., 0])
@@ -41,11 +73,3 @@ def given_derivative(forces: Forces, pose: Pose, t: float) -> Blocks:
     value[~follows & acts, 3:, 3:] = (tilde(given.point) @ tilde(in_axes))[~follows & acts]
     value[~follows & ~acts, 3:, 3:] = tilde(in_axes)[~follows & ~acts]
     return Blocks.of(bodies, given.body, given.body, value)
-
-
-def state_slopes(states: ElementStates, t: float, x: Array) -> Array:
-    """f_x (K, K) at t; what has no slope there counts as constant."""
-    none, unit = np.zeros(len(x)), np.eye(len(x))
-    variables = [constant_series(t + none), *((value + none, own, none) for value, own in zip(x, unit, strict=True))]
-    found = np.array([run(states.rates, k, variables)[1] + none for k in range(len(x))])
-    return np.nan_to_num(found, nan=0.0, posinf=0.0, neginf=0.0)

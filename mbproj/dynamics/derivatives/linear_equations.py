@@ -9,6 +9,8 @@ and with δs = gξ, δs' = gξ' + g'ξ and δs'' = gξ'' + 2 g'ξ' + g''ξ of an
 
 from __future__ import annotations
 
+from dataclasses import field
+
 import numpy as np
 
 from mbproj.arrays import Array
@@ -20,6 +22,7 @@ from mbproj.dynamics.derivatives.row_derivatives import Carried, RowMotion, forc
 from mbproj.dynamics.derivatives.tangent import accelerations, velocities
 from mbproj.dynamics.equations.constraint_equations import set_bias, set_velocity
 from mbproj.dynamics.equations.forces import applied, law_state
+from mbproj.dynamics.equations.instant import Instant, no_states
 from mbproj.dynamics.equations.kinematics import Pose, Twist, body_rates, pose_of, twist_of
 from mbproj.model.system import System
 
@@ -27,13 +30,14 @@ from mbproj.model.system import System
 @dataclass(frozen=True, eq=False)
 class Motion:
     """A mechanism at one time: t in s, coordinates q (7n,), u = (r', ω) and u' (6n,), and the joints' coordinates
-    (nc,), each angle to less than half a turn: from them angles in forces take their turns."""
+    (nc,), each angle to less than half a turn: from them angles in forces take their turns; states of elements (K,)."""
 
     t: float
     q: Array
     u: Array
     change: Array
     expected: Array
+    x: Array = field(default_factory=no_states)
 
     @property
     def pose(self) -> Pose:
@@ -47,6 +51,11 @@ class Motion:
     def change_of(self, pose: Pose) -> Twist:
         """How that changes: q'' as a twist holds q'."""
         return twist_of(pose, accelerations(pose, self.u, self.change))
+
+    def instant(self, system: System) -> Instant:
+        """What functions of the system see."""
+        pose = self.pose
+        return Instant(system, pose, self.twist(pose), self.t, self.expected, self.x)
 
     def carried(self) -> Carried:
         """Where the bodies carry what is fixed in them."""
@@ -103,7 +112,7 @@ def tangent_force(system: System, motion: Motion) -> Array:
     force = system.mass[:, None] * (system.gravity - change.velocity[:-1])
     torque = -(J @ ω_dot[..., None])[..., 0] - np.cross(ω, momentum)
     if system.forces is not None:
-        loads = applied(system, pose, twist, motion.t, motion.expected)
+        loads = applied(motion.instant(system))
         force, torque = force + loads.force[:-1], torque + loads.torque[:-1]
     found = np.concatenate([force, torque], axis=1).ravel()
     if system.reflected is not None:
@@ -151,12 +160,12 @@ def _forces(system: System, motion: Motion, carried: Carried) -> tuple[Blocks, B
     none = added(system.bodies, [])
     if system.forces is None:
         return none, none, none
-    forces, pose = system.forces, motion.pose
-    bound, twist = forces.laws.coordinates, motion.twist(pose)
-    state = law_state(forces, pose, twist, motion.t, motion.expected)
-    stiffness, damping = law_slopes(forces, state, motion.t)
-    g = row_motion(bound, carried)
-    viscous, elastic = bushing_derivatives(forces, pose, twist, state.force) if forces.bushings.size else (none, none)
+    forces, bound, instant = system.forces, system.forces.laws.coordinates, motion.instant(system)
+    state = law_state(instant)
+    stiffness, damping = law_slopes(instant, state)
+    g, viscous, elastic = row_motion(bound, carried), none, none
+    if forces.bushings.size:
+        viscous, elastic = bushing_derivatives(forces, instant.pose, instant.twist, state.force)
     return (
         none,
         added(system.bodies, [products(g.G, g.G, -damping), viscous]),
@@ -167,7 +176,7 @@ def _forces(system: System, motion: Motion, carried: Carried) -> tuple[Blocks, B
                 products(g.G, g.G, -stiffness),
                 products(g.G, g.G_dot, -damping),
                 force_derivative(bound, carried, state.force[: bound.size]).scaled(-1.0),
-                given_derivative(forces, pose, motion.t).scaled(-1.0),
+                given_derivative(instant).scaled(-1.0),
             ],
         ),
     )

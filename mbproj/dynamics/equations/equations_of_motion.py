@@ -10,8 +10,6 @@ import numpy as np
 from mbproj.arrays import Array, Numbers
 from mbproj.dynamics.equations.kinematics import Pose, Twist
 from mbproj.dynamics.equations.reflected import added_force, added_mass, tangent_gradients
-from mbproj.errors import SimulationError
-from mbproj.functions.series import constant_series, failure, run, time_series
 from mbproj.model.euler_parameters import matrix_L
 from mbproj.model.system import System
 from mbproj.thresholds import THRESHOLDS
@@ -19,21 +17,6 @@ from mbproj.thresholds import THRESHOLDS
 #: (M, C_q, Q, γ) -> (q'', λ)
 Solver = Callable[[Array, Array, Array, Array], tuple[Array, Array]]
 TINY = float(np.finfo(float).tiny)
-
-
-def state_rates(system: System, t: float, x: Array) -> Array:
-    """x' of the states of elements, (K,). Raises SimulationError that names one whose rate has no finite value."""
-    states = system.states
-    if states is None:
-        return np.zeros(0)
-    variables = [time_series(np.asarray(t)), *map(constant_series, x)]
-    found = np.array([run(states.rates, k, variables)[0] for k in range(len(x))])
-    if not np.isfinite(found).all():
-        k = int(np.flatnonzero(~np.isfinite(found))[0])
-        cause = f"'{states.rates.texts[k]}' fails: {failure(states.rates, k, variables)}"
-        hint = "correct the expression, or end the run before that time"
-        raise SimulationError(t, cause, where=f"state '{system.names.states[k]}'", hint=hint)
-    return found
 
 
 def mass_matrix(system: System, pose: Pose) -> Array:

@@ -13,12 +13,12 @@ from mbproj.arrays import Array, Integers, Numbers, cross, total
 from mbproj.dataclass import dataclass
 from mbproj.dynamics.equations.bushings import Deflection, deflection, rates, wrenches
 from mbproj.dynamics.equations.constraint_equations import set_velocity
-from mbproj.dynamics.equations.kinematics import Pose, Twist, attached, body_rates, slots_of
+from mbproj.dynamics.equations.instant import Instant
+from mbproj.dynamics.equations.kinematics import Pose, attached, body_rates, slots_of
 from mbproj.errors import SimulationError
-from mbproj.functions.series import constant_series, failure, run, run_held, time_series
+from mbproj.functions.series import constant_series, failure, run_held
 from mbproj.functions.taylor import Series
 from mbproj.model.forces import Forces, Laws
-from mbproj.model.system import System
 from mbproj.thresholds import THRESHOLDS
 
 
@@ -53,26 +53,18 @@ class Applied:
     apart: Array
 
 
-def law_state(
-    forces: Forces,
-    pose: Pose,
-    twist: Twist,
-    t: Numbers | float,
-    reference: Numbers,
-    held: Array | None = None,
-    carried: Numbers | None = None,
-) -> LawState:
-    """The laws and bushings at poses (...) and times t (...).
+def law_state(instant: Instant, held: Array | None = None, carried: Numbers | None = None) -> LawState:
+    """The laws and bushings of a system with forces, (...).
 
-    `reference` (..., nc): the joints' coordinates, each to less than half a turn, from which angles take their turns.
     `held`: the branches that switches are held on, all free without. `carried` (..., B): the loads of bearings, 0
     without.
     """
+    forces = forces_of(instant)
     laws = forces.laws
-    value, rate = law_coordinates(forces, pose, twist, reference)
+    value, rate = law_coordinates(instant)
     given, damper = np.zeros_like(value), -laws.damping * rate
     for law in np.flatnonzero(laws.program >= 0):
-        variables = law_variables(t, value, rate, int(law))
+        variables = instant.variables(value[..., law], rate[..., law])
         if laws.partner[law] >= 0:
             variables[2] = constant_series(np.hypot(rate[..., law], rate[..., laws.partner[law]]))
         found = run_held(forces.programs, int(laws.program[law]), variables, held)
@@ -87,7 +79,13 @@ def law_state(
     extension = value - laws.free
     stored = 0.5 * total(laws.stiffness * extension**2)
     own = LawState(value, rate, -laws.stiffness * extension, damper, given, stored)
-    return _with_bushings(forces, own, pose, twist) if forces.bushings.size else own
+    return _with_bushings(forces, own, instant) if forces.bushings.size else own
+
+
+def forces_of(instant: Instant) -> Forces:
+    """Those of its system, which must have some."""
+    assert instant.system.forces is not None
+    return instant.system.forces
 
 
 def _along_sliding(laws: Laws, rate: Numbers, law: int) -> Numbers:
@@ -99,26 +97,20 @@ def _along_sliding(laws: Laws, rate: Numbers, law: int) -> Numbers:
     return np.asarray(np.where(speed > 0.0, part, direction[0]))
 
 
-def law_coordinates(forces: Forces, pose: Pose, twist: Twist, reference: Numbers) -> tuple[Numbers, Numbers]:
+def law_coordinates(instant: Instant) -> tuple[Numbers, Numbers]:
     """The coordinates of the laws and their rates, (..., E)."""
-    laws = forces.laws
+    laws, pose, expected = forces_of(instant).laws, instant.pose, instant.expected
     value = laws.coordinates.value(attached(pose, *slots_of(laws.coordinates)))
-    turns = np.round((reference[..., laws.joint_coordinate] - value) / (2.0 * np.pi)) if laws.is_angle.any() else 0.0
+    turns = np.round((expected[..., laws.joint_coordinate] - value) / (2.0 * np.pi)) if laws.is_angle.any() else 0.0
     with np.errstate(divide="ignore", invalid="ignore"):  # two points that have met are noticed by `applied`
-        rate = set_velocity(laws.coordinates, pose, twist)
+        rate = set_velocity(laws.coordinates, pose, instant.twist)
     return value + 2.0 * np.pi * laws.is_angle * turns, rate
 
 
-def law_variables(t: Numbers | float, value: Numbers, rate: Numbers, law: int) -> list[Series]:
-    """What the program of a law depends on, given all laws' coordinates and rates."""
-    time = time_series(np.broadcast_to(np.asarray(t, dtype=float), value.shape[:-1]))
-    return [time, constant_series(value[..., law]), constant_series(rate[..., law])]
-
-
-def _with_bushings(forces: Forces, laws: LawState, pose: Pose, twist: Twist) -> LawState:
+def _with_bushings(forces: Forces, laws: LawState, instant: Instant) -> LawState:
     """The same, with the bushings after the laws."""
-    bushings, bent = forces.bushings, deflection(forces.bushings, pose)
-    s, rate = bent.value, rates(bushings, bent, pose, twist)
+    bushings, bent = forces.bushings, deflection(forces.bushings, instant.pose)
+    s, rate = bent.value, rates(bushings, bent, instant.pose, instant.twist)
     elastic = (bushings.stiffness @ s[..., None])[..., 0]
     viscous = (bushings.damping @ rate[..., None])[..., 0]
     own = s, rate, bushings.preload - elastic, -viscous, np.zeros_like(s)
@@ -131,34 +123,39 @@ def _with_bushings(forces: Forces, laws: LawState, pose: Pose, twist: Twist) -> 
     return LawState(value, speed, spring, damper, given, laws.stored + stored, bent)
 
 
-def applied(
-    system: System,
-    pose: Pose,
-    twist: Twist,
-    t: float,
-    reference: Array,
-    held: Array | None = None,
-    carried: Array | None = None,
-) -> Applied:
+def applied(instant: Instant, held: Array | None = None, carried: Array | None = None) -> Applied:
     """All forces of the scene but gravity, on every body and the ground, at one state, with the branches `held` and
     the loads of bearings.
 
     Raises SimulationError that names the force whose function has no finite value there, or that has no direction.
     """
-    forces = system.forces
-    assert forces is not None
-    state = law_state(forces, pose, twist, t, reference, held, carried)
+    forces, pose, t = forces_of(instant), instant.pose, float(instant.t)
+    state = law_state(instant, held, carried)
     if not np.all(np.isfinite(state.force)):
-        raise _law_fails(forces, state, t)
+        raise _law_fails(instant, state)
     force, torque = _along_coordinates(forces, pose, state.force, state.bent)
     if state.bent is not None and np.any(state.bent.cosine < np.cos(0.5 * THRESHOLDS.most_turned)):
         raise _turns_too_far(forces, state.bent, t)
-    given_force, given_torque = _on_bodies(forces, pose, t)
-    omega = body_rates(pose, twist)
-    power = np.sum(given_force * twist.velocity) + np.sum(given_torque * omega) + state.given @ state.rate
+    given_force, given_torque = _on_bodies(instant, held)
+    omega = body_rates(pose, instant.twist)
+    power = np.sum(given_force * instant.twist.velocity) + np.sum(given_torque * omega) + state.given @ state.rate
     lost = -state.damper * state.rate
     apart = lost[: forces.laws.size][forces.laws.apart]
     return Applied(force + given_force, torque + given_torque, float(power), float(lost.sum()), apart)
+
+
+def state_rates(instant: Instant, held: Array | None = None) -> Array:
+    """x' of the states of elements, (K,), on the branches `held`. Raises SimulationError that names one whose rate has
+    no finite value."""
+    system = instant.system
+    if system.states is None:
+        return np.zeros(0)
+    variables, first = instant.variables(), system.first_rate
+    found = np.array([run_held(system.programs, first + k, variables, held) for k in range(len(instant.x))])
+    if not np.isfinite(found).all():
+        k = int(np.flatnonzero(~np.isfinite(found))[0])
+        raise program_fails(instant, first + k, f"state '{system.names.states[k]}'", variables)
+    return found
 
 
 def generalised(pose: Pose, force: Array, torque: Array) -> Array:
@@ -193,26 +190,31 @@ def _along_coordinates(forces: Forces, pose: Pose, size: Numbers, bent: Deflecti
     return force, torque
 
 
-def given_vectors(forces: Forces, pose: Pose, t: float) -> Array:
+def given_components(instant: Instant, held: Array | None = None) -> Array:
+    """The values of the programs of given forces and torques, (W, 3)."""
+    forces, variables = forces_of(instant), instant.variables()
+    each = [run_held(forces.programs, int(index), variables, held) for index in forces.on_bodies.program.ravel()]
+    return np.array(each, dtype=float).reshape(-1, 3)
+
+
+def given_vectors(instant: Instant, held: Array | None = None) -> Array:
     """The given forces and torques in global axes, (W, 3)."""
-    given = forces.on_bodies
-    time = time_series(np.asarray(t))
-    vector = np.array([[run(forces.programs, index, [time])[0] for index in row] for row in given.program])
+    given, vector = forces_of(instant).on_bodies, given_components(instant, held)
     if not np.all(np.isfinite(vector)):
-        raise _program_fails(forces, int(given.program[~np.isfinite(vector)][0]), t, 0.0, 0.0)
+        raise _program_fails(instant, int(given.program[~np.isfinite(vector)][0]), 0.0, 0.0)
     carried = (given.turn @ vector[..., None])[..., 0]
-    turned = (pose.rotation[given.body] @ carried[..., None])[..., 0]
+    turned = (instant.pose.rotation[given.body] @ carried[..., None])[..., 0]
     found: Array = np.where(given.in_body[:, None], turned, vector)
     return found
 
 
-def _on_bodies(forces: Forces, pose: Pose, t: float) -> tuple[Array, Array]:
+def _on_bodies(instant: Instant, held: Array | None) -> tuple[Array, Array]:
     """What the given forces and torques do to the bodies."""
-    given = forces.on_bodies
+    given, pose = forces_of(instant).on_bodies, instant.pose
     force, torque = np.zeros_like(pose.position), np.zeros_like(pose.position)
     if not given.size:
         return force, torque
-    vector = given_vectors(forces, pose, t)
+    vector = given_vectors(instant, held)
     np.add.at(force, given.body, np.where(given.is_torque[:, None], 0.0, vector))
     in_body = _in_body(pose, given.body, vector)
     np.add.at(torque, given.body, np.where(given.is_torque[:, None], in_body, cross(given.point, in_body)))
@@ -224,12 +226,13 @@ def _in_body(pose: Pose, body: Integers, vector: Array) -> Array:
     return (vector[:, None, :] @ pose.rotation[body])[:, 0, :]
 
 
-def _law_fails(forces: Forces, state: LawState, t: float) -> SimulationError:
+def _law_fails(instant: Instant, state: LawState) -> SimulationError:
+    forces, t = forces_of(instant), float(instant.t)
     law = int(np.flatnonzero(~np.isfinite(state.force))[0])
     program = int(forces.laws.program[law]) if law < forces.laws.size else -1
     value, rate = float(state.value[law]), float(state.rate[law])
     if program >= 0 and np.isfinite(value) and np.isfinite(rate):
-        return _program_fails(forces, program, t, value, rate)
+        return _program_fails(instant, program, value, rate)
     where = f"force '{forces.owners[law]}'"
     if value == 0.0 and law < forces.laws.size:
         return SimulationError(t, "its two points have met, and it has no direction", where=where, hint="move one")
@@ -244,8 +247,14 @@ def _turns_too_far(forces: Forces, bent: Deflection, t: float) -> SimulationErro
     return SimulationError(t, cause, where=f"force '{forces.bushing_names[worst]}'", hint=hint)
 
 
-def _program_fails(forces: Forces, index: int, t: float, value: float, rate: float) -> SimulationError:
-    variables = [time_series(np.asarray(t)), constant_series(np.asarray(value)), constant_series(np.asarray(rate))]
-    cause = f"'{forces.programs.texts[index]}' fails: {failure(forces.programs, index, variables)}"
+def _program_fails(instant: Instant, index: int, value: float, rate: float) -> SimulationError:
+    forces = forces_of(instant)
+    return program_fails(instant, index, f"force '{forces.program_owners[index]}'", instant.variables(value, rate))
+
+
+def program_fails(instant: Instant, index: int, where: str, variables: list[Series]) -> SimulationError:
+    """Program `index` of the system has no finite value for these variables."""
+    programs = instant.system.programs
+    cause = f"'{programs.texts[index]}' fails: {failure(programs, index, variables)}"
     hint = "correct the expression, or end the run before that time"
-    return SimulationError(t, cause, where=f"force '{forces.program_owners[index]}'", hint=hint)
+    return SimulationError(float(instant.t), cause, where=where, hint=hint)

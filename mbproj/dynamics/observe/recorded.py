@@ -22,8 +22,9 @@ from mbproj.dynamics.equations.constraint_equations import (
     set_velocity,
 )
 from mbproj.dynamics.equations.energy import kinetic_energy
-from mbproj.dynamics.equations.forces import LawState
+from mbproj.dynamics.equations.forces import LawState, law_state
 from mbproj.dynamics.equations.gaps import gaps, stored_energy
+from mbproj.dynamics.equations.instant import Instant
 from mbproj.dynamics.equations.kinematics import (
     Pose,
     Twist,
@@ -39,7 +40,7 @@ from mbproj.dynamics.equations.reflected import inertial_reaction
 from mbproj.dynamics.equations.teeth import Teeth, sums_at_start
 from mbproj.dynamics.observe.reactions import reactions
 from mbproj.dynamics.observe.samples import Samples, join, keep_freed_memory
-from mbproj.dynamics.observe.total_energy import laws_at, potential, total_energy
+from mbproj.dynamics.observe.total_energy import potential, total_energy
 from mbproj.model.euler_parameters import product, rotation_matrix
 from mbproj.model.system import System
 
@@ -60,8 +61,8 @@ class Observer:
         self.energy = total_energy(system, start)
         self.sums = np.zeros(0)
         if system.couplings.size:
-            pose = pose_of(start.q)
-            self.sums = sums_at_start(system, pose, coordinate_values(system, pose) + 2.0 * np.pi * start.turns)
+            at = start.instant(system)
+            self.sums = sums_at_start(system, at.pose, at.expected)
 
     def at(self, samples: Samples) -> Observation:
         """Everything at some samples."""
@@ -159,8 +160,8 @@ class Observation(Mapping[str, npt.NDArray[Any]]):
 
     @cached_property
     def laws(self) -> LawState | None:
-        coordinate = self.coordinate if self.system.forces is not None else np.zeros(0)
-        return laws_at(self.system, self.pose, self.twist, self._seen.t, coordinate, self.carried)
+        instant = Instant(self.system, self.pose, self.twist, self._seen.t, self.coordinate, self._seen.x)
+        return None if self.system.forces is None else law_state(instant, carried=self.carried)
 
     @cached_property
     def along(self) -> tuple[Numbers, Numbers, Numbers]:
@@ -172,8 +173,7 @@ class Observation(Mapping[str, npt.NDArray[Any]]):
             own = self.coordinate[:, self.system.reflected.joint_coordinate]
             added = (own, reaction.rate, reaction.force)
             found = [np.concatenate(pair, axis=-1) for pair in zip(found, added, strict=True)]
-        value, rate, force = found
-        return value, rate, force
+        return found[0], found[1], found[2]
 
     @cached_property
     def reactions(self) -> tuple[Numbers, Numbers]:

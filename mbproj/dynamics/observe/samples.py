@@ -82,6 +82,11 @@ class Samples:
         return self.y[:, self.layout["velocities"]]
 
     @property
+    def x(self) -> Array:
+        """States of elements, (T, K)."""
+        return self.y[:, self.layout["states"]]
+
+    @property
     def turns(self) -> Integers:
         """(T, nc)."""
         return self.y[:, self.layout["turns"]].astype(np.intp)

@@ -17,9 +17,9 @@ from mbproj.functions.narrow import features
 from mbproj.functions.program_set import ProgramSet
 from mbproj.functions.series import run, time_series
 from mbproj.functions.time_parts import time_parts
+from mbproj.model.channels import ElementStates, Motions
 from mbproj.model.forces import Forces
-from mbproj.model.motions import Motions
-from mbproj.model.system import System
+from mbproj.model.system import Names, System
 from mbproj.scene.records import Settings
 from mbproj.scene.sampling import output_interval
 from mbproj.thresholds import THRESHOLDS
@@ -61,14 +61,14 @@ def time_events(
 ) -> tuple[Event, ...]:
     """From `start` to `end`, in their order: of each function the first `most_kinks` kinks, and the narrow features.
     `interval` is the time between two samples, s. A later end adds events and changes none."""
-    own, _ = _of_scene(system.forces, system.motions, system.names.motions, start, end, interval, 0.0)
+    own, _ = _of_scene(system.forces, system.motions, system.states, system.names, start, end, interval, 0.0)
     return tuple(sorted({*own, *(Event(t, "break_times", "asked for") for t in asked if start < t < end)}))
 
 
 def stretches(system: System, start: float, end: float, interval: float, longest: float) -> tuple[Stretch, ...]:
     """Those shorter than `longest` that begin between `start` and `end`, and may end later. A later end adds some and
     changes none."""
-    return _of_scene(system.forces, system.motions, system.names.motions, start, end, interval, longest)[1]
+    return _of_scene(system.forces, system.motions, system.states, system.names, start, end, interval, longest)[1]
 
 
 def events_of(system: System, start: float, settings: Settings) -> tuple[Event, ...]:
@@ -87,7 +87,8 @@ def crowded(events: tuple[Event, ...]) -> tuple[str, ...]:
 def _of_scene(
     forces: Forces | None,
     motions: Motions | None,
-    names: tuple[str, ...],
+    states: ElementStates | None,
+    names: Names,
     start: float,
     end: float,
     interval: float,
@@ -99,8 +100,10 @@ def _of_scene(
     sets: list[tuple[ProgramSet, tuple[str, ...], int]] = []
     if forces is not None:
         sets.append((forces.programs, tuple(f"force '{name}'" for name in forces.program_owners), OF_FORCES))
+    if states is not None:
+        sets.append((states.programs, tuple(f"state '{name}'" for name in names.states), OF_FORCES))
     if motions is not None:
-        sets.append((motions.programs, tuple(f"motion '{name}'" for name in names), OF_MOTIONS))
+        sets.append((motions.programs, tuple(f"motion '{name}'" for name in names.motions), OF_MOTIONS))
     for programs, owners, orders in sets:
         seen: dict[tuple[bytes, bytes], list[tuple[float, str]]] = {}
         for index, owner in enumerate(owners):

@@ -7,9 +7,9 @@ import numpy as np
 from mbproj.arrays import Array, Integers
 from mbproj.dataclass import dataclass
 from mbproj.dynamics.assembly.assemble import State
+from mbproj.dynamics.assembly.motion_jumps import refuse_jumps
 from mbproj.dynamics.contact.driven import refuse_driven_beyond
 from mbproj.dynamics.equations.kinematics import pose_of
-from mbproj.dynamics.equations.motion_jumps import refuse_jumps
 from mbproj.errors import InputError, Problem
 from mbproj.integrate.formulations.compiled import Compiled
 from mbproj.integrate.formulations.planar import InPlane

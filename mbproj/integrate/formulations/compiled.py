@@ -11,10 +11,8 @@ from typing import Any, ClassVar
 import numpy as np
 
 from mbproj.arrays import Array, Integers, may_overflow
-from mbproj.dynamics.assembly.assemble import State, coordinate_values
-from mbproj.dynamics.equations.equations_of_motion import state_rates
-from mbproj.dynamics.equations.forces import applied
-from mbproj.dynamics.equations.kinematics import pose_of, twist_of
+from mbproj.dynamics.assembly.assemble import State
+from mbproj.dynamics.equations.forces import applied, state_rates
 from mbproj.dynamics.equations.motions import drive_at
 from mbproj.dynamics.observe.samples import Samples
 from mbproj.errors import SimulationError
@@ -155,12 +153,11 @@ class Compiled(ABC):
     def is_regular(self, state: State) -> tuple[bool, int]:
         """Whether the accelerations are unique at a state, and else the kernel's joint whose rows depend on the others'
         (-1 where no joint is to blame). Raises SimulationError where a function of the scene has no value."""
-        equations, coordinate = self.equations(), coordinate_values(self.system, pose_of(state.q))
-        reference = coordinate + 2.0 * np.pi * state.turns
-        y = self.state(state.q, state.v)
-        if equations.accelerations(y, state.t, self.turns(reference).tolist()) is not None:
+        equations, instant = self.equations(), state.instant(self.system)
+        beside = [*self.turns(instant.expected).tolist(), *state.x.tolist()]
+        if equations.accelerations(self.state(state.q, state.v), state.t, beside) is not None:
             return True, -1
-        self.require_functions(state.t, state.q, state.v, state.x)
+        self.require_functions(state)
         return False, int(equations.singular_joint)
 
     def responses(self, state: State, laws: Integers) -> Array | None:
@@ -169,13 +166,13 @@ class Compiled(ABC):
         found: Array | None = self.equations().responses(y, laws.tolist(), state.t)
         return found
 
-    def require_functions(self, t: float, q: Array, v: Array, x: Array) -> None:
+    def require_functions(self, state: State) -> None:
         """Raises SimulationError that names the force, motion or state whose function has no value at a state."""
-        drive_at(self.system, t)
-        state_rates(self.system, t, x)
+        drive_at(self.system, state.t)
+        instant = state.instant(self.system)
+        state_rates(instant)
         if self.system.forces is not None:
-            pose = pose_of(q)
-            applied(self.system, pose, twist_of(pose, v), t, coordinate_values(self.system, pose))
+            applied(instant)
 
     def run(self, state: State, settings: Settings, leg: Leg | None = None) -> Any:
         """The kernel's run from a state, or a leg of one."""
@@ -230,7 +227,7 @@ class Compiled(ABC):
             teeth = self.system.couplings.size > 0
             return TurnsUntold(t, name, outcome.turned, outcome.off, outcome.step, teeth=teeth)
         if outcome.status == status.pushed_back:
-            switches = switches_of(self.system.forces)
+            switches = switches_of(self.system)
             assert switches is not None
             k = int(outcome.row)
             return pushed_back(t, switches.owner(k), switches.what(k), jumps=switches.jumps(k))
@@ -242,19 +239,19 @@ class Compiled(ABC):
             unsolved = unsolved_stage(t, self.system, body, force, is_near=bool(outcome.near_singular))
             return unsolved if settings.step is None else halved_in_vain(unsolved, float(run.standing["h"]))
         if outcome.status == status.broken:
-            return self._broken(t, run.broken_state)
+            return self._broken(self.standing(t, run.broken_state, run.standing["turns"]))
         where = self.system.row_owner(self.row(outcome.row))
         failed = bool(outcome.projection_failed)
         return left_open(t, where, outcome.open_by, outcome.passes, projection=settings.projection, failed=failed)
 
-    def _broken(self, t: float, y: Array) -> SimulationError:
+    def _broken(self, state: State) -> SimulationError:
         """What the functions of the scene say at a state where one has no value."""
         try:
             with may_overflow():
-                self.require_functions(t, *self.coordinates(self._by_body(y)), y[self.layout["states"]])
+                self.require_functions(state)
         except SimulationError as error:
             return error
-        return not_finite(t)
+        return not_finite(state.t)
 
 
 def _tableau(core: ModuleType, tableau: Tableau | ImplicitTableau) -> Any:

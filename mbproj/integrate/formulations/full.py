@@ -12,17 +12,12 @@ import numpy as np
 
 from mbproj.arrays import Array, Integers, may_overflow
 from mbproj.dataclass import dataclass
-from mbproj.dynamics.assembly.assemble import State, coordinate_values, coordinates
+from mbproj.dynamics.assembly.assemble import State, coordinates
 from mbproj.dynamics.equations.constraint_equations import constraint, constraint_velocity, gamma, jacobian
-from mbproj.dynamics.equations.equations_of_motion import (
-    SOLVERS,
-    Solver,
-    generalised_force,
-    mass_matrix,
-    state_rates,
-)
-from mbproj.dynamics.equations.forces import applied, generalised, law_state, unit_pull
-from mbproj.dynamics.equations.kinematics import Pose, Twist, pose_of, twist_of
+from mbproj.dynamics.equations.equations_of_motion import SOLVERS, Solver, generalised_force, mass_matrix
+from mbproj.dynamics.equations.forces import applied, generalised, law_state, state_rates, unit_pull
+from mbproj.dynamics.equations.instant import Instant
+from mbproj.dynamics.equations.kinematics import pose_of, twist_of
 from mbproj.dynamics.equations.motions import Drive, drive_at
 from mbproj.dynamics.equations.reflected import with_flywheels
 from mbproj.dynamics.equations.teeth import Teeth, sums_at_start
@@ -75,9 +70,8 @@ class FullFormulation:
         reason = method.refusal(mass_matrix(system, pose_of(state.q))) if isinstance(method, Projection) else None
         if reason:
             raise InputError(reason)
-        pose = pose_of(state.q)
-        counted = coordinate_values(system, pose) + 2.0 * np.pi * state.turns
-        sums = sums_at_start(system, pose, counted)
+        start = state.instant(system)
+        sums = sums_at_start(system, start.pose, start.expected)
         bodies, policy = replace(system, reflected=None), RowPolicy(system, redundant)
         return cls(system, settings, method, policy, sums, bodies, TimeWindow())
 
@@ -115,10 +109,8 @@ class FullFormulation:
 
     def arguments(self, switches: LawSwitches, held: Array, t: float, y: Array) -> Array:
         """Of the switches of its laws at a state, (K,)."""
-        q, v, expected = self.parts(y)
-        pose = pose_of(q)
         with may_overflow():
-            return switches.arguments(pose, twist_of(pose, v), self.window.seen(t), expected, held)
+            return switches.arguments(self.instant(t, y), held)
 
     def derivative(self, t: float, y: Array) -> Array:
         """y' of y, with the rows of the step at hand."""
@@ -131,7 +123,7 @@ class FullFormulation:
         return slope
 
     def _derivative(self, t: float, y: Array) -> tuple[Array, float]:
-        found = self.accelerations(t, *self.parts(y))
+        found = self.accelerations(t, y)
         return self.slope(t, y, found), found.nearness
 
     def slope(self, t: float, y: Array, found: Accelerations, speed: Array | None = None) -> Array:
@@ -141,39 +133,48 @@ class FullFormulation:
         rates = {
             "positions": v,
             "velocities": found.acceleration,
-            "states": state_rates(self.system, self.window.seen(t), y[self.layout["states"]]),
+            "states": state_rates(self.instant(t, y), self.held) if self.system.states else np.zeros(0),
             "quadratures": found.power,
             "followed": expected if speed is None else speed[: len(expected)],
         }
         return self.layout.joined(rates)
 
-    def accelerations(self, t: float, q: Array, v: Array, expected: Array, rows: RowSet | None = None) -> Accelerations:
+    def instant(self, t: float, y: Array, expected: Array | None = None) -> Instant:
+        """What functions see at y; `expected` (nc,): the joints' coordinates, in place of those that are followed."""
+        q, v, followed = self.parts(y)
+        pose = pose_of(q)
+        near = followed if expected is None else expected
+        return Instant(self.system, pose, twist_of(pose, v), self.window.seen(t), near, y[self.layout["states"]])
+
+    def accelerations(
+        self, t: float, y: Array, expected: Array | None = None, rows: RowSet | None = None
+    ) -> Accelerations:
         """With these rows, those of the step at hand where none are given: equal input has equal bits, whatever was
-        asked before. `expected` (nc,): the joints' coordinates, each angle to less than half a turn; needed where they
-        are followed. Raises SimulationError where the equations have no unique solution, or an expression no value."""
-        terms = self.terms(t, q, v, expected, rows)
+        asked before. `expected` (nc,): the joints' coordinates, each angle to less than half a turn, in place of those
+        that are followed. Raises SimulationError where the equations have no unique solution, or an expression no
+        value."""
+        terms = self.terms(t, y, expected, rows)
         try:
             return terms.solved(*self.solve(terms.M, terms.C_q, terms.Q, terms.gamma))
         except np.linalg.LinAlgError as error:
-            raise self.singular(t, q, v) from error
+            raise self.singular(t, *self.parts(y)[:2]) from error
 
     @property
     def solve(self) -> Solver:
         """How Eq. 14 is solved."""
         return SOLVERS[self.settings.acceleration]
 
-    def terms(self, t: float, q: Array, v: Array, expected: Array, rows: RowSet | None = None) -> Terms:
+    def terms(self, t: float, y: Array, expected: Array | None = None, rows: RowSet | None = None) -> Terms:
         """The terms of Eq. 14 at a state, in the rows that are held. Raises as `accelerations` does."""
-        rows = rows or self.policy.rows
-        system, pose, drive = self.system, pose_of(q), self.drive(t, expected)
-        twist = twist_of(pose, v)
+        rows, instant, system = rows or self.policy.rows, self.instant(t, y, expected), self.system
+        (q, v, _), pose, twist, drive = self.parts(y), instant.pose, instant.twist, self.drive(t, instant.expected)
         rhs = gamma(system, pose, twist, drive)
         if self.method.stabilises:
             C, C_dot = constraint(system, pose, drive), constraint_velocity(system, pose, twist, drive)
             rhs = self.method.stabilised(rhs, C, C_dot)
         force, power = generalised_force(self.bodies, pose, twist), np.zeros(self.layout.size_of("quadratures"))
         if system.forces is not None:
-            loads = applied(system, pose, twist, self.window.seen(t), expected, self.held)
+            loads = applied(instant, self.held)
             force = force + generalised(pose, loads.force, loads.torque)
             power += [loads.power, loads.dissipation, *loads.apart]
         try:
@@ -188,20 +189,14 @@ class FullFormulation:
         terms = Terms(*parts, held, lasting, power, driven)
         if system.forces is None or not (system.forces.laws.bearing >= 0).any():
             return terms
-        return self._with_bearings(terms, system.forces, pose, twist, t, expected)
+        return self._with_bearings(terms, system.forces, instant, t)
 
-    def _with_bearings(
-        self, terms: Terms, forces: Forces, pose: Pose, twist: Twist, t: float, expected: Array
-    ) -> Terms:
+    def _with_bearings(self, terms: Terms, forces: Forces, instant: Instant, t: float) -> Terms:
         """The same with the friction that goes by what bearings carry. Raises SimulationError where that is not
         unique."""
-        system, seen = self.system, self.window.seen(t)
-        bearings = system.bearings
+        system, bearings, pose = self.system, self.system.bearings, instant.pose
         assert bearings is not None
-        whole, viscous = (
-            law_state(forces, pose, twist, seen, expected, self.held, each).damper
-            for each in (np.ones(bearings.size), None)
-        )
+        whole, viscous = (law_state(instant, self.held, each).damper for each in (np.ones(bearings.size), None))
         pulls = np.zeros((bearings.size, len(terms.Q)))
         for law in np.flatnonzero(forces.laws.bearing >= 0):
             pull = generalised(pose, *unit_pull(forces, pose, int(law)))
@@ -216,7 +211,7 @@ class FullFormulation:
             carried = settled_loads(bearings, base, more)
         except Jammed as error:
             raise jammed(t, system, error.bearing) from error
-        loads = applied(system, pose, twist, seen, expected, self.held, carried)
+        loads = applied(instant, self.held, carried)
         return replace(
             terms, Q=terms.Q + carried @ pulls, power=np.array([loads.power, loads.dissipation, *loads.apart])
         )

@@ -81,17 +81,17 @@ class InPlane(Compiled):
     def multipliers(self, samples: Samples, block: Mapping[str, Any]) -> Array:
         """From one spatial solve a sample. Where rows out of the plane are redundant, the smallest λ that keep the
         bodies on the motion that the plane gives."""
-        times, q, v = samples.t, samples.q, samples.v
+        times, q, v, x = samples.t, samples.q, samples.v, samples.x
         if not len(times):
             return np.empty((0, self.system.constraints - self.system.bodies))
         reference = coordinate_values(self.system, pose_of(q)) + 2.0 * np.pi * samples.turns
         if self._space is None:
             self._space = self._equations_in_space(samples.state(0))
         found: Array = self._space.smallest_multipliers(
-            np.ascontiguousarray(space_state(q, v)), times, np.ascontiguousarray(reference)
+            np.ascontiguousarray(space_state(q, v)), times, np.hstack([reference, x])
         )
         for at in np.flatnonzero(np.isnan(found).any(axis=1)).tolist():
-            found[at] = self._smallest(float(times[at]), q[at], v[at], reference[at], samples.acceleration[at])
+            found[at] = self._smallest(samples.state(int(at)), samples.acceleration[at])
         return found
 
     def _equations_in_space(self, state: State) -> Any:
@@ -100,18 +100,19 @@ class InPlane(Compiled):
         space.model.redundant = count_redundant(space, state) or 0
         return space.equations()
 
-    def _smallest(self, t: float, q: Array, v: Array, reference: Array, a: Array) -> Array:
+    def _smallest(self, state: State, a: Array) -> Array:
         """The smallest λ with Gᵀλ the applied forces less what the motion q'' in `a` (7n,) takes."""
-        system, pose = self.system, pose_of(q)
+        system, instant = self.system, state.instant(self.system)
+        pose, twist = instant.pose, instant.twist
         sets = [system.joints] if system.motions is None else [system.joints, system.motions.rows]
         G = np.concatenate([tangent_jacobian(bound, pose)[:, :-1, :6] for bound in sets])
-        twist, change = twist_of(pose, v), twist_of(pose, a)
+        change = twist_of(pose, a)
         omega, spin_up = body_rates(pose, twist)[:-1], body_rates(pose, change)[:-1]
         momentum = (system.inertia @ omega[..., None])[..., 0]
         force = system.mass[:, None] * (system.gravity - change.velocity[:-1])
         torque = -(system.inertia @ spin_up[..., None])[..., 0] - cross(omega, momentum)
         if system.forces is not None:
-            loads = applied(system, pose, twist, t, reference)
+            loads = applied(instant)
             force, torque = force + loads.force[:-1], torque + loads.torque[:-1]
         missing = np.concatenate([force, torque], axis=-1)
         if system.reflected is not None:

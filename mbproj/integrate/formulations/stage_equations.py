@@ -22,7 +22,6 @@ import numpy as np
 from mbproj.arrays import Array
 from mbproj.dataclass import dataclass
 from mbproj.dynamics.derivatives.law_derivatives import state_slopes
-from mbproj.dynamics.equations.kinematics import pose_of, twist_of
 from mbproj.dynamics.stiff_forces import StiffForces, stiff_forces
 from mbproj.errors import SimulationError
 from mbproj.integrate.formulations.full import FullFormulation
@@ -73,14 +72,14 @@ class StepStages:
                 stiff = self._stiff_at(times, y)
             evaluations += count
             try:
-                terms = [self.formulation.terms(t, *self._state(each)) for t, each in zip(times, y, strict=True)]
+                terms = [self.formulation.terms(float(t), each) for t, each in zip(times, y, strict=True)]
                 before, k, found = k, *self._changed(times, terms, stiff, weights, y, k)
             except (np.linalg.LinAlgError, SimulationError) as error:  # of a singular mechanism, or of states far off
                 if newton.has_begun:
                     raise self._unsolved(float(times[-1]), newton, terms, stiff, evaluations) from error
                 if isinstance(error, SimulationError):
                     raise
-                raise self.formulation.singular(float(times[-1]), *self._state(y[-1])[:2]) from error
+                raise self.formulation.singular(float(times[-1]), *self.formulation.parts(y[-1])[:2]) from error
             if newton.takes(y, k - before):
                 break
             if newton.has_failed:
@@ -100,9 +99,7 @@ class StepStages:
         """The forces that are stiff for the step at its stages: those of the first that are, at all."""
         found: list[StiffForces] = []
         for t, each in zip(times, y, strict=True):
-            q, v, expected = self._state(each)
-            pose, seen = pose_of(q), self.formulation.window.seen(float(t))
-            stiff = stiff_forces(self.formulation.system, pose, twist_of(pose, v), seen, expected, self.h)
+            stiff = stiff_forces(self.formulation.instant(float(t), each), self.h)
             if stiff is None:
                 return None
             found.append(stiff)
@@ -116,9 +113,6 @@ class StepStages:
         is_near = min(each.held.nearness for each in terms) < THRESHOLDS.near_singular
         system = self.formulation.system
         return unsolved_stages(system, t, *newton.change, newton.state, worst, evaluations, is_near=is_near)
-
-    def _state(self, y: Array) -> tuple[Array, Array, Array]:
-        return self.formulation.parts(y)
 
     def _changed(
         self, times: Array, terms: list[Terms], stiff: _Stiff, weights: Array, y: Array, k: Array
@@ -140,11 +134,10 @@ class StepStages:
 
     def _without_states(self, times: Array, y: Array, weights: Array, e: Array) -> Array:
         """e (s, N) with (1 - W f_x)⁻¹ of its states in their place, f_x at y (s, N)."""
-        states, (count, own) = self.formulation.system.states, (len(y), self.formulation.layout["states"])
-        if states is None:
+        count, own, size = len(y), self.formulation.layout["states"], self.formulation.layout.size_of("states")
+        if not size:
             return e
-        seen, size = self.formulation.window.seen, len(states.start)
-        f_x = [state_slopes(states, seen(float(t)), x) for t, x in zip(times, y[:, own], strict=True)]
+        f_x = [state_slopes(self.formulation.instant(float(t), each)) for t, each in zip(times, y, strict=True)]
         coupled = np.einsum("ij,iab->iajb", weights, f_x).reshape(count * size, count * size)
         found = e.copy()
         found[:, own] = np.linalg.solve(np.eye(count * size) - coupled, e[:, own].ravel()).reshape(count, size)

@@ -25,7 +25,7 @@ def attempted(stepper: Stepper, formulation: FullFormulation, point: Point, h: f
 
 def point_at(formulation: FullFormulation, y: Array, coordinate: Array, turning: Turning) -> Point:
     """The point at y at the time of `turning`."""
-    found = formulation.accelerations(turning.t, *formulation.parts(y)[:2], turning.coordinate)
+    found = formulation.accelerations(turning.t, y, turning.coordinate)
     return Point(turning.t, y, found, coordinate, turning)
 
 
@@ -61,7 +61,7 @@ def point_within(
 def seen_by(formulation: FullFormulation, point: Point, tally: Tally) -> Accelerations:
     """The accelerations at a point as a formulation has them."""
     tally.count_evaluations(1)
-    return formulation.accelerations(point.t, *formulation.parts(point.y)[:2], point.turning.coordinate)
+    return formulation.accelerations(point.t, point.y, point.turning.coordinate)
 
 
 def jumped(carried: Accelerations, before: Accelerations, after: Accelerations) -> Accelerations:

@@ -92,7 +92,7 @@ def _halted_at(compiled: Compiled, run: Any) -> HaltedAt:
 
 def _take_events(system: System, run: Any, tally: Tally) -> None:
     """The events in the state since the last call, and what fixed steps have passed over."""
-    switches = switches_of(system.forces)
+    switches = switches_of(system)
     if switches is None:
         return
     tally.met += [switches.event(t, k, direction) for t, k, direction in run.take_met()]

@@ -39,7 +39,7 @@ def march(
     `looks` ends it, with error control, or `watch` halts it. Raises SimulationError where the run cannot go on."""
     marks, leg = marks or Marks(), leg or Leg.whole(formulation.system, formulation.settings, state.t)
     run = Run(formulation, leg, tally, marks, looks, watch)
-    switches = switches_of(formulation.system.forces)
+    switches = switches_of(formulation.system)
     if leg.step is None:
         assert formulation.settings.tolerance is not None
         control = ErrorControl(run, formulation.settings.tolerance, switches)

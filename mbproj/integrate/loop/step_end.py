@@ -129,10 +129,10 @@ def first_point(formulation: FullFormulation, state: State, tally: Tally) -> Poi
     tally.watch(*violations, _joint_rows(system), state.t)
     formulation.check_regular(state.t, state.q)
     formulation.arrive(state.q)
-    found = formulation.accelerations(state.t, state.q, state.v, turning.coordinate)
     layout = formulation.layout
     followed = turning.coordinate[: layout.size_of("followed")]
     y = layout.joined(state.layout.shared(state.y, layout) | {"followed": followed})
+    found = formulation.accelerations(state.t, y, turning.coordinate)
     return Point(state.t, y, found, coordinate, turning)
 
 

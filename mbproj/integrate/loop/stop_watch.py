@@ -76,7 +76,7 @@ class StopWatch:
         for x in self._watched.looks(h):
             a, y = x * x * (3.0 - 2.0 * x), self._inside(before, point, x)
             coordinate = before.turning.coordinate + a * (point.turning.coordinate - before.turning.coordinate)
-            found = formulation.accelerations(before.t + x * h, *formulation.parts(y)[:2], coordinate)
+            found = formulation.accelerations(before.t + x * h, y, coordinate)
             if self._gives_way(formulation.state(before.t + x * h, y, turns), found.multipliers[self._system.bodies :]):
                 return True
         return False

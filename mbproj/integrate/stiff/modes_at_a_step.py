@@ -42,7 +42,7 @@ def modes_at(choice: Choice, system: System, state: State, step: float = np.inf)
 
 
 def _state_slopes(system: System, state: State) -> Array:
-    return np.zeros((0, 0)) if system.states is None else state_slopes(system.states, state.t, state.x)
+    return np.zeros((0, 0)) if system.states is None else state_slopes(state.instant(system))
 
 
 def can_be_fast(system: System) -> bool:

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from mbproj.functions.program_set import flatten
-from mbproj.model.motions import Motions
+from mbproj.model.channels import Motions
 from mbproj.model.primitive_set import Binding, bind
 from mbproj.scene.records import Scene
 

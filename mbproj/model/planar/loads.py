@@ -8,6 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from mbproj.arrays import Array, Integers
+from mbproj.model.channels import Channels
 from mbproj.model.euler_parameters import rotation_matrix
 from mbproj.model.planar.bushings import tilted_bushings
 from mbproj.model.planar.plane import Plane
@@ -25,6 +26,10 @@ def obstacle_in_plane(system: System, plane: Plane) -> str | None:
         locked = np.flatnonzero(coordinates_in_plane(plane, system.motions.joint_coordinate) < 0)
         if len(locked):
             return f"motion '{system.names.motions[locked[0]]}' drives a coordinate out of the plane"
+    named = channels_in_plane(plane, system.channels)
+    if (named < 0).any():
+        name = system.names.coordinates[int(system.channels.index[int(np.argmax(named < 0))])]
+        return f"a function names '{name}', a coordinate out of the plane"
     if system.forces is not None:
         laws, owners = system.forces.laws, [f"force '{name}' acts" for name in system.forces.law_owners]
         leaves = _leaves_plane(system, plane, laws.coordinates, laws.joint_coordinate, owners)
@@ -93,6 +98,13 @@ def coordinates_in_plane(plane: Plane, joint_coordinate: Integers) -> Integers:
     number = np.full(len(plane.constant) + plane.coordinates.size + 1, -1, dtype=np.intp)
     number[plane.coordinates.source.source] = np.arange(plane.coordinates.size)
     return number[joint_coordinate]
+
+
+def channels_in_plane(plane: Plane, channels: Channels) -> Integers:
+    """The numbers of channels (c,) among the states of elements or in `plane.coordinates`; -1 for none."""
+    index = channels.index.copy()
+    index[~channels.is_state] = coordinates_in_plane(plane, index[~channels.is_state])
+    return index
 
 
 def locals_in_plane(plane: Plane, bound: PrimitiveSet) -> Array:

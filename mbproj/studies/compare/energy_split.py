@@ -19,7 +19,7 @@ from mbproj.arrays import Array, Integers
 from mbproj.dataclass import dataclass
 from mbproj.dynamics import State
 from mbproj.dynamics.observe.recorded import Block
-from mbproj.dynamics.observe.total_energy import total_energies
+from mbproj.dynamics.observe.total_energy import total_energy
 from mbproj.integrate import simulate
 from mbproj.integrate.formulations.choice import Choice, choose
 from mbproj.integrate.formulations.full import FullFormulation
@@ -77,15 +77,7 @@ def _cumulated(changes: Array) -> Array:
 
 
 def _energies(mechanism: Mechanism, states: list[State]) -> Array:
-    return np.asarray(
-        total_energies(
-            mechanism.system,
-            np.array([state.t for state in states]),
-            np.array([state.q for state in states]),
-            np.array([state.v for state in states]),
-            np.array([state.turns for state in states]),
-        )
-    )
+    return np.array([total_energy(mechanism.system, state) for state in states])
 
 
 def _steps(mechanism: Mechanism, setting: Setting, ends: Array) -> Iterator[tuple[_End, _End]]:

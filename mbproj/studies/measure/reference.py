@@ -122,7 +122,7 @@ def _computed(mechanism: Mechanism, times: Array, first: str, second: str, secon
     stiff."""
     if first in IMPLICIT:
         return _checked(partial(_tight, tolerances=STIFF_TOLERANCES), mechanism, times, first, second, seconds)
-    solved = _fine if switches_of(mechanism.system.forces) is None else _tight
+    solved = _fine if switches_of(mechanism.system) is None else _tight
     return _checked(solved, mechanism, times, first, second, seconds)
 
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 import numpy as np
 
 from mbproj.arrays import Array, cross
-from mbproj.dynamics.assembly.assemble import coordinate_values
 from mbproj.dynamics.equations.constraint_equations import set_jacobian, tangent_jacobian, time_derivative
 from mbproj.dynamics.equations.energy import kinetic_energy
 from mbproj.dynamics.equations.forces import applied
@@ -120,7 +119,7 @@ def _loads(case: Case) -> tuple[Array, Array]:
     force = system.mass[:, None] * system.gravity
     torque = -cross(omega, _spun(system.inertia, omega))
     if system.forces is not None:
-        loads = applied(system, pose, twist, state.t, coordinate_values(system, pose) + 2.0 * np.pi * state.turns)
+        loads = applied(state.instant(system))
         force, torque = force + loads.force[:-1], torque + loads.torque[:-1]
     return force, torque
 

@@ -8,7 +8,6 @@ import numpy as np
 from mbproj.arrays import Array, Integers
 from mbproj.dataclass import dataclass
 from mbproj.dynamics import State
-from mbproj.dynamics.assembly.assemble import coordinate_values
 from mbproj.dynamics.equations.constraint_equations import constraint_at, constraint_velocity_at, gamma, jacobian
 from mbproj.dynamics.equations.equations_of_motion import generalised_force, mass_matrix
 from mbproj.dynamics.equations.forces import applied, generalised
@@ -90,7 +89,7 @@ def _terms(system: System, state: State, q: Array, v: Array) -> tuple[Array, Arr
     twist, drive = twist_of(pose, v), drive_at(system, state.t)
     force = generalised_force(system, pose, twist)
     if system.forces is not None:
-        loads = applied(system, pose, twist, state.t, coordinate_values(system, pose) + 2.0 * np.pi * state.turns)
+        loads = applied(state.changed(positions=q, velocities=v).instant(system))
         force = force + generalised(pose, loads.force, loads.torque)
     return mass_matrix(system, pose), jacobian(system, pose), force, gamma(system, pose, twist, drive)
 

@@ -7,7 +7,6 @@ from dataclasses import replace
 import numpy as np
 
 from mbproj.dynamics import State
-from mbproj.dynamics.equations.kinematics import pose_of, twist_of
 from mbproj.integrate.events.law_switches import switches_of
 from mbproj.registry import PROJECTIONS, integrators, with_fixed_steps
 from mbproj.studies.measure.solve import Solution
@@ -118,10 +117,9 @@ def _obstacle(case: Case, motion: Motion) -> str | None:
 
 def _begins_on(case: Case, state: State) -> str:
     """The edge of a law that the runs begin on; "" where they begin on none."""
-    switches = switches_of(case.system.forces)
+    switches = switches_of(case.system)
     if switches is None:
         return ""
-    pose = pose_of(state.q)
-    x = switches.arguments(pose, twist_of(pose, state.v), state.t, case.reference, switches.free)
+    x = switches.arguments(state.instant(case.system), switches.free)
     free = np.flatnonzero(switches.is_free(switches.settled(switches.free, x)))
     return f"{switches.owner(free[0])}: {switches.what(free[0])}, at the start" if len(free) else ""

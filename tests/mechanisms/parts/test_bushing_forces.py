@@ -8,6 +8,7 @@ import pytest
 from mbproj import compile_system, initial_guess
 from mbproj.dynamics.derivatives.tangent import moved, velocities
 from mbproj.dynamics.equations.forces import applied, law_state
+from mbproj.dynamics.equations.instant import Instant
 from mbproj.dynamics.equations.kinematics import pose_of, twist_of
 from mbproj.dynamics.fast_modes import fast_modes, responses, slopes, speeds_of_free_bodies
 from mbproj.errors import InputError, SimulationError
@@ -37,13 +38,13 @@ def turned_apart(q, angle, axis=(1.0, -2.0, 0.5), shift=(0.02, -0.01, 0.03)):
 
 def laws_at(system, q, v=None):
     pose = pose_of(q)
-    return law_state(system.forces, pose, twist_of(pose, np.zeros_like(q) if v is None else v), 0.0, STILL)
+    return law_state(Instant(system, pose, twist_of(pose, np.zeros_like(q) if v is None else v), 0.0, STILL))
 
 
 def wrench(system, q, u):
     """Forces, global, and torques in body axes on both bodies, (12,), at velocities u (12,)."""
     pose = pose_of(q)
-    loads = applied(system, pose, twist_of(pose, velocities(pose, u)), 0.0, STILL)
+    loads = applied(Instant(system, pose, twist_of(pose, velocities(pose, u)), 0.0, STILL))
     return np.concatenate([loads.force[:-1], loads.torque[:-1]], axis=1).ravel()
 
 
@@ -70,7 +71,7 @@ def test_rates_are_those_of_the_coordinates_and_power_is_force_times_rate(angle)
     np.testing.assert_allclose(state.rate, slope, atol=1e-9)
     assert wrench(system, q, u) @ u == pytest.approx(state.force @ state.rate, rel=1e-12)
     pose = pose_of(q)
-    loads = applied(system, pose, twist_of(pose, velocities(pose, u)), 0.0, STILL)
+    loads = applied(Instant(system, pose, twist_of(pose, velocities(pose, u)), 0.0, STILL))
     rate = state.rate
     assert loads.dissipation == pytest.approx(rate @ np.diag([1, 0.5, 2, 0.4, 0, 0.2]) @ rate, rel=1e-13)
 
@@ -120,7 +121,7 @@ def test_action_and_reaction():
     system, q = pair()
     q = turned_apart(q, 2.0)
     pose = pose_of(q)
-    loads = applied(system, pose, twist_of(pose, np.random.default_rng(3).normal(size=14)), 0.0, STILL)
+    loads = applied(Instant(system, pose, twist_of(pose, np.random.default_rng(3).normal(size=14)), 0.0, STILL))
     turned = (pose.rotation @ loads.torque[..., None])[..., 0]
     np.testing.assert_allclose(loads.force.sum(axis=0), 0.0, atol=1e-13)
     np.testing.assert_allclose((turned + np.cross(pose.position, loads.force)).sum(axis=0), 0.0, atol=1e-12)

@@ -9,6 +9,7 @@ from scipy.interpolate import CubicSpline
 from mbproj import compile_system
 from mbproj.dynamics.equations.constraint_equations import set_jacobian
 from mbproj.dynamics.equations.forces import applied
+from mbproj.dynamics.equations.instant import Instant
 from mbproj.dynamics.equations.kinematics import pose_of, twist_of
 from mbproj.registry import PROJECTIONS
 from mbproj.scene import read_scene_text
@@ -274,7 +275,7 @@ def test_newton_with_reactions_forces_and_driving_forces():
     pose = pose_of(q)
     rate = 0.5 * np.einsum("nij,ni->nj", pose.L[:-1], done["bodies/angular_velocity"][last])
     twist = twist_of(pose, np.concatenate([done["bodies/velocity"][last], rate], axis=1).ravel())
-    loads = applied(system, pose, twist, float(done["time"][last]), done["joints/coordinate"][last]).force[:-1]
+    loads = applied(Instant(system, pose, twist, float(done["time"][last]), done["joints/coordinate"][last])).force[:-1]
     along = set_jacobian(system.motions.rows, pose).reshape(-1, 2, 7)[..., :3]
     driving = np.einsum("k,kni->ni", done["motions/force"][last], along)
     reaction = done["joints/reaction_force"][last]

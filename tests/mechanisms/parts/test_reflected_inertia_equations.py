@@ -82,7 +82,8 @@ def test_the_formulations_agree_on_inertias_far_from_the_bodies(size):
     still = np.zeros(case.system.coordinates.size)
     state = State.of(case.system, 0.0, positions=case.q, velocities=case.v)
     equations = FullFormulation.of(case.system, state, Settings(duration=1.0, step=1.0, formulation="full"))
-    full = equations.accelerations(0.0, case.q, case.v, still, RowSet.regular(case.system))
+    y = equations.layout.joined({"positions": case.q, "velocities": case.v})
+    full = equations.accelerations(0.0, y, still, RowSet.regular(case.system))
     acceleration, multipliers = case.reduced.equations().accelerations(case.y)
     assert case.reduced.equations().topology["core_bodies"] == 0
     found = from_space(case.y[None], acceleration[None])[2][0]

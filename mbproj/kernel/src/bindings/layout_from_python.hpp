@@ -50,11 +50,12 @@ template <int D> void set_layout(Model<D>& model, const std::vector<BlockNumbers
     int apart = 0;
     if (model.loads)
         for (const Law& law : model.loads->laws) apart = std::max(apart, law.apart + 1);
-    const bool asked = !model.couplings.empty() || has_angles(model.loads.get());
+    const bool asked = layout.followed.size > 0;
+    if (!asked && (!model.couplings.empty() || has_angles(model.loads.get())))
+        refuse("layout", "does not follow the angles");
     if (layout.bodies.first != 0) refuse("layout", "does not begin with the bodies");
     expect(layout.bodies, static_cast<std::size_t>(Size<D>::state) * model.bodies.size());
-    expect(layout.states, model.rates ? model.rates->start.size() - 1 : 0);
-    if (model.rates) require_variables(*model.rates, 1 + layout.states.size, "rates");
+    expect(layout.states, model.programs.size() - model.driven.size() - model.first_rate);
     expect(layout.quadratures, model.loads || !model.driven.empty() ? 2 + apart : 0);
     expect(layout.followed, asked ? model.coordinates.instances.size() : 0);
     model.layout = layout;

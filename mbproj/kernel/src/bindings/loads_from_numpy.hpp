@@ -68,31 +68,15 @@ inline void require_variables(const Programs& programs, int variables, const cha
     if (programs.variables > variables) refuse(name, "have variables that are not there");
 }
 
-// Switches (law, instruction), law after law in the order of its instructions.
-inline std::vector<Switch> switches(const Integers2& given, const std::vector<Law>& laws, const Programs& programs) {
-    require(given, {given.shape(0), 2}, "switches");
-    std::vector<Switch> found;
-    for (std::size_t k = 0; k < given.shape(0); ++k) {
-        const int law = index_below(given.data()[2 * k], laws.size(), "switches");
-        const int at = index_below(given.data()[2 * k + 1], programs.op.size(), "switches"), p = laws[law].program;
-        if (p < 0 || at < programs.start[p] || at >= programs.start[p + 1] || !is_switching(programs.op[at]))
-            refuse("switches", "hold what is no switch of its law");
-        if (k > 0 && !(found.back().law < law || (found.back().law == law && found.back().at < at)))
-            refuse("switches", "do not increase");
-        found.push_back({law, at});
-    }
-    return found;
-}
-
 template <int D> Loads<D> loads(std::size_t bodies, const PrimitiveSet<D>& coordinates,
                                 const Integers1& joint_coordinate, const Numbers2& law, const Integers1& law_program,
                                 const Integers1& law_loses, const Integers1& law_bearing, const Integers1& law_apart,
                                 const Integers1& law_partner, const Numbers2& law_sliding, const Integers1& body,
                                 const Numbers2& point, const Integers1& is_torque, const Integers1& in_body,
                                 const Numbers3& force_map, const Numbers3& torque_map, const Integers2& program,
-                                const Programs& programs, const Bushings<D>& bushings, const Integers2& switches) {
+                                const Bushings<D>& bushings) {
     constexpr int W = Size<D>::turns;
-    const std::size_t laws = coordinates.instances.size(), given = body.size(), count = programs.start.size() - 1;
+    const std::size_t laws = coordinates.instances.size(), given = body.size(), count = 1u << 30;
     require(joint_coordinate, {laws}, "joint_coordinate");
     require(law, {laws, 3}, "law");
     require(law_program, {laws}, "law_program");
@@ -107,8 +91,7 @@ template <int D> Loads<D> loads(std::size_t bodies, const PrimitiveSet<D>& coord
     require(force_map, {given, D, 3}, "force_map");
     require(torque_map, {given, W, 3}, "torque_map");
     require(program, {given, 3}, "program");
-    require_variables(programs, law_variables, "programs");
-    Loads<D> built{coordinates, {}, {}, programs, bushings.each, {}};
+    Loads<D> built{coordinates, {}, {}, bushings.each};
     int apart = 0;
     for (std::size_t l = 0; l < laws; ++l) {
         const double* numbers = law.data() + 3 * l;
@@ -133,24 +116,57 @@ template <int D> Loads<D> loads(std::size_t bodies, const PrimitiveSet<D>& coord
         for (int k = 0; k < 3; ++k) force.programs[k] = index_below(program.data()[3 * f + k], count, "program");
         built.on_bodies.push_back(force);
     }
-    built.switches = mbproj::switches(switches, built.laws, programs);
     return built;
 }
 
-// Loads must be of the model's bodies and joint coordinates.
-template <int D> void check_loads(const Loads<D>* loads, int bodies, std::size_t coordinates, std::size_t bearings) {
+// Loads must be of the model's bodies, joint coordinates and programs, which are those before the rates of states.
+template <int D> void check_loads(const Model<D>& model, std::size_t bearings) {
+    const Loads<D>* loads = model.loads.get();
+    const int bodies = model.size(), coordinates = static_cast<int>(model.coordinates.instances.size());
     if (!loads) return;
     for (const Attachment<D>& a : loads->coordinates.attachments)
         if (a.body > bodies) refuse("loads", "have a body that the model does not");
     for (const BodyForce<D>& force : loads->on_bodies)
         if (force.body > bodies) refuse("loads", "have a body that the model does not");
+    for (const BodyForce<D>& force : loads->on_bodies)
+        for (const int program : force.programs)
+            if (program >= model.first_rate) refuse("loads", "have a program that the model does not");
     for (const Bushing<D>& bushing : loads->bushings)
         for (const int body : bushing.body)
             if (body > bodies) refuse("loads", "have a body that the model does not");
     for (const Law& law : loads->laws) {
-        if (law.coordinate >= static_cast<int>(coordinates))
-            refuse("loads", "have a coordinate that the model does not");
+        if (law.coordinate >= coordinates) refuse("loads", "have a coordinate that the model does not");
+        if (law.program >= model.first_rate) refuse("loads", "have a program that the model does not");
         if (law.bearing >= static_cast<int>(bearings)) refuse("loads", "have a bearing that the model does not");
+    }
+}
+
+// What programs name: of each channel its kind and its number.
+template <int D> void add_channels(Model<D>& model, const Integers2& channels) {
+    require(channels, {channels.shape(0), 2}, "channels");
+    for (std::size_t c = 0; c < channels.shape(0); ++c) {
+        const int kind = index_below(channels.data()[2 * c], 3, "channels");
+        const std::size_t below = kind == 0 ? model.layout.states.size : model.coordinates.instances.size();
+        model.channels.push_back(
+            {static_cast<ChannelKind>(kind), index_below(channels.data()[2 * c + 1], below, "channels")});
+    }
+    require_variables(model.programs, law_variables + static_cast<int>(channels.shape(0)), "programs");
+}
+
+// Switches (program, instruction), program after program in the order of their instructions.
+template <int D> void add_switches(Model<D>& model, const Integers2& given) {
+    require(given, {given.shape(0), 2}, "switches");
+    const Programs& programs = model.programs;
+    for (std::size_t k = 0; k < given.shape(0); ++k) {
+        const int p = index_below(given.data()[2 * k], programs.size(), "switches");
+        const int at = index_below(given.data()[2 * k + 1], programs.op.size(), "switches");
+        if (at < programs.start[p] || at >= programs.start[p + 1] || !is_switching(programs.op[at]))
+            refuse("switches", "hold what is no switch of its program");
+        if (k > 0 && model.switches.back().at >= at) refuse("switches", "do not increase");
+        int law = -1;
+        for (std::size_t l = 0; model.loads && l < model.loads->laws.size(); ++l)
+            if (model.loads->laws[l].program == p) law = static_cast<int>(l);
+        model.switches.push_back({p, at, law});
     }
 }
 
@@ -209,21 +225,22 @@ template <int D> void add_stops(Model<D>& model, const PrimitiveSet<D>& coordina
     model.stops = {coordinates, turns, std::move(bounds)};
 }
 
-// The last rows of the constraints, one for each function of time.
-template <int D> std::vector<DrivenRow> driven_rows(const PrimitiveSet<D>& set, std::size_t coordinates,
-                                                    const std::vector<double>& start,
-                                                    const std::vector<int>& coordinate, const Programs* programs) {
+// The last rows of the constraints, one for each function of time: the last programs.
+template <int D> std::vector<DrivenRow> driven_rows(const Model<D>& model, const std::vector<double>& start,
+                                                    const std::vector<int>& coordinate) {
     std::vector<DrivenRow> rows;
-    const std::size_t count = start.size(), instances = set.instances.size();
-    if (count > instances || (count > 0) != (programs != nullptr) || (programs && programs->start.size() != count + 1))
-        refuse("motion_start", "does not fit the motions");
+    const PrimitiveSet<D>& set = model.constraints;
+    const std::size_t count = start.size(), instances = set.instances.size(), programs = model.programs.size();
+    if (count > instances || count > programs) refuse("motion_start", "does not fit the motions");
     if (coordinate.size() != count) refuse("motion_coordinate", "does not fit the motions");
     for (std::size_t k = 0; k < count; ++k) {
         const Instance& p = set.instances[instances - count + k];
         if (p.rows != 1) refuse("constraints", "has a driven row that is not one");
         if (!std::isfinite(start[k])) refuse("motion_start", "holds a number that is not finite");
-        rows.push_back(
-            {p.row, p.kind == Kind::angle, start[k], index_below(coordinate[k], coordinates, "motion_coordinate")});
+        const int program = static_cast<int>(programs - count + k);
+        if (model.programs.names(program, 1)) refuse("programs", "have a motion that is no function of the time");
+        rows.push_back({p.row, p.kind == Kind::angle, start[k],
+                        index_below(coordinate[k], model.coordinates.instances.size(), "motion_coordinate"), program});
     }
     return rows;
 }

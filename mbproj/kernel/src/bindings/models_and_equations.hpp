@@ -33,12 +33,13 @@ template <int D> void add_model(nb::module_& m, const char* primitives, const ch
             [](Model<D>* self, const Thresholds& thresholds, Numbers1 mass, Numbers3 inertia, Numbers1 gravity,
                const PrimitiveSet<D>& constraints, Integers1 joint_begin, Numbers1 row_scale,
                const PrimitiveSet<D>& coordinates, double length, const std::vector<BlockNumbers>& blocks,
-               std::shared_ptr<Programs> rates, std::shared_ptr<Loads<D>> loads, std::shared_ptr<Programs> motions,
-               std::vector<double> motion_start, const std::vector<int>& motion_coordinate,
-               const std::vector<CouplingNumbers>& couplings, const PrimitiveSet<D>* flywheel_coordinates,
-               std::vector<double> flywheels, const PrimitiveSet<D>* stop_coordinates,
-               const std::vector<int>& stop_turns, std::vector<double> stop_bounds,
-               const std::vector<BearingNumbers>& bearings, Numbers2 bearing_points, Numbers2 bearing_axes) {
+               const Programs& programs, int first_rate, Integers2 channels, Integers2 switches,
+               std::shared_ptr<Loads<D>> loads, std::vector<double> motion_start,
+               const std::vector<int>& motion_coordinate, const std::vector<CouplingNumbers>& couplings,
+               const PrimitiveSet<D>* flywheel_coordinates, std::vector<double> flywheels,
+               const PrimitiveSet<D>* stop_coordinates, const std::vector<int>& stop_turns,
+               std::vector<double> stop_bounds, const std::vector<BearingNumbers>& bearings, Numbers2 bearing_points,
+               Numbers2 bearing_axes) {
                 require(gravity, {D}, "gravity");
                 require(row_scale, {static_cast<std::size_t>(constraints.rows)}, "row_scale");
                 Model<D> built;
@@ -55,30 +56,30 @@ template <int D> void add_model(nb::module_& m, const char* primitives, const ch
                 for (const double scale : built.row_scale)
                     if (!(scale > 0.0)) refuse("row_scale", "is not positive");
                 if (!(std::isfinite(length) && length > 0.0)) refuse("length", "is not positive");
-                check_loads(loads.get(), built.size(), coordinates.instances.size(), bearings.size());
                 built.length = length;
                 built.loads = std::move(loads);
+                built.programs = programs;
+                built.first_rate = index_below(first_rate, programs.start.size(), "first_rate");
+                check_loads(built, bearings.size());
                 built.bearings = mbproj::bearings(built, bearings, bearing_points, bearing_axes);
-                built.motions = std::move(motions);
-                if (built.motions) require_variables(*built.motions, law_variables, "motions");
-                built.driven = driven_rows(constraints, coordinates.instances.size(), motion_start, motion_coordinate,
-                                           built.motions.get());
+                built.driven = driven_rows(built, motion_start, motion_coordinate);
                 built.couplings = mbproj::couplings(constraints.rows, coordinates.instances.size(), couplings);
-                built.rates = std::move(rates);
                 set_layout(built, blocks);
+                add_channels(built, channels);
+                add_switches(built, switches);
                 if (flywheel_coordinates) add_flywheels(built, *flywheel_coordinates, flywheels);
                 if (stop_coordinates) add_stops(built, *stop_coordinates, stop_turns, std::move(stop_bounds));
                 new (self) Model<D>(std::move(built));
             },
             nb::kw_only(), nb::arg("thresholds"), nb::arg("mass"), nb::arg("inertia"), nb::arg("gravity"),
             nb::arg("constraints"), nb::arg("joint_begin"), nb::arg("row_scale"), nb::arg("coordinates"),
-            nb::arg("length"), nb::arg("layout"), nb::arg("rates").none() = nb::none(),
-            nb::arg("loads").none() = nb::none(), nb::arg("motions").none() = nb::none(),
-            nb::arg("motion_start") = std::vector<double>(), nb::arg("motion_coordinate") = std::vector<int>(),
-            nb::arg("couplings") = std::vector<CouplingNumbers>(), nb::arg("flywheel_coordinates").none() = nb::none(),
-            nb::arg("flywheels") = std::vector<double>(), nb::arg("stop_coordinates").none() = nb::none(),
-            nb::arg("stop_turns") = std::vector<int>(), nb::arg("stop_bounds") = std::vector<double>(),
-            nb::arg("bearings"), nb::arg("bearing_points"), nb::arg("bearing_axes"))
+            nb::arg("length"), nb::arg("layout"), nb::arg("programs"), nb::arg("first_rate"), nb::arg("channels"),
+            nb::arg("switches"), nb::arg("loads").none() = nb::none(), nb::arg("motion_start") = std::vector<double>(),
+            nb::arg("motion_coordinate") = std::vector<int>(), nb::arg("couplings") = std::vector<CouplingNumbers>(),
+            nb::arg("flywheel_coordinates").none() = nb::none(), nb::arg("flywheels") = std::vector<double>(),
+            nb::arg("stop_coordinates").none() = nb::none(), nb::arg("stop_turns") = std::vector<int>(),
+            nb::arg("stop_bounds") = std::vector<double>(), nb::arg("bearings"), nb::arg("bearing_points"),
+            nb::arg("bearing_axes"))
         .def_prop_ro("bodies", &Model<D>::size)
         .def_rw("redundant", &Model<D>::redundant);
 }
@@ -99,17 +100,15 @@ template <int D> void add_loads(nb::module_& m, const char* bushings, const char
         [](Loads<D>* self, std::size_t bodies, const PrimitiveSet<D>& coordinates, Integers1 joint_coordinate,
            Numbers2 law, Integers1 law_program, Integers1 law_loses, Integers1 law_bearing, Integers1 law_apart,
            Integers1 law_partner, Numbers2 law_sliding, Integers1 body, Numbers2 point, Integers1 is_torque,
-           Integers1 in_body, Numbers3 force_map, Numbers3 torque_map, Integers2 program, const Programs& programs,
-           const Bushings<D>& bushings, Integers2 switches) {
+           Integers1 in_body, Numbers3 force_map, Numbers3 torque_map, Integers2 program, const Bushings<D>& bushings) {
             new (self) Loads<D>(loads<D>(bodies, coordinates, joint_coordinate, law, law_program, law_loses,
                                          law_bearing, law_apart, law_partner, law_sliding, body, point, is_torque,
-                                         in_body, force_map, torque_map, program, programs, bushings, switches));
+                                         in_body, force_map, torque_map, program, bushings));
         },
         nb::kw_only(), nb::arg("bodies"), nb::arg("coordinates"), nb::arg("joint_coordinate"), nb::arg("law"),
         nb::arg("law_program"), nb::arg("law_loses"), nb::arg("law_bearing"), nb::arg("law_apart"),
         nb::arg("law_partner"), nb::arg("law_sliding"), nb::arg("body"), nb::arg("point"), nb::arg("is_torque"),
-        nb::arg("in_body"), nb::arg("force_map"), nb::arg("torque_map"), nb::arg("program"), nb::arg("programs"),
-        nb::arg("bushings"), nb::arg("switches"));
+        nb::arg("in_body"), nb::arg("force_map"), nb::arg("torque_map"), nb::arg("program"), nb::arg("bushings"));
 }
 
 template <int D> void add_equations(nb::module_& m, const char* name) {
@@ -123,7 +122,9 @@ template <int D> void add_equations(nb::module_& m, const char* name) {
         return rows_from<D>(*rows, self.model(), self.loop_joints());
     };
     const auto coordinates_of = [](const E& self, std::vector<double> coordinates) {
-        coordinates.resize(self.model().coordinates.instances.size());
+        const std::size_t own = self.model().coordinates.instances.size();
+        if (coordinates.size() < own) coordinates.resize(own);
+        if (coordinates.size() > own + self.model().layout.states.size) refuse("coordinates", "are too many");
         return coordinates;
     };
     using GivenRows = std::optional<nb::dict>;
@@ -180,7 +181,8 @@ template <int D> void add_equations(nb::module_& m, const char* name) {
                 const std::size_t count = t.shape(0);
                 require(t, {count}, "t");
                 require(y, {count, static_cast<std::size_t>(self.model().size()), Size<D>::state}, "y");
-                require(coordinates, {count, self.model().coordinates.instances.size()}, "coordinates");
+                const std::size_t states = self.model().layout.states.size;
+                require(coordinates, {count, self.model().coordinates.instances.size() + states}, "coordinates");
                 auto found = self.smallest_multipliers(count, t.data(), y.data(), coordinates.data());
                 return array_of(std::move(found), count, self.model().constraints.rows);
             },

@@ -63,7 +63,7 @@ public:
     }
 
     // (r'', ω' in body axes) of each body and λ, or nothing where they are not unique. `coordinates` are the joints',
-    // each to less than half a turn.
+    // each to less than half a turn, and after them the states of elements; what is not there is as a run begins with it.
     std::optional<std::pair<Numbers, Numbers>> accelerations(double t, const double* y, const Numbers& coordinates,
                                                              const Rows& rows) {
         Numbers slope(model_.layout.size()), lambda(model_.all_rows()), found;
@@ -80,11 +80,12 @@ public:
 
     // The smallest λ of each of `count` states, one after another; not numbers where they are not unique.
     Numbers smallest_multipliers(std::size_t count, const double* t, const double* y, const double* coordinates) {
-        const std::size_t rows = model_.constraints.rows, followed = model_.coordinates.instances.size();
+        const std::size_t rows = model_.constraints.rows;
+        const std::size_t beside = model_.coordinates.instances.size() + model_.layout.states.size;
         Numbers found(count * rows, std::numeric_limits<double>::quiet_NaN());
         Numbers slope(model_.layout.size()), lambda(model_.all_rows());
-        for (std::size_t i = 0; i < count; ++i, y += model_.layout.bodies.size, coordinates += followed) {
-            if (!begin(t[i], y, {coordinates, coordinates + followed}, {})) continue;
+        for (std::size_t i = 0; i < count; ++i, y += model_.layout.bodies.size, coordinates += beside) {
+            if (!begin(t[i], y, {coordinates, coordinates + beside}, {})) continue;
             equations_.set_velocities(y, false);
             if (!equations_.slope_at(state_.data(), slope.data(), lambda.data())) continue;
             if (!equations_.solver().spread(equations_.pose(), lambda.data())) continue;
@@ -163,7 +164,9 @@ private:
         const Layout& layout = model_.layout;
         state_ = layout.start;
         std::copy(y, y + layout.bodies.size, state_.begin());
-        if (layout.follows()) std::copy(coordinates.begin(), coordinates.end(), state_.begin() + layout.followed.first);
+        const auto followed = std::min(coordinates.size(), model_.coordinates.instances.size());
+        if (layout.follows()) std::copy_n(coordinates.begin(), followed, state_.begin() + layout.followed.first);
+        std::copy(coordinates.begin() + followed, coordinates.end(), state_.begin() + layout.states.first);
         equations_.set_pose(t, state_.data());
     }
     Numbers bodies(Numbers y) const {

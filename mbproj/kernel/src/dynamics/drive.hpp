@@ -31,7 +31,7 @@ public:
 private:
     Series at(std::size_t k, double t) const {
         const Series time[3] = {{t, 1.0, 0.0}, {}, {}};
-        return model_.motions->run(static_cast<int>(k), time);
+        return model_.programs.run(model_.driven[k].program, time);
     }
 
     const Model<D>& model_;

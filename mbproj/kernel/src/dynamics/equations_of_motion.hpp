@@ -23,7 +23,7 @@ public:
         : model_(model), projection_(projection), pose_(model), motion_(model), solver_(model, penalty(projection)),
           policy_(model, solver_), gamma_(model.all_rows()), C_(model.all_rows()), C_dot_(model.all_rows()),
           lambda_(model.all_rows()), drive_(model), applied_(model), bearings_(model), couplings_(model),
-          expected_(model.layout.followed.size), states_(model) {}
+          expected_(model.layout.followed.size), channels_(model), states_(model) {}
 
     // Of y.
     const Layout& layout() const { return model_.layout; }
@@ -58,7 +58,8 @@ public:
     // y' where the pose is in place and factored with the masses, and its velocities are; multipliers on request.
     bool slope_at(const double* y, double* slope, double* lambda = nullptr) {
         if (bearings_.any()) unload();
-        if (broken_ || !set_forces(y) || (states_.any() && !states_.set(window_.seen(t_), y, slope))) return broken(y);
+        see_channels(window_.seen(t_), y);
+        if (broken_ || !set_forces(y) || (states_.any() && !states_.set(channels_, slope))) return broken(y);
         if (bearings_.any() && !settle_bearings(y)) return false;
         if (!solver_.solve(gamma_.data(), lambda || !drive_.empty() ? lambda_.data() : nullptr)) return false;
         for (int b = 0; b < model_.size(); ++b) {
@@ -83,7 +84,9 @@ public:
     }
 
     // (I - g f_x)⁻¹ e in the states' block of e, x' = f(t, x) at y at t.
-    void eliminate_states(double t, const double* y, double g, double* e) { states_.eliminate(window_.seen(t), y, g, e); }
+    void eliminate_states(double t, const double* y, double g, double* e) {
+        states_.eliminate(see_channels(window_.seen(t), y), g, e);
+    }
 
     // A state at a time, in place of the last.
     void set_pose(double t, const double* y) {
@@ -123,13 +126,13 @@ public:
         unload();
         set_pose(t, y);
         set_velocities(y, false);
-        solver_.compliance().set(applied_, pose_, motion_, window_.seen(t_), expected_, g, {0, 0});
+        solver_.compliance().set(applied_, pose_, motion_, see_channels(window_.seen(t_), y), g, {0, 0});
     }
     // With the masses and what stiff forces add to them in an implicit stage with this g, at the state in place, in a pass of
     // Newton's method. The rows held stay, however near they are to dependent on the compliant ones.
-    bool factor_stiff(double g, Pass pass) {
+    bool factor_stiff(const double* y, double g, Pass pass) {
         metric_ = Metric::stiff;
-        solver_.compliance().set(applied_, pose_, motion_, window_.seen(t_), expected_, g, pass);
+        solver_.compliance().set(applied_, pose_, motion_, see_channels(window_.seen(t_), y), g, pass);
         return held_ = factored_ = solver_.factor(pose_, Metric::stiff, 0.0);
     }
     // A run starts at the pose in place, or goes on there from what was saved of another.
@@ -188,17 +191,15 @@ public:
     double time() const { return t_; }
     // The law of a friction that leaves no unique solution at the last state, or -1.
     int jammed() const { return bearings_.jammed(); }
-    // Whether the pose in place has overflowed.
-    bool finite() const {
-        for (int b = 0; b < model_.size(); ++b)
-            if (!pose_[b].position.allFinite() || !pose_[b].rotation.allFinite()) return false;
-        return true;
-    }
 
     const Model<D>& model() const { return model_; }
     Pose<D>& pose() { return pose_; }
     const Motion<D>& motion() const { return motion_; }
     Applied<D>& applied() { return applied_; }
+    // What programs see of the state in place, which is y, at t.
+    Channels<D>& see_channels(double t, const double* y) { return channels_.set(t, y, pose_, motion_); }
+    // Programs are on these branches from now on.
+    void hold(const double* branches) { applied_.held = states_.held = branches; }
     KktSolver<D>& solver() { return solver_; }
     const KktSolver<D>& solver() const { return solver_; }
     RowPolicy<D>& policy() { return policy_; }
@@ -241,7 +242,7 @@ private:
     void unload() { std::fill(applied_.carried.begin(), applied_.carried.end(), 0.0); }
 
     bool set_forces(const double* y) {
-        if (model_.loads && !applied_.update(*model_.loads, pose_, motion_, window_.seen(t_), expected_)) return false;
+        if (model_.loads && !applied_.update(*model_.loads, pose_, motion_, channels_)) return false;
         for (int b = 0; b < model_.size(); ++b) {
             Point<D> force = model_.bodies[b].mass * model_.gravity;
             Turn<D> torque = Turn<D>::Zero();
@@ -290,6 +291,7 @@ private:
     BearingLoads<D> bearings_;
     Couplings<D> couplings_;
     std::vector<double> expected_;  // the joints' coordinates as they are followed, to less than half a turn
+    Channels<D> channels_;
     StateRates<D> states_;
     std::vector<double> broken_state_;
     double t_ = std::numeric_limits<double>::quiet_NaN();

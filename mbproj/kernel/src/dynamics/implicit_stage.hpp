@@ -136,7 +136,7 @@ private:
                      double* lambda) {
         equations_.set_pose(t, y);
         equations_.set_velocities(y, false);
-        if (!equations_.factor_stiff(g, pass)) return false;
+        if (!equations_.factor_stiff(y, g, pass)) return false;
         turn_to(before);
         double* asked = equations_.gamma() + model_.constraints.rows + model_.flywheels.size();
         each_stiff_force([&](std::size_t, int law) { *asked++ = along(law); },

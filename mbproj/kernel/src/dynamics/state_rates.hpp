@@ -1,56 +1,53 @@
-// The states x of elements: x' = program(t, x), one program each, in the order of their block of y.
+// The states x of elements: x' = program(t, channels), one program each, in the order of their block of y.
 #pragma once
 
 #include <cmath>
-#include <vector>
 
 #include "algebra/decompositions.hpp"
-#include "model/model.hpp"
+#include "kinematics/channels.hpp"
 
 namespace mbproj {
 
 template <int D> class StateRates final {
 public:
-    explicit StateRates(const Model<D>& model)
-        : programs_(model.rates.get()), block_(model.layout.states), variables_(1 + block_.size) {}
+    const double* held = nullptr;  // the branches of programs, or none
+
+    explicit StateRates(const Model<D>& model) : model_(model), block_(model.layout.states) {}
 
     bool any() const { return block_.size > 0; }
-    // x' in its block of a slope, at y at t; false where a program has no finite value.
-    bool set(double t, const double* y, double* slope) {
-        place(t, y);
+    // x' in its block of a slope; false where a program has no finite value.
+    bool set(Channels<D>& channels, double* slope) const {
         for (int k = 0; k < block_.size; ++k) {
-            const double rate = programs_->run(k, variables_.data()).x;
-            if (!std::isfinite(rate)) return false;
-            slope[block_.first + k] = rate;
+            slope[block_.first + k] = model_.programs.value(model_.first_rate + k, channels.variables(), held);
+            if (!std::isfinite(slope[block_.first + k])) return false;
         }
         return true;
     }
+    // ∂x'/∂channel of state k.
+    void slopes(int k, Channels<D>& channels, double* found) const {
+        channels.variables();
+        channels.slopes(model_.programs, model_.first_rate + k, held, law_variables, law_variables + channels.size(),
+                        found);
+    }
 
-    // (I - g f_x)⁻¹ e of the block of e, f_x at y at t; what has no slope there counts as constant.
-    void eliminate(double t, const double* y, double g, double* e) {
+    // (I - g f_x)⁻¹ e of the block of e; what has no slope counts as constant.
+    void eliminate(Channels<D>& channels, double g, double* e) const {
         if (!any()) return;
-        place(t, y);
         Eigen::MatrixXd left = Eigen::MatrixXd::Identity(block_.size, block_.size);
-        for (int j = 0; j < block_.size; ++j) {
-            variables_[1 + j].d = 1.0;
-            for (int k = 0; k < block_.size; ++k)
-                if (const double slope = programs_->run(k, variables_.data()).d; std::isfinite(slope))
-                    left(k, j) -= g * slope;
-            variables_[1 + j].d = 0.0;
+        std::vector<double> by_channels(channels.size());
+        for (int k = 0; k < block_.size; ++k) {
+            slopes(k, channels, by_channels.data());
+            for (std::size_t c = 0; c < by_channels.size(); ++c)
+                if (model_.channels[c].kind == ChannelKind::state && std::isfinite(by_channels[c]))
+                    left(k, model_.channels[c].index) -= g * by_channels[c];
         }
         Eigen::Map<Eigen::VectorXd> own(e + block_.first, block_.size);
         own = solved(left, own);
     }
 
 private:
-    void place(double t, const double* y) {
-        variables_[0] = {t, 0.0, 0.0};
-        for (int k = 0; k < block_.size; ++k) variables_[1 + k] = {y[block_.first + k], 0.0, 0.0};
-    }
-
-    const Programs* programs_;
+    const Model<D>& model_;
     const Block block_;
-    std::vector<Series> variables_;
 };
 
 }  // namespace mbproj

@@ -29,7 +29,7 @@ template <int D> Model<D> with_compliant_rows(Model<D> model) {
     set.attachments.insert(set.attachments.end(), loads.coordinates.attachments.begin(),
                            loads.coordinates.attachments.end());
     for (std::size_t l = 0; l < loads.laws.size(); ++l) {
-        if (!loads.depends_on_state(loads.laws[l])) continue;
+        if (!depends_on_state(model.programs, loads.laws[l])) continue;
         Instance p = loads.coordinates.instances[l];
         for (int s = 0; s < p.slot_count; ++s) p.slots[s] += slots;
         p.row = model.all_rows();
@@ -74,11 +74,11 @@ public:
     // D and ∂(-F)/∂s at a state, in a pass of Newton's method on a stage. A slope that would give energy is none. A function
     // that bends within the last change counts with its secant, or Newton's method would jump to and fro over a steep part
     // between two flat ones; after some passes nothing becomes less stiff, which leaves it no way to cycle.
-    void set(const Applied<D>& applied, const Pose<D>& pose, const Motion<D>& motion, double t,
-             const std::vector<double>& expected, double g, Pass pass) {
+    void set(const Applied<D>& applied, const Pose<D>& pose, const Motion<D>& motion, Channels<D>& channels, double g,
+             Pass pass) {
         for (std::size_t f = 0; f < weights_.size(); ++f) {
             if (model_.stiff[f].law < 0) continue;
-            const LawSlopes found = applied.slopes(*model_.loads, model_.stiff[f].law, pose, motion, t, expected);
+            const LawSlopes found = applied.slopes(*model_.loads, model_.stiff[f].law, pose, motion, channels);
             double weight = std::max(g * g * found.of_value + g * found.of_rate, 0.0);
             const std::size_t seen = pass.stage * weights_.size() + f;
             if (pass.number > 0 && std::isfinite(found.given))

@@ -2,8 +2,7 @@
 // definitions are those of mbproj.dynamics.equations.teeth.
 #pragma once
 
-#include "kinematics/pose.hpp"
-#include "kinematics/primitives.hpp"
+#include "kinematics/coordinate.hpp"
 
 namespace mbproj {
 
@@ -37,15 +36,7 @@ private:
         double total = 0.0;
         for (std::size_t k = 0; k < coupling.coordinates.size(); ++k) {
             const int index = coupling.coordinates[k];
-            const Instance& p = model_.coordinates.instances[index];
-            Point<D> x[most_slots];
-            for (int s = 0; s < p.slot_count; ++s) {
-                const Attachment<D>& a = model_.coordinates.attachments[p.slots[s]];
-                x[s] = pose[a.body].rotation * a.local;
-                if (a.is_point) x[s] += pose[a.body].position;
-            }
-            const double found = value<D>(p, x);
-            total += coupling.weights[k] * (model_.counts_turns[index] ? near(found, expected[index]) : found);
+            total += coupling.weights[k] * Coordinate<D>(model_.coordinates, index, pose).value(expected[index]);
         }
         return total;
     }

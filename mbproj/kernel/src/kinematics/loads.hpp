@@ -2,13 +2,11 @@
 #pragma once
 
 #include "kinematics/bushings.hpp"
-#include "kinematics/pose.hpp"
-#include "kinematics/primitives.hpp"
-#include "model/programs.hpp"
+#include "kinematics/channels.hpp"
 
 namespace mbproj {
 
-// F = -stiffness (s - free) - damping s' + program(t, s, s') on a coordinate s, which takes its turns from one of the
+// F = -stiffness (s - free) - damping s' + program(t, s, s', channels) on a coordinate s, which takes its turns from one of the
 // joints' coordinates where it is an angle.
 struct Law {
     int coordinate;  // of the joints, or -1
@@ -33,27 +31,11 @@ template <int D> struct BodyForce {
     int programs[3];
 };
 
-// An instruction of a law that changes its branch with the state.
-struct Switch {
-    int law, at;
-};
-
 template <int D> struct Loads {
     PrimitiveSet<D> coordinates;  // of the laws, one each
     std::vector<Law> laws;
     std::vector<BodyForce<D>> on_bodies;
-    Programs programs;
     std::vector<Bushing<D>> bushings;
-    std::vector<Switch> switches;  // those of a law one after another, in the order of its program
-
-    // Whether a law's force changes with the state, not with time alone.
-    bool depends_on_state(const Law& law) const {
-        if (law.stiffness != 0.0 || law.damping != 0.0) return true;
-        if (law.program < 0) return false;
-        for (int at = programs.start[law.program]; at < programs.start[law.program + 1]; ++at)
-            if (programs.op[at] == Op::variable && programs.operand[at] > 0.0) return true;
-        return false;
-    }
 
     // What forces act along: the coordinates of the laws, then six of each bushing.
     int size() const { return static_cast<int>(laws.size() + 6 * bushings.size()); }
@@ -64,13 +46,18 @@ struct LawSlopes {
     double of_value, of_rate, rate, given;
 };
 
+// Whether a law's force changes with the state, not with time alone.
+inline bool depends_on_state(const Programs& programs, const Law& law) {
+    return law.stiffness != 0.0 || law.damping != 0.0 || (law.program >= 0 && programs.names(law.program, 1));
+}
+
 // What the loads do at a state: force and torque about the centre of mass of each body and the ground, global axes, the
 // power of what functions give, and what dampers lose.
 template <int D> struct Applied {
     std::vector<Point<D>> force;
     std::vector<Turn<D>> torque;
     double power = 0.0, dissipation = 0.0;
-    const double* held = nullptr;  // the branches of the laws' programs, or none
+    const double* held = nullptr;  // the branches of programs, or none
     std::vector<double> carried;   // the loads of the bearings
     std::vector<double> lost;      // of laws whose losses are integrated apart, W
     std::vector<double> given;     // by the programs of laws, before any load
@@ -78,42 +65,43 @@ template <int D> struct Applied {
     explicit Applied(const Model<D>& model)
         : force(model.loads ? model.size() + 1 : 0), torque(force.size()), carried(model.bearings.size(), 0.0),
           lost(std::max(0, model.layout.quadratures.size - 2), 0.0),
-          given(model.loads ? model.loads->laws.size() : 0, 0.0),
+          given(model.loads ? model.loads->laws.size() : 0, 0.0), programs_(model.programs),
           least_cosine_(std::cos(0.5 * model.thresholds.most_turned)) {}
 
     // False where a function has no finite value, or a bushing has turned too far.
-    bool update(const Loads<D>& loads, const Pose<D>& pose, const Motion<D>& motion, double t,
-                const std::vector<double>& expected) {
+    bool update(const Loads<D>& loads, const Pose<D>& pose, const Motion<D>& motion, Channels<D>& channels) {
         clear();
         power = dissipation = 0.0;
         for (std::size_t l = 0; l < loads.laws.size(); ++l)
-            if (!apply(loads, static_cast<int>(l), pose, motion, t, expected)) return false;
+            if (!apply(loads, static_cast<int>(l), pose, motion, channels)) return false;
         for (const BodyForce<D>& given : loads.on_bodies)
-            if (!apply(loads, given, pose, motion, t)) return false;
+            if (!apply(given, pose, motion, channels)) return false;
         for (const Bushing<D>& bushing : loads.bushings)
             if (!apply(bushing, pose, motion)) return false;
         return true;
     }
 
     // How the force of a law changes with its coordinate and rate, on the branches that are held.
-    LawSlopes slopes(const Loads<D>& loads, int l, const Pose<D>& pose, const Motion<D>& motion, double t,
-                     const std::vector<double>& expected) const {
+    // With room for ∂F/∂channel of each in `by_channels`, also with these.
+    LawSlopes slopes(const Loads<D>& loads, int l, const Pose<D>& pose, const Motion<D>& motion, Channels<D>& channels,
+                     double* by_channels = nullptr) const {
         const Law& law = loads.laws[l];
         LawSlopes found{law.stiffness, law.damping, 0.0, 0.0};
+        if (by_channels) std::fill_n(by_channels, channels.size(), 0.0);
         if (law.program < 0) return found;
-        Variables now(Along(loads.coordinates, l, pose), motion, t, law, expected.data());
+        const Seen now(loads, law, Coordinate<D>(loads.coordinates, l, pose), pose, motion, channels);
+        const double load = load_of(law) * now.part;
+        const Series* variables = channels.variables(now.at, now.speed);
         found.rate = now.rate;
-        const double load = load_of(law) * along_sliding(loads, law, pose, motion, now);
-        found.given = load * loads.programs.value(law.program, now.series, held);
-        now.series[0].d = 0.0;
-        const auto slope = [&](int variable) {
-            now.series[variable].d = 1.0;
-            const double rate = load * loads.programs.slope(law.program, now.series, held);
-            now.series[variable].d = 0.0;
-            return std::isfinite(rate) ? rate : 0.0;
-        };
-        found.of_value -= slope(1);
-        found.of_rate -= slope(2);
+        found.given = load * programs_.value(law.program, variables, held);
+        double own[2];
+        channels.slopes(programs_, law.program, held, 1, 3, own);
+        for (double& slope : own) slope = std::isfinite(load * slope) ? load * slope : 0.0;
+        found.of_value -= own[0];
+        found.of_rate -= own[1];
+        if (!by_channels) return found;
+        channels.slopes(programs_, law.program, held, law_variables, law_variables + channels.size(), by_channels);
+        for (std::size_t c = 0; c < channels.size(); ++c) by_channels[c] *= load;
         return found;
     }
 
@@ -124,7 +112,7 @@ template <int D> struct Applied {
     }
     double load_of(const Law& law) const { return law.bearing < 0 ? 1.0 : carried[law.bearing]; }
     void add(const Loads<D>& loads, int law, const Pose<D>& pose, double size) {
-        pull(Along(loads.coordinates, law, pose), size);
+        pull(Coordinate<D>(loads.coordinates, law, pose), size);
     }
     // A force of size 1 along one of the coordinates that forces act along, in place of what was applied.
     void pull(const Loads<D>& loads, int l, const Pose<D>& pose) {
@@ -135,8 +123,7 @@ template <int D> struct Applied {
             Deflection<D>(bushing, pose).pull(bushing.map.row(of_bushings % 6).transpose(), force, torque);
             return;
         }
-        Along along(loads.coordinates, l, pose);
-        pull(along, 1.0);
+        pull(Coordinate<D>(loads.coordinates, l, pose), 1.0);
     }
 
     // What velocities and angular velocities (n + 1, global axes) make of one of these coordinates: its rate.
@@ -145,88 +132,56 @@ template <int D> struct Applied {
         const auto velocity_of = [&](int b) { return velocity[b]; };
         const auto omega_of = [&](int b) { return omega[b]; };
         const int of_bushings = l - static_cast<int>(loads.laws.size());
-        if (of_bushings < 0) return Along(loads.coordinates, l, pose).rate(velocity_of, omega_of);
+        if (of_bushings < 0) return Coordinate<D>(loads.coordinates, l, pose).rate(velocity_of, omega_of);
         const Bushing<D>& bushing = loads.bushings[of_bushings / 6];
         return bushing.map.row(of_bushings % 6).dot(Deflection<D>(bushing, pose).rate(velocity_of, omega_of));
     }
 
-    // The arguments of the switches at a state, with these branches, or none.
-    static void look(const Loads<D>& loads, const Pose<D>& pose, const Motion<D>& motion, double t,
-                     const double* expected, const double* branches, std::vector<double>& arguments) {
-        for (std::size_t k = 0; k < loads.switches.size();) {
-            const int l = loads.switches[k].law;
-            const Along along(loads.coordinates, l, pose);
-            const Variables variables(along, motion, t, loads.laws[l], expected);
+    // The arguments of the model's switches at a state, with these branches, or none.
+    void look(const Model<D>& model, const Pose<D>& pose, const Motion<D>& motion, Channels<D>& channels,
+              const double* branches, std::vector<double>& arguments) const {
+        const std::vector<Switch>& switches = model.switches;
+        for (std::size_t k = 0; k < switches.size();) {
+            const auto [program, _, l] = switches[k];
+            const Series* variables = channels.variables();
+            if (l >= 0) {
+                const Coordinate<D> along(model.loads->coordinates, l, pose);
+                variables = channels.variables(value(model.loads->laws[l], along, channels), along.rate(motion));
+            }
             const std::size_t first = k;
-            loads.programs.walk(
-                loads.laws[l].program, variables.series, branches, [&](int at, const Series& x, const Series& y) {
-                    if (k == loads.switches.size() || loads.switches[k].law != l || loads.switches[k].at != at) return;
-                    const Op op = loads.programs.op[at];
-                    arguments[k++] = op == Op::min || op == Op::max ? x.x - y.x : x.x;
-                });
+            programs_.walk(program, variables, branches, [&](int at, const Series& x, const Series& y) {
+                if (k == switches.size() || switches[k].at != at) return;
+                const Op op = programs_.op[at];
+                arguments[k++] = op == Op::min || op == Op::max ? x.x - y.x : x.x;
+            });
             if (k == first) return;
         }
     }
 
 private:
+    const Programs& programs_;
     double least_cosine_;
 
-    // The coordinate of a law at a pose: its gradient at each attachment.
-    struct Along {
-        const PrimitiveSet<D>& set;
-        const Instance& p;
-        Point<D> x[most_slots], spoke[most_slots], g[most_slots];
-
-        Along(const PrimitiveSet<D>& coordinates, int l, const Pose<D>& pose) : set(coordinates), p(set.instances[l]) {
-            for (Point<D>& each : x) each.setZero();
-            for (int s = 0; s < p.slot_count; ++s) {
-                const Attachment<D>& a = attachment(s);
-                spoke[s] = pose[a.body].rotation * a.local;
-                x[s] = a.is_point ? Point<D>(pose[a.body].position + spoke[s]) : spoke[s];
-            }
-            gradient<D>(p, x, g);
-        }
-        const Attachment<D>& attachment(int s) const { return set.attachments[p.slots[s]]; }
-        template <class Velocity, class Omega> double rate(const Velocity& velocity, const Omega& omega) const {
-            double sum = 0.0;
-            for (int s = 0; s < p.slot_count; ++s) {
-                const Attachment<D>& a = attachment(s);
-                const Point<D> turning_velocity = turned_by(omega(a.body), spoke[s]);
-                sum += g[s].dot(a.is_point ? Point<D>(velocity(a.body) + turning_velocity) : turning_velocity);
-            }
-            return sum;
-        }
-    };
-
-    // What the program of a law depends on.
-    struct Variables {
-        double at, rate;
-        Series series[3];
-
-        Variables(const Along& along, const Motion<D>& motion, double t, const Law& law, const double* expected)
-            : at(value<D>(along.p, along.x)),
-              rate(along.rate([&](int b) { return motion[b].velocity; }, [&](int b) { return motion[b].omega; })) {
-            if (along.p.kind == Kind::angle) at = near(at, expected[law.coordinate]);
-            series[0] = {t, 1.0, 0.0};
-            series[1] = {at, 0.0, 0.0};
-            series[2] = {rate, 0.0, 0.0};
-        }
-    };
-
-    // The part of friction in a plane that is along this law's tangent, 1 of other laws; its program sees the speed.
-    static double along_sliding(const Loads<D>& loads, const Law& law, const Pose<D>& pose, const Motion<D>& motion,
-                                Variables& now) {
-        if (law.partner < 0) return 1.0;
-        const double across =
-            Along(loads.coordinates, law.partner, pose)
-                .rate([&](int b) { return motion[b].velocity; }, [&](int b) { return motion[b].omega; });
-        const double speed = std::hypot(now.rate, across);
-        now.series[2] = {speed, 0.0, 0.0};
-        if (!(speed > 0.0)) return law.own;
-        return (law.own * now.rate + law.other * across < 0.0 ? -now.rate : now.rate) / speed;
+    static double value(const Law& law, const Coordinate<D>& along, const Channels<D>& channels) {
+        return along.p.kind == Kind::angle ? along.value(channels.expected(law.coordinate)) : along.value();
     }
 
-    void pull(const Along& along, double size) {
+    // What a law's program depends on: its coordinate and the speed along it; and the part of what it gives that is along the
+    // law's tangent, 1 but of friction in a plane, whose program sees the speed there.
+    struct Seen {
+        double at, rate, speed, part = 1.0;
+
+        Seen(const Loads<D>& loads, const Law& law, const Coordinate<D>& along, const Pose<D>& pose,
+             const Motion<D>& motion, const Channels<D>& channels)
+            : at(value(law, along, channels)), rate(along.rate(motion)), speed(rate) {
+            if (law.partner < 0) return;
+            const double across = Coordinate<D>(loads.coordinates, law.partner, pose).rate(motion);
+            speed = std::hypot(rate, across);
+            part = !(speed > 0.0) ? law.own : law.own * rate + law.other * across < 0.0 ? -rate / speed : rate / speed;
+        }
+    };
+
+    void pull(const Coordinate<D>& along, double size) {
         for (int s = 0; s < along.p.slot_count; ++s) {
             const Attachment<D>& a = along.attachment(s);
             if (a.is_point) force[a.body] += size * along.g[s];
@@ -234,13 +189,13 @@ private:
         }
     }
 
-    bool apply(const Loads<D>& loads, int l, const Pose<D>& pose, const Motion<D>& motion, double t,
-               const std::vector<double>& expected) {
+    bool apply(const Loads<D>& loads, int l, const Pose<D>& pose, const Motion<D>& motion, Channels<D>& channels) {
         const Law& law = loads.laws[l];
-        const Along along(loads.coordinates, l, pose);
-        Variables now(along, motion, t, law, expected.data());
-        const double part = along_sliding(loads, law, pose, motion, now);
-        given[l] = law.program < 0 ? 0.0 : part * loads.programs.value(law.program, now.series, held);
+        const Coordinate<D> along(loads.coordinates, l, pose);
+        const Seen now(loads, law, along, pose, motion, channels);
+        given[l] = law.program < 0
+                       ? 0.0
+                       : now.part * programs_.value(law.program, channels.variables(now.at, now.speed), held);
         const double pushed = given[l] * load_of(law);
         const double size = pushed - law.stiffness * (now.at - law.free) - law.damping * now.rate;
         (law.loses ? dissipation : power) += (law.loses ? -pushed : pushed) * now.rate;
@@ -261,11 +216,9 @@ private:
         return true;
     }
 
-    bool apply(const Loads<D>& loads, const BodyForce<D>& given, const Pose<D>& pose, const Motion<D>& motion,
-               double t) {
-        const Series variables[3] = {{t, 1.0, 0.0}, {}, {}};
+    bool apply(const BodyForce<D>& given, const Pose<D>& pose, const Motion<D>& motion, Channels<D>& channels) {
         Column<3> components;
-        for (int k = 0; k < 3; ++k) components[k] = loads.programs.run(given.programs[k], variables).x;
+        for (int k = 0; k < 3; ++k) components[k] = programs_.value(given.programs[k], channels.variables(), held);
         if (!components.allFinite()) return false;
         const Rotation<D>& A = pose[given.body].rotation;
         if (given.is_torque) {

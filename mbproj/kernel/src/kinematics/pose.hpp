@@ -54,6 +54,12 @@ public:
         }
     }
     const Placement<D>& operator[](int body) const { return bodies_[body]; }
+    // Whether it has not overflowed.
+    bool finite() const {
+        return std::all_of(bodies_.begin(), bodies_.end(), [](const Placement<D>& each) {
+            return each.position.allFinite() && each.rotation.allFinite();
+        });
+    }
 
     // A constraint's attachment: the vector from its body's centre of mass, and the point or vector itself.
     const Point<D>& spoke(int attachment) const { return spokes_[attachment]; }

@@ -67,12 +67,26 @@ struct StiffForce {
     int law, bushing;
 };
 
-// Rows at the end of the constraints that functions of time drive: s(q) - start - f(t), with s one of the coordinates.
+// Rows at the end of the constraints that functions of time drive: s(q) - start - f(t), with s one of the coordinates and f
+// one of the programs.
 struct DrivenRow {
     int row;
     bool is_angle;
     double start;
-    int coordinate;
+    int coordinate, program;
+};
+
+// What functions name beside the time and what they act along, as mbproj.model.channels has it: a state of elements, one of
+// the joints' coordinates, or its rate, by number.
+enum class ChannelKind : int { state, coordinate, rate };
+struct Channel {
+    ChannelKind kind;
+    int index;
+};
+
+// An instruction of a program that changes its branch with the state; the law whose program it is, or -1.
+struct Switch {
+    int program, at, law;
 };
 
 // A row that couples coordinates: their weighed sum, less a multiple of a period (one tooth, one thread).
@@ -123,9 +137,11 @@ template <int D> struct Model {
     std::shared_ptr<const Loads<D>> loads;  // none, or the forces but gravity
     std::vector<DrivenRow> driven;
     std::vector<Coupling> couplings;
-    std::shared_ptr<const Programs> motions;  // the functions of the driven rows
-    std::shared_ptr<const Programs> rates;    // those of the states of elements
-    Layout layout;                            // of y
+    Programs programs;              // the functions of forces, then the rates of states, then those of driven rows
+    int first_rate = 0;             // of the programs
+    std::vector<Channel> channels;  // what programs name from `law_variables` on
+    std::vector<Switch> switches;   // program after program, in the order of their instructions
+    Layout layout;                  // of y
     // I of flywheels that coordinates turn, ½ I s'². Each is a joint after all others, with a row after those of C, which
     // holds the flywheel's own rate: s'(bodies) - s'(flywheel) = 0.
     std::vector<double> flywheels;

@@ -61,7 +61,15 @@ struct Programs {
     std::vector<bool> kinked;   // pieces that begin with a kink, and the first of each table
     int variables = law_variables;
 
-    // Value and derivatives of a program; the variables of a law are the time, a coordinate and its rate.
+    int size() const { return static_cast<int>(start.size()) - 1; }
+    // Whether a program names a variable from this number on.
+    bool names(int program, int variable) const {
+        for (int at = start[program]; at < start[program + 1]; ++at)
+            if (op[at] == Op::variable && operand[at] >= variable) return true;
+        return false;
+    }
+
+    // Value and derivatives of a program. Its variables are the time, the coordinate and the rate of a law, and channels.
     Series run(int program, const Series* variables) const {
         return walk(program, variables, nullptr, [](int, const Series&, const Series&) {});
     }

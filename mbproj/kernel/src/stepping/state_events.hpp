@@ -27,13 +27,12 @@ public:
     using Passed = std::tuple<int, double, long>;  // switch, first time, how many times
 
     StateEvents(const Model<D>& model, EquationsOfMotion<D>& equations)
-        : loads_(model.loads.get()), equations_(equations), thresholds_(model.thresholds),
-          count_(loads_ ? loads_->switches.size() : 0), search_(thresholds_), x_(count_), before_(count_),
-          after_(count_) {
+        : model_(model), equations_(equations), thresholds_(model.thresholds), count_(model.switches.size()),
+          search_(thresholds_), x_(count_), before_(count_), after_(count_) {
         if (count_ == 0) return;
         const double never = -std::numeric_limits<double>::infinity();
         const std::vector<double> zeros(count_, 0.0), free(count_, free_branch), last(count_, never);
-        const std::vector<double> held(loads_->programs.op.size(), free_branch);
+        const std::vector<double> held(model.programs.op.size(), free_branch);
         state_ = {held, last, std::vector<int>(count_), std::vector<int>(count_), zeros, std::vector<long>(count_),
                   free};
         glanced_ = Vector::Zero(equations.layout().size());
@@ -52,7 +51,7 @@ public:
     // Scenes without switches have nothing to do with this.
     bool any() const { return count_ > 0; }
     // The laws are on the branches held from now on.
-    void hold() { equations_.applied().held = state_.held.data(); }
+    void hold() { equations_.hold(state_.held.data()); }
 
     // How near to an event a step of size h ends, s.
     double slack(double h, double tolerance, double grain) const {
@@ -86,7 +85,7 @@ public:
             if (state_.at_once[k] >= most_at_once || state_.in_a_row[k] >= thresholds_.most_chatter)
                 return static_cast<int>(k);
             met_.emplace_back(t, static_cast<int>(k), crossing.leaving[k]);
-            held(k) = branch_beyond(loads_->programs, loads_->switches[k].at, held(k), crossing.leaving[k]);
+            held(k) = branch_beyond(model_.programs, model_.switches[k].at, held(k), crossing.leaving[k]);
         }
         direction_ = crossing.leaving;
         return -1;
@@ -110,7 +109,7 @@ public:
     }
     bool any_free() const {
         for (std::size_t k = 0; k < count_; ++k)
-            if (std::isnan(state_.held[loads_->switches[k].at])) return true;
+            if (std::isnan(state_.held[model_.switches[k].at])) return true;
         return false;
     }
 
@@ -141,7 +140,7 @@ public:
     void watch(double t, const Vector& y, const TimeWindow& window) {
         look_here(t, y, window, nullptr, x_);
         for (std::size_t k = 0; k < count_; ++k) {
-            const double now = natural_branch(loads_->programs, loads_->switches[k].at, x_[k]);
+            const double now = natural_branch(model_.programs, model_.switches[k].at, x_[k]);
             if (std::isnan(now)) continue;
             if (!std::isnan(state_.told[k]) && now != state_.told[k] && state_.times[k]++ == 0) state_.first[k] = t;
             state_.told[k] = now;
@@ -163,18 +162,18 @@ public:
 private:
     static constexpr int most_at_once = 3;
 
-    double& held(std::size_t k) { return state_.held[loads_->switches[k].at]; }
+    double& held(std::size_t k) { return state_.held[model_.switches[k].at]; }
 
     const std::vector<Interval>& bounds() {
         bounds_.clear();
-        for (const Switch& each : loads_->switches)
-            bounds_.push_back(interval(loads_->programs, each.at, state_.held[each.at]));
+        for (const Switch& each : model_.switches)
+            bounds_.push_back(interval(model_.programs, each.at, state_.held[each.at]));
         return bounds_;
     }
 
     void settle() {
         for (std::size_t k = 0; k < count_; ++k)
-            if (std::isnan(held(k))) held(k) = natural_branch(loads_->programs, loads_->switches[k].at, x_[k]);
+            if (std::isnan(held(k))) held(k) = natural_branch(model_.programs, model_.switches[k].at, x_[k]);
     }
 
     void glance(double t, const Vector& y, const Vector& slope, double h, const TimeWindow& window,
@@ -192,11 +191,11 @@ private:
     }
     void look_here(double t, const Vector& y, const TimeWindow& window, const double* branches,
                    std::vector<double>& x) const {
-        Applied<D>::look(*loads_, equations_.pose(), equations_.motion(), window.seen(t),
-                         y.data() + equations_.layout().followed.first, branches, x);
+        Channels<D>& channels = equations_.see_channels(window.seen(t), y.data());
+        equations_.applied().look(model_, equations_.pose(), equations_.motion(), channels, branches, x);
     }
 
-    const Loads<D>* loads_;
+    const Model<D>& model_;
     EquationsOfMotion<D>& equations_;
     const Thresholds& thresholds_;
     const std::size_t count_;

@@ -54,7 +54,7 @@ public:
     // Why the equations have just had no solution.
     Outcome failed_at(double t) {
         if (!equations_.broken_state().empty()) return {Status::broken, equations_.time()};
-        if (!equations_.finite()) return {Status::not_finite, t};
+        if (!equations_.pose().finite()) return {Status::not_finite, t};
         if (equations_.jammed() >= 0) return Outcome::jammed(t, equations_.jammed());
         Outcome found{Status::singular, t};
         found.joint = equations_.solver().singular_joint();

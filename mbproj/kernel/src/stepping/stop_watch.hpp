@@ -9,8 +9,7 @@
 
 #include "dynamics/equations_of_motion.hpp"
 #include "kinematics/bearings.hpp"
-#include "kinematics/pose.hpp"
-#include "kinematics/primitives.hpp"
+#include "kinematics/coordinate.hpp"
 
 namespace mbproj {
 
@@ -144,10 +143,10 @@ private:
         for (const WatchedGap& each : gaps_) {
             const int coordinate = stops_.joint_coordinate[each.stop];
             const double whole = coordinate < 0 ? 0.0 : 2.0 * M_PI * static_cast<double>(turns[coordinate]);
-            const Look at = along(stops_.coordinates.instances[each.stop], pose, motion);
+            const Look at = along(each.stop, pose, motion);
             Look seen{each.sign * (at.value + whole - stops_.bound[each.stop]), each.sign * at.rate};
             if (each.other >= 0) {
-                const Look across = along(stops_.coordinates.instances[each.other], pose, motion);
+                const Look across = along(each.other, pose, motion);
                 seen.value += each.other_sign * across.value;
                 seen.rate += each.other_sign * across.rate;
             }
@@ -155,21 +154,9 @@ private:
         }
     }
 
-    Look along(const Instance& p, const Pose<D>& pose, const Motion<D>& motion) const {
-        Point<D> x[most_slots], x_dot[most_slots], g[most_slots];
-        for (Point<D>& each : x) each.setZero();
-        for (int s = 0; s < p.slot_count; ++s) {
-            const Attachment<D>& a = stops_.coordinates.attachments[p.slots[s]];
-            x[s] = pose[a.body].rotation * a.local;
-            x_dot[s] = turned_by(motion[a.body].omega, x[s]);
-            if (!a.is_point) continue;
-            x[s] += pose[a.body].position;
-            x_dot[s] += motion[a.body].velocity;
-        }
-        gradient<D>(p, x, g);
-        Look found{value<D>(p, x), 0.0};
-        for (int s = 0; s < p.slot_count; ++s) found.rate += g[s].dot(x_dot[s]);
-        return found;
+    Look along(int number, const Pose<D>& pose, const Motion<D>& motion) const {
+        const Coordinate<D> coordinate(stops_.coordinates, number, pose);
+        return {coordinate.value(), coordinate.rate(motion)};
     }
 
     // The least value within a step, on the cubic through both ends with their rates; less than any where a gap that closes

@@ -7,7 +7,7 @@ from functools import lru_cache
 
 from mbproj.errors import InputError, Problem
 from mbproj.functions.kinks import kinks
-from mbproj.model.motions import Motions
+from mbproj.model.channels import Motions
 from mbproj.model.system import System
 
 HINT = "a motion needs a continuous velocity: lead over with a smooth_step or a table"

@@ -1,0 +1,57 @@
+// What functions of the scene see at a state: the time, the coordinate and rate of a force, and channels, as
+// mbproj.dynamics.equations.instant has them.
+#pragma once
+
+#include "kinematics/coordinate.hpp"
+
+namespace mbproj {
+
+template <int D> class Channels final {
+public:
+    explicit Channels(const Model<D>& model) : model_(model), variables_(law_variables + model.channels.size()) {}
+
+    // At y at t, of which the pose and the motion are in place. y stays where it is as long as these are asked for.
+    Channels& set(double t, const double* y, const Pose<D>& pose, const Motion<D>& motion) {
+        expected_ = y + model_.layout.followed.first;
+        variables_[0] = {t, 1.0, 0.0};
+        for (std::size_t c = 0; c < model_.channels.size(); ++c)
+            variables_[law_variables + c].x = at(model_.channels[c], y, pose, motion);
+        return *this;
+    }
+    // Of a program that acts along a coordinate with this value and rate.
+    Series* variables(double value = 0.0, double rate = 0.0) {
+        variables_[1].x = value;
+        variables_[2].x = rate;
+        return variables_.data();
+    }
+    // What is known of a joint's coordinate, to less than half a turn.
+    double expected(int coordinate) const { return expected_[coordinate]; }
+
+    // The slope of a program by each of these variables, with all in place, on the branches `held`.
+    void slopes(const Programs& programs, int program, const double* held, std::size_t first, std::size_t end,
+                double* found) {
+        variables_[0].d = 0.0;
+        for (std::size_t v = first; v < end; ++v) {
+            variables_[v].d = 1.0;
+            *found++ = programs.slope(program, variables_.data(), held);
+            variables_[v].d = 0.0;
+        }
+        variables_[0].d = 1.0;
+    }
+    std::size_t size() const { return model_.channels.size(); }
+
+private:
+    double at(const Channel& channel, const double* y, const Pose<D>& pose, const Motion<D>& motion) const {
+        if (channel.kind == ChannelKind::state) return y[model_.layout.states.first + channel.index];
+        const Coordinate<D> coordinate(model_.coordinates, channel.index, pose);
+        return channel.kind == ChannelKind::rate    ? coordinate.rate(motion)
+               : model_.counts_turns[channel.index] ? coordinate.value(expected_[channel.index])
+                                                    : coordinate.value();
+    }
+
+    const Model<D>& model_;
+    std::vector<Series> variables_;
+    const double* expected_ = nullptr;
+};
+
+}  // namespace mbproj

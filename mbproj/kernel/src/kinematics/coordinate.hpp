@@ -1,0 +1,43 @@
+// A coordinate at a state: a primitive of one row that no row of the constraints holds, of a joint, a force or a stop.
+#pragma once
+
+#include "kinematics/pose.hpp"
+#include "kinematics/primitives.hpp"
+
+namespace mbproj {
+
+// One of a set at a pose, with its gradient at each attachment.
+template <int D> struct Coordinate {
+    const PrimitiveSet<D>& set;
+    const Instance& p;
+    Point<D> x[most_slots], spoke[most_slots], g[most_slots];
+
+    Coordinate(const PrimitiveSet<D>& coordinates, int number, const Pose<D>& pose)
+        : set(coordinates), p(set.instances[number]) {
+        for (Point<D>& each : x) each.setZero();
+        for (int s = 0; s < p.slot_count; ++s) {
+            const Attachment<D>& a = attachment(s);
+            spoke[s] = pose[a.body].rotation * a.local;
+            x[s] = a.is_point ? Point<D>(pose[a.body].position + spoke[s]) : spoke[s];
+        }
+        gradient<D>(p, x, g);
+    }
+    const Attachment<D>& attachment(int s) const { return set.attachments[p.slots[s]]; }
+    double value() const { return mbproj::value<D>(p, x); }
+    // Of an angle with the whole turns that bring it next to what is expected of it.
+    double value(double expected) const { return p.kind == Kind::angle ? near(value(), expected) : value(); }
+    template <class Velocity, class Omega> double rate(const Velocity& velocity, const Omega& omega) const {
+        double sum = 0.0;
+        for (int s = 0; s < p.slot_count; ++s) {
+            const Attachment<D>& a = attachment(s);
+            const Point<D> turning_velocity = turned_by(omega(a.body), spoke[s]);
+            sum += g[s].dot(a.is_point ? Point<D>(velocity(a.body) + turning_velocity) : turning_velocity);
+        }
+        return sum;
+    }
+    double rate(const Motion<D>& motion) const {
+        return rate([&](int b) { return motion[b].velocity; }, [&](int b) { return motion[b].omega; });
+    }
+};
+
+}  // namespace mbproj
