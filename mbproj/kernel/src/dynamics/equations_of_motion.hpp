@@ -172,9 +172,8 @@ public:
         for (std::size_t k = 0; k < drive_.size(); ++k) C_dot_[model_.driven[k].row] -= drive_[k].d;
         return C_dot_.data();
     }
-    // Of the last `constraint`.
+    // Of the last `constraint`, and of the last `set_velocities`.
     const double* C() const { return C_.data(); }
-    // Of the last `set_velocities`.
     const double* gamma() const { return gamma_.data(); }
     double* gamma() { return gamma_.data(); }
     const double* C_dot() const { return C_dot_.data(); }
@@ -261,8 +260,7 @@ private:
     }
 
     static std::optional<double> penalty(const ProjectionSettings& projection) {
-        if (projection.correction == Correction::penalty) return projection.alpha;
-        return std::nullopt;
+        return projection.correction == Correction::penalty ? std::optional(projection.alpha) : std::nullopt;
     }
 
     bool broken(const double* y) {
