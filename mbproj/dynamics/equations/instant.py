@@ -41,7 +41,8 @@ class Instant:
         channels, bound = self.system.channels, self.system.coordinates
         found = np.empty((*self.pose.position.shape[:-2], channels.size))
         if not channels.is_state.all():
-            value = near(self.system, bound.value(self.pose.places(bound)), self.expected)
+            value = bound.value(self.pose.places(bound))
+            value = near(self.system, value, self.expected) if self.expected.shape[-1] else value
             for kind, values in ((Kind.COORDINATE, value), (Kind.RATE, set_velocity(bound, self.pose, self.twist))):
                 found[..., channels.kind == kind] = values[..., channels.index[channels.kind == kind]]
         found[..., channels.is_state] = self.x[..., channels.index[channels.is_state]]
