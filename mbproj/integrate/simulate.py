@@ -116,7 +116,7 @@ def simulate(
     weight = float(np.sum(system.mass) * np.linalg.norm(system.gravity))
     reach = system.length + float(np.abs(pose_of(state.q).position).max(initial=0.0))
     moves = choice.degrees_of_freedom > 0 or system.driven > 0
-    tally, energy, floors = Tally(), EnergyWatch(weight * reach, moves=moves), np.zeros(2)
+    tally, energy, floors = Tally(), EnergyWatch(weight * reach, moves=moves), np.zeros(3)
     marks = Marks(resumed, wanted=keep is not None)
     keeping = None if keep is None else Keeping(marks, partial(keep, choice.name, fingerprint()))
     automatic = _automatic() if settings.integrator == AUTOMATIC else None
@@ -174,6 +174,7 @@ def simulate(
         velocity_violation=worst(system, tally.velocity_peak),
         position_floor=float(floors[0]),
         velocity_floor=float(floors[1]),
+        fastest=float(floors[2]),
         worst_joint=worst_joint(system, tally.joint_peak),
         energy_drift=energy.drift,
         energy_drift_relative=energy.relative,
@@ -258,11 +259,13 @@ def _naming(formulation: str) -> Iterator[None]:
 
 
 def _floors(system: System, samples: Samples) -> Array:
-    """What round-off leaves of C and of C' at the last of some samples, (2,)."""
+    """What round-off leaves of C and of C' at the last of some samples, and the fastest motion of them, (3,)."""
     with may_overflow():
         pose = pose_of(samples.q[-1])
         grains = position_grain(system, pose), velocity_grain(system, pose, twist_of(pose, samples.v[-1]))
-    return np.array([grain.max(initial=0.0) for grain in grains])
+        each = samples.v.reshape(len(samples.t), -1, 7)
+        fastest = np.abs(each[..., :3]).max() / system.length + 2.0 * np.abs(each[..., 3:]).max()
+    return np.array([*(grain.max(initial=0.0) for grain in grains), fastest])
 
 
 def _blocks(

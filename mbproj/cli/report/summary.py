@@ -201,9 +201,5 @@ def _worst(violation: Worst) -> str:
 
 
 def _velocity_floor(report: Report) -> str:
-    """What round-off leaves of C'; nothing moves where the velocities are round-off themselves: they would change no
-    position in a second, nor in the run."""
-    floor, duration = report.velocity_floor, report.settings.duration or 0.0
-    if floor * max(duration, 1.0) <= THRESHOLDS.rests * EPSILON * report.position_floor:
-        return "nothing moves"
-    return f"round-off allows {floor:.0e}"
+    """What round-off leaves of C'."""
+    return "nothing moves" if report.rests else f"round-off allows {report.velocity_floor:.0e}"

@@ -47,7 +47,8 @@ class Report:
     `formulation` is the one that was used, and `why`; `redundant_rows` counts the constraints in space that follow from
     the others, and `swamped` names motions of light bodies that round-off of heavy ones' forces may rule. The largest
     violations are those over all steps, recorded or not;
-    `position_floor` and `velocity_floor` are what round-off alone leaves (m or rad, per s), the largest of the samples.
+    `position_floor` and `velocity_floor` are what round-off alone leaves (m or rad, per s), and `fastest` the speed of
+    the fastest part in lengths of the mechanism and rad per s, the largest of the samples each.
     `worst_joint` names the joint that was open most, None without joints. `energy_drift` in J, and relative to the
     largest kinetic energy + |ΔV|; `energy`: where it came from and went. `integration_seconds` went into the steps
     (`integration_cpu_seconds` of them with the processor, by the thread's own clock), `recording_seconds` into
@@ -74,6 +75,7 @@ class Report:
     velocity_violation: Worst
     position_floor: float
     velocity_floor: float
+    fastest: float
     worst_joint: str | None
     energy_drift: float
     energy_drift_relative: float
@@ -94,10 +96,16 @@ class Report:
     energy: EnergyAccount = EnergyAccount()
 
     @property
+    def rests(self) -> bool:
+        """Whether nothing moves: no speed changes a position by more than round-off in a second, nor in the run."""
+        return self.fastest * max(self.settings.duration or 0.0, 1.0) <= THRESHOLDS.rests * EPSILON
+
+    @property
     def drifts(self) -> bool:
-        """Whether the energy says that the motion may be wrong. Where nothing is free to move but what motions drive,
-        the joints alone say where it is, whatever the work."""
-        return self.degrees_of_freedom > 0 and self.energy_drift_relative > THRESHOLDS.suspicious_drift
+        """Whether the energy says that the motion may be wrong. It does not where nothing moves, and where nothing is
+        free to move but what motions drive: there the joints alone say where it is, whatever the work."""
+        is_free = self.degrees_of_freedom > 0 and not self.rests
+        return is_free and self.energy_drift_relative > THRESHOLDS.suspicious_drift
 
 
 def worst(system: System, peak: Peak) -> Worst:

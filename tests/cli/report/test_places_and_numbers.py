@@ -102,6 +102,46 @@ def test_what_turns_moves_however_short_the_run(tmp_path):
     assert "round-off allows" in velocities and "nothing moves" not in velocities
 
 
+SQUEEZED = """
+mbproj: 1
+gravity: [0, 0, -9.81]
+simulation: {duration: 0.5, tolerance: 1e-9, integrator: dop853}
+bodies:
+  jaw: {mass: 0.2, inertia: [1e-4, 1e-4, 1e-4], position: [-0.025, 0, 0]}
+  part: {mass: 1, inertia: [1e-3, 1e-3, 1e-3], position: [0, 0, 0]}
+joints:
+  guide: {type: prismatic, bodies: [ground, jaw], location: [-0.025, 0, 0], axis: [1, 0, 0]}
+forces:
+  spring: {type: linear_spring_damper, joint: guide, force: 40}
+"""
+POINT = """
+  {name}:
+    type: stop
+    plane: {{body: {body}, location: [{x}, 0, 0], normal: [{normal}, 0, 0]}}
+    point: {{body: part, location: [{x}, 0, {z}]}}
+    rigid: true
+    friction: 0.3
+"""
+
+
+def test_where_nothing_moves_the_energy_says_nothing(tmp_path):
+    """A part that four rough points hold: the round-off of 40 N is not a drift."""
+    points = [
+        POINT.format(name=f"{body}{z}", body=body, x=x, normal=-50 * x, z=0.001 * z)
+        for body, x in (("jaw", -0.02), ("ground", 0.02))
+        for z in (8, -8)
+    ]
+    code, out, error = run(tmp_path, SQUEEZED + "".join(points).replace("-8:", "m8:"))
+    assert code == 0 and "nothing moves" in out
+    assert "the energy drifted" not in error
+
+
+def test_what_moves_without_joints_moves(tmp_path):
+    text = ONE_BAR[: ONE_BAR.index("joints:")]
+    _, out, _ = run(tmp_path, text)
+    assert "nothing moves" not in out
+
+
 def test_shares_of_the_time_are_shown_where_enough_steps_were_timed(tmp_path):
     for duration, shown in (("0.6", False), ("0.7", True)):
         _, out, _ = run(tmp_path, ONE_BAR, "--duration", duration)
