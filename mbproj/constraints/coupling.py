@@ -1,4 +1,4 @@
-"""Coordinates of joints that one row couples: threads, teeth, a rack with its pinion."""
+"""Coordinates of joints that one row couples: threads, teeth, a rack with its pinion, a cam with its follower."""
 
 from __future__ import annotations
 
@@ -15,6 +15,8 @@ from mbproj.constraints.angle import Angle
 from mbproj.constraints.primitive import Primitive, SlotKind
 from mbproj.dataclass import dataclass
 
+#: A function of a coordinate (...), complex too, with its first and second derivative.
+Function = Callable[[Numbers], tuple[Numbers, Numbers, Numbers]]
 #: The primitives that can be coupled, each of one row.
 COORDINATES = MappingProxyType({"angle": Angle(), "along": Along()})
 
@@ -22,16 +24,17 @@ COORDINATES = MappingProxyType({"angle": Angle(), "along": Along()})
 @final
 @dataclass(frozen=True)
 class Coupling(Primitive):
-    """C = Σ kᵢ sᵢ of coordinates sᵢ, less the nearest multiple of `period`: one tooth, or one thread.
+    """C = Σ kᵢ sᵢ - f(s₀) of coordinates sᵢ, less the nearest multiple of `period`: one tooth, or one thread; 0: none.
 
     `coordinates` are names in COORDINATES, `weights` the kᵢ. The row and its period are in metres where one of them is
     a length. The slots are those of the first coordinate, then those of the next. Who counts the turns of angles knows
-    which multiple it is.
+    which multiple it is: so a turn of an angle s₀ must change f by none or by whole periods.
     """
 
     coordinates: tuple[str, ...]
     weights: tuple[float, ...]
     period: float
+    function: Function | None = None
 
     rows = 1
 
@@ -54,17 +57,39 @@ class Coupling(Primitive):
 
     def value(self, x: Numbers) -> Numbers:
         total = self._sum(lambda primitive, slots: primitive.value(x[..., slots, :]))
-        return total - self.period * np.round(total.real / self.period)
+        if self.function is not None:
+            total = total - self._curve(x)[0]
+        return total - self.period * np.round(total.real / self.period) if self.period else total
 
     def gradient(self, x: Numbers) -> Numbers:
         parts = [weight * primitive.gradient(x[..., slots, :]) for primitive, weight, slots in self.parts()]
+        if self.function is not None:
+            first, _, slots = next(self.parts())
+            parts[0] = parts[0] - self._curve(x)[1][..., None, None] * first.gradient(x[..., slots, :])
         return np.concatenate(parts, axis=-2)
 
     def rate(self, x: Numbers, x_dot: Numbers) -> Numbers:
-        return self._sum(lambda primitive, slots: primitive.rate(x[..., slots, :], x_dot[..., slots, :]))
+        total = self._sum(lambda primitive, slots: primitive.rate(x[..., slots, :], x_dot[..., slots, :]))
+        return total if self.function is None else total - self._curve(x)[1] * self._first_rate(x, x_dot)
 
     def curvature(self, x: Numbers, x_dot: Numbers) -> Numbers:
-        return self._sum(lambda primitive, slots: primitive.curvature(x[..., slots, :], x_dot[..., slots, :]))
+        total = self._sum(lambda primitive, slots: primitive.curvature(x[..., slots, :], x_dot[..., slots, :]))
+        if self.function is None:
+            return total
+        (first, _, slots), (_, slope, bend) = next(self.parts()), self._curve(x)
+        own = first.curvature(x[..., slots, :], x_dot[..., slots, :])
+        return total - slope * own - bend * self._first_rate(x, x_dot) ** 2
+
+    def _curve(self, x: Numbers) -> tuple[Numbers, Numbers, Numbers]:
+        """f, f' and f'' at s₀."""
+        assert self.function is not None
+        first, _, slots = next(self.parts())
+        return self.function(first.value(x[..., slots, :]))
+
+    def _first_rate(self, x: Numbers, x_dot: Numbers) -> Numbers:
+        """s₀'."""
+        first, _, slots = next(self.parts())
+        return first.rate(x[..., slots, :], x_dot[..., slots, :])
 
     def _sum(self, of: Callable[[Primitive, slice], Numbers]) -> Numbers:
         first, *others = [weight * of(primitive, slots) for primitive, weight, slots in self.parts()]

@@ -8,6 +8,9 @@ from math import inf
 
 from mbproj.dataclass import dataclass
 
+#: Of an iteration, to round-off.
+SWEEPS = 40
+
 
 @dataclass(frozen=True)
 class Table:
@@ -27,6 +30,26 @@ def spline(rows: Sequence[tuple[float, float]], ends: str) -> Table:
     `ends` "natural": y'' = 0 at both, so that the lines beyond continue it twice differentiable; "clamped": y' = 0.
     """
     return _hermite(rows, _slopes(rows, ends))
+
+
+def periodic(rows: Sequence[tuple[float, float]], period: float) -> Table:
+    """The cubic spline through rows (x, y), three at least with x of one period, that repeats with it, from half a
+    period below 0 to half a period above. Its slopes by the iteration of Gauss and Seidel, which gains a factor of four
+    a sweep."""
+    rows = sorted(((x + 0.5 * period) % period - 0.5 * period, y) for x, y in rows)
+    count = len(rows)
+    x, y = [row[0] for row in rows], [row[1] for row in rows]
+    h = [(x[(i + 1) % count] - x[i]) % period for i in range(count)]
+    step = [(y[(i + 1) % count] - y[i]) / h[i] for i in range(count)]
+    slopes = [0.0] * count
+    for _ in range(SWEEPS):
+        for i in range(count):
+            wanted = 3.0 * (h[i] * step[i - 1] + h[i - 1] * step[i])
+            neighbours = h[i] * slopes[i - 1] + h[i - 1] * slopes[(i + 1) % count]
+            slopes[i] = 0.5 * (wanted - neighbours) / (h[i - 1] + h[i])
+    before, after = (x[-1] - period, y[-1]), (x[0] + period, y[0])
+    table = _hermite([before, *rows, after], [slopes[-1], *slopes, slopes[0]])
+    return Table((-inf, *table.knots[2:-1]), table.origins[1:-1], table.pieces[1:-1])
 
 
 def polygon(rows: Sequence[tuple[float, float]]) -> Table:

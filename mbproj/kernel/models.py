@@ -18,7 +18,6 @@ from mbproj.kernel.loads import (
     plane_loads,
     space_loads,
 )
-from mbproj.model.couplings import Couplings
 from mbproj.model.layout import Layout
 from mbproj.model.planar import Plane, channels_in_plane, coordinates_in_plane
 from mbproj.model.system import System
@@ -52,7 +51,7 @@ def space_model(core: ModuleType, system: System, layout: Layout) -> Any:
         **functions(core, system, system.channels.index),
         motion_start=motion_start(system),
         motion_coordinate=motion_coordinate(system).tolist(),
-        couplings=_couplings(system.couplings.row, system.couplings.coordinate, system.couplings),
+        couplings=_couplings(system, system.couplings.row, system.couplings.coordinate),
         **_space_flywheels(core, system),
         **_space_stops(core, system),
         **_space_bearings(system),
@@ -193,18 +192,20 @@ def plane_model(core: ModuleType, system: System, plane: Plane, layout: Layout) 
     )
 
 
-def _couplings(row: Integers, coordinate: Integers, couplings: Couplings) -> list[tuple[Any, ...]]:
-    """Rows that couple coordinates as the kernel takes them: row, period, coordinates, weights."""
+def _couplings(system: System, row: Integers, coordinate: Integers) -> list[tuple[Any, ...]]:
+    """Rows that couple coordinates as the kernel takes them: row, period, coordinates, weights, program."""
+    couplings = system.couplings
     parts = [np.split(each, couplings.first[1:]) for each in (coordinate, couplings.weight)]
-    each = zip(row.tolist(), couplings.period.tolist(), *parts, strict=False)
-    return [(at, period, own.tolist(), weights.tolist()) for at, period, own, weights in each]
+    program = np.where(couplings.program >= 0, system.first_coupled + couplings.program, -1)
+    each = zip(row.tolist(), couplings.period.tolist(), *parts, program.tolist(), strict=False)
+    return [(at, period, own.tolist(), weights.tolist(), number) for at, period, own, weights, number in each]
 
 
 def _couplings_in_plane(system: System, plane: Plane) -> list[tuple[Any, ...]]:
     """The same in a plane."""
     couplings, rows = system.couplings, plane_rows(plane).tolist()
     row = np.array([rows.index(at) for at in couplings.row.tolist()], dtype=np.intp)
-    return _couplings(row, coordinates_in_plane(plane, couplings.coordinate), couplings)
+    return _couplings(system, row, coordinates_in_plane(plane, couplings.coordinate))
 
 
 def joint_and_motion_rows(system: System, plane: Plane, joints: Bound, coordinates: Bound) -> Bound:

@@ -9,7 +9,7 @@ import numpy as np
 
 from mbproj.arrays import Array
 from mbproj.dataclass import dataclass
-from mbproj.functions.program import Code, Program
+from mbproj.functions.program import Program
 from mbproj.functions.program_set import flatten, joined
 from mbproj.model.bushings import Bushings
 from mbproj.model.forces import BodyForces, Forces, Laws
@@ -18,19 +18,20 @@ from mbproj.model.primitive_set import Binding, bind, bindings
 
 @dataclass(frozen=True, eq=False)
 class AddedLaw:
-    """A force that loses energy: `push` of s and s', times the load of a `bearing` (-1: 1), along a coordinate s.
+    """A force that goes by a program `push`, times the load of a `bearing` (-1: 1), along a coordinate s.
 
-    `joint_coordinate` as `Laws` has it, `owner` is the force's name for messages; `apart`: whether what it loses is an
-    integral of its own; `partner`, a number among those added, and `sliding` as `Laws` has them."""
+    `joint_coordinate` and `loses` as `Laws` has them, `owner` is the force's name for messages; `apart`: whether what
+    it loses is an integral of its own; `partner`, a number among those added, and `sliding` as `Laws` has them."""
 
     along: Binding
     joint_coordinate: int
-    push: Code
+    push: Program
     owner: str
     bearing: int = -1
     apart: bool = False
     partner: int = -1
     sliding: tuple[float, float] = (0.0, 0.0)
+    loses: bool = True
 
 
 def with_laws(forces: Forces | None, added: Sequence[AddedLaw]) -> Forces:
@@ -48,13 +49,13 @@ def with_laws(forces: Forces | None, added: Sequence[AddedLaw]) -> Forces:
             damping=np.append(laws.damping, none),
             free=np.append(laws.free, none),
             program=np.append(laws.program, len(before.programs.start) - 1 + np.arange(len(added))),
-            loses=np.append(laws.loses, np.ones(len(added), dtype=bool)),
+            loses=np.append(laws.loses, [law.loses for law in added]),
             bearing=np.append(laws.bearing, [law.bearing for law in added]).astype(np.intp),
             apart=np.append(laws.apart, [law.apart for law in added]),
             partner=np.append(laws.partner, [_behind(laws.size, law.partner) for law in added]).astype(np.intp),
             sliding=np.concatenate([laws.sliding, [law.sliding for law in added]]),
         ),
-        programs=joined([before.programs, flatten([Program(law.push) for law in added])]),
+        programs=joined([before.programs, flatten([law.push for law in added])]),
         law_owners=(*before.law_owners, *owners),
         program_owners=(*before.program_owners, *owners),
     )

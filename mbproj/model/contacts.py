@@ -10,7 +10,7 @@ import numpy as np
 
 from mbproj.dataclass import dataclass
 from mbproj.errors import Place
-from mbproj.functions.program import COORDINATE, RATE, Code, Instruction, Op, apply, number, variable
+from mbproj.functions.program import COORDINATE, RATE, Code, Instruction, Op, Program, apply, number, variable
 from mbproj.model.added_laws import AddedLaw, with_laws
 from mbproj.model.bearings import Bearings
 from mbproj.model.frictions import Frictions
@@ -142,7 +142,7 @@ def _pushes(stops: Stops, pushing: Mapping[int, float], *, one_sided: bool = Fal
     for k, by in pushing.items():
         (along,) = bindings(stops.coordinates, [k])
         push = _push(stops, k, by, one_sided)
-        yield AddedLaw(along, int(stops.joint_coordinate[k]), push, _named(stops.owners[k]))
+        yield AddedLaw(along, int(stops.joint_coordinate[k]), Program(push), _named(stops.owners[k]))
 
 
 def bearing_numbers(system: System, frictions: Frictions, contacts: Contacts) -> list[int]:
@@ -202,7 +202,7 @@ def _frictions(frictions: Frictions, bearings: list[int], contacts: Contacts) ->
             part = -contacts.sliding[k]
             push = _falling(part * sliding, part * static, float(frictions.stribeck[k]))
         coordinate, name = int(frictions.joint_coordinate[k]), _named(frictions.owners[k])
-        yield AddedLaw(along, coordinate, push, name, bearings[k], True, other, direction)
+        yield AddedLaw(along, coordinate, Program(push), name, bearings[k], True, other, direction)
 
 
 def _falling(sliding: float, static: float, stribeck: float) -> Code:

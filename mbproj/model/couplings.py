@@ -9,15 +9,20 @@ import numpy as np
 from mbproj.arrays import Array, Integers, Numbers
 from mbproj.constraints.coupling import Coupling
 from mbproj.dataclass import dataclass
+from mbproj.functions.curve import Curve
+from mbproj.functions.program_set import ProgramSet, flatten
+from mbproj.functions.series import constant_series, run
 from mbproj.model.primitive_set import Binding
 
 
 @dataclass(frozen=True, eq=False)
 class Couplings:
-    """k rows of the joints, each a sum of coordinates less a multiple of a period.
+    """k rows of the joints, each a sum of coordinates, less a function of the first of them where it has one, and less
+    a multiple of a period.
 
-    `row` (k,) of the joints' rows; `period` (k,) one tooth in rad, or one thread in m. `first` (k,): where the entries
-    of each begin, which are `coordinate` (e,), numbers of the system's coordinates, and `weight` (e,).
+    `row` (k,) of the joints' rows; `period` (k,) one tooth in rad, or one thread in m; 0 for none. `first` (k,): where
+    the entries of each begin, which are `coordinate` (e,), numbers of the system's coordinates, and `weight` (e,).
+    `program` (k,): the number of the function in `programs`, -1 for none.
     """
 
     row: Integers
@@ -25,6 +30,8 @@ class Couplings:
     first: Integers
     coordinate: Integers
     weight: Array
+    program: Integers
+    programs: ProgramSet
 
     @property
     def size(self) -> int:
@@ -33,28 +40,42 @@ class Couplings:
 
     def sums(self, coordinate: Numbers) -> Numbers:
         """Of the system's coordinates (..., nc), (..., k)."""
-        return np.asarray(np.add.reduceat(self.weight * coordinate[..., self.coordinate], self.first, axis=-1))
+        found = np.asarray(np.add.reduceat(self.weight * coordinate[..., self.coordinate], self.first, axis=-1))
+        for k in np.flatnonzero(self.program >= 0).tolist():
+            s = coordinate[..., self.coordinate[self.first[k]]]
+            found[..., k] -= run(self.programs, int(self.program[k]), [constant_series(0.0 * s), constant_series(s)])[0]
+        return found
+
+    def whole(self, rows: Numbers) -> Numbers:
+        """The multiples of the periods that are nearest to (..., k)."""
+        period = np.where(self.period > 0.0, self.period, 1.0)
+        return np.asarray(np.where(self.period > 0.0, period * np.round(rows / period), 0.0))
 
 
 def compile_couplings(rows: Sequence[Binding], coordinates: Sequence[Binding]) -> Couplings:
     """Those among the joints' rows, which share their slots with the coordinates that they couple."""
     first = np.cumsum([0, *(binding.primitive.rows for binding in rows)])
     row, period, length, coordinate = [], [], [], []
+    functions: list[Curve | None] = []
     weight: list[float] = []
     for at, binding in zip(first.tolist(), rows, strict=False):
         if not isinstance(binding.primitive, Coupling):
             continue
         row.append(at)
         period.append(binding.primitive.period)
+        functions.append(binding.primitive.function)  # type: ignore[arg-type]  # what `Element` rows have
         length.append(len(binding.primitive.weights))
         weight += binding.primitive.weights
         coordinate += [_coordinate(binding.slots[slots], coordinates) for *_, slots in binding.primitive.parts()]
+    curved = np.array([each is not None for each in functions], dtype=bool)
     return Couplings(
         row=np.array(row, dtype=np.intp),
         period=np.array(period, dtype=float),
         first=np.cumsum([0, *length], dtype=np.intp)[:-1],
         coordinate=np.array(coordinate, dtype=np.intp),
         weight=np.array(weight),
+        program=np.where(curved, np.cumsum(curved) - 1, -1),
+        programs=flatten([each.program for each in functions if each is not None]),
     )
 
 

@@ -9,7 +9,7 @@ import numpy as np
 from mbproj.arrays import Array, Integers
 from mbproj.dataclass import dataclass
 from mbproj.errors import Place
-from mbproj.functions.program_set import ProgramSet, flatten, joined
+from mbproj.functions.program_set import ProgramSet, joined
 from mbproj.model.bearings import Bearings
 from mbproj.model.channels import NO_CHANNELS, Channels, ElementStates, Motions
 from mbproj.model.couplings import Couplings
@@ -117,14 +117,19 @@ class System:
 
     @cached_property
     def programs(self) -> ProgramSet:
-        """The functions of forces, then the rates of states of elements, then those of motions."""
-        sets = [each.programs for each in (self.forces, self.states, self.motions) if each is not None]
-        return joined(sets) if sets else flatten([])
+        """The functions of forces, the rates of states of elements, then those of couplings, then those of motions."""
+        owners = (self.forces, self.states, self.couplings, self.motions)
+        return joined([each.programs for each in owners if each is not None])
 
     @property
     def first_rate(self) -> int:
         """The number in `programs` of the rate of the first state of elements."""
         return 0 if self.forces is None else self.forces.programs.size
+
+    @property
+    def first_coupled(self) -> int:
+        """The number there of the first function of couplings."""
+        return self.first_rate + (0 if self.states is None else self.states.programs.size)
 
     @property
     def crossing(self) -> str:

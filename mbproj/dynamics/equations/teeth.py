@@ -33,7 +33,7 @@ def to_the_tooth(system: System, pose: Pose, teeth: Teeth, rows: Numbers) -> Num
     counted = couplings.sums(near(system, value, teeth.expected)) - teeth.start
     found = rows.copy()
     nearest = rows[..., couplings.row]
-    found[..., couplings.row] = nearest + couplings.period * np.round((counted - nearest) / couplings.period)
+    found[..., couplings.row] = nearest + couplings.whole(counted - nearest)
     return found
 
 

@@ -36,7 +36,7 @@ def slipped(system: System, coordinate: Array, prescribed: Array) -> float:
     """From the joints' coordinates (T, nc) and what motions prescribe (T, k): the largest number of teeth, threads or
     turns that any sample is away from the first."""
     sums, angles = system.couplings.sums(coordinate), _driven_angles(system)
-    teeth = np.abs(sums - sums[0]) / system.couplings.period
+    teeth = np.abs(sums - sums[0]) / np.where(system.couplings.period > 0.0, system.couplings.period, system.length)
     turns = np.zeros((len(coordinate), 0))
     if system.motions is not None:
         turns = np.abs(coordinate[:, system.motions.joint_coordinate] - prescribed)[:, angles] / (2.0 * np.pi)

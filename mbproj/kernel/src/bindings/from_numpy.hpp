@@ -158,6 +158,7 @@ template <int D> PrimitiveSet<D> primitive_set(std::size_t bodies, const Integer
         p.row = set.rows - std::max(p.rows, 1);
         p.offset = offset.data()[i];
         p.weight = weight.data()[i];
+        p.curve = -1;
         if (p.coupled) {
             if (i == 0 || set.instances.back().row != p.row || slots_of(p.kind) < 3 ||
                 slots_of(set.instances.back().kind) < 3)

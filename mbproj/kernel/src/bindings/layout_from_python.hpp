@@ -55,7 +55,7 @@ template <int D> void set_layout(Model<D>& model, const std::vector<BlockNumbers
         refuse("layout", "does not follow the angles");
     if (layout.bodies.first != 0) refuse("layout", "does not begin with the bodies");
     expect(layout.bodies, static_cast<std::size_t>(Size<D>::state) * model.bodies.size());
-    expect(layout.states, model.programs.size() - model.driven.size() - model.first_rate);
+    expect(layout.states, model.programs.size() - model.driven.size() - model.curves.size() - model.first_rate);
     expect(layout.quadratures, model.loads || !model.driven.empty() ? 2 + apart : 0);
     expect(layout.followed, asked ? model.coordinates.instances.size() : 0);
     model.layout = layout;

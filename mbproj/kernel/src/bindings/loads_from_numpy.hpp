@@ -252,21 +252,27 @@ template <int D> bool has_angles(const Loads<D>* loads) {
     return std::any_of(instances.begin(), instances.end(), [](const Instance& p) { return p.kind == Kind::angle; });
 }
 
-// Of a row that couples coordinates: its number, its period, the coordinates, and their weights.
-using CouplingNumbers = std::tuple<int, double, std::vector<int>, std::vector<double>>;
+// Of a row that couples coordinates: its number, its period, the coordinates, their weights, and its program, or -1.
+using CouplingNumbers = std::tuple<int, double, std::vector<int>, std::vector<double>, int>;
 
-inline std::vector<Coupling> couplings(std::size_t rows, std::size_t coordinates,
-                                       const std::vector<CouplingNumbers>& given) {
-    std::vector<Coupling> found;
-    for (const auto& [row, period, own, weights] : given) {
-        if (own.size() != weights.size()) refuse("couplings", "do not fit their weights");
-        for (const int coordinate : own) index_below(coordinate, coordinates, "couplings");
+template <int D> void add_couplings(Model<D>& model, const std::vector<CouplingNumbers>& given) {
+    for (const auto& [row, period, own, weights, program] : given) {
+        if (own.size() != weights.size() || own.empty()) refuse("couplings", "do not fit their weights");
+        for (const int coordinate : own) index_below(coordinate, model.coordinates.instances.size(), "couplings");
         for (const double weight : weights)
             if (!std::isfinite(weight)) refuse("couplings", "hold a number that is not finite");
-        require_positive(period, "couplings");
-        found.push_back({index_below(row, rows, "couplings"), period, own, weights});
+        if (!(period >= 0.0)) refuse("couplings", "have a period that is negative");
+        model.couplings.push_back({index_below(row, model.constraints.rows, "couplings"), period, own, weights, -1});
+        if (program == -1) continue;
+        model.couplings.back().curve = static_cast<int>(model.curves.size());
+        if (model.programs.names(index_below(program, model.programs.size(), "couplings"), 2))
+            refuse("programs", "have a coupling that is no function of its first coordinate");
+        for (std::size_t i = 0; i < model.constraints.instances.size(); ++i)
+            if (Instance& p = model.constraints.instances[i]; p.row == row && p.rows == 1) {
+                p.curve = model.couplings.back().curve;
+                model.curves.push_back({static_cast<int>(i), program});
+            }
     }
-    return found;
 }
 
 }  // namespace mbproj

@@ -63,7 +63,7 @@ template <int D> void add_model(nb::module_& m, const char* primitives, const ch
                 check_loads(built, bearings.size());
                 built.bearings = mbproj::bearings(built, bearings, bearing_points, bearing_axes);
                 built.driven = driven_rows(built, motion_start, motion_coordinate);
-                built.couplings = mbproj::couplings(constraints.rows, coordinates.instances.size(), couplings);
+                add_couplings(built, couplings);
                 set_layout(built, blocks);
                 add_channels(built, channels);
                 add_switches(built, switches);

@@ -36,7 +36,8 @@ template <int D> void constraint(const Model<D>& model, const Pose<D>& pose, dou
         else if (p.kind == Kind::perpendicular)
             C[p.row] = pose.spoke(p.slots[0]).dot(pose.spoke(p.slots[1])) - p.offset;
         else
-            C[p.row] = p.weight * value<D>(p, Slots<D>(p, pose).x) - p.offset + (p.rows ? 0.0 : C[p.row]);
+            C[p.row] = p.weight * value<D>(p, Slots<D>(p, pose).x) - p.offset -
+                       (p.curve < 0 ? 0.0 : pose.curve(p.curve).x) + (p.rows ? 0.0 : C[p.row]);
     }
 }
 
@@ -64,7 +65,8 @@ RowRates row_rates(const Model<D>& model, const Instance& p, const Pose<D>& pose
         found.gamma -= g[s].dot(moving.bias);
     }
     found.gamma -= curvature<D>(p, slots.x, x_dot);
-    return {p.weight * found.C_dot, p.weight * found.gamma};
+    const double weight = pose.weight(p), bend = p.curve < 0 ? 0.0 : pose.curve(p.curve).dd;
+    return {weight * found.C_dot, weight * found.gamma + bend * found.C_dot * found.C_dot};
 }
 
 // C' and γ of all rows; either may be left out.
@@ -119,7 +121,7 @@ void jacobian(const Model<D>& model, const Pose<D>& pose, const Joint& joint, in
             gradient<D>(p, Slots<D>(p, pose).x, g);
             for (int s = 0; s < p.slot_count; ++s) {
                 if (body_of(p.slots[s]) != body) continue;
-                g[s] *= p.weight;
+                g[s] *= pose.weight(p);
                 if (model.constraints.attachments[p.slots[s]].is_point)
                     G.template block<1, D>(row, 0) += g[s].transpose();
                 G.template block<1, Size<D>::turns>(row, D) += moment(pose.spoke(p.slots[s]), g[s]).transpose();

@@ -23,6 +23,7 @@ public:
         for (std::size_t c = 0; c < model_.couplings.size(); ++c) {
             const Coupling& coupling = model_.couplings[c];
             double& row = C[coupling.row];
+            if (coupling.period == 0.0) continue;
             row -= coupling.period * std::nearbyint(row / coupling.period);
             if (start_.empty()) continue;
             const double apart = sum(coupling, pose, expected) - start_[c] - row;
@@ -33,7 +34,7 @@ public:
 private:
     // What the coordinates come to, turns counted.
     double sum(const Coupling& coupling, const Pose<D>& pose, const std::vector<double>& expected) const {
-        double total = 0.0;
+        double total = coupling.curve < 0 ? 0.0 : -pose.curve(coupling.curve).x;
         for (std::size_t k = 0; k < coupling.coordinates.size(); ++k) {
             const int index = coupling.coordinates[k];
             total += coupling.weights[k] * Coordinate<D>(model_.coordinates, index, pose).value(expected[index]);

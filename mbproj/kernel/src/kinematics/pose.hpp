@@ -1,7 +1,7 @@
 // Where the bodies are and how they move: from the state vector to points, vectors and their derivatives.
 #pragma once
 
-#include "model/model.hpp"
+#include "kinematics/primitives.hpp"
 
 namespace mbproj {
 
@@ -40,7 +40,8 @@ template <int D> struct Twist {
 template <int D> class Pose final {
 public:
     explicit Pose(const Model<D>& model)
-        : model_(model), bodies_(model.size() + 1), spokes_(model.constraints.attachments.size()) {
+        : model_(model), bodies_(model.size() + 1), spokes_(model.constraints.attachments.size()),
+          curves_(model.curves.size()) {
         bodies_.back() = {Point<D>::Zero(), Rotation<D>::Identity()};
     }
     void update(const double* y) {
@@ -52,7 +53,18 @@ public:
             const Attachment<D>& attachment = model_.constraints.attachments[a];
             spokes_[a] = bodies_[attachment.body].rotation * attachment.local;
         }
+        for (std::size_t c = 0; c < curves_.size(); ++c) {
+            const Instance& p = model_.constraints.instances[model_.curves[c].instance];
+            Point<D> x[most_slots];
+            for (int s = 0; s < p.slot_count; ++s) x[s] = place(p.slots[s]);
+            const Series variables[law_variables] = {{}, {value<D>(p, x), 1.0, 0.0}, {}};
+            curves_[c] = model_.programs.run(model_.curves[c].program, variables);
+        }
     }
+    // f, f' and f'' of a curve here.
+    const Series& curve(int number) const { return curves_[number]; }
+    // By how much a row changes with the value of an instance.
+    double weight(const Instance& p) const { return p.curve < 0 ? p.weight : p.weight - curves_[p.curve].d; }
     const Placement<D>& operator[](int body) const { return bodies_[body]; }
     // Whether it has not overflowed.
     bool finite() const {
@@ -85,6 +97,7 @@ private:
     const Model<D>& model_;
     std::vector<Placement<D>> bodies_;
     std::vector<Point<D>> spokes_;
+    std::vector<Series> curves_;
 };
 
 // Every body's velocities at a pose, the ground's last.

@@ -45,6 +45,7 @@ struct Instance {
     double offset;
     double weight;
     bool coupled;
+    int curve;  // of the model: what the row is less, a function of this instance's value; or -1
 };
 
 template <int D> struct PrimitiveSet {
@@ -89,12 +90,19 @@ struct Switch {
     int program, at, law;
 };
 
-// A row that couples coordinates: their weighed sum, less a multiple of a period (one tooth, one thread).
+// A row that couples coordinates: their weighed sum, less a curve of the first, or none (-1), and less a multiple of a period
+// (one tooth, one thread; 0: none).
 struct Coupling {
     int row;
     double period;
     std::vector<int> coordinates;
     std::vector<double> weights;
+    int curve;
+};
+
+// A program of the value of an instance of the constraints.
+struct Curve {
+    int instance, program;
 };
 
 // Coordinates that stops limit and dry friction resists, one instance each: what they are measured from, and from which of
@@ -137,8 +145,9 @@ template <int D> struct Model {
     std::shared_ptr<const Loads<D>> loads;  // none, or the forces but gravity
     std::vector<DrivenRow> driven;
     std::vector<Coupling> couplings;
-    Programs programs;              // the functions of forces, then the rates of states, then those of driven rows
-    int first_rate = 0;             // of the programs
+    std::vector<Curve> curves;
+    Programs programs;   // the functions of forces, the rates of states, then those of couplings, of driven rows
+    int first_rate = 0;  // of the programs
     std::vector<Channel> channels;  // what programs name from `law_variables` on
     std::vector<Switch> switches;   // program after program, in the order of their instructions
     Layout layout;                  // of y

@@ -1,0 +1,1 @@
+"""What acts through channels: elements are data, one file a kind."""

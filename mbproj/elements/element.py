@@ -1,0 +1,61 @@
+"""An element: the channels that it reads, states of its own, forces along joint coordinates, rows between them.
+
+A channel is called as in expressions of laws: "pin.angle" is a joint coordinate, "pin.angle_dot" its rate, and
+"motor.current" the state of an element. Programs of an element see the time, and what it reads: variable CHANNELS + i
+is `reads[i]`. A force's program also sees the coordinate that it acts along and its rate, as COORDINATE and RATE; a
+row's function sees its first coordinate alone, as COORDINATE. Instructions of rates and forces whose branch changes
+with what they see are switches: events of a run.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import field
+
+from mbproj.dataclass import dataclass
+from mbproj.functions.program import Program
+
+
+@dataclass(frozen=True)
+class State:
+    """x' = rate(t, channels) from `start`, in `unit`; the absolute tolerance is relative to `scale`."""
+
+    name: str
+    rate: Program
+    start: float = 0.0
+    scale: float = 1.0
+    unit: str = "1"
+
+
+@dataclass(frozen=True)
+class Force:
+    """A generalised force `push` (N or N m), positive where it drives the coordinate up. `loses`: what it takes is
+    lost, as a damper's, and else what it gives is work done."""
+
+    along: str
+    push: Program
+    loses: bool = False
+
+
+@dataclass(frozen=True)
+class Row:
+    """Σ kᵢ sᵢ - function(s₀) = const, with the coordinates sᵢ and their weights kᵢ `of` the row, s₀ the first.
+    `function` has no edges, and a turn of an angle s₀ changes it by nothing, or by whole periods.
+
+    Of one angle with a weight, a turn of it is the row's period; `period` gives that of several, and 0 is none."""
+
+    name: str
+    of: Mapping[str, float]
+    function: Program | None = None
+    period: float | None = None
+
+
+@dataclass(frozen=True)
+class Element:
+    """Data of one element; names of states and rows begin with its own."""
+
+    name: str
+    reads: tuple[str, ...] = ()
+    states: tuple[State, ...] = ()
+    forces: tuple[Force, ...] = ()
+    rows: tuple[Row, ...] = field(default=())

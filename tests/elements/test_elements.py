@@ -1,0 +1,207 @@
+"""A controller, a rack and a cam as elements: beside closed forms and equations of their own, in every formulation."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+
+from mbproj.constraints.coupling import Coupling
+from mbproj.dynamics import assemble
+from mbproj.dynamics.derivatives.row_derivatives import second_derivatives, third_derivatives
+from mbproj.elements.cam import cam
+from mbproj.elements.element import Element, Force
+from mbproj.elements.pi_controller import pi_controller
+from mbproj.elements.rack import rack
+from mbproj.errors import InputError
+from mbproj.functions.curve import Curve
+from mbproj.functions.program import COORDINATE, TIME, Instruction, Op, Program, apply, number, variable
+from mbproj.functions.table import periodic
+from mbproj.integrate import simulate
+from mbproj.kernel import core
+from mbproj.model import compile_system, initial_guess
+from mbproj.model.compile.elements import with_elements
+from mbproj.scene import read_scene_text, settings_to_run
+from tests.support import Recorder
+
+FORMULATIONS = ["full", *(["reduced", "planar"] if core() is not None else [])]
+SCENE = """
+mbproj: 1
+gravity: [0, 0, -9.81]
+simulation: {duration: 2, output_step: 0.1, tolerance: 1e-11, integrator: dop853}
+bodies:
+  wheel: {mass: 2, inertia: [0.1, 0.1, 0.1], position: [0, 0, 0]}
+  slide: {mass: 3, inertia: [0.1, 0.1, 0.1], position: [0, 0, 0.3]}
+joints:
+  pin: {type: revolute, bodies: [ground, wheel], location: [0, 0, 0], axis: [0, 1, 0], SPEED}
+  rail: {type: prismatic, bodies: [ground, slide], location: [0, 0, 0.3], axis: AXIS}
+"""
+AXES = {"x": "[1, 0, 0]", "z": "[0, 0, 1]"}
+
+
+def scene_of(axis="x", speed="speed: 0", **options):
+    return read_scene_text(SCENE.replace("AXIS", AXES[axis]).replace("SPEED", speed), simulation=options)
+
+
+def run(elements, **own):
+    """(system, recorder, report) of the scene with elements."""
+    scene = scene_of(**own)
+    system = with_elements(compile_system(scene), elements)
+    recorder = Recorder()
+    report = simulate(system, assemble(system, initial_guess(scene, system)), settings_to_run(scene), recorder)
+    return system, recorder, report
+
+
+def at(found, name, names):
+    return found["joints/coordinate"][:, names.index(name)]
+
+
+def push(along, value):
+    return Force(along, Program(number(value)))
+
+
+@pytest.mark.parametrize("formulation", FORMULATIONS)
+def test_a_controller_drives_a_coordinate_as_its_linear_equations_say(formulation):
+    """A slide of 3 kg on level rails with gains P, I and D and a filter: four first-order equations."""
+    gains, lag, target = (40.0, 30.0, 12.0), 0.02, 0.25
+    law = pi_controller("drive", "rail.displacement", Program(number(target)), gains, lag)
+    system, found, _ = run([law], formulation=formulation)
+    A = np.array(
+        [[0, 1, 0, 0], [-gains[0] / 3, 0, gains[1] / 3, -gains[2] / 3], [-1, 0, 0, 0], [0, 1 / lag, 0, -1 / lag]]
+    )
+    b = np.array([0, gains[0] * target / 3, target, 0])
+    values, vectors = np.linalg.eig(A)
+    steady = -np.linalg.solve(A, b)
+    weights = np.linalg.solve(vectors, -steady)
+    exact = steady + np.real(np.exp(np.outer(found["time"], values)) * weights @ vectors.T)
+    assert system.names.states == ("drive.integral", "drive.filtered")
+    np.testing.assert_allclose(at(found, "rail.displacement", system.names.coordinates), exact[:, 0], atol=1e-10)
+    np.testing.assert_allclose(found["states/value"], exact[:, 2:], atol=1e-10)
+    assert np.abs(found["diagnostics/energy_balance"]).max() < 1e-9
+
+
+@pytest.mark.parametrize("formulation", FORMULATIONS)
+def test_a_rack_moves_under_a_force_as_one_mass_does(formulation):
+    """F on the slide moves m + I/r²; the wheel makes turns, and the tooth force turns it."""
+    r, F = 0.05, 60.0
+    pull = Element("pull", forces=(push("rail.displacement", F),))
+    elements = [rack("gear", "pin.angle", "rail.displacement", r), pull]
+    system, found, report = run(elements, formulation=formulation)
+    t, names = found["time"], system.names.coordinates
+    a = F / (3 + 0.1 / r**2)
+    np.testing.assert_allclose(at(found, "rail.displacement", names), a * t**2 / 2, atol=1e-9)
+    np.testing.assert_allclose(at(found, "pin.angle", names) * r, a * t**2 / 2, atol=1e-9)
+    assert at(found, "pin.angle", names)[-1] > 6 * np.pi
+    assert report.degrees_of_freedom == 1
+    assert np.abs(found["joints/violation"]).max() < 1e-12
+
+
+HEIGHT = 0.08
+
+
+def lift(count=0):
+    """h (1 - cos φ)/2, or by a periodic table of so many rows, which begin in the middle of a turn."""
+    if not count:
+        cosine = apply(Op.COS, variable(COORDINATE))
+        return Program(apply(Op.MULTIPLY, number(0.5 * HEIGHT), apply(Op.SUBTRACT, number(1.0), cosine)))
+    angles = np.linspace(-2.0, -2.0 + 2 * np.pi, count, endpoint=False)
+    table = periodic([(float(x), 0.5 * HEIGHT * (1 - np.cos(x))) for x in angles], 2 * np.pi)
+    return Program((Instruction(Op.VARIABLE, COORDINATE), Instruction(Op.TABLE, 0.0, table)))
+
+
+CAM = cam("cam", "pin.angle", "rail.displacement", lift())
+
+
+@pytest.mark.parametrize("formulation", FORMULATIONS)
+def test_a_free_cam_moves_as_its_one_equation_says(formulation):
+    """(I + m f'²) φ'' + m f' f'' φ'² + m g f' = 0 with f of the cosine, over two turns; and the energy is kept."""
+    own = {"axis": "z", "speed": "speed: 14", "formulation": formulation, "duration": "1", "tolerance": "1e-10"}
+    _, found, report = run([CAM], **own)
+
+    def rates(_, y):
+        slope, bend = 0.5 * HEIGHT * np.sin(y[0]), 0.5 * HEIGHT * np.cos(y[0])
+        return [y[1], -(3 * slope * bend * y[1] ** 2 + 3 * 9.81 * slope) / (0.1 + 3 * slope**2)]
+
+    t = found["time"]
+    exact = solve_ivp(rates, (0, t[-1]), [0, 14], "DOP853", t_eval=t, rtol=1e-12, atol=1e-13).y
+    angle, way = found["joints/coordinate"].T
+    assert angle[-1] > 4 * np.pi
+    np.testing.assert_allclose(angle, exact[0], atol=1e-7)
+    np.testing.assert_allclose(way, 0.5 * HEIGHT * (1 - np.cos(angle)), atol=1e-12)
+    assert np.abs(found["diagnostics/energy_balance"]).max() < 1e-7
+    assert np.abs(found["joints/violation"]).max() < 1e-12
+    assert np.abs(found["diagnostics/acceleration_violation"]).max() < 1e-8
+    assert report.degrees_of_freedom == 1
+    assert report.formulation == formulation
+
+
+@pytest.mark.parametrize("formulation", FORMULATIONS[1:] or FORMULATIONS)
+def test_a_cam_by_a_periodic_table_is_near_the_function_that_it_is_of(formulation):
+    """The error of a cubic spline falls with the fourth power of its spacing."""
+    own = {"axis": "z", "speed": "speed: 14", "formulation": formulation, "duration": "0.5", "tolerance": "1e-8"}
+    exact, errors = run([CAM], **own)[1]["joints/coordinate"], []
+    for count in (12, 24):
+        _, found, _ = run([cam("cam", "pin.angle", "rail.displacement", lift(count))], **own)
+        errors.append(np.abs(found["joints/coordinate"] - exact).max())
+    assert exact[-1, 0] > 2 * np.pi
+    assert 10 < errors[0] / errors[1] < 25
+
+
+def test_the_formulations_agree_on_a_cam_that_a_controller_drives():
+    """A controller on the cam's angle, with a spring on the follower: motions, states and reactions are the same."""
+    target = Program(apply(Op.MULTIPLY, number(9.0), variable(TIME)))
+    law = pi_controller("drive", "pin.angle", target, (20, 9, 2), 0.01)
+    pull = Program(apply(Op.MULTIPLY, number(-800.0), variable(COORDINATE)))
+    elements = [law, CAM, Element("spring", forces=(Force("rail.displacement", pull),))]
+    own = {"axis": "z", "duration": "0.2", "tolerance": "1e-10"}
+    runs = {each: run(elements, formulation=each, **own)[1] for each in FORMULATIONS}
+    for path, atol in {"joints/coordinate": 1e-8, "states/value": 1e-7, "joints/reaction_force": 1e-4}.items():
+        for found in runs.values():
+            np.testing.assert_allclose(found[path][:, :2], runs["full"][path][:, :2], atol=atol, err_msg=path)
+
+
+def test_derivatives_of_a_row_with_a_function_are_those_of_its_gradient():
+    """∂g/∂x and its rate along a motion, which linear models take, by the complex step of g."""
+    row, random = Coupling(("angle", "along"), (0.0, 1.0), 0.0, Curve(lift())), np.random.default_rng(0)
+    x, x_dot = random.normal(size=(1, 6, 3)), random.normal(size=(1, 6, 3))
+    along = row.gradient(x + 1e-100j * x_dot).imag / 1e-100
+    np.testing.assert_allclose((second_derivatives(row, x) @ x_dot.ravel())[0, 0], along.ravel(), atol=1e-13)
+    np.testing.assert_allclose(row.rate(x, x_dot).ravel(), np.sum(row.gradient(x) * x_dot), atol=1e-14)
+    np.testing.assert_allclose(row.curvature(x, x_dot).ravel(), np.sum(along * x_dot), atol=1e-13)
+    h = 1e-4
+    near = [second_derivatives(row, x + side * h * x_dot) for side in (-1, 1)]
+    bend = ((near[1] - near[0]) / (2 * h) @ x_dot.ravel())[0, 0]
+    np.testing.assert_allclose(third_derivatives(row, x, x_dot)[0, 0], bend, atol=1e-6)
+
+
+EDGE, ONCE = apply(Op.ABS, variable(COORDINATE)), variable(COORDINATE)
+WRONG = {
+    "element 'x' reads 'pin.angel', which there is not": Element("x", reads=("pin.angel",)),
+    "element 'x' acts on 'rail.angle', which there is not": Element("x", forces=(push("rail.angle", 1.0),)),
+    "the function of row 'x.r' has edges": cam("x", "pin.angle", "rail.displacement", Program(EDGE)),
+    "the function of row 'x.r' is another one after a turn": cam("x", "pin.angle", "rail.displacement", Program(ONCE)),
+    "the function of row 'x.r' names more": cam("x", "pin.angle", "rail.displacement", Program(variable(TIME))),
+}
+
+
+@pytest.mark.parametrize("said", WRONG)
+def test_what_cannot_be_is_refused_with_words(said):
+    element = WRONG[said]
+    element = replace(element, rows=tuple(replace(row, name="r") for row in element.rows))
+    with pytest.raises(InputError, match=said):
+        with_elements(compile_system(scene_of()), [element])
+
+
+def test_periodic_splines_repeat_and_are_smooth():
+    rows = [(0.3, 1.0), (1.1, -0.5), (2.9, 0.7), (4.0, 0.2)]
+    f = Curve(Program((Instruction(Op.VARIABLE, COORDINATE), Instruction(Op.TABLE, 0.0, periodic(rows, 5.0)))))
+    x, y = np.array(rows).T
+    inside = x - 5.0 * np.round(x / 5.0)
+    np.testing.assert_allclose(f(inside)[0], y, atol=1e-15)
+    ends = np.array([-2.5, 2.5])
+    for each in f(ends):
+        np.testing.assert_allclose(each[0], each[1], atol=1e-12)
+    for knot in inside:
+        np.testing.assert_allclose(*np.array(f(np.array([knot - 1e-12, knot]))).T, atol=1e-9)
