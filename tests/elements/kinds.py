@@ -1,0 +1,38 @@
+"""Elements that tests use: a controller, a rack, a cam."""
+
+from __future__ import annotations
+
+from mbproj.elements.element import Element, Force, Row, State
+from mbproj.functions.program import CHANNELS, Op, Program, apply, number, variable
+
+
+def pi_controller(
+    name: str, coordinate: str, target: Program, gains: tuple[float, float, float], lag: float
+) -> Element:
+    """F = P e + I ∫e - D f with the error e = target(t) - s and the rate f' = (s' - f)/lag that a filter sees; `gains`
+    P, I and D, `lag` in s."""
+    s, rate, integral, filtered = (variable(CHANNELS + channel) for channel in range(4))
+    error = apply(Op.SUBTRACT, target.code, s)
+    proportional, whole, slowed = (number(gain) for gain in gains)
+    push = apply(Op.ADD, apply(Op.MULTIPLY, proportional, error), apply(Op.MULTIPLY, whole, integral))
+    push = apply(Op.SUBTRACT, push, apply(Op.MULTIPLY, slowed, filtered))
+    return Element(
+        name,
+        reads=(coordinate, f"{coordinate}_dot", f"{name}.integral", f"{name}.filtered"),
+        states=(
+            State("integral", Program(error)),
+            State("filtered", Program(apply(Op.DIVIDE, apply(Op.SUBTRACT, rate, filtered), number(lag)))),
+        ),
+        forces=(Force(coordinate, Program(push)),),
+    )
+
+
+def rack(name: str, angle: str, displacement: str, radius: float) -> Element:
+    """s - r φ = const of two joint coordinates; `radius` r in m, negative where they go opposite ways."""
+    return Element(name, rows=(Row("mesh", {displacement: 1.0, angle: -radius}),))
+
+
+def cam(name: str, angle: str, follower: str, lift: Program) -> Element:
+    """s - f(φ) = const of two joint coordinates, with the `lift` f of COORDINATE in m or rad. It repeats with each turn
+    and is twice differentiable, as tables that are `periodic`."""
+    return Element(name, rows=(Row("law", {angle: 0.0, follower: 1.0}, lift),))
