@@ -52,6 +52,16 @@ def eigen(reduced: Reduced) -> Eigen:
     return Eigen(found.values[order], back @ found.vectors[:, order])
 
 
+def shares_of_states(reduced: Reduced, found: Eigen, count: int) -> Array:
+    """The part that each of the last `count` coordinates, which are first-order states, takes in each mode, (k, count):
+    its part in uᴴ(2 λ M + D) v, with u the left vector (Pérez-Arriaga et al. 1982)."""
+    parts = np.zeros((len(found.values), len(reduced.M)))
+    for mode, (value, v) in enumerate(zip(found.values, found.vectors.T, strict=True)):
+        U = np.linalg.svd(value * (value * reduced.M + reduced.D) + reduced.K)[0]
+        parts[mode] = np.abs(U[:, -1].conj() * ((2.0 * value * reduced.M + reduced.D) @ v))
+    return np.asarray((parts / np.maximum(parts.sum(axis=1, keepdims=True), TINY))[:, parts.shape[1] - count :])
+
+
 def is_symmetric(reduced: Reduced) -> bool:
     """Whether there is neither damping nor gyroscopic force, and K is symmetric, but for round-off."""
     limit = THRESHOLDS.linear_round_off

@@ -11,7 +11,7 @@ import numpy as np
 
 from mbproj.arrays import Array
 from mbproj.dynamics.blocks import Blocks, Rows, added, stacked
-from mbproj.dynamics.derivatives.linear_equations import LinearEquations, Motion
+from mbproj.dynamics.derivatives.linear_equations import LinearEquations, Motion, StateEquations
 from mbproj.dynamics.derivatives.row_derivatives import RowMotion, tilde
 
 
@@ -19,7 +19,7 @@ def in_axes(equations: LinearEquations, motion: Motion, turning: Array) -> Linea
     """The equations of virtual displacements (δr, δπ) in global axes, which turn with Ω (3,) in rad/s."""
     P, P_dot, P_ddot = _axes(motion, turning)
     M, D, K = equations.M, equations.D, equations.K
-    bodies, rows = M.bodies, equations.rows
+    bodies, rows, states = M.bodies, equations.rows, equations.states
     return LinearEquations(
         _between(M, P, P),
         added(bodies, [_between(D, P, P), _between(M, P, P_dot).scaled(2.0)]),
@@ -28,6 +28,12 @@ def in_axes(equations: LinearEquations, motion: Motion, turning: Array) -> Linea
             _on(rows.G, P),
             _sum([_on(rows.G_dot, P), _on(rows.G, P_dot)]),
             _sum([_on(rows.G_ddot, P), _on(rows.G_dot, 2.0 * P_dot), _on(rows.G, P_ddot)]),
+        ),
+        StateEquations(
+            states.by_states,
+            _sum([_on(states.by_displacement, P), _on(states.by_rate, P_dot)]),
+            _on(states.by_rate, P),
+            _on(states.push, P),
         ),
     )
 

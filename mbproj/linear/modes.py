@@ -1,4 +1,5 @@
-"""Modes of a mechanism at a reference: eigenvalues with their shapes on the bodies, joint coordinates and energies."""
+"""Modes of a mechanism at a reference: eigenvalues with their shapes on the bodies, joint coordinates, states of
+elements, and energies."""
 
 from __future__ import annotations
 
@@ -12,7 +13,7 @@ from mbproj.dynamics.derivatives.bushing_derivatives import bushing_gradient
 from mbproj.dynamics.derivatives.law_derivatives import law_slopes
 from mbproj.dynamics.derivatives.row_derivatives import row_motion
 from mbproj.dynamics.equations.forces import law_state
-from mbproj.linear.eigenvalues import eigen
+from mbproj.linear.eigenvalues import eigen, shares_of_states
 from mbproj.linear.kinks import refuse_kinks
 from mbproj.linear.reduction import projected
 from mbproj.linear.reference import Reference
@@ -30,7 +31,8 @@ GRAVITY, PRELOAD = "gravity and preload", "preload"
 class Modes:
     """k modes, the slowest first: eigenvalues λ (k,) in 1/s, one of each conjugate pair, those of neutral directions 0;
     `shapes` (k, n, 6): the shift and small turn of each carrier in global axes, as large as the mechanism's length or
-    1 rad; `coordinates` (k, nc): what the joint coordinates do.
+    1 rad; `coordinates` (k, nc): what the joint coordinates do. `states` (k, K): what the states of elements do, as
+    large as their scale where no body moves; `state_share` (k, K): the part that each takes in the mode.
 
     `kinetic` (k, b) and `strain` (k, e): parts of the modes' energies, of what `kinetic_names` and `strain_names` say.
     `freedom` is the number of degrees of freedom, `turns` whether the tangent space turns along the motion."""
@@ -39,6 +41,8 @@ class Modes:
     eigenvalues: Numbers
     shapes: Numbers
     coordinates: Numbers
+    states: Numbers
+    state_share: Array
     kinetic_names: tuple[str, ...]
     kinetic: Array
     strain_names: tuple[str, ...]
@@ -57,9 +61,13 @@ class Modes:
         size = np.abs(self.eigenvalues)
         return 0.0 - self.eigenvalues.real / np.where(size > 0.0, size, 1.0)
 
+    def is_of_states(self, mode: int) -> bool:
+        """Whether states of elements take most part in a mode."""
+        return bool(self.state_share[mode].sum() > 0.5)
+
     def slowest(self, count: int) -> Modes:
         """The first so many."""
-        parts = ("eigenvalues", "shapes", "coordinates", "kinetic", "strain")
+        parts = ("eigenvalues", "shapes", "coordinates", "states", "state_share", "kinetic", "strain")
         return replace(self, **{name: getattr(self, name)[:count] for name in parts})
 
 
@@ -67,14 +75,19 @@ def modes(reference: Reference, count: int | None = None) -> Modes:
     """All modes, or the `count` slowest. Raises InputError where a force has a kink there, or nothing holds a motion
     without mass."""
     refuse_kinks(reference)
+    scale = reference.system.state_scale
     if reference.system.bodies > THRESHOLDS.dense_modes:
         few = sparse_eigen(reference, count or FEW)
-        return described(reference, few.values, few.vectors, few.freedom, turns=False)
+        none = np.zeros((len(few.values), 0))
+        return described(reference, few.values, few.vectors, none.T, none, few.freedom, turns=False)
     here = projected(reference)
-    found = eigen(here.reduced)
+    reduced, freedom = here.with_states(scale), here.space.freedom
+    found = eigen(reduced)
+    ξ, x = here.space.N @ found.vectors[:freedom], scale[:, None] * found.vectors[freedom:]
+    share = shares_of_states(reduced, found, len(scale)) if len(scale) else np.zeros((len(found.values), 0))
     size = float(np.abs(here.space.N).max(initial=0.0))
     turns = bool(np.abs(here.N_dot).max(initial=0.0) > THRESHOLDS.linear_round_off * size)
-    every = described(reference, found.values, here.space.N @ found.vectors, here.space.freedom, turns=turns)
+    every = described(reference, found.values, ξ, x, share, freedom, turns=turns)
     return every if count is None else every.slowest(count)
 
 
@@ -82,15 +95,20 @@ def modes(reference: Reference, count: int | None = None) -> Modes:
 FEW = 10
 
 
-def described(reference: Reference, values: Numbers, ξ: Numbers, freedom: int, *, turns: bool) -> Modes:
-    """Modes from eigenvalues (k,) and virtual displacements (6n, k) in global axes, of any size."""
+def described(
+    reference: Reference, values: Numbers, ξ: Numbers, x: Numbers, share: Array, freedom: int, *, turns: bool
+) -> Modes:
+    """Modes from eigenvalues (k,), virtual displacements (6n, k) in global axes and states of elements (K, k), of any
+    size, and the part (k, K) that these take."""
     system, motion = reference.system, reference.motion
     shapes = ξ.T.reshape(len(values), system.bodies, 6)
     size = np.abs(shapes / ([system.length] * 3 + [1.0] * 3))
     largest = size.reshape(len(values), 6 * system.bodies).argmax(axis=1)
     scale = np.take_along_axis(shapes.reshape(len(values), 6 * system.bodies), largest[:, None], axis=1)[:, 0]
     length = np.where(largest % 6 < 3, system.length, 1.0)
-    shapes = shapes * (length / np.where(scale == 0.0, 1.0, scale))[:, None, None]
+    factor = length / np.where(scale == 0.0, 1.0, scale)
+    alone = _alone(np.abs(scale) / length, x, system.state_scale)
+    shapes = shapes * np.where(alone == 0.0, factor, 0.0)[:, None, None]
     in_body = shapes.copy()
     in_body[..., 3:] = np.einsum("bji,kbj->kbi", motion.pose.rotation[:-1], shapes[..., 3:])
     kinetic_names, kinetic = _kinetic(system, reference, in_body)
@@ -100,6 +118,8 @@ def described(reference: Reference, values: Numbers, ξ: Numbers, freedom: int, 
         values,
         shapes,
         _changes(system.coordinates, reference, in_body),
+        x.T * np.where(alone == 0.0, factor, alone)[:, None],
+        share,
         kinetic_names,
         _shares(kinetic),
         strain_names,
@@ -107,6 +127,17 @@ def described(reference: Reference, values: Numbers, ξ: Numbers, freedom: int, 
         freedom,
         turns,
     )
+
+
+def _alone(moved: Array, x: Numbers, unit: Array) -> Numbers:
+    """What makes states (K, k) as large as their `unit` in modes in which bodies move by no more than round-off beside
+    them, (k,); 0 in the others."""
+    if not len(unit):
+        return np.zeros(len(moved))
+    relative = x / unit[:, None]
+    largest = np.take_along_axis(relative, np.abs(relative).argmax(axis=0)[None], axis=0)[0]
+    still = (moved <= THRESHOLDS.linear_round_off * np.abs(largest)) & (largest != 0.0)
+    return np.where(still, 1.0 / np.where(still, largest, 1.0), 0.0)
 
 
 def _changes(bound: PrimitiveSet, reference: Reference, in_body: Numbers) -> Numbers:

@@ -1,6 +1,8 @@
 """Linear equations on the tangent space: with ξ = N η, N a null space matrix that changes along the motion,
 
 NᵀMN η'' + Nᵀ(D N + 2 M N') η' + Nᵀ(K N + D N' + M N'') η = 0.
+
+First-order states x are coordinates without mass that resist their rates: M x'' has nothing, D x' is x', K holds -f_x.
 """
 
 from __future__ import annotations
@@ -29,6 +31,30 @@ class Projected:
     space: TangentSpace
     N_dot: Array
     reduced: Reduced
+
+    def with_states(self, scale: Array) -> Reduced:
+        """With the states of elements after η, each in its `scale` (K,)."""
+        count, own, N = len(scale), self.reduced, self.space.N
+        if not count:
+            return own
+        states = self.equations.states
+        P, Q, push = (part.dense() for part in (states.by_displacement, states.by_rate, states.push))
+        mass = float(np.abs(own.M).max(initial=0.0)) or 1.0
+        unit = mass / scale[:, None]
+        none, pushed = np.zeros((own.M.shape[0], count)), -(push @ N).T * scale
+        M = np.block([[own.M, none], [none.T, np.zeros((count, count))]])
+        D, D_size = (
+            np.block([[part, none], [sign(-unit * (Q @ N)), mass * np.eye(count)]])
+            for part, sign in ((own.D, np.positive), (own.D_size, np.abs))
+        )
+        K, K_size = (
+            np.block(
+                [[part, sign(pushed)], [sign(-unit * (P @ N + Q @ self.N_dot)), sign(-unit * states.by_states * scale)]]
+            )
+            for part, sign in ((own.K, np.positive), (own.K_size, np.abs))
+        )
+        weighs = np.block([[own.weighs, np.zeros((len(own.weighs), count))], [none.T, np.eye(count)]])
+        return Reduced(M, D, K, D_size, K_size, weighs)
 
 
 def projected(reference: Reference) -> Projected:

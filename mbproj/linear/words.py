@@ -7,6 +7,8 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 
 from mbproj.arrays import Array
+from mbproj.dynamics.derivatives.law_derivatives import state_slopes
+from mbproj.dynamics.equations.equations_of_motion import state_rates
 from mbproj.linear.modes import Modes
 from mbproj.linear.reference import Reference
 from mbproj.thresholds import THRESHOLDS
@@ -18,21 +20,33 @@ COORDINATES = "shifts and turns of the bodies on the tangent space, which turns 
 
 
 def name_of(modes: Modes, mode: int) -> str:
-    """What moves most in a mode, by kinetic energy, and what gives way most: "wheel 91 %, spring tyre 83 %"."""
-    moving = _largest(modes.kinetic_names, modes.kinetic[mode])
+    """What moves most in a mode, by kinetic energy, and what gives way most: "wheel 91 %, spring tyre 83 %"; or the
+    states of elements that take most part in it."""
+    names, of_states = [f"state {name}" for name in modes.reference.system.names.states], modes.is_of_states(mode)
+    moving = (
+        _largest(names, modes.state_share[mode]) if of_states else _largest(modes.kinetic_names, modes.kinetic[mode])
+    )
     if modes.eigenvalues[mode] == 0.0:
         return f"neutral: {moving}"
-    return f"{moving}; {_largest(modes.strain_names, modes.strain[mode])}" if modes.strain[mode].any() else moving
+    gives_way = modes.strain[mode].any() and not of_states
+    return f"{moving}; {_largest(modes.strain_names, modes.strain[mode])}" if gives_way else moving
+
+
+def states_in(modes: Modes, mode: int) -> str:
+    """The states of elements that take most part in a mode: "state 'current'"."""
+    names, share = modes.reference.system.names.states, modes.state_share[mode]
+    return " and ".join(f"state '{names[index]}'" for index in _leading(share))
 
 
 def _largest(names: Sequence[str], shares: Array) -> str:
-    order = np.argsort(-shares, kind="stable")
-    told = [
-        index
-        for index in order[:2]
-        if shares[index] >= THRESHOLDS.told_in_name * shares[order[0]] and shares[index] > 0.0
-    ]
-    return ", ".join(f"{names[index]} {100.0 * shares[index]:.0f} %" for index in told)
+    return ", ".join(f"{names[index]} {100.0 * shares[index]:.0f} %" for index in _leading(shares))
+
+
+def _leading(shares: Array) -> list[int]:
+    """The largest share, and the next where it is hardly smaller."""
+    order = np.argsort(-shares, kind="stable").tolist()
+    least = THRESHOLDS.told_in_name * shares[order[0]]
+    return [index for index in order[:2] if shares[index] >= least and shares[index] > 0.0]
 
 
 def notes_on(modes: Modes) -> list[str]:
@@ -48,6 +62,8 @@ def _notes(modes: Modes) -> Iterator[str]:
             f"forces do not balance here: up to {off.force:.3g} N and {off.torque:.3g} N m are left "
             f"({off.relative:.2g} of the largest); frequencies then depend on the coordinates: {COORDINATES}"
         )
+    if unsteady := unsteady_states(reference):
+        yield unsteady
     if reference.held:
         yield f"dry friction holds its coordinates as they are: {_listed(reference.held)}"
     if modes.turns:
@@ -58,6 +74,19 @@ def _listed(names: Sequence[str]) -> str:
     """The first names, and how many more there are."""
     more = f" and {len(names) - MOST_HELD} more" if len(names) > MOST_HELD else ""
     return ", ".join(f"'{name}'" for name in names[:MOST_HELD]) + more
+
+
+def unsteady_states(reference: Reference) -> str:
+    """That states of elements change at a reference, by what; nothing where they do not."""
+    system, motion = reference.system, reference.motion
+    if system.states is None:
+        return ""
+    rates = state_rates(system, motion.t, motion.x)
+    size = np.abs(state_slopes(system.states, motion.t, motion.x)) @ (np.abs(motion.x) + system.state_scale)
+    changing = np.flatnonzero(np.abs(rates) > THRESHOLDS.balanced * size)
+    named = zip(system.names.states, rates.tolist(), system.names.state_units, strict=True)
+    told = [f"'{name}' by {rate:.3g} {unit}/s" for name, rate, unit in named]
+    return f"states change here: {', '.join(told[k] for k in changing[:MOST_HELD])}" if len(changing) else ""
 
 
 def is_balanced(reference: Reference) -> bool:

@@ -141,6 +141,11 @@ class System:
         return "" if self.channels.is_state.all() else "the rate of a state"
 
     @property
+    def state_scale(self) -> Array:
+        """What the states of elements are measured against, (K,)."""
+        return np.zeros(0) if self.states is None else self.states.scale
+
+    @property
     def bodies(self) -> int:
         """n, the number of bodies that move: carriers, without the ground."""
         return len(self.mass)

@@ -65,7 +65,7 @@ def command(
     as_json: bool,
     quiet: bool,
 ) -> None:
-    """Finds where SCENE rests: no velocity, and all forces balance.
+    """Finds where SCENE rests: no velocity, all forces balance, and no state of an element changes.
 
     Goes downhill from the start, and says whether the equilibrium is stable, which directions are neutral, and what the
     joints carry. Motions are held where they are at --at. The results file has one sample.
@@ -133,6 +133,7 @@ def numbers(found: Equilibrium, more: list[Equilibrium], scene: str, output: str
         "unstable_along": found.unstable or None if found.stable is False else None,
         "neutral": list(found.neutral),
         "coordinates": _coordinates(found),
+        "states": _states(found),
         "reactions": {
             name: {"force": force[joint].tolist(), "torque": torque[joint].tolist()}
             for joint, name in enumerate(system.names.joints)
@@ -148,6 +149,10 @@ def _coordinates(found: Equilibrium) -> dict[str, float]:
     return dict(zip(names, found.reference.motion.expected.tolist(), strict=True))
 
 
+def _states(found: Equilibrium) -> dict[str, float]:
+    return dict(zip(found.reference.system.names.states, found.reference.motion.x.tolist(), strict=True))
+
+
 def report(found: Equilibrium, more: list[Equilibrium], title: str) -> str:
     """The report."""
     from mbproj.cli.report.table import table
@@ -158,6 +163,8 @@ def report(found: Equilibrium, more: list[Equilibrium], title: str) -> str:
     where = "turns steadily" if found.reference.where == "steady" else "rests"
     units = dict(zip(system.names.coordinates, system.names.coordinate_units, strict=True))
     coordinates = {name: f"{_number(value)} {units[name]}" for name, value in _coordinates(found).items()}
+    of_states = dict(zip(system.names.states, system.names.state_units, strict=True))
+    states = {name: f"{_number(value)} {of_states[name]}" for name, value in _states(found).items()}
     force = observed(found)["joints/reaction_force"][0]
     reactions = {
         name: f"[{', '.join(_number(part) for part in force[joint])}] N"
@@ -170,6 +177,7 @@ def report(found: Equilibrium, more: list[Equilibrium], title: str) -> str:
         *([f"  neutral, kept as they were: the motions {'; '.join(found.neutral)}"] if found.neutral else []),
         *([f"  held at its speed by {found.drive[0]:.6g} N m"] if len(found.drive) else []),
         *(["  joint coordinates", *table(coordinates, "    ")] if coordinates else []),
+        *(["  states", *table(states, "    ")] if states else []),
         *(["  reactions on body 2", *table(reactions, "    ")] if reactions else []),
     ]
     lines += frictions(found.frictions)

@@ -48,7 +48,7 @@ EXAMPLES = (
     type=Names(),
     required=True,
     metavar="A,B,..",
-    help="Joint coordinates A.angle and A.angle_speed, markers tip.x and tip.velocity_x, reactions A.force_x.",
+    help="Joint coordinates A.angle and A.angle_speed, markers tip.x and tip.velocity_x, reactions A.force_x, states.",
 )
 @at_options
 @option(
@@ -78,8 +78,9 @@ def command(
 ) -> None:
     """Writes the linear model of SCENE: x' = A x + B u, y = C x + D u.
 
-    States are displacements and speeds on what the joints allow. Of a motion that is an input the input is its second
-    derivative, and its value and rate are states; other motions are held. `mbproj plot linear.h5` draws Bode plots.
+    States are displacements and speeds on what the joints allow, and those of elements. Of a motion that is an input
+    the input is its second derivative, and its value and rate are states; other motions are held. `mbproj plot
+    linear.h5` draws Bode plots.
     """
     from mbproj.linear.state_space.model import linear_model
     from mbproj.model import compile_system
@@ -132,7 +133,7 @@ def numbers(found: LinearModel, scene: str, output: str) -> dict[str, Any]:
 
 def report(found: LinearModel, title: str) -> str:
     """What the model is, and what one has to know of it."""
-    from mbproj.linear.words import is_balanced
+    from mbproj.linear.words import is_balanced, unsteady_states
 
     def listed(names: tuple[str, ...], units: tuple[str, ...]) -> str:
         return ", ".join(f"{name} ({unit})" for name, unit in zip(names, units, strict=True))
@@ -141,11 +142,13 @@ def report(found: LinearModel, title: str) -> str:
     at = where if where.isalpha() else f"t = {found.reference.motion.t:.6g} s"
     off = found.reference.imbalance
     note = f"note: forces do not balance here: up to {off.force:.3g} N and {off.torque:.3g} N m are left"
+    unsteady = unsteady_states(found.reference)
     return "\n".join(
         [
             f"{title}: linear model with {len(found.states)} states, at {at}",
             f"  inputs   {listed(found.inputs, found.input_units)}",
             f"  outputs  {listed(found.outputs, found.output_units)}",
             *([] if is_balanced(found.reference) else [note]),
+            *([f"note: {unsteady}"] if unsteady else []),
         ]
     )

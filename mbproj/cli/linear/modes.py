@@ -149,6 +149,10 @@ def numbers(found: Modes, scene: str, output: str, trace: Trace | None) -> dict[
                     name: [value.real, value.imag]
                     for name, value in zip(names.coordinates, found.coordinates[mode].tolist(), strict=True)
                 },
+                "states": {
+                    name: [value.real, value.imag]
+                    for name, value in zip(names.states, found.states[mode].tolist(), strict=True)
+                },
             }
             for mode in every
         ],
@@ -204,12 +208,14 @@ def _cells(found: Modes, mode: int) -> list[str]:
 
 
 def _coordinates(found: Modes, mode: int) -> str:
-    """The joint coordinates that move most, relative to the largest, with the phase where there is one."""
+    """The joint coordinates or states that move most, relative to the largest, with the phase where there is one."""
     import numpy as np
 
     names, units = found.reference.system.names.coordinates, found.reference.system.names.coordinate_units
     length = found.reference.system.length
     parts = found.coordinates[mode] / np.array([1.0 if unit == "rad" else length for unit in units])
+    if found.is_of_states(mode):
+        names, parts = found.reference.system.names.states, found.states[mode] / found.reference.system.state_scale
     order = np.argsort(-np.abs(parts), kind="stable")[:SHOWN_COORDINATES]
     if not len(order) or not abs(parts[order[0]]) > 0.0:
         return ""

@@ -4,7 +4,8 @@
 
 The residual M u' + ω × Jω + Gᵀλ - f is varied with δω = ξθ' + ω × ξθ and δω' = ξθ'' + ω × ξθ' + ω' × ξθ in body axes,
 and with δs = gξ, δs' = gξ' + g'ξ and δs'' = gξ'' + 2 g'ξ' + g''ξ of any coordinate s. K holds the geometric stiffness
-∂(Gᵀλ)/∂ξ, without which a pendulum has no frequency.
+∂(Gᵀλ)/∂ξ, without which a pendulum has no frequency. Elements have first-order states, δx' = f_x δx + f_ξ ξ + f_ξ' ξ',
+which exert forces F_xᵀ δx on the bodies.
 """
 
 from __future__ import annotations
@@ -17,7 +18,7 @@ from mbproj.arrays import Array
 from mbproj.dataclass import dataclass
 from mbproj.dynamics.blocks import Blocks, Rows, added, on_diagonal, products, stacked
 from mbproj.dynamics.derivatives.bushing_derivatives import bushing_derivatives
-from mbproj.dynamics.derivatives.law_derivatives import given_derivative, law_slopes
+from mbproj.dynamics.derivatives.law_derivatives import given_derivative, law_slopes, state_slopes
 from mbproj.dynamics.derivatives.row_derivatives import Carried, RowMotion, force_derivative, row_motion, tilde
 from mbproj.dynamics.derivatives.tangent import accelerations, velocities
 from mbproj.dynamics.equations.constraint_equations import set_bias, set_velocity
@@ -25,6 +26,11 @@ from mbproj.dynamics.equations.forces import applied, law_state
 from mbproj.dynamics.equations.instant import Instant, no_states
 from mbproj.dynamics.equations.kinematics import Pose, Twist, body_rates, pose_of, twist_of
 from mbproj.model.system import System
+
+
+def no_states() -> Array:
+    """Those of a system without elements that have some."""
+    return np.zeros(0)
 
 
 @dataclass(frozen=True, eq=False)
@@ -64,13 +70,26 @@ class Motion:
 
 
 @dataclass(frozen=True, eq=False)
+class StateEquations:
+    """δx' = f_x δx + f_ξ ξ + f_ξ' ξ' of the K states of elements, (K, K) and (K, 6n): `by_states`, `by_displacement`
+    and `by_rate`; and F_x (K, 6n), the `push` of each on the bodies."""
+
+    by_states: Array
+    by_displacement: Rows
+    by_rate: Rows
+    push: Rows
+
+
+@dataclass(frozen=True, eq=False)
 class LinearEquations:
-    """M, D and K (6n, 6n), and the rows of the joints and motions along the motion: G, G' and G'', (m, 6n)."""
+    """M, D and K (6n, 6n), the rows of the joints and motions along the motion: G, G' and G'', (m, 6n); and those of
+    the states of elements."""
 
     M: Blocks
     D: Blocks
     K: Blocks
     rows: RowMotion
+    states: StateEquations
 
 
 def linear_equations(system: System, motion: Motion, multipliers: Array) -> LinearEquations:
@@ -85,7 +104,16 @@ def linear_equations(system: System, motion: Motion, multipliers: Array) -> Line
         pairs = zip(vars(rows).values(), vars(driven).values(), strict=True)
         rows = RowMotion(*(stacked(n, pair) for pair in pairs))
     M, D, K = (added(n, [part[order] for part in parts]) for order in range(3))
-    return LinearEquations(M, D, added(n, [K, *constraint]), rows)
+    return LinearEquations(M, D, added(n, [K, *constraint]), rows, state_equations(system, motion))
+
+
+def state_equations(system: System, motion: Motion) -> StateEquations:
+    """Those of the states of elements; what has no slope counts as constant."""
+    count, empty = len(motion.x), np.zeros(0, dtype=np.intp)
+    none = Rows.of(count, system.bodies, empty, empty, np.zeros((0, 6)))
+    if system.states is None:
+        return StateEquations(np.zeros((0, 0)), none, none, none)
+    return StateEquations(state_slopes(system.states, motion.t, motion.x), none, none, none)
 
 
 def constraint_rows(system: System, motion: Motion) -> Rows:

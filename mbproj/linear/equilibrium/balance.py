@@ -13,7 +13,13 @@ from mbproj.arrays import Array, Numbers, cross
 from mbproj.dataclass import dataclass
 from mbproj.dynamics.assembly.assemble import coordinate_values, nearest
 from mbproj.dynamics.blocks import added
-from mbproj.dynamics.derivatives.linear_equations import Motion, constraint_rows, linear_equations, tangent_force
+from mbproj.dynamics.derivatives.linear_equations import (
+    LinearEquations,
+    Motion,
+    constraint_rows,
+    linear_equations,
+    tangent_force,
+)
 from mbproj.dynamics.derivatives.row_derivatives import force_derivative, row_motion
 from mbproj.dynamics.derivatives.tangent import moved
 from mbproj.dynamics.derivatives.tangent_space import TangentSpace, tangent_space
@@ -36,13 +42,13 @@ class Turning:
     rate: Array
     point: Array
 
-    def motion(self, t: float, q: Array, expected: Array) -> Motion:
-        """The bodies' velocities and accelerations in it."""
+    def motion(self, t: float, q: Array, expected: Array, x: Array) -> Motion:
+        """The bodies' velocities and accelerations in it, with the states x of elements."""
         pose = pose_of(q)
         velocity = cross(self.rate, pose.position[:-1] - self.point)
         spin = (np.swapaxes(pose.rotation[:-1], -1, -2) @ self.rate[:, None])[..., 0]
         change = np.concatenate([cross(self.rate, velocity), np.zeros_like(velocity)], axis=1)
-        return Motion(t, q, np.concatenate([velocity, spin], axis=1).ravel(), change.ravel(), expected)
+        return Motion(t, q, np.concatenate([velocity, spin], axis=1).ravel(), change.ravel(), expected, x)
 
 
 REST = Turning(AT_REST, AT_REST)
@@ -51,23 +57,32 @@ REST = Turning(AT_REST, AT_REST)
 @dataclass(frozen=True, eq=False)
 class Problem:
     """What is to be balanced: a system at time `t` with its motions held where `drive` says, joint coordinates that are
-    `held` as rows of their own, and how it turns. `reach` (m): how far the mechanism goes. Shifts are measured beside
-    it: beside the links of a long chain they would be so large that each step had to be a small one."""
+    `held` as rows of their own, the states of elements at `x` (K,), and how it turns. `reach` (m): how far the
+    mechanism goes. Shifts are measured beside it: beside the links of a long chain they would be so large that each
+    step had to be a small one."""
 
     system: System
     t: float
     drive: Drive | None
     held: Conditions
+    x: Array
     reach: float
     turning: Turning = REST
 
     @classmethod
     def of(
-        cls, system: System, t: float, q: Array, drive: Drive | None, held: Conditions, turning: Turning = REST
+        cls,
+        system: System,
+        t: float,
+        q: Array,
+        drive: Drive | None,
+        held: Conditions,
+        x: Array,
+        turning: Turning = REST,
     ) -> Problem:
         """As far as the mechanism reaches at a pose."""
         reach = max(system.length, float(np.ptp(pose_of(q).position[:-1], axis=0).max()))
-        return cls(system, t, drive, held, reach, turning)
+        return cls(system, t, drive, held, x, reach, turning)
 
     @property
     def lengths(self) -> Array:
@@ -78,7 +93,7 @@ class Problem:
         """The forces at a closed pose; `expected` (nc,): the joints' coordinates near there, turns counted."""
         system, pose = self.system, pose_of(q)
         counted = np.asarray(near(system, coordinate_values(system, pose), expected), dtype=float)
-        motion = self.turning.motion(self.t, q, counted)
+        motion = self.turning.motion(self.t, q, counted, self.x)
         force = tangent_force(system, motion)
         held = row_motion(system.coordinates, motion.carried()).G.dense()[self.held.index]
         scale = np.where(system.coordinates.is_length, system.length, 1.0)[self.held.index]
@@ -92,7 +107,19 @@ class Problem:
         return found if np.abs(left).max(initial=0.0) <= THRESHOLDS.assembled else None
 
 
-class AnyBalance(Protocol):
+class Left(Protocol):
+    """What is asked of what is left of forces."""
+
+    @property
+    def relative(self) -> float:
+        """What is left beside what acts."""
+
+    @property
+    def is_held(self) -> bool:
+        """Whether nothing can move."""
+
+
+class AnyBalance(Left, Protocol):
     """What is asked of forces at a pose, of small and of large mechanisms."""
 
     @property
@@ -122,14 +149,6 @@ class AnyBalance(Protocol):
     @property
     def largest(self) -> float:
         """The largest torque, or force times the length, that acts."""
-
-    @property
-    def relative(self) -> float:
-        """What is left beside that."""
-
-    @property
-    def is_held(self) -> bool:
-        """Whether nothing can move."""
 
 
 def largest_acting(at: AnyBalance) -> float:
@@ -181,7 +200,13 @@ class Balance:
 
     def stiffness(self) -> tuple[Array, Array]:
         """K on the tangent space, (f, f), and what its terms sum up to without their signs."""
-        problem, N = self.problem, self.space.N
+        equations, in_global = self.linear()
+        size, K = np.abs(in_global), equations.K.dense()
+        return in_global.T @ K @ in_global, size.T @ np.abs(K) @ size
+
+    def linear(self) -> tuple[LinearEquations, Array]:
+        """The linear equations in the axes of the turn, and the tangent space in them, (6n, f)."""
+        problem = self.problem
         rows = problem.system.constraints - problem.system.bodies
         system, motion = problem.system, self.motion
         equations = linear_equations(system, motion, self.multipliers[:rows])
@@ -190,16 +215,12 @@ class Balance:
         bent = force_derivative(system.coordinates, motion.carried(), held)
         equations = replace(equations, K=added(system.bodies, [equations.K, bent]))
         turn = motion.pose.rotation[:-1]
-        K = in_axes(equations, motion, problem.turning.rate).K
-        in_global = _in_global(N, turn)
-        size = np.abs(in_global)
-        sizes = np.abs(K.dense())
-        return in_global.T @ K.dense() @ in_global, size.T @ sizes @ size
+        return in_axes(equations, motion, problem.turning.rate), _in_global(self.space.N, turn)
 
-    def after(self, step: Array) -> Balance | None:
-        """The forces after a step (f,) along the tangent space and back to the constraints; None where they open, or a
-        force has no value."""
-        problem = self.problem
+    def after(self, step: Array, x: Array | None = None) -> Balance | None:
+        """The forces after a step (f,) along the tangent space and back to the constraints, and with other states of
+        elements; None where they open, or a function has no value."""
+        problem = self.problem if x is None else replace(self.problem, x=x)
         closed = problem.closed(moved(self.motion.q, self.space.N @ step))
         if closed is None:
             return None

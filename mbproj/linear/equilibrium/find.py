@@ -28,6 +28,7 @@ from mbproj.linear.equilibrium.words import direction_words
 from mbproj.linear.held import Held, held_at, refuse_loads
 from mbproj.linear.modes import modes
 from mbproj.linear.reference import Imbalance, Reference, imbalance
+from mbproj.linear.words import states_in
 from mbproj.model.system import Conditions, System
 from mbproj.thresholds import THRESHOLDS
 
@@ -59,7 +60,8 @@ class Equilibrium:
         motion, system = self.reference.motion, self.reference.system
         pose = motion.pose
         turns = turns_of(system, motion.expected, coordinate_values(system, pose))
-        return State.of(system, motion.t, positions=motion.q, velocities=velocities(pose, motion.u), turns=turns)
+        v = velocities(pose, motion.u)
+        return State.of(system, motion.t, positions=motion.q, velocities=v, turns=turns, states=motion.x)
 
 
 def equilibrium(
@@ -72,7 +74,7 @@ def equilibrium(
     _refuse(system, t, steadily=turning is not None)
     here = held_at(system, start, resting=True)
     q, expected = _led_to(here.system, start, t)
-    problem = Problem.of(here.system, t, q, drive_at(system, t), held, turning or REST)
+    problem = Problem.of(here.system, t, q, drive_at(system, t), held, start.x, turning or REST)
     return _possible(system, _with_masses(system, problem, _solved(problem, q, expected), here))
 
 
@@ -112,9 +114,13 @@ def is_large(system: System) -> bool:
     return system.bodies > THRESHOLDS.dense_modes
 
 
-def _solved(problem: Problem, q: Array, expected: Array) -> Solved:
+def _solved(problem: Problem, q: Array, expected: Array, *, dense: bool = False) -> Solved:
+    if problem.system.states is not None:
+        from mbproj.linear.equilibrium.states import solve_with_states
+
+        return solve_with_states(problem, q, expected)
     turns = bool(problem.held.index.size or np.any(problem.turning.rate))
-    if turns or problem.system.bodies <= THRESHOLDS.dense_equilibria:
+    if dense or turns or problem.system.bodies <= THRESHOLDS.dense_equilibria:
         return solve(problem, q, expected)
     from mbproj.linear.equilibrium.large import solve_large
 
@@ -132,7 +138,8 @@ def others(
         said = f"other equilibria are sought for up to {THRESHOLDS.dense_modes} bodies"
         raise InputError(Wrong(f"{said}, and this mechanism has {system.bodies}", hint="begin at other poses yourself"))
     motion, here = found.reference.motion, Held(found.reference.system, found.whole, found.reference.held)
-    problem = Problem.of(here.system, motion.t, motion.q, drive_at(system, motion.t), held, turning or REST)
+    drive = drive_at(system, motion.t)
+    problem = Problem.of(here.system, motion.t, motion.q, drive, held, motion.x, turning or REST)
     seen, rng = [motion.q], np.random.default_rng(SEED)
     first = problem.at(motion.q, motion.expected)
     for _ in range(count):
@@ -142,9 +149,8 @@ def others(
             after = there.after(0.1 * way[: there.space.freedom])
             there = there if after is None else after
         try:
-            other = _possible(
-                system, _with_masses(system, problem, solve(problem, there.motion.q, there.motion.expected), here)
-            )
+            apart = _solved(problem, there.motion.q, there.motion.expected, dense=True)
+            other = _possible(system, _with_masses(system, problem, apart, here))
         except (NoEquilibrium, InputError):
             continue
         if all(_apart(system, pose, other.reference.motion.q) for pose in seen):
@@ -198,7 +204,7 @@ def _led_to(system: System, start: State, t: float) -> tuple[Array, Array]:
     for step in range(1, count + 1):
         value = first.value + (last.value - first.value) * step / count
         drive = Drive(value, np.zeros_like(value), np.zeros_like(value))
-        closed = Problem.of(system, t, q, drive, NO_CONDITIONS).closed(q)
+        closed = Problem.of(system, t, q, drive, NO_CONDITIONS, start.x).closed(q)
         if closed is None:
             said = f"the mechanism cannot reach where its motions are at t = {t:.6g} s"
             raise InputError(Wrong(said, hint="give an earlier time with --at"))
@@ -238,7 +244,12 @@ def _stability(reference: Reference) -> tuple[bool | None, str, tuple[str, ...]]
     rotation = reference.motion.pose.rotation[:-1]
     in_body = found.shapes.copy()
     in_body[..., 3:] = np.einsum("bji,kbj->kbi", rotation, found.shapes[..., 3:])
-    words = [direction_words(reference.system, reference.motion, shape.real.ravel()) for shape in in_body]
+    words = [
+        f"of {states_in(found, mode)}"
+        if found.is_of_states(mode)
+        else direction_words(reference.system, reference.motion, shape.real.ravel())
+        for mode, shape in enumerate(in_body)
+    ]
     growth = found.eigenvalues.real
     fastest = float(np.abs(found.eigenvalues).max(initial=0.0))
     grows = growth > THRESHOLDS.grown_modes * fastest

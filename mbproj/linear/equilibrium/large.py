@@ -55,7 +55,7 @@ class LargeBalance:
         """At a closed pose."""
         system = problem.system
         counted = np.asarray(near(system, coordinate_values(system, pose_of(q)), expected), dtype=float)
-        motion = problem.turning.motion(problem.t, q, counted)
+        motion = problem.turning.motion(problem.t, q, counted, problem.x)
         force = tangent_force(system, motion)
         metric = Proximal(system, _metric(problem), constraint_rows(system, motion))
         unbalanced, multipliers = metric.solve(force)
@@ -109,7 +109,7 @@ class LargeBalance:
             if not size <= 1.0:
                 return None
             if step % 3 == 2:
-                rows = constraint_rows(system, problem.turning.motion(problem.t, q, self.motion.expected))
+                rows = constraint_rows(system, problem.turning.motion(problem.t, q, self.motion.expected, problem.x))
                 metric = Proximal(system, _metric(problem), rows)
             before = size
             q = moved(q, metric.solve(np.zeros(len(self.force)), -open_by)[0])

@@ -7,12 +7,15 @@ Where that does not come to an end, forces without an energy being at work, the 
 
 from __future__ import annotations
 
+from typing import Protocol, TypeVar
+
 import numpy as np
 
 from mbproj.arrays import Array
 from mbproj.dataclass import dataclass
+from mbproj.dynamics.derivatives.tangent_space import TangentSpace
 from mbproj.errors import ExitCode, MbprojError
-from mbproj.linear.equilibrium.balance import AnyBalance, Balance, Problem, way
+from mbproj.linear.equilibrium.balance import AnyBalance, Balance, Left, Problem, way
 from mbproj.linear.equilibrium.words import direction_words
 from mbproj.thresholds import THRESHOLDS
 
@@ -35,6 +38,27 @@ class Solved:
     balance: AnyBalance
     steps: int
     is_lowest: bool = True
+
+
+class Steps(Left, Protocol):
+    """What is asked of equations whose residual is to be made smaller, by steps that begin with those of bodies."""
+
+    @property
+    def space(self) -> TangentSpace:
+        """Of the bodies."""
+
+    @property
+    def residual(self) -> Array:
+        """What is left."""
+
+    def stiffness(self) -> tuple[Array, Array]:
+        """How it falls with a step, and what that sums up to without signs."""
+
+    def after(self: AnySteps, step: Array) -> AnySteps | None:
+        """The equations after a step."""
+
+
+AnySteps = TypeVar("AnySteps", bound=Steps)
 
 
 def solve(problem: Problem, q: Array, expected: Array) -> Solved:
@@ -60,7 +84,7 @@ def solve(problem: Problem, q: Array, expected: Array) -> Solved:
             radius = min(2.0 * radius, THRESHOLDS.largest_radius)
         here = there
     if not is_nearly_balanced(here):
-        here, more = _by_residual(here)
+        here, more = by_residual(here)
         steps += more
     if not is_nearly_balanced(here):
         raise falls_for_ever(here)
@@ -74,12 +98,12 @@ def downhill_of(here: Balance, K: Array, sizes: Array, radius: float) -> tuple[A
     return downhill(here.residual, K, sizes, radius, THRESHOLDS.balanced * here.largest)
 
 
-def is_balanced(balance: AnyBalance) -> bool:
+def is_balanced(balance: Left) -> bool:
     """Down to round-off."""
     return balance.is_held or balance.relative <= THRESHOLDS.force_grain
 
 
-def is_nearly_balanced(balance: AnyBalance) -> bool:
+def is_nearly_balanced(balance: Left) -> bool:
     return balance.is_held or balance.relative <= THRESHOLDS.balanced
 
 
@@ -106,8 +130,8 @@ def falls(here: AnyBalance, there: AnyBalance, size: float) -> bool:
     return abs(after - before) <= THRESHOLDS.same_force * before and size > 0.8 * THRESHOLDS.largest_radius
 
 
-def _by_residual(here: Balance) -> tuple[Balance, int]:
-    """Levenberg's damped steps that make |r| smaller."""
+def by_residual(here: AnySteps) -> tuple[AnySteps, int]:
+    """Levenberg's damped steps that make |r| smaller, and how many there were."""
     from mbproj.linear.equilibrium.trust_region import towards_balance
 
     damping, steps = 0.0, 0
@@ -116,7 +140,7 @@ def _by_residual(here: Balance) -> tuple[Balance, int]:
         K, sizes = here.stiffness()
         largest: float = np.maximum(sizes.max(initial=0.0), np.finfo(float).tiny)
         step = towards_balance(here.residual, K, damping * largest)
-        length = float(np.linalg.norm(step))
+        length = float(np.linalg.norm(step[: here.space.freedom]))
         there = here.after(step * min(1.0, THRESHOLDS.largest_radius / max(length, THRESHOLDS.force_grain)))
         if there is not None and np.linalg.norm(there.residual) < np.linalg.norm(here.residual):
             here, damping = there, 0.1 * damping if damping > THRESHOLDS.no_damping else 0.0

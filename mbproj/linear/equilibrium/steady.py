@@ -57,7 +57,7 @@ def _slots(system: System, index: int) -> Array:
 
 
 def _refuse_what_does_not_turn(system: System, start: State, turning: Turning) -> None:
-    motion = turning.motion(start.t, start.q, np.zeros(0))
+    motion = turning.motion(start.t, start.q, np.zeros(0), start.x)
     rates = constraint_rows(system, motion).dense() @ motion.u
     drive = drive_at(system, start.t)
     if drive is not None:
@@ -80,7 +80,8 @@ def refuse_unsteady(found: Equilibrium, turning: Turning, held: Conditions) -> N
     position = turning.point + (rows[:, :3] - turning.point) @ A.T
     q = np.concatenate([position, product(np.tile(turn, (len(rows), 1)), rows[:, 3:])], axis=1).ravel()
     before, after = (
-        Balancing.of(system, motion.t, motion.q, None, held, turning).at(x, motion.expected) for x in (motion.q, q)
+        Balancing.of(system, motion.t, motion.q, None, held, motion.x, turning).at(x, motion.expected)
+        for x in (motion.q, q)
     )
     turned = before.force.reshape(-1, 6).copy()
     turned[:, :3] = turned[:, :3] @ A.T

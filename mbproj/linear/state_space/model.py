@@ -1,9 +1,10 @@
-"""The linear model: states are displacements and speeds along the tangent space, and value and rate of each motion that
-is an input, whose second derivative the input is.
+"""The linear model: states are displacements and speeds along the tangent space, value and rate of each motion that is
+an input, whose second derivative the input is, and the states s of elements.
 
-With ξ = N η + B w, where B w is the smallest displacement that motions ask for,
+With ξ = N η + B w, where B w is the smallest displacement that motions ask for, and Φ s what states push with,
 
-    NᵀMN η'' + NᵀDN η' + NᵀKN η = NᵀF u - NᵀM B w'' - NᵀD B w' - NᵀK B w,      δλ = (G⁺)ᵀ (F u - M ξ'' - D ξ' - K ξ).
+    NᵀMN η'' + NᵀDN η' + NᵀKN η = Nᵀ(F u + Φ s) - NᵀM B w'' - NᵀD B w' - NᵀK B w,      s' = f_x s + f_ξ ξ + f_ξ' ξ',
+    δλ = (G⁺)ᵀ (F u + Φ s - M ξ'' - D ξ' - K ξ).
 
 Motions that move no mass have no states: they follow the others, the motions and the forces at once, as K says.
 """
@@ -73,30 +74,35 @@ def _assembled(reference: Reference, here: Projected, u: Inputs, y: Outputs) -> 
     system = reference.system
     N, pseudoinverse = here.space.N, here.space.pseudoinverse
     M, D, K = (part.dense() for part in (here.equations.M, here.equations.D, here.equations.K))
+    push = here.equations.states.push.dense().T
     to_body = _to_body(reference)
     force = to_body.T @ u.force
     driven = [int(motion) for motion in u.motion if motion >= 0]
     B_w = pseudoinverse[:, [system.joints.size + motion for motion in driven]]
-    N, heavy, B_w, at_once = _without_mass(here, N, B_w, K, force)
+    N, heavy, B_w, by_states, at_once = _without_mass(here, N, B_w, K, push, force)
     f, k, p = N.shape[1], len(driven), len(u.names)
     w_ddot = np.zeros((k, p))
     w_ddot[np.arange(k), np.flatnonzero(u.motion >= 0)] = 1.0
-    # ξ'', ξ' and ξ by x = (η, w, η', w') and u.
-    ξ = np.concatenate([N, B_w, np.zeros_like(N), np.zeros_like(B_w)], axis=1)
-    ξ_dot = np.concatenate([np.zeros_like(N), np.zeros_like(B_w), N, B_w], axis=1)
+    # ξ'', ξ', ξ and the states s of elements by x = (η, w, η', w', s) and u.
+    ξ = np.concatenate([N, B_w, np.zeros_like(N), np.zeros_like(B_w), by_states], axis=1)
+    ξ_dot = np.concatenate([np.zeros_like(N), np.zeros_like(B_w), N, B_w, np.zeros_like(by_states)], axis=1)
+    half, count = f + k, push.shape[1]
+    s = np.eye(2 * half + count)[2 * half :]
+    s_x, s_u = _rates_of_states(here, by_states, at_once, ξ, ξ_dot, s)
+    ξ_dot = ξ_dot + by_states @ s_x
     mass = heavy.T @ M @ N
-    of_x = -np.linalg.solve(mass, heavy.T @ (K @ ξ + D @ ξ_dot))
+    of_x = -np.linalg.solve(mass, heavy.T @ (K @ ξ + D @ ξ_dot - push @ s))
     of_u = np.linalg.solve(mass, heavy.T @ (force - M @ B_w @ w_ddot - K @ at_once))
-    half = f + k
-    A, B = np.zeros((2 * half, 2 * half)), np.zeros((2 * half, p))
-    A[:half, half:] = np.eye(half)
+    A, B = np.zeros((2 * half + count,) * 2), np.zeros((2 * half + count, p))
+    A[:half, half : 2 * half] = np.eye(half)
     A[half : half + f], B[half : half + f] = of_x, of_u
-    B[half + f :] = w_ddot
-    λ_x = pseudoinverse.T @ -(M @ N @ of_x + D @ ξ_dot + K @ ξ)
+    B[half + f : 2 * half] = w_ddot
+    A[2 * half :], B[2 * half :] = s_x, s_u
+    λ_x = pseudoinverse.T @ -(M @ N @ of_x + D @ ξ_dot + K @ ξ - push @ s)
     λ_u = pseudoinverse.T @ (force - M @ (N @ of_u + B_w @ w_ddot) - K @ at_once)
     joints = slice(0, system.joints.size)
     _refuse_rates_of_inputs(y, to_body, at_once)
-    C = y.of_displacement @ to_body @ ξ + y.of_rate @ to_body @ ξ_dot + y.of_multiplier @ λ_x[joints]
+    C = y.of_displacement @ to_body @ ξ + y.of_rate @ to_body @ ξ_dot + y.of_multiplier @ λ_x[joints] + y.of_state @ s
     names = [*(f"displacement_{i + 1}" for i in range(f)), *(system.names.motions[motion] for motion in driven)]
     units = [*["1"] * f, *(system.names.motion_units[motion] for motion in driven)]
     return LinearModel(
@@ -105,8 +111,8 @@ def _assembled(reference: Reference, here: Projected, u: Inputs, y: Outputs) -> 
         B,
         C,
         y.of_displacement @ to_body @ at_once + y.of_multiplier @ λ_u[joints],
-        (*names, *(f"{name}_speed" for name in names)),
-        (*units, *("1/s" if unit == "1" else f"{unit}/s" for unit in units)),
+        (*names, *(f"{name}_speed" for name in names), *system.names.states),
+        (*units, *("1/s" if unit == "1" else f"{unit}/s" for unit in units), *system.names.state_units),
         u.names,
         u.units,
         y.names,
@@ -114,18 +120,37 @@ def _assembled(reference: Reference, here: Projected, u: Inputs, y: Outputs) -> 
     )
 
 
-def _without_mass(here: Projected, N: Array, B_w: Array, K: Array, force: Array) -> tuple[Array, Array, Array, Array]:
-    """N and B with what moves no mass in its place, the directions that move some, and what moves with the inputs at
-    once, (6n, p)."""
+def _rates_of_states(
+    here: Projected, by_states: Array, at_once: Array, ξ: Array, ξ_dot: Array, s: Array
+) -> tuple[Array, Array]:
+    """s' of the states of elements by x and by u, where ξ' is `ξ_dot` x + `by_states` s'. Raises InputError where they
+    follow the rate of an input."""
+    states = here.equations.states
+    P, Q = states.by_displacement.dense(), states.by_rate.dense()
+    if np.any(np.abs(Q @ at_once) > THRESHOLDS.linear_round_off * (np.abs(Q) @ np.abs(at_once))):
+        said = "a state of an element follows the rate of an input, as nothing between them has mass"
+        raise InputError(Problem(said, hint="give what moves some mass, or take other inputs"))
+    left = np.eye(len(s)) - Q @ by_states
+    by_x, by_u = P @ ξ + Q @ ξ_dot + states.by_states @ s, P @ at_once
+    found = np.asarray(np.linalg.solve(left, np.hstack([by_x, by_u])), dtype=float)
+    return found[:, : ξ.shape[1]], found[:, ξ.shape[1] :]
+
+
+def _without_mass(
+    here: Projected, N: Array, B_w: Array, K: Array, push: Array, force: Array
+) -> tuple[Array, Array, Array, Array, Array]:
+    """N and B with what moves no mass in its place, the directions that move some, and what moves at once with the
+    states of elements, which exert `push` (6n, K), and with the inputs, (6n, p)."""
     U, light = heavy_and_light(here.reduced)
     if not light.size:
-        return N, N, B_w, np.zeros_like(force)
+        return N, N, B_w, np.zeros_like(push), np.zeros_like(force)
     if is_damped(here.reduced, light):
         said = "a motion moves no mass and is damped: it has a rate of its own, which this linear model does not know"
         raise InputError(Problem(said, hint="give what moves some mass; `mbproj modes` needs none"))
     held, moves = held_by(here.reduced, light), N @ light
     follows = [-moves @ np.linalg.solve(held, moves.T @ (K @ part)) for part in (N @ U, B_w)]
-    return N @ U + follows[0], N @ U, B_w + follows[1], moves @ np.linalg.solve(held, moves.T @ force)
+    by_states, at_once = (moves @ np.linalg.solve(held, moves.T @ part) for part in (push, force))
+    return N @ U + follows[0], N @ U, B_w + follows[1], by_states, at_once
 
 
 def _refuse_rates_of_inputs(y: Outputs, to_body: Array, at_once: Array) -> None:

@@ -1,4 +1,4 @@
-"""Outputs of a linear model by their names: joint coordinates and speeds, markers, reactions."""
+"""Outputs of a linear model by their names: joint coordinates and speeds, markers, reactions, states of elements."""
 
 from __future__ import annotations
 
@@ -19,34 +19,37 @@ from mbproj.scene.text.suggestions import choose_from
 
 @dataclass(frozen=True, eq=False)
 class Outputs:
-    """r outputs, linear in virtual displacements, their rates, turns in body axes, and the multipliers of the joints'
-    rows: `of_displacement`, `of_rate` (r, 6n) and `of_multiplier` (r, m). Names and units in their order."""
+    """r outputs, linear in virtual displacements, their rates, turns in body axes, the multipliers of the joints' rows,
+    and states of elements: `of_displacement`, `of_rate` (r, 6n), `of_multiplier` (r, m) and `of_state` (r, K). Names
+    and units in their order."""
 
     names: tuple[str, ...]
     units: tuple[str, ...]
     of_displacement: Array
     of_rate: Array
     of_multiplier: Array
+    of_state: Array
 
 
 def outputs_named(reference: Reference, names: Sequence[str]) -> Outputs:
     """The outputs of these names. Raises InputError for one that there is not."""
     system = reference.system
     joints = system.joints.size
-    known = {**_coordinates(reference), **_markers(reference), **_reactions(reference)}
+    known = {**_coordinates(reference), **_markers(reference), **_reactions(reference), **_states(reference)}
     problems = [
         Problem(f"unknown output '{name}'", hint=choose_from(name, known)) for name in names if name not in known
     ]
     if problems:
         raise InputError(problems)
     chosen = [known[name] for name in names]
-    n = 6 * system.bodies
+    n, states = 6 * system.bodies, system.names.states
     return Outputs(
         tuple(names),
         tuple(entry[0] for entry in chosen),
         np.array([entry[1] for entry in chosen]).reshape(len(names), n),
         np.array([entry[2] for entry in chosen]).reshape(len(names), n),
         np.array([entry[3] for entry in chosen]).reshape(len(names), joints),
+        np.array([[own == name for own in states] for name in names]).reshape(len(names), len(states)),
     )
 
 
@@ -65,6 +68,14 @@ def _coordinates(reference: Reference) -> dict[str, Entry]:
         found[name] = (unit, row, np.zeros_like(row), none)
         found[f"{name}_speed"] = (f"{unit}/s", change, row, none)
     return found
+
+
+def _states(reference: Reference) -> dict[str, Entry]:
+    """Those of elements, by their own names."""
+    system = reference.system
+    nothing, none = np.zeros(6 * system.bodies), np.zeros(system.joints.size)
+    names = zip(system.names.states, system.names.state_units, strict=True)
+    return {name: (unit, nothing, nothing, none) for name, unit in names}
 
 
 def _markers(reference: Reference) -> dict[str, Entry]:

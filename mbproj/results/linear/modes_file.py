@@ -51,6 +51,18 @@ LAYOUT = Layout(
             "change of each joint coordinate",
             kind="complex",
         ),
+        Part("states", "modes/state_names", ("K",), "1", "states of elements", kind="text", later=True),
+        Part("state_units", "modes/state_units", ("K",), "1", "their units", kind="text", later=True),
+        Part(
+            "state_shape",
+            "modes/state",
+            ("k", "K"),
+            "of each state",
+            "change of each state",
+            kind="complex",
+            later=True,
+        ),
+        Part("state_share", "modes/state_share", ("k", "K"), "1", "the part of each in the mode", later=True),
         Part("kinetic_names", "modes/kinetic_names", ("b",), "1", "what has kinetic energy", kind="text"),
         Part("kinetic_share", "modes/kinetic_share", ("k", "b"), "1", "share of each in the mode's kinetic energy"),
         Part("strain_names", "modes/strain_names", ("e",), "1", "what keeps energy, and gravity", kind="text"),
@@ -64,8 +76,9 @@ LAYOUT = Layout(
 
 @dataclass(frozen=True, eq=False)
 class StoredModes:
-    """What the file holds, field by field as in `LAYOUT`: n bodies, nc joint coordinates, k modes. `where` it is
-    linearised, at `time` in s; `axes` names the coordinates; `notes` are for the reader; `title` is the scene's."""
+    """What the file holds, field by field as in `LAYOUT`: n bodies, nc joint coordinates, k modes, K states of
+    elements. `where` it is linearised, at `time` in s; `axes` names the coordinates; `notes` are for the reader;
+    `title` is the scene's."""
 
     bodies: Sequence[str]
     position: Array
@@ -79,6 +92,10 @@ class StoredModes:
     damping_ratio: Array
     displacement: Numbers
     coordinate_shape: Numbers
+    states: Sequence[str]
+    state_units: Sequence[str]
+    state_shape: Numbers
+    state_share: Array
     kinetic_names: Sequence[str]
     kinetic_share: Array
     strain_names: Sequence[str]

@@ -30,7 +30,7 @@ VERSION = 1
 @dataclass(frozen=True)
 class Part:
     """The field `name` of a record at `path`. `shape`: numbers, or symbols, which mean one number throughout the file;
-    a `kind` "text" is a list of texts."""
+    a `kind` "text" is a list of texts. What files had `later` than others is empty in those."""
 
     name: str
     path: str
@@ -39,6 +39,7 @@ class Part:
     description: str
     frame: str | None = None
     kind: str = "real"
+    later: bool = False
 
 
 @dataclass(frozen=True)
@@ -138,6 +139,8 @@ def _read(contents: Contents, layout: Layout) -> dict[str, Any]:
 
 
 def _read_part(contents: Contents, part: Part, sizes: dict[str, int]) -> Any:
+    if part.later and not contents.has(part.path + "_real" * (part.kind == "complex")):
+        return () if part.kind == "text" else np.zeros([_size(axis, sizes) for axis in part.shape])
     if part.kind == "text":
         texts = contents.texts(part.path)
         _check(contents, part, (len(texts),), sizes)
@@ -152,6 +155,10 @@ def _read_part(contents: Contents, part: Part, sizes: dict[str, int]) -> Any:
         value = contents.array(f"{part.path}_real", wanted) + 1j * contents.array(f"{part.path}_imag", wanted)
     _check(contents, part, value.shape, sizes)
     return value
+
+
+def _size(axis: str | int, sizes: Mapping[str, int]) -> int:
+    return sizes.get(axis, 0) if isinstance(axis, str) else axis
 
 
 def _check(contents: Contents, part: Part, shape: Sequence[int], sizes: dict[str, int]) -> None:

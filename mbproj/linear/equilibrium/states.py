@@ -1,0 +1,160 @@
+"""Equilibria of mechanisms whose elements have states: x' = 0 beside the balance of forces.
+
+States first come to rest where the bodies are, then bodies go downhill, with the states as they are; and where one
+moves the other, Levenberg's damped steps make what is left of both smaller.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from functools import cached_property
+
+import numpy as np
+
+from mbproj.arrays import Array
+from mbproj.dataclass import dataclass
+from mbproj.dynamics.derivatives.law_derivatives import state_slopes
+from mbproj.dynamics.derivatives.tangent_space import TangentSpace
+from mbproj.dynamics.equations.equations_of_motion import state_rates
+from mbproj.errors import SimulationError
+from mbproj.linear.equilibrium.balance import Balance, Problem
+from mbproj.linear.equilibrium.solve import (
+    NoEquilibrium,
+    Solved,
+    by_residual,
+    falls_for_ever,
+    is_nearly_balanced,
+    solve,
+)
+from mbproj.model.system import System
+from mbproj.thresholds import THRESHOLDS
+
+
+@dataclass(frozen=True, eq=False)
+class BalanceWithStates:
+    """Forces `at` a pose, and the rates of states there. What is left of both is measured against `torque` and `speed`
+    (K,): of states, how fast they change for a change by their scales."""
+
+    at: Balance
+    torque: float
+    speed: Array
+
+    @classmethod
+    def of(cls, at: Balance) -> BalanceWithStates:
+        """What is left is measured by what there is here."""
+        first = cls(at, max(at.largest, float(np.finfo(float).tiny)), np.ones(len(at.problem.x)))
+        speed = np.linalg.norm(first.stiffness()[0][at.space.freedom :], axis=1)
+        return replace(first, speed=np.where(speed > 0.0, speed, np.maximum(np.abs(first.rates), 1.0)))
+
+    @property
+    def space(self) -> TangentSpace:
+        """Of the bodies."""
+        return self.at.space
+
+    @property
+    def is_held(self) -> bool:
+        """Whether nothing can move."""
+        return False
+
+    @cached_property
+    def rates(self) -> Array:
+        """x' in scales, (K,), 1/s."""
+        return scaled_rates(self.at.problem.system, self.at.motion.t, self.at.motion.x)
+
+    @property
+    def residual(self) -> Array:
+        """What is left of both, (f + K,)."""
+        return np.concatenate([self.at.residual / self.torque, self.rates / self.speed])
+
+    @cached_property
+    def drift(self) -> Array:
+        """What is left of the rates beside what they are summed up of, (K,)."""
+        f, x = self.space.freedom, self.at.motion.x / self.at.problem.system.state_scale
+        terms = np.abs(self.stiffness()[0][f:]) @ np.concatenate([np.ones(f), 1.0 + np.abs(x)])
+        return np.asarray(np.abs(self.rates / self.speed) / np.maximum(terms, np.finfo(float).tiny))
+
+    @property
+    def relative(self) -> float:
+        """The larger of both, beside what there is."""
+        forces = 0.0 if self.at.is_held else self.at.relative
+        return max(forces, float(self.drift.max(initial=0.0)))
+
+    def stiffness(self) -> tuple[Array, Array]:
+        """How the residual falls with steps along the tangent space, and of states by their scales, (f + K, f + K), and
+        what its terms sum up to without their signs."""
+        (equations, N), scale = self.at.linear(), self.at.problem.system.state_scale
+        K, sizes = self.at.stiffness()
+        states, unit = equations.states, 1.0 / (scale * self.speed)[:, None]
+        pushed = -(states.push.dense() @ N).T * scale / self.torque
+        of_states = -unit * (states.by_displacement.dense() @ N), -unit * states.by_states * scale
+        found = np.block([[K / self.torque, pushed], [*of_states]])
+        return found, np.block([[sizes / self.torque, np.abs(pushed)], [*map(np.abs, of_states)]])
+
+    def after(self, step: Array) -> BalanceWithStates | None:
+        """The same after a step that leaves what no motion changes, uᵀη with uᵀK = 0, as it is; None where constraints
+        open, or a function has no value."""
+        f, problem = self.space.freedom, self.at.problem
+        U, σ, V = np.linalg.svd(self.stiffness()[0])
+        none = σ <= THRESHOLDS.linear_round_off * σ.max(initial=0.0)
+        conserved, free = U[:, none].T, V[none].T
+        step = step - free @ np.linalg.lstsq(conserved @ free, conserved @ step, rcond=None)[0]
+        there = self.at.after(step[:f], problem.x + problem.system.state_scale * step[f:])
+        return None if there is None else replace(self, at=there)
+
+
+def solve_with_states(problem: Problem, q: Array, expected: Array) -> Solved:
+    """The equilibrium from a closed pose and the states of the problem. Raises NoEquilibrium where there is none, in
+    words."""
+    problem = replace(problem, x=at_rest(problem))
+    at, steps = problem.at(q, expected), 0
+    try:
+        solved = solve(problem, q, expected)
+        at, steps = solved.balance, solved.steps  # type: ignore[assignment]
+    except NoEquilibrium:
+        if not at.linear()[0].states.push.value.any():
+            raise
+    found, more = by_residual(BalanceWithStates.of(at))
+    if not is_nearly_balanced(found):
+        raise drifts(found) if found.drift.max(initial=0.0) >= found.at.relative else falls_for_ever(found.at)
+    return Solved(found.at, steps + more)
+
+
+def at_rest(problem: Problem) -> Array:
+    """The states (K,) where they come to rest from those of the problem while the bodies stay, by implicit steps that
+    grow as the rates fall (Kelley and Keyes 1998); those of the problem where they do not."""
+    system, t, x = problem.system, problem.t, problem.x
+    states, scale = system.states, system.state_scale
+    assert states is not None
+    rates, damping = scaled_rates(system, t, x), np.inf
+    for _ in range(THRESHOLDS.most_balancing):
+        size, J = float(np.linalg.norm(rates)), state_slopes(states, t, x) * scale / scale[:, None]
+        fastest, growth = float(np.linalg.norm(J)), float(np.linalg.eigvals(J).real.max())
+        if np.all(np.abs(rates) <= THRESHOLDS.force_grain * (np.abs(J) @ (1.0 + np.abs(x / scale)))):
+            return x
+        damping = min(damping, fastest)
+        try:
+            x = x + scale * np.linalg.solve(max(damping, 2.0 * growth) * np.eye(len(x)) - J, rates)
+            rates = scaled_rates(system, t, x)
+        except (np.linalg.LinAlgError, SimulationError):
+            break
+        grown = float(np.linalg.norm(rates)) / size
+        damping *= grown if grown > 1.0 else max(min(grown, 0.5), THRESHOLDS.smallest_change)
+    return problem.x
+
+
+def scaled_rates(system: System, t: float, x: Array) -> Array:
+    """x' in scales, (K,), 1/s."""
+    return np.asarray(state_rates(system, t, x) / system.state_scale)
+
+
+def drifts(found: BalanceWithStates) -> NoEquilibrium:
+    """A state that nothing brings to rest, in words."""
+    system = found.at.problem.system
+    k = int(np.argmax(found.drift))
+    rate = float(found.rates[k] * system.state_scale[k])
+    name, unit = system.names.states[k], system.names.state_units[k]
+    return NoEquilibrium(
+        f"there is no equilibrium: state '{name}' drifts by {rate:.4g} {unit}/s, and nothing brings that to 0; let "
+        "what it integrates come to rest, or give it a leak",
+        found.at,
+    )
