@@ -92,6 +92,12 @@ class Rows:
         """Each row times its factor (m,)."""
         return Rows(self.count, self.bodies, self.row, self.body, factor[self.row, None] * self.value)
 
+    def combined(self, matrix: Array) -> Rows:
+        """The rows (k,) of a matrix (k, m) times these."""
+        row, entry = np.nonzero(matrix[:, self.row])
+        value = matrix[row, self.row[entry], None] * self.value[entry]
+        return Rows(len(matrix), self.bodies, row, self.body[entry], value)
+
     def chosen(self, rows: Integers) -> Rows:
         """These rows (k,), each once, in their order."""
         place = np.full(self.count, -1, dtype=np.intp)
@@ -121,6 +127,12 @@ def stacked(bodies: int, parts: Sequence[Rows]) -> Rows:
     row = np.concatenate([part.row + start for part, start in zip(joined, [0, *first], strict=False)])
     body, value = (np.concatenate([getattr(part, name) for part in joined]) for name in ("body", "value"))
     return Rows(int(first[-1]), bodies, row, body, value)
+
+
+def summed(parts: Sequence[Rows]) -> Rows:
+    """Rows of the same number, added."""
+    row, body, value = (np.concatenate([getattr(part, name) for part in parts]) for name in ("row", "body", "value"))
+    return Rows(parts[0].count, parts[0].bodies, row, body, value)
 
 
 def products(left: Rows, right: Rows, weight: Array) -> Blocks:

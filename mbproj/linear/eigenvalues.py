@@ -54,11 +54,16 @@ def eigen(reduced: Reduced) -> Eigen:
 
 def shares_of_states(reduced: Reduced, found: Eigen, count: int) -> Array:
     """The part that each of the last `count` coordinates, which are first-order states, takes in each mode, (k, count):
-    its part in uᴴ(2 λ M + D) v, with u the left vector (Pérez-Arriaga et al. 1982)."""
+    its part in uᴴ(2 λ M + D) v, with u the left vector (Pérez-Arriaga et al. 1982); in |v|² where that is nothing, of
+    what may drift."""
     parts = np.zeros((len(found.values), len(reduced.M)))
     for mode, (value, v) in enumerate(zip(found.values, found.vectors.T, strict=True)):
-        U = np.linalg.svd(value * (value * reduced.M + reduced.D) + reduced.K)[0]
-        parts[mode] = np.abs(U[:, -1].conj() * ((2.0 * value * reduced.M + reduced.D) @ v))
+        U, σ, _ = np.linalg.svd(value * (value * reduced.M + reduced.D) + reduced.K)
+        none = U[:, σ <= max(float(σ[-1]), THRESHOLDS.linear_round_off * float(σ[0]))]
+        change = (2.0 * value * reduced.M + reduced.D) @ v
+        left = none @ (none.conj().T @ change)
+        drifts = np.linalg.norm(left) <= THRESHOLDS.linear_round_off * np.abs(reduced.D).max() * np.linalg.norm(v)
+        parts[mode] = np.abs(v) ** 2 if drifts else np.abs(left.conj() * change)
     return np.asarray((parts / np.maximum(parts.sum(axis=1, keepdims=True), TINY))[:, parts.shape[1] - count :])
 
 

@@ -10,7 +10,7 @@ from __future__ import annotations
 import numpy as np
 
 from mbproj.arrays import Array
-from mbproj.dynamics.blocks import Blocks, Rows, added, stacked
+from mbproj.dynamics.blocks import Blocks, Rows, added, summed
 from mbproj.dynamics.derivatives.linear_equations import LinearEquations, Motion, StateEquations
 from mbproj.dynamics.derivatives.row_derivatives import RowMotion, tilde
 
@@ -26,12 +26,12 @@ def in_axes(equations: LinearEquations, motion: Motion, turning: Array) -> Linea
         added(bodies, [_between(K, P, P), _between(D, P, P_dot), _between(M, P, P_ddot)]),
         RowMotion(
             _on(rows.G, P),
-            _sum([_on(rows.G_dot, P), _on(rows.G, P_dot)]),
-            _sum([_on(rows.G_ddot, P), _on(rows.G_dot, 2.0 * P_dot), _on(rows.G, P_ddot)]),
+            summed([_on(rows.G_dot, P), _on(rows.G, P_dot)]),
+            summed([_on(rows.G_ddot, P), _on(rows.G_dot, 2.0 * P_dot), _on(rows.G, P_ddot)]),
         ),
         StateEquations(
             states.by_states,
-            _sum([_on(states.by_displacement, P), _on(states.by_rate, P_dot)]),
+            summed([_on(states.by_displacement, P), _on(states.by_rate, P_dot)]),
             _on(states.by_rate, P),
             _on(states.push, P),
         ),
@@ -57,9 +57,3 @@ def _between(matrix: Blocks, left: Array, right: Array) -> Blocks:
 def _on(rows: Rows, right: Array) -> Rows:
     value = (rows.value[:, None, :] @ right[rows.body])[:, 0]
     return Rows(rows.count, rows.bodies, rows.row, rows.body, value)
-
-
-def _sum(parts: list[Rows]) -> Rows:
-    """Rows of the same places, added."""
-    joined = stacked(parts[0].bodies, parts)
-    return Rows(parts[0].count, joined.bodies, joined.row % parts[0].count, joined.body, joined.value)

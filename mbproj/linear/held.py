@@ -39,10 +39,7 @@ class Held:
 
 def held_at(system: System, state: State, *, resting: bool = False) -> Held:
     """At a state; where all are `resting`, its velocities do not count. Raises InputError where a friction slides that
-    goes by what its bearing carries, or a function names a channel."""
-    if system.crossing:
-        what = f"{system.crossing} names what linear models and equilibria do not know how to take along yet"
-        raise InputError(Problem(what, hint="let it go by the time and its own coordinate alone"))
+    goes by what its bearing carries."""
     whole = standing_on_stops(system, _soft(system, state))
     frictions = system.frictions
     if frictions is None:

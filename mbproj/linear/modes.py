@@ -25,6 +25,8 @@ from mbproj.thresholds import THRESHOLDS
 
 #: What keeps potential energy beside the forces: weight, where there is any, and forces that turn with their bodies.
 GRAVITY, PRELOAD = "gravity and preload", "preload"
+#: The same where functions name channels: that has no potential energy at all.
+REST = "gravity and what names channels"
 
 
 @dataclass(frozen=True, eq=False)
@@ -166,7 +168,7 @@ def _strain(
     """The same of what forces along coordinates keep, (k, e); the rest is of gravity and of preload. Of a mode that
     oscillates both energies have one mean, ½ |λ|² of the kinetic one at unit speed. Of one that does not, what dampers
     take is between them: φᵀKφ = -λ² φᵀMφ - λ φᵀDφ."""
-    rest_of = GRAVITY if system.gravity.any() else PRELOAD
+    rest_of = REST if system.crossing.startswith("force") else GRAVITY if system.gravity.any() else PRELOAD
     mass = kinetic.sum(axis=1)
     total = np.abs(values) ** 2 * mass
     if system.forces is None or not system.forces.size:

@@ -7,8 +7,8 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 
 from mbproj.arrays import Array
-from mbproj.dynamics.derivatives.law_derivatives import state_slopes
-from mbproj.dynamics.equations.equations_of_motion import state_rates
+from mbproj.dynamics.derivatives.law_derivatives import channel_slopes, state_slopes
+from mbproj.dynamics.equations.forces import state_rates
 from mbproj.linear.modes import Modes
 from mbproj.linear.reference import Reference
 from mbproj.thresholds import THRESHOLDS
@@ -78,11 +78,12 @@ def _listed(names: Sequence[str]) -> str:
 
 def unsteady_states(reference: Reference) -> str:
     """That states of elements change at a reference, by what; nothing where they do not."""
-    system, motion = reference.system, reference.motion
+    system = reference.system
     if system.states is None:
         return ""
-    rates = state_rates(system, motion.t, motion.x)
-    size = np.abs(state_slopes(system.states, motion.t, motion.x)) @ (np.abs(motion.x) + system.state_scale)
+    instant = reference.motion.instant(system)
+    rates, terms = state_rates(instant), np.abs(channel_slopes(instant)[1]) @ np.abs(instant.channels)
+    size = terms + np.abs(state_slopes(instant)) @ system.state_scale
     changing = np.flatnonzero(np.abs(rates) > THRESHOLDS.balanced * size)
     named = zip(system.names.states, rates.tolist(), system.names.state_units, strict=True)
     told = [f"'{name}' by {rate:.3g} {unit}/s" for name, rate, unit in named]

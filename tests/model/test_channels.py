@@ -8,65 +8,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from mbproj.dynamics import assemble
 from mbproj.dynamics.derivatives.law_derivatives import channel_slopes
 from mbproj.errors import InputError
-from mbproj.functions.program import CHANNELS, Program
-from mbproj.functions.program_set import flatten
 from mbproj.integrate import simulate
 from mbproj.kernel import core
-from mbproj.linear.reference import reference_at
-from mbproj.model import compile_system, initial_guess
-from mbproj.model.channels import Channels, ElementStates, Kind
-from mbproj.scene import read_scene_text, settings_to_run
-from mbproj.scene.expressions.compiled import compiled
-from mbproj.scene.expressions.syntax_tree import parse
+from tests.model.driven_pendulum import RATES, driven
 from tests.support import Recorder
 
 FORMULATIONS = ["full", *(["reduced", "planar"] if core() is not None else [])]
-#: A pendulum whose pin a motor turns; a wheel beside it, in the same plane.
-PENDULUM = """
-mbproj: 1
-gravity: [0, 0, -9.81]
-simulation: {duration: 0.5, output_step: 0.1, tolerance: 1e-12, integrator: dop853}
-bodies:
-  rod: {mass: 2, inertia: [0.1, 0.1, 0.1], position: [0, 0, -0.2]}
-  wheel: {mass: 1, inertia: [0.1, 0.1, 0.1], position: [0, 0, 1]}
-joints:
-  pin: {type: revolute, bodies: [ground, rod], location: [0, 0, 0], axis: [0, 1, 0]}
-  axle: {type: revolute, bodies: [ground, wheel], location: [0, 0, 1], axis: [0, 1, 0], angle: 0.02 rad}
-forces:
-  motor: {type: torsion_spring_damper, joint: pin, torque: "2*t"}
-  spring: {type: torsion_spring_damper, joint: axle, torque: "-t"}
-"""
-NAMES = ("current", "integral", "filtered", "angle", "speed", "turn")
-CHANNELS_OF = Channels.of(
-    [(Kind.STATE, 0), (Kind.STATE, 1), (Kind.STATE, 2), (Kind.COORDINATE, 0), (Kind.RATE, 0), (Kind.COORDINATE, 1)]
-)
-RATES = (
-    "(20*(1 - angle) + 30*integral - 2*filtered - 0.8*current - 2*speed)/2e-3",
-    "1 - angle",
-    "(speed - filtered)/0.01",
-)
-
-
-def programs(texts):
-    """Functions of the channels by name."""
-    variables = {"t": 0} | {name: CHANNELS + number for number, name in enumerate(NAMES)}
-    return flatten([Program(compiled(parse(text), {}, variables)[0], text) for text in texts])
-
-
-def driven(motor="2*current", spring="0*t", rates=RATES, **options):
-    """(system with a motor's current and a controller's states, start, settings)."""
-    scene = read_scene_text(PENDULUM, simulation=options)
-    system = compile_system(scene)
-    start = assemble(system, initial_guess(scene, system))
-    states = ElementStates(np.zeros(3), np.ones(3), programs(rates))
-    names = replace(system.names, states=("x.current", "x.integral", "x.filtered"), state_units=("A", "s", "1/s"))
-    forces = replace(system.forces, programs=programs([motor, spring]))
-    system = replace(system, states=states, names=names, forces=forces, channels=CHANNELS_OF)
-    start = start.of(system, 0.0, positions=start.q, velocities=start.v, turns=start.turns)
-    return system, start, settings_to_run(scene)
 
 
 def run(**own):
@@ -149,9 +98,3 @@ def test_implicit_steps_refuse_what_they_would_drop(integrator):
         run(integrator=integrator)
     with pytest.raises(InputError, match="the rate of a state names what implicit steps"):
         run(integrator=integrator, motor="t")
-
-
-def test_linear_models_refuse_what_they_would_drop():
-    system, start, _ = driven()
-    with pytest.raises(InputError, match="force 'motor' names what linear models"):
-        reference_at(system, start, "start")

@@ -6,12 +6,14 @@ from __future__ import annotations
 import numpy as np
 
 from mbproj.arrays import Array, Numbers
-from mbproj.dynamics.blocks import Blocks
+from mbproj.dynamics.blocks import Blocks, Rows
 from mbproj.dynamics.derivatives.row_derivatives import tilde
 from mbproj.dynamics.equations.forces import LawState, forces_of, given_components, law_coordinates
 from mbproj.dynamics.equations.instant import Instant
+from mbproj.dynamics.equations.kinematics import Pose
 from mbproj.functions.program import CHANNELS, COORDINATE, RATE
 from mbproj.functions.series import slope
+from mbproj.model.forces import Forces
 
 
 def law_slopes(instant: Instant, laws: LawState) -> tuple[Array, Array]:
@@ -26,15 +28,19 @@ def law_slopes(instant: Instant, laws: LawState) -> tuple[Array, Array]:
 
 
 def channel_slopes(instant: Instant) -> tuple[Array, Array]:
-    """∂F/∂channel of each law, (E, c), and ∂x'/∂channel of each state of elements, (K, c), at one state; not finite
-    where a function has no slope. Of a law's own coordinate, where it is no channel, see `law_slopes`."""
-    system, count = instant.system, instant.channels.shape[-1]
-    number = np.zeros(0, dtype=np.intp) if system.forces is None else system.forces.laws.program
-    of_laws = np.zeros((len(number), count))
-    for row in np.flatnonzero(number >= 0).tolist() if count else ():
-        value, rate = law_coordinates(instant)
-        of_laws[row] = _by_channels(instant, int(number[row]), instant.values(value[row], rate[row]))
-    return of_laws, _rates_by_channels(instant)
+    """∂F/∂channel of each law, and then of the three components of each given force, (E + 3G, c), and ∂x'/∂channel of
+    each state of elements, (K, c), at one state; what has no slope counts as constant. Of a law's own coordinate, where
+    it is no channel, see `law_slopes`."""
+    forces, rates = instant.system.forces, _rates_by_channels(instant)
+    if forces is None:
+        return np.zeros((0, rates.shape[1])), np.nan_to_num(rates, nan=0.0, posinf=0.0, neginf=0.0)
+    value, rate = law_coordinates(instant)
+    of_laws = np.zeros((forces.laws.size, rates.shape[1]))
+    for law in np.flatnonzero(forces.laws.program >= 0).tolist():
+        of_laws[law] = _by_channels(instant, int(forces.laws.program[law]), instant.values(value[law], rate[law]))
+    given = [_by_channels(instant, program, instant.values()) for program in forces.on_bodies.program.ravel().tolist()]
+    found = np.concatenate([of_laws, np.array(given).reshape(-1, rates.shape[1])])
+    return tuple(np.nan_to_num(part, nan=0.0, posinf=0.0, neginf=0.0) for part in (found, rates))  # type: ignore[return-value]
 
 
 def state_slopes(instant: Instant) -> Array:
@@ -57,6 +63,17 @@ def _by_channels(instant: Instant, program: int, at: list[Numbers]) -> list[floa
     """The slopes of a program by each channel."""
     programs, channels = instant.system.programs, range(CHANNELS, len(at))
     return [float(slope(programs, program, at, channel)) for channel in channels]
+
+
+def given_rows(forces: Forces, pose: Pose) -> Rows:
+    """What a unit of each of the three components of each given force and torque does to its body, (3W, 6n)."""
+    given, turn = forces.on_bodies, pose.rotation[forces.on_bodies.body]
+    unit = np.where(given.in_body[:, None, None], np.swapaxes(given.turn, -1, -2), turn)  # (W, 3, 3) in body axes
+    value = np.concatenate([np.zeros_like(unit), unit], axis=-1)
+    moment, acts = np.cross(given.point[:, None, :], unit), ~given.is_torque
+    value[acts] = np.concatenate([unit @ np.swapaxes(turn, -1, -2), moment], axis=-1)[acts]
+    count = 3 * given.size
+    return Rows.of(count, len(pose.position) - 1, np.arange(count), np.repeat(given.body, 3), value.reshape(-1, 6))
 
 
 def given_derivative(instant: Instant) -> Blocks:

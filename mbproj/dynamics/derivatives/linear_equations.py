@@ -16,21 +16,17 @@ import numpy as np
 
 from mbproj.arrays import Array
 from mbproj.dataclass import dataclass
-from mbproj.dynamics.blocks import Blocks, Rows, added, on_diagonal, products, stacked
+from mbproj.dynamics.blocks import Blocks, Rows, added, on_diagonal, products, stacked, summed
 from mbproj.dynamics.derivatives.bushing_derivatives import bushing_derivatives
-from mbproj.dynamics.derivatives.law_derivatives import given_derivative, law_slopes, state_slopes
+from mbproj.dynamics.derivatives.law_derivatives import channel_slopes, given_derivative, given_rows, law_slopes
 from mbproj.dynamics.derivatives.row_derivatives import Carried, RowMotion, force_derivative, row_motion, tilde
 from mbproj.dynamics.derivatives.tangent import accelerations, velocities
 from mbproj.dynamics.equations.constraint_equations import set_bias, set_velocity
 from mbproj.dynamics.equations.forces import applied, law_state
 from mbproj.dynamics.equations.instant import Instant, no_states
 from mbproj.dynamics.equations.kinematics import Pose, Twist, body_rates, pose_of, twist_of
+from mbproj.model.channels import Kind
 from mbproj.model.system import System
-
-
-def no_states() -> Array:
-    """Those of a system without elements that have some."""
-    return np.zeros(0)
 
 
 @dataclass(frozen=True, eq=False)
@@ -103,17 +99,42 @@ def linear_equations(system: System, motion: Motion, multipliers: Array) -> Line
         driven = row_motion(system.motions.rows, carried)
         pairs = zip(vars(rows).values(), vars(driven).values(), strict=True)
         rows = RowMotion(*(stacked(n, pair) for pair in pairs))
+    viscous, elastic, states = _channels(system, motion, carried)
     M, D, K = (added(n, [part[order] for part in parts]) for order in range(3))
-    return LinearEquations(M, D, added(n, [K, *constraint]), rows, state_equations(system, motion))
+    return LinearEquations(M, added(n, [D, viscous]), added(n, [K, *constraint, elastic]), rows, states)
 
 
-def state_equations(system: System, motion: Motion) -> StateEquations:
-    """Those of the states of elements; what has no slope counts as constant."""
-    count, empty = len(motion.x), np.zeros(0, dtype=np.intp)
-    none = Rows.of(count, system.bodies, empty, empty, np.zeros((0, 6)))
-    if system.states is None:
-        return StateEquations(np.zeros((0, 0)), none, none, none)
-    return StateEquations(state_slopes(system.states, motion.t, motion.x), none, none, none)
+def _channels(system: System, motion: Motion, carried: Carried) -> tuple[Blocks, Blocks, StateEquations]:
+    """What forces that name channels add to D and K, and the equations of the states; what has no slope counts as
+    constant."""
+    n, channels, none = system.bodies, system.channels, added(system.bodies, [])
+    if not channels.size:
+        empty = stacked(n, []).combined(np.zeros((len(motion.x), 0)))
+        return none, none, StateEquations(np.zeros((len(motion.x),) * 2), empty, empty, empty)
+    instant, coordinates = motion.instant(system), row_motion(system.coordinates, carried)
+    of_forces, of_states = channel_slopes(instant)
+    pulls = [row_motion(each.laws.coordinates, carried).G for each in (system.forces,) if each is not None]
+    pulls += [given_rows(each, instant.pose) for each in (system.forces,) if each is not None]
+    states, angles, rates = (
+        ((channels.kind == kind)[:, None] & (channels.index[:, None] == np.arange(size))).astype(float)
+        for kind, size in (
+            (Kind.STATE, len(motion.x)),
+            (Kind.COORDINATE, system.coordinates.size),
+            (Kind.RATE, system.coordinates.size),
+        )
+    )
+    G, G_rate, G_dot = coordinates.G.combined(angles), coordinates.G.combined(rates), coordinates.G_dot.combined(rates)
+    pushed, every = stacked(n, pulls).combined(-of_forces.T), np.ones(channels.size)
+    return (
+        products(pushed, G_rate, every),
+        added(n, [products(pushed, G, every), products(pushed, G_dot, every)]),
+        StateEquations(
+            of_states @ states,
+            summed([G.combined(of_states), G_dot.combined(of_states)]),
+            G_rate.combined(of_states),
+            pushed.combined(-states.T),
+        ),
+    )
 
 
 def constraint_rows(system: System, motion: Motion) -> Rows:

@@ -15,7 +15,8 @@ from mbproj.arrays import Array
 from mbproj.dataclass import dataclass
 from mbproj.dynamics.derivatives.law_derivatives import state_slopes
 from mbproj.dynamics.derivatives.tangent_space import TangentSpace
-from mbproj.dynamics.equations.equations_of_motion import state_rates
+from mbproj.dynamics.equations.forces import state_rates
+from mbproj.dynamics.equations.instant import Instant
 from mbproj.errors import SimulationError
 from mbproj.linear.equilibrium.balance import Balance, Problem
 from mbproj.linear.equilibrium.solve import (
@@ -26,7 +27,6 @@ from mbproj.linear.equilibrium.solve import (
     is_nearly_balanced,
     solve,
 )
-from mbproj.model.system import System
 from mbproj.thresholds import THRESHOLDS
 
 
@@ -59,7 +59,7 @@ class BalanceWithStates:
     @cached_property
     def rates(self) -> Array:
         """x' in scales, (K,), 1/s."""
-        return scaled_rates(self.at.problem.system, self.at.motion.t, self.at.motion.x)
+        return scaled_rates(self.at.motion.instant(self.at.problem.system))
 
     @property
     def residual(self) -> Array:
@@ -105,7 +105,7 @@ class BalanceWithStates:
 def solve_with_states(problem: Problem, q: Array, expected: Array) -> Solved:
     """The equilibrium from a closed pose and the states of the problem. Raises NoEquilibrium where there is none, in
     words."""
-    problem = replace(problem, x=at_rest(problem))
+    problem = replace(problem, x=at_rest(problem, q, expected))
     at, steps = problem.at(q, expected), 0
     try:
         solved = solve(problem, q, expected)
@@ -115,26 +115,28 @@ def solve_with_states(problem: Problem, q: Array, expected: Array) -> Solved:
             raise
     found, more = by_residual(BalanceWithStates.of(at))
     if not is_nearly_balanced(found):
-        raise drifts(found) if found.drift.max(initial=0.0) >= found.at.relative else falls_for_ever(found.at)
+        raise drifts(BalanceWithStates.of(at)) if is_nearly_balanced(at) else falls_for_ever(found.at)
     return Solved(found.at, steps + more)
 
 
-def at_rest(problem: Problem) -> Array:
+def at_rest(problem: Problem, q: Array, expected: Array) -> Array:
     """The states (K,) where they come to rest from those of the problem while the bodies stay, by implicit steps that
     grow as the rates fall (Kelley and Keyes 1998); those of the problem where they do not."""
-    system, t, x = problem.system, problem.t, problem.x
-    states, scale = system.states, system.state_scale
-    assert states is not None
-    rates, damping = scaled_rates(system, t, x), np.inf
+    scale, x, damping = problem.system.state_scale, problem.x, np.inf
+
+    def there() -> Instant:
+        return problem.turning.motion(problem.t, q, expected, x).instant(problem.system)
+
+    rates = scaled_rates(there())
     for _ in range(THRESHOLDS.most_balancing):
-        size, J = float(np.linalg.norm(rates)), state_slopes(states, t, x) * scale / scale[:, None]
+        size, J = float(np.linalg.norm(rates)), state_slopes(there()) * scale / scale[:, None]
         fastest, growth = float(np.linalg.norm(J)), float(np.linalg.eigvals(J).real.max())
         if np.all(np.abs(rates) <= THRESHOLDS.force_grain * (np.abs(J) @ (1.0 + np.abs(x / scale)))):
             return x
         damping = min(damping, fastest)
         try:
             x = x + scale * np.linalg.solve(max(damping, 2.0 * growth) * np.eye(len(x)) - J, rates)
-            rates = scaled_rates(system, t, x)
+            rates = scaled_rates(there())
         except (np.linalg.LinAlgError, SimulationError):
             break
         grown = float(np.linalg.norm(rates)) / size
@@ -142,15 +144,18 @@ def at_rest(problem: Problem) -> Array:
     return problem.x
 
 
-def scaled_rates(system: System, t: float, x: Array) -> Array:
+def scaled_rates(instant: Instant) -> Array:
     """x' in scales, (K,), 1/s."""
-    return np.asarray(state_rates(system, t, x) / system.state_scale)
+    return np.asarray(state_rates(instant) / instant.system.state_scale)
 
 
 def drifts(found: BalanceWithStates) -> NoEquilibrium:
     """A state that nothing brings to rest, in words."""
-    system = found.at.problem.system
-    k = int(np.argmax(found.drift))
+    system, f = found.at.problem.system, found.space.freedom
+    U, σ, _ = np.linalg.svd(found.stiffness()[0][f:, f:])
+    held = U[:, σ <= THRESHOLDS.linear_round_off * σ.max(initial=0.0)]  # the sums of states that no state changes
+    rates = found.rates / found.speed
+    k = int(np.argmax(np.abs(held @ (held.T @ rates)) if held.size else found.drift))
     rate = float(found.rates[k] * system.state_scale[k])
     name, unit = system.names.states[k], system.names.state_units[k]
     return NoEquilibrium(

@@ -8,7 +8,9 @@ import numpy as np
 
 from mbproj.arrays import Array, Integers
 from mbproj.dataclass import dataclass
+from mbproj.dynamics.derivatives.law_derivatives import given_rows
 from mbproj.dynamics.derivatives.row_derivatives import row_motion
+from mbproj.dynamics.equations.kinematics import Pose
 from mbproj.errors import InputError, Problem
 from mbproj.linear.reference import Reference
 from mbproj.model.system import System
@@ -61,26 +63,16 @@ def _known(reference: Reference) -> dict[str, tuple[str, Array]]:
         for name, unit, row in zip(names, bound.units, rows, strict=True):
             found[name] = ("N" if unit == "m" else "N m", row)
     if system.forces is not None:
-        found.update(_on_bodies(system, motion.pose.rotation))
+        found.update(_on_bodies(system, motion.pose))
     return found
 
 
-def _on_bodies(system: System, rotation: Array) -> dict[str, tuple[str, Array]]:
+def _on_bodies(system: System, pose: Pose) -> dict[str, tuple[str, Array]]:
     assert system.forces is not None
     given, owners = system.forces.on_bodies, system.forces.program_owners
-    found = {}
-    for index in range(given.size):
-        body, is_torque = int(given.body[index]), bool(given.is_torque[index])
-        if body == system.bodies:
-            continue
-        for axis, letter in enumerate("xyz"):
-            unit = np.eye(3)[axis]
-            turned = given.turn[index] @ unit if given.in_body[index] else rotation[body].T @ unit
-            column = np.zeros((system.bodies, 6))
-            if is_torque:
-                column[body, 3:] = turned
-            else:
-                column[body, :3], column[body, 3:] = rotation[body] @ turned, np.cross(given.point[index], turned)
-            name = f"{owners[int(given.program[index][axis])]}.{letter}"
-            found[name] = ("N m" if is_torque else "N", column.ravel())
-    return found
+    rows = given_rows(system.forces, pose).dense()
+    return {
+        f"{owners[int(program)]}.{'xyz'[row % 3]}": ("N m" if given.is_torque[row // 3] else "N", rows[row])
+        for row, program in enumerate(given.program.ravel())
+        if given.body[row // 3] < system.bodies
+    }
