@@ -16,10 +16,10 @@ from mbproj.kernel import core
 from mbproj.model import System
 from mbproj.model.euler_parameters import matrix_E
 from mbproj.model.planar import Plane, planar_reduction
-from mbproj.model.planar.equations import planar_constraint, planar_gamma, planar_jacobian
 from mbproj.scene import read_scene
 from mbproj.scene.records import ProjectionSettings
 from tests.kernel.scenes import assembled, needs_kernel, parallelogram
+from tests.model.planar_equations import planar_constraint, planar_gamma, planar_jacobian
 from tests.model.planar_scenes import CLOSED_ONLY, SCENES, Drawing, chain
 from tests.support import MECHANISMS, with_flywheels
 

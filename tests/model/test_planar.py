@@ -13,10 +13,10 @@ from mbproj.dynamics.equations.equations_of_motion import generalised_force, mas
 from mbproj.dynamics.equations.kinematics import pose_of, twist_of
 from mbproj.model.euler_parameters import matrix_E
 from mbproj.model.planar import Plane
-from mbproj.model.planar.equations import planar_constraint, planar_gamma, planar_jacobian, planar_value
 from mbproj.model.planar.rows import TILTED, see, sides
 from mbproj.model.planar.tilt import Split, split
 from mbproj.scene import read_scene
+from tests.model.planar_equations import planar_constraint, planar_gamma, planar_jacobian, planar_value
 from tests.model.planar_scenes import CLOSED_ONLY, SCENES, Drawing, chain, planar
 from tests.support import MECHANISMS
 

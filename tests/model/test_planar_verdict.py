@@ -13,10 +13,10 @@ from mbproj.dynamics.equations.kinematics import pose_of
 from mbproj.dynamics.rank.mobility import scaled_jacobian
 from mbproj.model import compile_system, initial_guess
 from mbproj.model.planar import NotPlanar, Plane, planar_reduction
-from mbproj.model.planar.equations import planar_jacobian
 from mbproj.scene import read_scene
 from mbproj.scene.records import Joint, Scene
 from mbproj.thresholds import THRESHOLDS
+from tests.model.planar_equations import planar_jacobian
 from tests.model.planar_scenes import REFUSED, SCENES, Drawing, chain, planar, reduced, turns
 from tests.support import MECHANISMS
 

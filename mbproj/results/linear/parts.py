@@ -118,12 +118,6 @@ def scene_in(path: Path) -> StoredScene:
         return StoredScene(stored_scene.text(contents, "text"), path_then, overrides, stored_scene.meshes(contents))
 
 
-def format_of(path: Path) -> object:
-    """The format that an HDF5 file names; None where it is not a file of ours."""
-    with open_rehearsed(path) as contents:
-        return contents.attributes().get("format")
-
-
 def _read(contents: Contents, layout: Layout) -> dict[str, Any]:
     attributes = contents.attributes()
     if attributes.get("format") != layout.format:

@@ -1,7 +1,6 @@
 """C, C_p and γ in the coordinates of the plane, by the primitives of `mbproj.constraints` on vectors (x, y, 0).
 
-No row is defined a second time: this shows that the plane selects rows and columns, and is what a compiled kernel is
-tested against. It builds what it needs at each call, and is not made for speed.
+No row is defined a second time: the plane selects rows and columns. The kernel is tested against these.
 """
 
 from __future__ import annotations
