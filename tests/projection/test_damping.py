@@ -49,7 +49,7 @@ def test_every_method_closes_uneven_chains(method, ratio):
         assert found.passes <= 12
 
 
-@pytest.mark.parametrize("method", [name for name in METHODS if name != "gopm"])
+@pytest.mark.parametrize("method", ["mass-orthogonal", "mmopm", "gpopm", "gpopm-pinv"])
 @pytest.mark.parametrize("seed", HARD)
 def test_newtons_method_alone_does_not_close_them(method, seed):
     """In the metrics by masses; so that the test above needs the damping."""

@@ -139,9 +139,8 @@ WRONG_OPTIONS: tuple[tuple[dict[str, Any], list[str]], ...] = (
     (
         {"projection": "none", "every": 3},
         [
-            "--every: error: projection method 'none' has no 'every'; these have: gopm, popm, mass-orthogonal, mmopm, "
-            "gpopm, "
-            "gpopm-pinv"
+            "--every: error: projection method 'none' has no 'every'; these have: "
+            + ", ".join(name for name, entry in PROJECTIONS.items() if entry.corrects)
         ],
     ),
     ({"alpha": 3}, ["--alpha: error: projection method 'gpopm' has no 'alpha'; these have: mass-orthogonal, mmopm"]),
