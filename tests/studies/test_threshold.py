@@ -5,11 +5,13 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from mbproj.cli.studies.threshold import _verdict
 from mbproj.errors import InputError
 from mbproj.scene import read_scene_text
 from mbproj.studies.measure.measurement import Measurement
 from mbproj.studies.measure.setting import Setting
-from mbproj.studies.threshold.violation import _recommended, threshold_study
+from mbproj.studies.measure.timing import Timing
+from mbproj.studies.threshold.violation import ThresholdStudy, _recommended, threshold_study
 
 
 def test_threshold_study(slider_crank):
@@ -27,20 +29,36 @@ def test_threshold_study(slider_crank):
         assert trial.velocity_violation <= max(trial.setting.threshold, 1e-13)
     last = found.recommended
     errors = np.array([trial.at() for trial in found.trials])
-    assert errors[: last + 1].max() <= 1.1 * errors[0] < errors[last + 1]
+    assert errors[: last + 1].max() <= 1.1 * errors[0] < errors[last + 1 : -1].min()
+    assert found.exceeded == ()
     assert found.saved(last) == 1.0 - projections[last] / 200
     again = threshold_study(slider_crank.scene, **options)
     assert (again.trials, again.timings, again.recommended) == (found.trials, found.timings, found.recommended)
 
 
-def test_a_threshold_that_leaves_out_one_projection_of_hundreds_is_none_to_recommend():
-    def trial(threshold, error, projections):
-        counters = {"projections": projections}
-        return Measurement(Setting(threshold=threshold), {"tip": error}, {"tip": 0.0}, counters=counters)
+def trial(threshold, error, projections):
+    counters = {"projections": projections}
+    return Measurement(Setting(threshold=threshold), {"tip": error}, {"tip": 0.0}, counters=counters)
 
+
+def test_a_threshold_that_leaves_out_one_projection_of_hundreds_is_none_to_recommend():
     trials = [trial(None, 1e-11, 400), trial(1e-12, 1e-11, 399), trial(1e-9, 1.8e-9, 150)]
-    assert _recommended(trials, (), 0.0) is None
-    assert _recommended([*trials[:2], trial(1e-9, 1e-11, 150)], (), 0.0) == 2
+    assert _recommended(trials, (), 0.0) == (None, ())
+    assert _recommended([*trials[:2], trial(1e-9, 1e-11, 150)], (), 0.0) == (2, ())
+
+
+def test_where_errors_fall_again_what_saves_most_is_recommended_and_the_others_are_named():
+    errors = [1e-9, 1e-9, 1.3e-9, 2e-9, 0.9e-9, 5e-8]
+    trials = [
+        trial(None, 1e-9, 400),
+        *(trial(10.0**-n, e, 40 * n) for n, e in zip(range(9, 3, -1), errors, strict=True)),
+    ]
+    found, exceeded = _recommended(trials, (), 0.0)
+    assert (trials[found].setting.threshold, exceeded) == (1e-5, (3, 4))
+    study = ThresholdStudy("", tuple(trials), (Timing((1.0, 2.0)),) * 7, None, found, exceeded, ())
+    assert _verdict(study).endswith(
+        "errors do not grow evenly: at 1e-7 to 1e-6 they are larger, so the next motion may differ"
+    )
 
 
 def test_a_method_without_projections_has_no_threshold(slider_crank):

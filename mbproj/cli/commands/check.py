@@ -65,9 +65,11 @@ def command(scene: str, settings: tuple[str, ...], picture: Path | None, as_json
     from mbproj.linear.equilibrium.started import start_state
     from mbproj.model import compile_system, initial_guess
     from mbproj.scene import read_scene
+    from mbproj.scene.meshes import meshes_of
     from mbproj.scene.problem_places import placed, placed_in
 
     what = read_scene(scene, parameters(settings), overrides(options))
+    meshes_of(what)  # a run records them
     system = compile_system(what)
     guess = initial_guess(what, system)
     state = start_state(what, system)

@@ -107,7 +107,7 @@ def warnings(report: Report) -> list[str]:
         )
     if report.drifts:
         found.append(
-            f"the energy drifted by {100 * report.energy_drift_relative:.2g} %: the motion may be wrong "
+            f"the energy drifted by {100 * report.drift_of_exchanged:.2g} %: the motion may be wrong "
             "although the joints are closed; compare with a smaller --step, or with --integrator dop853 --tolerance "
             "1e-10"
         )

@@ -137,8 +137,19 @@ def _verdict(found: ThresholdStudy) -> str:
     cost = f"{100 * part:.0f} % of the CPU time" if clear else "no CPU time that could be told from the spread"
     return (
         f"* recommended: --threshold {shortest(trial.setting.threshold)} saves {100 * found.saved(index):.0f} % of the "
-        f"projections and {cost}, with joints open by up to {trial.position_violation:.1e}"
+        f"projections and {cost}, with joints open by up to {trial.position_violation:.1e}{_unevenly(found)}"
     )
+
+
+def _unevenly(found: ThresholdStudy) -> str:
+    """Words on smaller thresholds whose error is larger; "" without any."""
+    if not found.exceeded:
+        return ""
+    from mbproj.studies.measure.setting import shortest
+
+    smaller = [shortest(found.trials[index].setting.threshold or 0.0) for index in found.exceeded]
+    which = smaller[0] if len(smaller) == 1 else f"{smaller[0]} to {smaller[-1]}"
+    return f"; errors do not grow evenly: at {which} they are larger, so the next motion may differ"
 
 
 def _page(found: ThresholdStudy, points: tuple[str, ...]) -> Figure:

@@ -101,11 +101,19 @@ class Report:
         return self.fastest * max(self.settings.duration or 0.0, 1.0) <= THRESHOLDS.rests * EPSILON
 
     @property
+    def drift_of_exchanged(self) -> float:
+        """The energy drift over what the run exchanged: the largest kinetic energy, |ΔV| and what was dissipated."""
+        if not self.energy_drift_relative > 0.0:
+            return self.energy_drift_relative
+        moved = self.energy_drift / self.energy_drift_relative
+        return self.energy_drift / (moved + abs(self.energy.dissipation))
+
+    @property
     def drifts(self) -> bool:
         """Whether the energy says that the motion may be wrong. It does not where nothing moves, and where nothing is
         free to move but what motions drive: there the joints alone say where it is, whatever the work."""
         is_free = self.degrees_of_freedom > 0 and not self.rests
-        return is_free and self.energy_drift_relative > THRESHOLDS.suspicious_drift
+        return is_free and self.drift_of_exchanged > THRESHOLDS.suspicious_drift
 
 
 def worst(system: System, peak: Peak) -> Worst:

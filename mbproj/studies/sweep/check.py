@@ -13,7 +13,7 @@ from mbproj.results import check_results, open_results
 from mbproj.results.sweep.layout import NAME, WITHOUT_CHECKSUMS
 from mbproj.results.sweep.table import read_table, version_of_table
 from mbproj.studies.sweep import database
-from mbproj.studies.sweep.folder import CASES, STORE
+from mbproj.studies.sweep.folder import CASES, STORE, TABLE, checksum_of
 
 
 @dataclass(frozen=True)
@@ -30,14 +30,14 @@ class SweepSoundness:
 
 
 def check_sweep(folder: Path) -> SweepSoundness:
-    """Reads the store, the arrays and the results files that are kept. Raises InputError where there is no sweep."""
-    store, arrays = folder / STORE, folder / NAME
+    """Reads the store, both tables and the results files that are kept. Raises InputError where there is no sweep."""
+    store, table, arrays = folder / STORE, folder / TABLE, folder / NAME
     if not store.is_file():
         hint = "give a results file, or the folder that 'mbproj sweep SPEC' has written"
         raise InputError(Problem(f"'{folder}' is not the folder of a sweep: it has no '{STORE}'", hint=hint))
-    faults, unguarded, rows = [], [], 0
+    faults, unguarded, rows, checksum = [], [], 0, None
     try:
-        looked = _looked(store)
+        looked, checksum = _looked(store)
         rows = looked.cases
         faults += [f"{STORE}: {fault}" for fault in looked.faults]
         faults += [f"{STORE}: {looked.damaged} of {rows} rows are damaged"] if looked.damaged else []
@@ -46,6 +46,9 @@ def check_sweep(folder: Path) -> SweepSoundness:
         if not database.is_damage(store, error):
             raise database.refused(store, error) from error
         faults.append(f"{STORE}: {error}")
+    if table.is_file():
+        unguarded += [TABLE] if checksum is None else []
+        faults += [f"{TABLE}: it is not as it was written"] if checksum not in (None, checksum_of(table)) else []
     if arrays.is_file():
         try:
             read_table(folder)
@@ -59,15 +62,21 @@ def check_sweep(folder: Path) -> SweepSoundness:
     return SweepSoundness(tuple(faults), rows, len(cases), tuple(unguarded), damaged)
 
 
-def _looked(store: Path) -> database.Looked:
-    """A look at the store. Where SQLite has left a log beside it a sweep is at work, or was killed: it is locked."""
+def _looked(store: Path) -> tuple[database.Looked, str | None]:
+    """A look at the store, and the table's checksum where it has one. Where SQLite has left a log beside the store, a
+    sweep is at work, or was killed: it is locked."""
     database.check_no_links(store)
     if store.with_name(store.name + "-wal").exists():
         with closing(database.locked(store)) as opened:
-            return database.look(opened)
+            return database.look(opened), _checksum(opened)
     with closing(sqlite3.connect(f"{store.absolute().as_uri()}?mode=ro&immutable=1", uri=True)) as opened:
         database.prepare(opened)
-        return database.look(opened)
+        return database.look(opened), _checksum(opened)
+
+
+def _checksum(opened: sqlite3.Connection) -> str | None:
+    found = opened.execute("SELECT value FROM about WHERE name = ?", [TABLE]).fetchone()
+    return None if found is None else str(found[0])
 
 
 def _of_results(case: Path) -> Iterator[str]:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from pathlib import Path
 from time import strftime
+from zlib import crc32
 
 from mbproj.errors import InputError, Problem
 from mbproj.kernel import build_info
@@ -72,6 +73,11 @@ class Folder:
     def file_of(self, key: str) -> Path:
         """The results file of a case."""
         return self.cases / f"{key}.h5"
+
+
+def checksum_of(table: Path) -> str:
+    """CRC-32 of a table, as the store has it."""
+    return f"{crc32(table.read_bytes()):08x}"
 
 
 def _scene_of(spec: Spec) -> str:

@@ -10,7 +10,7 @@ from mbproj.dataclass import dataclass
 from mbproj.outputs import Kind, csv, write_csv
 from mbproj.results.sweep.layout import NOT_RUN
 from mbproj.studies.sweep.design import Case
-from mbproj.studies.sweep.folder import OTHER, Folder
+from mbproj.studies.sweep.folder import OTHER, TABLE, Folder, checksum_of
 from mbproj.studies.sweep.keys import Keys
 from mbproj.studies.sweep.row import Row, Status
 from mbproj.studies.sweep.spec import COLUMNS, Spec, column_of
@@ -54,9 +54,12 @@ def headings(spec: Spec) -> list[str]:
 
 
 def write_table(spec: Spec, folder: Folder, force: bool = False) -> Path:
-    """Writes summary.csv. Raises InputError where it must not be replaced, unless `force`."""
+    """Writes summary.csv, whose checksum the store keeps. Raises InputError where it must not be replaced, unless
+    `force`."""
     cells = _cells(spec, folder)
-    return write_csv(folder.table, headings(spec), cells, kind=KIND, force=force, hint=OTHER)
+    path = write_csv(folder.table, headings(spec), cells, kind=KIND, force=force, hint=OTHER)
+    folder.store.describe({TABLE: checksum_of(path)})
+    return path
 
 
 def _cells(spec: Spec, folder: Folder) -> Iterator[Sequence[Any]]:

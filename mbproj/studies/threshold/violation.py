@@ -38,13 +38,15 @@ SAVES = 0.01
 class ThresholdStudy:
     """Trials and timings (None where the run failed) of a setting that projects after every step, of the same above
     each threshold, increasing, and of the same without projection. `recommended` is the index of the largest threshold
-    up to which the error stays within a tenth of that with all projections; None where that saves hardly any."""
+    whose error is within a tenth of that with all projections, None where that saves hardly any; `exceeded` are the
+    indices of smaller ones whose error is not: errors do not grow evenly."""
 
     title: str
     trials: tuple[Measurement, ...]
     timings: tuple[Timing | None, ...]
     reference: Reference
     recommended: int | None
+    exceeded: tuple[int, ...]
     notes: tuple[str, ...]
 
     def saved(self, index: int) -> float:
@@ -94,13 +96,14 @@ def threshold_study(
         kept, mechanism, [settings[index] for index in alive], float(truth.times[-1]), repetitions, tell
     )
     timings = dict(zip(alive, taken, strict=True))
-    floor = float(truth.uncertainty[-1, columns].max())
+    recommended, exceeded = _recommended(trials[:-1], tuple(at), float(truth.uncertainty[-1, columns].max()))
     return ThresholdStudy(
         title=scene.title,
         trials=tuple(trials),
         timings=tuple(timings.get(index) for index in range(len(trials))),
         reference=truth,
-        recommended=_recommended(trials[:-1], tuple(at), floor),
+        recommended=recommended,
+        exceeded=exceeded,
         notes=tuple(notes),
     )
 
@@ -135,10 +138,14 @@ def _without(own: Setting) -> Setting:
     )
 
 
-def _recommended(trials: Sequence[Measurement], at: tuple[str, ...], floor: float) -> int | None:
-    """The last of the thresholds (index from 1) up to which no error exceeds the first by more than is tolerated."""
+def _recommended(
+    trials: Sequence[Measurement], at: tuple[str, ...], floor: float
+) -> tuple[int | None, tuple[int, ...]]:
+    """The last of the thresholds (index from 1) whose error exceeds the first by no more than is tolerated, None where
+    it saves hardly any, and the ones before it that exceed it by more."""
     errors = [trial.at(at) for trial in trials]
     limit = max(TOLERATED * errors[0], errors[0] + floor)
-    last = next((index for index in range(1, len(errors)) if not errors[index] <= limit), len(errors)) - 1
-    left = trials[last].counters.get("projections", 0)
-    return last if left <= (1.0 - SAVES) * trials[0].counters["projections"] else None
+    last = max(index for index in range(len(errors)) if errors[index] <= limit)
+    if trials[last].counters.get("projections", 0) > (1.0 - SAVES) * trials[0].counters["projections"]:
+        return None, ()
+    return last, tuple(index for index in range(1, last) if not errors[index] <= limit)

@@ -190,13 +190,16 @@ def test_a_check_of_its_folder_finds_what_is_damaged(tmp_path):
         database.execute("UPDATE cases SET seconds = 2 * seconds + 1")
     with h5py.File(folder / "summary.h5", "r+") as file:
         file["seconds"][0] = 7.0
+    table = (folder / "summary.csv").read_bytes()
+    (folder / "summary.csv").write_bytes(table[:-3] + bytes([table[-3] ^ 1]) + table[-2:])
     results = next(folder.glob("cases/*.h5"))
     with h5py.File(results, "r+") as file:
         file["time"].attrs["units"] = "h"
     before = (folder / "store.sqlite").read_bytes()
     found = json.loads(mbproj("info", "--check", "--json", "spec-sweep", folder=tmp_path).stdout)
-    rows, arrays, *case = found["faults"]
+    rows, changed, arrays, *case = found["faults"]
     assert (found["sound"], rows) == (False, "store.sqlite: 2 of 2 rows are damaged")
+    assert changed == "summary.csv: it is not as it was written"
     assert "summary.h5" in arrays and "'seconds' is not what was written: its checksum differs" in arrays
     assert {fault.partition(":")[0] for fault in case} == {f"cases/{results.name}"}
     assert found["damaged"] == [f"cases/{results.name}"]
@@ -207,6 +210,10 @@ def test_a_check_of_its_folder_finds_what_is_damaged(tmp_path):
     assert "start the sweep again: it computes what is damaged or missing" in done.stdout
     assert mbproj("sweep", "spec.yaml", "-q", folder=tmp_path).returncode == 0
     assert mbproj("info", "--check", "spec-sweep", folder=tmp_path).returncode == 0
+    with closing(sqlite3.connect(folder / "store.sqlite")) as database, database:  # as an older mbproj left it
+        database.execute("DELETE FROM about WHERE name = 'summary.csv'")
+    found = json.loads(mbproj("info", "--check", "--json", "spec-sweep", folder=tmp_path).stdout)
+    assert (found["sound"], found["unguarded"]) == (True, ["summary.csv"])
     done = mbproj("info", "--check", ".", folder=tmp_path)
     assert (done.returncode, "is not the folder of a sweep" in done.stderr) == (2, True)
 

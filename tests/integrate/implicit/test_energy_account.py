@@ -10,6 +10,7 @@ import pytest
 from mbproj import assemble, compile_system, initial_guess, settings_to_run, simulate
 from mbproj.integrate.steppers.implicit_tableau import load_implicit_tableau
 from mbproj.scene import read_scene_text
+from tests.integrate.stiff_scenes import CREEP
 
 OMEGA, MASS, START, STEP, STEPS = 100.0, 2.0, 0.01, 0.05, 6
 STIFFNESS = MASS * OMEGA**2
@@ -55,3 +56,29 @@ def test_a_damper_takes_what_the_oscillator_loses():
     left = 0.5 * STIFFNESS * x**2 + 0.5 * MASS * v**2
     assert found.dissipation == pytest.approx(ENERGY - left, rel=1e-8)
     assert abs(found.numerical) < 1e-8 * ENERGY
+
+
+def report_of(text, **simulation):
+    scene = read_scene_text(text, simulation={"output_step": 0.05, **simulation})
+    system = compile_system(scene)
+    return simulate(system, assemble(system, initial_guess(scene, system)), settings_to_run(scene))
+
+
+@pytest.mark.parametrize("formulation", ["full", "reduced", "planar"])
+@pytest.mark.parametrize(("integrator", "part"), [("esdirk4", 5e-3), ("radau5", 1e-3)])
+def test_the_work_of_a_stiff_force_is_what_the_mass_has(integrator, part, formulation):
+    """1e8 N/m turn 1e-8 m by which Newton's method still changes a stage into 1 N. The mass has 0.005 J."""
+    found = report_of(CREEP, integrator=integrator, tolerance=2e-5, formulation=formulation)
+    assert found.energy.work == pytest.approx(0.5 * (0.1 * math.cos(0.5 - 2e-4)) ** 2, rel=part)
+    assert found.energy_drift_relative < part
+
+
+def test_what_a_damper_takes_is_part_of_what_the_drift_is_held_against():
+    """100 J pass through a mass of 0.005 J: 2e-5 J of them are nothing, 2.6 J say that the first step was too long."""
+    drag = "damping: 2e4}\n  push: {type: force, body: mass, location: [0, 0, 0], force: [2000, 0, 0]}"
+    text = CREEP.replace('force: "1e7*sin(t) - 1e8*displacement - 2e4*displacement_dot"}', drag)
+    found = report_of(text, integrator="esdirk4", tolerance=1e-5)
+    assert found.energy.dissipation == pytest.approx(100.0, rel=1e-3)
+    assert found.energy_drift_relative > 1e-3
+    assert not found.drifts
+    assert report_of(text.replace("tolerance: 1.0e-6, ", ""), integrator="esdirk4", step=0.05).drifts

@@ -49,7 +49,7 @@ def test_a_mass_that_comes_to_stick(formulation, integrator):
     found, report = run(read_scene_text(BELT), step=0.005, **keys)
     np.testing.assert_allclose(found["time"], 0.02 * np.arange(6), rtol=0.0, atol=1e-15)
     halvings = report.counters["rejected_steps"]
-    assert 3 < halvings <= 25
+    assert 3 <= halvings <= 25
     assert report.counters["steps"] <= 20 + halvings
     assert f"{halvings} times, for want of " in report.halved
     assert any("fixed steps were halved" in each and "Newton's method" in each for each in warnings(report))
@@ -77,13 +77,9 @@ def test_the_force_that_is_the_cause_is_named():
 @pytest.mark.parametrize("formulation", ["full", "reduced"])
 def test_what_halving_does_not_mend(formulation, integrator):
     """A torque that grows with the speed without bound."""
-    with pytest.raises(
-        SimulationError, match=r"at (body 'rotor'|force 'push'): Newton's method did not|no longer finite"
-    ) as caught:
+    with pytest.raises(SimulationError, match=r"at (body 'rotor'|force 'push'): Newton's method did not") as caught:
         keys = {"integrator": integrator, "formulation": formulation}
         run(read_scene_text(rotor("1 + 1e6*sinh(50*angle_dot)")), duration=2.0, step=0.5, output_step=0.5, **keys)
-    if "no longer finite" in caught.value.cause:  # where a part of the step was made, and the speed had no bound
-        return
     assert "nor did it those of its parts, down to 0.0" in caught.value.cause
     assert "smooth it; or try --integrator dop853" in caught.value.hint
 

@@ -135,12 +135,14 @@ public:
     double slope(std::size_t f) const { return slopes_[f]; }
 
 private:
-    // D of the line through the last two states.
+    // D of the line through the last two states, without what other stages have moved the coordinate by.
     double secant(const Law& law, const LawSlopes& before, const LawSlopes& now, double g) const {
         const double change = now.rate - before.rate;
         if (!(std::abs(change) > model_.thresholds.secant_change * std::max(std::abs(now.rate), std::abs(before.rate))))
             return 0.0;
-        return g * g * law.stiffness + g * law.damping - g * (now.given - before.given) / change;
+        const double moved = now.value - before.value - g * change;
+        const double given = now.given - before.given + (now.of_value - law.stiffness) * moved;
+        return g * g * law.stiffness + g * law.damping - g * given / change;
     }
 
     void set_bushings(double g) {

@@ -41,9 +41,9 @@ template <int D> struct Loads {
     int size() const { return static_cast<int>(laws.size() + 6 * bushings.size()); }
 };
 
-// A law at a state: ∂(-F)/∂s and ∂(-F)/∂s', the rate s', and the part of F that a function gives.
+// A law at a state: ∂(-F)/∂s and ∂(-F)/∂s', the value s, the rate s', and the part of F that a function gives.
 struct LawSlopes {
-    double of_value, of_rate, rate, given;
+    double of_value, of_rate, value, rate, given;
 };
 
 // Whether a law's force changes with the state, not with time alone.
@@ -86,12 +86,13 @@ template <int D> struct Applied {
     LawSlopes slopes(const Loads<D>& loads, int l, const Pose<D>& pose, const Motion<D>& motion, Channels<D>& channels,
                      double* by_channels = nullptr) const {
         const Law& law = loads.laws[l];
-        LawSlopes found{law.stiffness, law.damping, 0.0, 0.0};
+        LawSlopes found{law.stiffness, law.damping, 0.0, 0.0, 0.0};
         if (by_channels) std::fill_n(by_channels, channels.size(), 0.0);
         if (law.program < 0) return found;
         const Seen now(loads, law, Coordinate<D>(loads.coordinates, l, pose), pose, motion, channels);
         const double load = load_of(law) * now.part;
         const Series* variables = channels.variables(now.at, now.speed);
+        found.value = now.at;
         found.rate = now.rate;
         found.given = load * programs_.value(law.program, variables, held);
         double own[2];

@@ -147,12 +147,13 @@ private:
     // Newton's method for the stages from `first` to `end`: k become their slopes, `stage_` the state of the last.
     bool solve(double t, const Vector& y, double h, int first, int end) {
         const double g = h * tableau_.gamma;
+        const bool coupled = end - first > 1;
         double before = std::numeric_limits<double>::infinity();
         for (int pass = 0; pass < thresholds_.most_newton; ++pass) {
             double change = 0.0;
             for (int s = first; s < end; ++s) {
                 if (pass == 0) extrapolate(s, end);
-                if (pass == 0 || end - first > 1) set_base(y, h, s, first, pass);
+                if (pass == 0 || coupled) set_base(y, h, s, first, pass);
                 place(g, k_[s]);
                 ++evaluations_;
                 const double time = t + tableau_.c[s] * h;
@@ -162,11 +163,13 @@ private:
                 old_[s].swap(found_);
                 place(g, k_[s]);
                 set_rates(stage_, k_[s]);
-                change = std::max(change, g * distance(k_[s], old_[s], end - first > 1));
-                if (!std::isfinite(change)) return fails(s);
+                const double moved = g * distance(k_[s], old_[s], coupled);
+                if (!std::isfinite(moved) || (coupled && !settle_work(time, g, s))) return fails(s);
+                change = std::max(change, moved);
             }
             if (pass > 0) contraction_ = std::max(change / before, thresholds_.least_contraction);
-            if (is_solved(change, before)) return true;
+            if (is_solved(change, before))
+                return coupled || settle_work(t + tableau_.c[first] * h, g, first) || fails(first);
             before = change;
         }
         return fails(end - 1);
@@ -180,6 +183,15 @@ private:
         combine(y, h, weights_, tableau_.stages(), base_);
         for (int j = first; pass > 0 && j < s; ++j)
             base_ += h * (tableau_.a(s, j) - tableau_.splitting(s, j)) * old_[j];
+    }
+
+    // The work of stage s at the state that its accelerations lead to: what a stiff force does changes by much with the little
+    // by which Newton's method has still changed that.
+    bool settle_work(double t, double g, int s) {
+        if (!implicit_.is_stiff() || layout_.quadratures.size == 0) return true;
+        if (!equations_.settle_work(t, stage_.data(), k_[s].data())) return false;
+        place_rest(g, k_[s]);
+        return true;
     }
 
     // For want of stage s.
@@ -221,6 +233,9 @@ private:
             to.position() = from.position() + g * to.velocity();
             to.orientation() = orientation_ahead(Column<S::orientation>(from.orientation()), Turn<D>(to.omega()), g);
         }
+        place_rest(g, k);
+    }
+    void place_rest(double g, const Vector& k) {
         for (int i = layout_.bodies.size; i < layout_.size(); ++i) stage_[i] = base_[i] + g * k[i];
     }
 
