@@ -164,5 +164,5 @@ def test_vertices_that_no_page_can_show_are_refused(tmp_path, scale, size):
         meshes_of(scene_with(tmp_path, f"{{file: t.stl, scale: {scale}}}", t_stl=far))
     assert mbproj("run", "bob.yaml", "-o", "bob.h5", folder=tmp_path).returncode == 2
     done = mbproj("check", "bob.yaml", folder=tmp_path)
-    assert (done.returncode, "bob.yaml:9:24: error: the mesh 't.stl' has vertices beyond" in done.stderr) == (2, True)
+    assert (done.returncode, "error: the mesh 't.stl' has vertices beyond" in done.stderr) == (2, True)
     assert not list(tmp_path.glob("bob.h5*"))
