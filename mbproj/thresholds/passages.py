@@ -60,6 +60,12 @@ class Passages:
         "a projection that changes the velocity by more, near a singular pose, has met another branch",
         "branches cross at an angle; truncation errors are far below",
     )
+    lost_velocity: float = threshold(
+        0.5, "1", "both", "a step is lost whose projection changes the velocity by more, ...", "half of it is error"
+    )
+    lost_way: float = threshold(
+        0.5, "length a step", "both", "... and what it moves in a step by more", "past a dead centre without mass: 100"
+    )
     at_rest: float = threshold(
         1e-10, "length a step", "both", "what moves less is at rest, and its direction is round-off", "chosen"
     )

@@ -32,7 +32,7 @@ class Searches:
         1e-3, "1", "numpy", "a motion whose inertia falls to this part has lost it", "speeds grow 30-fold"
     )
     lost_mass_steps: int = threshold(
-        40, "-", "numpy", "where it loses it is looked for in so many steps of locked_step / 5", "0.4 rad"
+        40, "-", "numpy", "where it loses it is looked for in so many steps, of locked_step / 5 or more", "seconds"
     )
     locked_closed: float = threshold(1e-12, "length, rad", "numpy", "what closes is closed to this", "chosen")
     locked_open: float = threshold(

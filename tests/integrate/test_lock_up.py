@@ -140,7 +140,48 @@ joints:
 """
 
 
+#: A nut without mass on a spindle without mass makes three turns until the rod is straight, and the slider stands.
+NUT = """
+mbproj: 1
+gravity: [0, 0, 0]
+simulation: {duration: 0.5, step: 1 ms, output_step: 50 ms, integrator: rk4}
+bodies:
+  spindle: {mass: 0, inertia: [0, 0, 0], position: [0, 0, 0]}
+  nut: {mass: 0, inertia: [0, 0, 0], position: [-0.3, 0, 0]}
+  rod: {mass: 0, inertia: [0, 0, 0], position: [-0.15, 0.2, 0]}
+  slider: {mass: 1, inertia: [1e-3, 1e-3, 1e-3], position: [0, 0.4, 0]}
+joints:
+  A: {type: revolute, bodies: [ground, spindle], location: [0, 0, 0], axis: [1, 0, 0]}
+  N: {type: screw, bodies: [spindle, nut], location: [-0.3, 0, 0], axis: [1, 0, 0], pitch: 0.1}
+  P: {type: prismatic, bodies: [ground, nut], location: [-0.3, 0, 0], axis: [1, 0, 0]}
+  B: {type: revolute, bodies: [nut, rod], location: [-0.3, 0, 0], axis: [0, 0, 1]}
+  C: {type: revolute, bodies: [rod, slider], location: [0, 0.4, 0], axis: [0, 0, 1]}
+  D: {type: prismatic, bodies: [ground, slider], location: [0, 0.4, 0], axis: [0, 1, 0], speed: 0.5}
+"""
+
+
+@pytest.mark.parametrize("formulation", ["planar", "reduced", "full"])
+@pytest.mark.parametrize("step", ["0.1 ms", "1 ms", "10 ms"])
+def test_no_step_passes_over_where_mass_is_lost(formulation, step):
+    """The slider arrives with its whole speed where it can go no further: any pose and speed beyond is as good."""
+    fast = DEAD_CENTRE.replace("gravity: [0, 0, -9.81]", "gravity: [0, 0, 0]").replace(
+        "velocity: [0.5, 0, 0]}", "velocity: [0, 0, 0]}"
+    )
+    error = stopped(fast.replace("axis: [1, 0, 0]}", "axis: [1, 0, 0], speed: 1}"), formulation=formulation, step=step)
+    left = 0.2 * 2**0.5 + (0.6**2 + 0.2**2) ** 0.5 - 0.8
+    assert left - 1e-3 < error.time <= left + 0.011
+    assert "near here a motion moves no mass" in error.cause
+
+
 @pytest.mark.parametrize("formulation", ["reduced", "full"])
+def test_a_nut_that_loses_its_mass_is_named(formulation):
+    error = stopped(NUT, formulation=formulation)
+    assert error.time == pytest.approx(0.2, abs=2e-3)
+    assert "near here a motion moves no mass, so that its speed grows beyond all bounds: 'spindle' turns" in error.cause
+    assert "'nut' shifts along x" in error.cause
+
+
+@pytest.mark.parametrize("formulation", ["planar", "reduced", "full"])
 def test_what_loses_its_mass_on_the_way_is_said(formulation):
     """At its dead centre the slider stands, and a crank and a rod without mass turn as fast as they like."""
     error = stopped(DEAD_CENTRE, formulation=formulation)

@@ -35,6 +35,7 @@ from mbproj.integrate.outcome.failures import (
     branches_near,
     ill_conditioned,
     jammed,
+    lost_step,
     not_finite,
     other_branch,
     singular,
@@ -253,7 +254,7 @@ class FullFormulation:
     def check_branch(self, t: float, h: float, y: Array, projected: Projected) -> None:
         """Raises SimulationError where, near a pose at which C_q loses its rank and branches of the motion cross at an
         angle, the projection after a step of size h has changed the velocities of y by more than they can be wrong by,
-        or left open what has lost its gradient."""
+        or left open what has lost its gradient; or anywhere, where the step has lost the motion."""
         v = self.parts(y)[1]
         part = self.change(v, projected.v)
         moved = float(np.linalg.norm(in_lengths(self.system, projected.v - v))) * h
@@ -263,6 +264,8 @@ class FullFormulation:
             and moved > THRESHOLDS.at_rest
         ):
             raise other_branch(t, part)
+        if part > THRESHOLDS.lost_velocity and moved > THRESHOLDS.lost_way:
+            raise lost_step(t, part)
         if projected.left_open > THRESHOLDS.left_open or (
             projected.failures and self.policy.nearest < THRESHOLDS.near_singular
         ):

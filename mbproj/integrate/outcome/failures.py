@@ -52,6 +52,12 @@ def other_branch(t: float, change: float) -> SimulationError:
     return SimulationError(t, cause, hint=hint)
 
 
+def lost_step(t: float, change: float) -> SimulationError:
+    """A step that leads so far off that its projection has nothing to go by."""
+    cause = f"the projection would change the velocity by {100.0 * change:.0f} % at once: the step has lost the motion"
+    return SimulationError(t, cause, hint=SMALLER)
+
+
 def branches_near(t: float) -> SimulationError:
     """A step to where branches of the motion cannot be told apart."""
     cause = (

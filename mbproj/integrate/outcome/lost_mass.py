@@ -5,14 +5,15 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from math import sqrt
 
 import numpy as np
 
 from mbproj.arrays import Array
 from mbproj.dynamics.assembly.assemble import nearest
-from mbproj.dynamics.assembly.gauss_newton import in_coordinates
+from mbproj.dynamics.assembly.gauss_newton import moved
 from mbproj.dynamics.equations.kinematics import pose_of
-from mbproj.dynamics.equations.motions import drive_at
+from mbproj.dynamics.equations.motions import Drive, drive_at
 from mbproj.dynamics.rank.massless import least_inertia
 from mbproj.errors import SimulationError
 from mbproj.model.system import System
@@ -39,23 +40,29 @@ def naming_lost_mass(system: System, start: Array, reached: Callable[[], tuple[f
 
 def _lost(system: System, start: Array, t: float, q: Array) -> str | None:
     """The motion, in words: that with the least inertia, followed from q both ways to where it has next to none."""
-    from mbproj.dynamics.rank.nearby import NO_CONDITIONS
-
     drive, own = drive_at(system, t), least_inertia(system, pose_of(start))
     if own is None:
         return None
-    for way in (1.0, -1.0):
-        at, before = q, None
-        for _ in range(THRESHOLDS.lost_mass_steps):
-            found = least_inertia(system, pose_of(at))
-            if found is None:
-                return None
-            if found.inertia < THRESHOLDS.lost_mass * own.inertia:
-                return str(found)
-            motion = found.motion if before is None or found.motion @ before > 0.0 else -found.motion
-            before = motion
-            at = at + in_coordinates(system, at, way * THRESHOLDS.locked_step / 5.0 * motion)
-            at, left = nearest(system, at, NO_CONDITIONS, drive, THRESHOLDS.locked_closed)
-            if np.abs(left).max(initial=0.0) > THRESHOLDS.locked_open:
-                break
+    ways = (_followed(system, drive, q, way, THRESHOLDS.lost_mass * own.inertia) for way in (1.0, -1.0))
+    return next((found for found in ways if found is not None), None)
+
+
+def _followed(system: System, drive: Drive | None, q: Array, way: float, enough: float) -> str | None:
+    """The same one way, in steps of half of what is left: the root of the inertia falls evenly to a dead centre."""
+    from mbproj.dynamics.rank.nearby import NO_CONDITIONS
+
+    shortest, longest = THRESHOLDS.locked_step / 5.0, 10.0 * THRESHOLDS.locked_step
+    before, last, step = None, 0.0, shortest
+    for _ in range(THRESHOLDS.lost_mass_steps):
+        found = least_inertia(system, pose_of(q))
+        if found is None or found.inertia < enough:
+            return None if found is None else str(found)
+        size = sqrt(found.inertia)
+        if size < last:
+            step = min(max(0.5 * step * size / (last - size), shortest), longest)
+        motion = found.motion if before is None or found.motion @ before > 0.0 else -found.motion
+        before, last = motion, size
+        q, left = nearest(system, moved(system, q, way * step * motion), NO_CONDITIONS, drive, THRESHOLDS.locked_closed)
+        if np.abs(left).max(initial=0.0) > THRESHOLDS.locked_open:
+            return None
     return None

@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import math
 import operator
+import re
 
 from mbproj.dataclass import dataclass
 from mbproj.errors import Problem
+from mbproj.scene.expressions.evaluate import Value
 from mbproj.scene.expressions.syntax_tree import Binary, Expression, Quantity
 from mbproj.scene.expressions.unit_text import unit_of
 from mbproj.scene.expressions.units import BARE, Dimension, describe, symbol_of
@@ -18,6 +20,15 @@ from mbproj.scene.text.nodes import Node, ScalarNode
 #: What no quantity of a mechanism reaches: up to here a mass times the square of a length can be squared and is still a
 #: number (the largest is 1.8e308).
 LARGEST = 1e50
+
+
+#: Most numbers are written so, and need no tree.
+_PLAIN = re.compile(r"-?[0-9]{1,15}(\.[0-9]{1,20})?")
+
+
+def _plain(text: str) -> Value | None:
+    """The value of a number without unit; None for any other expression."""
+    return Value(float(text)) if _PLAIN.fullmatch(text) else None
 
 
 @dataclass(frozen=True)
@@ -40,8 +51,8 @@ class Number(Field[float]):
         if not isinstance(node, ScalarNode) or not node.text.strip():
             self.reject(node, path, reading)
             return None
-        tree = reading.parse(node)
-        value = reading.value(node, tree)
+        tree = None if (value := _plain(node.text)) else reading.parse(node)
+        value = value or reading.value(node, tree)
         if value is None:
             return None
         if self.unit is not None and not agrees(self.unit, value.dimension):

@@ -28,6 +28,8 @@ class Entry(NamedTuple):
 
 def whole_items(items: Sequence[Node]) -> tuple[list[Node], list[Problem]]:
     """The items of a list in [ ] with those put together that commas cut off, and a problem for each."""
+    if not any(isinstance(item, ScalarNode) and "(" in item.text for item in items):
+        return list(items), []
     found: list[Node] = []
     problems = []
     at = 0
@@ -46,6 +48,10 @@ def whole_items(items: Sequence[Node]) -> tuple[list[Node], list[Problem]]:
 
 def whole_entries(entries: Sequence[Entry]) -> tuple[list[Entry], list[Problem]]:
     """The entries of a mapping in { } with values put together that commas cut off, and a problem for each."""
+    if not any(
+        isinstance(each.value, ScalarNode) and ("(" in each.value.text or not each.value.text) for each in entries
+    ):
+        return list(entries), []
     found: list[Entry] = []
     problems = []
     at = 0

@@ -56,6 +56,8 @@ class _Composer:
     def _node(self, event: yaml.Event, depth: int) -> Node:
         if depth > MAX_DEPTH:
             raise InputError(Problem(f"nested more than {MAX_DEPTH} levels deep", self._place(event)))
+        if isinstance(event, yaml.ScalarEvent) and event.tag is None and not event.anchor:  # most are
+            return self._scalar(event, 1)
         if isinstance(event, yaml.AliasEvent):
             return self._alias(event)
         assert isinstance(event, yaml.NodeEvent)
@@ -76,7 +78,7 @@ class _Composer:
         if isinstance(event, yaml.MappingStartEvent):
             return self._mapping(event, depth)
         assert isinstance(event, yaml.ScalarEvent)
-        return self._scalar(event)
+        return self._scalar(event, 0)
 
     def _alias(self, event: yaml.AliasEvent) -> Node:
         if event.anchor not in self._anchors:
@@ -87,9 +89,9 @@ class _Composer:
         self._weigh(known[1], event)
         return known[0]
 
-    def _scalar(self, event: yaml.ScalarEvent) -> ScalarNode:
+    def _scalar(self, event: yaml.ScalarEvent, weight: int) -> ScalarNode:
         place, value = self._place(event), event.value
-        self._weigh(len(value) // _CHARACTERS, event)
+        self._weigh(weight + len(value) // _CHARACTERS, event)
         if place.text is None or place.column is None:
             return ScalarNode(value, place)
         column = place.column + (1 if event.style in ("'", '"') else 0)
@@ -118,7 +120,8 @@ class _Composer:
         entries = []
         while not isinstance(inner := next(self._events), yaml.MappingEndEvent):
             key = self._node(inner, depth + 1)
-            entries.append(Entry(key, self._place(inner), self._node(next(self._events), depth + 1)))
+            place = key.place if isinstance(inner, yaml.ScalarEvent) else self._place(inner)
+            entries.append(Entry(key, place, self._node(next(self._events), depth + 1)))
         if getattr(event, "flow_style", False):
             entries, cuts = whole_entries(entries)
             self.problems += cuts

@@ -1,6 +1,7 @@
-// What the motions prescribe at a time: the value, rate and acceleration of each.
+// What the motions prescribe at a time: the value, rate and acceleration of each; and the work of motions and forces.
 #pragma once
 
+#include "kinematics/loads.hpp"
 #include "model/model.hpp"
 #include "model/settings.hpp"
 
@@ -15,6 +16,13 @@ public:
     const Series& operator[](std::size_t k) const { return found_[k]; }
     // Where motion k puts its coordinate.
     double prescribed(std::size_t k) const { return model_.driven[k].start + found_[k].x; }
+
+    // Of the motions, with these multipliers.
+    double power(const double* lambda) const {
+        double sum = 0.0;
+        for (std::size_t k = 0; k < found_.size(); ++k) sum -= lambda[model_.driven[k].row] * found_[k].d;
+        return sum;
+    }
 
     // At t. Accelerations, which may jump, are seen from within the window; positions and rates are continuous, and belong
     // to t itself, so that joints close to round-off. False where one is not finite.
@@ -37,5 +45,15 @@ private:
     const Model<D>& model_;
     std::vector<Series> found_;
 };
+
+// The rates of the quadratures in a slope: the power put in, what is dissipated, and what is lost apart.
+template <int D>
+void set_work(const Block& work, const Applied<D>& applied, const Drive<D>& drive, const double* lambda,
+              double* slope) {
+    if (!work.size) return;
+    slope[work.first] = applied.power + drive.power(lambda);
+    slope[work.first + 1] = applied.dissipation;
+    std::copy(applied.lost.begin(), applied.lost.end(), slope + work.first + 2);
+}
 
 }  // namespace mbproj

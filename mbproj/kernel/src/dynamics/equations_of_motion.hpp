@@ -70,7 +70,7 @@ public:
             out.velocity() = solver_.shift(b);
             out.omega() = to_body(pose_[b].rotation, solver_.turn(b));
         }
-        set_work(slope);
+        set_work(layout().quadratures, applied_, drive_, lambda_.data(), slope);
         for (int i = 0; i < layout().followed.size; ++i)
             slope[layout().followed.first + i] = model_.counts_turns[i] ? angle(i).speed : 0.0;
         if (lambda) std::copy(lambda_.begin(), lambda_.end(), lambda);
@@ -88,7 +88,7 @@ public:
         set_pose(t, y);
         motion_.update(y, pose_);
         if (!applied_.update(*model_.loads, pose_, motion_, window_.seen(t_), expected_)) return broken(y);
-        set_work(slope);
+        set_work(layout().quadratures, applied_, drive_, lambda_.data(), slope);
         return true;
     }
 
@@ -241,15 +241,6 @@ private:
     // Friction that depends on what its bearing carries counts from here on.
     bool settle_bearings(const double* y) {
         return bearings_.settle(applied_, solver_, pose_, gamma_.data()) && (set_forces(y) || broken(y));
-    }
-    void set_work(double* slope) const {
-        const Block& work = layout().quadratures;
-        if (!work.size) return;
-        double power = applied_.power;
-        for (std::size_t k = 0; k < drive_.size(); ++k) power -= lambda_[model_.driven[k].row] * drive_[k].d;
-        slope[work.first] = power;
-        slope[work.first + 1] = applied_.dissipation;
-        std::copy(applied_.lost.begin(), applied_.lost.end(), slope + work.first + 2);
     }
     void unload() { std::fill(applied_.carried.begin(), applied_.carried.end(), 0.0); }
 

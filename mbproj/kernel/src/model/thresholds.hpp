@@ -10,8 +10,8 @@ struct Thresholds {
         clear_margin;
     int most_dense_rows;
     // mbproj/thresholds/passages.py
-    double least_violation, passing, nearing, agreement, agreed_tolerances, shorter, branch_change, at_rest, rest_rate,
-        nearly_closed;
+    double least_violation, passing, nearing, agreement, agreed_tolerances, shorter, branch_change, lost_velocity,
+        lost_way, at_rest, rest_rate, nearly_closed;
     int most_shorter;
     // mbproj/thresholds/elimination.py
     double no_inertia, no_mass, asymmetry, most_cancelled, parallel, lent_part, settled_part, settled_enough,
@@ -51,6 +51,8 @@ template <class Visit> void each_threshold(Visit&& visit) {
     visit("shorter", &Thresholds::shorter);
     visit("most_shorter", &Thresholds::most_shorter);
     visit("branch_change", &Thresholds::branch_change);
+    visit("lost_velocity", &Thresholds::lost_velocity);
+    visit("lost_way", &Thresholds::lost_way);
     visit("at_rest", &Thresholds::at_rest);
     visit("rest_rate", &Thresholds::rest_rate);
     visit("nearly_closed", &Thresholds::nearly_closed);

@@ -138,10 +138,11 @@ struct Outcome {
         found.projection_failed = projection_failed;
         return found;
     }
-    // Branches of the motion: another one, or two that cannot be told apart.
-    static Outcome at_branch(Status status, double t, double change) {
+    // Branches of the motion: another one, or two that cannot be told apart; where no branches are near, none.
+    static Outcome at_branch(Status status, double t, double change, bool near_singular) {
         Outcome found{status, t};
         found.velocity_change = change;
+        found.near_singular = near_singular;
         return found;
     }
     // Friction that leaves no unique solution: the number of its law.

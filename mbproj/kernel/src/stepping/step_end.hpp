@@ -76,14 +76,17 @@ private:
     }
 
     // Whether a step past a singular pose has met another branch of the motion: velocities are continuous, but branches cross
-    // in singular poses at an angle. Or whether its halves have.
+    // in singular poses at an angle. Or whether its halves have. Or whether the step has led anywhere.
     Outcome other_branch(const Projected& done, double t, const Vector& y, double h, const StepDoubling<D>* halves) {
         const bool jumps = done.velocity_change > model_.thresholds.branch_change &&
                            done.speed_change * h > model_.thresholds.at_rest * model_.length;
-        if (jumps && equations_.is_near_singular()) return Outcome::at_branch(Status::branch, t, done.velocity_change);
+        const bool lost = done.velocity_change > model_.thresholds.lost_velocity &&
+                          done.speed_change * h > model_.thresholds.lost_way * model_.length;
+        if (lost || (jumps && equations_.is_near_singular()))
+            return Outcome::at_branch(Status::branch, t, done.velocity_change, equations_.is_near_singular());
         const double off = halves ? halves->off(halves->end(), y, h) : 0.0;
         if (off > model_.thresholds.agreement && equations_.is_near_singular())
-            return Outcome::at_branch(Status::unresolved, t, off);
+            return Outcome::at_branch(Status::unresolved, t, off, true);
         return {};
     }
 
