@@ -7,6 +7,7 @@ Durations are a few steps, and pictures are composed but not drawn, so that the 
 from __future__ import annotations
 
 import json
+from functools import partial
 from pathlib import Path
 
 import click
@@ -19,6 +20,7 @@ from mbproj import compile_system, read_scene
 from mbproj.cli.main import mbproj
 from mbproj.errors import MbprojError
 from mbproj.scene.records import Settings
+from mbproj.studies.measure.timing import time_settings
 from tests.support import MECHANISMS
 
 #: Studies on these take minutes: each of their runs meets events that the loop in NumPy handles.
@@ -56,11 +58,15 @@ def _not_drawn(figure: Figure, file: Path, **_: object) -> None:
 
 @pytest.fixture(autouse=True)
 def folder(tmp_path, monkeypatch):
-    """Where commands write; their pictures are empty, and each timing is of one run."""
+    """Where commands write; their pictures are empty, each timing is of one run, and files of our own are not read in a
+    child process first."""
     monkeypatch.chdir(tmp_path)
     monkeypatch.setenv("MBPROJ_CACHE", str(tmp_path / "cache"))
     monkeypatch.setattr("matplotlib.figure.Figure.savefig", _not_drawn)
     monkeypatch.setattr("mbproj.studies.measure.timing.SHORTEST", 0.0)
+    monkeypatch.setattr("mbproj.studies.recommend.recommendation.time_settings", partial(time_settings, repetitions=1))
+    for reader in ("outputs.kinds", "results.file.opening", "results.check"):
+        monkeypatch.setattr(f"mbproj.{reader}.rehearse", lambda act, path: True)
     return tmp_path
 
 
@@ -79,6 +85,7 @@ class Commands:
             return False
         if done.exception is not None:
             raise done.exception
+        assert done.return_value in (None, 0), words
         if "--json" in words:
             json.loads(done.stdout)
         return True
@@ -116,6 +123,16 @@ def test_commands(path, folder):
 
 
 @every_scene
+def test_sweeps(path, folder):
+    """Of two durations: a second one reuses all cases."""
+    run, until = Commands(), short(read_scene(path).settings)
+    vary, measure = {"simulation.duration": [0.5 * until, until]}, {"cost": {"diagnostic": "evaluations", "at": "end"}}
+    spec = {"sweep": 1, "scene": str(path), "vary": vary, "measure": measure}
+    (folder / "spec.yaml").write_text(json.dumps(spec))
+    assert run.both("sweep", "spec.yaml", "--jobs", 1) and run.both("info", "spec-sweep", "--check")
+
+
+@every_scene
 def test_linear_models(path):
     """Of a scene that moves, or has no joint, there is none."""
     names, run = compile_system(read_scene(path)).names, Commands()
@@ -126,7 +143,7 @@ def test_linear_models(path):
 def test_batches(folder):
     """Of all scenes at once, without what they expect of longer runs."""
     for path in MECHANISMS:
-        scene = yaml.load(path.read_text(), yaml.BaseLoader)
+        scene = yaml.load(path.read_text(), getattr(yaml, "CBaseLoader", yaml.BaseLoader))
         scene["simulation"]["duration"] = short(read_scene(path).settings)
         scene["simulation"].pop("output_step", None)
         Path(path.name).write_text(json.dumps({key: block for key, block in scene.items() if key != "expect"}))
@@ -173,7 +190,19 @@ def _study(run: Commands, path: Path) -> None:
     until, alone = short(scene.settings), ("--repeat", 1, "--jobs", 1)
     run.both("compare", path, "--until", until, "--projections", "gpopm", "--force", *alone)
     run("recommend", path, "--until", until, "--error", "1e-3", "--json")
-    run("tradeoff", path, "--until", until, "--integrators", "rk4", "--projections", "gpopm", *alone)
+    run(
+        "tradeoff",
+        path,
+        "--until",
+        until,
+        "--integrators",
+        "rk4",
+        "--projections",
+        "gpopm",
+        "--longest",
+        "1 us",
+        *alone,
+    )
     run("threshold", path, "--duration", until, "--thresholds", "1e-6", *alone)
     found = ("stability", path, "--duration", until, "--vary", "length-scale", "--from", 1, "--to", 2, "--points", 2)
     run.both(*found, "--projections", "gpopm", "--jobs", 1, "--force")
