@@ -82,14 +82,13 @@ public:
         states_.eliminate(see_channels(window_.seen(t), y), g, e);
     }
 
-
     // The work in the last slope at another state, with that slope's multipliers; for scenes with loads.
     bool settle_work(double t, const double* y, double* slope) {
         set_pose(t, y);
         motion_.update(y, pose_);
-        if (!applied_.update(*model_.loads, pose_, motion_, window_.seen(t_), expected_)) return broken(y);
+        const bool done = applied_.update(*model_.loads, pose_, motion_, window_.seen(t_), expected_);
         set_work(layout().quadratures, applied_, drive_, lambda_.data(), slope);
-        return true;
+        return done || broken(y);
     }
 
     // A state at a time, in place of the last.
