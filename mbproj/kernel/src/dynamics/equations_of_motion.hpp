@@ -20,7 +20,7 @@ public:
     using S = Size<D>;
 
     EquationsOfMotion(const Model<D>& model, const ProjectionSettings& projection)
-        : model_(model), projection_(projection), pose_(model), motion_(model), solver_(model, penalty(projection)),
+        : model_(model), projection_(projection), pose_(model), motion_(model), solver_(model, projection.penalty()),
           policy_(model, solver_), gamma_(model.all_rows()), C_(model.all_rows()), C_dot_(model.all_rows()),
           lambda_(model.all_rows()), drive_(model), applied_(model), bearings_(model), couplings_(model),
           expected_(model.layout.followed.size), channels_(model), states_(model) {}
@@ -86,7 +86,7 @@ public:
     bool settle_work(double t, const double* y, double* slope) {
         set_pose(t, y);
         motion_.update(y, pose_);
-        const bool done = applied_.update(*model_.loads, pose_, motion_, window_.seen(t_), expected_);
+        const bool done = applied_.update(*model_.loads, pose_, motion_, see_channels(window_.seen(t_), y));
         set_work(layout().quadratures, applied_, drive_, lambda_.data(), slope);
         return done || broken(y);
     }
@@ -260,10 +260,6 @@ private:
             solver_.set_force(b, force, torque);
         }
         return true;
-    }
-
-    static std::optional<double> penalty(const ProjectionSettings& projection) {
-        return projection.correction == Correction::penalty ? std::optional(projection.alpha) : std::nullopt;
     }
 
     bool broken(const double* y) {

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <limits>
+#include <optional>
 #include <vector>
 
 #include <Eigen/Core>
@@ -40,6 +41,9 @@ struct ProjectionSettings {
     bool position = true, velocity = true;
     int max_iterations = 25;
     bool fallback = false;  // to the coordinates' metric, where a position does not converge
+    std::optional<double> penalty() const {
+        return correction == Correction::penalty ? std::optional(alpha) : std::nullopt;
+    }
     bool corrects() const { return correction != Correction::none && correction != Correction::baumgarte; }
 };
 
