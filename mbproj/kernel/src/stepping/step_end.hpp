@@ -32,7 +32,7 @@ public:
         if (const Slip slip = worst >= 0 ? turns_.far(counted, t_new - t) : turns_.advance(counted, t, y, t_new, y_new))
             return Outcome::untold(slip, t_new, t_new - t);
         peaks.watch(C, equations_.C_dot(), model_.constraints.rows, model_.driven.size(), t_new);
-        if (worst < 0) return {};
+        if (worst < 0) return lost(done, t_new, t_new - t);
         if (!done.near_singular)
             return Outcome::left_open(t_new, worst, std::abs(C[worst]), done.position_passes, done.failures > 0);
         Outcome found = failed_at(t_new);
@@ -75,15 +75,20 @@ private:
         counters.projection_fallbacks += done.fallbacks;
     }
 
+    // Whether the step has led so far off that its projection has nothing to go by.
+    Outcome lost(const Projected& done, double t, double h) const {
+        const bool found = done.velocity_change > model_.thresholds.lost_velocity &&
+                           done.speed_change * h > model_.thresholds.lost_way * model_.length;
+        return found ? Outcome::at_branch(Status::branch, t, done.velocity_change, false) : Outcome{};
+    }
+
     // Whether a step past a singular pose has met another branch of the motion: velocities are continuous, but branches cross
-    // in singular poses at an angle. Or whether its halves have. Or whether the step has led anywhere.
+    // in singular poses at an angle. Or whether its halves have.
     Outcome other_branch(const Projected& done, double t, const Vector& y, double h, const StepDoubling<D>* halves) {
         const bool jumps = done.velocity_change > model_.thresholds.branch_change &&
                            done.speed_change * h > model_.thresholds.at_rest * model_.length;
-        const bool lost = done.velocity_change > model_.thresholds.lost_velocity &&
-                          done.speed_change * h > model_.thresholds.lost_way * model_.length;
-        if (lost || (jumps && equations_.is_near_singular()))
-            return Outcome::at_branch(Status::branch, t, done.velocity_change, equations_.is_near_singular());
+        if (jumps && equations_.is_near_singular())
+            return Outcome::at_branch(Status::branch, t, done.velocity_change, true);
         const double off = halves ? halves->off(halves->end(), y, h) : 0.0;
         if (off > model_.thresholds.agreement && equations_.is_near_singular())
             return Outcome::at_branch(Status::unresolved, t, off, true);
