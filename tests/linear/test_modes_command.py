@@ -10,6 +10,7 @@ import pytest
 from mbproj.results.linear.modes_file import read_modes
 from tests.cli.commands import mbproj
 from tests.linear.closed_forms import HEAD, g
+from tests.stops.scenes import resting_on_a_stop
 
 SCENE = (
     HEAD
@@ -65,26 +66,13 @@ def test_where_no_force_acts_forces_balance(folder):
     assert (found["converged"], found["residual"]["relative"]) == (True, 0.0)
 
 
-RESTS = """\
-mbproj: 1
-gravity: [0, 0, -10]
-simulation: {duration: 0.2 s, step: 1 ms, start: equilibrium}
-bodies: {b: {mass: 4, inertia: [1, 1, 1], position: [0, 0, 1]}}
-joints:
-  rail:
-    type: prismatic
-    bodies: [ground, b]
-    location: [0, 0, 1]
-    axis: [0, 0, 1]
-    limits: {displacement: {range: [0, null], stiffness: 900}}
-forces: {spring: {type: linear_spring_damper, joint: rail, stiffness: 700}}
-"""
+SPRING = "forces: {spring: {type: linear_spring_damper, joint: rail, stiffness: 700}}\n"
 
 
 @pytest.mark.parametrize("at", ["start", "0.1 s"])
 def test_modes_and_linear_models_are_those_of_where_a_run_begins(folder, at):
     """40 N press the mass on a stop of 900 N/m, beside a spring of 700 N/m: ω = 20 rad/s."""
-    (folder / "rests.yaml").write_text(RESTS)
+    (folder / "rests.yaml").write_text(resting_on_a_stop(4.0, "step: 1 ms", SPRING))
     found = json.loads(mbproj("modes", "rests.yaml", "--at", at, "--json", folder=folder).stdout)
     assert found["frequencies_hz"] == pytest.approx([20.0 / (2.0 * pi)], rel=1e-9)
     assert found["balanced"]

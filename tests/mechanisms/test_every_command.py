@@ -21,6 +21,7 @@ from mbproj.cli.main import mbproj
 from mbproj.errors import MbprojError
 from mbproj.scene.records import Settings
 from mbproj.studies.measure.timing import time_settings
+from tests.stops.scenes import resting_on_a_stop
 from tests.support import MECHANISMS
 
 #: Studies on these take minutes: each of their runs meets events that the loop in NumPy handles.
@@ -159,25 +160,9 @@ def test_what_runs_is_studied(path):
     assert said(run.refused, NOT_STUDIED.get(path.stem, {})), run.refused
 
 
-#: A mass that begins at rest on a soft stop, pressed in.
-ON_A_STOP = """\
-mbproj: 1
-gravity: [0, 0, -10]
-simulation: {duration: 0.2 s, tolerance: 1e-6, integrator: dop853, start: equilibrium, break_times: [1 ms]}
-bodies: {b: {mass: 3, inertia: [1, 1, 1], position: [0, 0, 1]}}
-joints:
-  rail:
-    type: prismatic
-    bodies: [ground, b]
-    location: [0, 0, 1]
-    axis: [0, 0, 1]
-    limits: {displacement: {range: [0, null], stiffness: 900}}
-"""
-
-
 def test_what_runs_from_its_equilibrium_is_studied_from_there(folder):
     run, path = Commands(), folder / "rests.yaml"
-    path.write_text(ON_A_STOP)
+    path.write_text(resting_on_a_stop(3.0, "tolerance: 1e-6, integrator: dop853, break_times: [1 ms]"))
     assert run("run", path, "--duration", "4 ms", "--certify", "--limit", "1e-3")
     assert run("run", path, "--duration", "4 ms", "--accuracy", "1e-3", "--json", "-o", "accurate.h5")
     assert run("verify", path, "--json")
@@ -190,19 +175,8 @@ def _study(run: Commands, path: Path) -> None:
     until, alone = short(scene.settings), ("--repeat", 1, "--jobs", 1)
     run.both("compare", path, "--until", until, "--projections", "gpopm", "--force", *alone)
     run("recommend", path, "--until", until, "--error", "1e-3", "--json")
-    run(
-        "tradeoff",
-        path,
-        "--until",
-        until,
-        "--integrators",
-        "rk4",
-        "--projections",
-        "gpopm",
-        "--longest",
-        "1 us",
-        *alone,
-    )
+    one = ("--until", until, "--integrators", "rk4", "--projections", "gpopm", "--longest", "1 us")
+    run("tradeoff", path, *one, *alone)
     run("threshold", path, "--duration", until, "--thresholds", "1e-6", *alone)
     found = ("stability", path, "--duration", until, "--vary", "length-scale", "--from", 1, "--to", 2, "--points", 2)
     run.both(*found, "--projections", "gpopm", "--jobs", 1, "--force")

@@ -41,3 +41,20 @@ forces:
     radius: 0.1
     stiffness: 7
 """
+
+
+def resting_on_a_stop(mass: float, simulation: str, more: str = "") -> str:
+    """A mass on a rail that stands up, which begins where it rests, pressed into a soft stop of 900 N/m."""
+    return f"""\
+mbproj: 1
+gravity: [0, 0, -10]
+simulation: {{duration: 0.2 s, start: equilibrium, {simulation}}}
+bodies: {{b: {{mass: {mass}, inertia: [1, 1, 1], position: [0, 0, 1]}}}}
+joints:
+  rail:
+    type: prismatic
+    bodies: [ground, b]
+    location: [0, 0, 1]
+    axis: [0, 0, 1]
+    limits: {{displacement: {{range: [0, null], stiffness: 900}}}}
+{more}"""

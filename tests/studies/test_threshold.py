@@ -15,7 +15,7 @@ from mbproj.studies.threshold.violation import ThresholdStudy, _recommended, thr
 
 
 def test_threshold_study(slider_crank):
-    options = {"until": 2.0, "repetitions": 1, "processes": 1}
+    options = {"until": np.float64(2.0), "repetitions": 1, "processes": 1}
     found = threshold_study(slider_crank.scene, **options)
     thresholds = [trial.setting.threshold for trial in found.trials]
     assert thresholds[0] is None
@@ -74,3 +74,10 @@ def test_what_has_no_joint_or_marker_to_ask_for_is_said(slider_crank):
     free = f"mbproj: 1\ngravity: [0, 0, 0]\nsimulation: {{duration: 1, step: 0.1}}\n{body}\n"
     with pytest.raises(InputError, match="there is nothing to project: no joint"):
         threshold_study(read_scene_text(free), processes=1)
+
+
+def test_thresholds_come_as_an_array_too(slider_crank):
+    found = threshold_study(
+        slider_crank.scene, thresholds=np.array([1e-3, 1e-9]), until=0.1, repetitions=1, processes=1
+    )
+    assert [trial.setting.threshold for trial in found.trials] == [None, 1e-9, 1e-3, None]

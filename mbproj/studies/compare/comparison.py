@@ -154,8 +154,8 @@ def _settings(
 ) -> tuple[list[Setting], list[str]]:
     """The product of what was asked for, in one formulation unless several are asked for; and why that one."""
     own, notes = Setting.of(scene.settings), []
-    sizes: list[dict[str, Any]] = [{"step": step, "tolerance": None} for step in steps or ()]
-    sizes += [{"step": None, "tolerance": tolerance} for tolerance in tolerances or ()]
+    sizes: list[dict[str, Any]] = [{"step": step, "tolerance": None} for step in (() if steps is None else steps)]
+    sizes += [{"step": None, "tolerance": tolerance} for tolerance in (() if tolerances is None else tolerances)]
     if not sizes:
         if own.step is None and own.tolerance is None:
             problem = Problem(

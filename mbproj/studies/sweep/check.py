@@ -14,6 +14,7 @@ from mbproj.results.sweep.layout import NAME, WITHOUT_CHECKSUMS
 from mbproj.results.sweep.table import read_table, version_of_table
 from mbproj.studies.sweep import database
 from mbproj.studies.sweep.folder import CASES, STORE, TABLE, checksum_of
+from mbproj.studies.sweep.summary import KIND
 
 
 @dataclass(frozen=True)
@@ -48,7 +49,9 @@ def check_sweep(folder: Path) -> SweepSoundness:
         faults.append(f"{STORE}: {error}")
     if table.is_file():
         unguarded += [TABLE] if checksum is None else []
-        faults += [f"{TABLE}: it is not as it was written"] if checksum not in (None, checksum_of(table)) else []
+        if checksum not in (None, checksum_of(table)):
+            next_step = "" if KIND.is_ours(table) else ", and not to be told from another program's: remove it"
+            faults.append(f"{TABLE}: it is not as it was written{next_step}")
     if arrays.is_file():
         try:
             read_table(folder)

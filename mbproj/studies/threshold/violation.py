@@ -74,7 +74,8 @@ def threshold_study(
     columns = mechanism.columns(at)
     own = _every_step(Setting.of(scene.settings), scene)
     size = round(np.log10(mechanism.system.length))
-    chosen = sorted(thresholds or (float(f"1e{size + exponent}") for exponent in EXPONENTS))
+    usual = [float(f"1e{size + exponent}") for exponent in EXPONENTS]
+    chosen = sorted(usual if thresholds is None else map(float, thresholds))
     settings = [own, *(replace(own, threshold=value) for value in chosen), _without(own)]
     truth, notes = certain_reference(mechanism, span(scene, until), own, (own.integrator,), tell)
     what = {

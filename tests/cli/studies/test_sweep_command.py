@@ -210,6 +210,10 @@ def test_a_check_of_its_folder_finds_what_is_damaged(tmp_path):
     assert "start the sweep again: it computes what is damaged or missing" in done.stdout
     assert mbproj("sweep", "spec.yaml", "-q", folder=tmp_path).returncode == 0
     assert mbproj("info", "--check", "spec-sweep", folder=tmp_path).returncode == 0
+    (folder / "summary.csv").write_bytes(table.replace(b"case", b"cale", 1))
+    (fault,) = json.loads(mbproj("info", "--check", "--json", "spec-sweep", folder=tmp_path).stdout)["faults"]
+    assert fault.endswith("it is not as it was written, and not to be told from another program's: remove it")
+    (folder / "summary.csv").write_bytes(table)
     with closing(sqlite3.connect(folder / "store.sqlite")) as database, database:  # as an older mbproj left it
         database.execute("DELETE FROM about WHERE name = 'summary.csv'")
     found = json.loads(mbproj("info", "--check", "--json", "spec-sweep", folder=tmp_path).stdout)
