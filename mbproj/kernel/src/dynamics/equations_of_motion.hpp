@@ -58,7 +58,7 @@ public:
     // y' where the pose is in place and factored with the masses, and its velocities are; multipliers on request.
     bool slope_at(const double* y, double* slope, double* lambda = nullptr) {
         if (bearings_.any()) unload();
-        see_channels(window_.seen(t_), y);
+        if (model_.loads || states_.any()) see_channels(window_.seen(t_), y);
         if (broken_ || !set_forces(y) || (states_.any() && !states_.set(channels_, slope))) return broken(y);
         if (bearings_.any() && !settle_bearings(y)) return false;
         if (!solver_.solve(gamma_.data(), lambda || !drive_.empty() ? lambda_.data() : nullptr)) return false;

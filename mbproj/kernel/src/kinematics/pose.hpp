@@ -68,9 +68,9 @@ public:
     const Placement<D>& operator[](int body) const { return bodies_[body]; }
     // Whether it has not overflowed.
     bool finite() const {
-        return std::all_of(bodies_.begin(), bodies_.end(), [](const Placement<D>& each) {
-            return each.position.allFinite() && each.rotation.allFinite();
-        });
+        for (const Placement<D>& each : bodies_)
+            if (!each.position.allFinite() || !each.rotation.allFinite()) return false;
+        return true;
     }
 
     // A constraint's attachment: the vector from its body's centre of mass, and the point or vector itself.
