@@ -61,14 +61,12 @@ public:
 
     bool by_qr() const { return by_qr_; }
 
-    // Holds these rows of the loops' joints from here on, or all of them where none are given.
-    void hold(const std::vector<std::vector<int>>& rows) {
-        held_ = rows;
-        rows_.hold(rows);
-        if (even_) even_->hold(rows);
+    // Holds all rows of the loops' joints from here on but these of the model, ascending.
+    void leave_out(const std::vector<int>& rows) {
+        left_out_ = rows;
+        rows_.leave_out(rows);
     }
-
-    const std::vector<std::vector<int>>& held() const { return held_; }
+    const std::vector<int>& left_out() const { return left_out_; }
 
     // Leaves out of the factors to come the rows that depend on the others at this pose, up to a distance of √smallest, or
     // none again. How many.
@@ -83,17 +81,24 @@ public:
         return even().cholesky.smallest_pivot();
     }
 
-    // The best-conditioned rows of a pose, dropping exactly `redundant` of them; none where more of them depend on the
-    // others there.
-    std::optional<std::vector<std::vector<int>>> best_rows(const Pose<D>& pose, int redundant) {
+    // As many rows as are `redundant` without which those of a pose are best-conditioned; nothing where more of them depend on
+    // the others there.
+    std::optional<std::vector<int>> rows_to_leave_out(const Pose<D>& pose, int redundant) {
         const Thresholds& from = model_.thresholds;
         for (double smallest = from.choice_from; smallest > from.choice_to; smallest *= 0.5)
-            if (auto rows = all().independent_rows(pose, smallest); count_left_out(rows) == redundant) return rows;
+            if (auto rows = dependent_rows(pose, smallest); static_cast<int>(rows.size()) == redundant) return rows;
         return std::nullopt;
     }
-    // How many of all rows depend on the others at a pose, up to a distance of √smallest.
-    int count_dependent(const Pose<D>& pose, double smallest) {
-        return count_left_out(all().independent_rows(pose, smallest));
+    // Those of all rows that depend on the others at a pose, up to a distance of √smallest.
+    std::vector<int> dependent_rows(const Pose<D>& pose, double smallest) {
+        const auto independent = all().independent_rows(pose, smallest);
+        std::vector<int> found;
+        for (std::size_t h = 0; h < independent.size(); ++h) {
+            const Joint& joint = model_.joints[all().layout().held()[h].joint];
+            for (int r = 0; r < joint.rows; ++r)
+                if (!std::binary_search(independent[h].begin(), independent[h].end(), r)) found.push_back(joint.row + r);
+        }
+        return found;
     }
 
     // δ of the loops' bodies from their forces f, with G δ = c; the multipliers stay for `multipliers`. False where the
@@ -142,6 +147,10 @@ public:
     }
 
     const BlockCholesky& cholesky() const { return rows_.cholesky; }
+    // Calls visit(row of the model, its pivot) for all rows of joints that are held.
+    template <class Visit> void each_pivot(Visit&& visit) const {
+        rows_.each_row([&](int own, int of_model) { visit(of_model, cholesky().pivot(own)); });
+    }
 
 private:
     // The forces on the loops' bodies and pieces, with the half of each, less what their hinges take.
@@ -186,15 +195,9 @@ private:
     }
     // The rows that are held, where all bodies weigh the same; the factor at hand stays.
     DelassusMatrix<D>& even() {
-        if (!even_) {
-            even_ = std::make_unique<DelassusMatrix<D>>(model_, order_, compliance_, LoopRows::hinges_first);
-            even_->hold(held_);
-        }
+        if (!even_) even_ = std::make_unique<DelassusMatrix<D>>(model_, order_, compliance_, LoopRows::hinges_first);
+        even_->leave_out(left_out_);
         return *even_;
-    }
-    int count_left_out(const std::vector<std::vector<int>>& rows) {
-        const auto less = [](int count, const auto& some) { return count - static_cast<int>(some.size()); };
-        return std::accumulate(rows.begin(), rows.end(), all().count(), less);
     }
 
     // S squares the condition of Y. Where a pivot shows that to matter, further solutions on what is left, which is computed
@@ -282,7 +285,7 @@ private:
     DelassusMatrix<D> rows_;
     std::unique_ptr<DelassusMatrix<D>> all_, even_;
     HingedBodies<D> hinged_;
-    std::vector<std::vector<int>> held_;  // as they were given
+    std::vector<int> left_out_;
     std::vector<Light<D>> light_;
     std::vector<Column<F>> work_;
     std::vector<double> rhs_, step_, lambda_;

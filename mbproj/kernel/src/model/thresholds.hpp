@@ -6,8 +6,7 @@ namespace mbproj {
 
 struct Thresholds {
     // mbproj/thresholds/dependence.py
-    double smallest_pivot, near_dependent, near_branch, choice_from, choice_to, decline, usual_growth, clear_fall,
-        clear_margin;
+    double smallest_pivot, near_dependent, near_branch, choice_from, choice_to, tied, decline;
     int most_dense_rows;
     // mbproj/thresholds/passages.py
     double least_violation, passing, nearing, agreement, agreed_tolerances, shorter, branch_change, lost_velocity,
@@ -38,10 +37,8 @@ template <class Visit> void each_threshold(Visit&& visit) {
     visit("near_branch", &Thresholds::near_branch);
     visit("choice_from", &Thresholds::choice_from);
     visit("choice_to", &Thresholds::choice_to);
+    visit("tied", &Thresholds::tied);
     visit("decline", &Thresholds::decline);
-    visit("usual_growth", &Thresholds::usual_growth);
-    visit("clear_fall", &Thresholds::clear_fall);
-    visit("clear_margin", &Thresholds::clear_margin);
     visit("most_dense_rows", &Thresholds::most_dense_rows);
     visit("least_violation", &Thresholds::least_violation);
     visit("passing", &Thresholds::passing);
