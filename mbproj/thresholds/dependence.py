@@ -42,7 +42,14 @@ class Dependence:
         "tests/mechanisms/rank",
     )
     choice_from: float = threshold(
-        0.6, "1", "kernel", "the rows to hold are looked for from this squared distance on, halved each time", "as tied"
+        0.6, "1", "kernel", "the rows to hold are looked for from this squared distance on", "as tied"
+    )
+    choice_step: float = threshold(
+        0.5,
+        "1",
+        "kernel",
+        "and then at this part of the last one, so that those held are no better than need be",
+        "chosen",
     )
     choice_to: float = threshold(
         1e-14,
@@ -52,7 +59,7 @@ class Dependence:
         "100 ε / 2",
     )
     decline: float = threshold(
-        0.25,
+        0.2,
         "1",
         "kernel",
         "the usual rows do not serve where a pivot is below this part of what it usually is",

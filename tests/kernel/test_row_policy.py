@@ -135,8 +135,8 @@ def test_a_run_goes_on_from_a_mark_with_the_bits_of_the_long_run(name, closure):
 
 @pytest.mark.parametrize("name", ["bricard", "bennett", "stewart_platform", "n_four_bar", "locomotive"])
 def test_a_run_that_starts_at_a_recorded_state_is_the_long_one(name):
-    """To the bit: off the constraints, inside Runge-Kutta's stages, other rows are another differential equation, and runs
-    that remember the poses passed part by its truncation error, here 1e-3 to 1e-6."""
+    """To the bit: off the constraints, inside Runge-Kutta's stages, other rows are another differential equation. Runs
+    that remembered the poses passed parted by its truncation error, here 1e-3 to 1e-6."""
     compiled, state = compiled_of(scene_of(name))
     step, steps = 1.0 / 128.0, 128
     long = compiled.run(state, Settings(duration=steps * step, step=step)).advance(1000, FOREVER)
@@ -203,12 +203,12 @@ def test_rows_from_elsewhere_are_checked(rows):
     compiled, state = compiled_of(scene_of("bennett"))
     y, equations = compiled.state(state.q, state.v), compiled.equations()
     assert equations.derivative(y, left_out=[9, 14, 18]) is not None
-    with pytest.raises(ValueError, match="^left_out holds an index out of range"):
+    with pytest.raises(ValueError, match=r"^left_out holds an index out of range"):
         equations.derivative(y, left_out=rows)
-    with pytest.raises(ValueError, match="^left_out holds an index out of range"):
+    with pytest.raises(ValueError, match=r"^left_out holds an index out of range"):
         compiled.model.rows = core().UsualRows(3, rows)
 
 
 def test_usual_pivots_are_positive():
-    with pytest.raises(ValueError, match="^rows have a pivot that is not positive"):
+    with pytest.raises(ValueError, match=r"^rows have a pivot that is not positive"):
         core().UsualRows(3, [], [], 0.0)

@@ -36,7 +36,7 @@ def settle_rows(compiled: Compiled, state: State) -> int | None:
 
 
 def _usual(compiled: Compiled, state: State, count: int) -> Any:
-    """Those of so many rows without which the others are best-conditioned at most poses of a walk, and the usual pivots."""
+    """So many rows without which the others are well conditioned at most poses of a walk, and their usual pivots."""
     equations = compiled.equations()
     start = equations.pivots(compiled.state(state.q, state.v), state.t, [])[0]
     if count == 0 and min(start, default=1.0) >= THRESHOLDS.near_branch:

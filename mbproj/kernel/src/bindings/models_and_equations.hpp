@@ -139,6 +139,7 @@ template <int D> void add_equations(nb::module_& m, const char* name) {
         return coordinates;
     };
     using LeftOut = typename E::LeftOut;
+    const auto rows = [](const E& self, const LeftOut& left_out) { return rows_from(self.model(), left_out); };
     nb::class_<E>(m, name)
         .def(nb::init<const Model<D>&, const ProjectionSettings&>())
         .def(
@@ -178,7 +179,7 @@ template <int D> void add_equations(nb::module_& m, const char* name) {
             [=](E& self, Numbers2 y, double t, const std::vector<double>& coordinates,
                 const LeftOut& left_out) -> nb::object {
                 auto found =
-                    self.accelerations(t, checked(self, y), coordinates_of(self, coordinates), rows_from(self.model(), left_out));
+                    self.accelerations(t, checked(self, y), coordinates_of(self, coordinates), rows(self, left_out));
                 if (!found) return nb::none();
                 const auto count = found->second.size();
                 return nb::make_tuple(array_of(std::move(found->first), self.model().size(), Size<D>::freedoms),
@@ -204,7 +205,7 @@ template <int D> void add_equations(nb::module_& m, const char* name) {
         .def(
             "pivots",
             [=](E& self, Numbers2 y, double t, const std::vector<int>& left_out) {
-                return self.pivots(t, checked(self, y), *rows_from(self.model(), std::make_optional(left_out)));
+                return self.pivots(t, checked(self, y), *rows(self, left_out));
             },
             nb::arg("y"), nb::arg("t"), nb::arg("left_out"))
         .def(
@@ -212,7 +213,7 @@ template <int D> void add_equations(nb::module_& m, const char* name) {
             [=](E& self, Numbers2 y, double t, const std::vector<double>& coordinates,
                 const LeftOut& left_out) -> nb::object {
                 auto found =
-                    self.derivative(t, checked(self, y), coordinates_of(self, coordinates), rows_from(self.model(), left_out));
+                    self.derivative(t, checked(self, y), coordinates_of(self, coordinates), rows(self, left_out));
                 if (!found) return nb::none();
                 return array_of(std::move(*found), self.model().size(), Size<D>::state);
             },
@@ -240,7 +241,7 @@ template <int D> void add_equations(nb::module_& m, const char* name) {
         .def(
             "corrected",
             [=](E& self, Numbers2 y, double t, const LeftOut& left_out) -> nb::object {
-                auto found = self.corrected(t, checked(self, y), rows_from(self.model(), left_out));
+                auto found = self.corrected(t, checked(self, y), rows(self, left_out));
                 if (!found) return nb::none();
                 return array_of(std::move(*found), self.model().size(), Size<D>::state);
             },
