@@ -17,7 +17,7 @@ from mbproj.dynamics.equations.reflected import inertial_reaction, pull_on_bodie
 from mbproj.dynamics.observe.samples import Samples
 from mbproj.integrate.formulations.compiled import Compiled
 from mbproj.integrate.formulations.reduced import Reduced, space_state
-from mbproj.integrate.formulations.redundant_rows import settle_rows
+from mbproj.integrate.formulations.redundant_rows import count_redundant
 from mbproj.kernel.models import joints_in_plane, plane_model, plane_row_scale, plane_rows
 from mbproj.model.planar import Plane
 from mbproj.model.system import System, layout_in_bodies
@@ -97,7 +97,7 @@ class InPlane(Compiled):
     def _equations_in_space(self, state: State) -> Any:
         """Those of the kernel in space, with what is redundant there left out."""
         space = Reduced(self.core, self.system)
-        settle_rows(space, state)
+        count_redundant(space, state)
         return space.equations()
 
     def _smallest(self, state: State, a: Array) -> Array:

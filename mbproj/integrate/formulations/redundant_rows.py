@@ -21,15 +21,23 @@ TRIALS = 3
 
 
 def settle_rows(compiled: Compiled, state: State) -> int | None:
-    """Sets the rows that the kernel's model holds; how many of all depend on the others at `state` and stay so in
-    motion. None where some do so at this pose only, so that it is singular."""
+    """Sets the rows that the kernel's model holds at most poses; how many are redundant, or None, as `count_redundant`
+    has it."""
+    count = count_redundant(compiled, state)
+    if count is not None:
+        compiled.model.rows = _usual(compiled, state, count)
+    return count
+
+
+def count_redundant(compiled: Compiled, state: State) -> int | None:
+    """Tells the kernel's model how many of all rows depend on the others at `state` and stay so in motion, so that it
+    holds the best rows of each pose; how many. None where some do so at this pose only, so that it is singular."""
     compiled.model.rows = compiled.core.UsualRows()
     y, equations = compiled.state(state.q, state.v), compiled.equations()
     for threshold in (THRESHOLDS.redundant_from, THRESHOLDS.redundant_between, THRESHOLDS.redundant_to):
         count = int(equations.dependent_rows(y, state.t, threshold))
         compiled.model.rows = compiled.core.UsualRows(count)
         if count == 0 or _stay_closed(compiled, state):
-            compiled.model.rows = _usual(compiled, state, count)
             return count
     compiled.model.rows = compiled.core.UsualRows()
     return None

@@ -187,7 +187,9 @@ private:
     // equations have no unique solution.
     bool begin(double t, const double* y, const Numbers& coordinates, const LeftOut& left_out) {
         set_pose(t, y, coordinates);
-        return left_out ? equations_.start_without(*left_out) : equations_.start();
+        if (!left_out) return equations_.start();
+        equations_.solver().leave_out(*left_out);
+        return equations_.factor(Metric::mass);
     }
 
     Numbers rows(const double* values) const { return {values, values + model_.constraints.rows}; }

@@ -143,11 +143,6 @@ public:
         const bool usual = policy_.holds_usual();
         return factored_with_masses(usual ? policy_.settle(pose_, factor(Metric::mass)) : policy_.start(pose_));
     }
-    // With all rows but these, whatever the pose.
-    bool start_without(const std::vector<int>& rows) {
-        solver_.leave_out(rows);
-        return factored_with_masses(solver_.factor(pose_, Metric::mass));
-    }
     // Where the rows held depend on each other at the pose in place, or leave no unique solution, holds others for the step at
     // hand. False where there are none.
     bool hold_others() {
