@@ -111,6 +111,8 @@ def _obstacle(case: Case, motion: Motion) -> str | None:
     """Why no order can be expected; None where it can."""
     if motion.runs.split:
         return f"steps are split for what is shorter ({motion.runs.split}): there the error does not fall with the step"
+    if case.system.stops is not None and motion.runs.is_level:
+        return "the motion meets a stop, which is followed in steps of its own: the error does not fall with the run's"
     passed = motion.runs.passed or _begins_on(case, motion.state)
     return f"fixed steps pass over edges of laws, where no method keeps its order ({passed})" if passed else None
 

@@ -24,6 +24,8 @@ SPANS = (2.0, 0.5)
 STEPS, FEWER = tuple(sorted([*(2**power for power in range(1, 10)), *(3 * 2**power for power in range(8))])), 11
 #: An error that is not so many times above its round-off says nothing of the order.
 ABOVE = 10.0
+#: Errors that differ by less than this part do not fall: a method of order 1 has a half.
+LEVEL = 0.1
 #: Runs from which an order is taken; runs so many times coarser than the finest can be measured against that.
 FITTED, COARSER = 6, 4
 
@@ -63,6 +65,17 @@ class Halved:
             return np.zeros(0)
         ends = np.array([self._end(each) for each in self.solutions])
         return np.abs(ends - ends[-1]).max(axis=1)[COARSER * self.steps <= self.steps[-1]]
+
+    @property
+    def is_level(self) -> bool:
+        """Whether steps end at events, and half of the errors do not fall at all: something else makes the steps."""
+        met = any(each.report is not None and each.report.events > 0 for each in self.solutions)
+        coarse = self.errors[: len(self.errors) // 2]
+        return (
+            met
+            and len(coarse) > 1
+            and bool(coarse.min() > ABOVE * self.floor and np.ptp(coarse) < LEVEL * coarse.min())
+        )
 
     def _end(self, solution: Solution) -> Array:
         places, rates = ("body_position", "marker_position"), ("body_velocity", "marker_velocity")
