@@ -66,4 +66,9 @@ class Kept:
 
 
 def _study(what: Any) -> str:
-    return hashlib.sha256(json.dumps([__version__, build_info(), what]).encode()).hexdigest()
+    return hashlib.sha256(json.dumps([__version__, build_info(), what], default=_plain).encode()).hexdigest()
+
+
+def _plain(number: Any) -> Any:
+    """A number of NumPy's as Python's."""
+    return number.item()
