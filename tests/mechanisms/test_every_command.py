@@ -32,7 +32,6 @@ TOUCHES, SLIDES = "touches at this pose", "slides here, by what its bearing carr
 REFUSED = {
     "bouncing_ball": {"equilibrium": "nothing balances"},
     "door_closer": {"equilibrium": "does not hold where the other forces balance"},
-    "door_with_stop": {"modes": "has a kink"},
     "drum_brake": {"modes": SLIDES},
     "inline_four": {"equilibrium": MOVES},
     "rocking_cabinet": {"equilibrium": "nothing balances", "modes": TOUCHES},
