@@ -21,7 +21,7 @@ class Curve:
 
     def __call__(self, s: Numbers) -> tuple[Numbers, Numbers, Numbers]:
         """f, f' and f'' at s (...), which may be complex."""
-        none = np.zeros_like(s)
+        none = np.zeros(s.shape)  # real: constants follow the time
         return run(self._set, 0, [(none, none, none), (s, none + 1.0, none)])
 
     @cached_property

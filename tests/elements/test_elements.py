@@ -21,6 +21,9 @@ from mbproj.kernel import core
 from mbproj.model import compile_system, initial_guess
 from mbproj.model.compile.elements import with_elements
 from mbproj.scene import read_scene_text, settings_to_run
+from mbproj.studies.measure.mechanism import Mechanism
+from mbproj.studies.verify.case import Case
+from mbproj.studies.verify.checks import CHECKS, _check
 from tests.elements.kinds import cam, pi_controller, rack
 from tests.support import Recorder
 
@@ -160,6 +163,29 @@ def test_the_formulations_agree_on_a_cam_that_a_controller_drives():
             np.testing.assert_allclose(found[path][:, :2], runs["full"][path][:, :2], atol=atol, err_msg=path)
 
 
+APPLYING = ("popm-gpopm", "idempotent", "eliminated", "power", "momentum", "reaction", "closed", "energy")
+
+
+@pytest.mark.skipif(core() is None, reason="needs the compiled kernel")
+@pytest.mark.parametrize(
+    ("element", "also"),
+    [
+        (CAM, ("kernel-correction", "reduced", "planar", "linear", "order", "turns")),
+        (rack("gear", "pin.angle", "rail.displacement", 0.05), ("kernel-correction", "reduced", "planar", "turns")),
+        (pi_controller("drive", "rail.displacement", Program(number(0.2)), (40, 30, 12), 0.02), ("reduced", "planar")),
+    ],
+    ids=["cam", "rack", "controller"],
+)
+def test_the_checks_of_verify_that_know_the_system_alone_pass(element, also):
+    """Those of invariance make the mechanism from its scene again, which has no elements."""
+    scene = scene_of("z", "speed: 5", duration="0.3", tolerance="1e-9")
+    system = with_elements(compile_system(scene), [element])
+    case = Case(Mechanism(scene, system, assemble(system, initial_guess(scene, system))))
+    found = {name: _check(name, CHECKS[name], case) for name in (*APPLYING, *also)}
+    assert {name: check.verdict for name, check in found.items()} == dict.fromkeys(found, "passed")
+
+
+@pytest.mark.filterwarnings("error")
 def test_derivatives_of_a_row_with_a_function_are_those_of_its_gradient():
     """∂g/∂x and its rate along a motion, which linear models take, by the complex step of g."""
     row, random = Coupling(("angle", "along"), (0.0, 1.0), 0.0, Curve(lift())), np.random.default_rng(0)
