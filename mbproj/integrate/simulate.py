@@ -17,7 +17,7 @@ from mbproj.dynamics.equations.round_off import position_grain, velocity_grain
 from mbproj.dynamics.observe.recorded import Block, Observer
 from mbproj.dynamics.observe.samples import Samples, block_samples, join
 from mbproj.dynamics.rank.massless import swamped_motions
-from mbproj.errors import InputError, Problem, SimulationError
+from mbproj.errors import SimulationError
 from mbproj.integrate.events.splits import splits_of, unresolved
 from mbproj.integrate.events.time_events import DECIDES, SHARED, Event, crowded, events_of
 from mbproj.integrate.formulations.choice import Choice, choose
@@ -41,7 +41,7 @@ from mbproj.integrate.outcome.tally import Tally
 from mbproj.integrate.stiff.stiffness import StiffnessWatch
 from mbproj.kernel import fingerprint
 from mbproj.model.system import System
-from mbproj.registry import AUTOMATIC, integrators
+from mbproj.registry import AUTOMATIC
 from mbproj.scene.records import Settings
 
 if TYPE_CHECKING:
@@ -198,9 +198,6 @@ def simulate(
 
 def _refuse_at_the_start(system: System, state: State, settings: Settings) -> None:
     """Raises InputError where a run cannot start from the state. What few scenes need is imported for these alone."""
-    if system.crossing and (settings.integrator == AUTOMATIC or integrators()[settings.integrator].implicit):
-        what = f"{system.crossing} names what implicit steps do not know how to take along yet"
-        raise InputError(Problem(what, hint="give an explicit integrator", key=("simulation", "integrator")))
     if system.stops is not None:
         from mbproj.integrate.stops.start import refuse_penetration
 

@@ -168,7 +168,7 @@ def _strain(
     """The same of what forces along coordinates keep, (k, e); the rest is of gravity and of preload. Of a mode that
     oscillates both energies have one mean, ½ |λ|² of the kinetic one at unit speed. Of one that does not, what dampers
     take is between them: φᵀKφ = -λ² φᵀMφ - λ φᵀDφ."""
-    rest_of = REST if system.crossing.startswith("force") else GRAVITY if system.gravity.any() else PRELOAD
+    rest_of = REST if system.forces_name_channels else GRAVITY if system.gravity.any() else PRELOAD
     mass = kinetic.sum(axis=1)
     total = np.abs(values) ** 2 * mass
     if system.forces is None or not system.forces.size:

@@ -132,13 +132,9 @@ class System:
         return self.first_rate + (0 if self.states is None else self.states.programs.size)
 
     @property
-    def crossing(self) -> str:
-        """What names a channel of something else, for messages: "force 'motor'"; "" where only rates of states name
-        states."""
-        for index, owner in enumerate(() if self.forces is None else self.forces.program_owners):
-            if self.programs.names_channels(index):
-                return f"force '{owner}'"
-        return "" if self.channels.is_state.all() else "the rate of a state"
+    def forces_name_channels(self) -> bool:
+        """Whether a force goes by more than the time and what it acts along."""
+        return any(self.programs.names_channels(index) for index in range(self.first_rate))
 
     @property
     def state_scale(self) -> Array:

@@ -9,7 +9,6 @@ import numpy as np
 import pytest
 
 from mbproj.dynamics.derivatives.law_derivatives import channel_slopes
-from mbproj.errors import InputError
 from mbproj.integrate import simulate
 from mbproj.kernel import core
 from tests.model.driven_pendulum import RATES, driven
@@ -90,11 +89,3 @@ def test_slopes_by_channels_are_those_of_calculus():
     np.testing.assert_allclose(of_laws, [[2 * angle, 0, 0, 6, 0, 2 * turn], [0, speed, 0, 0, 0.5, 0]], atol=1e-15)
     np.testing.assert_allclose(of_states[0], [-400, 15e3, -1e3, -1e4, -1e3, 0])
     np.testing.assert_allclose(of_states[1:], [[0, 0, 0, -1, 0, 0], [0, 0, -100, 0, 100, 0]])
-
-
-@pytest.mark.parametrize("integrator", ["auto", "radau5", "esdirk4"])
-def test_implicit_steps_refuse_what_they_would_drop(integrator):
-    with pytest.raises(InputError, match="force 'motor' names what implicit steps"):
-        run(integrator=integrator)
-    with pytest.raises(InputError, match="the rate of a state names what implicit steps"):
-        run(integrator=integrator, motor="t")

@@ -99,19 +99,20 @@ def linear_equations(system: System, motion: Motion, multipliers: Array) -> Line
         driven = row_motion(system.motions.rows, carried)
         pairs = zip(vars(rows).values(), vars(driven).values(), strict=True)
         rows = RowMotion(*(stacked(n, pair) for pair in pairs))
-    viscous, elastic, states = _channels(system, motion, carried)
+    viscous, elastic, states = channel_equations(system, motion)
     M, D, K = (added(n, [part[order] for part in parts]) for order in range(3))
     return LinearEquations(M, added(n, [D, viscous]), added(n, [K, *constraint, elastic]), rows, states)
 
 
-def _channels(system: System, motion: Motion, carried: Carried) -> tuple[Blocks, Blocks, StateEquations]:
+def channel_equations(system: System, motion: Motion) -> tuple[Blocks, Blocks, StateEquations]:
     """What forces that name channels add to D and K, and the equations of the states; what has no slope counts as
     constant."""
     n, channels, none = system.bodies, system.channels, added(system.bodies, [])
     if not channels.size:
         empty = stacked(n, []).combined(np.zeros((len(motion.x), 0)))
         return none, none, StateEquations(np.zeros((len(motion.x),) * 2), empty, empty, empty)
-    instant, coordinates = motion.instant(system), row_motion(system.coordinates, carried)
+    instant, carried = motion.instant(system), motion.carried()
+    coordinates = row_motion(system.coordinates, carried)
     of_forces, of_states = channel_slopes(instant)
     pulls = [row_motion(each.laws.coordinates, carried).G for each in (system.forces,) if each is not None]
     pulls += [given_rows(each, instant.pose) for each in (system.forces,) if each is not None]

@@ -7,13 +7,13 @@ v = known_v + W a and q = known_q + W v,
 
 where M, C_q, Q and γ are those of the stages before the change, and J, k and c those of the stiff forces alone (see
 `mbproj.dynamics.stiff_forces`). Nothing else is differentiated: what gyroscopic terms and the curvature of constraints
-change within a step is small wherever the error is. States of elements, x_i = known_i + Σ w_ij x'_j, are eliminated:
-
-    Σ_j (δ_ij - W_ij f_x(x_i)) (x'_j - before_j) = f(t_i, x_i) - before_i.
+change within a step is small wherever the error is. States of elements, x_i = known_i + Σ w_ij x'_j, are eliminated,
+and what names channels is taken along: see `mbproj.integrate.formulations.stage_crossing`.
 """
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 from typing import TypeAlias
 
@@ -21,10 +21,10 @@ import numpy as np
 
 from mbproj.arrays import Array
 from mbproj.dataclass import dataclass
-from mbproj.dynamics.derivatives.law_derivatives import state_slopes
 from mbproj.dynamics.stiff_forces import StiffForces, stiff_forces
 from mbproj.errors import SimulationError
 from mbproj.integrate.formulations.full import FullFormulation
+from mbproj.integrate.formulations.stage_crossing import Crossing, StageCrossing
 from mbproj.integrate.formulations.terms import Accelerations, Terms
 from mbproj.integrate.outcome.failures import unsolved_stages
 from mbproj.integrate.steppers.stages import Stages, StagesUnsolved
@@ -90,8 +90,10 @@ class StepStages:
         multipliers = np.array([each.multipliers for each in found])
 
         def filtered(estimate: Array, h_gamma: float) -> Array:
-            at_end = self._without_states(times[-1:], y[-1:], np.array([[h_gamma]]), estimate[None])[0]
-            return at_end if stiff is None else self._filtered(terms[-1], stiff[-1], at_end, h_gamma)
+            worst, crossings = None if stiff is None else stiff[-1], self._crossings_at(times[-1:], y[-1:])
+            if worst is None and not crossings:
+                return estimate
+            return self._filtered(terms[-1], worst, crossings, estimate, h_gamma)
 
         return Stages(k, multipliers, found[-1].nearness, evaluations, filtered)
 
@@ -122,26 +124,32 @@ class StepStages:
         before = np.zeros((len(terms), len(terms[0].M)))
         before[:, layout["positions"]] = k[:, layout["velocities"]]
         terms = [self._stabilised(each, *row) for each, *row in zip(terms, np.diagonal(weights), before, strict=True)]
-        if stiff is None:
-            found = [each.solved(*self.formulation.solve(each.M, each.C_q, each.Q, each.gamma)) for each in terms]
-        else:
-            found = self._coupled(terms, weights, before, stiff)
+        crossings, states = self._crossings_at(times, y), layout["states"]
+        crossing = Crossing.of(crossings, weights, before.shape[1]) if crossings else None
         slope = self.formulation.slope
-        slopes = np.array([slope(t, state, each) for t, state, each in zip(times, y, found, strict=True)])
-        slopes[:, layout["states"]] = (k + self._without_states(times, y, weights, slopes - k))[:, layout["states"]]
+        if stiff is None and crossing is None:
+            found = [each.solved(*self.formulation.solve(each.M, each.C_q, each.Q, each.gamma)) for each in terms]
+            slopes = np.array([slope(t, state, each) for t, state, each in zip(times, y, found, strict=True)])
+        else:
+            off = (
+                np.array([self.formulation.state_rates(t, each) for t, each in zip(times, y, strict=True)])
+                - k[:, states]
+            )
+            found = self._coupled(terms, weights, before, stiff, crossings, crossing, off)
+            slopes = np.array([slope(t, state, each) for t, state, each in zip(times, y, found, strict=True)])
+            if crossing is not None:
+                change = np.zeros_like(before)
+                change[:, layout["positions"]] = slopes[:, layout["velocities"]] - before[:, layout["positions"]]
+                slopes[:, states] = k[:, states] + crossing.changes(off.ravel(), change.ravel()).reshape(off.shape)
         slopes[:, layout["positions"]] = (y + weights @ (slopes - k))[:, layout["velocities"]]
         return slopes, found
 
-    def _without_states(self, times: Array, y: Array, weights: Array, e: Array) -> Array:
-        """e (s, N) with (1 - W f_x)⁻¹ of its states in their place, f_x at y (s, N)."""
-        count, own, size = len(y), self.formulation.layout["states"], self.formulation.layout.size_of("states")
-        if not size:
-            return e
-        f_x = [state_slopes(self.formulation.instant(float(t), each)) for t, each in zip(times, y, strict=True)]
-        coupled = np.einsum("ij,iab->iajb", weights, f_x).reshape(count * size, count * size)
-        found = e.copy()
-        found[:, own] = np.linalg.solve(np.eye(count * size) - coupled, e[:, own].ravel()).reshape(count, size)
-        return found
+    def _crossings_at(self, times: Array, y: Array) -> list[StageCrossing]:
+        """What names channels at the stages; nothing in scenes where nothing does."""
+        if not self.formulation.system.channels.size:
+            return []
+        instants = [self.formulation.instant(float(t), each) for t, each in zip(times, y, strict=True)]
+        return [StageCrossing.at(at, self.formulation.parts(each)[1]) for at, each in zip(instants, y, strict=True)]
 
     def _stabilised(self, terms: Terms, weight: float, before: Array) -> Terms:
         """With Baumgarte's terms implicit: C_q a + (2α w + β² w²) C_q (a - before) = γ."""
@@ -154,33 +162,61 @@ class StepStages:
         return replace(terms, gamma=gamma)
 
     def _coupled(
-        self, terms: list[Terms], weights: Array, before: Array, stiff: list[StiffForces]
+        self,
+        terms: list[Terms],
+        weights: Array,
+        before: Array,
+        stiff: _Stiff,
+        crossings: list[StageCrossing],
+        crossing: Crossing | None,
+        off: Array,
     ) -> list[Accelerations]:
-        """The accelerations of stages that stiff forces couple, from those `before`, (s, 7n + reflected inertias)."""
+        """The accelerations of stages that stiff forces and channels couple, from those `before`, (s, 7n + reflected
+        inertias); `off` (s, K): by what the rates of states are another than before."""
         positions, (count, size) = self.formulation.layout["positions"], before.shape
         rows = [len(each.C_q) for each in terms]
         added = np.zeros((count, size, count, size))
-        for stage, (each, once, twice) in enumerate(zip(stiff, weights, weights @ weights, strict=True)):
-            added[stage, positions, :, positions] = (
-                once[:, None] * each.viscous[:, None] + twice[:, None] * each.elastic[:, None]
-            )
+        both: list[Sequence[StiffForces | StageCrossing]] = [part for part in (stiff, crossings) if part]
+        for each in both:
+            for stage, (at, once, twice) in enumerate(zip(each, weights, weights @ weights, strict=True)):
+                added[stage, positions, :, positions] += (
+                    once[:, None] * at.viscous[:, None] + twice[:, None] * at.elastic[:, None]
+                )
         whole = added.reshape(count * size, count * size)
         Q, gamma = (np.concatenate([getattr(each, name) for each in terms]) for name in ("Q", "gamma"))
+        if crossing is not None:
+            whole, Q = whole + crossing.added, Q + crossing.pushed(off.ravel())
         M, C_q = (_on_diagonal([getattr(each, name) for each in terms]) for name in ("M", "C_q"))
         acceleration, multipliers = self.formulation.solve(M + whole, C_q, Q + whole @ before.ravel(), gamma)
         parts = zip(terms, acceleration.reshape(count, size), np.split(multipliers, np.cumsum(rows)[:-1]), strict=True)
         return [each.solved(*part) for each, *part in parts]
 
-    def _filtered(self, terms: Terms, stiff: StiffForces, estimate: Array, h_gamma: float) -> Array:
-        """An estimate as stiff forces leave it: ε_v by M + hγ JᵀcJ + (hγ)² JᵀkJ, and ε_q = e_q + hγ ε_v."""
+    def _filtered(
+        self, terms: Terms, stiff: StiffForces | None, crossings: list[StageCrossing], estimate: Array, h_gamma: float
+    ) -> Array:
+        """An estimate e as stiff forces and states leave it, (1 - hγ ∂f/∂y)⁻¹ e: ε_v by M + hγ JᵀcJ + (hγ)² JᵀkJ, ε_q =
+        e_q + hγ ε_v, and ε_x = (1 - hγ f_x)⁻¹ (e_x + hγ (f_q e_q + B ε_v))."""
         layout, size = self.formulation.layout, len(terms.M)
         of_q, of_v, _ = self.formulation.parts(estimate)
-        n = len(of_q)
+        n, x = len(of_q), estimate[layout["states"]]
         added, pull = np.zeros((size, size)), np.zeros(size)
-        added[:n, :n] = h_gamma * stiff.viscous + h_gamma**2 * stiff.elastic
-        pull[:n] = -added[:n, :n] @ of_v - h_gamma * stiff.elastic @ of_q
-        turned = of_v + self.formulation.solve(terms.M + added, terms.C_q, pull, np.zeros(len(terms.C_q)))[0][:n]
-        return layout.changed(estimate, {"positions": of_q + h_gamma * turned, "velocities": turned})
+        for each in ([stiff] if stiff else [], crossings):
+            for at in each:
+                added[:n, :n] += h_gamma * at.viscous + h_gamma**2 * at.elastic
+                pull[:n] -= h_gamma * at.elastic @ of_q
+        weight = np.array([[h_gamma]])
+        crossing = Crossing.of(crossings, weight, size) if crossings else None
+        if crossing is not None:
+            x = x + h_gamma * crossings[0].by_position @ of_q
+            added, pull = added + crossing.added, pull + crossing.pushed(x)
+        turned, found = of_v, estimate.copy()
+        if stiff is not None or crossings[0].pushes:
+            pull -= added[:, :n] @ of_v
+            turned = of_v + self.formulation.solve(terms.M + added, terms.C_q, pull, np.zeros(len(terms.C_q)))[0][:n]
+            found = layout.changed(estimate, {"positions": of_q + h_gamma * turned, "velocities": turned})
+        if crossing is not None:
+            found[layout["states"]] = crossing.changes(x, np.append(turned, np.zeros(size - n)))
+        return found
 
 
 class Newton:

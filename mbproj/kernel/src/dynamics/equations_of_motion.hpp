@@ -77,11 +77,6 @@ public:
         return true;
     }
 
-    // (I - g f_x)⁻¹ e in the states' block of e, x' = f(t, x) at y at t.
-    void eliminate_states(double t, const double* y, double g, double* e) {
-        states_.eliminate(see_channels(window_.seen(t), y), g, e);
-    }
-
     // The work in the last slope at another state, with that slope's multipliers; for scenes with loads.
     bool settle_work(double t, const double* y, double* slope) {
         set_pose(t, y);
@@ -197,6 +192,9 @@ public:
     Applied<D>& applied() { return applied_; }
     // What programs see of the state in place, which is y, at t.
     Channels<D>& see_channels(double t, const double* y) { return channels_.set(t, y, pose_, motion_); }
+    // The same from within the window.
+    Channels<D>& seen(double t, const double* y) { return see_channels(window_.seen(t), y); }
+    StateRates<D>& states() { return states_; }
     // Programs are on these branches from now on.
     void hold(const double* branches) { applied_.held = states_.held = branches; }
     KktSolver<D>& solver() { return solver_; }

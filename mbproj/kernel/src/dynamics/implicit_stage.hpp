@@ -2,10 +2,10 @@
 // g = hγ they are v = c + g a, and q changes with g² a. Newton's method takes the stiff forces along as compliant rows
 // (kinematics/compliant_rows.hpp): from accelerations b, by which the state at hand was made, to a with
 // (M + JᵀD J) a + Gᵀλ = f + JᵀD J b. Of a solution a = b. Scenes without stiff forces have the usual solver. States of elements
-// are eliminated: from rates x'₀, by which x was made, to x'₀ + (I - g f_x)⁻¹ (f - x'₀).
+// are eliminated, and what names channels is taken along (dynamics/stage_crossing.hpp).
 #pragma once
 
-#include "dynamics/equations_of_motion.hpp"
+#include "dynamics/stage_crossing.hpp"
 
 namespace mbproj {
 
@@ -15,12 +15,12 @@ public:
 
     explicit ImplicitStage(EquationsOfMotion<D>& equations)
         : equations_(equations), model_(equations.model()), shift_(model_.size() + 1, Point<D>::Zero()),
-          turn_(model_.size() + 1, Turn<D>::Zero()), none_(model_.all_rows(), 0.0) {}
+          turn_(model_.size() + 1, Turn<D>::Zero()), none_(model_.all_rows(), 0.0), crossing_(equations) {}
 
     // Whether Newton's matrix is more than that of the masses.
     bool is_stiff() const { return !model_.stiff.empty(); }
     // Whether an error has to be filtered.
-    bool filters() const { return is_stiff() || model_.layout.states.size > 0; }
+    bool filters() const { return is_stiff() || crossing_.any(); }
 
     // Stages are numbered below so many.
     void remember(int stages) { equations_.solver().compliance().remember(stages); }
@@ -35,22 +35,33 @@ public:
     bool slope(double t, const double* y, double g, const double* before, Pass pass, double* slope, double* lambda) {
         const bool found = is_stiff() ? stiff_slope(t, y, g, before, pass, slope, lambda)
                                       : equations_.watched_derivative(t, y, slope, lambda);
-        return found && eliminated(t, y, g, before, slope);
+        return found && crossed(t, y, g, before, slope, lambda);
     }
     // The same at a state beside the step, of which the row policy takes no note.
     bool slope_beside(double t, const double* y, double g, const double* before, double* slope, double* lambda) {
         if (is_stiff())
-            return stiff_slope(t, y, g, before, {0, 0}, slope, lambda) && eliminated(t, y, g, before, slope);
+            return stiff_slope(t, y, g, before, {0, 0}, slope, lambda) && crossed(t, y, g, before, slope, lambda);
         equations_.set_pose(t, y);
         if (!equations_.factor(Metric::mass)) return false;
         equations_.set_velocities(y, false);
-        return equations_.slope_at(y, slope, lambda) && eliminated(t, y, g, before, slope);
+        return equations_.slope_at(y, slope, lambda) && crossed(t, y, g, before, slope, lambda);
     }
 
     // (I - g ∂f/∂y)⁻¹ e of an error e of the state y at t after so many stages: what stiff forces and states would make of it.
     bool filter(double t, const double* y, double g, int stages, double* e) {
-        equations_.eliminate_states(t, y, g, e);
-        return !is_stiff() || filter_motion(y, g, stages, e);
+        const bool moves = is_stiff() || crossing_.pushes();
+        Eigen::VectorXd shifted;
+        if (crossing_.any()) shifted = crossing_.of_positions(t, y, g, e);
+        if (moves && !filter_velocities(y, g, stages, e)) return false;
+        if (crossing_.any() && !crossing_.filter(shifted, e)) return false;
+        for (int b = 0; moves && b < model_.size(); ++b) {
+            const Part<D> part(y, b);
+            WritablePart<D> error(e, b);
+            error.position() += g * error.velocity();
+            error.orientation() +=
+                g * orientation_rate(Column<S::orientation>(part.orientation()), Turn<D>(error.omega()));
+        }
+        return true;
     }
 
     // The coordinate along which a change of the accelerations changes a stiff force most; -1 without any.
@@ -74,17 +85,13 @@ public:
     }
 
 private:
-    // x' after a pass of Newton's method, in its block of a slope where f is.
-    bool eliminated(double t, const double* y, double g, const double* before, double* slope) {
-        const Block& block = model_.layout.states;
-        for (int i = block.first; i < block.end(); ++i) slope[i] -= before[i];
-        equations_.eliminate_states(t, y, g, slope);
-        for (int i = block.first; i < block.end(); ++i) slope[i] += before[i];
-        return true;
+    // With what names channels.
+    bool crossed(double t, const double* y, double g, const double* before, double* slope, double* lambda) {
+        return !crossing_.any() || crossing_.take(t, y, g, before, slope, lambda);
     }
     // By the factor at hand, unless a force was softer at an earlier stage: where it gives way it has not held the error back.
     // What e does to the rows of G is left to the projection.
-    bool filter_motion(const double* y, double g, int stages, double* e) {
+    bool filter_velocities(const double* y, double g, int stages, double* e) {
         if (equations_.solver().compliance().soften(stages, g) &&
             !equations_.solver().factor(equations_.pose(), Metric::stiff, 0.0))
             return false;
@@ -113,13 +120,9 @@ private:
         }
         if (!solver.solve(none_.data())) return false;
         for (int b = 0; b < model_.size(); ++b) {
-            const Part<D> part(y, b);
             WritablePart<D> error(e, b);
             error.velocity() = solver.shift(b);
             error.omega() = to_body(pose[b].rotation, solver.turn(b));
-            error.position() += g * error.velocity();
-            error.orientation() +=
-                g * orientation_rate(Column<S::orientation>(part.orientation()), Turn<D>(error.omega()));
         }
         return true;
     }
@@ -169,6 +172,7 @@ private:
     std::vector<Point<D>> shift_;  // of all bodies, the ground's last, global axes
     std::vector<Turn<D>> turn_;
     const std::vector<double> none_;
+    StageCrossing<D> crossing_;
 };
 
 }  // namespace mbproj

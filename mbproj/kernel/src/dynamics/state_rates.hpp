@@ -3,7 +3,6 @@
 
 #include <cmath>
 
-#include "algebra/decompositions.hpp"
 #include "kinematics/channels.hpp"
 
 namespace mbproj {
@@ -28,21 +27,6 @@ public:
         channels.variables();
         channels.slopes(model_.programs, model_.first_rate + k, held, law_variables, law_variables + channels.size(),
                         found);
-    }
-
-    // (I - g f_x)⁻¹ e of the block of e; what has no slope counts as constant.
-    void eliminate(Channels<D>& channels, double g, double* e) const {
-        if (!any()) return;
-        Eigen::MatrixXd left = Eigen::MatrixXd::Identity(block_.size, block_.size);
-        std::vector<double> by_channels(channels.size());
-        for (int k = 0; k < block_.size; ++k) {
-            slopes(k, channels, by_channels.data());
-            for (std::size_t c = 0; c < by_channels.size(); ++c)
-                if (model_.channels[c].kind == ChannelKind::state && std::isfinite(by_channels[c]))
-                    left(k, model_.channels[c].index) -= g * by_channels[c];
-        }
-        Eigen::Map<Eigen::VectorXd> own(e + block_.first, block_.size);
-        own = solved(left, own);
     }
 
 private:

@@ -106,6 +106,13 @@ template <int D> struct Applied {
         return found;
     }
 
+    // ∂F/∂channel of a component of a force on a body.
+    void slopes(const BodyForce<D>& given, int component, Channels<D>& channels, double* by_channels) const {
+        channels.variables();
+        channels.slopes(programs_, given.programs[component], held, law_variables, law_variables + channels.size(),
+                        by_channels);
+    }
+
     // Forces along coordinates, one after another, in place of what was applied.
     void clear() {
         for (auto& f : force) f.setZero();
@@ -114,6 +121,13 @@ template <int D> struct Applied {
     double load_of(const Law& law) const { return law.bearing < 0 ? 1.0 : carried[law.bearing]; }
     void add(const Loads<D>& loads, int law, const Pose<D>& pose, double size) {
         pull(Coordinate<D>(loads.coordinates, law, pose), size);
+    }
+    void add(const BodyForce<D>& given, int component, const Pose<D>& pose) {
+        Column<3> unit = Column<3>::Zero();
+        unit[component] = 1.0;
+        const auto [push, twist] = wrench(given, unit, pose);
+        force[given.body] += push;
+        torque[given.body] += twist;
     }
     // A force of size 1 along one of the coordinates that forces act along, in place of what was applied.
     void pull(const Loads<D>& loads, int l, const Pose<D>& pose) {
@@ -217,25 +231,28 @@ private:
         return true;
     }
 
+    // A given force or torque with these components: a force at the centre of mass and a moment, global axes.
+    static std::pair<Point<D>, Turn<D>> wrench(const BodyForce<D>& given, const Column<3>& components,
+                                               const Pose<D>& pose) {
+        const Rotation<D>& A = pose[given.body].rotation;
+        if (given.is_torque) {
+            const Turn<D> vector = given.torque_map * components;
+            return {Point<D>::Zero(), given.in_body ? to_global(A, vector) : vector};
+        }
+        Point<D> vector = given.force_map * components;
+        if (given.in_body) vector = A * vector.eval();
+        const Point<D> arm = A * given.point;
+        return {vector, moment(arm, vector)};
+    }
+
     bool apply(const BodyForce<D>& given, const Pose<D>& pose, const Motion<D>& motion, Channels<D>& channels) {
         Column<3> components;
         for (int k = 0; k < 3; ++k) components[k] = programs_.value(given.programs[k], channels.variables(), held);
         if (!components.allFinite()) return false;
-        const Rotation<D>& A = pose[given.body].rotation;
-        if (given.is_torque) {
-            Turn<D> vector = given.torque_map * components;
-            if (given.in_body) vector = to_global(A, vector);
-            torque[given.body] += vector;
-            power += vector.dot(motion[given.body].omega);
-        } else {
-            Point<D> vector = given.force_map * components;
-            if (given.in_body) vector = A * vector.eval();
-            const Point<D> arm = A * given.point;
-            const Turn<D> twist = moment(arm, vector);
-            force[given.body] += vector;
-            torque[given.body] += twist;
-            power += vector.dot(motion[given.body].velocity) + twist.dot(motion[given.body].omega);
-        }
+        const auto [push, twist] = wrench(given, components, pose);
+        force[given.body] += push;
+        torque[given.body] += twist;
+        power += push.dot(motion[given.body].velocity) + twist.dot(motion[given.body].omega);
         return true;
     }
 };

@@ -1,0 +1,202 @@
+// What names channels, in one equation of an implicit step, as mbproj.integrate.formulations.stage_crossing has it. A change
+// δa of the accelerations changes the channels that are coordinates by w = g² G δa, those that are rates by w = g G δa. States
+// follow with δx' = E (f - x'₀ + f_w w), E = (I - g f_x)⁻¹, and forces with φ = F_w w + g F_x δx'. Such forces are few: with Z
+// what a unit of each makes of the accelerations, by the factor at hand, δa = δa₀ + Z φ (Woodbury), so that
+// (I - C H) φ = φ₀ + C w₀ with C = F_w + g F_x E f_w and H = w of Z. Nothing of it is dropped, nor made symmetric.
+#pragma once
+
+#include "dynamics/equations_of_motion.hpp"
+
+namespace mbproj {
+
+template <int D> class StageCrossing final {
+public:
+    using S = Size<D>;
+    using Vector = Eigen::VectorXd;
+    using Dense = Eigen::MatrixXd;
+
+    explicit StageCrossing(EquationsOfMotion<D>& equations)
+        : equations_(equations), model_(equations.model()), shift_(model_.size() + 1, Point<D>::Zero()),
+          turn_(model_.size() + 1, Turn<D>::Zero()), none_(model_.all_rows(), 0.0) {
+        for (std::size_t c = 0; c < model_.channels.size(); ++c)
+            if (model_.channels[c].kind != ChannelKind::state) moving_.push_back(c);
+        if (!model_.loads) return;
+        for (std::size_t l = 0; l < model_.loads->laws.size(); ++l)
+            if (names(model_.loads->laws[l].program)) pulls_.push_back({static_cast<int>(l), nullptr, 0});
+        for (const BodyForce<D>& force : model_.loads->on_bodies)
+            for (int k = 0; k < 3; ++k)
+                if (names(force.programs[k])) pulls_.push_back({-1, &force, k});
+    }
+
+    // Whether there are states or channels at all, and whether forces name some.
+    bool any() const { return model_.layout.states.size > 0 || !model_.channels.empty(); }
+    bool pushes() const { return !pulls_.empty(); }
+
+    // What channels change in y' of a pass of Newton's method, from accelerations and rates of states `before`.
+    bool take(double t, const double* y, double g, const double* before, double* slope, double* lambda) {
+        set(t, y, g);
+        Vector w = of_accelerations(slope) - of_accelerations(before);
+        add(before, -1.0, slope);
+        if (!change(w, slope, lambda)) return false;
+        add(before, 1.0, slope);
+        return true;
+    }
+
+    // (I - g ∂f/∂y)⁻¹ e of an error e of the state y at t whose velocities have been filtered without channels. `moved`: w of
+    // the errors of its positions.
+    bool filter(const Vector& moved, double* e) {
+        Vector w = of_accelerations(e) + moved;
+        return change(w, e, nullptr);
+    }
+    // w of the errors of positions, at the state y at t.
+    Vector of_positions(double t, const double* y, double g, const double* e) {
+        set(t, y, g);
+        for (int b = 0; b < model_.size(); ++b) {
+            const Part<D> error(e, b), part(y, b);
+            shift_[b] = error.position();
+            turn_[b] = turn_of(Column<S::orientation>(part.orientation()), Column<S::orientation>(error.orientation()));
+        }
+        Vector found = along();
+        for (Eigen::Index i = 0; i < found.size(); ++i)
+            found[i] = model_.channels[moving_[i]].kind == ChannelKind::rate ? 0.0 : found[i] / g;
+        return found;
+    }
+
+private:
+    // A force that names channels: a law, or a component of a force on a body.
+    struct Pull {
+        int law;
+        const BodyForce<D>* force;
+        int component;
+    };
+
+    bool names(int program) const { return program >= 0 && model_.programs.names(program, law_variables); }
+
+    // The slopes at the state y in place, at t; what has none counts as constant.
+    void set(double t, const double* y, double g) {
+        g_ = g;
+        Channels<D>& channels = equations_.seen(t, y);
+        const auto states = static_cast<Eigen::Index>(model_.layout.states.size);
+        const auto pulls = static_cast<Eigen::Index>(pulls_.size());
+        std::vector<double> by(channels.size());
+        const auto take = [&](Eigen::Index row, Dense& by_states, Dense& by_motion, double weight) {
+            for (std::size_t c = 0; c < by.size(); ++c)
+                if (const Channel& channel = model_.channels[c]; channel.kind == ChannelKind::state && std::isfinite(by[c]))
+                    by_states(row, channel.index) += weight * by[c];
+            for (std::size_t i = 0; i < moving_.size(); ++i)
+                by_motion(row, static_cast<Eigen::Index>(i)) = std::isfinite(by[moving_[i]]) ? by[moving_[i]] : 0.0;
+        };
+        left_ = Dense::Identity(states, states);
+        by_motion_ = Dense::Zero(states, static_cast<Eigen::Index>(moving_.size()));
+        for (int k = 0; k < states; ++k) {
+            equations_.states().slopes(k, channels, by.data());
+            take(k, left_, by_motion_, -g);
+        }
+        pushed_ = Dense::Zero(pulls, states);
+        pushed_by_motion_ = Dense::Zero(pulls, by_motion_.cols());
+        const Applied<D>& applied = equations_.applied();
+        for (Eigen::Index r = 0; r < pulls; ++r) {
+            if (const Pull& pull = pulls_[r]; pull.law >= 0)
+                applied.slopes(*model_.loads, pull.law, equations_.pose(), equations_.motion(), channels, by.data());
+            else
+                applied.slopes(*pull.force, pull.component, channels, by.data());
+            take(r, pushed_, pushed_by_motion_, g);
+        }
+    }
+
+    // With w of what is at hand, the accelerations in `slope`, and in the states' block what these are without channels:
+    // all three with what channels make of them.
+    bool change(Vector& w, double* slope, double* lambda) {
+        Eigen::Map<Vector> states(slope + model_.layout.states.first, model_.layout.states.size);
+        if (!pulls_.empty() && !push(w, states, slope, lambda)) return false;
+        states = rates(states + by_motion_ * w);
+        return true;
+    }
+    Vector rates(const Vector& off) const { return off.size() ? solved(left_, off) : off; }
+
+    // The accelerations in `slope`, w and the multipliers with the forces φ.
+    bool push(Vector& w, const Vector& off, double* slope, double* lambda) {
+        const auto pulls = static_cast<Eigen::Index>(pulls_.size());
+        Dense responses(w.size(), pulls), left = Dense::Identity(pulls, pulls);
+        std::vector<std::vector<double>> found(pulls_.size()), multipliers(pulls_.size(), none_);
+        for (Eigen::Index r = 0; r < pulls; ++r) {
+            if (!respond(pulls_[r], multipliers[r].data())) return false;
+            responses.col(r) = along();
+            for (int b = 0; b < model_.size(); ++b) {
+                const Turn<D> turn = to_body(equations_.pose()[b].rotation, turn_[b]);
+                found[r].insert(found[r].end(), shift_[b].begin(), shift_[b].end());
+                found[r].insert(found[r].end(), turn.begin(), turn.end());
+            }
+            const Vector by_states = rates(by_motion_ * responses.col(r));
+            left.col(r) -= pushed_by_motion_ * responses.col(r) + pushed_ * by_states;
+        }
+        const Vector phi = solved(left, pushed_by_motion_ * w + pushed_ * rates(off + by_motion_ * w));
+        if (!phi.allFinite()) return false;
+        w += responses * phi;
+        for (Eigen::Index r = 0; r < pulls; ++r) {
+            const double* a = found[r].data();
+            for (int b = 0; b < model_.size(); ++b) {
+                WritablePart<D> part(slope, b);
+                for (int i = 0; i < D; ++i) part.velocity()[i] += phi[r] * *a++;
+                for (int i = 0; i < S::turns; ++i) part.omega()[i] += phi[r] * *a++;
+            }
+            for (std::size_t i = 0; lambda && i < none_.size(); ++i) lambda[i] += phi[r] * multipliers[r][i];
+        }
+        return true;
+    }
+
+    // What a unit of a force does to the bodies, by the factor at hand: their twists, and the multipliers.
+    bool respond(const Pull& pull, double* multipliers) {
+        Applied<D>& applied = equations_.applied();
+        KktSolver<D>& solver = equations_.solver();
+        applied.clear();
+        if (pull.law >= 0)
+            applied.add(*model_.loads, pull.law, equations_.pose(), 1.0);
+        else
+            applied.add(*pull.force, pull.component, equations_.pose());
+        for (int b = 0; b < model_.size(); ++b) solver.set_force(b, applied.force[b], applied.torque[b]);
+        if (!solver.solve(none_.data(), multipliers)) return false;
+        for (int b = 0; b < model_.size(); ++b) {
+            shift_[b] = solver.shift(b);
+            turn_[b] = solver.turn(b);
+        }
+        return true;
+    }
+
+    // w of the accelerations in a slope, and of the twists at hand.
+    Vector of_accelerations(const double* slope) {
+        for (int b = 0; b < model_.size(); ++b) {
+            const Part<D> part(slope, b);
+            shift_[b] = part.velocity();
+            turn_[b] = to_global(equations_.pose()[b].rotation, Turn<D>(part.omega()));
+        }
+        return along();
+    }
+    Vector along() const {
+        Vector found(static_cast<Eigen::Index>(moving_.size()));
+        for (std::size_t i = 0; i < moving_.size(); ++i) {
+            const Channel& channel = model_.channels[moving_[i]];
+            const Coordinate<D> coordinate(model_.coordinates, channel.index, equations_.pose());
+            const double rate = coordinate.rate([this](int b) { return shift_[b]; }, [this](int b) { return turn_[b]; });
+            found[static_cast<Eigen::Index>(i)] = (channel.kind == ChannelKind::rate ? g_ : g_ * g_) * rate;
+        }
+        return found;
+    }
+    // So many times the states' block of one slope to that of another.
+    void add(const double* from, double weight, double* to) const {
+        for (int i = model_.layout.states.first; i < model_.layout.states.end(); ++i) to[i] += weight * from[i];
+    }
+
+    EquationsOfMotion<D>& equations_;
+    const Model<D>& model_;
+    std::vector<Point<D>> shift_;  // of all bodies, the ground's last, global axes
+    std::vector<Turn<D>> turn_;
+    const std::vector<double> none_;
+    std::vector<Pull> pulls_;
+    std::vector<std::size_t> moving_;       // the channels that go by the motion
+    Dense left_, by_motion_;                // I - g f_x and f_w
+    Dense pushed_, pushed_by_motion_;       // g F_x and F_w
+    double g_ = 0.0;
+};
+
+}  // namespace mbproj
