@@ -113,7 +113,7 @@ def test_steps_to_where_the_rubber_has_no_direction_are_not_taken():
     """Its frames would stand half a turn apart: other equilibria are sought from elsewhere."""
     system = compile_system(SCENE)
     start = assembled_start(SCENE, system)
-    problem = Problem.of(system, 0.0, start.q, None, NO_CONDITIONS)
+    problem = Problem.of(system, 0.0, start.q, None, NO_CONDITIONS, start.x)
     here = problem.at(start.q, coordinate_values(system, pose_of(start.q)))
     turns = here.space.N.reshape(system.bodies, 6, -1)[:, 4]
     far = np.linalg.lstsq(turns, np.array([0.0, 3.13, 0.0, 0.0]), rcond=None)[0]

@@ -153,7 +153,7 @@ def test_a_body_on_a_bushing_has_the_frequency_of_a_formula():
     ):
         system, state = assembled(read_scene_text(base + keys + "}\n"))
         slope, pose = slopes(system, state), pose_of(state.q)
-        found = fast_modes(responses(system, pose, slope.acting), slope.acting, slope)[0]
+        found = fast_modes(responses(system, pose, slope.acting), slope.acting, slope, np.zeros((0, 0)))[0]
         assert abs(found.eigenvalue) == pytest.approx(expected, rel=1e-12)
         assert found.shares.sum() == pytest.approx(1.0)
         assert speeds_of_free_bodies(system, pose, slope).max() >= expected * (1.0 - 1e-12)

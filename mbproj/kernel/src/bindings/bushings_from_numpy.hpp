@@ -6,9 +6,7 @@
 
 namespace mbproj {
 
-template <int D> struct Bushings {
-    std::vector<Bushing<D>> each;
-};
+template <int D> struct Bushings { std::vector<Bushing<D>> each; };
 
 // Matrix number i of an array.
 template <int Rows, int Columns> Matrix<Rows, Columns> matrix_of(const Numbers3& array, std::size_t i) {

@@ -200,8 +200,8 @@ template <int D> void add_equations(nb::module_& m, const char* name) {
             },
             nb::arg("y"), nb::arg("t"), nb::arg("coordinates"))
         .def(
-            "left_out", [=](E& self, Numbers2 y, double t) { return self.left_out(t, checked(self, y)); },
-            nb::arg("y"), nb::arg("t") = 0.0)
+            "left_out", [=](E& self, Numbers2 y, double t) { return self.left_out(t, checked(self, y)); }, nb::arg("y"),
+            nb::arg("t") = 0.0)
         .def(
             "pivots",
             [=](E& self, Numbers2 y, double t, const std::vector<int>& left_out) {

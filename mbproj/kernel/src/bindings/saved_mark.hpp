@@ -3,8 +3,8 @@
 
 #include <nanobind/stl/tuple.h>
 
-#include "bindings/loads_from_numpy.hpp"
 #include "bindings/from_numpy.hpp"
+#include "bindings/loads_from_numpy.hpp"
 #include "stepping/mark.hpp"
 
 namespace mbproj {
@@ -93,8 +93,7 @@ inline Eigen::VectorXd finite_numbers(const nb::dict& given, const char* name, s
     return Eigen::Map<const Eigen::VectorXd>(found.data(), static_cast<Eigen::Index>(total));
 }
 
-template <int D>
-Mark<D> mark_from(const nb::dict& given, const Model<D>& model, bool with_slope) {
+template <int D> Mark<D> mark_from(const nb::dict& given, const Model<D>& model, bool with_slope) {
     const auto finite = [&given](const char* name) {
         const auto value = nb::cast<double>(given[name]);
         if (!std::isfinite(value)) refuse(name, "is not finite");

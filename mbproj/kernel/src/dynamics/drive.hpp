@@ -47,9 +47,8 @@ private:
 };
 
 // The rates of the quadratures in a slope: the power put in, what is dissipated, and what is lost apart.
-template <int D>
-void set_work(const Block& work, const Applied<D>& applied, const Drive<D>& drive, const double* lambda,
-              double* slope) {
+template <int D> void set_work(const Block& work, const Applied<D>& applied, const Drive<D>& drive,
+                               const double* lambda, double* slope) {
     if (!work.size) return;
     slope[work.first] = applied.power + drive.power(lambda);
     slope[work.first + 1] = applied.dissipation;

@@ -81,7 +81,8 @@ private:
         std::vector<double> by(channels.size());
         const auto take = [&](Eigen::Index row, Dense& by_states, Dense& by_motion, double weight) {
             for (std::size_t c = 0; c < by.size(); ++c)
-                if (const Channel& channel = model_.channels[c]; channel.kind == ChannelKind::state && std::isfinite(by[c]))
+                if (const Channel& channel = model_.channels[c];
+                    channel.kind == ChannelKind::state && std::isfinite(by[c]))
                     by_states(row, channel.index) += weight * by[c];
             for (std::size_t i = 0; i < moving_.size(); ++i)
                 by_motion(row, static_cast<Eigen::Index>(i)) = std::isfinite(by[moving_[i]]) ? by[moving_[i]] : 0.0;
@@ -177,7 +178,8 @@ private:
         for (std::size_t i = 0; i < moving_.size(); ++i) {
             const Channel& channel = model_.channels[moving_[i]];
             const Coordinate<D> coordinate(model_.coordinates, channel.index, equations_.pose());
-            const double rate = coordinate.rate([this](int b) { return shift_[b]; }, [this](int b) { return turn_[b]; });
+            const double rate =
+                coordinate.rate([this](int b) { return shift_[b]; }, [this](int b) { return turn_[b]; });
             found[static_cast<Eigen::Index>(i)] = (channel.kind == ChannelKind::rate ? g_ : g_ * g_) * rate;
         }
         return found;
@@ -193,9 +195,9 @@ private:
     std::vector<Turn<D>> turn_;
     const std::vector<double> none_;
     std::vector<Pull> pulls_;
-    std::vector<std::size_t> moving_;       // the channels that go by the motion
-    Dense left_, by_motion_;                // I - g f_x and f_w
-    Dense pushed_, pushed_by_motion_;       // g F_x and F_w
+    std::vector<std::size_t> moving_;  // the channels that go by the motion
+    Dense left_, by_motion_;           // I - g f_x and f_w
+    Dense pushed_, pushed_by_motion_;  // g F_x and F_w
     double g_ = 0.0;
 };
 

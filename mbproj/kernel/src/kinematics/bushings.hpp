@@ -61,8 +61,8 @@ public:
     using Coordinates = Column<Bushing<D>::coordinates>;
 
     Deflection(const Bushing<D>& bushing, const Pose<D>& pose)
-        : bushing_(bushing),
-          arm_{pose[bushing.body[0]].rotation * bushing.origin[0], pose[bushing.body[1]].rotation * bushing.origin[1]},
+        : bushing_(bushing), arm_{pose[bushing.body[0]].rotation * bushing.origin[0],
+                                  pose[bushing.body[1]].rotation * bushing.origin[1]},
           midway_(midway(Rotation<D>(pose[bushing.body[0]].rotation * bushing.turn[0]),
                          Rotation<D>(pose[bushing.body[1]].rotation * bushing.turn[1]))) {
         const Point<D> between = pose[bushing.body[1]].position + arm_[1] - pose[bushing.body[0]].position - arm_[0];

@@ -16,7 +16,8 @@ public:
     static constexpr int F = Size<D>::freedoms;
 
     LoopSolver(const Model<D>& model, const EliminationOrder<D>& order, const Compliance<D>& compliance)
-        : model_(model), order_(order), compliance_(compliance), rows_(std::make_unique<DelassusMatrix<D>>(model, order, compliance, LoopRows::reduced)),
+        : model_(model), order_(order), compliance_(compliance),
+          rows_(std::make_unique<DelassusMatrix<D>>(model, order, compliance, LoopRows::reduced)),
           hinged_(model, *rows_), work_(order.loop_bodies.size()) {
         for (std::size_t b = 0; b < work_.size(); ++b)
             if (model.bodies[order.loop_bodies[b]].is_light) {
@@ -98,7 +99,8 @@ public:
         for (std::size_t h = 0; h < independent.size(); ++h) {
             const Joint& joint = model_.joints[all().layout().held()[h].joint];
             for (int r = 0; r < joint.rows; ++r)
-                if (!std::binary_search(independent[h].begin(), independent[h].end(), r)) found.push_back(joint.row + r);
+                if (!std::binary_search(independent[h].begin(), independent[h].end(), r))
+                    found.push_back(joint.row + r);
         }
         return found;
     }

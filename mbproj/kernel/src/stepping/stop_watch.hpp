@@ -131,8 +131,9 @@ private:
             unlike = unlike || off > std::max(0.5 * least, model_.thresholds.middle_unlike * largest);
         }
         if (below(from, found, h) || below(found, to, h)) return true;
-        return unlike && halves > 0 && (closes_inside(step, turns, from, found, x, middle, halves - 1) ||
-                                        closes_inside(step, turns, found, to, middle, x_to, halves - 1));
+        return unlike && halves > 0 &&
+               (closes_inside(step, turns, from, found, x, middle, halves - 1) ||
+                closes_inside(step, turns, found, to, middle, x_to, halves - 1));
     }
 
     bool is_angle(int stop) const { return stops_.coordinates.instances[stop].kind == Kind::angle; }

@@ -17,8 +17,8 @@ public:
     TimeLoop(Model<D> model, Tableau tableau, ProjectionSettings projection, Steps steps, const std::vector<double>& y,
              std::vector<long> turns)
         : Parts(std::move(model), std::move(tableau), projection, std::move(steps), y), stops_(model_), slope_(now_.y),
-          copy_(now_.y), copy_slope_(now_.y), lambda_(model_.all_rows()), copy_lambda_(lambda_),
-          counted_{{}, std::move(turns)} {}
+          copy_(now_.y), copy_slope_(now_.y), lambda_(model_.all_rows()),
+          copy_lambda_(lambda_), counted_{{}, std::move(turns)} {}
     // Before the first step: the run goes on from the mark of another that has begun alike. False where it is not of this
     // model.
     bool resume(Mark<D> mark) {
