@@ -20,10 +20,7 @@ public:
           rows_(std::make_unique<DelassusMatrix<D>>(model, order, compliance, LoopRows::reduced)),
           hinged_(model, *rows_), work_(order.loop_bodies.size()) {
         for (std::size_t b = 0; b < work_.size(); ++b)
-            if (model.bodies[order.loop_bodies[b]].is_light) {
-                light_.emplace_back();
-                light_.back().body = static_cast<int>(b);
-            }
+            if (model.bodies[order.loop_bodies[b]].is_light) light_.emplace_back().body = static_cast<int>(b);
     }
 
     InverseRoot<D>& half(int b) { return rows_->halves[b]; }
