@@ -134,15 +134,11 @@ class FullFormulation:
         rates = {
             "positions": v,
             "velocities": found.acceleration,
-            "states": self.state_rates(t, y),
+            "states": state_rates(self.instant(t, y), self.held) if self.system.states else np.zeros(0),
             "quadratures": found.power,
             "followed": expected if speed is None else speed[: len(expected)],
         }
         return self.layout.joined(rates)
-
-    def state_rates(self, t: float, y: Array) -> Array:
-        """x' of the states of elements, (K,)."""
-        return state_rates(self.instant(t, y), self.held) if self.system.states else np.zeros(0)
 
     def instant(self, t: float, y: Array, expected: Array | None = None) -> Instant:
         """What functions see at y; `expected` (nc,): the joints' coordinates, in place of those that are followed."""

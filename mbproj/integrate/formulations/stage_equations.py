@@ -21,6 +21,7 @@ import numpy as np
 
 from mbproj.arrays import Array
 from mbproj.dataclass import dataclass
+from mbproj.dynamics.equations.forces import state_rates
 from mbproj.dynamics.stiff_forces import StiffForces, stiff_forces
 from mbproj.errors import SimulationError
 from mbproj.integrate.formulations.full import FullFormulation
@@ -131,10 +132,7 @@ class StepStages:
             found = [each.solved(*self.formulation.solve(each.M, each.C_q, each.Q, each.gamma)) for each in terms]
             slopes = np.array([slope(t, state, each) for t, state, each in zip(times, y, found, strict=True)])
         else:
-            off = (
-                np.array([self.formulation.state_rates(t, each) for t, each in zip(times, y, strict=True)])
-                - k[:, states]
-            )
+            off = np.array([self._rates(t, each) for t, each in zip(times, y, strict=True)]) - k[:, states]
             found = self._coupled(terms, weights, before, stiff, crossings, crossing, off)
             slopes = np.array([slope(t, state, each) for t, state, each in zip(times, y, found, strict=True)])
             if crossing is not None:
@@ -143,6 +141,11 @@ class StepStages:
                 slopes[:, states] = k[:, states] + crossing.changes(off.ravel(), change.ravel()).reshape(off.shape)
         slopes[:, layout["positions"]] = (y + weights @ (slopes - k))[:, layout["velocities"]]
         return slopes, found
+
+    def _rates(self, t: float, y: Array) -> Array:
+        """x' of the states of elements, (K,)."""
+        at = self.formulation
+        return state_rates(at.instant(t, y), at.held) if at.system.states else np.zeros(0)
 
     def _crossings_at(self, times: Array, y: Array) -> list[StageCrossing]:
         """What names channels at the stages; nothing in scenes where nothing does."""
