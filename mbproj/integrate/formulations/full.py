@@ -264,7 +264,8 @@ class FullFormulation:
             and moved > THRESHOLDS.at_rest
         ):
             raise other_branch(t, part)
-        if part > THRESHOLDS.lost_velocity and moved > THRESHOLDS.lost_way:
+        driven = self.system.motions is not None  # what motions drive is led to where they are
+        if not driven and part > THRESHOLDS.lost_velocity and moved > THRESHOLDS.lost_way:
             raise lost_step(t, part)
         if projected.left_open > THRESHOLDS.left_open or (
             projected.failures and self.policy.nearest < THRESHOLDS.near_singular
