@@ -13,7 +13,7 @@ from mbproj import assemble, compile_system, initial_guess, read_scene
 from mbproj.dynamics.assembly.assemble import coordinate_values
 from mbproj.dynamics.equations.kinematics import pose_of
 from mbproj.integrate.formulations.reduced import Reduced
-from mbproj.integrate.formulations.redundant_rows import settle_rows
+from mbproj.integrate.formulations.redundant_rows import count_redundant
 from mbproj.kernel import core
 from mbproj.model.planar import planar_reduction
 
@@ -38,7 +38,7 @@ def main(path: str) -> None:
     state = timed(lambda: assemble(system, initial_guess(scene, system)))
     timed(lambda: planar_reduction(system, state.q))
     space = Reduced(core(), system)
-    timed(lambda: settle_rows(space, state))
+    space.model.redundant = timed(lambda: count_redundant(space, state)) or 0
     equations, y = space.equations(), space.state(state.q, state.v)[None]
     places = coordinate_values(system, pose_of(state.q))[None]
     equations.smallest_multipliers(y, np.zeros(1), places)

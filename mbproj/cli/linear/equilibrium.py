@@ -65,7 +65,7 @@ def command(
     as_json: bool,
     quiet: bool,
 ) -> None:
-    """Finds where SCENE rests: no velocity, all forces balance, and no state of an element changes.
+    """Finds where SCENE rests: no velocity, all forces balance, no state changes.
 
     Goes downhill from the start, and says whether the equilibrium is stable, which directions are neutral, and what the
     joints carry. Motions are held where they are at --at. The results file has one sample.

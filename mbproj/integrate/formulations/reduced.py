@@ -32,7 +32,7 @@ class Reduced(Compiled):
 
     @property
     def degrees_of_freedom(self) -> int:
-        return 7 * self.system.bodies - self.system.constraints + int(self.model.rows.redundant)
+        return 7 * self.system.bodies - self.system.constraints + int(self.model.redundant)
 
     @property
     def row_scale(self) -> Array:
@@ -47,7 +47,7 @@ class Reduced(Compiled):
     def multipliers(self, samples: Samples, block: Mapping[str, Any]) -> Array:
         """Where redundant rows leave reactions open, the smallest."""
         multipliers: Array = block["multipliers"]
-        if not self.model.rows.redundant:
+        if not self.model.redundant:
             return multipliers
         reference = coordinate_values(self.system, pose_of(samples.q)) + 2.0 * np.pi * samples.turns
         bodies = np.ascontiguousarray(self._by_body(block["y"]))

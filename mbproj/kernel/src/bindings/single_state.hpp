@@ -17,8 +17,7 @@ template <int D> class SingleState final {
 public:
     using S = Size<D>;
     using Numbers = std::vector<double>;
-    using Rows = std::vector<int>;
-    using LeftOut = std::optional<Rows>;  // in place of those that a step from a state leaves out
+    using Rows = std::optional<typename RowPolicy<D>::Saved>;
 
     SingleState(const Model<D>& model, const ProjectionSettings& projection)
         : model_(model), projection_(projection), equations_(model_, projection_),
@@ -57,27 +56,18 @@ public:
         return found;
     }
 
-    // The rows that a step from a state leaves out.
-    Rows left_out(double t, const double* y) {
+    // The rows that a run from a state begins with.
+    typename RowPolicy<D>::Saved rows(double t, const double* y) {
         begin(t, y, {}, {});
-        return equations_.solver().left_out();
-    }
-    // The pivots of S without these rows, 1 in those that are in no loop; and the smallest where all bodies weigh the same. All
-    // 0 where the equations have no unique solution.
-    std::pair<Numbers, double> pivots(double t, const double* y, const Rows& left_out) {
-        Numbers found(model_.all_rows(), 1.0);
-        KktSolver<D>& solver = equations_.solver();
-        if (!begin(t, y, {}, left_out) || !solver.is_regular()) return {Numbers(found.size(), 0.0), 0.0};
-        solver.each_pivot([&found](int row, double pivot) { found[row] = pivot; });
-        return {std::move(found), solver.even_pivot(equations_.pose())};
+        return equations_.policy().save();
     }
 
     // (r'', ω' in body axes) of each body and λ, or nothing where they are not unique. `coordinates` are the joints',
     // each to less than half a turn, and after them the states of elements; what is not there is as a run begins with it.
     std::optional<std::pair<Numbers, Numbers>> accelerations(double t, const double* y, const Numbers& coordinates,
-                                                             const LeftOut& left_out) {
+                                                             const Rows& rows) {
         Numbers slope(model_.layout.size()), lambda(model_.all_rows()), found;
-        if (!begin(t, y, coordinates, left_out)) return std::nullopt;
+        if (!begin(t, y, coordinates, rows)) return std::nullopt;
         equations_.set_velocities(y, false);
         if (!equations_.slope_at(state_.data(), slope.data(), lambda.data())) return std::nullopt;
         for (int b = 0; b < model_.size(); ++b) {
@@ -105,9 +95,9 @@ public:
     }
 
     // y' as a stage of a step has it, in the order of y; nothing where it is not unique.
-    std::optional<Numbers> derivative(double t, const double* y, const Numbers& coordinates, const LeftOut& left_out) {
+    std::optional<Numbers> derivative(double t, const double* y, const Numbers& coordinates, const Rows& rows) {
         Numbers slope(model_.layout.size());
-        begin(t, y, coordinates, left_out);
+        begin(t, y, coordinates, rows);
         if (!equations_.derivative(t, state_.data(), slope.data())) return std::nullopt;
         return bodies(std::move(slope));
     }
@@ -144,8 +134,8 @@ public:
     }
 
     // The state moved to the constraints, position and velocity.
-    std::optional<Numbers> corrected(double t, const double* y, const LeftOut& left_out) {
-        begin(t, y, {}, left_out);
+    std::optional<Numbers> corrected(double t, const double* y, const Rows& rows) {
+        begin(t, y, {}, rows);
         if (!projector_.anywhere(t, state_.data()).regular) return std::nullopt;
         return bodies(state_);
     }
@@ -160,6 +150,7 @@ public:
     double nearness() const { return equations_.solver().nearness(); }
     int singular_joint() { return equations_.solver().singular_joint(); }
     const Model<D>& model() const { return model_; }
+    const std::vector<int>& loop_joints() const { return equations_.solver().order().loop_joints; }
     EliminationFacts facts() const {
         const auto& order = equations_.solver().order();
         const auto& cholesky = equations_.solver().cholesky();
@@ -185,11 +176,9 @@ private:
 
     // A state with the rows of a run that begins there, or with those given; factored with the masses. False where the
     // equations have no unique solution.
-    bool begin(double t, const double* y, const Numbers& coordinates, const LeftOut& left_out) {
+    bool begin(double t, const double* y, const Numbers& coordinates, const Rows& rows) {
         set_pose(t, y, coordinates);
-        if (!left_out) return equations_.start();
-        equations_.solver().leave_out(*left_out);
-        return equations_.factor(Metric::mass);
+        return rows ? equations_.resume(*rows) : equations_.start();
     }
 
     Numbers rows(const double* values) const { return {values, values + model_.constraints.rows}; }

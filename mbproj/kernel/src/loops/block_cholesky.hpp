@@ -58,7 +58,7 @@ public:
     // x of the rows that are left out, less what the others before them say of it: the largest in magnitude. Uses x up.
     double contradiction(double* x) const;
 
-    std::vector<std::vector<int>> independent_rows(double smallest, double tied);
+    std::vector<std::vector<int>> independent_rows(double smallest);
 
     // Rows that `factor` leaves out from now on: their λ is 0, whatever is asked of them.
     void leave_out(std::vector<char> rows) { left_out_ = std::move(rows); }
@@ -68,10 +68,12 @@ public:
     std::size_t filled() const { return fill_; }  // of these, numbers in blocks that the matrix does not have
     int row(int block) const { return begin_[block]; }
     double smallest_pivot() const { return smallest_pivot_; }
-    // The pivot of a row, a part of its diagonal entry; 0 where it is left out.
-    double pivot(int row) const {
-        const double reciprocal = reciprocal_[row];
-        return reciprocal > 0.0 ? 1.0 / (reciprocal * reciprocal * diagonal_[row]) : 0.0;
+    // The pivots of all rows, parts of their diagonal entries; 0 of those that are left out.
+    std::vector<double> pivots() const {
+        std::vector<double> found(diagonal_.size(), 0.0);
+        for (std::size_t r = 0; r < found.size(); ++r)
+            if (reciprocal_[r] > 0.0) found[r] = 1.0 / (reciprocal_[r] * reciprocal_[r] * diagonal_[r]);
+        return found;
     }
 
 private:
@@ -97,7 +99,7 @@ private:
     template <class LeftOut> void forward(double* x, LeftOut&& left_out) const;
     void measure_rows();
     int factor_diagonal(const ColumnOf& column, double smallest);
-    int largest_pivot(const ColumnOf& column, const std::vector<bool>& open, double smallest, double tied);
+    int largest_pivot(const ColumnOf& column, const std::vector<bool>& open, double smallest);
     void eliminate(const ColumnOf& column, int row, const std::vector<bool>& open);
 
     std::vector<int> sizes_;

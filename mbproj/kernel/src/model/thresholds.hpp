@@ -6,7 +6,8 @@ namespace mbproj {
 
 struct Thresholds {
     // mbproj/thresholds/dependence.py
-    double smallest_pivot, near_dependent, near_branch, choice_from, choice_step, choice_to, tied, decline;
+    double smallest_pivot, near_dependent, near_branch, choice_from, choice_to, decline, usual_growth, clear_fall,
+        clear_margin;
     int most_dense_rows;
     // mbproj/thresholds/passages.py
     double least_violation, passing, nearing, agreement, agreed_tolerances, shorter, branch_change, lost_velocity,
@@ -36,10 +37,11 @@ template <class Visit> void each_threshold(Visit&& visit) {
     visit("near_dependent", &Thresholds::near_dependent);
     visit("near_branch", &Thresholds::near_branch);
     visit("choice_from", &Thresholds::choice_from);
-    visit("choice_step", &Thresholds::choice_step);
     visit("choice_to", &Thresholds::choice_to);
-    visit("tied", &Thresholds::tied);
     visit("decline", &Thresholds::decline);
+    visit("usual_growth", &Thresholds::usual_growth);
+    visit("clear_fall", &Thresholds::clear_fall);
+    visit("clear_margin", &Thresholds::clear_margin);
     visit("most_dense_rows", &Thresholds::most_dense_rows);
     visit("least_violation", &Thresholds::least_violation);
     visit("passing", &Thresholds::passing);

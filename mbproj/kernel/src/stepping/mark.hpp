@@ -1,7 +1,7 @@
 // What a run can go on from: a state between two steps, with all that the next step depends on.
 #pragma once
 
-#include "dynamics/equations_of_motion.hpp"
+#include "dynamics/row_policy.hpp"
 #include "stepping/halvings.hpp"
 #include "stepping/samples.hpp"
 #include "stepping/state_events.hpp"
@@ -16,13 +16,14 @@ template <int D> struct Mark {
     long grid = 0;        // fixed steps made
     long part = 1;        // of the next, see halvings.hpp
     bool shaped = false;  // by the run's end
-    bool anew = false;    // another method goes on from here: its slope is evaluated
+    bool anew = false;    // another method goes on from here: its rows are chosen anew, and its slope is evaluated
     int shortened = 0;    // how often the step at hand was shortened near a singular pose
     Eigen::VectorXd y;
     Eigen::VectorXd slope;  // with which the next step begins, where it is not a function of y; else none
     typename TurnCounter<D>::Counted counted;
     StepSizeControl::Saved control{};
     SavedEvents events;
+    typename RowPolicy<D>::Saved rows;
     std::vector<Halved> halved;
     Counters counters;
     Peaks peaks;
