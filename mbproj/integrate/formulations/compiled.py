@@ -19,11 +19,11 @@ from mbproj.errors import SimulationError
 from mbproj.integrate.events.law_switches import switches_of
 from mbproj.integrate.events.leg import Leg
 from mbproj.integrate.outcome.failures import (
+    LostStep,
     TurnsUntold,
     halved_in_vain,
     jammed,
     left_open,
-    lost_step,
     not_finite,
     other_branch,
     pushed_back,
@@ -220,7 +220,7 @@ class Compiled(ABC):
         if outcome.status == status.singular:
             return singular(t, self.owner(outcome.joint))
         if outcome.status == status.branch:
-            return (other_branch if outcome.near_singular else lost_step)(t, outcome.velocity_change)
+            return (other_branch if outcome.near_singular else LostStep)(t, outcome.velocity_change)
         if outcome.status == status.unresolved:
             return unresolved(t, outcome.velocity_change)
         if outcome.status == status.untold:

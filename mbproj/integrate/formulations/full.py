@@ -32,10 +32,10 @@ from mbproj.integrate.events.breaks import TimeWindow
 from mbproj.integrate.events.law_switches import LawSwitches
 from mbproj.integrate.formulations.terms import Accelerations, Terms
 from mbproj.integrate.outcome.failures import (
+    LostStep,
     branches_near,
     ill_conditioned,
     jammed,
-    lost_step,
     not_finite,
     other_branch,
     singular,
@@ -266,7 +266,7 @@ class FullFormulation:
             raise other_branch(t, part)
         driven = self.system.motions is not None  # what motions drive is led to where they are
         if not driven and part > THRESHOLDS.lost_velocity and moved > THRESHOLDS.lost_way:
-            raise lost_step(t, part)
+            raise LostStep(t, part)
         if projected.left_open > THRESHOLDS.left_open or (
             projected.failures and self.policy.nearest < THRESHOLDS.near_singular
         ):

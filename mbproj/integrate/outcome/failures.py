@@ -52,10 +52,12 @@ def other_branch(t: float, change: float) -> SimulationError:
     return SimulationError(t, cause, hint=hint)
 
 
-def lost_step(t: float, change: float) -> SimulationError:
+class LostStep(SimulationError):
     """A step that leads so far off that its projection has nothing to go by."""
-    cause = f"the projection would change the velocity by {100.0 * change:.0f} % at once: the step has lost the motion"
-    return SimulationError(t, cause, hint=SMALLER)
+
+    def __init__(self, t: float, change: float) -> None:
+        cause = f"the projection would change the velocity by {100.0 * change:.0f} % at once"
+        super().__init__(t, f"{cause}: the step has lost the motion", hint=SMALLER)
 
 
 def branches_near(t: float) -> SimulationError:

@@ -18,7 +18,7 @@ from mbproj.dynamics.assembly.assemble import State
 from mbproj.dynamics.observe.samples import Samples, join
 from mbproj.errors import SimulationError
 from mbproj.integrate.formulations.choice import Choice
-from mbproj.integrate.outcome.failures import TurnsUntold
+from mbproj.integrate.outcome.failures import LostStep, TurnsUntold
 from mbproj.integrate.outcome.stiff_words import Stiffness, damps, grows, holds, too_stiff
 from mbproj.integrate.steppers.implicit_tableau import ImplicitTableau
 from mbproj.integrate.steppers.methods import tableau_of
@@ -89,19 +89,19 @@ class StiffnessWatch:
             yield
         except SimulationError as error:
             found = self._spoilt(error.time, gains=True)
-            if found is None and isinstance(error, TurnsUntold):
-                found = self._turned_by_errors(error)
+            if found is None and isinstance(error, TurnsUntold | LostStep):
+                found = self._led_off(error)
             if found is None:
                 raise
             raise too_stiff(error, found) from error
 
-    def _turned_by_errors(self, untold: TurnsUntold) -> Stiffness | None:
-        """What has made turns too fast to be told, where a step that is short enough for these would still be too long
-        for it: errors grow to whole turns in a few steps."""
+    def _led_off(self, error: TurnsUntold | LostStep) -> Stiffness | None:
+        """What has led a step off, or made turns too fast to be told where a step that is short enough for these would
+        still be too long for it: errors grow to whole turns in a few steps."""
         if not self._kept or self._settings.step is None:
             return None
         found = self._at(self._kept[-1], gains=True)
-        limit = untold.step / self._settings.step
+        limit = error.step / self._settings.step if isinstance(error, TurnsUntold) else 1.0
         return found if found is not None and found.growth > 1.0 and limit * found.omega_h > found.limit else None
 
     def verdict(self, end: float) -> str:
