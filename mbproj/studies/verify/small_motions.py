@@ -71,7 +71,7 @@ def _beside(case: Case, rest: Equilibrium, found: Modes, mode: int, size: float)
     q = moved(motion.q, size * ξ.real.ravel())
     v = velocities(pose_of(q), size * (λ * ξ).real.ravel())
     state = consistent(case.system, replace(initial_guess(case.scene, case.system), q=q, v=v))
-    return state.changed(turns=rest.state.turns)
+    return state.changed(turns=rest.state.turns, states=rest.state.x + size * found.states[mode].real)
 
 
 def _changes(case: Case, rest: Equilibrium, time: float) -> bool:
