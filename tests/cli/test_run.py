@@ -242,7 +242,8 @@ def test_interrupting_keeps_the_results_and_exits_with_130(tmp_path, signum):
     process.send_signal(signum)
     _, errors = process.communicate(timeout=60)
     assert process.returncode == 130
-    assert errors.split("\n")[-4:] == ["note: what was computed until then is in results.h5", "", "interrupted", ""]
+    note = "note: what was computed until then is in results.h5; go on with: mbproj continue results.h5"
+    assert errors.split("\n")[-4:] == [note, "", "interrupted", ""]
     results = open_results(tmp_path / "results.h5")
     assert results.status == "interrupted"
     assert len(results.time) > 10

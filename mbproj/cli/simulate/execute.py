@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import shlex
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from time import perf_counter
@@ -171,9 +172,10 @@ def _what_is_kept(name: str, output: str, *, as_json: bool, quiet: bool) -> Iter
     try:
         yield
     except (SimulationError, KeyboardInterrupt) as error:
-        click.echo(f"note: what was computed until then is in {output}", err=True)
         with open_results(output) as results:
-            trust = results.trust
+            trust, goes_on = results.trust, isinstance(error, KeyboardInterrupt) and results.checkpoint is not None
+        how = f"; go on with: mbproj continue {shlex.quote(output)}" if goes_on else ""
+        click.echo(f"note: what was computed until then is in {output}{how}", err=True)
         if as_json:
             status = f"failed: {error}" if isinstance(error, SimulationError) else "interrupted"
             numbers = {"scene": name, "output": output, "status": status}

@@ -168,12 +168,14 @@ def _own(found: Tradeoff, own: int) -> Iterator[str]:
     same_error, same_cost = found.cheapest(error), found.most_accurate(seconds)
     if same_error == same_cost == own:
         yield "  nothing that was timed is cheaper and as accurate, or more accurate for the same time"
-    elif same_error is not None and same_cost is not None:
-        cheaper, better = found.seconds[same_error], found.error[same_cost]
+    if same_error is not None and same_error != own:
+        cheaper = found.seconds[same_error]
         yield (
             f"  as accurate for {milliseconds(cheaper)} ms ({seconds / cheaper:.2g} times cheaper): "
             f"{found.trials[same_error].setting.label}"
         )
+    if same_cost is not None and same_cost != own:
+        better = found.error[same_cost]
         times = f" ({error / better:.2g} times more accurate)" if better > 0.0 else ""
         yield f"  for the same time {better:.1e} m{times}: {found.trials[same_cost].setting.label}"
 
