@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
+from functools import cache
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -10,14 +11,12 @@ import numpy as np
 from mbproj.arrays import Array, Integers, distinct_rows
 from mbproj.constraints import PRIMITIVES, Primitive
 from mbproj.constraints.coupling import Coupling
+from mbproj.kernel import core
 from mbproj.model.planar import PlanarSet
 from mbproj.model.primitive_set import PrimitiveSet
 from mbproj.model.system import System
 
-#: The primitives in the order of the kernel's `Kind`; a coupling is the instances of its coordinates.
-KINDS = ("coincident", "perpendicular", "along", "distance", "angle")
 MOST_SLOTS = 3
-_CODES = {PRIMITIVES[name]: number for number, name in enumerate(KINDS)}
 
 
 class Bound(NamedTuple):
@@ -44,15 +43,23 @@ class Bound(NamedTuple):
 _OF_INSTANCES = ("kind", "slots", "offset", "weight", "joins", "owner")
 
 
+@cache
+def _codes() -> Mapping[type[Primitive], int]:
+    """The kernel's number of each primitive that it has; a coupling is the instances of its coordinates."""
+    kernel = core()
+    return {} if kernel is None else {PRIMITIVES[name]: number for number, name in enumerate(kernel.primitives())}
+
+
 def without_form(system: System) -> str | None:
     """A primitive of the system that the kernel does not have, by its class; None where it has all."""
+    codes = _codes()
     laws = None if system.forces is None else system.forces.laws
     sets = [system.joints, system.coordinates]
     sets += [each.rows for each in (system.motions, system.reflected) if each is not None]
     sets += [each.coordinates for each in (laws, system.stops, system.frictions) if each is not None]
     for primitive in {group.primitive for bound in sets for group in bound.groups}:
         for part, *_ in _parts(primitive):
-            if type(part) not in _CODES:
+            if type(part) not in codes:
                 return type(part).__name__
     return None
 
@@ -108,9 +115,10 @@ class _Instances(NamedTuple):
 def _instances(primitives: Sequence[Primitive], first_slots: Sequence[int]) -> _Instances:
     """The instances of primitives, one each and of couplings one a coordinate; the slots of each follow its first."""
     code, slots, weight, joins, member = [], [], [], [], []
+    codes = _codes()
     for number, (primitive, first) in enumerate(zip(primitives, first_slots, strict=True)):
         for part, (own, factor, taken) in enumerate(_parts(primitive)):
-            code.append(_CODES[type(own)])
+            code.append(codes[type(own)])
             slots.append([*range(first + taken.start, first + taken.stop), 0][:MOST_SLOTS])
             weight.append(factor)
             joins.append(part > 0)

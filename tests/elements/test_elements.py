@@ -172,7 +172,10 @@ APPLYING = ("popm-gpopm", "idempotent", "eliminated", "power", "momentum", "reac
     [
         (CAM, ("kernel-correction", "reduced", "planar", "linear", "order", "turns")),
         (rack("gear", "pin.angle", "rail.displacement", 0.05), ("kernel-correction", "reduced", "planar", "turns")),
-        (pi_controller("drive", "rail.displacement", Program(number(0.2)), (40, 30, 12), 0.02), ("reduced", "planar", "linear")),
+        (
+            pi_controller("drive", "rail.displacement", Program(number(0.2)), (40, 30, 12), 0.02),
+            ("reduced", "planar", "linear"),
+        ),
     ],
     ids=["cam", "rack", "controller"],
 )

@@ -97,10 +97,10 @@ def _obstacle(system: System, settings: Settings) -> str | None:
         return f"the projection '{method}' exists in the full formulation only"
     if settings.acceleration != "bordered":
         return f"'acceleration: {settings.acceleration}' exists in the full formulation only"
+    if core() is None:
+        return _no_kernel()
     missing = without_form(system)
-    if missing is not None:
-        return f"the primitive '{missing}' exists in the full formulation only"
-    return None if core() is not None else _no_kernel()
+    return None if missing is None else f"the primitive '{missing}' exists in the full formulation only"
 
 
 def _no_kernel() -> str:

@@ -179,6 +179,9 @@ NB_MODULE(_core, m) {
     if (!runs_here())
         throw nb::import_error("it was compiled for processors with AVX2 and FMA, and this one lacks them: install "
                                "mbproj on this machine, or with MBPROJ_PORTABLE=1");
+    m.def(
+        "primitives", [] { return std::vector<std::string>(std::begin(kind_names), std::end(kind_names)); },
+        "The primitives that it has, by their numbers.");
     m.def("build_info", &build_info, "How this extension was compiled.");
     add_settings(m);
     bind_plane(m);

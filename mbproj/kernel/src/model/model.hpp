@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cmath>
+#include <iterator>
 #include <memory>
 #include <utility>
 #include <vector>
@@ -13,9 +14,10 @@
 
 namespace mbproj {
 
-// The primitives of mbproj.constraints, in the order of mbproj.kernel.bound.
+// The primitives that the kernel has, and their names in mbproj.constraints. Couplings are instances of these.
 enum class Kind : int { coincident, perpendicular, along, distance, angle };
-constexpr int kind_count = static_cast<int>(Kind::angle) + 1;
+constexpr const char* kind_names[] = {"coincident", "perpendicular", "along", "distance", "angle"};
+constexpr int kind_count = static_cast<int>(std::size(kind_names));
 
 constexpr int most_slots = 3;
 
