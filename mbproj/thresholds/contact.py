@@ -27,7 +27,7 @@ class Contact:
         1e-10, "length or rad", "numpy", "a lower bounce is none: it ends in contact", "10 × touching"
     )
     no_push: float = threshold(
-        1e-11, "1", "numpy", "beside terms of size 1 in the equations of impacts and contact, this is none", "1e5 ε"
+        1e-11, "1", "both", "beside terms of size 1 in the equations of impacts and contact, this is none", "1e5 ε"
     )
     contact_pulls: float = threshold(
         1e-10,

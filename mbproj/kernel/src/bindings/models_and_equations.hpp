@@ -213,6 +213,19 @@ template <int D> void add_equations(nb::module_& m, const char* name) {
             },
             nb::arg("y"), nb::arg("laws"), nb::arg("t") = 0.0)
         .def(
+            "border",
+            [=](E& self, Numbers2 y, const std::vector<std::pair<int, double>>& rows, double t) -> nb::object {
+                std::vector<ContactRow> held;
+                for (const auto& [number, sign] : rows)
+                    held.push_back({index_below(number, self.model().stops.bound.size(), "rows"), sign});
+                const std::size_t count = held.size();
+                auto found = self.border(t, checked(self, y), std::move(held));
+                if (!found) return nb::none();
+                return nb::make_tuple(array_of(std::move(found->first), count, count),
+                                      array_of(std::move(found->second), count));
+            },
+            nb::arg("y"), nb::arg("rows"), nb::arg("t") = 0.0)
+        .def(
             "newton",
             [=](E& self, Numbers2 y, double t) -> nb::object {
                 auto found = self.newton(t, checked(self, y));

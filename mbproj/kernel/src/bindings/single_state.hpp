@@ -126,6 +126,19 @@ public:
         return found;
     }
 
+    // Of these rows of stops B, row by row, and how their gaps accelerate without a push; nothing where the motion is not
+    // unique. The accelerations and λ that come next are those with these contacts, which hold until others do.
+    std::optional<std::pair<Numbers, Numbers>> border(double t, const double* y, std::vector<ContactRow> rows) {
+        Numbers slope(model_.layout.size());
+        equations_.contacts().hold(std::move(rows));
+        if (!begin(t, y, {}, {})) return std::nullopt;
+        equations_.set_velocities(y, false);
+        if (!equations_.slope_at(state_.data(), slope.data())) return std::nullopt;
+        const auto& B = equations_.contacts().operator_of_rows();
+        const auto& b = equations_.contacts().free_accelerations();
+        return std::make_pair(Numbers(B.data(), B.data() + B.size()), Numbers(b.data(), b.data() + b.size()));
+    }
+
     // The state after one exact Newton correction of its position.
     std::optional<Numbers> newton(double t, const double* y) {
         begin(t, y, {}, {});

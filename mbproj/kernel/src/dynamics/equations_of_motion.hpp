@@ -4,6 +4,8 @@
 #include <limits>
 
 #include "dynamics/bearing_loads.hpp"
+#include "dynamics/body_forces.hpp"
+#include "dynamics/contact_border.hpp"
 #include "dynamics/drive.hpp"
 #include "dynamics/row_policy.hpp"
 #include "dynamics/row_values.hpp"
@@ -22,8 +24,8 @@ public:
     EquationsOfMotion(const Model<D>& model, const ProjectionSettings& projection)
         : model_(model), projection_(projection), pose_(model), motion_(model), solver_(model, projection.penalty()),
           policy_(model, solver_), gamma_(model.all_rows()), C_(model.all_rows()), C_dot_(model.all_rows()),
-          lambda_(model.all_rows()), drive_(model), applied_(model), bearings_(model), couplings_(model),
-          expected_(model.layout.followed.size), channels_(model), states_(model) {}
+          lambda_(model.all_rows()), drive_(model), applied_(model), bearings_(model), contacts_(model),
+          couplings_(model), expected_(model.layout.followed.size), channels_(model), states_(model) {}
 
     // Of y.
     const Layout& layout() const { return model_.layout; }
@@ -61,6 +63,7 @@ public:
         if (model_.loads || states_.any()) see_channels(window_.seen(t_), y);
         if (broken_ || !set_forces(y) || (states_.any() && !states_.set(channels_, slope))) return broken(y);
         if (bearings_.any() && !settle_bearings(y)) return false;
+        if (contacts_.any() && !settle_contacts(y)) return false;
         if (!solver_.solve(gamma_.data(), lambda || !drive_.empty() ? lambda_.data() : nullptr)) return false;
         for (int b = 0; b < model_.size(); ++b) {
             const Part<D> part(y, b);
@@ -203,6 +206,7 @@ public:
     KktSolver<D>& solver() { return solver_; }
     const KktSolver<D>& solver() const { return solver_; }
     RowPolicy<D>& policy() { return policy_; }
+    ContactBorder<D>& contacts() { return contacts_; }  // that hold
     const RowPolicy<D>& policy() const { return policy_; }
 
 private:
@@ -243,20 +247,17 @@ private:
 
     bool set_forces(const double* y) {
         if (model_.loads && !applied_.update(*model_.loads, pose_, motion_, channels_)) return false;
-        for (int b = 0; b < model_.size(); ++b) {
-            Point<D> force = model_.bodies[b].mass * model_.gravity;
-            Turn<D> torque = Turn<D>::Zero();
-            if constexpr (D == 3) {
-                const Turn<3> omega = Part<3>(y, b).omega();
-                const Turn<3> momentum = model_.bodies[b].inertia * omega;
-                torque = pose_[b].rotation * momentum.cross(omega);
-            }
-            if (model_.loads) {
-                force += applied_.force[b];
-                torque += applied_.torque[b];
-            }
-            solver_.set_force(b, force, torque);
-        }
+        mbproj::set_forces(model_, pose_, y, applied_, solver_);
+        return true;
+    }
+    // The same with the pushes of the contacts that hold.
+    [[gnu::noinline, gnu::cold]] bool settle_contacts(const double* y) {
+        if (!contacts_.factor(pose_, solver_)) return false;
+        mbproj::set_forces(model_, pose_, y, applied_, solver_);
+        if (!solver_.solve(gamma_.data())) return false;
+        contacts_.settle(solver_, motion_);
+        mbproj::set_forces(model_, pose_, y, applied_, solver_);
+        contacts_.pull(solver_);
         return true;
     }
 
@@ -284,6 +285,7 @@ private:
     TimeWindow window_;
     Applied<D> applied_;
     BearingLoads<D> bearings_;
+    ContactBorder<D> contacts_;
     Couplings<D> couplings_;
     std::vector<double> expected_;  // the joints' coordinates as they are followed, to less than half a turn
     Channels<D> channels_;

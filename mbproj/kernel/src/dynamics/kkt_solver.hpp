@@ -120,6 +120,11 @@ public:
         // The centre of mass is at -reference from the reference point.
         force_[body].template tail<S::turns>() = torque - moment(reference_[body], force);
     }
+    // Another force on a body that has one.
+    void add_force(int body, const Point<D>& force, const Turn<D>& torque) {
+        force_[body].template head<D>() += force;
+        force_[body].template tail<S::turns>() += torque - moment(reference_[body], force);
+    }
     void clear_forces() { std::fill(force_.begin(), force_.end(), Wrench::Zero()); }
 
     // Solves with the forces given (which are used up) and G δ = c; multipliers on request, one for each row. False where

@@ -38,6 +38,19 @@ template <int D> struct Coordinate {
     double rate(const Motion<D>& motion) const {
         return rate([&](int b) { return motion[b].velocity; }, [&](int b) { return motion[b].omega; });
     }
+    // The part of its second derivative that holds no accelerations of bodies.
+    double bend(const Motion<D>& motion) const {
+        Point<D> x_dot[most_slots];
+        double sum = 0.0;
+        for (int s = 0; s < p.slot_count; ++s) {
+            const Attachment<D>& a = attachment(s);
+            const Twist<D>& twist = motion[a.body];
+            const Point<D> turning_velocity = turned_by(twist.omega, spoke[s]);
+            sum += g[s].dot(turned_by(twist.omega, turning_velocity));
+            x_dot[s] = a.is_point ? Point<D>(twist.velocity + turning_velocity) : turning_velocity;
+        }
+        return sum + curvature<D>(p, x, x_dot);
+    }
 };
 
 }  // namespace mbproj

@@ -27,7 +27,7 @@ struct Thresholds {
         newton_floor, secant_change, softened, first_contraction, least_contraction;
     int most_polishing, most_chatter, most_newton, free_passes, most_halvings;
     // mbproj/thresholds/contact.py
-    double settled_load, middle_unlike;
+    double settled_load, middle_unlike, no_push;
     int most_load_passes, most_halves;
 };
 
@@ -113,6 +113,7 @@ template <class Visit> void each_threshold(Visit&& visit) {
     visit("most_halvings", &Thresholds::most_halvings);
     visit("settled_load", &Thresholds::settled_load);
     visit("middle_unlike", &Thresholds::middle_unlike);
+    visit("no_push", &Thresholds::no_push);
     visit("most_halves", &Thresholds::most_halves);
     visit("most_load_passes", &Thresholds::most_load_passes);
 }

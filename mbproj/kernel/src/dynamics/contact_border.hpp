@@ -1,0 +1,133 @@
+// Contacts as a border on the joints' factor. Of rows N, gradients of coordinates that nothing but a contact holds, the
+// Delassus operator is B = N (W⁻¹ - W⁻¹GᵀS⁻¹GW⁻¹) Nᵀ: one solve a row with the factor at hand, be it for accelerations, for a
+// projection or for impulses. The factor itself, its order and its redundant rows know nothing of contacts.
+#pragma once
+
+#include "algebra/semidefinite.hpp"
+#include "dynamics/kkt_solver.hpp"
+#include "kinematics/coordinate.hpp"
+
+namespace mbproj {
+
+// Of the coordinates that stops limit the one of this number, times a sign: of a stop its side, so that it is the gap.
+struct ContactRow {
+    int coordinate;
+    double sign;
+};
+
+template <int D> class ContactBorder final {
+public:
+    using Vector = Eigen::VectorXd;
+
+    explicit ContactBorder(const Model<D>& model)
+        : model_(model), none_(model.all_rows(), 0.0), force_(model.size() + 1), torque_(model.size() + 1) {}
+
+    // The rows from now on.
+    void hold(std::vector<ContactRow> rows) { rows_ = std::move(rows); }
+    const std::vector<ContactRow>& rows() const { return rows_; }
+    bool any() const { return !rows_.empty(); }
+
+    // N at a pose, and B with the factor that the solver has. False where the equations have no unique solution.
+    bool factor(const Pose<D>& pose, KktSolver<D>& solver) {
+        const auto count = static_cast<Eigen::Index>(rows_.size());
+        along_.clear();
+        for (const ContactRow& row : rows_) along_.emplace_back(model_.stops.coordinates, row.coordinate, pose);
+        B_.resize(count, count);
+        Vector unit = Vector::Zero(count), column;
+        for (Eigen::Index k = 0; k < count; ++k) {
+            unit[k] = 1.0;
+            set_forces(unit);
+            for (int b = 0; b < model_.size(); ++b) solver.set_force(b, force_[b], torque_[b]);
+            if (!solver.solve(none_.data())) return false;
+            changes(solver, column);
+            B_.col(k) = column;
+            unit[k] = 0.0;
+        }
+        cholesky_.factor(B_, model_.thresholds.no_push);
+        return true;
+    }
+    const Eigen::MatrixXd& operator_of_rows() const { return B_; }
+    // The rows that do not depend on each other.
+    const SemidefiniteCholesky& cholesky() const { return cholesky_; }
+
+    // g of the rows, angles to less than half a turn; N u, and the part of g'' that holds no accelerations.
+    void gaps(Vector& found) const {
+        found.resize(static_cast<Eigen::Index>(rows_.size()));
+        for (std::size_t k = 0; k < rows_.size(); ++k) {
+            const double from = along_[k].value() - model_.stops.bound[rows_[k].coordinate];
+            found[static_cast<Eigen::Index>(k)] = rows_[k].sign * (is_angle(k) ? nearest(from) : from);
+        }
+    }
+    void rates(const Motion<D>& motion, Vector& found) const {
+        found.resize(static_cast<Eigen::Index>(rows_.size()));
+        for (std::size_t k = 0; k < rows_.size(); ++k)
+            found[static_cast<Eigen::Index>(k)] = rows_[k].sign * along_[k].rate(motion);
+    }
+    void bends(const Motion<D>& motion, Vector& found) const {
+        found.resize(static_cast<Eigen::Index>(rows_.size()));
+        for (std::size_t k = 0; k < rows_.size(); ++k)
+            found[static_cast<Eigen::Index>(k)] = rows_[k].sign * along_[k].bend(motion);
+    }
+    // N δ of the solver's last solution.
+    void changes(const KktSolver<D>& solver, Vector& found) const {
+        const auto shift = [&](int b) { return b < model_.size() ? solver.shift(b) : Point<D>(Point<D>::Zero()); };
+        const auto turn = [&](int b) { return b < model_.size() ? solver.turn(b) : Turn<D>(Turn<D>::Zero()); };
+        found.resize(static_cast<Eigen::Index>(rows_.size()));
+        for (std::size_t k = 0; k < rows_.size(); ++k)
+            found[static_cast<Eigen::Index>(k)] = rows_[k].sign * along_[k].rate(shift, turn);
+    }
+
+    // The forces z along the rows with which these are b + B z = 0; those that depend on others have none.
+    void close(const Vector& b, Vector& z) const { cholesky_.solve(b, z); }
+    // The pushes with which no gap accelerates, where the solver has solved the motion without: `pull` adds them to its forces.
+    void settle(const KktSolver<D>& solver, const Motion<D>& motion) {
+        Vector bend;
+        changes(solver, free_);
+        bends(motion, bend);
+        free_ += bend;
+        close(free_, pushes_);
+    }
+    const Vector& pushes() const { return pushes_; }
+    const Vector& free_accelerations() const { return free_; }
+    void pull(KktSolver<D>& solver) {
+        set_forces(pushes_);
+        for (int b = 0; b < model_.size(); ++b) solver.add_force(b, force_[b], torque_[b]);
+    }
+
+    // Solves for the change that impulses z along the rows make, and that the joints' rows want, c.
+    bool respond(KktSolver<D>& solver, const Vector& z, const double* c = nullptr) {
+        set_forces(z);
+        for (int b = 0; b < model_.size(); ++b) solver.set_force(b, force_[b], torque_[b]);
+        return solver.solve(c ? c : none_.data());
+    }
+
+private:
+    // Forces and moments Nᵀ z on the bodies, about their centres of mass.
+    void set_forces(const Vector& z) {
+        for (auto& f : force_) f.setZero();
+        for (auto& f : torque_) f.setZero();
+        for (std::size_t k = 0; k < rows_.size(); ++k) {
+            const double size = rows_[k].sign * z[static_cast<Eigen::Index>(k)];
+            for (int s = 0; s < along_[k].p.slot_count && size != 0.0; ++s) {
+                const Attachment<D>& a = along_[k].attachment(s);
+                const Point<D> pull = size * along_[k].g[s];
+                if (a.is_point) force_[a.body] += pull;
+                torque_[a.body] += moment(along_[k].spoke[s], pull);
+            }
+        }
+    }
+
+    bool is_angle(std::size_t k) const { return along_[k].p.kind == Kind::angle; }
+
+    const Model<D>& model_;
+    const std::vector<double> none_;
+    std::vector<ContactRow> rows_;
+    std::vector<Coordinate<D>> along_;
+    Eigen::MatrixXd B_;
+    SemidefiniteCholesky cholesky_;
+    Vector free_, pushes_;
+    std::vector<Point<D>> force_;
+    std::vector<Turn<D>> torque_;
+};
+
+}  // namespace mbproj
