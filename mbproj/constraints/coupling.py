@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
+from dataclasses import replace
 from itertools import pairwise
 from types import MappingProxyType
-from typing import Literal, final
+from typing import Literal, Protocol, final
 
 import numpy as np
 
@@ -15,8 +16,16 @@ from mbproj.constraints.angle import Angle
 from mbproj.constraints.primitive import Primitive, SlotKind
 from mbproj.dataclass import dataclass
 
-#: A function of a coordinate (...), complex too, with its first and second derivative.
-Function = Callable[[Numbers], tuple[Numbers, Numbers, Numbers]]
+
+class Function(Protocol):
+    """Of a coordinate (...), complex too, with its first and second derivative."""
+
+    def __call__(self, s: Numbers) -> tuple[Numbers, Numbers, Numbers]: ...
+
+    def on_branches(self, held: tuple[float, ...]) -> Function:
+        """The same, with its switches on these branches."""
+
+
 #: The primitives that can be coupled, each of one row.
 COORDINATES = MappingProxyType({"angle": Angle(), "along": Along()})
 
@@ -54,6 +63,10 @@ class Coupling(Primitive):
         ends = np.cumsum([0, *(len(each.slots) for each in own)]).tolist()
         for primitive, weight, (first, end) in zip(own, self.weights, pairwise(ends), strict=True):
             yield primitive, weight, slice(first, end)
+
+    def on_branches(self, held: tuple[float, ...]) -> Coupling:
+        """The same, with its function on these branches."""
+        return self if self.function is None else replace(self, function=self.function.on_branches(held))
 
     def value(self, x: Numbers) -> Numbers:
         total = self._sum(lambda primitive, slots: primitive.value(x[..., slots, :]))

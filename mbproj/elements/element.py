@@ -3,8 +3,8 @@
 A channel is called as in expressions of laws: "pin.angle" is a joint coordinate, "pin.angle_dot" its rate, and
 "motor.current" the state of an element. Programs of an element see the time, and what it reads: variable CHANNELS + i
 is `reads[i]`. A force's program also sees the coordinate that it acts along and its rate, as COORDINATE and RATE; a
-row's function sees its first coordinate alone, as COORDINATE. Instructions of rates and forces whose branch changes
-with what they see are switches: events of a run.
+row's function sees its first coordinate alone, as COORDINATE. Instructions whose branch changes with what they see are
+switches: events of a run.
 """
 
 from __future__ import annotations
@@ -40,7 +40,8 @@ class Force:
 @dataclass(frozen=True)
 class Row:
     """Σ kᵢ sᵢ - function(s₀) = const, with the coordinates sᵢ and their weights kᵢ `of` the row, s₀ the first.
-    `function` has no edges, and a turn of an angle s₀ changes it by nothing, or by whole periods.
+    A turn of an angle s₀ changes `function` by nothing, or by whole periods. Its slope does not jump; where its second
+    derivative does, at a knot of a table, a step ends.
 
     Of one angle with a weight, a turn of it is the row's period; `period` gives that of several, and 0 is none."""
 

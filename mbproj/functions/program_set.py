@@ -23,7 +23,7 @@ class ProgramSet:
 
     `op` (N,) the operations by number (`Op`), `operand` (N,) a constant, an exponent, the number of a variable or of a
     table. Tables: piece i of table k is row `table_start[k] + i` of `knot`, `origin` (B,) and `piece` (B, 4) (see
-    `Table`). `texts`: how the scene writes each.
+    `Table`), `period` (T,) that with which each repeats. `texts`: how the scene writes each.
     """
 
     start: Integers
@@ -33,6 +33,7 @@ class ProgramSet:
     knot: Array
     origin: Array
     piece: Array
+    period: Array
     texts: tuple[str, ...]
 
     @property
@@ -48,14 +49,31 @@ class ProgramSet:
     @cached_property
     def kinked(self) -> npt.NDArray[np.bool_]:
         """The pieces of tables that begin with a kink, where the value, the slope or the second derivative jumps, and
-        the first of each table, (B,)."""
-        found = np.ones(len(self.knot), dtype=bool)
-        for start, end in zip(self.table_start[:-1], self.table_start[1:], strict=True):
-            knot, origin, piece = self.knot[start + 1 : end], self.origin[start:end], self.piece[start:end]
-            before, after = _derivatives(piece[:-1], knot - origin[:-1]), _derivatives(piece[1:], knot - origin[1:])
-            largest = np.maximum(np.abs(before), np.abs(after)).max(axis=0, initial=0.0)
-            found[start + 1 : end] = np.any(np.abs(after - before) > ROUND_OFF * largest, axis=1)
+        the first of each table, (B,). One that repeats and has kinks has no more than half a period from one of these
+        to the next, unless that is a piece: so what is near one is nearer to it than to what repeats it."""
+        found: npt.NDArray[np.bool_] = np.ones(len(self.knot), dtype=bool)
+        for number, period in enumerate(self.period.tolist()):
+            start, end = self.table_start[number : number + 2].tolist()
+            kinks = np.any(self.jumps(number), axis=1)
+            found[start + 1 : end] = kinks[: end - start - 1]
+            begun, reach = self.knot[start], 0.5 * period if kinks.any() else np.inf
+            for at in range(start + 1, end) if period else ():
+                after = self.knot[at + 1] if at + 1 < end else self.knot[start] + period
+                found[at] |= after - begun > reach
+                begun = self.knot[at] if found[at] else begun
         return found
+
+    def jumps(self, number: int) -> npt.NDArray[np.bool_]:
+        """Whether the value, the slope and the second derivative of a table jump where its second piece begins, and
+        each after it; of one that repeats, last where its first begins again. (pieces, 3) or one less."""
+        start, end = self.table_start[number : number + 2]
+        origin, piece, period = self.origin[start:end], self.piece[start:end], self.period[number]
+        ends = np.append(self.knot[start + 1 : end], [self.knot[start] + period] if period else [])
+        count, after = len(ends), np.arange(1, len(ends) + 1) % len(piece)
+        before = _derivatives(piece[:count], ends - origin[:count])
+        behind = _derivatives(piece[after], np.where(after, ends, ends - period) - origin[after])
+        largest = np.maximum(np.abs(before), np.abs(behind)).max(axis=0, initial=0.0)
+        return np.asarray(np.abs(behind - before) > ROUND_OFF * largest)
 
 
 def _derivatives(piece: Array, u: Array) -> Array:
@@ -74,7 +92,10 @@ def joined(sets: Sequence[ProgramSet]) -> ProgramSet:
         table_start.append(each.table_start[1:] + pieces)
         operand.append(np.where(each.op == Op.TABLE, each.operand + tables, each.operand))
         code, pieces, tables = code + len(each.op), pieces + len(each.knot), tables + len(each.table_start) - 1
-    rest = {name: np.concatenate([getattr(each, name) for each in sets]) for name in ("op", "knot", "origin", "piece")}
+    rest = {
+        name: np.concatenate([getattr(each, name) for each in sets])
+        for name in ("op", "knot", "origin", "piece", "period")
+    }
     return ProgramSet(
         start=np.concatenate(start),
         operand=np.concatenate(operand),
@@ -97,5 +118,6 @@ def flatten(programs: Sequence[Program]) -> ProgramSet:
         knot=np.array([knot for table in tables for knot in table.knots], dtype=float),
         origin=np.array([origin for table in tables for origin in table.origins], dtype=float),
         piece=np.array([piece for table in tables for piece in table.pieces], dtype=float).reshape(-1, 4),
+        period=np.array([table.period for table in tables]),
         texts=tuple(program.text for program in programs),
     )

@@ -13,7 +13,7 @@ import numpy as np
 from mbproj.arrays import Array, Numbers
 from mbproj.functions.program import ARGUMENTS, Op
 from mbproj.functions.program_set import ProgramSet
-from mbproj.functions.switches import pieces
+from mbproj.functions.switches import FREE, lifted, pieces
 from mbproj.functions.taylor import FUNCTIONS, OPERATIONS, Series, chain, power
 
 
@@ -29,26 +29,17 @@ def constant_series(x: Numbers) -> Series:
     return x, np.zeros_like(x), np.zeros_like(x)
 
 
-def run(programs: ProgramSet, index: int, variables: Sequence[Series]) -> Series:
-    """Value, first and second derivative of program `index`. What is not defined comes out as NaN or infinite."""
+def run(programs: ProgramSet, index: int, variables: Sequence[Series], held: Array | None = None) -> Series:
+    """Value, first and second derivative of program `index`. What is not defined comes out as NaN or infinite.
+
+    With the branches `held`, one for each instruction of the set (see `switches`), if any; not where a branch has no
+    value beyond its end, as the root of a negative number."""
     with np.errstate(all="ignore"):
         stack: list[Series] = []
         for at in range(programs.start[index], programs.start[index + 1]):
-            _step(programs, at, stack, variables)
-        return stack.pop()
-
-
-def run_held(programs: ProgramSet, index: int, variables: Sequence[Series], held: Array | None) -> Numbers:
-    """The value of program `index` with the branches `held`, one for each instruction of the set (see `switches`), if
-    any. Where a branch has no value beyond its end, as the root of a negative number, the value is that of `run`."""
-    if held is not None:
-        with np.errstate(all="ignore"):
-            stack: list[Series] = []
-            for at in range(programs.start[index], programs.start[index + 1]):
-                _step(programs, at, stack, variables, held)
-        if np.all(np.isfinite(stack[-1][0])):
-            return stack[-1][0]
-    return run(programs, index, variables)[0]
+            _step(programs, at, stack, variables, held)
+    found = stack.pop()
+    return found if held is None or np.all(np.isfinite(found[0])) else run(programs, index, variables)
 
 
 def walk(
@@ -115,17 +106,16 @@ def _on_branch(programs: ProgramSet, at: int, stack: list[Series], branch: float
     if op is Op.ABS:
         return branch * x[0], branch * x[1], branch * x[2]
     if op is Op.TABLE:
-        first_piece, last_piece = pieces(programs, at, branch)
-        return chain(_table(programs, int(programs.operand[at]), x[0], first_piece, last_piece), x)
+        return chain(_table(programs, int(programs.operand[at]), x[0], branch), x)
     return constant_series(np.full_like(x[0], branch))
 
 
-def _table(programs: ProgramSet, number: int, x: Numbers, first: int = 0, last: int | None = None) -> Series:
-    """The piece of table `number` that x is in, or the nearest from `first` to `last`."""
+def _table(programs: ProgramSet, number: int, x: Numbers, branch: float = FREE) -> Series:
+    """The piece of table `number` that x is in, or the nearest of a branch."""
     start, end = programs.table_start[number : number + 2]
-    at = start - 1 + np.searchsorted(programs.knot[start:end], x, side="right")
-    if last is not None:
-        at = np.clip(at, first, last)
+    x = lifted(programs, number, x, branch)
+    first, last = (start, end - 1) if np.isnan(branch) else pieces(programs, number, branch)
+    at = np.clip(start - 1 + np.searchsorted(programs.knot[start:end], x, side="right"), first, last)
     c = programs.piece[at]
     u = x - programs.origin[at]
     c0, c1, c2, c3 = (c[..., i] for i in range(4))

@@ -9,11 +9,11 @@ piece of a table between two of its kinks; NaN is free, which follows x.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 
-from mbproj.arrays import Integers
+from mbproj.arrays import Integers, Numbers
 from mbproj.functions.program import ARGUMENTS, TIME, Op
 from mbproj.functions.program_set import ProgramSet
 
@@ -49,9 +49,7 @@ def interval(programs: ProgramSet, at: int, branch: float) -> tuple[float, float
     if op in SIDED:
         return (0.0, np.inf) if branch > 0.0 else (-np.inf, 0.0)
     if op is Op.TABLE:
-        first, last = pieces(programs, at, branch)
-        end = programs.table_start[int(programs.operand[at]) + 1]
-        return float(programs.knot[first]), float(programs.knot[last + 1]) if last + 1 < end else np.inf
+        return _ends(programs, int(programs.operand[at]), branch)
     return (branch, branch + 1.0) if op is Op.FLOOR else (branch - 1.0, branch)
 
 
@@ -63,7 +61,7 @@ def natural(programs: ProgramSet, at: int, x: float) -> float:
     if op in SIDED:
         return float(np.sign(x)) or FREE
     if op is Op.TABLE:
-        first = _branches(programs, at)
+        first, x = _branches(programs, at), float(lifted(programs, int(programs.operand[at]), np.asarray(x)))
         return float(first[np.searchsorted(programs.knot[first], x, side="right") - 1])
     return float(np.floor(x) if op is Op.FLOOR else np.ceil(x))
 
@@ -75,15 +73,41 @@ def beyond(programs: ProgramSet, at: int, branch: float, direction: int) -> floa
         return float(direction)
     if op is Op.TABLE:
         first = _branches(programs, at)
-        return float(first[np.searchsorted(first, branch) + direction])
+        return float(first[(np.searchsorted(first, branch) + direction) % len(first)])
     return branch + direction
 
 
-def pieces(programs: ProgramSet, at: int, branch: float) -> tuple[int, int]:
+def argument(programs: ProgramSet, at: int, held: float, given: Sequence[Numbers]) -> float:
+    """x of a switch on a branch, from what it takes from the stack; of a table that repeats, near its branch."""
+    op = Op(int(programs.op[at]))
+    if op in (Op.MIN, Op.MAX):
+        return float(given[-2] - given[-1])
+    return float(lifted(programs, int(programs.operand[at]), given[-1], held) if op is Op.TABLE else given[-1])
+
+
+def lifted(programs: ProgramSet, number: int, x: Numbers, branch: float = FREE) -> Numbers:
+    """x (...) less the periods that bring it nearest to a branch of a table, or into the first where that is free."""
+    period = programs.period[number]
+    if not period:
+        return x
+    if np.isnan(branch):
+        return x - period * np.floor((x.real - programs.knot[programs.table_start[number]]) / period)
+    return x - period * np.round((x.real - 0.5 * sum(_ends(programs, number, branch))) / period)
+
+
+def pieces(programs: ProgramSet, number: int, branch: float) -> tuple[int, int]:
     """The first and the last piece of a table's branch."""
-    first = _branches(programs, at)
-    after = first[first > branch]
-    return int(branch), int(after[0] if len(after) else programs.table_start[int(programs.operand[at]) + 1]) - 1
+    end = programs.table_start[number + 1]
+    after = np.flatnonzero(programs.kinked[int(branch) + 1 : end])
+    return int(branch), int(branch + after[0] if len(after) else end - 1)
+
+
+def _ends(programs: ProgramSet, number: int, branch: float) -> tuple[float, float]:
+    """Where a table's branch begins and ends."""
+    (start, end), period = programs.table_start[number : number + 2], programs.period[number]
+    first, last = pieces(programs, number, branch)
+    high = programs.knot[last + 1] if last + 1 < end else programs.knot[start] + period if period else np.inf
+    return float(programs.knot[first]), float(high)
 
 
 def _branches(programs: ProgramSet, at: int) -> Integers:

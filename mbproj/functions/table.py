@@ -16,12 +16,14 @@ SWEEPS = 40
 class Table:
     """Pieces, each valid from its knot to the next: c0 + c1 u + c2 u² + c3 u³ with u = x - origin.
 
-    The first piece begins at -∞. `origin` is the knot but for that one, whose origin is the first row's.
+    The first piece begins at -∞. `origin` is the knot but for that one, whose origin is the first row's. A table that
+    repeats with a `period` begins with its first knot, and is all of that.
     """
 
     knots: tuple[float, ...]
     origins: tuple[float, ...]
     pieces: tuple[tuple[float, float, float, float], ...]
+    period: float = 0.0
 
 
 def spline(rows: Sequence[tuple[float, float]], ends: str) -> Table:
@@ -33,10 +35,9 @@ def spline(rows: Sequence[tuple[float, float]], ends: str) -> Table:
 
 
 def periodic(rows: Sequence[tuple[float, float]], period: float) -> Table:
-    """The cubic spline through rows (x, y), three at least with x of one period, that repeats with it, from half a
-    period below 0 to half a period above. Its slopes by the iteration of Gauss and Seidel, which gains a factor of four
-    a sweep."""
-    rows = sorted(((x + 0.5 * period) % period - 0.5 * period, y) for x, y in rows)
+    """The cubic spline through rows (x, y), three at least with x of one period, that repeats with it. Its slopes by
+    the iteration of Gauss and Seidel, which gains a factor of four a sweep."""
+    rows = sorted((x % period, y) for x, y in rows)
     count = len(rows)
     x, y = [row[0] for row in rows], [row[1] for row in rows]
     h = [(x[(i + 1) % count] - x[i]) % period for i in range(count)]
@@ -47,9 +48,8 @@ def periodic(rows: Sequence[tuple[float, float]], period: float) -> Table:
             wanted = 3.0 * (h[i] * step[i - 1] + h[i - 1] * step[i])
             neighbours = h[i] * slopes[i - 1] + h[i - 1] * slopes[(i + 1) % count]
             slopes[i] = 0.5 * (wanted - neighbours) / (h[i - 1] + h[i])
-    before, after = (x[-1] - period, y[-1]), (x[0] + period, y[0])
-    table = _hermite([before, *rows, after], [slopes[-1], *slopes, slopes[0]])
-    return Table((-inf, *table.knots[2:-1]), table.origins[1:-1], table.pieces[1:-1])
+    table = _hermite([*rows, (x[0] + period, y[0])], [*slopes, slopes[0]])
+    return Table(table.knots[1:-1], table.origins[1:-1], table.pieces[1:-1], period)
 
 
 def polygon(rows: Sequence[tuple[float, float]]) -> Table:

@@ -31,6 +31,7 @@ def programs(core: ModuleType, functions: ProgramSet, variables: int = CHANNELS)
         np.ascontiguousarray(functions.origin, dtype=float),
         np.ascontiguousarray(functions.piece.reshape(-1, 4), dtype=float),
         np.ascontiguousarray(functions.kinked, dtype=np.int64),
+        np.ascontiguousarray(functions.period, dtype=float),
         variables,
     )
 

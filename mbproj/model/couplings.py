@@ -38,6 +38,12 @@ class Couplings:
         """k."""
         return len(self.row)
 
+    @property
+    def curved(self) -> list[tuple[int, int]]:
+        """The row and the coordinate of each function, in the order of the programs."""
+        own = self.program >= 0
+        return list(zip(self.row[own].tolist(), self.coordinate[self.first[own]].tolist(), strict=True))
+
     def sums(self, coordinate: Numbers) -> Numbers:
         """Of the system's coordinates (..., nc), (..., k)."""
         found = np.asarray(np.add.reduceat(self.weight * coordinate[..., self.coordinate], self.first, axis=-1))

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import cached_property
 
 import numpy as np
 
 from mbproj.arrays import Array, Integers
+from mbproj.constraints.coupling import Coupling
 from mbproj.dataclass import dataclass
 from mbproj.errors import Place
 from mbproj.functions.program_set import ProgramSet, joined
@@ -16,7 +18,7 @@ from mbproj.model.couplings import Couplings
 from mbproj.model.forces import Forces
 from mbproj.model.frictions import Frictions
 from mbproj.model.layout import UNCONTROLLED, Block, Layout
-from mbproj.model.primitive_set import PrimitiveSet
+from mbproj.model.primitive_set import PrimitiveSet, bind, bindings
 from mbproj.model.reflected import ReflectedInertias
 from mbproj.model.stops import Stops
 
@@ -130,6 +132,21 @@ class System:
     def first_coupled(self) -> int:
         """The number there of the first function of couplings."""
         return self.first_rate + (0 if self.states is None else self.states.programs.size)
+
+    @cached_property
+    def curved(self) -> dict[int, tuple[int, int]]:
+        """The row of the joints and the coordinate of each function of couplings, by its number there."""
+        return dict(enumerate(self.couplings.curved, self.first_coupled))
+
+    def on_branches(self, held: Array) -> System:
+        """With the functions of couplings on these branches, one for each instruction of `programs`."""
+        own, programs = bindings(self.joints), self.programs
+        for program, (row, _) in self.curved.items():
+            at = self.joints.layout.member[row]
+            coupling, branches = own[at].primitive, held[programs.start[program] : programs.start[program + 1]]
+            assert isinstance(coupling, Coupling)
+            own[at] = replace(own[at], primitive=coupling.on_branches(tuple(branches.tolist())))
+        return replace(self, joints=bind(own)) if self.curved else self
 
     @property
     def forces_name_channels(self) -> bool:

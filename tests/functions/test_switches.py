@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from mbproj.functions.program import COORDINATE, Instruction, Op, Program, apply, number, variable
 from mbproj.functions.program_set import ProgramSet, flatten
-from mbproj.functions.series import constant_series, run, run_held, time_series
+from mbproj.functions.series import constant_series, run, time_series
 from mbproj.functions.standard import polynomial
 from mbproj.functions.switches import FREE, beyond, interval, natural, switches
 from mbproj.functions.table import polygon, spline
@@ -53,9 +53,7 @@ def test_a_branch_is_the_function_where_it_holds(name, s):
     branch = natural(programs, switch, argument(name, s))
     low, high = interval(programs, switch, branch)
     assert low <= argument(name, s) <= high
-    assert (
-        run_held(programs, 0, at(programs, s), held(programs, switch, branch)) == run(programs, 0, at(programs, s))[0]
-    )
+    assert run(programs, 0, at(programs, s), held(programs, switch, branch))[0] == run(programs, 0, at(programs, s))[0]
 
 
 @given(name=st.sampled_from(sorted(LAWS)), s=st.floats(-3.0, 3.0), direction=st.sampled_from([-1, 1]))
@@ -84,13 +82,13 @@ def test_beyond_the_end_of_an_interval_is_its_neighbour(name, s, direction):
 def test_a_branch_goes_on_smoothly_beyond_its_end(name, inside, outside, value):
     programs, switch = only_switch(LAWS[name])
     branch = natural(programs, switch, argument(name, inside))
-    assert run_held(programs, 0, at(programs, outside), held(programs, switch, branch)) == pytest.approx(value)
+    assert run(programs, 0, at(programs, outside), held(programs, switch, branch))[0] == pytest.approx(value)
 
 
 def test_a_branch_without_a_value_beyond_gives_way():
     """sqrt(max(0, s)): the branch s has no root below 0, and the function is 0 there."""
     programs, switch = only_switch(apply(Op.SQRT, apply(Op.MAX, number(0.0), S)))
-    assert run_held(programs, 0, at(programs, -0.3), held(programs, switch, -1.0)) == 0.0
+    assert run(programs, 0, at(programs, -0.3), held(programs, switch, -1.0))[0] == 0.0
 
 
 def test_what_depends_on_time_alone_or_has_no_kink_is_no_switch():

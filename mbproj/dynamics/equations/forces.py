@@ -16,7 +16,7 @@ from mbproj.dynamics.equations.constraint_equations import set_velocity
 from mbproj.dynamics.equations.instant import Instant
 from mbproj.dynamics.equations.kinematics import Pose, attached, body_rates, slots_of
 from mbproj.errors import SimulationError
-from mbproj.functions.series import constant_series, failure, run_held
+from mbproj.functions.series import constant_series, failure, run
 from mbproj.functions.taylor import Series
 from mbproj.model.forces import Forces, Laws
 from mbproj.thresholds import THRESHOLDS
@@ -67,7 +67,7 @@ def law_state(instant: Instant, held: Array | None = None, carried: Numbers | No
         variables = instant.variables(value[..., law], rate[..., law])
         if laws.partner[law] >= 0:
             variables[2] = constant_series(np.hypot(rate[..., law], rate[..., laws.partner[law]]))
-        found = run_held(forces.programs, int(laws.program[law]), variables, held)
+        found = run(forces.programs, int(laws.program[law]), variables, held)[0]
         if laws.partner[law] >= 0:
             found = found * _along_sliding(laws, rate, int(law))
         if laws.bearing[law] >= 0:
@@ -151,7 +151,7 @@ def state_rates(instant: Instant, held: Array | None = None) -> Array:
     if system.states is None:
         return np.zeros(0)
     variables, first = instant.variables(), system.first_rate
-    found = np.array([run_held(system.programs, first + k, variables, held) for k in range(len(instant.x))])
+    found = np.array([run(system.programs, first + k, variables, held)[0] for k in range(len(instant.x))])
     if not np.isfinite(found).all():
         k = int(np.flatnonzero(~np.isfinite(found))[0])
         raise program_fails(instant, first + k, f"state '{system.names.states[k]}'", variables)
@@ -193,7 +193,7 @@ def _along_coordinates(forces: Forces, pose: Pose, size: Numbers, bent: Deflecti
 def given_components(instant: Instant, held: Array | None = None) -> Array:
     """The values of the programs of given forces and torques, (W, 3)."""
     forces, variables = forces_of(instant), instant.variables()
-    each = [run_held(forces.programs, int(index), variables, held) for index in forces.on_bodies.program.ravel()]
+    each = [run(forces.programs, int(index), variables, held)[0] for index in forces.on_bodies.program.ravel()]
     return np.array(each, dtype=float).reshape(-1, 3)
 
 

@@ -7,14 +7,14 @@ from functools import cached_property, lru_cache
 import numpy as np
 import numpy.typing as npt
 
-from mbproj.arrays import Array, Integers
+from mbproj.arrays import Array, Integers, Numbers
 from mbproj.dataclass import dataclass
 from mbproj.dynamics.equations.forces import law_coordinates
 from mbproj.dynamics.equations.instant import Instant
 from mbproj.functions.program import Op
 from mbproj.functions.program_set import ProgramSet
 from mbproj.functions.series import walk
-from mbproj.functions.switches import FREE, JUMPING, all_switches, beyond, interval, natural
+from mbproj.functions.switches import FREE, JUMPING, all_switches, argument, beyond, interval, natural
 from mbproj.integrate.events.crossing import Bounds
 from mbproj.integrate.events.time_events import Event
 from mbproj.model.system import System
@@ -48,13 +48,16 @@ class LawSwitches:
         """Of all switches at a state, (K,)."""
         programs, laws, found = self.programs, self._laws, dict[int, float]()
         value, rate = law_coordinates(instant) if laws else (np.zeros(0), np.zeros(0))
+        rows, bound = self.system.curved, self.system.coordinates
+        coordinate = bound.value(instant.pose.places(bound)) if rows else np.zeros(0)
         with np.errstate(all="ignore"):
             for program in dict.fromkeys(self.program):
-                own = (value[laws[program]], rate[laws[program]]) if program in laws else ()
+                own: tuple[Numbers, ...] = (value[laws[program]], rate[laws[program]]) if program in laws else ()
+                if program in rows:
+                    own = (coordinate[rows[program][1]],)
                 for at, stack in walk(programs, program, instant.variables(*own), held):
                     if at in self.at:
-                        two = Op(int(programs.op[at])) in (Op.MIN, Op.MAX)
-                        found[at] = float(stack[-2][0] - stack[-1][0] if two else stack[-1][0])
+                        found[at] = argument(programs, at, float(held[at]), [each[0] for each in stack[-2:]])
         return np.array([found[at] for at in self.at])
 
     @cached_property
@@ -100,7 +103,9 @@ class LawSwitches:
 
     def owner(self, k: int) -> str:
         """Whose switch it is."""
-        forces, program = self.system.forces, self.program[k]
+        forces, program, rows = self.system.forces, self.program[k], self.system.curved
+        if program in rows:
+            return self.system.row_owner(self.system.bodies + rows[program][0])
         if forces is None or program >= self.system.first_rate:
             return f"state '{self.system.names.states[program - self.system.first_rate]}'"
         return f"force '{forces.program_owners[program]}'"

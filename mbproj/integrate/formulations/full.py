@@ -62,6 +62,7 @@ class FullFormulation:
     bodies: System  # without what its joints' coordinates turn
     window: TimeWindow
     held: Array | None = None
+    on_branches: System | None = None  # the system with its rows on these
 
     @classmethod
     def of(cls, system: System, state: State, settings: Settings, redundant: int = 0) -> FullFormulation:
@@ -95,10 +96,8 @@ class FullFormulation:
         Accelerations, which may jump, are seen from within the window; positions and rates belong to t itself."""
         drive = drive_at(self.system, t, Teeth(self.sums, expected) if self.system.couplings.size else None)
         seen = self.window.seen(t)
-        if drive is None or seen == t:
-            return drive
-        inside = drive_at(self.system, seen, drive.teeth)
-        return drive if inside is None else replace(drive, acceleration=inside.acceleration)
+        inside = None if drive is None or seen == t else drive_at(self.system, seen, drive.teeth)
+        return drive if drive is None or inside is None else replace(drive, acceleration=inside.acceleration)
 
     def seen_within(self, window: TimeWindow) -> FullFormulation:
         """The same with another window."""
@@ -106,7 +105,7 @@ class FullFormulation:
 
     def holding(self, held: Array) -> FullFormulation:
         """The same with these branches."""
-        return replace(self, held=held)
+        return replace(self, held=held, on_branches=self.system.on_branches(held))
 
     def arguments(self, switches: LawSwitches, held: Array, t: float, y: Array) -> Array:
         """Of the switches of its laws at a state, (K,)."""
@@ -167,7 +166,8 @@ class FullFormulation:
 
     def terms(self, t: float, y: Array, expected: Array | None = None, rows: RowSet | None = None) -> Terms:
         """The terms of Eq. 14 at a state, in the rows that are held. Raises as `accelerations` does."""
-        rows, instant, system = rows or self.policy.rows, self.instant(t, y, expected), self.system
+        instant, system = self.instant(t, y, expected), self.on_branches or self.system
+        rows = replace(rows or self.policy.rows, system=system)
         (q, v, _), pose, twist, drive = self.parts(y), instant.pose, instant.twist, self.drive(t, instant.expected)
         rhs = gamma(system, pose, twist, drive)
         if self.method.stabilises:

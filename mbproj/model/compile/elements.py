@@ -14,14 +14,12 @@ from mbproj.errors import InputError, Problem
 from mbproj.functions.curve import Curve
 from mbproj.functions.program import CHANNELS, COORDINATE, Instruction, Op, Program
 from mbproj.functions.program_set import flatten, joined
-from mbproj.functions.switches import switches
 from mbproj.model.added_laws import AddedLaw, with_laws
 from mbproj.model.channels import Channels, ElementStates, Kind
 from mbproj.model.couplings import compile_couplings
 from mbproj.model.primitive_set import Binding, bind, bindings
 from mbproj.model.system import System
 from mbproj.scene.text.suggestions import choose_from
-from mbproj.thresholds import THRESHOLDS
 
 _CALLED = {type(primitive): name for name, primitive in COORDINATES.items()}
 
@@ -153,17 +151,13 @@ def _coupling(element: Element, row: Row, parts: Sequence[Binding]) -> Coupling:
     period = row.period if row.period is not None else 2.0 * np.pi * sum(turns)
     if row.function is None:
         return Coupling(kinds, tuple(row.of.values()), period)
-    curve, programs = Curve(row.function), flatten([row.function])
     if any(each.op is Op.VARIABLE and each.operand != COORDINATE for each in row.function.code):
         raise InputError(Problem(f"the function of {where} names more than its first coordinate", hint="add a force"))
-    if next(switches(programs, 0), None) is not None:
-        raise InputError(Problem(f"the function of {where} has edges", hint="give one that is twice differentiable"))
-    if kinds[0] == "angle":
-        first, last = (np.array(curve(np.array(side * np.pi))) for side in (-1.0, 1.0))
-        change = last - first
-        change[0] -= period * np.round(change[0] / period) if period else 0.0
-        if np.abs(change).max() > THRESHOLDS.smooth_to * max(np.abs(first).max(), np.abs(last).max()):
-            raise InputError(Problem(f"the function of {where} is another one after a turn", hint="let it repeat"))
+    curve = Curve(row.function)
+    if curve.has_edges():
+        raise InputError(Problem(f"the function of {where} has edges", hint="give one whose slope does not jump"))
+    if kinds[0] == "angle" and not curve.repeats(2.0 * np.pi, period):
+        raise InputError(Problem(f"the function of {where} is another one after a turn", hint="let it repeat"))
     return Coupling(kinds, tuple(row.of.values()), period, curve)
 
 

@@ -39,7 +39,7 @@ inline void check_stack(const Programs& programs, std::size_t tables) {
 
 inline Programs programs(const Integers1& start, const Integers1& op, const Numbers1& operand,
                          const Integers1& table_start, const Numbers1& knot, const Numbers1& origin,
-                         const Numbers2& piece, const Integers1& kinked, int variables) {
+                         const Numbers2& piece, const Integers1& kinked, const Numbers1& period, int variables) {
     Programs built;
     built.start = indices(start, op.size() + 1, "start");
     for (std::size_t i = 0; i < op.size(); ++i)
@@ -47,7 +47,7 @@ inline Programs programs(const Integers1& start, const Integers1& op, const Numb
     require(operand, {op.size()}, "operand");
     built.operand.assign(operand.data(), operand.data() + operand.size());
     built.table_start = indices(table_start, knot.size() + 1, "table_start");
-    built.knot.assign(knot.data(), knot.data() + knot.size());  // the first of each is -infinity
+    built.knot.assign(knot.data(), knot.data() + knot.size());  // the first of each that does not repeat is -infinity
     built.origin = numbers(origin, "origin");
     require(piece, {knot.size(), 4}, "piece");
     if (origin.size() != knot.size()) refuse("origin", "has a wrong shape");
@@ -58,6 +58,8 @@ inline Programs programs(const Integers1& start, const Integers1& op, const Numb
         refuse("start", "does not increase");
     if (kinked.size() != knot.size()) refuse("kinked", "has a wrong shape");
     for (std::size_t i = 0; i < kinked.size(); ++i) built.kinked.push_back(kinked.data()[i] != 0);
+    built.period = numbers(period, "period");
+    require(period, {built.table_start.size() - 1}, "period");
     built.variables = variables;
     check_stack(built, built.table_start.size() - 1);
     return built;
@@ -163,10 +165,12 @@ template <int D> void add_switches(Model<D>& model, const Integers2& given) {
         if (at < programs.start[p] || at >= programs.start[p + 1] || !is_switching(programs.op[at]))
             refuse("switches", "hold what is no switch of its program");
         if (k > 0 && model.switches.back().at >= at) refuse("switches", "do not increase");
-        int law = -1;
+        int law = -1, curve = -1;
         for (std::size_t l = 0; model.loads && l < model.loads->laws.size(); ++l)
             if (model.loads->laws[l].program == p) law = static_cast<int>(l);
-        model.switches.push_back({p, at, law});
+        for (std::size_t c = 0; c < model.curves.size(); ++c)
+            if (model.curves[c].program == p) curve = static_cast<int>(c);
+        model.switches.push_back({p, at, law, curve});
     }
 }
 

@@ -40,8 +40,9 @@ void add_settings(nb::module_& m) {
     nb::class_<Programs>(m, "Programs")
         .def("__init__",
              [](Programs* self, Integers1 start, Integers1 op, Numbers1 operand, Integers1 table_start, Numbers1 knot,
-                Numbers1 origin, Numbers2 piece, Integers1 kinked, int variables) {
-                 new (self) Programs(programs(start, op, operand, table_start, knot, origin, piece, kinked, variables));
+                Numbers1 origin, Numbers2 piece, Integers1 kinked, Numbers1 period, int variables) {
+                 new (self) Programs(
+                     programs(start, op, operand, table_start, knot, origin, piece, kinked, period, variables));
              })
         .def("run", [](const Programs& self, int program, double t, double s, double s_dot) {
             if (program < 0 || program + 1 >= static_cast<int>(self.start.size())) refuse("program", "is out of range");

@@ -202,7 +202,7 @@ public:
     Channels<D>& seen(double t, const double* y) { return see_channels(window_.seen(t), y); }
     StateRates<D>& states() { return states_; }
     // Programs are on these branches from now on.
-    void hold(const double* branches) { applied_.held = states_.held = branches; }
+    void hold(const double* branches) { applied_.held = states_.held = pose_.held = branches; }
     KktSolver<D>& solver() { return solver_; }
     const KktSolver<D>& solver() const { return solver_; }
     RowPolicy<D>& policy() { return policy_; }

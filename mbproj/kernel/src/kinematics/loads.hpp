@@ -3,6 +3,7 @@
 
 #include "kinematics/bushings.hpp"
 #include "kinematics/channels.hpp"
+#include "model/switches.hpp"
 
 namespace mbproj {
 
@@ -157,17 +158,17 @@ template <int D> struct Applied {
               const double* branches, std::vector<double>& arguments) const {
         const std::vector<Switch>& switches = model.switches;
         for (std::size_t k = 0; k < switches.size();) {
-            const auto [program, _, l] = switches[k];
+            const auto [program, _, l, curve] = switches[k];
             const Series* variables = channels.variables();
             if (l >= 0) {
                 const Coordinate<D> along(model.loads->coordinates, l, pose);
                 variables = channels.variables(value(model.loads->laws[l], along, channels), along.rate(motion));
             }
+            if (curve >= 0) variables = channels.variables(pose.curved(curve));
             const std::size_t first = k;
             programs_.walk(program, variables, branches, [&](int at, const Series& x, const Series& y) {
                 if (k == switches.size() || switches[k].at != at) return;
-                const Op op = programs_.op[at];
-                arguments[k++] = op == Op::min || op == Op::max ? x.x - y.x : x.x;
+                arguments[k++] = programs_.argument(at, branches ? branches[at] : free_branch, x.x, y.x);
             });
             if (k == first) return;
         }

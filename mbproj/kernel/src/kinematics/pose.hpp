@@ -39,6 +39,8 @@ template <int D> struct Twist {
 // Every body's pose, the ground's last, and the constraints' attachments in global axes.
 template <int D> class Pose final {
 public:
+    const double* held = nullptr;  // the branches of curves, or none
+
     explicit Pose(const Model<D>& model)
         : model_(model), bodies_(model.size() + 1), spokes_(model.constraints.attachments.size()),
           curves_(model.curves.size()) {
@@ -54,12 +56,16 @@ public:
             spokes_[a] = bodies_[attachment.body].rotation * attachment.local;
         }
         for (std::size_t c = 0; c < curves_.size(); ++c) {
-            const Instance& p = model_.constraints.instances[model_.curves[c].instance];
-            Point<D> x[most_slots];
-            for (int s = 0; s < p.slot_count; ++s) x[s] = place(p.slots[s]);
-            const Series variables[law_variables] = {{}, {value<D>(p, x), 1.0, 0.0}, {}};
-            curves_[c] = model_.programs.run(model_.curves[c].program, variables);
+            const Series variables[law_variables] = {{}, {curved(c), 1.0, 0.0}, {}};
+            curves_[c] = model_.programs.run(model_.curves[c].program, variables, held);
         }
+    }
+    // What a curve is a function of.
+    double curved(std::size_t number) const {
+        const Instance& p = model_.constraints.instances[model_.curves[number].instance];
+        Point<D> x[most_slots];
+        for (int s = 0; s < p.slot_count; ++s) x[s] = place(p.slots[s]);
+        return value<D>(p, x);
     }
     // f, f' and f'' of a curve here.
     const Series& curve(int number) const { return curves_[number]; }

@@ -87,9 +87,9 @@ struct Channel {
     int index;
 };
 
-// An instruction of a program that changes its branch with the state; the law whose program it is, or -1.
+// An instruction of a program that changes its branch with the state; the law or the curve whose program it is, or -1.
 struct Switch {
-    int program, at, law;
+    int program, at, law, curve;
 };
 
 // A row that couples coordinates: their weighed sum, less a curve of the first, or none (-1), and less a multiple of a period

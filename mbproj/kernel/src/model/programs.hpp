@@ -1,6 +1,7 @@
 // Functions of a scene as postfix programs, in the numbers of mbproj.functions.program.
 #pragma once
 
+#include <limits>
 #include <vector>
 
 #include "model/taylor_series.hpp"
@@ -59,6 +60,7 @@ struct Programs {
     std::vector<double> knot, origin;
     std::vector<double> piece;  // four a row
     std::vector<bool> kinked;   // pieces that begin with a kink, and the first of each table
+    std::vector<double> period; // of each table, 0 for one that does not repeat
     int variables = law_variables;
 
     int size() const { return static_cast<int>(start.size()) - 1; }
@@ -74,23 +76,18 @@ struct Programs {
         return walk(program, variables, nullptr, [](int, const Series&, const Series&) {});
     }
 
-    // The value with the branches `held`, one for each instruction, if any (see model/switches.hpp). Where a branch has no
-    // value beyond its end, as the root of a negative number, the value is that of `run`.
-    double value(int program, const Series* variables, const double* held) const {
-        if (held) {
-            const double found = walk(program, variables, held, [](int, const Series&, const Series&) {}).x;
-            if (std::isfinite(found)) return found;
-        }
-        return run(program, variables).x;
+    // The same with the branches `held`, one for each instruction, if any (see model/switches.hpp); not where a branch has no
+    // value beyond its end, as the root of a negative number.
+    Series run(int program, const Series* variables, const double* held) const {
+        const Series found = walk(program, variables, held, [](int, const Series&, const Series&) {});
+        return held && !std::isfinite(found.x) ? run(program, variables) : found;
     }
-
-    // The derivative along the variables' own, on the branches `held`, as `value` has them.
+    double value(int program, const Series* variables, const double* held) const {
+        return run(program, variables, held).x;
+    }
+    // The derivative along the variables' own.
     double slope(int program, const Series* variables, const double* held) const {
-        if (held) {
-            const Series found = walk(program, variables, held, [](int, const Series&, const Series&) {});
-            if (std::isfinite(found.x)) return found.d;
-        }
-        return run(program, variables).d;
+        return run(program, variables, held).d;
     }
 
     // Calls see(instruction, x, y) with the arguments of each instruction that takes some; y is without meaning where it
@@ -121,7 +118,26 @@ struct Programs {
         while (last + 1 < table_start[table + 1] && !kinked[last + 1]) ++last;
         return last;
     }
-    // The piece of a table that x is in.
+    // Where the branch of a table that begins with a piece ends.
+    double end(int table, int first) const {
+        const int start = table_start[table], after = last_piece(table, first) + 1;
+        if (after < table_start[table + 1]) return knot[after];
+        return period[table] > 0.0 ? knot[start] + period[table] : std::numeric_limits<double>::infinity();
+    }
+    // x less the periods that bring it nearest to a branch of a table, or into the first where that is free.
+    double lifted(int table, double x, double branch = std::numeric_limits<double>::quiet_NaN()) const {
+        const double whole = period[table];
+        if (!(whole > 0.0)) return x;
+        if (std::isnan(branch)) return x - whole * std::floor((x - knot[table_start[table]]) / whole);
+        const int first = static_cast<int>(branch);
+        return x - whole * std::nearbyint((x - 0.5 * (knot[first] + end(table, first))) / whole);
+    }
+    // What tells the branch of a switch that is on one of them, from its arguments.
+    double argument(int at, double branch, double x, double y) const {
+        if (op[at] == Op::table) return lifted(static_cast<int>(operand[at]), x, branch);
+        return op[at] == Op::min || op[at] == Op::max ? x - y : x;
+    }
+    // The piece of a table that x is in, which is one of a period.
     int piece_at(int table, double x) const {
         const auto first = knot.begin() + table_start[table], last = knot.begin() + table_start[table + 1];
         const auto at = std::upper_bound(first, last, x) - first - 1;
@@ -137,7 +153,8 @@ private:
             case Op::abs: return {branch * x.x, branch * x.d, branch * x.dd};
             case Op::table: {
                 const int table = static_cast<int>(operand[at]), first = static_cast<int>(branch);
-                return on_piece(std::min(std::max(piece_at(table, x.x), first), last_piece(table, first)), x);
+                const Series near{lifted(table, x.x, branch), x.d, x.dd};
+                return on_piece(std::min(std::max(piece_at(table, near.x), first), last_piece(table, first)), near);
             }
             default: return flat(branch);
         }
@@ -205,7 +222,10 @@ private:
         }
     }
 
-    Series look_up(int table, const Series& s) const { return on_piece(piece_at(table, s.x), s); }
+    Series look_up(int table, const Series& s) const {
+        const Series first{lifted(table, s.x), s.d, s.dd};
+        return on_piece(piece_at(table, first.x), first);
+    }
 
     Series on_piece(int at, const Series& s) const {
         const double* c = piece.data() + 4 * static_cast<std::ptrdiff_t>(at);

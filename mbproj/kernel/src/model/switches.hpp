@@ -30,10 +30,8 @@ inline Interval interval(const Programs& programs, int at, double branch) {
     if (is_sided(op)) {
         (branch > 0.0 ? found.low : found.high) = 0.0;
     } else if (op == Op::table) {
-        const int table = static_cast<int>(programs.operand[at]), first = static_cast<int>(branch);
-        const int after = programs.last_piece(table, first) + 1;
-        found.low = programs.knot[first];
-        if (after < programs.table_start[table + 1]) found.high = programs.knot[after];
+        found.low = programs.knot[static_cast<std::size_t>(branch)];
+        found.high = programs.end(static_cast<int>(programs.operand[at]), static_cast<int>(branch));
     } else {
         found.low = op == Op::floor ? branch : branch - 1.0;
         found.high = found.low + 1.0;
@@ -55,7 +53,7 @@ inline double natural_branch(const Programs& programs, int at, double x) {
     if (op == Op::floor) return std::floor(x);
     if (op == Op::ceil) return std::ceil(x);
     const int table = static_cast<int>(programs.operand[at]);
-    return first_piece(programs, table, programs.piece_at(table, x));
+    return first_piece(programs, table, programs.piece_at(table, programs.lifted(table, x)));
 }
 
 // The branch above (1) or below (-1) one that is held.
@@ -63,7 +61,10 @@ inline double branch_beyond(const Programs& programs, int at, double branch, int
     if (is_sided(programs.op[at])) return direction;
     if (programs.op[at] != Op::table) return branch + direction;
     const int table = static_cast<int>(programs.operand[at]), first = static_cast<int>(branch);
-    return direction > 0 ? programs.last_piece(table, first) + 1 : first_piece(programs, table, first - 1);
+    const int start = programs.table_start[table], end = programs.table_start[table + 1];
+    if (direction < 0) return first_piece(programs, table, first > start ? first - 1 : end - 1);
+    const int after = programs.last_piece(table, first) + 1;
+    return after < end ? after : start;
 }
 
 }  // namespace mbproj
