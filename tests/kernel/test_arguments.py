@@ -31,7 +31,7 @@ WRONG_PRIMITIVES = [
     ({"is_point": np.array([1, 1])}, "is_point has a wrong shape"),
     ({"local": np.ones((4, 2))}, "local has a wrong shape"),
     ({"local": np.full((4, 3), NAN)}, "local holds a number that is not finite"),
-    ({"kind": np.array([0, 5])}, "kind holds an index out of range"),
+    ({"kind": np.array([0, 99])}, "kind holds an index out of range"),
     ({"slots": np.zeros((2, 6), int)}, "slots has a wrong shape"),
     ({"slots": np.array([[0, 4, 0]] * 2)}, "slots holds an index out of range"),
     ({"weight": np.full(2, INF)}, "weight holds a number that is not finite"),

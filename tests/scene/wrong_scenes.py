@@ -7,12 +7,17 @@ from pathlib import Path
 
 import yaml
 
+from mbproj.joints import JOINTS
+
+#: What the table of joints has, as messages list it.
+JOINT_TYPES = " or ".join([", ".join([*JOINTS][:-1]), [*JOINTS][-1]])
 TABLE: dict[str, list[dict[str, str]]] = {
     path.stem: yaml.load(path.read_text(encoding="utf-8"), Loader=getattr(yaml, "CBaseLoader", yaml.BaseLoader))
     for path in sorted((Path(__file__).parent / "wrong").glob("*.yaml"))
 }
 WRONG: dict[str, list[tuple[str, str, str]]] = {
-    group: [(row["old"], row["new"], f"f.yaml:{row['message']}") for row in rows] for group, rows in TABLE.items()
+    group: [(row["old"], row["new"], f"f.yaml:{row['message']}".replace("<joints>", JOINT_TYPES)) for row in rows]
+    for group, rows in TABLE.items()
 }
 ROWS = [row for rows in WRONG.values() for row in rows]
 IDS = [f"{group}-{number}" for group, rows in WRONG.items() for number, _ in enumerate(rows)]
