@@ -55,7 +55,6 @@ def without_form(system: System) -> str | None:
     codes = _codes()
     laws = None if system.forces is None else system.forces.laws
     sets = [system.joints, system.coordinates]
-    sets += [each.rows for each in (system.motions, system.reflected) if each is not None]
     sets += [each.coordinates for each in (laws, system.stops, system.frictions) if each is not None]
     for primitive in {group.primitive for bound in sets for group in bound.groups}:
         for part, *_ in _parts(primitive):

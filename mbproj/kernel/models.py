@@ -33,8 +33,7 @@ def _thresholds(core: ModuleType) -> Any:
 def space_model(core: ModuleType, system: System, layout: Layout) -> Any:
     """The kernel's model of a system with six coordinates a body. Joints keep their numbers, rows their order; motions
     follow the joints, as joints of one row each."""
-    n, sets = system.bodies, [system.joints] if system.motions is None else [system.joints, system.motions.rows]
-    rows = joined([bound_in_space(bound) for bound in sets])
+    n, rows = system.bodies, bound_in_space(system.rows)
     coordinates = bound_in_space(system.coordinates)
     return core.SpaceModel(
         thresholds=_thresholds(core),

@@ -163,6 +163,15 @@ class System:
         """n, the number of bodies that move: carriers, without the ground."""
         return len(self.mass)
 
+    @cached_property
+    def rows(self) -> PrimitiveSet:
+        """The rows of C after the norm rows: the joints', then the motions', each with an owner of its own."""
+        if self.motions is None:
+            return self.joints
+        own, first = bindings(self.coordinates), len(self.names.joints)
+        driven = enumerate(self.motions.joint_coordinate.tolist(), first)
+        return bind([*bindings(self.joints), *(replace(own[at], owner=owner) for owner, at in driven)])
+
     @property
     def constraints(self) -> int:
         """The number of rows of C: one norm row a body, then the joints' rows (Eq. 3), then one a motion."""
@@ -176,14 +185,12 @@ class System:
     @property
     def driven(self) -> int:
         """The number of motions: the last rows of C."""
-        return 0 if self.motions is None else self.motions.rows.size
+        return 0 if self.motions is None else len(self.motions.start)
 
     @property
     def row_scale(self) -> Array:
         """What a row of C is measured against, (m,): `length` for rows in metres, 1 for the others."""
-        kinds = [self.joints] if self.motions is None else [self.joints, self.motions.rows]
-        scales = [np.where(bound.is_length, self.length, 1.0) for bound in kinds]
-        return np.concatenate([np.ones(self.bodies), *scales])
+        return np.concatenate([np.ones(self.bodies), np.where(self.rows.is_length, self.length, 1.0)])
 
     def row_owner(self, row: int) -> str:
         """Whose row of C this is, for messages: "joint 'A'", "motion 'm'", or "Euler parameters of 'rod'". After the

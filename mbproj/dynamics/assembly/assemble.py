@@ -170,9 +170,8 @@ def _asked_angles(system: System, asked: Conditions) -> Flags:
 
 def _rows(system: System, pose: Pose, asked: Conditions) -> Rows:
     """The derivatives of the joints' and the motions' rows, and of the coordinates that are asked for."""
-    bounds = [system.joints] if system.motions is None else [system.joints, system.motions.rows]
     wanted = set_rows(system, system.coordinates, pose).chosen(asked.index)
-    return stacked(system.bodies, [*(set_rows(system, bound, pose) for bound in bounds), wanted])
+    return stacked(system.bodies, [set_rows(system, system.rows, pose), wanted])
 
 
 def _not_closed(system: System, residual: Array) -> InputError:

@@ -119,8 +119,7 @@ def counted_coordinates(system: System, state: State) -> Array:
 
 def _rows(system: System, pose: Pose) -> Array:
     """G (m, 6n) of the joints and the motions."""
-    sets = [system.joints] if system.motions is None else [system.joints, system.motions.rows]
-    return np.concatenate([_in_bodies(bound, pose) for bound in sets])
+    return _in_bodies(system.rows, pose)
 
 
 def _in_bodies(bound: PrimitiveSet, pose: Pose) -> Array:

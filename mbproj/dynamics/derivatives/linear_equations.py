@@ -90,18 +90,12 @@ class LinearEquations:
 
 def linear_equations(system: System, motion: Motion, multipliers: Array) -> LinearEquations:
     """Near a motion with multipliers λ of the joints' rows and then the motions', (m,)."""
-    carried, n, joints = motion.carried(), system.bodies, system.joints.size
+    carried, n = motion.carried(), system.bodies
     parts = [_inertia(system, motion), _reflected(system, motion, carried), _forces(system, motion, carried)]
-    constraint = [force_derivative(system.joints, carried, multipliers[:joints])]
-    rows = row_motion(system.joints, carried)
-    if system.motions is not None:
-        constraint.append(force_derivative(system.motions.rows, carried, multipliers[joints:]))
-        driven = row_motion(system.motions.rows, carried)
-        pairs = zip(vars(rows).values(), vars(driven).values(), strict=True)
-        rows = RowMotion(*(stacked(n, pair) for pair in pairs))
+    constraint, rows = force_derivative(system.rows, carried, multipliers), row_motion(system.rows, carried)
     viscous, elastic, states = channel_equations(system, motion)
     M, D, K = (added(n, [part[order] for part in parts]) for order in range(3))
-    return LinearEquations(M, added(n, [D, viscous]), added(n, [K, *constraint, elastic]), rows, states)
+    return LinearEquations(M, added(n, [D, viscous]), added(n, [K, constraint, elastic]), rows, states)
 
 
 def channel_equations(system: System, motion: Motion) -> tuple[Blocks, Blocks, StateEquations]:
@@ -140,9 +134,7 @@ def channel_equations(system: System, motion: Motion) -> tuple[Blocks, Blocks, S
 
 def constraint_rows(system: System, motion: Motion) -> Rows:
     """G of the joints' rows and then the motions', (m, 6n)."""
-    bounds = [system.joints] if system.motions is None else [system.joints, system.motions.rows]
-    carried = motion.carried()
-    return stacked(system.bodies, [row_motion(bound, carried).G for bound in bounds])
+    return row_motion(system.rows, motion.carried()).G
 
 
 def mass_blocks(system: System, motion: Motion) -> Blocks:

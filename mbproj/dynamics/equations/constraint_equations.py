@@ -32,28 +32,27 @@ def constraint(system: System, pose: Pose, drive: Drive | None = None) -> Number
     """
     orientation = pose.orientation[..., :-1, :]
     norms = np.sum(orientation * orientation, axis=-1) - 1.0
-    joints = system.joints.value(pose.places(system.joints))
+    rows = system.rows.value(pose.places(system.rows))
     if drive is not None and drive.teeth is not None:
-        joints = to_the_tooth(system, pose, drive.teeth, joints)
-    rows = [norms, joints]
-    if system.motions is not None:
-        rows.append(_excess(system.motions.rows, pose, _known(drive)))
-    return np.concatenate(rows, axis=-1)
+        rows = to_the_tooth(system, pose, drive.teeth, rows)
+    if system.driven:
+        rows[..., -system.driven :] = _excess(system, rows[..., -system.driven :], _known(drive))
+    return np.concatenate([norms, rows], axis=-1)
 
 
 def constraint_velocity(system: System, pose: Pose, twist: Twist, drive: Drive | None = None) -> Numbers:
     """C' = C_q q' + C_t of Eq. 5, (..., m)."""
     norms = 2.0 * np.sum(pose.orientation[..., :-1, :] * twist.rate[..., :-1, :], axis=-1)
-    rows = [norms, set_velocity(system.joints, pose, twist)]
-    if system.motions is not None:
-        rows.append(set_velocity(system.motions.rows, pose, twist) - _known(drive).rate)
-    return np.concatenate(rows, axis=-1)
+    found = np.concatenate([norms, set_velocity(system.rows, pose, twist)], axis=-1)
+    if system.driven:
+        found[..., -system.driven :] -= _known(drive).rate
+    return found
 
 
 def time_derivative(system: System, drive: Drive | None) -> Array:
     """C_t, (m,): zero but in the rows of motions."""
     C_t = np.zeros(system.constraints)
-    if system.motions is not None:
+    if system.driven:
         C_t[-system.driven :] = -_known(drive).rate
     return C_t
 
@@ -63,11 +62,11 @@ def _known(drive: Drive | None) -> Drive:
     return drive
 
 
-def _excess(rows: PrimitiveSet, pose: Pose, drive: Drive) -> Numbers:
-    """What coordinates are beyond what is prescribed, (..., k); angles less their whole turns, within [-π, π]."""
-    wanted = np.where(rows.is_length, drive.value, np.remainder(drive.value, 2.0 * np.pi))
-    excess = rows.value(pose.places(rows)) - wanted
-    return excess - np.where(rows.is_length, 0.0, 2.0 * np.pi * np.round(excess.real / (2.0 * np.pi)))
+def _excess(system: System, value: Numbers, drive: Drive) -> Numbers:
+    """What coordinates (..., k) are beyond what is prescribed; angles less their whole turns, within [-π, π]."""
+    is_length = system.rows.is_length[-system.driven :]
+    excess = value - np.where(is_length, drive.value, np.remainder(drive.value, 2.0 * np.pi))
+    return excess - np.where(is_length, 0.0, 2.0 * np.pi * np.round(excess.real / (2.0 * np.pi)))
 
 
 def set_velocity(bound: PrimitiveSet, pose: Pose, twist: Twist) -> Numbers:
@@ -78,10 +77,10 @@ def set_velocity(bound: PrimitiveSet, pose: Pose, twist: Twist) -> Numbers:
 def gamma(system: System, pose: Pose, twist: Twist, drive: Drive | None = None) -> Numbers:
     """γ of Eqs. 7-9, (..., m): C'' = C_q q'' - γ, with -C_tt in the rows of motions."""
     rate = twist.rate[..., :-1, :]
-    rows = [-2.0 * np.sum(rate * rate, axis=-1), -set_bias(system.joints, pose, twist)]
-    if system.motions is not None:
-        rows.append(_known(drive).acceleration - set_bias(system.motions.rows, pose, twist))
-    return np.concatenate(rows, axis=-1)
+    found = np.concatenate([-2.0 * np.sum(rate * rate, axis=-1), -set_bias(system.rows, pose, twist)], axis=-1)
+    if system.driven:
+        found[..., -system.driven :] += _known(drive).acceleration
+    return found
 
 
 def constraint_acceleration(
@@ -89,10 +88,7 @@ def constraint_acceleration(
 ) -> Numbers:
     """C'' = C_q q'' - γ, (..., m); `change` holds q'' as a twist does q'."""
     norms = 2.0 * np.sum(pose.orientation[..., :-1, :] * change.rate[..., :-1, :], axis=-1)
-    rows = [norms, set_velocity(system.joints, pose, change)]
-    if system.motions is not None:
-        rows.append(set_velocity(system.motions.rows, pose, change))
-    return np.concatenate(rows, axis=-1) - gamma(system, pose, twist, drive)
+    return np.concatenate([norms, set_velocity(system.rows, pose, change)], axis=-1) - gamma(system, pose, twist, drive)
 
 
 def set_bias(bound: PrimitiveSet, pose: Pose, twist: Twist) -> Numbers:
@@ -106,10 +102,7 @@ def jacobian(system: System, pose: Pose) -> Array:
     n = system.bodies
     norms = np.zeros((n, n, 7))
     norms[np.arange(n), np.arange(n), 3:] = 2.0 * pose.orientation[:-1]
-    rows = [norms.reshape(n, 7 * n), set_jacobian(system.joints, pose)]
-    if system.motions is not None:
-        rows.append(set_jacobian(system.motions.rows, pose))
-    return np.concatenate(rows)
+    return np.concatenate([norms.reshape(n, 7 * n), set_jacobian(system.rows, pose)])
 
 
 def set_jacobian(bound: PrimitiveSet, pose: Pose) -> Array:

@@ -34,7 +34,7 @@ def drive_at(system: System, t: Numbers | float, teeth: Teeth | None = None) -> 
         nothing = np.zeros((*np.shape(t), 0))
         return None if teeth is None else Drive(nothing, nothing, nothing, teeth)
     time = time_series(np.asarray(t))
-    found = [run(motions.programs, index, [time]) for index in range(motions.rows.size)]
+    found = [run(motions.programs, index, [time]) for index in range(system.driven)]
     value, rate, acceleration = (np.stack([series[order] for series in found], axis=-1) for order in range(3))
     finite = np.isfinite(value) & np.isfinite(rate) & np.isfinite(acceleration)
     if not np.all(finite):

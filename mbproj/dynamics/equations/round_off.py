@@ -44,9 +44,7 @@ def velocity_grain(system: System, pose: Pose, twist: Twist) -> Array:
 
 def _largest(system: System, of_slot: Callable[[Integers, Array, Array], Array]) -> Array:
     """The largest of what enters each row, (m,), from `of_slot(body, largest local coordinate, is_point)`, (S,)."""
-    largest, first = np.zeros(system.constraints), system.bodies
-    for bound in [system.joints] if system.motions is None else [system.joints, system.motions.rows]:
-        values = of_slot(bound.body, np.abs(bound.local).max(axis=-1), bound.is_point)
-        np.maximum.at(largest, first + bound.entry_row, values[bound.entry_slot])
-        first += bound.size
+    largest, bound = np.zeros(system.constraints), system.rows
+    values = of_slot(bound.body, np.abs(bound.local).max(axis=-1), bound.is_point)
+    np.maximum.at(largest, system.bodies + bound.entry_row, values[bound.entry_slot])
     return largest

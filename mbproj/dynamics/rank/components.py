@@ -16,7 +16,6 @@ from mbproj.arrays import Array, Integers
 from mbproj.dataclass import dataclass
 from mbproj.dynamics.equations.constraint_equations import tangent_entries
 from mbproj.dynamics.equations.kinematics import Pose
-from mbproj.model.primitive_set import PrimitiveSet
 from mbproj.model.system import System
 
 
@@ -30,11 +29,6 @@ class Component:
     rows: Integers
     bodies: Integers
     is_loop: bool = True
-
-
-def row_sets(system: System) -> list[PrimitiveSet]:
-    """The joints' rows, and the motions' where there are any."""
-    return [system.joints] if system.motions is None else [system.joints, system.motions.rows]
 
 
 def loops_of(system: System) -> list[Component]:
@@ -81,29 +75,21 @@ def component_rows(system: System, pose: Pose, components: list[Component]) -> l
 
 def _entries(system: System, pose: Pose) -> tuple[Integers, Integers, Array]:
     """Row, body and ∂/∂(δr / length, δθ) (e, 6) of the entries of all rows, rows in metres over the length."""
-    first, parts = 0, []
-    for bound in row_sets(system):
-        body, values = tangent_entries(bound, pose)
-        scaled = values[:, :6] * ([system.length] * 3 + [1.0] * 3)
-        scaled /= np.where(bound.is_length, system.length, 1.0)[bound.entry_row, None]
-        parts.append((bound.entry_row + first, body, scaled))
-        first += bound.size
-    rows, bodies, entries = (np.concatenate([part[axis] for part in parts]) for axis in range(3))
-    return rows, bodies, entries
+    body, values = tangent_entries(system.rows, pose)
+    scaled = values[:, :6] * ([system.length] * 3 + [1.0] * 3)
+    scaled /= np.where(system.rows.is_length, system.length, 1.0)[system.rows.entry_row, None]
+    return system.rows.entry_row, body, scaled
 
 
 def _links(system: System) -> tuple[list[Integers], list[list[int]]]:
     """The rows of each joint and motion, and the bodies that they bind."""
-    rows_of, bodies_of, first = [], [], 0
-    for bound, owner in zip(row_sets(system), (system.joints.owner, np.arange(system.driven)), strict=False):
-        links = owner[bound.entry_row]
-        order = np.argsort(links, kind="stable")
-        ends = np.searchsorted(links[order], np.arange(1, int(owner.max(initial=-1)) + 1))
-        for entries in np.split(order, ends) if len(order) else []:
-            rows_of.append(np.array(sorted(set(bound.entry_row[entries].tolist()))) + first)
-            bodies_of.append(sorted(set(bound.body[bound.entry_slot[entries]].tolist())))
-        first += bound.size
-    return rows_of, bodies_of
+    bound = system.rows
+    links = bound.owner[bound.entry_row]
+    order = np.argsort(links, kind="stable")
+    ends = np.searchsorted(links[order], np.arange(1, int(bound.owner.max(initial=-1)) + 1))
+    groups = np.split(order, ends) if len(order) else []
+    rows_of = [np.array(sorted(set(bound.entry_row[entries].tolist()))) for entries in groups]
+    return rows_of, [sorted(set(bound.body[bound.entry_slot[entries]].tolist())) for entries in groups]
 
 
 def _biconnected(count: int, edges: list[tuple[int, int, int]]) -> Iterator[list[int]]:

@@ -11,7 +11,7 @@ from mbproj.arrays import Array, Integers
 from mbproj.dataclass import dataclass
 from mbproj.dynamics.equations.kinematics import Pose
 from mbproj.dynamics.equations.reflected import tangent_gradients
-from mbproj.dynamics.rank.components import Component, component_rows, loops_of, row_sets
+from mbproj.dynamics.rank.components import Component, component_rows, loops_of
 from mbproj.dynamics.rank.row_space import unit_rows
 from mbproj.dynamics.rank.row_words import direction
 from mbproj.errors import Problem
@@ -148,12 +148,8 @@ def _reflected(system: System, pose: Pose, bodies: Integers, below: float) -> Ar
 
 def _rows_on(system: System, bodies: Integers) -> Integers:
     """The rows that hold any of these bodies."""
-    first, found = 0, []
-    for bound in row_sets(system):
-        on_them = np.isin(bound.body[bound.entry_slot], bodies)
-        found.append(np.unique(bound.entry_row[on_them]) + first)
-        first += bound.size
-    return np.concatenate(found)
+    bound = system.rows
+    return np.unique(bound.entry_row[np.isin(bound.body[bound.entry_slot], bodies)])
 
 
 def _null_space(rows: Array) -> Array:

@@ -16,7 +16,7 @@ from mbproj.arrays import Array, Integers
 from mbproj.dataclass import dataclass
 from mbproj.dynamics.assembly.assemble import State
 from mbproj.dynamics.equations.kinematics import pose_of
-from mbproj.dynamics.rank.components import Component, component_rows, loops_of, row_sets
+from mbproj.dynamics.rank.components import Component, component_rows, loops_of
 from mbproj.dynamics.rank.nearby import Nearby, nearby
 from mbproj.dynamics.rank.right_hand_sides import RightHandSides, right_hand_sides
 from mbproj.dynamics.rank.row_space import shares, split, unit_rows
@@ -152,10 +152,9 @@ def _dependent_set(
     rows = part.component.rows[members]
     velocity, acceleration = sides.disagreement(rows, weights)
     scale = system.row_scale[system.bodies :][rows]
-    units = [unit for bound in row_sets(system) for unit in bound.units]
     return DependentSet(
         rows=tuple(rows.tolist()),
-        unit=units[int(rows[0])],
+        unit=system.rows.units[int(rows[0])],
         held=tuple(names[row] for row in rows),
         weights=weights * scale[0] / scale,
         permanent=permanent,

@@ -12,7 +12,7 @@ from mbproj.dynamics.assembly.assemble import State
 from mbproj.dynamics.equations.constraint_equations import gamma, set_velocity, time_derivative
 from mbproj.dynamics.equations.kinematics import Pose, Twist, body_rates, pose_of, twist_of
 from mbproj.dynamics.equations.motions import Drive, drive_at
-from mbproj.dynamics.rank.components import Component, row_sets
+from mbproj.dynamics.rank.components import Component
 from mbproj.dynamics.rank.row_space import unit_rows
 from mbproj.model.system import System
 from mbproj.thresholds import THRESHOLDS
@@ -81,5 +81,5 @@ def tangent_gamma(system: System, pose: Pose, twist: Twist, drive: Drive | None)
     kept = np.zeros((system.bodies, 7))
     kept[:, 3:] = -np.sum(twist.rate[:-1] ** 2, axis=1, keepdims=True) * pose.orientation[:-1]
     change = twist_of(pose, kept.ravel())
-    of_kept = [set_velocity(bound, pose, change) for bound in row_sets(system)]
-    return np.asarray(gamma(system, pose, twist, drive)[system.bodies :] - np.concatenate(of_kept), dtype=float)
+    found = gamma(system, pose, twist, drive)[system.bodies :] - set_velocity(system.rows, pose, change)
+    return np.asarray(found, dtype=float)

@@ -104,8 +104,7 @@ class InPlane(Compiled):
         """The smallest λ with Gᵀλ the applied forces less what the motion q'' in `a` (7n,) takes."""
         system, instant = self.system, state.instant(self.system)
         pose, twist = instant.pose, instant.twist
-        sets = [system.joints] if system.motions is None else [system.joints, system.motions.rows]
-        G = np.concatenate([tangent_jacobian(bound, pose)[:, :-1, :6] for bound in sets])
+        G = tangent_jacobian(system.rows, pose)[:, :-1, :6]
         change = twist_of(pose, a)
         omega, spin_up = body_rates(pose, twist)[:-1], body_rates(pose, change)[:-1]
         momentum = (system.inertia @ omega[..., None])[..., 0]

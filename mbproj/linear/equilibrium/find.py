@@ -199,7 +199,7 @@ def _led_to(system: System, start: State, t: float) -> tuple[Array, Array]:
     first, last = drive_at(system, start.t), drive_at(system, t)
     if first is None or last is None:
         return q, expected
-    far = np.abs(last.value - first.value) / np.where(system.motions.rows.is_length, system.length, 1.0)  # type: ignore[union-attr]
+    far = np.abs(last.value - first.value) / system.row_scale[system.bodies + system.joints.size :]
     count = int(np.ceil(far.max(initial=0.0) / THRESHOLDS.first_radius))
     for step in range(1, count + 1):
         value = first.value + (last.value - first.value) * step / count

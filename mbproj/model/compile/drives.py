@@ -8,7 +8,7 @@ import numpy as np
 
 from mbproj.functions.program_set import flatten
 from mbproj.model.channels import Motions
-from mbproj.model.primitive_set import Binding, bind
+from mbproj.model.primitive_set import Binding
 from mbproj.scene.records import Scene
 
 
@@ -19,9 +19,8 @@ def compile_motions(scene: Scene, coordinates: Mapping[str, Binding]) -> tuple[M
         return None, ()
     starts = {joint.name: joint.start for joint in scene.joints}
     names = [f"{motion.joint}.{motion.coordinate}" for motion in motions]
-    rows = [Binding(coordinates[name].primitive, owner, coordinates[name].slots) for owner, name in enumerate(names)]
     index = np.array([list(coordinates).index(name) for name in names], dtype=np.intp)
     from_start = [starts[each.joint].get(each.coordinate, 0.0) if each.from_start else 0.0 for each in motions]
     places = tuple(scene.place("motions", motion.name, motion.coordinate) for motion in motions)
     functions = flatten([motion.function for motion in motions])
-    return Motions(bind(rows), index, np.array(from_start), functions, places), tuple(each.name for each in motions)
+    return Motions(index, np.array(from_start), functions, places), tuple(each.name for each in motions)

@@ -11,7 +11,6 @@ from mbproj.dynamics.equations.forces import applied
 from mbproj.dynamics.equations.kinematics import body_rates, pose_of, twist_of
 from mbproj.dynamics.equations.motions import drive_at
 from mbproj.dynamics.equations.reflected import inertial_reaction
-from mbproj.model.primitive_set import PrimitiveSet
 from mbproj.studies.verify.accelerations import tangent
 from mbproj.studies.verify.case import Case
 from mbproj.studies.verify.finding import Found, difference, worse
@@ -159,9 +158,7 @@ def _wrenches(case: Case, *, sizes: bool = False) -> Array:
     body and the ground, as a force and a torque about the origin in global axes, (m, n+1, 6); `sizes`: what they are
     sums of, without signs."""
     pose = pose_of(case.state.q)
-    sets: list[PrimitiveSet] = [case.system.joints]
-    if case.system.motions is not None:
-        sets.append(case.system.motions.rows)
+    sets = [case.system.rows]
     if case.system.reflected is not None:
         sets.append(case.system.reflected.rows)
     G = np.concatenate([tangent_jacobian(bound, pose) for bound in sets])

@@ -45,7 +45,7 @@ def slipped(system: System, coordinate: Array, prescribed: Array) -> float:
 
 def _driven_angles(system: System) -> Integers:
     """The motions that drive an angle."""
-    return np.zeros(0, dtype=np.intp) if system.motions is None else np.flatnonzero(~system.motions.rows.is_length)
+    return np.flatnonzero(~system.rows.is_length[system.joints.size :])
 
 
 def _short(case: Case) -> Settings:

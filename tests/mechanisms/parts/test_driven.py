@@ -276,7 +276,7 @@ def test_newton_with_reactions_forces_and_driving_forces():
     rate = 0.5 * np.einsum("nij,ni->nj", pose.L[:-1], done["bodies/angular_velocity"][last])
     twist = twist_of(pose, np.concatenate([done["bodies/velocity"][last], rate], axis=1).ravel())
     loads = applied(Instant(system, pose, twist, float(done["time"][last]), done["joints/coordinate"][last])).force[:-1]
-    along = set_jacobian(system.motions.rows, pose).reshape(-1, 2, 7)[..., :3]
+    along = set_jacobian(system.rows, pose)[system.joints.size :].reshape(-1, 2, 7)[..., :3]
     driving = np.einsum("k,kni->ni", done["motions/force"][last], along)
     reaction = done["joints/reaction_force"][last]
     total = loads + driving + np.array([reaction[0] - reaction[1], reaction[1]])
