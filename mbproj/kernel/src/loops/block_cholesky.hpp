@@ -3,10 +3,12 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <set>
-#include <type_traits>
 #include <utility>
 #include <vector>
+
+#include "loops/small_blocks.hpp"
 
 namespace mbproj {
 
@@ -26,13 +28,17 @@ public:
         diagonal_.resize(rows);
         hidden_.assign(rows, 0.0);
         reciprocal_.resize(rows);
-        std::vector<std::set<int>> near(count);
+        std::vector<std::vector<int>> near(count);
         for (const auto& [i, j] : couplings)
             if (i != j) {
-                near[i].insert(j);
-                near[j].insert(i);
+                near[i].push_back(j);
+                near[j].push_back(i);
             }
-        order_by_degree(near);
+        for (std::vector<int>& blocks : near) {
+            std::sort(blocks.begin(), blocks.end());
+            blocks.erase(std::unique(blocks.begin(), blocks.end()), blocks.end());
+        }
+        order_by_degree(std::move(near));
     }
 
     // Where entries of block (i, j) are added before `factor`: row-major, `transposed` if it is kept as (j, i).
@@ -88,7 +94,8 @@ private:
         std::vector<std::size_t> updates;  // targets of the products of pairs of `below`, row by row of the triangle
     };
 
-    void order_by_degree(std::vector<std::set<int>> near);
+    void order_by_degree(std::vector<std::vector<int>> near);
+    void find_updates(ColumnOf& column) const;
     std::size_t offset(int i, int j) const {
         const ColumnOf& column = columns_[place_[j]];
         if (i == j) return column.diagonal;
@@ -99,8 +106,10 @@ private:
     template <class LeftOut> void forward(double* x, LeftOut&& left_out) const;
     void measure_rows();
     int factor_diagonal(const ColumnOf& column, double smallest);
+    template <int R> void subtract_products(const ColumnOf& column);
     int largest_pivot(const ColumnOf& column, const std::vector<bool>& open, double smallest);
     void eliminate(const ColumnOf& column, int row, const std::vector<bool>& open);
+    void divide_below(const ColumnOf& column, const std::vector<int>& rows);
 
     std::vector<int> sizes_;
     int first_ = 0;
@@ -108,16 +117,19 @@ private:
     std::vector<ColumnOf> columns_;                                // in the order of elimination
     std::vector<double> values_, diagonal_, hidden_, reciprocal_;  // `diagonal_`: the squares of the rows
     std::vector<char> left_out_;                                   // one for each row, or none
+    std::vector<double> transposed_;                               // of the blocks of a column
     std::size_t fill_ = 0;
     double smallest_pivot_ = 1.0;
 };
 
-inline void BlockCholesky::order_by_degree(std::vector<std::set<int>> near) {
+// `near`: the blocks that couple with each, ascending.
+inline void BlockCholesky::order_by_degree(std::vector<std::vector<int>> near) {
     const int count = static_cast<int>(sizes_.size());
     const auto original = near;
     std::set<std::pair<std::size_t, int>> waiting;
     const auto turn = [&](int i) { return std::pair(i < first_ ? 0 : 1 + near[i].size(), i); };
     for (int i = 0; i < count; ++i) waiting.insert(turn(i));
+    std::vector<int> both;
     std::size_t next = 0;
     while (!waiting.empty()) {
         const int block = waiting.begin()->second;
@@ -129,67 +141,45 @@ inline void BlockCholesky::order_by_degree(std::vector<std::set<int>> near) {
             column.below.push_back({i, next});
             const std::size_t size = static_cast<std::size_t>(sizes_[i]) * sizes_[block];
             next += size;
-            if (!original[block].count(i)) fill_ += size;
+            if (!std::binary_search(original[block].begin(), original[block].end(), i)) fill_ += size;
             waiting.erase(turn(i));
-            near[i].erase(block);
-            for (const int j : near[block])
-                if (j != i) near[i].insert(j);
+            both.clear();
+            std::set_union(near[i].begin(), near[i].end(), near[block].begin(), near[block].end(),
+                           std::back_inserter(both));
+            both.erase(std::remove_if(both.begin(), both.end(), [&](int j) { return j == i || j == block; }),
+                       both.end());
+            near[i].assign(both.begin(), both.end());
             waiting.insert(turn(i));
         }
+        near[block] = {};
         columns_.push_back(std::move(column));
     }
     values_.resize(next);
-    for (ColumnOf& column : columns_) {
+    for (ColumnOf& column : columns_)
         std::sort(column.below.begin(), column.below.end(),
                   [this](const Entry& a, const Entry& b) { return place_[a.block] < place_[b.block]; });
-        for (std::size_t a = 0; a < column.below.size(); ++a)
-            for (std::size_t b = 0; b <= a; ++b)
-                column.updates.push_back(offset(column.below[a].block, column.below[b].block));
+    std::size_t most = 0;
+    for (ColumnOf& column : columns_) {
+        find_updates(column);
+        most = std::max(most, blocks::eight * column.below.size() * sizes_[column.block]);
     }
+    transposed_.resize(most);
 }
 
-namespace blocks {
-
-// X := X L⁻ᵀ for X of `rows` rows and the lower triangle L, both R wide; `reciprocal` holds 1 / L_kk.
-template <int R> void divide(double* X, int rows, const double* L, const double* reciprocal) {
-    for (int r = 0; r < rows; ++r, X += R) {
-        double x[R];
-        for (int c = 0; c < R; ++c) {
-            double sum = X[c];
-            for (int k = 0; k < c; ++k) sum -= x[k] * L[c * R + k];
-            X[c] = x[c] = sum * reciprocal[c];
+// Of each pair of a column's blocks, where their product goes: the blocks of the later column have the same order.
+inline void BlockCholesky::find_updates(ColumnOf& column) const {
+    const std::size_t count = column.below.size();
+    column.updates.resize(count * (count + 1) / 2);
+    for (std::size_t b = 0; b < count; ++b) {
+        const ColumnOf& target = columns_[place_[column.below[b].block]];
+        column.updates[b * (b + 1) / 2 + b] = target.diagonal;
+        auto at = target.below.begin();
+        for (std::size_t a = b + 1; a < count; ++a) {
+            while (at->block != column.below[a].block) ++at;
+            column.updates[a * (a + 1) / 2 + b] = at->offset;
         }
     }
 }
-
-// T -= X Yᵀ for X and Y that are R wide; of a diagonal block all of it. Rows are taken out, so that the compiler keeps them
-// in registers.
-template <int R> void subtract(double* T, const double* X, int rows, const double* Y, int columns) {
-    for (int r = 0; r < rows; ++r, X += R, T += columns) {
-        double x[R];
-        std::copy(X, X + R, x);
-        const double* y = Y;
-        for (int c = 0; c < columns; ++c, y += R) {
-            double sum = 0.0;
-            for (int k = 0; k < R; ++k) sum += x[k] * y[k];
-            T[c] -= sum;
-        }
-    }
-}
-
-// Calls visit with the width as a constant.
-template <class Visit> void with_width(int width, Visit&& visit) {
-    switch (width) {
-        case 1: visit(std::integral_constant<int, 1>{}); break;
-        case 2: visit(std::integral_constant<int, 2>{}); break;
-        case 3: visit(std::integral_constant<int, 3>{}); break;
-        case 4: visit(std::integral_constant<int, 4>{}); break;
-        case 5: visit(std::integral_constant<int, 5>{}); break;
-        default: visit(std::integral_constant<int, 6>{}); break;
-    }
-}
-
-}  // namespace blocks
 
 inline int BlockCholesky::factor_diagonal(const ColumnOf& column, double smallest) {
     const int size = sizes_[column.block], row = begin_[column.block];
@@ -222,6 +212,19 @@ inline void BlockCholesky::measure_rows() {
     }
 }
 
+// Takes the products of a column's blocks, R wide, off what is left.
+template <int R> void BlockCholesky::subtract_products(const ColumnOf& column) {
+    constexpr std::size_t size = blocks::eight * R;
+    const std::size_t* update = column.updates.data();
+    for (std::size_t a = 0; a < column.below.size(); ++a) {
+        const double* X = at(column.below[a].offset);
+        const int rows = sizes_[column.below[a].block];
+        blocks::transpose<R>(X, rows, transposed_.data() + size * a);
+        for (std::size_t b = 0; b <= a; ++b, ++update)
+            blocks::subtract<R>(at(*update), X, rows, transposed_.data() + size * b, sizes_[column.below[b].block]);
+    }
+}
+
 inline int BlockCholesky::factor(double smallest) {
     smallest_pivot_ = 1.0;
     measure_rows();
@@ -232,15 +235,9 @@ inline int BlockCholesky::factor(double smallest) {
         const double* reciprocal = reciprocal_.data() + begin_[column.block];
         blocks::with_width(sizes_[column.block], [&](auto width) {
             constexpr int R = decltype(width)::value;
-            const std::size_t* update = column.updates.data();
-            for (std::size_t a = 0; a < column.below.size(); ++a) {
-                double* X = at(column.below[a].offset);
-                const int rows = sizes_[column.below[a].block];
-                blocks::divide<R>(X, rows, L, reciprocal);
-                for (std::size_t b = 0; b <= a; ++b, ++update)
-                    blocks::subtract<R>(at(*update), X, rows, at(column.below[b].offset),
-                                        sizes_[column.below[b].block]);
-            }
+            for (const Entry& entry : column.below)
+                blocks::divide<R>(at(entry.offset), sizes_[entry.block], L, reciprocal);
+            subtract_products<R>(column);
         });
     }
     return -1;

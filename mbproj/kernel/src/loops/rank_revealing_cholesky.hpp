@@ -23,21 +23,13 @@ inline std::vector<std::vector<int>> BlockCholesky::independent_rows(double smal
             kept[column.block].push_back(row);
             eliminate(column, row, open);
         }
+        divide_below(column, kept[column.block]);
         std::sort(kept[column.block].begin(), kept[column.block].end());
-        const std::size_t* update = column.updates.data();
-        for (std::size_t a = 0; a < column.below.size(); ++a) {
-            const Entry& x = column.below[a];
-            for (int r = 0; r < sizes_[x.block]; ++r)
+        for (const Entry& entry : column.below)
+            for (int r = 0; r < sizes_[entry.block]; ++r)
                 for (int i = 0; i < size; ++i)
-                    if (open[i]) at(x.offset)[r * size + i] = 0.0;
-            for (std::size_t b = 0; b <= a; ++b, ++update) {
-                const Entry& y = column.below[b];
-                blocks::with_width(size, [&](auto width) {
-                    blocks::subtract<decltype(width)::value>(at(*update), at(x.offset), sizes_[x.block], at(y.offset),
-                                                             sizes_[y.block]);
-                });
-            }
-        }
+                    if (open[i]) at(entry.offset)[r * size + i] = 0.0;
+        blocks::with_width(size, [&](auto width) { subtract_products<decltype(width)::value>(column); });
     }
     return kept;
 }
@@ -55,22 +47,34 @@ inline int BlockCholesky::largest_pivot(const ColumnOf& column, const std::vecto
     return best;
 }
 
-// Takes a row of a block out of the open ones, and makes its column of the blocks below one of the factor.
+// Takes a row of a block out of the open ones. Its column of the block keeps its shares in these, and its pivot.
 inline void BlockCholesky::eliminate(const ColumnOf& column, int row, const std::vector<bool>& open) {
     const int size = sizes_[column.block];
     double* A = at(column.diagonal);
-    const double pivot = A[row * (size + 1)];
     for (int i = 0; i < size; ++i) {
         if (!open[i]) continue;
-        const double share = A[i * size + row] / pivot;
+        const double share = A[i * size + row] / A[row * (size + 1)];
         for (int j = 0; j < size; ++j)
             if (open[j]) A[i * size + j] -= share * A[row * size + j];
-        for (const Entry& x : column.below)
-            for (int r = 0; r < sizes_[x.block]; ++r)
-                at(x.offset)[r * size + i] -= share * at(x.offset)[r * size + row];
+        A[i * size + row] = share;
     }
-    for (const Entry& x : column.below)
-        for (int r = 0; r < sizes_[x.block]; ++r) at(x.offset)[r * size + row] /= std::sqrt(pivot);
+}
+
+// Makes the columns of these rows, in the order in which they were taken out, those of the factor in the blocks below.
+inline void BlockCholesky::divide_below(const ColumnOf& column, const std::vector<int>& rows) {
+    const int size = sizes_[column.block];
+    const double* A = at(column.diagonal);
+    double roots[6];
+    for (std::size_t k = 0; k < rows.size(); ++k) roots[k] = std::sqrt(A[rows[k] * (size + 1)]);
+    for (const Entry& entry : column.below) {
+        double* x = at(entry.offset);
+        for (int r = 0; r < sizes_[entry.block]; ++r, x += size)
+            for (std::size_t k = 0; k < rows.size(); ++k) {
+                for (std::size_t i = k + 1; i < rows.size(); ++i)
+                    x[rows[i]] -= A[rows[i] * size + rows[k]] * x[rows[k]];
+                x[rows[k]] /= roots[k];
+            }
+    }
 }
 
 }  // namespace mbproj
