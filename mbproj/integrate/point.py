@@ -87,7 +87,7 @@ def counted(
         counted, slip = before.turning.count(system, coordinate, _by_stages(formulation, stepper, before, step), drive)
     if slip is not None:
         raise untold(formulation, before, t, slip)
-    return coordinate, Turning(t, counted, speed, np.zeros(0) if drive is None else drive.value)
+    return coordinate, Turning(t, counted, speed, drive.value)
 
 
 def _by_stages(formulation: FullFormulation, stepper: Stepper, before: Point, step: Step) -> Array:

@@ -46,16 +46,6 @@ def functions(core: ModuleType, system: System, index: Integers) -> dict[str, An
     }
 
 
-def motion_start(system: System) -> list[float]:
-    """What the motions count from."""
-    return [] if system.motions is None else system.motions.start.tolist()
-
-
-def motion_coordinate(system: System) -> Integers:
-    """Which of the system's coordinates each motion drives."""
-    return np.zeros(0, dtype=np.intp) if system.motions is None else system.motions.joint_coordinate
-
-
 def space_loads(core: ModuleType, system: System) -> Any:
     """All forces but gravity in space; None without any."""
     forces = system.forces

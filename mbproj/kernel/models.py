@@ -13,8 +13,6 @@ from mbproj.kernel.bound import Bound, bound_in_plane, bound_in_space, joined, p
 from mbproj.kernel.loads import (
     along_in_plane,
     functions,
-    motion_coordinate,
-    motion_start,
     plane_loads,
     space_loads,
 )
@@ -48,8 +46,8 @@ def space_model(core: ModuleType, system: System, layout: Layout) -> Any:
         layout=_blocks(layout),
         loads=space_loads(core, system),
         **functions(core, system, system.channels.index),
-        motion_start=motion_start(system),
-        motion_coordinate=motion_coordinate(system).tolist(),
+        motion_start=system.motions.start.tolist(),
+        motion_coordinate=system.motions.joint_coordinate.tolist(),
         couplings=_couplings(system, system.couplings.row, system.couplings.coordinate),
         **_space_flywheels(core, system),
         **_space_stops(core, system),
@@ -182,8 +180,8 @@ def plane_model(core: ModuleType, system: System, plane: Plane, layout: Layout) 
         layout=_blocks(layout),
         loads=plane_loads(core, system, plane, coordinates),
         **functions(core, system, channels_in_plane(plane, system.channels)),
-        motion_start=motion_start(system),
-        motion_coordinate=coordinates_in_plane(plane, motion_coordinate(system)).tolist(),
+        motion_start=system.motions.start.tolist(),
+        motion_coordinate=coordinates_in_plane(plane, system.motions.joint_coordinate).tolist(),
         couplings=_couplings_in_plane(system, plane),
         **_plane_flywheels(core, system, plane, coordinates),
         **_plane_stops(core, system, plane, coordinates),
@@ -209,8 +207,6 @@ def _couplings_in_plane(system: System, plane: Plane) -> list[tuple[Any, ...]]:
 
 def joint_and_motion_rows(system: System, plane: Plane, joints: Bound, coordinates: Bound) -> Bound:
     """The joints' rows in the plane, and after them the coordinates that motions drive."""
-    if system.motions is None:
-        return joints
     driven = coordinates.only(coordinates_in_plane(plane, system.motions.joint_coordinate))
     return joined([joints, driven._replace(owner=np.arange(len(driven.kind)))])
 

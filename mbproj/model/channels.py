@@ -11,7 +11,7 @@ import numpy.typing as npt
 from mbproj.arrays import Array, Integers
 from mbproj.dataclass import dataclass
 from mbproj.errors import Place
-from mbproj.functions.program_set import ProgramSet
+from mbproj.functions.program_set import ProgramSet, flatten
 
 
 class Kind(IntEnum):
@@ -78,3 +78,11 @@ class Motions:
     start: Array
     programs: ProgramSet
     places: tuple[Place | None, ...]
+
+    @property
+    def size(self) -> int:
+        """k."""
+        return len(self.start)
+
+
+NO_MOTIONS = Motions(np.zeros(0, dtype=np.intp), np.zeros(0), flatten([]), ())

@@ -13,7 +13,7 @@ from mbproj.dataclass import dataclass
 from mbproj.errors import Place
 from mbproj.functions.program_set import ProgramSet, joined
 from mbproj.model.bearings import Bearings
-from mbproj.model.channels import NO_CHANNELS, Channels, ElementStates, Motions
+from mbproj.model.channels import NO_CHANNELS, NO_MOTIONS, Channels, ElementStates, Motions
 from mbproj.model.couplings import Couplings
 from mbproj.model.forces import Forces
 from mbproj.model.frictions import Frictions
@@ -76,7 +76,7 @@ class System:
     carrier. `marker_body` (k,), `marker_local` (k, 3). `reaction_body` (nj,), `reaction_local` (nj, 3): body 2 of each
     joint and its point in it. `length` is the size of the mechanism in m: what an absolute tolerance is taken relative
     to. `body_places`, `joint_places`: where each carrier and joint stands in the scene file, for messages. `forces`,
-    `motions`, `reflected` (inertias on coordinates), `stops`, `frictions` (dry ones that stick), `bearings`, and
+    `reflected` (inertias on coordinates), `stops`, `frictions` (dry ones that stick), `bearings`, and
     `states` of elements are None where the scene has none. `channels`: what functions name.
     """
 
@@ -99,7 +99,7 @@ class System:
     body_places: tuple[Place | None, ...]
     joint_places: tuple[Place | None, ...]
     forces: Forces | None = None
-    motions: Motions | None = None
+    motions: Motions = NO_MOTIONS
     reflected: ReflectedInertias | None = None
     stops: Stops | None = None
     frictions: Frictions | None = None
@@ -166,7 +166,7 @@ class System:
     @cached_property
     def rows(self) -> PrimitiveSet:
         """The rows of C after the norm rows: the joints', then the motions', each with an owner of its own."""
-        if self.motions is None:
+        if not self.driven:
             return self.joints
         own, first = bindings(self.coordinates), len(self.names.joints)
         driven = enumerate(self.motions.joint_coordinate.tolist(), first)
@@ -185,7 +185,7 @@ class System:
     @property
     def driven(self) -> int:
         """The number of motions: the last rows of C."""
-        return 0 if self.motions is None else len(self.motions.start)
+        return self.motions.size
 
     @property
     def row_scale(self) -> Array:
@@ -220,8 +220,7 @@ def integrated_layout(system: System) -> Layout:
     where forces act on angles, functions name them, or couplings ask for turns, all joint coordinates; integrated from
     step to step, they tell each stage how far the wheels have turned."""
     laws = None if system.forces is None else system.forces.laws
-    none = laws is None and system.motions is None
-    quadratures = 0 if none else 2 + (0 if laws is None else int(laws.apart.sum()))
+    quadratures = 0 if laws is None and not system.driven else 2 + (0 if laws is None else int(laws.apart.sum()))
     of_angles = ~system.coordinates.is_length[system.channels.index[~system.channels.is_state]]
     asked = system.couplings.size or of_angles.any() or (laws is not None and bool(laws.is_angle.any()))
     followed = system.coordinates.size if asked else 0

@@ -30,6 +30,7 @@ from mbproj.dynamics.equations.instant import Instant
 from mbproj.dynamics.equations.kinematics import Pose, pose_of, twist_of
 from mbproj.dynamics.equations.motions import Drive, drive_at
 from mbproj.errors import InputError, Problem
+from mbproj.model.channels import NO_MOTIONS
 from mbproj.model.compile.guess import Guess
 from mbproj.model.euler_parameters import matrix_L
 from mbproj.model.layout import Layout
@@ -121,21 +122,19 @@ def is_angle(system: System) -> Integers:
     return np.array([unit == "rad" for unit in system.names.coordinate_units], dtype=np.intp)
 
 
-def _close(system: System, q: Array, start: Conditions, drive: Drive | None) -> Array:
+def _close(system: System, q: Array, start: Conditions, drive: Drive) -> Array:
     """The closed pose next to q. Raises InputError where there is none."""
     closed, residual = nearest(system, q, start, drive, _close_enough(system))
     if np.abs(residual).max(initial=0.0) <= THRESHOLDS.assembled:
         return closed
-    if system.motions is not None:
-        undriven = replace(system, motions=None)
-        _close(undriven, q, start, None)
+    if system.driven:
+        undriven = replace(system, motions=NO_MOTIONS)
+        _close(undriven, q, start, drive_at(undriven, 0.0))
         raise motions_out_of_reach(system, residual[system.joints.size :][: system.driven])
     raise _not_closed(system, residual)
 
 
-def nearest(
-    system: System, q: Array, start: Conditions, drive: Drive | None, close_enough: float
-) -> tuple[Array, Array]:
+def nearest(system: System, q: Array, start: Conditions, drive: Drive, close_enough: float) -> tuple[Array, Array]:
     """Gauss-Newton with the shortest weighted step. The pose reached, and what is left of the violation, in rad and
     parts of the length; it ends at `close_enough`."""
 
@@ -145,7 +144,7 @@ def nearest(
     return gauss_newton(system, q, lambda q: scaled_residual(system, q, start, drive), rows, close_enough)
 
 
-def scaled_residual(system: System, q: Array, start: Conditions, drive: Drive | None) -> Array:
+def scaled_residual(system: System, q: Array, start: Conditions, drive: Drive) -> Array:
     """Joint, motion and start rows, lengths in units of the system's length, (m + c,)."""
     pose = pose_of(q)
     rows = (constraint(system, pose, drive) / system.row_scale)[system.bodies :]
@@ -220,7 +219,7 @@ def _close_enough(system: System) -> float:
     return 1e-15 if system.bodies <= THRESHOLDS.large else 1e-12
 
 
-def _consistent_velocity(system: System, q: Array, guess: Guess, drive: Drive | None) -> Array:
+def _consistent_velocity(system: System, q: Array, guess: Guess, drive: Drive) -> Array:
     """The velocity nearest to the guess with C_q v + C_t = 0 and the joints' speeds."""
     wanted = np.concatenate([-time_derivative(system, drive), guess.speed.value])
     if not wanted.any() and not guess.v.any():

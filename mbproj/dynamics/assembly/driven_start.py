@@ -14,19 +14,15 @@ from mbproj.model.system import Conditions, System
 from mbproj.thresholds import THRESHOLDS
 
 
-def known_at_start(system: System, guess: Guess, drive: Drive | None) -> Iterator[tuple[int, float]]:
+def known_at_start(system: System, guess: Guess, drive: Drive) -> Iterator[tuple[int, float]]:
     """The joint coordinates that conditions and motions fix at the start, turns counted: index and value."""
     yield from zip(guess.start.index.tolist(), guess.start.value.tolist(), strict=True)
-    if system.motions is not None and drive is not None:
-        yield from zip(system.motions.joint_coordinate.tolist(), drive.value.tolist(), strict=True)
+    yield from zip(system.motions.joint_coordinate.tolist(), drive.value.tolist(), strict=True)
 
 
-def refuse_contradictions(system: System, guess: Guess, drive: Drive | None) -> None:
+def refuse_contradictions(system: System, guess: Guess, drive: Drive) -> None:
     """Raises InputError where a motion begins elsewhere, or at another speed, than its joint's own conditions say."""
-    motions = system.motions
-    if motions is None or drive is None:
-        return
-    problems = []
+    motions, problems = system.motions, []
     for number, index in enumerate(motions.joint_coordinate.tolist()):
         name, unit = system.names.coordinates[index], system.names.coordinate_units[index]
         for word, conditions, found in (
@@ -62,6 +58,5 @@ def motions_at_odds(system: System, left: Array) -> InputError:
 
 
 def _worst(system: System, left: Array, message: str, hint: str) -> InputError:
-    assert system.motions is not None
     worst = int(np.argmax(np.abs(left)))
     return InputError(Problem(message.format(system.names.motions[worst]), system.motions.places[worst], hint))

@@ -16,8 +16,6 @@ HINT = "a motion needs a continuous velocity: lead over with a smooth_step or a 
 def refuse_jumps(system: System, start: float, end: float) -> None:
     """Raises InputError where a motion's value or velocity jumps from `start` to `end`. Jumps of the
     acceleration alone are right: the driving force jumps with it."""
-    if system.motions is None:
-        return
     problems = _problems(system.motions, system.names.motions, system.names.motion_units, start, end)
     if problems:
         raise InputError(list(problems))

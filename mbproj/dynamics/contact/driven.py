@@ -23,7 +23,7 @@ HALVINGS = 60
 
 def refuse_driven_beyond(system: System, start: float, end: float) -> None:
     """Raises InputError where a motion takes the coordinate that it drives beyond a rigid stop before `end`."""
-    if system.motions is None or system.stops is None:
+    if system.stops is None:
         return
     problems = _problems(system, system.motions, system.stops, start, end)
     if problems:

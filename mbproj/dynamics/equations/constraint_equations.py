@@ -18,13 +18,13 @@ from mbproj.dynamics.equations.kinematics import (
     pose_of,
     twist_of,
 )
-from mbproj.dynamics.equations.motions import Drive, drive_at
+from mbproj.dynamics.equations.motions import NO_DRIVE, Drive, drive_at
 from mbproj.dynamics.equations.teeth import to_the_tooth
 from mbproj.model.primitive_set import PrimitiveSet
 from mbproj.model.system import System
 
 
-def constraint(system: System, pose: Pose, drive: Drive | None = None) -> Numbers:
+def constraint(system: System, pose: Pose, drive: Drive = NO_DRIVE) -> Numbers:
     """C of Eqs. 2-4, (..., m): norm rows ΛᵀΛ - 1, then the joints' rows and the motions', in m or rad.
 
     `drive` is what the motions prescribe, `drive_at(system, t)`: needed where the system has any, here and below. It
@@ -33,38 +33,30 @@ def constraint(system: System, pose: Pose, drive: Drive | None = None) -> Number
     orientation = pose.orientation[..., :-1, :]
     norms = np.sum(orientation * orientation, axis=-1) - 1.0
     rows = system.rows.value(pose.places(system.rows))
-    if drive is not None and drive.teeth is not None:
+    if drive.teeth is not None:
         rows = to_the_tooth(system, pose, drive.teeth, rows)
-    if system.driven:
-        rows[..., -system.driven :] = _excess(system, rows[..., -system.driven :], _known(drive))
+    rows[..., system.joints.size :] = _excess(system, rows[..., system.joints.size :], drive)
     return np.concatenate([norms, rows], axis=-1)
 
 
-def constraint_velocity(system: System, pose: Pose, twist: Twist, drive: Drive | None = None) -> Numbers:
+def constraint_velocity(system: System, pose: Pose, twist: Twist, drive: Drive = NO_DRIVE) -> Numbers:
     """C' = C_q q' + C_t of Eq. 5, (..., m)."""
     norms = 2.0 * np.sum(pose.orientation[..., :-1, :] * twist.rate[..., :-1, :], axis=-1)
     found = np.concatenate([norms, set_velocity(system.rows, pose, twist)], axis=-1)
-    if system.driven:
-        found[..., -system.driven :] -= _known(drive).rate
+    found[..., system.bodies + system.joints.size :] -= drive.rate
     return found
 
 
-def time_derivative(system: System, drive: Drive | None) -> Array:
+def time_derivative(system: System, drive: Drive) -> Array:
     """C_t, (m,): zero but in the rows of motions."""
     C_t = np.zeros(system.constraints)
-    if system.driven:
-        C_t[-system.driven :] = -_known(drive).rate
+    C_t[system.bodies + system.joints.size :] = -drive.rate
     return C_t
-
-
-def _known(drive: Drive | None) -> Drive:
-    assert drive is not None, "a system with motions needs drive_at(system, t)"
-    return drive
 
 
 def _excess(system: System, value: Numbers, drive: Drive) -> Numbers:
     """What coordinates (..., k) are beyond what is prescribed; angles less their whole turns, within [-π, π]."""
-    is_length = system.rows.is_length[-system.driven :]
+    is_length = system.rows.is_length[system.joints.size :]
     excess = value - np.where(is_length, drive.value, np.remainder(drive.value, 2.0 * np.pi))
     return excess - np.where(is_length, 0.0, 2.0 * np.pi * np.round(excess.real / (2.0 * np.pi)))
 
@@ -74,17 +66,16 @@ def set_velocity(bound: PrimitiveSet, pose: Pose, twist: Twist) -> Numbers:
     return bound.rate(pose.places(bound), twist.rates(bound))
 
 
-def gamma(system: System, pose: Pose, twist: Twist, drive: Drive | None = None) -> Numbers:
+def gamma(system: System, pose: Pose, twist: Twist, drive: Drive = NO_DRIVE) -> Numbers:
     """γ of Eqs. 7-9, (..., m): C'' = C_q q'' - γ, with -C_tt in the rows of motions."""
     rate = twist.rate[..., :-1, :]
     found = np.concatenate([-2.0 * np.sum(rate * rate, axis=-1), -set_bias(system.rows, pose, twist)], axis=-1)
-    if system.driven:
-        found[..., -system.driven :] += _known(drive).acceleration
+    found[..., system.bodies + system.joints.size :] += drive.acceleration
     return found
 
 
 def constraint_acceleration(
-    system: System, pose: Pose, twist: Twist, change: Twist, drive: Drive | None = None
+    system: System, pose: Pose, twist: Twist, change: Twist, drive: Drive = NO_DRIVE
 ) -> Numbers:
     """C'' = C_q q'' - γ, (..., m); `change` holds q'' as a twist does q'."""
     norms = 2.0 * np.sum(pose.orientation[..., :-1, :] * change.rate[..., :-1, :], axis=-1)

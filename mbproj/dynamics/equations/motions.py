@@ -24,26 +24,26 @@ class Drive:
     teeth: Teeth | None = None
 
 
-def drive_at(system: System, t: Numbers | float, teeth: Teeth | None = None) -> Drive | None:
-    """What is prescribed at the times t (...); None for a system without motions where no teeth are given.
+#: Of a system without motions, where no turns are counted.
+NO_DRIVE = Drive(np.zeros(0), np.zeros(0), np.zeros(0))
+
+
+def drive_at(system: System, t: Numbers | float, teeth: Teeth | None = None) -> Drive:
+    """What is prescribed at the times t (...).
 
     Raises SimulationError that names the motion and the expression which has no finite value or derivatives there.
     """
-    motions = system.motions
-    if motions is None:
-        nothing = np.zeros((*np.shape(t), 0))
-        return None if teeth is None else Drive(nothing, nothing, nothing, teeth)
-    time = time_series(np.asarray(t))
-    found = [run(motions.programs, index, [time]) for index in range(system.driven)]
-    value, rate, acceleration = (np.stack([series[order] for series in found], axis=-1) for order in range(3))
-    finite = np.isfinite(value) & np.isfinite(rate) & np.isfinite(acceleration)
-    if not np.all(finite):
-        raise _not_finite(system, np.asarray(t), finite)
-    return Drive(motions.start + value, rate, acceleration, teeth)
+    time, programs = time_series(np.asarray(t)), system.motions.programs
+    found = np.empty((3, *np.shape(t), system.driven))
+    for index in range(system.driven):
+        found[..., index] = run(programs, index, [time])
+    if not np.isfinite(found).all():
+        raise _not_finite(system, np.asarray(t), np.all(np.isfinite(found), axis=0))
+    value, rate, acceleration = found
+    return Drive(system.motions.start + value, rate, acceleration, teeth)
 
 
 def _not_finite(system: System, t: Numbers, finite: Numbers) -> SimulationError:
-    assert system.motions is not None
     *where, index = (int(axis[0]) for axis in np.nonzero(~finite))
     time = float(t[tuple(where)])
     programs = system.motions.programs

@@ -48,12 +48,10 @@ class Turning:
         """By how much the coordinates change until t, where their rates are `speed`, (nc,): the trapezoidal rule."""
         return 0.5 * (t - self.t) * (self.speed + speed)
 
-    def count(self, system: System, coordinate: Array, change: Array, drive: Drive | None) -> tuple[Array, Slip | None]:
+    def count(self, system: System, coordinate: Array, change: Array, drive: Drive) -> tuple[Array, Slip | None]:
         """The joints' coordinates (nc,) with turns after a step in which they `change` (nc,) by their rates, driven
         ones as their motions do; and the one whose turns can be told least, where that is not well enough."""
-        if system.motions is not None and drive is not None:
-            change = change.copy()
-            change[system.motions.joint_coordinate] = drive.value - self.prescribed
+        change = driven_to(system, change, drive.value - self.prescribed)
         expected = self.coordinate + change
         counted = near(system, coordinate, expected)
         off = np.where(system.coordinates.is_length, 0.0, np.abs(counted - expected))
@@ -62,7 +60,7 @@ class Turning:
         worst = int(np.argmax(off))
         return counted, Slip(worst, float(abs(change[worst])), float(off[worst]))
 
-    def between(self, system: System, after: Turning, t: float, drive: Drive | None) -> Array:
+    def between(self, system: System, after: Turning, t: float, drive: Drive) -> Array:
         """The coordinates (nc,) at a time before that of another state, on the cubics through both; driven ones where
         their motions are."""
         h = after.t - self.t
@@ -70,7 +68,7 @@ class Turning:
         rest = 1.0 - s
         first = rest**2 * ((1.0 + 2.0 * s) * self.coordinate + s * h * self.speed)
         last = s**2 * ((1.0 + 2.0 * rest) * after.coordinate - rest * h * after.speed)
-        return driven_to(system, first + last, drive)
+        return driven_to(system, first + last, drive.value)
 
     def far(self, system: System, t: float) -> Slip | None:
         """The joint coordinate that turns by most on the way to t, where that is more than half a turn."""
@@ -81,12 +79,10 @@ class Turning:
         return Slip(worst, float(turned[worst]), 0.0)
 
 
-def driven_to(system: System, coordinate: Array, drive: Drive | None) -> Array:
-    """Joint coordinates (nc,), driven ones where their motions are."""
-    if system.motions is None or drive is None:
-        return coordinate
+def driven_to(system: System, coordinate: Array, value: Array) -> Array:
+    """What is known of joint coordinates (nc,), with `value` (k,) for those that motions drive."""
     found = coordinate.copy()
-    found[system.motions.joint_coordinate] = drive.value
+    found[system.motions.joint_coordinate] = value
     return found
 
 

@@ -139,7 +139,7 @@ class Observation(Mapping[str, npt.NDArray[Any]]):
         return coordinate_values(self.system, self.pose) + 2.0 * np.pi * self._seen.turns * is_angle(self.system)
 
     @cached_property
-    def drive(self) -> Drive | None:
+    def drive(self) -> Drive:
         teeth = Teeth(self.observer.sums, self.coordinate) if self.system.couplings.size else None
         return drive_at(self.system, self._seen.t, teeth)
 
@@ -207,7 +207,7 @@ class Observation(Mapping[str, npt.NDArray[Any]]):
 
     def driven(self, name: str) -> Numbers:
         """Value or rate of each motion, (T, k)."""
-        return np.zeros((len(self._seen.t), 0)) if self.drive is None else np.asarray(getattr(self.drive, name))
+        return np.asarray(getattr(self.drive, name))
 
     def stored(self) -> Numbers:
         """V of gravity, springs and compliant stops, (T,)."""

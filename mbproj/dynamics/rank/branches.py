@@ -11,6 +11,7 @@ import numpy as np
 
 from mbproj.arrays import Array
 from mbproj.dynamics.equations.kinematics import Pose, twist_of
+from mbproj.dynamics.equations.motions import NO_DRIVE
 from mbproj.dynamics.rank.right_hand_sides import tangent_gamma
 from mbproj.dynamics.rank.row_space import self_stresses
 from mbproj.model.system import System
@@ -49,7 +50,7 @@ def _bent(system: System, pose: Pose, stresses: Array, motion: Array) -> Array:
     v = np.zeros((len(δ), 7))
     v[:, :3] = system.length * δ[:, :3]
     v[:, 3:] = 0.5 * (np.swapaxes(pose.L[:-1], -1, -2) @ δ[:, 3:, None])[..., 0]
-    return np.asarray(stresses @ tangent_gamma(system, pose, twist_of(pose, v.ravel()), None), dtype=float)
+    return np.asarray(stresses @ tangent_gamma(system, pose, twist_of(pose, v.ravel()), NO_DRIVE), dtype=float)
 
 
 def _root(forms: Array, trial: Array) -> Array | None:

@@ -64,6 +64,5 @@ def _odds(entry: DependentSet) -> str:
 def _place(system: System, entry: DependentSet) -> Place | None:
     """Where the row stands that depends on the others: the motion, where there is one."""
     if entry.motions:
-        assert system.motions is not None
         return system.motions.places[system.names.motions.index(entry.motions[-1])]
     return system.joint_places[system.names.joints.index(entry.held[0].name)]

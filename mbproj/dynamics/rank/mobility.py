@@ -85,7 +85,6 @@ def unsolvable(system: System, ranks: Mobility) -> list[Problem]:
             )
         )
     for name in ranks.locked:
-        assert system.motions is not None
         problems.append(
             Problem(
                 f"motion '{name}' locks the mechanism: what it drives already follows from the joints and the motions "

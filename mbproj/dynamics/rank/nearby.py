@@ -13,9 +13,11 @@ from mbproj.dynamics.assembly.assemble import nearest, scaled_rows
 from mbproj.dynamics.assembly.gauss_newton import moved, shortest
 from mbproj.dynamics.blocks import Rows
 from mbproj.dynamics.equations.kinematics import Pose, pose_of
+from mbproj.dynamics.equations.motions import NO_DRIVE
 from mbproj.dynamics.rank.branches import branch_directions
 from mbproj.dynamics.rank.components import Component, component_rows
 from mbproj.dynamics.rank.row_space import unit_rows
+from mbproj.model.channels import NO_MOTIONS
 from mbproj.model.euler_parameters import matrix_L
 from mbproj.model.system import Conditions, System
 from mbproj.thresholds import THRESHOLDS
@@ -36,7 +38,7 @@ class Nearby:
 
 def nearby(system: System, q: Array) -> Nearby:
     """Poses that the joints reach from q (7n,); motions do not hold them, as they go on in time."""
-    free = replace(system, motions=None)
+    free = replace(system, motions=NO_MOTIONS)
     pose = pose_of(q)
     motions = _motions(free, pose)
     # Drawn among all motions: round-off decides which basis of those allowed the decomposition gives.
@@ -70,7 +72,7 @@ def _walk(system: System, q: Array, direction: Array) -> Iterator[Pose]:
         if size < THRESHOLDS.no_motion:
             return
         aim = moved(system, reached, motion * (step / size))
-        closed, residual = nearest(system, aim, NO_CONDITIONS, None, THRESHOLDS.nearby_closed)
+        closed, residual = nearest(system, aim, NO_CONDITIONS, NO_DRIVE, THRESHOLDS.nearby_closed)
         if np.abs(residual).max(initial=0.0) > THRESHOLDS.assembled or _far(system, closed, reached) < 0.1 * step:
             return
         yield pose_of(closed)

@@ -65,7 +65,7 @@ def right_hand_sides(system: System, state: State) -> RightHandSides:
     scale = system.row_scale[n:]
     velocity = -time_derivative(system, drive)[n:] / scale
     moving = np.concatenate([twist.velocity / system.length, body_rates(pose, twist)], axis=1)[:n]
-    steady = None if drive is None else replace(drive, acceleration=np.zeros_like(drive.acceleration))
+    steady = replace(drive, acceleration=np.zeros_like(drive.acceleration))
     return RightHandSides(
         velocity,
         acceleration=tangent_gamma(system, pose, twist, drive) / scale,
@@ -75,7 +75,7 @@ def right_hand_sides(system: System, state: State) -> RightHandSides:
     )
 
 
-def tangent_gamma(system: System, pose: Pose, twist: Twist, drive: Drive | None) -> Array:
+def tangent_gamma(system: System, pose: Pose, twist: Twist, drive: Drive) -> Array:
     """γ of the rows but the norm rows, (k,), for accelerations in (r'', ω'): the part of Λ'' that keeps |Λ|, which the
     norm rows ask for, is -|Λ'|² Λ."""
     kept = np.zeros((system.bodies, 7))

@@ -50,7 +50,7 @@ class RowSet:
         C_q = jacobian(self.system, pose)
         return self._held(C_q, lambda sigma, weights: sigma**2 < THRESHOLDS.apart * abs(float(weights @ C)))
 
-    def to_move(self, pose: Pose, drive: Drive | None, v: Array | None = None) -> Held:
+    def to_move(self, pose: Pose, drive: Drive, v: Array | None = None) -> Held:
         """The rows that velocities are to meet at a pose, or accelerations, where the velocity v counts as well."""
         C_q = jacobian(self.system, pose)
         C = rates = np.zeros(self.system.constraints)

@@ -29,8 +29,6 @@ def name_rows(system: System, pose: Pose) -> list[Row]:
         Row("joint", system.names.joints[owner], holds)
         for owner, holds in zip(system.joints.owner, _held(system.joints, pose), strict=True)
     ]
-    if system.motions is None:
-        return joints
     return [*joints, *(Row("motion", name, "") for name in system.names.motions)]
 
 

@@ -86,7 +86,7 @@ def crowded(events: tuple[Event, ...]) -> tuple[str, ...]:
 @lru_cache(maxsize=256)
 def _of_scene(
     forces: Forces | None,
-    motions: Motions | None,
+    motions: Motions,
     states: ElementStates | None,
     names: Names,
     start: float,
@@ -102,8 +102,7 @@ def _of_scene(
         sets.append((forces.programs, tuple(f"force '{name}'" for name in forces.program_owners), OF_FORCES))
     if states is not None:
         sets.append((states.programs, tuple(f"state '{name}'" for name in names.states), OF_FORCES))
-    if motions is not None:
-        sets.append((motions.programs, tuple(f"motion '{name}'" for name in names.motions), OF_MOTIONS))
+    sets.append((motions.programs, tuple(f"motion '{name}'" for name in names.motions), OF_MOTIONS))
     for programs, owners, orders in sets:
         seen: dict[tuple[bytes, bytes], list[tuple[float, str]]] = {}
         for index, owner in enumerate(owners):

@@ -91,13 +91,13 @@ class FullFormulation:
         """The state at y, with the whole turns (nc,) of the joints' coordinates."""
         return State.of(self.system, t, **self.layout.shared(y, self.system.layout), turns=turns)
 
-    def drive(self, t: float, expected: Array) -> Drive | None:
+    def drive(self, t: float, expected: Array) -> Drive:
         """What motions prescribe, and the teeth in mesh where the joints' coordinates are `expected`, (nc,).
         Accelerations, which may jump, are seen from within the window; positions and rates belong to t itself."""
         drive = drive_at(self.system, t, Teeth(self.sums, expected) if self.system.couplings.size else None)
         seen = self.window.seen(t)
-        inside = None if drive is None or seen == t else drive_at(self.system, seen, drive.teeth)
-        return drive if drive is None or inside is None else replace(drive, acceleration=inside.acceleration)
+        inside = drive if seen == t else drive_at(self.system, seen)
+        return replace(drive, acceleration=inside.acceleration)
 
     def seen_within(self, window: TimeWindow) -> FullFormulation:
         """The same with another window."""
@@ -186,8 +186,7 @@ class FullFormulation:
         parts = mass_matrix(self.bodies, pose), held.C_q, force + exerted, held.combined(rhs)
         if system.reflected is not None:
             parts = with_flywheels(system.reflected, pose, twist, *parts)
-        driven = drive.rate if drive is not None and system.driven else np.zeros(0)
-        terms = Terms(*parts, held, lasting, power, driven)
+        terms = Terms(*parts, held, lasting, power, drive.rate)
         if system.forces is None or not (system.forces.laws.bearing >= 0).any():
             return terms
         return self._with_bearings(terms, system.forces, instant, t)
@@ -243,7 +242,7 @@ class FullFormulation:
         expected = self.parts(y)[2]
         if not len(expected):
             return y
-        return self.layout.changed(y, {"followed": driven_to(self.system, expected, drive_at(self.system, t))})
+        return self.layout.changed(y, {"followed": driven_to(self.system, expected, drive_at(self.system, t).value)})
 
     def violations(self, t: float, q: Array, v: Array, expected: Array) -> tuple[Array, Array]:
         """|C| and |C'|, row by row, (m,)."""
@@ -264,7 +263,7 @@ class FullFormulation:
             and moved > THRESHOLDS.at_rest
         ):
             raise other_branch(t, part)
-        driven = self.system.motions is not None  # what motions drive is led to where they are
+        driven = self.system.driven > 0  # what motions drive is led to where they are
         if not driven and part > THRESHOLDS.lost_velocity and moved > THRESHOLDS.lost_way:
             raise LostStep(t, part)
         if projected.left_open > THRESHOLDS.left_open or (

@@ -123,8 +123,7 @@ def first_point(formulation: FullFormulation, state: State, tally: Tally) -> Poi
     tally.count_evaluations(1)
     system, drive = formulation.system, drive_at(formulation.system, state.t)
     coordinate, speed = coordinates(system, state.q, state.v)
-    prescribed = np.zeros(0) if drive is None else drive.value
-    turning = Turning(state.t, coordinate + 2.0 * np.pi * state.turns, speed, prescribed)
+    turning = Turning(state.t, coordinate + 2.0 * np.pi * state.turns, speed, drive.value)
     violations = formulation.violations(state.t, state.q, state.v, turning.coordinate)
     tally.watch(*violations, _joint_rows(system), state.t)
     formulation.check_regular(state.t, state.q)

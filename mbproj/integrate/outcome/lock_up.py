@@ -28,7 +28,7 @@ def naming_lock_up(system: System, reached: Callable[[], tuple[float, Array]]) -
     try:
         yield
     except SimulationError as error:
-        tells = system.motions is not None and system.bodies <= THRESHOLDS.locked_bodies
+        tells = system.driven > 0 and system.bodies <= THRESHOLDS.locked_bodies
         found = _lock_up(system, *reached(), error.time) if tells else None
         if found is None:
             raise
@@ -40,9 +40,9 @@ def _lock_up(system: System, t: float, q: Array, stop: float) -> SimulationError
     from mbproj.dynamics.rank.nearby import NO_CONDITIONS
 
     try:
-        at, drive = _drive_at(system, t), _drive_at(system, stop)
+        at, drive = drive_at(system, t), drive_at(system, stop)
         for time in _way(system, t, stop, drive):
-            before, at = at, _drive_at(system, time)
+            before, at = at, drive_at(system, time)
             if np.abs((at.value - before.value) / _units(system)).max() > THRESHOLDS.locked_far:
                 return None
             q, residual = nearest(system, q, NO_CONDITIONS, at, THRESHOLDS.locked_closed)
@@ -63,12 +63,6 @@ def _way(system: System, t: float, stop: float, drive: Drive) -> list[float]:
     return [*np.linspace(t, stop, int(steps) + 1).tolist(), *(stop + part / fastest for part in FURTHER)]
 
 
-def _drive_at(system: System, t: float) -> Drive:
-    drive = drive_at(system, t)
-    assert drive is not None
-    return drive
-
-
 def _units(system: System) -> Array:
     """1 rad, or the mechanism's length, of each motion, (k,)."""
     return system.row_scale[-system.driven :]
@@ -76,7 +70,6 @@ def _units(system: System) -> Array:
 
 def _locked(system: System, t: float, drive: Drive, missed: Array) -> SimulationError:
     """Of the motions, the one whose own row is missed by most, (k,)."""
-    assert system.motions is not None
     worst = int(np.argmax(np.abs(missed)))
     coordinate = int(system.motions.joint_coordinate[worst])
     name, unit = system.names.coordinates[coordinate], system.names.coordinate_units[coordinate]

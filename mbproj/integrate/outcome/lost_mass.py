@@ -47,7 +47,7 @@ def _lost(system: System, start: Array, t: float, q: Array) -> str | None:
     return next((found for found in ways if found is not None), None)
 
 
-def _followed(system: System, drive: Drive | None, q: Array, way: float, enough: float) -> str | None:
+def _followed(system: System, drive: Drive, q: Array, way: float, enough: float) -> str | None:
     """The same one way, in steps of half of what is left: the root of the inertia falls evenly to a dead centre."""
     from mbproj.dynamics.rank.nearby import NO_CONDITIONS
 

@@ -63,7 +63,7 @@ class Problem:
 
     system: System
     t: float
-    drive: Drive | None
+    drive: Drive
     held: Conditions
     x: Array
     reach: float
@@ -75,7 +75,7 @@ class Problem:
         system: System,
         t: float,
         q: Array,
-        drive: Drive | None,
+        drive: Drive,
         held: Conditions,
         x: Array,
         turning: Turning = REST,

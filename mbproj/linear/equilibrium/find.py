@@ -176,8 +176,7 @@ def _refuse(system: System, t: float, *, steadily: bool) -> None:
         names = ", ".join(f"'{name}'" for name in system.names.frictions)
         said = f"a steady turn does not know the dry friction of {names}"
         raise InputError(Wrong(said, system.frictions.places[0], "let it come to turn steadily in a run"))
-    drive = drive_at(system, t)
-    if drive is None or system.motions is None or steadily:
+    if steadily:
         return
     problems = [
         Wrong(
@@ -185,7 +184,7 @@ def _refuse(system: System, t: float, *, steadily: bool) -> None:
             place,
             "give a time at which it stands still with --at, or a steady turn with --steady",
         )
-        for name, place, rate in zip(system.names.motions, system.motions.places, drive.rate, strict=True)
+        for name, place, rate in zip(system.names.motions, system.motions.places, drive_at(system, t).rate, strict=True)
         if abs(rate) > THRESHOLDS.same_start
     ]
     if problems:
@@ -197,8 +196,6 @@ def _led_to(system: System, start: State, t: float) -> tuple[Array, Array]:
     q = start.q
     expected = coordinate_values(system, pose_of(q)) + 2.0 * np.pi * start.turns
     first, last = drive_at(system, start.t), drive_at(system, t)
-    if first is None or last is None:
-        return q, expected
     far = np.abs(last.value - first.value) / system.row_scale[system.bodies + system.joints.size :]
     count = int(np.ceil(far.max(initial=0.0) / THRESHOLDS.first_radius))
     for step in range(1, count + 1):

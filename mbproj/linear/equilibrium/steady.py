@@ -8,7 +8,7 @@ from mbproj.arrays import Array, cross
 from mbproj.dynamics.assembly.assemble import State, coordinate_values
 from mbproj.dynamics.derivatives.linear_equations import constraint_rows
 from mbproj.dynamics.equations.kinematics import attached, pose_of, slots_of
-from mbproj.dynamics.equations.motions import drive_at
+from mbproj.dynamics.equations.motions import NO_DRIVE, drive_at
 from mbproj.dynamics.rank.nearby import NO_CONDITIONS
 from mbproj.errors import InputError, Problem
 from mbproj.linear.equilibrium.balance import Problem as Balancing
@@ -43,7 +43,7 @@ def steady_turn(system: System, start: State, name: str, rate: float) -> tuple[T
     point = pose.position[body] + pose.rotation[body] @ system.reaction_local[joint]
     turning = Turning(sign * rate * axis / np.linalg.norm(axis), point)
     _refuse_what_does_not_turn(system, start, turning)
-    driven = system.motions is not None and index in system.motions.joint_coordinate
+    driven = index in system.motions.joint_coordinate
     value = coordinate_values(system, pose)[index : index + 1]
     return turning, NO_CONDITIONS if driven else Conditions(np.array([index], dtype=np.intp), value)
 
@@ -59,9 +59,7 @@ def _slots(system: System, index: int) -> Array:
 def _refuse_what_does_not_turn(system: System, start: State, turning: Turning) -> None:
     motion = turning.motion(start.t, start.q, np.zeros(0), start.x)
     rates = constraint_rows(system, motion).dense() @ motion.u
-    drive = drive_at(system, start.t)
-    if drive is not None:
-        rates[system.joints.size :] -= drive.rate
+    rates[system.joints.size :] -= drive_at(system, start.t).rate
     off = np.abs(rates) / system.row_scale[system.bodies :]
     speed = float(np.linalg.norm(turning.rate))
     if off.max(initial=0.0) > THRESHOLDS.same_start * speed:
@@ -80,7 +78,7 @@ def refuse_unsteady(found: Equilibrium, turning: Turning, held: Conditions) -> N
     position = turning.point + (rows[:, :3] - turning.point) @ A.T
     q = np.concatenate([position, product(np.tile(turn, (len(rows), 1)), rows[:, 3:])], axis=1).ravel()
     before, after = (
-        Balancing.of(system, motion.t, motion.q, None, held, motion.x, turning).at(x, motion.expected)
+        Balancing.of(system, motion.t, motion.q, NO_DRIVE, held, motion.x, turning).at(x, motion.expected)
         for x in (motion.q, q)
     )
     turned = before.force.reshape(-1, 6).copy()

@@ -56,7 +56,7 @@ def _start(text: str, scene: Scene) -> State:
 def _changes(scene: Scene, found: Equilibrium) -> Changes:
     """The joints' coordinates, and no speeds; what motions drive begins where they do."""
     system = found.reference.system
-    driven = () if system.motions is None else system.motions.joint_coordinate.tolist()
+    driven = system.motions.joint_coordinate.tolist()
     joints: dict[str, dict[str, str | None]] = {joint.name: {"speed": None} for joint in scene.joints if joint.speed}
     values = found.reference.motion.expected.tolist()
     for index, (name, value) in enumerate(zip(system.names.coordinates, values, strict=True)):

@@ -12,11 +12,9 @@ from mbproj.model.primitive_set import Binding
 from mbproj.scene.records import Scene
 
 
-def compile_motions(scene: Scene, coordinates: Mapping[str, Binding]) -> tuple[Motions | None, tuple[str, ...]]:
-    """The motions, None where there are none, and their names; `coordinates` are the joints' by whole name."""
+def compile_motions(scene: Scene, coordinates: Mapping[str, Binding]) -> tuple[Motions, tuple[str, ...]]:
+    """The motions and their names; `coordinates` are the joints' by whole name."""
     motions = scene.motions
-    if not motions:
-        return None, ()
     starts = {joint.name: joint.start for joint in scene.joints}
     names = [f"{motion.joint}.{motion.coordinate}" for motion in motions]
     index = np.array([list(coordinates).index(name) for name in names], dtype=np.intp)

@@ -76,7 +76,7 @@ def compile_system(scene: Scene) -> System:
             forces=(*force_names, *(f"{coordinate_names[at]}.inertia" for at in turning)),
             force_units=(*(() if forces is None else forces.units), *(units[at] for at in turning)),
             motions=motion_names,
-            motion_units=() if motions is None else tuple(units[at] for at in motions.joint_coordinate),
+            motion_units=tuple(units[at] for at in motions.joint_coordinate),
             stops=stop_names,
             stop_units=() if stops is None else stops.coordinates.units,
             frictions=(*dry.names, *tangent_names),

@@ -22,10 +22,9 @@ def obstacle_in_plane(system: System, plane: Plane) -> str | None:
 
     Forces out of the plane are none: the joints bear them.
     """
-    if system.motions is not None:
-        locked = np.flatnonzero(coordinates_in_plane(plane, system.motions.joint_coordinate) < 0)
-        if len(locked):
-            return f"motion '{system.names.motions[locked[0]]}' drives a coordinate out of the plane"
+    locked = np.flatnonzero(coordinates_in_plane(plane, system.motions.joint_coordinate) < 0)
+    if len(locked):
+        return f"motion '{system.names.motions[locked[0]]}' drives a coordinate out of the plane"
     named = channels_in_plane(plane, system.channels)
     if (named < 0).any():
         name = system.names.coordinates[int(system.channels.index[int(np.argmax(named < 0))])]

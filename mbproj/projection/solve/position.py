@@ -11,7 +11,7 @@ from mbproj.dataclass import dataclass
 from mbproj.dynamics.equations.constraint_equations import constraint
 from mbproj.dynamics.equations.equations_of_motion import mass_matrix
 from mbproj.dynamics.equations.kinematics import Pose, pose_of
-from mbproj.dynamics.equations.motions import Drive
+from mbproj.dynamics.equations.motions import NO_DRIVE, Drive
 from mbproj.dynamics.equations.round_off import position_grain
 from mbproj.dynamics.rank.row_set import RowSet
 from mbproj.model.system import System
@@ -42,7 +42,7 @@ def correct_position(
     settings: ProjectionSettings,
     rows: RowSet,
     q: Array,
-    drive: Drive | None = None,
+    drive: Drive = NO_DRIVE,
 ) -> Position:
     """q with C(q) = 0 by the test that is set; where that does not converge, in GOPM's metric, if that is allowed."""
     correct = _by_violation if settings.test == "violation" else _by_paper
@@ -55,7 +55,7 @@ def correct_position(
 
 
 def _by_violation(
-    system: System, method: Projection, settings: ProjectionSettings, rows: RowSet, q: Array, drive: Drive | None
+    system: System, method: Projection, settings: ProjectionSettings, rows: RowSet, q: Array, drive: Drive
 ) -> Position:
     """Until |C| <= tolerance in every row. Of the corrections to try, the first is taken that brings the violation down
     by half of what Newton's method promises; where none does, round-off is reached, or it does not converge."""
@@ -95,7 +95,7 @@ def _scaled(system: System, pose: Pose, C: Array) -> float:
 
 
 def _by_paper(
-    system: System, method: Projection, settings: ProjectionSettings, rows: RowSet, q: Array, drive: Drive | None
+    system: System, method: Projection, settings: ProjectionSettings, rows: RowSet, q: Array, drive: Drive
 ) -> Position:
     """Until ΔqᵀMΔq + CᵀC <= tolerance: the paper's test (sect. 5) in the metric of Eq. 72, because M alone is singular
     along Λ and would not see its length."""

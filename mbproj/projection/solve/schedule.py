@@ -9,7 +9,7 @@ from mbproj.dataclass import dataclass
 from mbproj.dynamics.equations.constraint_equations import constraint, jacobian, time_derivative
 from mbproj.dynamics.equations.equations_of_motion import mass_matrix
 from mbproj.dynamics.equations.kinematics import Pose, pose_of
-from mbproj.dynamics.equations.motions import Drive
+from mbproj.dynamics.equations.motions import NO_DRIVE, Drive
 from mbproj.dynamics.rank.row_set import RowSet
 from mbproj.model.system import System
 from mbproj.projection.methods.method import Projection
@@ -42,7 +42,7 @@ def project_after(
     settings: ProjectionSettings,
     q: Array,
     v: Array,
-    drive: Drive | None = None,
+    drive: Drive = NO_DRIVE,
     rows: RowSet | None = None,
 ) -> Projected:
     """The state (q, v) after step number `step` (from 1), projected if the schedule says so: every k-th step, and
@@ -78,7 +78,7 @@ def correct_velocity(
     rows: RowSet,
     pose: Pose,
     v: Array,
-    drive: Drive | None = None,
+    drive: Drive = NO_DRIVE,
 ) -> tuple[Array, int, float]:
     """v with C_q v + C_t = 0 at this pose, the passes taken, one (Eq. 46), more where the method is a penalty, and how
     near the pose is to a singular one."""

@@ -32,20 +32,16 @@ def power(case: Case) -> Found:
     inertial = np.concatenate([system.mass[:, None] * motion[:, :3], _spun(system.inertia, motion[:, 3:])], axis=1)
     speed = np.concatenate([v, omega], axis=1)
     acting = np.concatenate([force, torque], axis=1)
-    given = 0.0
-    drive = drive_at(system, case.state.t)
-    rows = _motion_multipliers(case)
-    if drive is not None:
-        if rows is None:
-            return "redundant rows: what each motion takes is not unique"
-        given = -float(rows[0] @ drive.rate)
+    drive, rows = drive_at(system, case.state.t), _motion_multipliers(case)
+    if rows is None:
+        return "redundant rows: what each motion takes is not unique"
+    given = -float(rows[0] @ drive.rate)
     turning, turning_off, rate = _reflected(case)  # ½ Σ I s'² grows by Σ I s'' s'
     terms = np.concatenate([(inertial * speed).ravel(), (acting * speed).ravel(), turning * rate, [given]])
     off = np.concatenate([system.mass[:, None] * bound[:, :3], _spun(np.abs(system.inertia), bound[:, 3:])], axis=1)
     allowed = np.sum(np.abs(speed) * off) + turning_off @ np.abs(rate)
     allowed += len(terms) * EPS * np.abs(terms).sum() + _leak(case)
-    if drive is not None and rows is not None:
-        allowed += float(rows[1] @ np.abs(drive.rate))
+    allowed += float(rows[1] @ np.abs(drive.rate))
     total = float(np.sum(inertial * speed) - np.sum(acting * speed) + turning @ rate - given)
     size = max(float(np.abs(terms).max()), case.rate * float(kinetic_energy(system, pose, twist)))
     return difference(np.array([total]), np.zeros(1), np.array([allowed]), 1.0, size)

@@ -79,7 +79,7 @@ def _changes(case: Case, rest: Equilibrium, time: float) -> bool:
     motion, system = rest.reference.motion, case.system
     forces = [tangent_force(system, replace(motion, t=t)) for t in (motion.t, motion.t + 0.5 * time, motion.t + time)]
     drives = [drive_at(system, t) for t in (motion.t, motion.t + time)]
-    moves = any(drive is not None and (drive.rate.any() or drive.acceleration.any()) for drive in drives)
+    moves = any(drive.rate.any() or drive.acceleration.any() for drive in drives)
     return moves or any(not np.array_equal(forces[0], other) for other in forces[1:])
 
 

@@ -37,9 +37,7 @@ def slipped(system: System, coordinate: Array, prescribed: Array) -> float:
     turns that any sample is away from the first."""
     sums, angles = system.couplings.sums(coordinate), _driven_angles(system)
     teeth = np.abs(sums - sums[0]) / np.where(system.couplings.period > 0.0, system.couplings.period, system.length)
-    turns = np.zeros((len(coordinate), 0))
-    if system.motions is not None:
-        turns = np.abs(coordinate[:, system.motions.joint_coordinate] - prescribed)[:, angles] / (2.0 * np.pi)
+    turns = np.abs(coordinate[:, system.motions.joint_coordinate] - prescribed)[:, angles] / (2.0 * np.pi)
     return float(max(teeth.max(initial=0.0), turns.max(initial=0.0)))
 
 
