@@ -19,7 +19,7 @@ from mbproj.dynamics.assembly.assemble import State
 from mbproj.dynamics.derivatives.law_derivatives import law_slopes
 from mbproj.dynamics.equations.bushings import deflection
 from mbproj.dynamics.equations.equations_of_motion import mass_matrix
-from mbproj.dynamics.equations.forces import forces_of, generalised, law_state, unit_pull
+from mbproj.dynamics.equations.forces import generalised, law_state, unit_pull
 from mbproj.dynamics.equations.instant import Instant
 from mbproj.dynamics.equations.kinematics import Pose, attached, slots_of
 from mbproj.dynamics.rank.row_space import scaled_jacobian
@@ -80,14 +80,12 @@ class Mode:
 
 def slopes(system: System, state: State) -> Slopes:
     """The laws' slopes at a state; 0 where a function has no finite slope (at the root of its √, say)."""
-    if system.forces is None:
-        return Slopes(np.zeros(0), np.zeros(0), Bushings.none())
     return slopes_at(state.instant(system))
 
 
 def slopes_at(instant: Instant) -> Slopes:
     """The same where it is taken apart."""
-    laws, bushings = law_state(instant), forces_of(instant).bushings
+    laws, bushings = law_state(instant), instant.system.forces.bushings
     stiffness, damping = (
         np.concatenate([np.nan_to_num(-slope, nan=0.0, posinf=0.0, neginf=0.0), bushings.on_diagonal(matrices)])
         for slope, matrices in zip(law_slopes(instant, laws), (bushings.stiffness, bushings.damping), strict=True)
@@ -98,8 +96,6 @@ def slopes_at(instant: Instant) -> Slopes:
 def speeds_of_free_bodies(system: System, pose: Pose, slopes: Slopes) -> Array:
     """Of each coordinate what bounds its part in |λ|, (F,), 1/s: √(k w) + c w on bodies that nothing else holds, each
     with its mass divided among the forces on it (Irons & Treharne 1971)."""
-    if system.forces is None:
-        return np.zeros(0)
     n = system.bodies
     law, body, force, torque = _pulls(system.forces, pose)
     moves = body < n
@@ -164,7 +160,6 @@ def moved_bodies(system: System, pose: Pose, laws: Integers, mode: Mode) -> Arra
 
 def unit_pulls(system: System, pose: Pose, laws: Integers) -> Array:
     """Q (e, 7n) of unit forces."""
-    assert system.forces is not None
     return np.array([generalised(pose, *unit_pull(system.forces, pose, int(law))) for law in laws])
 
 

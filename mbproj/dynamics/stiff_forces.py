@@ -44,7 +44,7 @@ class StiffForces:
 def stiff_forces(instant: Instant, h: float) -> StiffForces | None:
     """Those that a step of size h at a state cannot take explicitly; None without any."""
     system = instant.system
-    if system.forces is None or not system.forces.size:
+    if not system.forces.size:
         return None
     slope, pose = slopes_at(instant), instant.pose
     chosen = np.flatnonzero(h * speeds_of_free_bodies(system, pose, slope) > THRESHOLDS.stiff_for_step)

@@ -53,9 +53,8 @@ def _codes() -> Mapping[type[Primitive], int]:
 def without_form(system: System) -> str | None:
     """A primitive of the system that the kernel does not have, by its class; None where it has all."""
     codes = _codes()
-    laws = None if system.forces is None else system.forces.laws
     sets = [system.joints, system.coordinates]
-    sets += [each.coordinates for each in (laws, system.stops, system.frictions) if each is not None]
+    sets += [each.coordinates for each in (system.forces.laws, system.stops, system.frictions) if each is not None]
     for primitive in {group.primitive for bound in sets for group in bound.groups}:
         for part, *_ in _parts(primitive):
             if type(part) not in codes:

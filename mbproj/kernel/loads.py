@@ -49,7 +49,7 @@ def functions(core: ModuleType, system: System, index: Integers) -> dict[str, An
 def space_loads(core: ModuleType, system: System) -> Any:
     """All forces but gravity in space; None without any."""
     forces = system.forces
-    if forces is None:
+    if forces.is_empty:
         return None
     given = forces.on_bodies
     maps = np.where(given.in_body[:, None, None], given.turn, np.eye(3))
@@ -67,7 +67,7 @@ def space_loads(core: ModuleType, system: System) -> Any:
 def plane_loads(core: ModuleType, system: System, plane: Plane, coordinates: Bound) -> Any:
     """Their parts in a plane, which `obstacle_in_plane` has found fit; None without any."""
     forces = system.forces
-    if forces is None:
+    if forces.is_empty:
         return None
     reference = np.concatenate([rotation_matrix(plane.reference), np.eye(3)[None]])[forces.on_bodies.body]
     given = forces.on_bodies

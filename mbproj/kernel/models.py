@@ -64,7 +64,7 @@ def _blocks(layout: Layout) -> list[tuple[Any, ...]]:
 
 def _space_flywheels(core: ModuleType, system: System) -> dict[str, Any]:
     """The reflected inertias: flywheels that coordinates turn; none where the scene has none."""
-    if system.reflected is None:
+    if not system.reflected.size:
         return {}
     coordinates = bound_in_space(system.reflected.rows)
     return {
@@ -75,7 +75,7 @@ def _space_flywheels(core: ModuleType, system: System) -> dict[str, Any]:
 
 def _plane_flywheels(core: ModuleType, system: System, plane: Plane, coordinates: Bound) -> dict[str, Any]:
     """The same of the coordinates that change in the plane: the others' rates are 0."""
-    if system.reflected is None:
+    if not system.reflected.size:
         return {}
     own = coordinates_in_plane(plane, system.reflected.joint_coordinate)
     turned = np.flatnonzero(own >= 0)

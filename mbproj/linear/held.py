@@ -111,7 +111,7 @@ def _named(whole: System, held: System, contacts: Contacts) -> System:
     """With names of the laws of those that slide."""
     if not contacts.sliding:
         return held
-    laws = 0 if whole.forces is None else whole.forces.laws.size
+    laws = whole.forces.laws.size
     names, units, own = whole.names.forces, whole.names.force_units, sorted(contacts.sliding)
     return replace(
         held,
@@ -126,8 +126,6 @@ def _named(whole: System, held: System, contacts: Contacts) -> System:
 def refuse_loads(system: System, where: str) -> None:
     """Raises InputError where a law goes by what a bearing carries."""
     forces = system.forces
-    if forces is None:
-        return
     problems = [
         Problem(f"force '{forces.law_owners[k]}' goes by what its bearing carries: it {where}", hint=LOAD_HINT)
         for k in np.flatnonzero(forces.laws.bearing >= 0)

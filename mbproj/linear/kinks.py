@@ -29,8 +29,6 @@ def refuse_kinks(reference: Reference) -> None:
     root of a square, or another one on either side: a stop at its edge, dry friction at rest."""
     _refuse_touching(reference)
     refuse_loads(reference.system, "has no linear part here")
-    if reference.system.forces is None:
-        return
     problems = [
         Problem(f"force '{owner}' {why} at this pose: it has no linear part", hint=HINT)
         for owner, why in _kinks(reference, reference.system.forces)

@@ -155,8 +155,6 @@ def _kinetic(system: System, reference: Reference, in_body: Numbers) -> tuple[tu
     shift, turn = in_body[..., :3], in_body[..., 3:]
     own = system.mass * np.sum(np.abs(shift) ** 2, axis=-1)
     own = own + np.einsum("kbi,bij,kbj->kb", turn.conj(), system.inertia, turn).real
-    if system.reflected is None:
-        return system.names.carriers, own
     added = system.reflected.inertia * np.abs(_changes(system.reflected.rows, reference, in_body)) ** 2
     names = system.names.forces[len(system.names.forces) - len(system.reflected.inertia) :]
     return (*system.names.carriers, *names), np.concatenate([own, added], axis=1)
@@ -171,7 +169,7 @@ def _strain(
     rest_of = REST if system.forces_name_channels else GRAVITY if system.gravity.any() else PRELOAD
     mass = kinetic.sum(axis=1)
     total = np.abs(values) ** 2 * mass
-    if system.forces is None or not system.forces.size:
+    if not system.forces.size:
         return (rest_of,), total[:, None]
     forces, bushings = system.forces, system.forces.bushings
     stiffness, damping = law_slopes_at(reference)

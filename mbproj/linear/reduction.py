@@ -91,8 +91,6 @@ def weighing(system: System, pose: Pose) -> Array:
     in_global = resists[:, :, None] * np.swapaxes(pose.rotation[:-1] @ axes, -1, -2)
     rows[every, 3:, every, 3:] = in_global
     found = rows.reshape(6 * n, 6 * n) / tangent_lengths(system)
-    if system.reflected is None:
-        return found
     g = tangent_gradients(system.reflected, pose)[:, :-1].copy()
     g[..., 3:] = (pose.rotation[:-1] @ g[..., 3:, None])[..., 0]
     unit = np.where(system.reflected.rows.is_length, system.length, 1.0)

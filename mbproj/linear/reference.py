@@ -95,11 +95,9 @@ def largest_force(system: System, motion: Motion, force: Array) -> float:
     """The largest torque, or force times the mechanism's length, in N m, that acts on a body (6n,), or along what a
     force acts along: those on a body may cancel each other."""
     largest = float(np.abs(force * tangent_lengths(system)).max(initial=0.0))
-    if system.forces is None or not system.forces.size:
-        return largest
     laws = law_state(motion.instant(system))
     unit = np.where(np.array(system.forces.units) == "m", system.length, 1.0)
-    return max(largest, float(np.abs(laws.force * unit).max()))
+    return max(largest, float(np.abs(laws.force * unit).max(initial=0.0)))
 
 
 def imbalance(system: System, left: Array, largest: float) -> Imbalance:

@@ -7,12 +7,10 @@ from dataclasses import replace
 
 import numpy as np
 
-from mbproj.arrays import Array
 from mbproj.dataclass import dataclass
 from mbproj.functions.program import Program
 from mbproj.functions.program_set import flatten, joined
-from mbproj.model.bushings import Bushings
-from mbproj.model.forces import BodyForces, Forces, Laws
+from mbproj.model.forces import Forces, Laws
 from mbproj.model.primitive_set import Binding, bind, bindings
 
 
@@ -34,9 +32,8 @@ class AddedLaw:
     loses: bool = True
 
 
-def with_laws(forces: Forces | None, added: Sequence[AddedLaw]) -> Forces:
+def with_laws(before: Forces, added: Sequence[AddedLaw]) -> Forces:
     """The forces with these laws after their own."""
-    before = forces or _nothing()
     laws = before.laws
     own = [replace(law.along, owner=laws.size + at, offset=0.0) for at, law in enumerate(added)]
     none, owners = np.zeros(len(added)), tuple(law.owner for law in added)
@@ -64,36 +61,3 @@ def with_laws(forces: Forces | None, added: Sequence[AddedLaw]) -> Forces:
 def _behind(count: int, number: int) -> int:
     """A number among laws that come after so many; -1 stays."""
     return count + number if number >= 0 else -1
-
-
-def _nothing() -> Forces:
-    none: Array = np.zeros(0)
-    empty = np.zeros(0, dtype=np.intp)
-    return Forces(
-        laws=Laws(
-            bind([]),
-            empty,
-            none,
-            none,
-            none,
-            empty,
-            np.zeros(0, dtype=bool),
-            empty,
-            np.zeros(0, dtype=bool),
-            empty,
-            np.zeros((0, 2)),
-        ),
-        bushings=Bushings.none(),
-        on_bodies=BodyForces(
-            empty,
-            np.zeros((0, 3)),
-            np.zeros(0, dtype=bool),
-            np.zeros(0, dtype=bool),
-            np.zeros((0, 3, 3)),
-            np.zeros((0, 3), dtype=np.intp),
-        ),
-        programs=flatten([]),
-        law_owners=(),
-        program_owners=(),
-        bushing_names=(),
-    )

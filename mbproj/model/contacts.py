@@ -89,8 +89,7 @@ def standing_on_stops(system: System, pushing: Mapping[int, float]) -> System:
     stops = system.stops
     if stops is None or stops.is_rigid.all():
         return system
-    laws = 0 if system.forces is None else system.forces.laws.size
-    names, units = system.names.forces, system.names.force_units
+    laws, names, units = system.forces.laws.size, system.names.forces, system.names.force_units
     return replace(
         system,
         forces=with_laws(system.forces, list(_pushes(stops, pushing, one_sided=True))),

@@ -7,9 +7,9 @@ import numpy.typing as npt
 
 from mbproj.arrays import Array, Integers
 from mbproj.dataclass import dataclass
-from mbproj.functions.program_set import ProgramSet
+from mbproj.functions.program_set import ProgramSet, flatten
 from mbproj.model.bushings import COORDINATES, Bushings
-from mbproj.model.primitive_set import PrimitiveSet
+from mbproj.model.primitive_set import PrimitiveSet, bind
 
 
 @dataclass(frozen=True, eq=False)
@@ -89,6 +89,11 @@ class Forces:
     bushing_names: tuple[str, ...]
 
     @property
+    def is_empty(self) -> bool:
+        """Whether there are none."""
+        return not (self.size or self.on_bodies.size)
+
+    @property
     def size(self) -> int:
         """F."""
         return self.laws.size + len(COORDINATES) * self.bushings.size
@@ -102,3 +107,40 @@ class Forces:
     def owners(self) -> tuple[str, ...]:
         """The force that acts along each coordinate, (F,)."""
         return (*self.law_owners, *(name for name in self.bushing_names for _ in COORDINATES))
+
+
+def _nothing() -> Forces:
+    none: Array = np.zeros(0)
+    empty = np.zeros(0, dtype=np.intp)
+    return Forces(
+        laws=Laws(
+            bind([]),
+            empty,
+            none,
+            none,
+            none,
+            empty,
+            np.zeros(0, dtype=bool),
+            empty,
+            np.zeros(0, dtype=bool),
+            empty,
+            np.zeros((0, 2)),
+        ),
+        bushings=Bushings.none(),
+        on_bodies=BodyForces(
+            empty,
+            np.zeros((0, 3)),
+            np.zeros(0, dtype=bool),
+            np.zeros(0, dtype=bool),
+            np.zeros((0, 3, 3)),
+            np.zeros((0, 3), dtype=np.intp),
+        ),
+        programs=flatten([]),
+        law_owners=(),
+        program_owners=(),
+        bushing_names=(),
+    )
+
+
+#: Of a scene without any.
+NO_FORCES = _nothing()

@@ -32,17 +32,24 @@ class ReflectedInertias:
     joint_coordinate: Integers
     inertia: Array
 
+    @property
+    def size(self) -> int:
+        """k."""
+        return len(self.inertia)
 
-def compile_reflected(scene: Scene, coordinates: Mapping[str, Binding]) -> ReflectedInertias | None:
-    """The reflected inertias of a scene, None where there are none; `coordinates` are the joints' by whole name."""
+
+#: Of a scene without any.
+NO_REFLECTED = ReflectedInertias(bind([]), np.zeros(0, dtype=np.intp), np.zeros(0))
+
+
+def compile_reflected(scene: Scene, coordinates: Mapping[str, Binding]) -> ReflectedInertias:
+    """The reflected inertias of a scene; `coordinates` are the joints' by whole name."""
     given = {
         f"{joint.name}.{coordinate}": inertia
         for joint in scene.joints
         for coordinate, inertia in joint.reflected_inertia.items()
         if inertia >= LEAST
     }
-    if not given:
-        return None
     rows = [Binding(coordinates[name].primitive, owner, coordinates[name].slots) for owner, name in enumerate(given)]
     index = np.array([list(coordinates).index(name) for name in given], dtype=np.intp)
     return ReflectedInertias(bind(rows), index, np.array(list(given.values())))

@@ -15,11 +15,11 @@ from mbproj.functions.program_set import ProgramSet, joined
 from mbproj.model.bearings import Bearings
 from mbproj.model.channels import NO_CHANNELS, NO_MOTIONS, Channels, ElementStates, Motions
 from mbproj.model.couplings import Couplings
-from mbproj.model.forces import Forces
+from mbproj.model.forces import NO_FORCES, Forces
 from mbproj.model.frictions import Frictions
 from mbproj.model.layout import UNCONTROLLED, Block, Layout
 from mbproj.model.primitive_set import PrimitiveSet, bind, bindings
-from mbproj.model.reflected import ReflectedInertias
+from mbproj.model.reflected import NO_REFLECTED, ReflectedInertias
 from mbproj.model.stops import Stops
 
 
@@ -76,7 +76,7 @@ class System:
     carrier. `marker_body` (k,), `marker_local` (k, 3). `reaction_body` (nj,), `reaction_local` (nj, 3): body 2 of each
     joint and its point in it. `length` is the size of the mechanism in m: what an absolute tolerance is taken relative
     to. `body_places`, `joint_places`: where each carrier and joint stands in the scene file, for messages. `forces`,
-    `reflected` (inertias on coordinates), `stops`, `frictions` (dry ones that stick), `bearings`, and
+    `stops`, `frictions` (dry ones that stick), `bearings`, and
     `states` of elements are None where the scene has none. `channels`: what functions name.
     """
 
@@ -98,9 +98,9 @@ class System:
     length: float
     body_places: tuple[Place | None, ...]
     joint_places: tuple[Place | None, ...]
-    forces: Forces | None = None
+    forces: Forces = NO_FORCES
     motions: Motions = NO_MOTIONS
-    reflected: ReflectedInertias | None = None
+    reflected: ReflectedInertias = NO_REFLECTED
     stops: Stops | None = None
     frictions: Frictions | None = None
     bearings: Bearings | None = None
@@ -126,7 +126,7 @@ class System:
     @property
     def first_rate(self) -> int:
         """The number in `programs` of the rate of the first state of elements."""
-        return 0 if self.forces is None else self.forces.programs.size
+        return self.forces.programs.size
 
     @property
     def first_coupled(self) -> int:
@@ -219,10 +219,10 @@ def integrated_layout(system: System) -> Layout:
     Quadratures: where there are forces or motions, their work, what dampers lose, and what laws lose apart. Followed:
     where forces act on angles, functions name them, or couplings ask for turns, all joint coordinates; integrated from
     step to step, they tell each stage how far the wheels have turned."""
-    laws = None if system.forces is None else system.forces.laws
-    quadratures = 0 if laws is None and not system.driven else 2 + (0 if laws is None else int(laws.apart.sum()))
+    laws = system.forces.laws
+    quadratures = 0 if system.forces.is_empty and not system.driven else 2 + int(laws.apart.sum())
     of_angles = ~system.coordinates.is_length[system.channels.index[~system.channels.is_state]]
-    asked = system.couplings.size or of_angles.any() or (laws is not None and bool(laws.is_angle.any()))
+    asked = system.couplings.size or of_angles.any() or bool(laws.is_angle.any())
     followed = system.coordinates.size if asked else 0
     beside = (_uncontrolled("quadratures", quadratures), _uncontrolled("followed", followed))
     return Layout((*_motion(system), _states(system), *beside))

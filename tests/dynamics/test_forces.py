@@ -145,7 +145,7 @@ def test_angles_count_turns():
 
 def test_a_scene_without_forces_and_motions_has_none():
     system, _ = system_of("")
-    assert (system.forces, system.driven, system.names.forces, system.names.motions) == (None, 0, (), ())
+    assert (system.forces.is_empty, system.driven, system.names.forces, system.names.motions) == (True, 0, (), ())
 
 
 def test_fixed_joints_carry_the_points_along():

@@ -65,7 +65,7 @@ def test_dry_friction_that_sticks_is_no_law():
     scene = read_scene_text(SCENE)
     dry = tuple(force for force in scene.forces if force.name in ("bearing", "brake", "thread"))
     system = compile_system(replace(scene, forces=dry))
-    assert system.forces is None and system.names.forces == () and system.frictions.size == 3
+    assert system.forces.is_empty and system.names.forces == () and system.frictions.size == 3
     none = compile_system(replace(scene, forces=()))
     assert none.frictions is None and none.bearings is None and none.names.frictions == ()
 

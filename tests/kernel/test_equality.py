@@ -73,7 +73,7 @@ def test_accelerations_and_multipliers_are_those_of_the_full_equations(case):
     pose = pose_of(q)
     twist = twist_of(pose, v)
     force = generalised_force(system, pose, twist)
-    if system.forces is not None:
+    if not system.forces.is_empty:
         loads = applied(Instant(system, pose, twist, 0.0, coordinate_values(system, pose)))
         force = force + generalised(pose, loads.force, loads.torque)
     expected, multipliers = SOLVERS["bordered"](

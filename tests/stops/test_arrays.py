@@ -63,7 +63,7 @@ def test_laws_and_owners():
         stops.places, ["-30 deg", "95 deg", "-7", "0.5]", "5 m", "10 cm", "4,", "lid:"], strict=True
     ):
         assert lines[place.line - 1][place.column - 1 :].startswith(text)
-    assert system.forces is None
+    assert system.forces.is_empty
 
 
 def test_two_ends_on_one_rigid_body_are_an_error():

@@ -20,7 +20,7 @@ from mbproj.model.system import System
 
 def load_groups(system: System, looks: Sequence[LoadLook], motion: Motion) -> Iterator[tuple[Group, Array]]:
     """The group of all forces and that of all torques, with global components (T, 3w)."""
-    if system.forces is None or not looks:
+    if not looks:
         return
     if any(system.forces.programs.names_channels(index) for index in system.forces.on_bodies.program.ravel().tolist()):
         return

@@ -8,7 +8,7 @@ import numpy as np
 from mbproj.arrays import Array, Numbers
 from mbproj.dynamics.blocks import Blocks, Rows
 from mbproj.dynamics.derivatives.row_derivatives import tilde
-from mbproj.dynamics.equations.forces import LawState, forces_of, given_components, law_coordinates
+from mbproj.dynamics.equations.forces import LawState, given_components, law_coordinates
 from mbproj.dynamics.equations.instant import Instant
 from mbproj.dynamics.equations.kinematics import Pose
 from mbproj.functions.program import CHANNELS, COORDINATE, RATE
@@ -18,7 +18,7 @@ from mbproj.model.forces import Forces
 
 def law_slopes(instant: Instant, laws: LawState) -> tuple[Array, Array]:
     """∂F/∂s and ∂F/∂s' of each law, (E,) each; not finite where a function has no slope."""
-    forces = forces_of(instant)
+    forces = instant.system.forces
     found = [-forces.laws.stiffness, -forces.laws.damping]
     for law in np.flatnonzero(forces.laws.program >= 0):
         at = instant.values(laws.value[law], laws.rate[law])
@@ -32,8 +32,6 @@ def channel_slopes(instant: Instant) -> tuple[Array, Array]:
     each state of elements, (K, c), at one state; what has no slope counts as constant. Of a law's own coordinate, where
     it is no channel, see `law_slopes`."""
     forces, rates = instant.system.forces, _rates_by_channels(instant)
-    if forces is None:
-        return np.zeros((0, rates.shape[1])), np.nan_to_num(rates, nan=0.0, posinf=0.0, neginf=0.0)
     value, rate = law_coordinates(instant)
     of_laws = np.zeros((forces.laws.size, rates.shape[1]))
     for law in np.flatnonzero(forces.laws.program >= 0).tolist():
@@ -79,7 +77,7 @@ def given_rows(forces: Forces, pose: Pose) -> Rows:
 def given_derivative(instant: Instant) -> Blocks:
     """∂/∂ξ of the given forces and torques on the bodies, but for what they change by with the channels that they
     name."""
-    given, pose, vector = forces_of(instant).on_bodies, instant.pose, given_components(instant)
+    given, pose, vector = instant.system.forces.on_bodies, instant.pose, given_components(instant)
     bodies = len(pose.position) - 1
     carried = (given.turn @ vector[..., None])[..., 0]
     turn = pose.rotation[given.body]

@@ -108,8 +108,7 @@ def channel_equations(system: System, motion: Motion) -> tuple[Blocks, Blocks, S
     instant, carried = motion.instant(system), motion.carried()
     coordinates = row_motion(system.coordinates, carried)
     of_forces, of_states = channel_slopes(instant)
-    pulls = [row_motion(each.laws.coordinates, carried).G for each in (system.forces,) if each is not None]
-    pulls += [given_rows(each, instant.pose) for each in (system.forces,) if each is not None]
+    pulls = [row_motion(system.forces.laws.coordinates, carried).G, given_rows(system.forces, instant.pose)]
     states, angles, rates = (
         ((channels.kind == kind)[:, None] & (channels.index[:, None] == np.arange(size))).astype(float)
         for kind, size in (
@@ -153,11 +152,9 @@ def tangent_force(system: System, motion: Motion) -> Array:
     momentum = (J @ ω[..., None])[..., 0]
     force = system.mass[:, None] * (system.gravity - change.velocity[:-1])
     torque = -(J @ ω_dot[..., None])[..., 0] - np.cross(ω, momentum)
-    if system.forces is not None:
-        loads = applied(motion.instant(system))
-        force, torque = force + loads.force[:-1], torque + loads.torque[:-1]
-    found = np.concatenate([force, torque], axis=1).ravel()
-    if system.reflected is not None:
+    loads = applied(motion.instant(system))
+    found = np.concatenate([force + loads.force[:-1], torque + loads.torque[:-1]], axis=1).ravel()
+    if system.reflected.size:
         rows = system.reflected.rows
         s_ddot = set_velocity(rows, pose, change) + set_bias(rows, pose, twist)
         g = row_motion(rows, motion.carried()).G.dense()
@@ -181,9 +178,6 @@ def _inertia(system: System, motion: Motion) -> tuple[Blocks, Blocks, Blocks]:
 
 def _reflected(system: System, motion: Motion, carried: Carried) -> tuple[Blocks, Blocks, Blocks]:
     """The same of reflected inertias, which exert -I s'' on their coordinates."""
-    none = added(system.bodies, [])
-    if system.reflected is None:
-        return none, none, none
     reflected, pose = system.reflected, motion.pose
     g = row_motion(reflected.rows, carried)
     s_ddot = set_velocity(reflected.rows, pose, motion.change_of(pose))
@@ -200,8 +194,6 @@ def _reflected(system: System, motion: Motion, carried: Carried) -> tuple[Blocks
 def _forces(system: System, motion: Motion, carried: Carried) -> tuple[Blocks, Blocks, Blocks]:
     """The same of the scene's forces; gravity is constant in these coordinates."""
     none = added(system.bodies, [])
-    if system.forces is None:
-        return none, none, none
     forces, bound, instant = system.forces, system.forces.laws.coordinates, motion.instant(system)
     state = law_state(instant)
     stiffness, damping = law_slopes(instant, state)

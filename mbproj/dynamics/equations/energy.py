@@ -14,7 +14,7 @@ def kinetic_energy(system: System, pose: Pose, twist: Twist) -> Numbers:
     turned = [dot(system.inertia[:, axis], omega) for axis in range(3)]
     rotation = sum(omega[..., axis] * turned[axis] for axis in range(3))
     found: Numbers = 0.5 * total(system.mass * dot(velocity, velocity) + rotation)
-    return found if system.reflected is None else found + added_energy(system.reflected, pose, twist)
+    return found + added_energy(system.reflected, pose, twist)
 
 
 def potential_energy(system: System, pose: Pose) -> Numbers:

@@ -29,7 +29,7 @@ def mass_matrix(system: System, pose: Pose) -> Array:
     L = pose.L[:-1]
     M[index, 3:, index, 3:] = 4.0 * np.swapaxes(L, -1, -2) @ system.inertia @ L
     blocks = M.reshape(7 * n, 7 * n)
-    return blocks if system.reflected is None else blocks + added_mass(system.reflected, pose)
+    return blocks + added_mass(system.reflected, pose) if system.reflected.size else blocks
 
 
 def tangent_mass_matrix(system: System, pose: Pose) -> Array:
@@ -38,9 +38,8 @@ def tangent_mass_matrix(system: System, pose: Pose) -> Array:
     M, index = np.zeros((n, 6, n, 6)), np.arange(n)
     M[index, :3, index, :3] = system.mass[:, None, None] * np.eye(3)
     M[index, 3:, index, 3:] = system.inertia
-    if system.reflected is not None:
-        g = tangent_gradients(system.reflected, pose)[:, :-1]
-        M += np.einsum("k,kbi,kcj->bicj", system.reflected.inertia, g, g)
+    g = tangent_gradients(system.reflected, pose)[:, :-1]
+    M += np.einsum("k,kbi,kcj->bicj", system.reflected.inertia, g, g)
     return M.reshape(6 * n, 6 * n)
 
 
@@ -52,7 +51,7 @@ def generalised_force(system: System, pose: Pose, twist: Twist) -> Numbers:
     gyroscopic = -8.0 * (np.swapaxes(matrix_L(twist.rate)[..., :-1, :, :], -1, -2) @ momentum)[..., 0]
     rows = np.concatenate([np.broadcast_to(force, (*gyroscopic.shape[:-1], 3)), gyroscopic], axis=-1)
     Q = rows.reshape(*rows.shape[:-2], -1)
-    return Q if system.reflected is None else Q + added_force(system.reflected, pose, twist)
+    return Q + added_force(system.reflected, pose, twist) if system.reflected.size else Q
 
 
 def solve_bordered(M: Array, C_q: Array, Q: Array, gamma: Array) -> tuple[Array, Array]:

@@ -59,7 +59,7 @@ def law_state(instant: Instant, held: Array | None = None, carried: Numbers | No
     `held`: the branches that switches are held on, all free without. `carried` (..., B): the loads of bearings, 0
     without.
     """
-    forces = forces_of(instant)
+    forces = instant.system.forces
     laws = forces.laws
     value, rate = law_coordinates(instant)
     given, damper = np.zeros_like(value), -laws.damping * rate
@@ -82,12 +82,6 @@ def law_state(instant: Instant, held: Array | None = None, carried: Numbers | No
     return _with_bushings(forces, own, instant) if forces.bushings.size else own
 
 
-def forces_of(instant: Instant) -> Forces:
-    """Those of its system, which must have some."""
-    assert instant.system.forces is not None
-    return instant.system.forces
-
-
 def _along_sliding(laws: Laws, rate: Numbers, law: int) -> Numbers:
     """The part of friction in a plane that is along the tangent of a law: of the velocity, or where that has turned
     round of its opposite, so that a step may go through rest."""
@@ -99,7 +93,7 @@ def _along_sliding(laws: Laws, rate: Numbers, law: int) -> Numbers:
 
 def law_coordinates(instant: Instant) -> tuple[Numbers, Numbers]:
     """The coordinates of the laws and their rates, (..., E)."""
-    laws, pose, expected = forces_of(instant).laws, instant.pose, instant.expected
+    laws, pose, expected = instant.system.forces.laws, instant.pose, instant.expected
     value = laws.coordinates.value(attached(pose, *slots_of(laws.coordinates)))
     turns = np.round((expected[..., laws.joint_coordinate] - value) / (2.0 * np.pi)) if laws.is_angle.any() else 0.0
     with np.errstate(divide="ignore", invalid="ignore"):  # two points that have met are noticed by `applied`
@@ -129,7 +123,7 @@ def applied(instant: Instant, held: Array | None = None, carried: Array | None =
 
     Raises SimulationError that names the force whose function has no finite value there, or that has no direction.
     """
-    forces, pose, t = forces_of(instant), instant.pose, float(instant.t)
+    forces, pose, t = instant.system.forces, instant.pose, float(instant.t)
     state = law_state(instant, held, carried)
     if not np.all(np.isfinite(state.force)):
         raise _law_fails(instant, state)
@@ -192,14 +186,14 @@ def _along_coordinates(forces: Forces, pose: Pose, size: Numbers, bent: Deflecti
 
 def given_components(instant: Instant, held: Array | None = None) -> Array:
     """The values of the programs of given forces and torques, (W, 3)."""
-    forces, variables = forces_of(instant), instant.variables()
+    forces, variables = instant.system.forces, instant.variables()
     each = [run(forces.programs, int(index), variables, held)[0] for index in forces.on_bodies.program.ravel()]
     return np.array(each, dtype=float).reshape(-1, 3)
 
 
 def given_vectors(instant: Instant, held: Array | None = None) -> Array:
     """The given forces and torques in global axes, (W, 3)."""
-    given, vector = forces_of(instant).on_bodies, given_components(instant, held)
+    given, vector = instant.system.forces.on_bodies, given_components(instant, held)
     if not np.all(np.isfinite(vector)):
         raise _program_fails(instant, int(given.program[~np.isfinite(vector)][0]), 0.0, 0.0)
     carried = (given.turn @ vector[..., None])[..., 0]
@@ -210,7 +204,7 @@ def given_vectors(instant: Instant, held: Array | None = None) -> Array:
 
 def _on_bodies(instant: Instant, held: Array | None) -> tuple[Array, Array]:
     """What the given forces and torques do to the bodies."""
-    given, pose = forces_of(instant).on_bodies, instant.pose
+    given, pose = instant.system.forces.on_bodies, instant.pose
     force, torque = np.zeros_like(pose.position), np.zeros_like(pose.position)
     if not given.size:
         return force, torque
@@ -227,7 +221,7 @@ def _in_body(pose: Pose, body: Integers, vector: Array) -> Array:
 
 
 def _law_fails(instant: Instant, state: LawState) -> SimulationError:
-    forces, t = forces_of(instant), float(instant.t)
+    forces, t = instant.system.forces, float(instant.t)
     law = int(np.flatnonzero(~np.isfinite(state.force))[0])
     program = int(forces.laws.program[law]) if law < forces.laws.size else -1
     value, rate = float(state.value[law]), float(state.rate[law])
@@ -248,7 +242,7 @@ def _turns_too_far(forces: Forces, bent: Deflection, t: float) -> SimulationErro
 
 
 def _program_fails(instant: Instant, index: int, value: float, rate: float) -> SimulationError:
-    forces = forces_of(instant)
+    forces = instant.system.forces
     return program_fails(instant, index, f"force '{forces.program_owners[index]}'", instant.variables(value, rate))
 
 

@@ -61,7 +61,6 @@ def _described(system: System, bearings: Bearings, sharing: Flags) -> Iterator[P
             k = int(np.flatnonzero(frictions.bearing == b)[0])
             owner, place = frictions.owners[k], frictions.places[k]
         else:
-            assert forces is not None
             owner = f"force '{forces.law_owners[int(np.flatnonzero(forces.laws.bearing == b)[0])]}'"
         own = int(bearings.joint[b])
         others = ", ".join(f"'{name}'" for j, name in enumerate(system.names.joints) if sharing[b, j] and j != own)

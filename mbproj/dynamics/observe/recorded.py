@@ -152,28 +152,26 @@ class Observation(Mapping[str, npt.NDArray[Any]]):
     def carried(self) -> Numbers | None:
         """The loads of bearings, (T, B), where a law of the scene goes by them."""
         bearings, forces = self.system.bearings, self.system.forces
-        if bearings is None or forces is None or not (forces.laws.bearing >= 0).any():
+        if bearings is None or not (forces.laws.bearing >= 0).any():
             return None
         from mbproj.dynamics.observe.bearings import load, supports
 
         return load(bearings, supports(self.system, bearings, self.pose, self._seen.multipliers))
 
     @cached_property
-    def laws(self) -> LawState | None:
+    def laws(self) -> LawState:
         instant = Instant(self.system, self.pose, self.twist, self._seen.t, self.coordinate, self._seen.x)
-        return None if self.system.forces is None else law_state(instant, carried=self.carried)
+        return law_state(instant, carried=self.carried)
 
     @cached_property
     def along(self) -> tuple[Numbers, Numbers, Numbers]:
         """Coordinate, rate and force of what acts along lengths and coordinates: laws, then reflected inertias."""
-        none = np.zeros((len(self._seen.t), 0))
-        found = [none] * 3 if self.laws is None else [self.laws.value, self.laws.rate, self.laws.force]
-        if self.system.reflected is not None:
-            reaction = inertial_reaction(self.system.reflected, self.pose, self.twist, self.change)
-            own = self.coordinate[:, self.system.reflected.joint_coordinate]
-            added = (own, reaction.rate, reaction.force)
-            found = [np.concatenate(pair, axis=-1) for pair in zip(found, added, strict=True)]
-        return found[0], found[1], found[2]
+        laws = self.laws.value, self.laws.rate, self.laws.force
+        reaction = inertial_reaction(self.system.reflected, self.pose, self.twist, self.change)
+        own = self.coordinate[:, self.system.reflected.joint_coordinate]
+        added = own, reaction.rate, reaction.force
+        value, rate, force = (np.concatenate(pair, axis=-1) for pair in zip(laws, added, strict=True))
+        return value, rate, force
 
     @cached_property
     def reactions(self) -> tuple[Numbers, Numbers]:

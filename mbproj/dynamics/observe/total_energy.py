@@ -15,12 +15,11 @@ def total_energy(system: System, state: State) -> float:
     """T + V in J of one state."""
     at = state.instant(system)
     found = kinetic_energy(system, at.pose, at.twist)
-    found = found + potential(system, at.pose, None if system.forces is None else law_state(at))
+    found = found + potential(system, at.pose, law_state(at))
     own = 0.0 if system.stops is None else stored_energy(system.stops, gaps(system.stops, at.pose, state.turns))
     return float(found + own)
 
 
-def potential(system: System, pose: Pose, laws: LawState | None) -> Numbers:
+def potential(system: System, pose: Pose, laws: LawState) -> Numbers:
     """V in J of gravity and of springs."""
-    of_gravity = potential_energy(system, pose)
-    return of_gravity if laws is None else of_gravity + laws.stored
+    return potential_energy(system, pose) + laws.stored

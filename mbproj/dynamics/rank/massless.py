@@ -55,12 +55,9 @@ def least_inertia(system: System, pose: Pose) -> LightMotion | None:
     M = np.zeros((system.bodies, 6, 6))
     M[:, :3, :3], M[:, 3:, 3:] = system.mass[:, None, None] * system.length**2 * np.eye(3), system.inertia
     moved = np.einsum("nij,knj->kni", M, free.reshape(-1, system.bodies, 6)).reshape(len(free), -1) @ free.T
-    if system.reflected is not None:
-        rows = (tangent_gradients(system.reflected, pose)[:, :-1] * ([system.length] * 3 + [1.0] * 3)).reshape(
-            -1, 6 * system.bodies
-        )
-        turned = free @ rows.T
-        moved += (turned * system.reflected.inertia) @ turned.T
+    rows = tangent_gradients(system.reflected, pose)[:, :-1] * ([system.length] * 3 + [1.0] * 3)
+    turned = free @ rows.reshape(system.reflected.size, 6 * system.bodies).T
+    moved += (turned * system.reflected.inertia) @ turned.T
     values, vectors = np.linalg.eigh(moved)
     motion = vectors[:, 0] @ free
     words = ", ".join(f"'{name}' {what}" for name, what in _words(system, pose, bodies, motion.reshape(-1, 6)))
@@ -137,13 +134,12 @@ def _weightless(system: System, below: float) -> Array:
 def _reflected(system: System, pose: Pose, bodies: Integers, below: float) -> Array:
     """The gradients of the coordinates that have a reflected inertia, in (δr / length, δθ) of these bodies, in units of
     the length or rad, (k, 6b): what changes one of them moves mass."""
-    if system.reflected is None:
-        return np.zeros((0, 6 * len(bodies)))
     reflected, is_length = system.reflected, system.reflected.rows.is_length
     largest = np.where(is_length, system.mass.max(initial=0.0), np.abs(system.inertia).max(initial=0.0))
     rows = tangent_gradients(reflected, pose)[:, bodies] * ([system.length] * 3 + [1.0] * 3)
     rows /= np.where(is_length, system.length, 1.0)[:, None, None]
-    return rows[reflected.inertia > below * largest].reshape(-1, 6 * len(bodies))
+    counts = np.flatnonzero(reflected.inertia > below * largest)
+    return rows[counts].reshape(len(counts), 6 * len(bodies))
 
 
 def _rows_on(system: System, bodies: Integers) -> Integers:

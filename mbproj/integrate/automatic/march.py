@@ -65,7 +65,7 @@ class Automatic:
 
     def _looks(self, part: _Part, modes: FastModes, by: By, end: float) -> Looks | None:
         """None without forces along coordinates: nothing can be stiff."""
-        if modes.system.forces is None or not modes.system.forces.size:
+        if not modes.system.forces.size:
             return None
 
         def trial(method: str, mark: Mark, counted: Tally, looks: Looks) -> Iterator[Samples | None]:

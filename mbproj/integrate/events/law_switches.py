@@ -63,8 +63,7 @@ class LawSwitches:
     @cached_property
     def _laws(self) -> dict[int, int]:
         """The laws by their programs."""
-        forces = self.system.forces
-        return {} if forces is None else {p: law for law, p in enumerate(forces.laws.program.tolist()) if p >= 0}
+        return {p: law for law, p in enumerate(self.system.forces.laws.program.tolist()) if p >= 0}
 
     def bounds(self, held: Array) -> Bounds:
         """Where the branches held hold."""
@@ -103,12 +102,12 @@ class LawSwitches:
 
     def owner(self, k: int) -> str:
         """Whose switch it is."""
-        forces, program, rows = self.system.forces, self.program[k], self.system.curved
+        program, rows = self.program[k], self.system.curved
         if program in rows:
             return self.system.row_owner(self.system.bodies + rows[program][0])
-        if forces is None or program >= self.system.first_rate:
+        if program >= self.system.first_rate:
             return f"state '{self.system.names.states[program - self.system.first_rate]}'"
-        return f"force '{forces.program_owners[program]}'"
+        return f"force '{self.system.forces.program_owners[program]}'"
 
     def what(self, k: int) -> str:
         """What it is, in the scene's words: "'sign' in '-20*sign(angle_dot)'"."""

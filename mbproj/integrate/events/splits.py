@@ -47,7 +47,7 @@ class Split:
 
 def splits_of(system: System, start: float, settings: Settings) -> tuple[Split, ...]:
     """Those of a run with fixed steps from `start`; none with error control."""
-    if settings.step is None or (system.forces is None and not system.driven):
+    if settings.step is None or (system.forces.is_empty and not system.driven):
         return ()
     assert settings.duration is not None
     end, integrator = start + settings.duration, with_fixed_steps(settings.integrator)

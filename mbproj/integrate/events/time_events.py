@@ -85,7 +85,7 @@ def crowded(events: tuple[Event, ...]) -> tuple[str, ...]:
 
 @lru_cache(maxsize=256)
 def _of_scene(
-    forces: Forces | None,
+    forces: Forces,
     motions: Motions,
     states: ElementStates | None,
     names: Names,
@@ -97,9 +97,7 @@ def _of_scene(
     """Studies run a mechanism many times, and it does not change."""
     events: set[Event] = set()
     found: list[Stretch] = []
-    sets: list[tuple[ProgramSet, tuple[str, ...], int]] = []
-    if forces is not None:
-        sets.append((forces.programs, tuple(f"force '{name}'" for name in forces.program_owners), OF_FORCES))
+    sets = [(forces.programs, tuple(f"force '{name}'" for name in forces.program_owners), OF_FORCES)]
     if states is not None:
         sets.append((states.programs, tuple(f"state '{name}'" for name in names.states), OF_FORCES))
     sets.append((motions.programs, tuple(f"motion '{name}'" for name in names.motions), OF_MOTIONS))

@@ -172,8 +172,7 @@ class Compiled(ABC):
         drive_at(self.system, state.t)
         instant = state.instant(self.system)
         state_rates(instant)
-        if self.system.forces is not None:
-            applied(instant)
+        applied(instant)
 
     def run(self, state: State, settings: Settings, leg: Leg | None = None) -> Any:
         """The kernel's run from a state, or a leg of one."""
@@ -233,7 +232,6 @@ class Compiled(ABC):
             k = int(outcome.row)
             return pushed_back(t, switches.owner(k), switches.what(k), jumps=switches.jumps(k))
         if outcome.status == status.jammed:
-            assert self.system.forces is not None
             return jammed(t, self.system, int(self.system.forces.laws.bearing[outcome.row]))
         if outcome.status == status.unsolved:
             body, force = int(outcome.body), int(outcome.force)

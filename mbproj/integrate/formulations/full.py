@@ -42,6 +42,7 @@ from mbproj.integrate.outcome.failures import (
 )
 from mbproj.model.forces import Forces
 from mbproj.model.layout import Layout
+from mbproj.model.reflected import NO_REFLECTED
 from mbproj.model.system import System
 from mbproj.projection import Method, Projected, Projection, make_method, project_after
 from mbproj.scene.records import ProjectionSettings, Settings
@@ -74,7 +75,7 @@ class FullFormulation:
             raise InputError(reason)
         start = state.instant(system)
         sums = sums_at_start(system, start.pose, start.expected)
-        bodies, policy = replace(system, reflected=None), RowPolicy(system, redundant)
+        bodies, policy = replace(system, reflected=NO_REFLECTED), RowPolicy(system, redundant)
         return cls(system, settings, method, policy, sums, bodies, TimeWindow())
 
     @property
@@ -174,7 +175,7 @@ class FullFormulation:
             C, C_dot = constraint(system, pose, drive), constraint_velocity(system, pose, twist, drive)
             rhs = self.method.stabilised(rhs, C, C_dot)
         force, power = generalised_force(self.bodies, pose, twist), np.zeros(self.layout.size_of("quadratures"))
-        if system.forces is not None:
+        if not system.forces.is_empty:
             loads = applied(instant, self.held)
             force = force + generalised(pose, loads.force, loads.torque)
             power += [loads.power, loads.dissipation, *loads.apart]
@@ -184,10 +185,10 @@ class FullFormulation:
             raise self.singular(t, q, v) from error
         lasting, exerted = held.lasting(rows.multipliers)
         parts = mass_matrix(self.bodies, pose), held.C_q, force + exerted, held.combined(rhs)
-        if system.reflected is not None:
+        if system.reflected.size:
             parts = with_flywheels(system.reflected, pose, twist, *parts)
         terms = Terms(*parts, held, lasting, power, drive.rate)
-        if system.forces is None or not (system.forces.laws.bearing >= 0).any():
+        if not (system.forces.laws.bearing >= 0).any():
             return terms
         return self._with_bearings(terms, system.forces, instant, t)
 

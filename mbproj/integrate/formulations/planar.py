@@ -110,13 +110,9 @@ class InPlane(Compiled):
         momentum = (system.inertia @ omega[..., None])[..., 0]
         force = system.mass[:, None] * (system.gravity - change.velocity[:-1])
         torque = -(system.inertia @ spin_up[..., None])[..., 0] - cross(omega, momentum)
-        if system.forces is not None:
-            loads = applied(instant)
-            force, torque = force + loads.force[:-1], torque + loads.torque[:-1]
-        missing = np.concatenate([force, torque], axis=-1)
-        if system.reflected is not None:
-            reaction = inertial_reaction(system.reflected, pose, twist, change)
-            missing += pull_on_bodies(system.reflected, pose, reaction)
+        loads, reaction = applied(instant), inertial_reaction(system.reflected, pose, twist, change)
+        missing = np.concatenate([force + loads.force[:-1], torque + loads.torque[:-1]], axis=-1)
+        missing += pull_on_bodies(system.reflected, pose, reaction)
         weighed = G.reshape(len(G), -1) / system.row_scale[system.bodies :, None]
         multipliers = np.linalg.lstsq(weighed.T, missing.ravel(), rcond=1e-11)[0] / system.row_scale[system.bodies :]
         return np.asarray(multipliers, dtype=float)

@@ -147,7 +147,7 @@ def unsolved_stages(
 
     if state >= 0:
         where = f"state '{system.names.states[state]}'"
-    elif stiff is None or system.forces is None:
+    elif stiff is None:
         moved = np.abs(in_lengths(system, dv)).reshape(-1, 7).max(axis=1)
         where = f"body '{system.names.carriers[int(np.argmax(np.nan_to_num(moved, nan=np.inf)))]}'"
     else:
@@ -171,7 +171,7 @@ def unsolved_stage(t: float, system: System, body: int, force: int, *, is_near: 
 
 def unsolved_owner(system: System, body: int, force: int) -> str:
     """The force by its number among those that forces act along, and then the states; or the body where that is -1."""
-    owners = () if system.forces is None else system.forces.owners
+    owners = system.forces.owners
     if force >= len(owners):
         return f"state '{system.names.states[force - len(owners)]}'"
     if force >= 0:
@@ -198,7 +198,7 @@ def no_unique_sliding(t: float, where: str, hint: str = "") -> SimulationError:
 
 def jammed(t: float, system: System, bearing: int) -> SimulationError:
     """The same of friction that goes by a bearing."""
-    assert system.bearings is not None and system.forces is not None
+    assert system.bearings is not None
     law = int(np.flatnonzero(system.forces.laws.bearing == bearing)[0])
     friction = f"friction '{system.forces.law_owners[law]}'"
     if system.bearings.is_push[bearing]:

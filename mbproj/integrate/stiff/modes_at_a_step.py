@@ -47,7 +47,7 @@ def _state_slopes(system: System, state: State) -> Array:
 
 def can_be_fast(system: System) -> bool:
     """Whether there are forces along coordinates, or states of elements."""
-    return system.states is not None or (system.forces is not None and system.forces.size > 0)
+    return system.states is not None or system.forces.size > 0
 
 
 @dataclass(frozen=True, eq=False)
@@ -64,8 +64,7 @@ class Owners:
         along = len(mode.shares) - count
         if mode.shares[along:].any():
             return cls(states=leading(system.names.states, mode.shares[along:]))
-        owners = () if system.forces is None else system.forces.owners
-        return cls(forces=leading(owners, mode.shares[:along]))
+        return cls(forces=leading(system.forces.owners, mode.shares[:along]))
 
     @property
     def words(self) -> str:

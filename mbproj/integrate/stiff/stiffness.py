@@ -58,8 +58,8 @@ class StiffnessWatch:
         self._integrator = WHERE_STIFF if settings.integrator == AUTOMATIC else settings.integrator
         self._tableau = tableau_of(self._integrator)
         self._kept: list[_Kept] = []
-        forces, states = system.forces, system.states
-        self._active = settings.projection.gains is not None or states is not None or bool(forces and forces.size)
+        can_be_fast = system.states is not None or system.forces.size > 0
+        self._active = settings.projection.gains is not None or can_be_fast
 
     @cached_property
     def _modes(self) -> FastModes:

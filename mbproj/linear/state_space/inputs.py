@@ -55,20 +55,15 @@ def _known(reference: Reference) -> dict[str, tuple[str, Array]]:
     of the scene acts on, and components of forces and torques on bodies, "push.x"."""
     system, motion = reference.system, reference.motion
     carried, found = motion.carried(), dict[str, tuple[str, Array]]()
-    sets = [(system.coordinates, system.names.coordinates)]
-    if system.forces is not None:
-        sets.append((system.forces.laws.coordinates, system.forces.law_owners))
-    for bound, names in sets:
+    laws = system.forces.laws.coordinates, system.forces.law_owners
+    for bound, names in ((system.coordinates, system.names.coordinates), laws):
         rows = row_motion(bound, carried).G.dense()
         for name, unit, row in zip(names, bound.units, rows, strict=True):
             found[name] = ("N" if unit == "m" else "N m", row)
-    if system.forces is not None:
-        found.update(_on_bodies(system, motion.pose))
-    return found
+    return found | _on_bodies(system, motion.pose)
 
 
 def _on_bodies(system: System, pose: Pose) -> dict[str, tuple[str, Array]]:
-    assert system.forces is not None
     given, owners = system.forces.on_bodies, system.forces.program_owners
     rows = given_rows(system.forces, pose).dense()
     return {

@@ -102,7 +102,7 @@ def _with_forces(system: System, elements: Sequence[Element], named: Mapping[str
         AddedLaw(own[row], row, named[element.name](force.push), element.name, loses=force.loses)
         for row, (element, force) in zip(at, forces, strict=True)
     ]
-    laws = 0 if system.forces is None else system.forces.laws.size
+    laws = system.forces.laws.size
     shown = tuple(f"{element.name}.{force.along}" for element, force in forces)
     names = replace(
         names,

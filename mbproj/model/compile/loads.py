@@ -64,8 +64,8 @@ def compile_forces(
     poses: Mapping[str, Pose],
     coordinates: Mapping[str, Binding],
     smooth: Mapping[tuple[str, str], SmoothFriction],
-) -> tuple[Forces | None, tuple[str, ...]]:
-    """The forces but for stops and friction that sticks, None where there are none, and what results call what they act
+) -> tuple[Forces, tuple[str, ...]]:
+    """The forces but for stops and friction that sticks, and what results call what they act
     along: the force's name, with the coordinate where it acts on several. `coordinates` are the joints' by whole name,
     `smooth` regularised frictions by force and coordinate. Raises InputError."""
     entries: list[_Entry] = []
@@ -76,8 +76,6 @@ def compile_forces(
             entries += _on_joint(force, coordinates, smooth)
     given = [force for force in scene.forces if isinstance(force, BodyForce)]
     elastic = [force for force in scene.forces if isinstance(force, Bushing)]
-    if not entries and not given and not elastic:
-        return None, ()
     met = _Programs()
     laws = _laws(entries, met)
     on_bodies = _on_bodies(given, seats, poses, met)

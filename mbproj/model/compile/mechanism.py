@@ -11,9 +11,10 @@ from mbproj.arrays import Array
 from mbproj.constraints import PRIMITIVES, Primitive
 from mbproj.constraints.coupling import Coupling
 from mbproj.errors import InputError, Place, Problem
+from mbproj.functions.program_set import flatten
 from mbproj.joints import COORDINATE_UNITS, JOINTS
 from mbproj.joints.table import Row
-from mbproj.model.compile.drives import compile_motions
+from mbproj.model.channels import Motions
 from mbproj.model.compile.frames import SYMBOLS, Pose, local_frames, poses_of
 from mbproj.model.compile.friction import compile_friction
 from mbproj.model.compile.loads import compile_forces
@@ -58,12 +59,12 @@ def compile_system(scene: Scene) -> System:
     named = dict(zip(coordinate_names, coordinates, strict=True))
     dry = compile_friction(scene, groups.joints, [_axis(symbols[joint.name]) for joint in groups.joints], named)
     forces, force_names = compile_forces(scene, groups.seats, poses, named, dry.smooth)
-    motions, motion_names = compile_motions(scene, named)
+    motions, motion_names = _motions(scene, named)
     reflected = compile_reflected(scene, named)
     stops, stop_names = compile_stops(scene, groups.seats, poses, named)
     tangential, tangent_names = tangential_friction(scene, groups.seats, poses, stop_names)
     frictions = joined(dry.frictions, tangential)
-    turning = [] if reflected is None else reflected.joint_coordinate.tolist()
+    turning = reflected.joint_coordinate.tolist()
     bodies = [groups.seats[body.name] for body in scene.bodies]
     return System(
         names=Names(
@@ -74,7 +75,7 @@ def compile_system(scene: Scene) -> System:
             coordinates=tuple(coordinate_names),
             coordinate_units=tuple(units),
             forces=(*force_names, *(f"{coordinate_names[at]}.inertia" for at in turning)),
-            force_units=(*(() if forces is None else forces.units), *(units[at] for at in turning)),
+            force_units=(*forces.units, *(units[at] for at in turning)),
             motions=motion_names,
             motion_units=tuple(units[at] for at in motions.joint_coordinate),
             stops=stop_names,
@@ -106,6 +107,18 @@ def compile_system(scene: Scene) -> System:
         frictions=frictions,
         bearings=dry.bearings,
     )
+
+
+def _motions(scene: Scene, coordinates: Mapping[str, Binding]) -> tuple[Motions, tuple[str, ...]]:
+    """The motions and their names; `coordinates` are the joints' by whole name."""
+    motions = scene.motions
+    starts = {joint.name: joint.start for joint in scene.joints}
+    names = [f"{motion.joint}.{motion.coordinate}" for motion in motions]
+    index = np.array([list(coordinates).index(name) for name in names], dtype=np.intp)
+    from_start = [starts[each.joint].get(each.coordinate, 0.0) if each.from_start else 0.0 for each in motions]
+    places = tuple(scene.place("motions", motion.name, motion.coordinate) for motion in motions)
+    functions = flatten([motion.function for motion in motions])
+    return Motions(index, np.array(from_start), functions, places), tuple(each.name for each in motions)
 
 
 def _symbols(groups: RigidGroups, poses: Mapping[str, Pose]) -> dict[str, Symbols]:

@@ -29,14 +29,13 @@ def obstacle_in_plane(system: System, plane: Plane) -> str | None:
     if (named < 0).any():
         name = system.names.coordinates[int(system.channels.index[int(np.argmax(named < 0))])]
         return f"a function names '{name}', a coordinate out of the plane"
-    if system.forces is not None:
-        laws, owners = system.forces.laws, [f"force '{name}' acts" for name in system.forces.law_owners]
-        leaves = _leaves_plane(system, plane, laws.coordinates, laws.joint_coordinate, owners)
-        if leaves is not None:
-            return leaves
-        leaning = tilted_bushings(plane, system.forces.bushings)
-        if len(leaning):
-            return f"the frames of force '{system.forces.bushing_names[leaning[0]]}' lean against each other"
+    laws, owners = system.forces.laws, [f"force '{name}' acts" for name in system.forces.law_owners]
+    leaves = _leaves_plane(system, plane, laws.coordinates, laws.joint_coordinate, owners)
+    if leaves is not None:
+        return leaves
+    leaning = tilted_bushings(plane, system.forces.bushings)
+    if len(leaning):
+        return f"the frames of force '{system.forces.bushing_names[leaning[0]]}' lean against each other"
     if system.stops is not None:
         owners = [f"the stop of {owner} acts" for owner in system.stops.owners]
         leaves = _leaves_plane(system, plane, system.stops.coordinates, system.stops.joint_coordinate, owners)

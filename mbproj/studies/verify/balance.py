@@ -113,10 +113,8 @@ def _loads(case: Case) -> tuple[Array, Array]:
     omega = body_rates(pose, twist)[:-1]
     force = system.mass[:, None] * system.gravity
     torque = -cross(omega, _spun(system.inertia, omega))
-    if system.forces is not None:
-        loads = applied(state.instant(system))
-        force, torque = force + loads.force[:-1], torque + loads.torque[:-1]
-    return force, torque
+    loads = applied(state.instant(system))
+    return force + loads.force[:-1], torque + loads.torque[:-1]
 
 
 def _spun(inertia: Array, omega: Array) -> Array:
@@ -138,8 +136,6 @@ def _motion_multipliers(case: Case) -> tuple[Array, Array] | None:
 def _reflected(case: Case) -> tuple[Array, Array, Array]:
     """I s'' of each reflected inertia, a bound on its error, and s', (k,)."""
     reflected, n = case.system.reflected, case.system.bodies
-    if reflected is None:
-        return np.zeros(0), np.zeros(0), np.zeros(0)
     pose = pose_of(case.state.q)
     twist = twist_of(pose, case.state.v)
     change = case.equations.accelerations()[: 7 * n]
@@ -154,9 +150,7 @@ def _wrenches(case: Case, *, sizes: bool = False) -> Array:
     body and the ground, as a force and a torque about the origin in global axes, (m, n+1, 6); `sizes`: what they are
     sums of, without signs."""
     pose = pose_of(case.state.q)
-    sets = [case.system.rows]
-    if case.system.reflected is not None:
-        sets.append(case.system.reflected.rows)
+    sets = case.system.rows, case.system.reflected.rows
     G = np.concatenate([tangent_jacobian(bound, pose) for bound in sets])
     force, torque = G[..., :3], np.einsum("nij,mnj->mni", pose.rotation, G[..., 3:6])
     if sizes:

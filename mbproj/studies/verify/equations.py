@@ -87,10 +87,8 @@ def _terms(system: System, state: State, q: Array, v: Array) -> tuple[Array, Arr
     """M, C_q, Q and γ."""
     pose = pose_of(q)
     twist, drive = twist_of(pose, v), drive_at(system, state.t)
-    force = generalised_force(system, pose, twist)
-    if system.forces is not None:
-        loads = applied(state.changed(positions=q, velocities=v).instant(system))
-        force = force + generalised(pose, loads.force, loads.torque)
+    loads = applied(state.changed(positions=q, velocities=v).instant(system))
+    force = generalised_force(system, pose, twist) + generalised(pose, loads.force, loads.torque)
     return mass_matrix(system, pose), jacobian(system, pose), force, gamma(system, pose, twist, drive)
 
 
