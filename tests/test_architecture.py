@@ -111,6 +111,7 @@ KERNEL_FOLDERS = (
     "dynamics",
     "projection",
     "steppers",
+    "contacts",
     "stepping",
     "bindings",
 )

@@ -18,13 +18,13 @@ class Contact:
         "10 × the closure of joints",
     )
     touching: float = threshold(
-        1e-11, "length or rad", "numpy", "stops with smaller gaps are struck together", "10 × the slack"
+        1e-11, "length or rad", "both", "stops with smaller gaps are struck together", "10 × the slack"
     )
     stop_rests: float = threshold(
-        1e-11, "1", "numpy", "a gap that changes by less, beside the speeds of the mechanism, rests", "1e5 ε"
+        1e-11, "1", "both", "a gap that changes by less, beside the speeds of the mechanism, rests", "1e5 ε"
     )
     lowest_bounce: float = threshold(
-        1e-10, "length or rad", "numpy", "a lower bounce is none: it ends in contact", "10 × touching"
+        1e-10, "length or rad", "both", "a lower bounce is none: it ends in contact", "10 × touching"
     )
     no_push: float = threshold(
         1e-11, "1", "both", "beside terms of size 1 in the equations of impacts and contact, this is none", "1e5 ε"
@@ -32,7 +32,7 @@ class Contact:
     contact_pulls: float = threshold(
         1e-10,
         "1",
-        "numpy",
+        "both",
         "a contact is released below minus this part of its largest push",
         "round-off of λ, with care",
     )
@@ -92,11 +92,11 @@ class Contact:
         40, "-", "both", "so often Newton's method for the loads of bearings is tried", "chosen: it takes 3 to 6"
     )
     creates_energy: float = threshold(
-        1e-9, "1", "numpy", "an impact that adds more of the kinetic energy stops the run", "round-off of the energies"
+        1e-9, "1", "both", "an impact that adds more of the kinetic energy stops the run", "round-off of the energies"
     )
     on_grid: float = threshold(
-        1e-6, "step", "numpy", "a time that is nearer to one of the steps' grid is that time", "round-off of many steps"
+        1e-6, "step", "both", "a time that is nearer to one of the steps' grid is that time", "round-off of many steps"
     )
     most_meetings: int = threshold(
-        100, "-", "numpy", "so many things may happen to stops at one time", "more than stops of one mechanism"
+        100, "-", "both", "so many things may happen to stops at one time", "more than stops of one mechanism"
     )

@@ -6,39 +6,9 @@ import numpy as np
 import pytest
 
 from mbproj import SimulationError
+from tests.stops.inside.scenes import BALL, BETWEEN_WALLS, CRADLE, DRIVEN, PRESSED, ROD
 from tests.stops.runs import DOP853, FIXED, run
 
-BALL = """
-mbproj: 1
-gravity: [0, 0, -10]
-simulation: {{duration: {duration}, {steps}, formulation: {formulation}}}
-bodies:
-  ball: {{mass: 2, inertia: [0.1, 0.1, 0.1], position: [0, 0, 1], velocity: [1, 0, 0]}}
-forces:
-  floor:
-    type: stop
-    plane: {{body: ground, location: [0, 0, 0], normal: [0, 0, 1]}}
-    point: {{body: ball, location: [0, 0, 1]}}
-    rigid: true
-    restitution: {e}
-"""
-#: A rod on a hinge, without weight, that turns towards a stop below a point of it.
-ROD = """
-mbproj: 1
-gravity: [0, 0, 0]
-simulation: {{duration: 1, {steps}, formulation: {formulation}}}
-bodies:
-  rod: {{mass: 3, inertia: [0.01, 0.25, 0.25], position: [0.5, 0, 0]}}
-joints:
-  hinge: {{type: revolute, bodies: [ground, rod], location: [0, 0, 0], axis: [0, 0, 1], angle: 0, speed: -2}}
-forces:
-  rest:
-    type: stop
-    plane: {{body: ground, location: [0, -0.4, 0], normal: [0, 1, 0]}}
-    point: {{body: rod, location: [0.8, 0, 0]}}
-    rigid: true
-    restitution: 0.5
-"""
 IN_A_PLANE = ("planar", "reduced", "full")
 
 
@@ -87,30 +57,6 @@ def test_a_rod_that_strikes_a_stop(formulation, steps):
     assert recorded.unbalanced < 1e-8
 
 
-CRADLE = """
-mbproj: 1
-gravity: [0, 0, 0]
-simulation: {{duration: 1, {steps}, formulation: {formulation}}}
-bodies:
-  first: {{mass: 1, inertia: [1, 1, 1], position: [-0.5, 0, 0], velocity: [2, 0, 0]}}
-  second: {{mass: 1, inertia: [1, 1, 1], position: [0.1, 0, 0]}}
-  third: {{mass: 1, inertia: [1, 1, 1], position: [{third}, 0, 0]}}
-forces:
-  left:
-    type: stop
-    points: {{first: [-0.5, 0, 0], second: [0.1, 0, 0]}}
-    shortest: 0.1
-    rigid: true
-    restitution: {e}
-  right:
-    type: stop
-    points: {{second: [0.1, 0, 0], third: [{third}, 0, 0]}}
-    shortest: 0.1
-    rigid: true
-    restitution: {e}
-"""
-
-
 @pytest.mark.parametrize("formulation", ["reduced", "full"])
 def test_a_cradle_in_sequence(formulation):
     steps = DOP853 if formulation == "reduced" else "integrator: rk4, step: 0.25"
@@ -131,24 +77,6 @@ def test_balls_that_touch_are_struck_as_one(e):
     assert sum(recorded["bodies/velocity"][-1, :, 0]) == pytest.approx(2.0, abs=1e-9)
 
 
-PRESSED = """
-mbproj: 1
-gravity: [0, 0, -10]
-simulation: {{duration: 4, {steps}, formulation: {formulation}}}
-bodies:
-  block: {{mass: 2, inertia: [0.1, 0.1, 0.1], position: [0, 0, 0]}}
-joints:
-  guide:
-    type: prismatic
-    bodies: [ground, block]
-    location: [0, 0, 0]
-    axis: [0, 0, 1]
-    limits: {{displacement: {{range: [0, null], rigid: true}}}}
-forces:
-  lifts: {{type: force, body: block, force: [0, 0, "40 * sin(2 * t)"]}}
-"""
-
-
 @pytest.mark.parametrize("steps", [DOP853, FIXED])
 @pytest.mark.parametrize("formulation", IN_A_PLANE)
 def test_contact_ends_where_its_force_does(formulation, steps):
@@ -164,23 +92,6 @@ def test_contact_ends_where_its_force_does(formulation, steps):
     assert push[resting] == pytest.approx(20.0 - 40.0 * np.sin(2.0 * time[resting]), abs=1e-9)
     assert push.min() >= 0.0
     assert recorded["stops/gap"].min() > -1e-12
-
-
-BETWEEN_WALLS = """
-mbproj: 1
-gravity: [0, -10, 0]
-simulation: {{duration: 3, {steps}, formulation: {formulation}}}
-bodies:
-  bob: {{mass: 1, inertia: [0.01, 0.01, 0.01], position: [0, -1, 0]}}
-joints:
-  pivot:
-    type: revolute
-    bodies: [ground, bob]
-    location: [0, 0, 0]
-    axis: [0, 0, 1]
-    speed: 1
-    limits: {{angle: {{range: [-0.1, 0.1], rigid: true, restitution: {e}}}}}
-"""
 
 
 @pytest.mark.parametrize("formulation", ["planar", "reduced"])
@@ -210,28 +121,6 @@ def test_balls_of_unequal_restitution_lose_energy():
     assert sum(recorded["bodies/velocity"][-1, :, 0]) == pytest.approx(2.0, abs=1e-9)
     assert recorded["diagnostics/kinetic_energy"][-1] < 2.0
     assert recorded.unbalanced < 1e-9
-
-
-DRIVEN = """
-mbproj: 1
-gravity: [0, 0, 0]
-simulation: {{duration: 1, {steps}}}
-bodies:
-  pusher: {{mass: 1, inertia: [1, 1, 1], position: [0, 0, 0]}}
-  block: {{mass: 2, inertia: [1, 1, 1], position: [1, 0, 0]}}
-joints:
-  slide: {{type: prismatic, bodies: [ground, pusher], location: [0, 0, 0], axis: [1, 0, 0]}}
-  guide:
-    type: prismatic
-    bodies: [ground, block]
-    location: [1, 0, 0]
-    axis: [1, 0, 0]
-    limits: {{displacement: {{range: [null, 0.3], {wall}}}}}
-motions:
-  drive: {{joint: slide, displacement: "t"}}
-forces:
-  touch: {{type: stop, points: {{pusher: [0, 0, 0], block: [1, 0, 0]}}, shortest: 0.5, rigid: true, restitution: 0}}
-"""
 
 
 def test_a_motion_pushes_and_pays():

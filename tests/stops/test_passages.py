@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from tests.stops.inside.scenes import THREE_BALLS
 from tests.stops.runs import DOP853, run
 
 #: A ball that is thrown up above a point from which it keeps a distance, and falls back.
@@ -34,28 +35,6 @@ def test_what_rises_and_falls_through_within_a_step_is_stopped(steps, formulatio
     assert met[0] == pytest.approx(first, abs=1e-12)
     assert np.diff(met) == pytest.approx(2.0 * np.sqrt(5.0) / 10.0, rel=1e-10)
     assert recorded["stops/gap"].min() > -1e-11
-
-
-THREE_BALLS = """
-mbproj: 1
-gravity: [0, 0, -10]
-simulation: {{duration: 3, {steps}, formulation: {formulation}}}
-bodies:
-  low: {{mass: 1, inertia: [0.1, 0.1, 0.1], position: [0, 0, 0.4]}}
-  middle: {{mass: 0.6, inertia: [0.1, 0.1, 0.1], position: [0, 0, 0.65]}}
-  high: {{mass: 0.25, inertia: [0.1, 0.1, 0.1], position: [0, 0, 0.9]}}
-forces:
-  floor:
-    type: stop
-    plane: {{body: ground, location: [0, 0, 0], normal: [0, 0, 1]}}
-    point: {{body: low, location: [0, 0, 0.4]}}
-    rigid: true
-    restitution: 0.5
-  first:
-    {{type: stop, points: {{low: [0, 0, 0.4], middle: [0, 0, 0.65]}}, shortest: 0.1, rigid: true, restitution: 0.5}}
-  second:
-    {{type: stop, points: {{middle: [0, 0, 0.65], high: [0, 0, 0.9]}}, shortest: 0.1, rigid: true, restitution: 0.5}}
-"""
 
 
 @pytest.mark.parametrize("formulation", ["reduced", "full"])

@@ -2,16 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
-from typing import Any
+from operator import itemgetter
+from typing import Any, Protocol
 
-from mbproj.arrays import Integers, may_overflow
+import numpy as np
+
+from mbproj.arrays import Array, Integers, may_overflow
 from mbproj.dynamics.assembly.assemble import State
 from mbproj.dynamics.observe.samples import Samples, block_samples
 from mbproj.integrate.events.halts import Halted, HaltedAt, Watched, WatchedGap, WatchedRow
 from mbproj.integrate.events.law_switches import switches_of
 from mbproj.integrate.events.leg import Leg
+from mbproj.integrate.events.time_events import Event
 from mbproj.integrate.formulations.compiled import PHASES, Compiled
 from mbproj.integrate.loop.looks import Looks, Standing
 from mbproj.integrate.outcome.failures import unsolved_owner
@@ -24,6 +28,23 @@ from mbproj.scene.records import Settings
 RETURN_SECONDS = 0.1
 
 
+class Inside(Protocol):
+    """Contacts whose events the kernel's loop meets itself."""
+
+    @property
+    def jumps(self) -> Array:
+        """The work and the loss in no time since the leg began, (2,), in J."""
+
+    def begin(self, run: Any) -> None:
+        """Before the first step."""
+
+    def take(self, run: Any) -> list[Event]:
+        """What was recorded since the last call."""
+
+    def samples(self, samples: Samples, block: Mapping[str, Any]) -> Samples:
+        """A block of samples with what contacts do."""
+
+
 def march(
     compiled: Compiled,
     state: State,
@@ -33,15 +54,19 @@ def march(
     looks: Looks | None = None,
     leg: Leg | None = None,
     watched: Watched | None = None,
+    inside: Inside | None = None,
 ) -> Iterator[Samples | None]:
     """Blocks of samples from the start to the end of a leg, the whole run where none is given, or from a mark on; None
     where the kernel came back without any, so that its caller can look whether the run is still wanted. Raises
-    SimulationError where the run cannot go on, and Halted where it has met something that is `watched`."""
+    SimulationError where the run cannot go on, and Halted where it has met something that is `watched`, or that the
+    contacts `inside` leave over."""
     run, marks = compiled.run(state, settings, leg), marks or Marks()
     if watched is not None:
         run.watch(
             [_as_known(each) for each in watched.gaps], [_own(compiled, each) for each in watched.rows], watched.spacing
         )
+    if inside is not None:
+        inside.begin(run)
     if marks.resumed:
         _resume(run, tally, marks.resumed)
     run.keeps_marks = marks.wanted
@@ -55,18 +80,19 @@ def march(
         joint_peak = _peak(compiled, run.joint_peak)
         tally.joint_peak = replace(joint_peak, row=max(joint_peak.row - compiled.system.bodies, 0))
         tally.velocity_peak = _peak(compiled, run.velocity_peak)
-        _take_events(compiled.system, run, tally)
+        _take_events(compiled.system, run, tally, [] if inside is None else inside.take(run))
         tally.halved = _halved(compiled.system, run)
         counters = dict(zip(tally.counters(), block["counters"].T, strict=True))
         if len(block["t"]):
-            yield _samples(compiled, block, counters)
+            samples = _samples(compiled, block, counters)
+            yield samples if inside is None else inside.samples(samples, block)
         else:
             tally.reached = float(run.standing["t"])
             yield None
         if looks is not None and run.pauses and looks.look(_standing(compiled, run, tally)):
             return
     if run.outcome.status == compiled.core.Status.halted:
-        raise Halted(_halted_at(compiled, run))
+        raise Halted(_halted_at(compiled, run, inside))
     failure = compiled.failure(run, settings)
     if failure is not None:
         raise failure
@@ -83,20 +109,32 @@ def _own(compiled: Compiled, row: WatchedRow) -> WatchedRow:
     return row._replace(row=compiled.own_row(row.row), other=other)
 
 
-def _halted_at(compiled: Compiled, run: Any) -> HaltedAt:
-    """Where a run stands before a step that meets a stop."""
+def _halted_at(compiled: Compiled, run: Any, inside: Inside | None) -> HaltedAt:
+    """Where a run stands before a step that meets a stop, or at one."""
     at = run.standing
     state, work = compiled.standing(at["t"], at["y"], at["turns"]), at["y"][compiled.layout["quadratures"]]
+    if inside is not None:
+        work = inside.jumps + (work if len(work) else 0.0)
     return HaltedAt(state, at["h"], work, bool(run.here()["shaped"]))
 
 
-def _take_events(system: System, run: Any, tally: Tally) -> None:
+def _take_events(system: System, run: Any, tally: Tally, of_stops: list[Event]) -> None:
     """The events in the state since the last call, and what fixed steps have passed over."""
     switches = switches_of(system)
-    if switches is None:
-        return
-    tally.met += [switches.event(t, k, direction) for t, k, direction in run.take_met()]
-    tally.passed = [Passed(switches.owner(k), switches.what(k), first, times) for k, first, times in run.passed]
+    if switches is not None:
+        known = [switches.event(t, k, direction) for t, k, direction in run.take_met()]
+        of_stops = _in_order(known, of_stops) if known else of_stops
+        tally.passed = [Passed(switches.owner(k), switches.what(k), first, times) for k, first, times in run.passed]
+    tally.met += of_stops
+
+
+def _in_order(known: list[Event], of_stops: list[Event]) -> list[Event]:
+    """Events as they became known: that a bounce will have come to rest is recorded with its impact."""
+    recorded, t = [(event.time, event) for event in known], 0.0
+    for event in of_stops:
+        t = t if event.kind == "rest" else event.time
+        recorded.append((t, event))
+    return [event for _, event in sorted(recorded, key=itemgetter(0))]
 
 
 def _halved(system: System, run: Any) -> list[Halved]:
@@ -117,7 +155,18 @@ def _resume(run: Any, tally: Tally, mark: Mark) -> None:
 def _mark(run: Any, tally: Tally) -> Mark:
     """Where a longer run can go on from."""
     mark = run.mark()
-    return {**mark, "met": saved_events(tally.met, float(mark["t"]))} if mark else START
+    return {**mark, "met": saved_events(_until(tally.met, mark), np.inf)} if mark else START
+
+
+def _until(met: Sequence[Event], mark: Mapping[str, Any]) -> list[Event]:
+    """The events up to a mark. When a bounce will have come to rest is known before: those of stops are counted."""
+    left, found = mark.get("contacts", {"events": 0})["events"], list[Event]()
+    for event in met:
+        of_stop = "contacts" in mark and event.name.startswith("stop '")
+        if (left > 0) if of_stop else event.time <= mark["t"]:
+            found.append(event)
+        left -= of_stop
+    return found
 
 
 def _standing(compiled: Compiled, run: Any, tally: Tally) -> Standing:

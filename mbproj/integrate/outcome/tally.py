@@ -102,6 +102,20 @@ class Tally:
         self.rejected_steps += 1
         self.halved = with_another(self.halved, Halved(where, t, 1))
 
+    def join(self, own: Tally) -> None:
+        """Takes in what belongs to a leg as a whole: its events, what it halved and passed over, seconds of phases."""
+        self.met += own.met
+        for name, seconds in own.phases.items():
+            self.phases[name] = self.phases.get(name, 0.0) + seconds
+        for halved in own.halved:
+            self.halved = with_another(self.halved, halved)
+        for each in own.passed:
+            same = [one for one in self.passed if (one.owner, one.what) == (each.owner, each.what)]
+            first = min([each.first, *(one.first for one in same)])
+            times = each.times + sum(one.times for one in same)
+            others = [one for one in self.passed if one not in same]
+            self.passed = [*others, replace(each, first=first, times=times)]
+
     def count_evaluations(self, number: int) -> None:
         """Adds evaluations of the accelerations, each with a factorisation of its own."""
         self.evaluations += number

@@ -22,6 +22,7 @@ from mbproj.integrate.loop.stop_watch import StopWatch
 from mbproj.integrate.outcome.marks import Marks
 from mbproj.integrate.outcome.tally import Tally
 from mbproj.integrate.stiff.modes_at_a_step import FastModes
+from mbproj.integrate.stops.inside import Inside
 from mbproj.integrate.stops.variants import Variant
 from mbproj.registry import implicit_integrators
 from mbproj.scene.records import Settings
@@ -38,12 +39,13 @@ def samples_of(
     watched: Watched | None = None,
     marks: Marks | None = None,
     looks: Looks | None = None,
+    inside: Inside | None = None,
 ) -> Iterator[Samples | None]:
     """The samples of a leg, as the variant has them, to where `looks` ends it. Raises Halted where it has met something
     that is watched, and SimulationError."""
     choice = variant.choice
     if choice.compiled is not None:
-        yield from march_compiled(choice.compiled, state, settings, tally, marks, looks, leg, watched)
+        yield from march_compiled(choice.compiled, state, settings, tally, marks, looks, leg, watched, inside)
         return
     formulation = FullFormulation.of(variant.system, state, settings, choice.redundant)
     watch = None if watched is None else StopWatch(formulation, watched)
@@ -60,11 +62,12 @@ def chosen(
     watched: Watched | None,
     marks: Marks,
     automatic: Automatic | None,
+    inside: Inside | None = None,
 ) -> Iterator[Samples | None]:
     """The same by the methods that `automatic` chooses; by that of the settings on a single step to an event, where
-    nothing is watched."""
+    nothing is watched, and where the kernel meets events itself."""
     if automatic is None or watched is None:
-        return samples_of(variant, state, settings, leg, tally, watched, marks)
+        return samples_of(variant, state, settings, leg, tally, watched, marks, inside=inside)
 
     def by(method: str, own: Marks, counted: Tally, looks: Looks | None) -> Iterator[Samples | None]:
         return samples_of(variant, state, replace(settings, integrator=method), leg, counted, watched, own, looks)

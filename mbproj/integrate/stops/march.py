@@ -31,9 +31,10 @@ from mbproj.integrate.outcome.marks import (
     resuming,
     saved_events,
 )
-from mbproj.integrate.outcome.tally import Tally, with_another
+from mbproj.integrate.outcome.tally import Tally
 from mbproj.integrate.stiff.modes_at_a_step import FastModes
 from mbproj.integrate.stops.failures import never_ends
+from mbproj.integrate.stops.inside import Inside, inside_of, is_of_the_march, meets_inside
 from mbproj.integrate.stops.legs import Reached, chosen, end_of, one_step, only
 from mbproj.integrate.stops.locate import Margins, locate, margins
 from mbproj.integrate.stops.meeting import Meeting, meet
@@ -67,6 +68,7 @@ class StopMarch:
         self.whole = Leg.whole(system, settings, start.t)
         self.variants = Variants(choice, system, settings)
         self.state, self.contacts, self.push = start, Contacts(), 0.0
+        self.meets_inside = meets_inside(choice, system, settings)
         self.fastest = max(speed_of(system, start), THRESHOLDS.slow_motion / self.whole.interval)
         self.integrals = np.zeros(2 + len(system.names.frictions))  # work, dissipation, and that of each friction
         self.shaped = False  # whether a longer run may meet things in other bits
@@ -84,15 +86,22 @@ class StopMarch:
                 restore(self, self.mark["stops"])
                 self.recorded = float(self.mark["t"])
                 self._resumed = {name: value for name, value in self.mark.items() if name != "stops"}
+                self.meets_inside = self.meets_inside and not is_of_the_march(self._resumed, self.contacts)
         else:
             self._meet(self.state, Meaning())
         while self.state.t < self.whole.end:
-            variant = self.variants.of(self.contacts, self.state)
+            inside = inside_of(self) if self.automatic is None else None
+            variant = self.variants.of(Contacts() if inside else self.contacts, self.state)
             try:
                 watched, _ = watched_of(variant, self.push, self.fastest, self.whole.interval)
-                yield from self._leg(variant, self._next_leg(), watched)
+                yield from self._leg(variant, self._next_leg(), None if inside else watched, inside)
             except Halted as halted:
-                yield from self._to_stop(variant, halted.standing)
+                if inside is None:
+                    yield from self._to_stop(variant, halted.standing)
+                else:
+                    self.shaped, self.state = self.shaped or halted.standing.shaped, halted.standing.state
+                    inside.tell(self)
+                    self._meet(self.state, inside.left_over or Meaning())
 
     def _next_leg(self) -> Leg:
         """From where the run is to its end; of fixed steps that are cut, to the next of their grid."""
@@ -111,11 +120,13 @@ class StopMarch:
             return replace(whole, start=t, duration=h, step=h, count=1, every=1)
         return replace(whole, start=t, duration=whole.end - t, count=whole.count - k, every=1)
 
-    def _leg(self, variant: Variant, leg: Leg, watched: Watched | None) -> Iterator[Samples | None]:
+    def _leg(
+        self, variant: Variant, leg: Leg, watched: Watched | None, inside: Inside | None = None
+    ) -> Iterator[Samples | None]:
         """The samples of a leg that are due; at its end the run is there. Raises Halted. A run can go on from within a
         leg that lasts to its end."""
         own, start = Tally(), self.tally.counters()
-        lasts = watched is not None and leg.end == self.whole.end
+        lasts = not (watched is None and inside is None) and leg.end == self.whole.end
         shaped = self.shaped or (self.automatic is not None and self.automatic.shaped)
         inner = Marks(self._resumed, self.marks.wanted and lasts and not shaped)
         self._resumed = START
@@ -128,7 +139,7 @@ class StopMarch:
         before, stored = self.integrals, stored_by(self.system, self.state)
         self._inner = inner
         try:
-            for samples in chosen(variant, self.state, settings, leg, own, watched, inner, self.automatic):
+            for samples in chosen(variant, self.state, settings, leg, own, watched, inner, self.automatic, inside):
                 self._count(start, own)
                 if samples is None:
                     yield None
@@ -141,7 +152,8 @@ class StopMarch:
                 counted = {name: start[name] + values for name, values in samples.counters.items()}
                 if due.any():
                     self.recorded = float(times[due][-1])
-                    yield only(of_the_whole(variant, replace(last[0], t=times, counters=counted)), due)
+                    timed = replace(last[0], t=times, counters=counted)
+                    yield only(of_the_whole(variant, timed) if inside is None else timed, due)
         except Halted as halted:
             self.integrals = before + integrals_of_the_whole(variant, halted.standing.work)
             self.integrals[1] -= stored_by(self.system, halted.standing.state) - stored
@@ -152,6 +164,8 @@ class StopMarch:
             self._last, self._inner = self._known(), Marks()
         assert last is not None
         self.integrals = last[0].work[-1].copy()
+        if inside is not None:
+            inside.tell(self)
         self.state = replace(end_of(last[0]).state, t=leg.end)
 
     def _by_method(self) -> Settings:
@@ -187,17 +201,7 @@ class StopMarch:
         """What belongs to a leg as a whole: its events, what it halved and passed over, the seconds of phases."""
         if self.automatic is not None:
             self.automatic.plan.end_leg(own)
-        self.tally.met += own.met
-        for name, seconds in own.phases.items():
-            self.tally.phases[name] = self.tally.phases.get(name, 0.0) + seconds
-        for halved in own.halved:
-            self.tally.halved = with_another(self.tally.halved, halved)
-        for each in own.passed:
-            same = [one for one in self.tally.passed if (one.owner, one.what) == (each.owner, each.what)]
-            first = min([each.first, *(one.first for one in same)])
-            times = each.times + sum(one.times for one in same)
-            others = [one for one in self.tally.passed if one not in same]
-            self.tally.passed = [*others, replace(each, first=first, times=times)]
+        self.tally.join(own)
 
     def _newest(self) -> Mark:
         """Where a longer run can go on from: what the leg at hand knows, and where that began."""

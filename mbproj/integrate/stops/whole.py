@@ -9,18 +9,20 @@ import numpy as np
 
 from mbproj.arrays import Array, Integers, Numbers
 from mbproj.dynamics.assembly.assemble import State
+from mbproj.dynamics.contact.freedom import Freedom
 from mbproj.dynamics.equations.constraint_equations import set_velocity
 from mbproj.dynamics.equations.gaps import gap_rates, gaps, pressing, stored_energy
 from mbproj.dynamics.equations.kinematics import body_rates, pose_of, twist_of
+from mbproj.dynamics.friction.problem import Cone, contact_problem
 from mbproj.dynamics.observe.bearings import load, supports
 from mbproj.dynamics.observe.samples import Samples
-from mbproj.integrate.stops.least import least_shares
 from mbproj.integrate.stops.rubbing import sliding_forces
 from mbproj.integrate.stops.variants import Variant
 from mbproj.model.contacts import Contacts, bearing_numbers, friction_laws
 from mbproj.model.frictions import Frictions
 from mbproj.model.stops import Stops
 from mbproj.model.system import System
+from mbproj.thresholds import THRESHOLDS
 
 
 def of_the_whole(variant: Variant, samples: Samples) -> Samples:
@@ -119,3 +121,35 @@ def row_of_the_whole(system: System, contacts: Contacts, row: int, before: int) 
     if number < 0:
         return row
     return system.constraints + own[number] if number < len(own) else row - len(own)
+
+
+def least_shares(
+    variant: Variant, stops: Stops, frictions: Frictions, samples: Samples, press: Array, force: Array
+) -> tuple[Array, Array]:
+    """The pushes (T, S) and the forces of frictions (T, K) of the least-norm share of what rests on stops by friction,
+    from those of any share, as a run keeps it; the same where there is one."""
+    contacts = variant.contacts
+    resting = np.flatnonzero(np.isin(frictions.stop, contacts.touching))
+    resting = resting[[k not in contacts.sliding for k in resting.tolist()]]
+    if len(resting) == 0 or len(contacts.touching) < 2:  # the forces at one point are unique
+        return press, force
+    touching = np.array(contacts.touching, dtype=np.intp)
+    own = (len(touching) + np.flatnonzero(frictions.stop[resting] == stop) for stop in touching)
+    cones = [Cone(at, tuple(rows.tolist()), _most(frictions, int(touching[at]))) for at, rows in enumerate(own)]
+    press, force, B, known = press.copy(), force.copy(), np.zeros((0, 0)), b""
+    for at in range(len(samples.t)):
+        if known != samples.q[at].tobytes():
+            known = samples.q[at].tobytes()
+            freedom = Freedom.at(variant.free, samples.state(at))
+            A = np.vstack([freedom.rows(stops)[touching], freedom.rows_of(frictions.coordinates)[resting]])
+            B = A @ A.T
+        borne = np.concatenate([press[at, touching], force[at, resting]])
+        least = contact_problem(B, -B @ borne, cones)
+        if least is not None:
+            press[at, touching], force[at, resting] = least[: len(touching)], least[len(touching) :]
+    return press, force
+
+
+def _most(frictions: Frictions, stop: int) -> float:
+    """The coefficient at rest of the friction of a stop, 0 for none, with what shares at the edge are off by."""
+    return (1.0 + THRESHOLDS.slips) * float(frictions.static[frictions.stop == stop].max(initial=0.0))

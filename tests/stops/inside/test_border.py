@@ -61,7 +61,7 @@ def opened(text, formulation):
     return system, state, choose(system, state, Settings(duration=1.0, step=1e-3, formulation=formulation)).compiled
 
 
-CASES = [(LOOP, "planar", [0, 1, 3]), (LOOP, "reduced", [0, 1, 3]), (THROWN, "reduced", [1, 2, 5])]
+CASES = [(LOOP, "planar", [0, 3]), (LOOP, "reduced", [0, 3]), (THROWN, "reduced", [1, 2, 5])]
 
 
 @pytest.mark.parametrize(("text", "formulation", "which"), CASES)
@@ -101,13 +101,9 @@ def test_what_contacts_hold_does_not_accelerate(text, formulation, which):
     np.testing.assert_allclose(multipliers, joints, rtol=0, atol=1e-10 * np.abs(joints).max())
 
 
-def test_a_row_that_depends_on_others_is_held_by_them():
-    """Both ends of one range: the second row is the first with the other sign."""
+def test_rows_that_depend_on_each_other_are_seen():
+    """Both ends of one range: the second row is the first with the other sign, and no push is unique."""
     _, state, compiled = opened(LOOP, "planar")
     equations, y = compiled.equations(), compiled.state(state.q, state.v)
-    equations.border(y, [(1, 1.0), (0, -1.0)])
-    one, _ = equations.accelerations(y)
-    B, _ = equations.border(y, [(1, 1.0), (0, -1.0), (2, -1.0)])
-    assert np.linalg.matrix_rank(B, tol=1e-11 * np.abs(B).max()) == 2
-    both, _ = equations.accelerations(y)
-    np.testing.assert_allclose(both, one, rtol=0, atol=1e-11 * np.abs(one).max())
+    assert equations.border(y, [(1, 1.0), (0, -1.0)]) is not None
+    assert equations.border(y, [(1, 1.0), (0, -1.0), (2, -1.0)]) is None

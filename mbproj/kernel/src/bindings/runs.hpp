@@ -6,6 +6,7 @@
 
 #include "bindings/from_numpy.hpp"
 #include "bindings/loads_from_numpy.hpp"
+#include "bindings/saved_contacts.hpp"
 #include "bindings/saved_mark.hpp"
 #include "stepping/time_loop.hpp"
 
@@ -23,6 +24,11 @@ template <int D> nb::dict samples(TimeLoop<D>& run) {
     found["step_size"] = array_of(block.step_size, count);
     found["turns"] = array_of(block.turns, count, run.model().coordinates.instances.size());
     found["counters"] = array_of(block.counters, count, Counters::count);
+    if (!run.stops().inside()) return found;
+    const std::size_t stops = run.model().stops.bound.size();
+    found["pushes"] = array_of(block.pushes, count, stops);
+    found["held"] = array_of(block.held, count, stops);
+    found["jumps"] = array_of(block.jumps, count, 2);
     return found;
 }
 
@@ -42,7 +48,7 @@ template <int D> void watch(TimeLoop<D>& run, const WatchedGaps& gaps, const Wat
                             optional_index(bearing, model.bearings.size(), "watch"),
                             optional_index(other, model.constraints.rows, "watch")});
     require_positive(spacing, "watch");
-    run.stops().watch(std::move(own_gaps), std::move(own_rows), spacing);
+    run.stops().watch().watch(std::move(own_gaps), std::move(own_rows), spacing);
 }
 
 template <int D> void add_run(nb::module_& m, const char* name) {
@@ -80,6 +86,13 @@ template <int D> void add_run(nb::module_& m, const char* name) {
                  const Mark<D>* mark = self.mark();
                  return mark ? saved_mark<D>(*mark) : nb::dict();
              })
+        .def("begin_contacts", &begin_contacts<D>, nb::arg("laws"), nb::arg("state"), nb::arg("spacing"))
+        .def("take_contact_events", &take_contact_events<D>)
+        .def_prop_ro("contacts", [](const TimeLoop<D>& self) { return saved_contacts(self.stops().policy().state()); })
+        .def_prop_ro("left_over",
+                     [](const TimeLoop<D>& self) {
+                         return std::make_pair(self.stops().left_over(), self.stops().is_released());
+                     })
         .def("watch", &watch<D>, nb::arg("gaps"), nb::arg("rows"), nb::arg("spacing"))
         .def_prop_ro("standing",
                      [](const TimeLoop<D>& self) {

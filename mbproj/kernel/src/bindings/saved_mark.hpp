@@ -4,6 +4,7 @@
 #include <nanobind/stl/tuple.h>
 
 #include "bindings/loads_from_numpy.hpp"
+#include "bindings/saved_contacts.hpp"
 #include "bindings/saved_rows.hpp"
 #include "stepping/mark.hpp"
 
@@ -81,6 +82,7 @@ template <int D> nb::dict saved_mark(const Mark<D>& mark) {
     found["previous_error"] = mark.control.previous;
     found["rejected"] = mark.control.rejected;
     found["events"] = saved_events(mark.events);
+    if (mark.contacts) found["contacts"] = saved_contacts(*mark.contacts);
     found["rows"] = saved_rows<D>(mark.rows);
     found["counters"] = std::vector<long>(counters.begin(), counters.end());
     found["peaks"] = std::vector<std::vector<double>>{as_list(mark.peaks.position), as_list(mark.peaks.joint),
@@ -126,6 +128,8 @@ Mark<D> mark_from(const nb::dict& given, const Model<D>& model, const std::vecto
     mark.counted.turns = nb::cast<std::vector<long>>(given["turns"]);
     if (mark.counted.turns.size() != coordinates) refuse("turns", "has a wrong shape");
     mark.control = {finite("previous_error"), nb::cast<bool>(given["rejected"])};
+    if (given.contains("contacts"))
+        mark.contacts = contacts_from(nb::cast<nb::dict>(given["contacts"]), model.stops.bound.size());
     mark.events = events_from(nb::cast<nb::dict>(given["events"]));
     if (!mark.anew) mark.rows = rows_from<D>(nb::cast<nb::dict>(given["rows"]), model, loop_joints);
     const auto counters = nb::cast<std::vector<long>>(given["counters"]);

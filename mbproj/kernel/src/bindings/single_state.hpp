@@ -66,7 +66,7 @@ public:
     // each to less than half a turn, and after them the states of elements; what is not there is as a run begins with it.
     std::optional<std::pair<Numbers, Numbers>> accelerations(double t, const double* y, const Numbers& coordinates,
                                                              const Rows& rows) {
-        Numbers slope(model_.layout.size()), lambda(model_.all_rows()), found;
+        Numbers slope(model_.layout.size()), lambda(model_.all_multipliers()), found;
         if (!begin(t, y, coordinates, rows)) return std::nullopt;
         equations_.set_velocities(y, false);
         if (!equations_.slope_at(state_.data(), slope.data(), lambda.data())) return std::nullopt;
@@ -84,7 +84,7 @@ public:
         const std::size_t rows = model_.constraints.rows;
         const std::size_t beside = model_.coordinates.instances.size() + model_.layout.states.size;
         Numbers found(count * rows, std::numeric_limits<double>::quiet_NaN());
-        Numbers slope(model_.layout.size()), lambda(model_.all_rows());
+        Numbers slope(model_.layout.size()), lambda(model_.all_multipliers());
         Rows first;
         double least = 0.0;
         for (std::size_t i = 0; i < count; ++i, y += model_.layout.bodies.size, coordinates += beside) {
@@ -135,11 +135,11 @@ public:
         return found;
     }
 
-    // Of these rows of stops B, row by row, and how their gaps accelerate without a push; nothing where the motion is not
-    // unique. The accelerations and λ that come next are those with these contacts, which hold until others do.
+    // Of these rows of stops B, row by row, and how their gaps accelerate without a push; nothing where the rows depend
+    // on each other or the motion is not unique. The accelerations and λ that come next are those with these contacts, which hold until others do.
     std::optional<std::pair<Numbers, Numbers>> border(double t, const double* y, std::vector<ContactRow> rows) {
         Numbers slope(model_.layout.size());
-        equations_.contacts().hold(std::move(rows));
+        equations_.hold_contacts(std::move(rows));
         if (!begin(t, y, {}, {})) return std::nullopt;
         equations_.set_velocities(y, false);
         if (!equations_.slope_at(state_.data(), slope.data())) return std::nullopt;

@@ -27,11 +27,15 @@ public:
     const std::vector<ContactRow>& rows() const { return rows_; }
     bool any() const { return !rows_.empty(); }
 
-    // N at a pose, and B with the factor that the solver has. False where the equations have no unique solution.
-    bool factor(const Pose<D>& pose, KktSolver<D>& solver) {
-        const auto count = static_cast<Eigen::Index>(rows_.size());
+    // N at a pose.
+    void see(const Pose<D>& pose) {
         along_.clear();
         for (const ContactRow& row : rows_) along_.emplace_back(model_.stops.coordinates, row.coordinate, pose);
+    }
+    // The same, and B with the factor that the solver has. False where the equations have no unique solution.
+    bool factor(const Pose<D>& pose, KktSolver<D>& solver) {
+        const auto count = static_cast<Eigen::Index>(rows_.size());
+        see(pose);
         B_.resize(count, count);
         Vector unit = Vector::Zero(count), column;
         for (Eigen::Index k = 0; k < count; ++k) {
@@ -77,17 +81,41 @@ public:
             found[static_cast<Eigen::Index>(k)] = rows_[k].sign * along_[k].rate(shift, turn);
     }
 
+    // Whether each gap is at most `grains` ε of the largest coordinate that enters it, or `least`.
+    [[gnu::noinline, gnu::cold]] bool within(const Pose<D>& pose, double grains, double least) {
+        see(pose);
+        gaps(gap_);
+        for (std::size_t k = 0; k < rows_.size(); ++k)
+            if (!(std::abs(gap_[static_cast<Eigen::Index>(k)]) <=
+                  std::max(least * std::min(1.0, size(k)), grain(k, pose, grains))))
+                return false;
+        return true;
+    }
+    // The largest gap that is open by more than round-off, lengths in the mechanism's own.
+    [[gnu::noinline, gnu::cold]] double open(const Pose<D>& pose) {
+        see(pose);
+        gaps(gap_);
+        double most = 0.0;
+        for (std::size_t k = 0; k < rows_.size(); ++k)
+            if (const double gap = std::abs(gap_[static_cast<Eigen::Index>(k)]);
+                !(gap <= grain(k, pose, model_.thresholds.closed_grains)))
+                most = larger(most, gap / size(k));
+        return most;
+    }
+
     // The forces z along the rows with which these are b + B z = 0; those that depend on others have none.
     void close(const Vector& b, Vector& z) const { cholesky_.solve(b, z); }
-    // The pushes with which no gap accelerates, where the solver has solved the motion without: `pull` adds them to its forces.
-    void settle(const KktSolver<D>& solver, const Motion<D>& motion) {
+    // The pushes with which no gap accelerates, where the solver has solved the motion without: `pull` adds them to its
+    // forces. `found` has one for each stop.
+    void settle(const KktSolver<D>& solver, const Motion<D>& motion, double* found) {
         Vector bend;
         changes(solver, free_);
         bends(motion, bend);
         free_ += bend;
         close(free_, pushes_);
+        for (std::size_t k = 0; k < rows_.size(); ++k)
+            found[rows_[k].coordinate] = pushes_[static_cast<Eigen::Index>(k)];
     }
-    const Vector& pushes() const { return pushes_; }
     const Vector& free_accelerations() const { return free_; }
     void pull(KktSolver<D>& solver) {
         set_forces(pushes_);
@@ -117,6 +145,14 @@ private:
         }
     }
 
+    double size(std::size_t k) const { return is_angle(k) ? 1.0 : model_.length; }
+    double grain(std::size_t k, const Pose<D>& pose, double grains) const {
+        double reach = std::min(1.0, size(k));
+        for (int s = 0; s < along_[k].p.slot_count; ++s)
+            if (const Attachment<D>& a = along_[k].attachment(s); a.is_point)
+                reach = std::max(reach, pose[a.body].position.largest() + a.size);
+        return grains * std::numeric_limits<double>::epsilon() * reach;
+    }
     bool is_angle(std::size_t k) const { return along_[k].p.kind == Kind::angle; }
 
     const Model<D>& model_;
@@ -125,7 +161,7 @@ private:
     std::vector<Coordinate<D>> along_;
     Eigen::MatrixXd B_;
     SemidefiniteCholesky cholesky_;
-    Vector free_, pushes_;
+    Vector free_, pushes_, gap_;
     std::vector<Point<D>> force_;
     std::vector<Turn<D>> torque_;
 };

@@ -17,6 +17,16 @@ public:
     // Where motion k puts its coordinate.
     double prescribed(std::size_t k) const { return model_.driven[k].start + found_[k].x; }
 
+    // The driven rows of C, less what the motions prescribe.
+    void close(double* C) const {
+        for (std::size_t k = 0; k < found_.size(); ++k) {
+            const DrivenRow& driven = model_.driven[k];
+            const double wanted = prescribed(k);
+            C[driven.row] =
+                driven.is_angle ? nearest(C[driven.row] - std::remainder(wanted, 2.0 * M_PI)) : C[driven.row] - wanted;
+        }
+    }
+
     // Of the motions, with these multipliers.
     double power(const double* lambda) const {
         double sum = 0.0;

@@ -24,7 +24,7 @@ public:
     EquationsOfMotion(const Model<D>& model, const ProjectionSettings& projection)
         : model_(model), projection_(projection), pose_(model), motion_(model), solver_(model, projection.penalty()),
           policy_(model, solver_), gamma_(model.all_rows()), C_(model.all_rows()), C_dot_(model.all_rows()),
-          lambda_(model.all_rows()), drive_(model), applied_(model), bearings_(model), contacts_(model),
+          lambda_(model.all_multipliers()), drive_(model), applied_(model), bearings_(model), contacts_(model),
           couplings_(model), expected_(model.layout.followed.size), channels_(model), states_(model) {}
 
     // Of y.
@@ -158,12 +158,7 @@ public:
         mbproj::constraint(model_, pose_, C_.data());
         leave_flywheels(model_, C_);
         couplings_.count(pose_, expected_, C_.data());
-        for (std::size_t k = 0; k < drive_.size(); ++k) {
-            const DrivenRow& driven = model_.driven[k];
-            const double wanted = prescribed(k);
-            C_[driven.row] = driven.is_angle ? nearest(C_[driven.row] - std::remainder(wanted, 2.0 * M_PI))
-                                             : C_[driven.row] - wanted;
-        }
+        drive_.close(C_.data());
         return C_.data();
     }
     const double* constraint_velocity(const double* y) {
@@ -206,7 +201,12 @@ public:
     KktSolver<D>& solver() { return solver_; }
     const KktSolver<D>& solver() const { return solver_; }
     RowPolicy<D>& policy() { return policy_; }
-    ContactBorder<D>& contacts() { return contacts_; }  // that hold
+    // Contacts hold these rows from now on; after the rows' multipliers come the pushes of the stops.
+    void hold_contacts(std::vector<ContactRow> rows) {
+        contacts_.hold(std::move(rows));
+        std::fill(lambda_.begin() + model_.all_rows(), lambda_.end(), 0.0);
+    }
+    ContactBorder<D>& contacts() { return contacts_; }
     const RowPolicy<D>& policy() const { return policy_; }
 
 private:
@@ -252,10 +252,10 @@ private:
     }
     // The same with the pushes of the contacts that hold.
     [[gnu::noinline, gnu::cold]] bool settle_contacts(const double* y) {
-        if (!contacts_.factor(pose_, solver_)) return false;
+        if (!contacts_.factor(pose_, solver_) || !contacts_.cholesky().full()) return false;
         mbproj::set_forces(model_, pose_, y, applied_, solver_);
         if (!solver_.solve(gamma_.data())) return false;
-        contacts_.settle(solver_, motion_);
+        contacts_.settle(solver_, motion_, lambda_.data() + model_.all_rows());
         mbproj::set_forces(model_, pose_, y, applied_, solver_);
         contacts_.pull(solver_);
         return true;

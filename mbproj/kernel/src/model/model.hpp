@@ -181,6 +181,8 @@ template <int D> struct Model {
     }
     int size() const { return static_cast<int>(bodies.size()); }
     // The rows of C, those that hold flywheels, and those of stiff forces.
+    // Of all rows, and then the pushes of the stops.
+    int all_multipliers() const { return all_rows() + static_cast<int>(stops.bound.size()); }
     int all_rows() const { return constraints.rows + static_cast<int>(flywheels.size()) + stiff_rows; }
     int first_stiff() const { return static_cast<int>(joints.size() - stiff.size()); }
     bool holds_flywheel(int joint) const {

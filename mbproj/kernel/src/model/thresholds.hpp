@@ -27,8 +27,9 @@ struct Thresholds {
         newton_floor, secant_change, softened, first_contraction, least_contraction;
     int most_polishing, most_chatter, most_newton, free_passes, most_halvings;
     // mbproj/thresholds/contact.py
-    double settled_load, middle_unlike, no_push;
-    int most_load_passes, most_halves;
+    double settled_load, middle_unlike, no_push, touching, stop_rests, lowest_bounce, contact_pulls, creates_energy,
+        on_grid;
+    int most_load_passes, most_halves, most_meetings;
 };
 
 // Calls visit("name", member) for every threshold.
@@ -114,6 +115,13 @@ template <class Visit> void each_threshold(Visit&& visit) {
     visit("settled_load", &Thresholds::settled_load);
     visit("middle_unlike", &Thresholds::middle_unlike);
     visit("no_push", &Thresholds::no_push);
+    visit("touching", &Thresholds::touching);
+    visit("stop_rests", &Thresholds::stop_rests);
+    visit("lowest_bounce", &Thresholds::lowest_bounce);
+    visit("contact_pulls", &Thresholds::contact_pulls);
+    visit("creates_energy", &Thresholds::creates_energy);
+    visit("on_grid", &Thresholds::on_grid);
+    visit("most_meetings", &Thresholds::most_meetings);
     visit("most_halves", &Thresholds::most_halves);
     visit("most_load_passes", &Thresholds::most_load_passes);
 }

@@ -43,7 +43,7 @@ public:
     Projected after_step(long step, double t, double* y) {
         normalise(y);
         equations_.set_pose(t, y);
-        const bool due = settings_.corrects() && model_.constraints.rows > 0 && step % settings_.every == 0;
+        const bool due = closes() && step % settings_.every == 0;
         bool position = due && settings_.position, velocity = due && settings_.velocity;
         if (due && settings_.threshold >= 0.0) {
             position = position && largest(equations_.constraint()) > settings_.threshold;
@@ -66,7 +66,7 @@ public:
     Projected anywhere(double t, double* y) {
         normalise(y);
         equations_.set_pose(t, y);
-        const bool due = settings_.corrects() && model_.constraints.rows > 0;
+        const bool due = closes();
         return correct(y, due && settings_.position, due && settings_.velocity);
     }
 
@@ -84,6 +84,8 @@ private:
         if (correction == Correction::coordinates) return Metric::coordinates;
         return correction == Correction::penalty ? Metric::penalised : Metric::mass;
     }
+
+    bool closes() const { return settings_.corrects() && (model_.constraints.rows > 0 || equations_.contacts().any()); }
 
     double largest(const double* rows) const {
         double most = 0.0;
@@ -175,7 +177,7 @@ private:
         if (!(done.regular = equations_.factor(metric_))) return;
         double left = largest(C_dot), change2 = 0.0, speed2 = 0.0;
         do {
-            if (!(done.regular = trust_region_.solve(C_dot))) return;
+            if (!(done.regular = trust_region_.solve(C_dot, equations_.motion()))) return;
             for (int b = 0; b < model_.size(); ++b) {
                 const Point<D> shift = equations_.solver().shift(b);
                 const Turn<D> turn = equations_.solver().turn(b);
@@ -211,17 +213,25 @@ private:
 
     // |C| <= tolerance row by row: as set, or 1e-13 (in lengths, of the mechanism's where that is below 1 m), or what
     // round-off allows.
-    bool meets(const double* C) const {
+    bool meets(const double* C) const { return rows_meet(C) && (!equations_.contacts().any() || contacts_meet()); }
+    bool rows_meet(const double* C) const {
         const double most = largest(C);
         if (settings_.tolerance >= 0.0) return most <= settings_.tolerance;
         return most <= thresholds_.closed_to * std::min(1.0, model_.length) ||
                within(C, thresholds_.closed_grains, thresholds_.closed_to);
     }
+    [[gnu::noinline, gnu::cold]] bool contacts_meet() const {
+        const bool set = settings_.tolerance >= 0.0;
+        return equations_.contacts().within(equations_.pose(), set ? 0.0 : thresholds_.closed_grains,
+                                            set ? settings_.tolerance : thresholds_.closed_to);
+    }
 
     // Whether each row that does not meet its tolerance is open by little more than round-off.
     bool may_be_round_off(const double* C) const {
         const double tolerance = settings_.tolerance >= 0.0 ? settings_.tolerance : thresholds_.closed_to;
-        return within(C, thresholds_.round_off_grains, tolerance);
+        return within(C, thresholds_.round_off_grains, tolerance) &&
+               (!equations_.contacts().any() ||
+                equations_.contacts().within(equations_.pose(), thresholds_.round_off_grains, tolerance));
     }
 
     // Whether each row is at most `grains` ε of the largest coordinate that enters it, or `least`.

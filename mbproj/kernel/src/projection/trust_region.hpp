@@ -14,8 +14,9 @@ namespace mbproj {
 template <int D> class TrustRegion final {
 public:
     explicit TrustRegion(EquationsOfMotion<D>& equations)
-        : equations_(equations), model_(equations.model()), thresholds_(model_.thresholds), rhs_(model_.all_rows()),
-          before_(equations.layout().bodies.size), added_(model_.size()) {
+        : equations_(equations), contacts_(equations.contacts()), model_(equations.model()),
+          thresholds_(model_.thresholds), rhs_(model_.all_rows()), before_(equations.layout().bodies.size),
+          added_(model_.size()) {
         for (const Instance& p : model_.constraints.instances) owner_.insert(owner_.end(), p.rows, &p);
         double sum = 0.0;
         for (const Body<D>& body : model_.bodies) {
@@ -27,9 +28,13 @@ public:
 
     // The correction of a violation, with the factor at hand. False where it is not unique.
     bool solve(const double* violation) {
-        for (std::size_t r = 0; r < rhs_.size(); ++r) rhs_[r] = -violation[r];
-        equations_.solver().clear_forces();
-        return equations_.solver().solve(rhs_.data());
+        set_rhs(violation);
+        return equations_.solver().solve(rhs_.data()) && (!contacts_.any() || close_contacts(nullptr));
+    }
+    // The same of velocities, with those of the state in place.
+    bool solve(const double* violation, const Motion<D>& motion) {
+        set_rhs(violation);
+        return equations_.solver().solve(rhs_.data()) && (!contacts_.any() || close_contacts(&motion));
     }
 
     // Moves y by a part of the correction at hand, and the pose with it.
@@ -45,7 +50,10 @@ public:
 
     // The largest row that is open by more than round-off, lengths in the mechanism's own: a long chain's end never
     // closes better, and has no say in whether a correction has closed its beginning.
-    double scaled(const double* C) const {
+    double scaled(const double* C) {
+        return contacts_.any() ? larger(of_rows(C), contacts_.open(equations_.pose())) : of_rows(C);
+    }
+    double of_rows(const double* C) const {
         double most = 0.0;
         std::size_t worst = 0;
         for (std::size_t r = 0; r < owner_.size(); ++r)
@@ -83,6 +91,21 @@ public:
     }
 
 private:
+    void set_rhs(const double* violation) {
+        for (std::size_t r = 0; r < rhs_.size(); ++r) rhs_[r] = -violation[r];
+        equations_.solver().clear_forces();
+    }
+    // The solution at hand, with what contacts want beside it: gaps that are closed, or that do not change.
+    [[gnu::noinline, gnu::cold]] bool close_contacts(const Motion<D>* motion) {
+        Eigen::VectorXd left, change, z;
+        contacts_.see(equations_.pose());
+        contacts_.changes(equations_.solver(), change);
+        if (!contacts_.factor(equations_.pose(), equations_.solver())) return false;
+        motion ? contacts_.rates(*motion, left) : contacts_.gaps(left);
+        contacts_.close(left + change, z);
+        return contacts_.respond(equations_.solver(), z, rhs_.data());
+    }
+
     bool is_round_off(const double* C, std::size_t row) const {
         const double grain = equations_.pose().grain(*owner_[row], static_cast<int>(row));
         return std::abs(C[row]) <= thresholds_.closed_grains * grain;
@@ -133,6 +156,7 @@ private:
     }
 
     EquationsOfMotion<D>& equations_;
+    ContactBorder<D>& contacts_;
     const Model<D>& model_;
     const Thresholds& thresholds_;
     std::vector<const Instance*> owner_;  // of each row

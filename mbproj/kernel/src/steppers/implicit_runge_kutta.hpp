@@ -22,7 +22,7 @@ public:
     ImplicitRungeKutta(const Tableau& tableau, EquationsOfMotion<D>& equations, double tolerance)
         : Base(tableau, equations, tableau.stages()), implicit_(equations), thresholds_(equations.model().thresholds),
           least_(std::max(thresholds_.newton_part * tolerance, thresholds_.newton_fixed)), base_(layout_.size()),
-          found_(Vector::Zero(layout_.size())), jump_(found_), lambda_(equations.model().all_rows()),
+          found_(Vector::Zero(layout_.size())), jump_(found_), lambda_(equations.model().all_multipliers()),
           jump_lambda_(lambda_), after_lambda_(lambda_), old_(tableau.stages(), found_) {
         implicit_.remember(tableau.stages());
     }

@@ -2,7 +2,8 @@
 #pragma once
 
 #include "steppers/choice.hpp"
-#include "stepping/step_trial.hpp"
+#include "stepping/mark.hpp"
+#include "stepping/stop_events.hpp"
 
 namespace mbproj {
 
@@ -20,8 +21,46 @@ protected:
           turns_(model_, equations_, stepper_), step_end_(model_, equations_, projector_, turns_),
           schedule_(steps_), now_{steps_.start, 0.0, Eigen::Map<const Eigen::VectorXd>(y.data(), model_.layout.size()),
                                   Eigen::VectorXd::Zero(model_.layout.size())},
-          trial_(steps_, now_, equations_, projector_, stepper_, step_end_, schedule_, phases_) {}
+          trial_(steps_, now_, equations_, projector_, stepper_, step_end_, schedule_, phases_),
+          stops_(steps_, now_, equations_, stepper_, step_end_, schedule_, trial_) {}
     ~LoopParts() = default;
+
+    StateEvents<D>& events() { return trial_.events(); }
+    const StateEvents<D>& events() const { return trial_.events(); }
+    double after_event() const { return model_.thresholds.part_after_break; }
+    void go_on(double part) {
+        if (steps_.fixed()) return;  // else the step is chosen anew
+        trial_.control().forget();
+        choose_step(part * schedule_.left(now_.t));
+    }
+
+    bool choose_step(double longest) {
+        const FirstStep first = stepper_.first_step(now_.t, now_.y, steps_.tolerance, longest);
+        ++now_.counters.evaluations;
+        if (first.h < 0.0) return stop_at(now_.t), false;
+        now_.h = std::max(first.h, schedule_.shortest(now_.t));  // round-off of y may ask for less
+        shaped_ = shaped_ || (first.limited && schedule_.is_before_end());
+        return true;
+    }
+
+    void stop(const Outcome& reached) { now_.outcome = reached; }
+    void stop_at(double t) { stop(step_end_.failed_at(t)); }
+
+    void count_factorisations() {
+        now_.counters.factorisations = factorised_before_ + equations_.solver().factorisations();
+    }
+    void write(Mark<D>& mark) {
+        count_factorisations();
+        mark.t = now_.t, mark.h = now_.h, mark.y = now_.y, mark.grid = schedule_.grid();
+        mark.part = schedule_.parts().at(), mark.halved = trial_.halvings();
+        mark.counted = counted_, mark.counters = now_.counters, mark.peaks = peaks;
+        mark.control = trial_.control().save(), mark.shortened = trial_.shortened();
+        if (events().any()) mark.events = events().save();
+        if (stops_.inside()) mark.contacts = stops_.policy().state();
+        mark.rows = equations_.policy().save();
+        mark.shaped = shaped_, mark.anew = false;
+        if (stepper_.carries_slope()) mark.slope = stepper_.first();
+    }
 
     const Model<D> model_;
     const Tableau tableau_;
@@ -37,6 +76,11 @@ protected:
     Schedule schedule_;
     Standing now_;
     StepTrial<D> trial_;
+    StopEvents<D> stops_;
+    typename TurnCounter<D>::Counted counted_, counted_before_;
+    Peaks peaks;
+    long factorised_before_ = 0;  // by the run that this one goes on with
+    bool shaped_ = false;         // by the run's end
 };
 
 }  // namespace mbproj

@@ -1,6 +1,7 @@
 // What a run can go on from: a state between two steps, with all that the next step depends on.
 #pragma once
 
+#include "contacts/contact_state.hpp"
 #include "dynamics/row_policy.hpp"
 #include "stepping/halvings.hpp"
 #include "stepping/samples.hpp"
@@ -23,6 +24,7 @@ template <int D> struct Mark {
     typename TurnCounter<D>::Counted counted;
     StepSizeControl::Saved control{};
     SavedEvents events;
+    std::optional<ContactState> contacts;  // where they are this loop's
     typename RowPolicy<D>::Saved rows;
     std::vector<Halved> halved;
     Counters counters;

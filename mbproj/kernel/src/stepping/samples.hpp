@@ -76,14 +76,14 @@ struct Peaks {
     }
 };
 
-// Samples one after another, row-major: y, accelerations (global r'', ω' in body axes), multipliers, turns.
+// Samples one after another, row-major: y, accelerations (global r'', ω' in body axes), multipliers, turns; where contacts are
+// the loop's, the push of each stop, whether it holds, and the work and the loss in no time.
 struct SampleBlock {
-    std::vector<double> t, y, acceleration, multipliers, step_size;
-    std::vector<long> turns, counters;
+    std::vector<double> t, y, acceleration, multipliers, step_size, pushes, jumps;
+    std::vector<long> turns, counters, held;
     void clear() {
-        for (auto* numbers : {&t, &y, &acceleration, &multipliers, &step_size}) numbers->clear();
-        turns.clear();
-        counters.clear();
+        for (auto* numbers : {&t, &y, &acceleration, &multipliers, &step_size, &pushes, &jumps}) numbers->clear();
+        for (auto* numbers : {&turns, &counters, &held}) numbers->clear();
     }
 
     // y and its slope, and λ of C's rows, the first of `lambda`.

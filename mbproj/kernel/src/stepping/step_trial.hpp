@@ -54,6 +54,16 @@ public:
     // changes its branch at its very start: `crossing` is set then.
     bool make() { return attempt() && (!locates_ || end_at_crossing()) && agrees_with_halves(); }
 
+    // The step to `now.to` once more, where it is known to end there. False where it is to be tried again.
+    bool again() { return halved_ = false, attempt(); }
+    // Its stages alone, with the rows that are held; false also where others would serve.
+    bool stages() {
+        equations_.policy().begin();
+        const bool made = stepper_.attempt(now_.t, now_.y, now_.to.h, now_.y_new);
+        now_.counters.evaluations += stepper_.attempt_cost();
+        return made;
+    }
+
     // The step that was made is not taken: its end cannot be accepted.
     void reject(double h) {
         ++now_.counters.rejected_steps;
@@ -100,13 +110,6 @@ private:
         equations_.forget_broken_state();
     }
 
-    // With the rows that are held; false also where others would serve.
-    bool stages() {
-        equations_.policy().begin();
-        const bool made = stepper_.attempt(now_.t, now_.y, now_.to.h, now_.y_new);
-        now_.counters.evaluations += stepper_.attempt_cost();
-        return made;
-    }
     std::optional<double> stages_and_error() {
         now_.counters.evaluations += stepper_.error_cost();
         if (!stages()) return std::nullopt;

@@ -4,8 +4,6 @@
 
 #include "stepping/flush_to_zero.hpp"
 #include "stepping/loop_parts.hpp"
-#include "stepping/mark.hpp"
-#include "stepping/stop_watch.hpp"
 
 namespace mbproj {
 
@@ -16,14 +14,15 @@ public:
 
     TimeLoop(Model<D> model, Tableau tableau, ProjectionSettings projection, Steps steps, const std::vector<double>& y,
              std::vector<long> turns)
-        : Parts(std::move(model), std::move(tableau), projection, std::move(steps), y), stops_(model_), slope_(now_.y),
-          copy_(now_.y), copy_slope_(now_.y), lambda_(model_.all_rows()),
-          copy_lambda_(lambda_), counted_{{}, std::move(turns)} {}
+        : Parts(std::move(model), std::move(tableau), projection, std::move(steps), y), slope_(now_.y), copy_(now_.y),
+          copy_slope_(now_.y), lambda_(model_.all_multipliers()), copy_lambda_(lambda_) {
+        counted_.turns = std::move(turns);
+    }
     // Before the first step: the run goes on from the mark of another that has begun alike. False where it is not of this
     // model.
     bool resume(Mark<D> mark) {
         mark_ = std::move(mark);
-        return events().resume(mark_->events);
+        return mark_->contacts.has_value() == stops_.inside() && events().resume(mark_->events);
     }
     const Mark<D>* mark() {  // where a longer run can go on from; null where that is the start
         if (started_ && steps_.fixed()) take_mark();
@@ -54,11 +53,11 @@ public:
     // The state between two steps, from which a run by another method can go on: the run's end may have shaped it.
     Mark<D> here() {
         Mark<D> mark;
-        return write(mark), mark;
+        return this->write(mark), mark;
     }
 
     SampleBlock block;
-    Peaks peaks;
+    using Parts::peaks, Parts::events;
     bool keeps_marks = false;  // whether somebody asks for them
     bool pauses = false;       // whether `advance` came back because so many steps were tried
 
@@ -66,10 +65,9 @@ public:
     bool carries_slope() const { return stepper_.carries_slope(); }
     const Phases& phases() const { return phases_; }
     EquationsOfMotion<D>& equations() { return equations_; }
-    StateEvents<D>& events() { return trial_.events(); }
-    const StateEvents<D>& events() const { return trial_.events(); }
     const std::vector<Halved>& halved() const { return trial_.halvings(); }
-    StopWatch<D>& stops() { return stops_; }
+    StopEvents<D>& stops() { return stops_; }
+    const StopEvents<D>& stops() const { return stops_; }
     const Standing& now() const { return now_; }
     const std::vector<long>& turns() const { return counted_.turns; }
 
@@ -80,8 +78,8 @@ private:
         equations_.set_velocities(now_.y.data(), true);
         peaks.watch(equations_.constraint(), equations_.C_dot(), model_.constraints.rows, model_.driven.size(), now_.t);
         counted_ = turns_.start(counted_.turns, now_.t, now_.y);
-        if (stops_.any()) stops_.begin(equations_.pose(), equations_.motion(), counted_.turns);
         if (mark_) return go_on_from_mark();
+        if (stops_.watch().any()) stops_.look(now_.t, now_.y, counted_.turns);
         if (!equations_.start() || !evaluate(now_.y, true)) return stop_at(now_.t);
         stepper_.first() = slope_;
         now_.h = steps_.fixed() ? steps_.step : steps_.first;
@@ -99,6 +97,8 @@ private:
         schedule_.resume(now_.t, mark_->grid, StepParts(mark_->part));
         if (trial_.locates()) events().hold();
         equations_.see(schedule_.window());
+        if (mark_->contacts) stops_.resume(*mark_->contacts);
+        if (stops_.watch().any()) stops_.look(now_.t, now_.y, counted_.turns);
         equations_.set_pose(now_.t, now_.y.data());
         equations_.set_velocities(now_.y.data(), false);
         const bool anew = mark_->anew, carries = stepper_.carries_slope() && !anew;
@@ -119,45 +119,69 @@ private:
         if (!steps_.fixed() || now_.to.shaped) take_mark();
         shaped_ = shaped_ || now_.to.shaped;
         phases_.begin(now_.counters.steps + 1);
+        if (stops_.inside()) stops_.begin_step();
         if (!trial_.make()) {
-            if (trial_.crossing() && !now_.outcome.stops() && cross_event()) go_on();
+            if (trial_.crossing() && !now_.outcome.stops() && cross_event()) go_on(after_event());
             return;
         }
-        schedule_.enter(now_.to);
-        if (now_.to.at_break) equations_.see({});  // what is recorded there belongs to that time itself
-        const bool goes_on = accept();
-        if (now_.to.at_break) equations_.see(schedule_.window());
-        if (!goes_on || (schedule_.inside() && !trial_.extend())) return;
+        if (!take_step(stops_.watch().any()) && !(meets_ && end_at_meeting())) return;
+        if (schedule_.inside() && !trial_.extend()) return;
         if (!steps_.fixed()) now_.h = trial_.control().after_accepted(trial_.error(), now_.to.h);
         phases_.mark(Phase::rest);
         if (!schedule_.inside()) finish_step();
     }
 
-    bool accept() {  // the end of a step: closed, counted, and its slope evaluated
+    bool take_step(bool watching) {
+        schedule_.enter(now_.to);
+        if (now_.to.at_break) equations_.see({});  // what is recorded there belongs to that time itself
+        const bool goes_on = accept(watching);
+        if (now_.to.at_break) equations_.see(schedule_.window());
+        return goes_on;
+    }
+
+    bool accept(bool watching) {  // the end of a step: closed, counted, and its slope evaluated
+        meets_ = false;
         if (!now_.y_new.allFinite()) return stop({Status::not_finite, now_.to.t}), false;
         ++now_.counters.steps;
         now_.counters.evaluations += stepper_.arrival_cost();
-        if (!steps_.fixed() || stops_.any()) counted_before_ = counted_;
+        if (!steps_.fixed() || watching) counted_before_ = counted_;
         const Outcome closed =
             step_end_.close(now_.t, now_.y, now_.to.t, now_.y_new, counted_, trial_.halves(), now_.counters, peaks);
         if (closed.status == Status::untold && !steps_.fixed()) return tell_turns(closed), false;
         if (closed.stops()) return stop(closed), false;
-        double* lambda = now_.to.due || stops_.any() ? lambda_.data() : nullptr;
+        double* lambda = now_.to.due || watching ? lambda_.data() : nullptr;
         if (!equations_.arrive() || !stepper_.arrive(now_.y_new, slope_, lambda) ||
             (now_.to.at_break && !stepper_.meet_break(now_.to.t, now_.y_new, schedule_.window(), slope_, lambda)))
             return stop_at(now_.to.t), false;
         if (!slope_.allFinite()) return stop({Status::not_finite, now_.to.t}), false;
-        return !(stops_.any() && meets_stop());
-    }
-
-    bool meets_stop() {  // in the step: the run halts where that began
-        const CubicStep step{now_.to.h, now_.y, stepper_.first(), now_.y_new, slope_};
-        if (!stops_.met(step, equations_.pose(), equations_.motion(), counted_.turns, lambda_) &&
-            !stops_.gives_way_inside(equations_, now_.t, step))
-            return false;
+        meets_ = watching && stops_.meets(slope_, counted_.turns, lambda_);
+        if (!meets_) return true;
         --now_.counters.steps;
         counted_ = counted_before_;
-        stop({Status::halted, now_.t});
+        if (!stops_.inside()) stop({Status::halted, now_.t});  // where that began
+        return false;
+    }
+
+    // The step that was made meets a stop: it is made again, to there. False where it is not, or meets it at once.
+    [[gnu::noinline, gnu::cold]] bool end_at_meeting() {
+        if (now_.outcome.stops()) return false;
+        schedule_.leave();
+        const auto found = stops_.locate(counted_);
+        if (found == StopEvents<D>::Found::none) return stop_at(now_.to.t), false;
+        if (found == StopEvents<D>::Found::at_once) return meet_stop(), false;
+        if (!trial_.again() || !take_step(false)) return stops_.forget(), false;
+        stops_.watch().begin(equations_.pose(), equations_.motion(), counted_.turns);
+        return true;
+    }
+
+    [[gnu::noinline, gnu::cold]] bool
+    meet_stop() {  // what happens there; velocities may jump, and with them branches of forces
+        bool met = true;
+        const bool goes_on = jump([&] { met = stops_.meet(counted_.turns); });
+        if (!met) stop({Status::halted, now_.t});
+        if (!met || !goes_on) return false;
+        stops_.look(now_.t, now_.y, counted_.turns);
+        go_on(1.0);
         return true;
     }
 
@@ -186,9 +210,10 @@ private:
         if (now_.to.due) sample(now_.t, now_.y, stepper_.first(), lambda_, now_.to.h, counted_.turns);
         schedule_.reach(now_.to);
         if (trial_.passes()) events().watch(now_.t, now_.y, schedule_.window());
+        if (stops_.meeting() && !meet_stop()) return;
         if (schedule_.finished()) return stop({Status::finished, now_.t});
         if (trial_.crossing()) {
-            if (cross_event()) now_.to.at_break ? cross_break() : go_on();
+            if (cross_event()) now_.to.at_break ? cross_break() : go_on(after_event());
         } else if (now_.to.at_break) {
             cross_break();
         } else if (trial_.locates()) {
@@ -200,13 +225,19 @@ private:
         equations_.see({});  // as the slope at hand does
         if (!stepper_.before_jump(now_.t, now_.y)) return stop_at(now_.t);
         equations_.see(schedule_.window());
+        const bool goes_on = jump([this] {
+            schedule_.pass_break(now_.t);
+            equations_.see(schedule_.window());
+        });
+        if (goes_on) go_on(after_event());
+    }
+
+    // Something changes at once: arguments of switches that jump with it are on the branch that they have jumped to.
+    template <class Change> bool jump(const Change& change) {
         if (trial_.locates()) events().before_jump(now_.t, now_.y, schedule_.window());
-        schedule_.pass_break(now_.t);
-        equations_.see(schedule_.window());
+        change();
         if (trial_.locates()) events().after_jump(now_.t, now_.y, schedule_.window());
-        if (!renew()) return;
-        if (trial_.locates() && events().any_free() && !change_branches([this] { events().turn(); })) return;
-        go_on();
+        return renew() && (!trial_.locates() || !events().any_free() || change_branches([this] { events().turn(); }));
     }
 
     // Where a switch changes its branch, the branch beyond is held from here on. False where the run stops.
@@ -236,42 +267,12 @@ private:
         return stepper_.after_jump(now_.t, now_.y, stepper_.first(), nullptr) || (stop_at(now_.t), false);
     }
 
-    void go_on() {
-        if (steps_.fixed()) return;  // else the step is chosen anew
-        trial_.control().forget();
-        choose_step(model_.thresholds.part_after_break * schedule_.left(now_.t));
-    }
-
-    bool choose_step(double longest) {
-        const FirstStep first = stepper_.first_step(now_.t, now_.y, steps_.tolerance, longest);
-        ++now_.counters.evaluations;
-        if (first.h < 0.0) return stop_at(now_.t), false;
-        now_.h = std::max(first.h, schedule_.shortest(now_.t));  // round-off of y may ask for less
-        shaped_ = shaped_ || (first.limited && schedule_.is_before_end());
-        return true;
-    }
-
     // What the run's end has shaped, a longer run does in another way.
     void take_mark() {
         if (shaped_ || !keeps_marks) return;
         if (!mark_) mark_.emplace();
         write(*mark_);
     }
-    void write(Mark<D>& mark) {
-        count_factorisations();
-        mark.t = now_.t, mark.h = now_.h, mark.y = now_.y, mark.grid = schedule_.grid();
-        mark.part = schedule_.parts().at(), mark.halved = trial_.halvings();
-        mark.counted = counted_, mark.counters = now_.counters, mark.peaks = peaks;
-        mark.control = trial_.control().save(), mark.shortened = trial_.shortened();
-        if (events().any()) mark.events = events().save();
-        mark.rows = equations_.policy().save();
-        mark.shaped = shaped_, mark.anew = false;
-        if (stepper_.carries_slope()) mark.slope = stepper_.first();
-    }
-    void count_factorisations() {
-        now_.counters.factorisations = factorised_before_ + equations_.solver().factorisations();
-    }
-
     bool evaluate(const Vector& y, bool with_multipliers) {
         return equations_.slope_at(y.data(), slope_.data(), with_multipliers ? lambda_.data() : nullptr);
     }
@@ -280,21 +281,19 @@ private:
                 const std::vector<long>& turned) {
         count_factorisations();
         block.add<D>(t, y, slope, model_.size(), lambda, model_.constraints.rows, h, turned, now_.counters);
+        if (stops_.inside()) stops_.record(block, lambda);
     }
 
-    void stop(const Outcome& reached) { now_.outcome = reached; }
-    void stop_at(double t) { stop(step_end_.failed_at(t)); }
-
+    using Parts::counted_, Parts::counted_before_, Parts::factorised_before_, Parts::shaped_, Parts::stops_;
     using Parts::model_, Parts::steps_, Parts::phases_, Parts::equations_, Parts::stepper_, Parts::turns_;
     using Parts::step_end_, Parts::schedule_, Parts::now_, Parts::trial_;
-    StopWatch<D> stops_;
+    using Parts::stop, Parts::stop_at;
+    using Parts::write, Parts::count_factorisations, Parts::go_on, Parts::choose_step, Parts::after_event;
     Vector slope_;              // at the end of a step, until the step is taken over
     Vector copy_, copy_slope_;  // of a sample inside a step
     std::vector<double> lambda_, copy_lambda_;
-    typename TurnCounter<D>::Counted counted_, counted_before_;
     std::optional<Mark<D>> mark_;
-    long factorised_before_ = 0;             // by the run that this one goes on with
-    bool shaped_ = false, started_ = false;  // shaped by the run's end
+    bool started_ = false, meets_ = false;  // whether the step at hand meets a stop
 };
 
 }  // namespace mbproj

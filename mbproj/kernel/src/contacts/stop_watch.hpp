@@ -7,6 +7,7 @@
 #include <limits>
 #include <vector>
 
+#include "contacts/look.hpp"
 #include "dynamics/equations_of_motion.hpp"
 #include "kinematics/bearings.hpp"
 #include "kinematics/coordinate.hpp"
@@ -61,53 +62,87 @@ public:
         look(pose, motion, turns, before_);
     }
 
-    // At the end of a step, with the multipliers there: whether it has met something. If not, the next step begins here.
+    // At the end of a step, with the multipliers there: whether it has met something. If not, the next step begins here. `parts`
+    // are those of the step at which something may be met that is not at its end.
     bool met(const CubicStep& step, const Pose<D>& pose, const Motion<D>& motion, const std::vector<long>& turns,
              const std::vector<double>& lambda) {
+        parts_.clear();
         look(pose, motion, turns, now_);
-        if (below(before_, now_, step.h) || gives_way(pose, lambda)) return true;
+        if (below(before_, now_, step.h, 0.0, 1.0) || gives_way(pose, lambda)) return true;
         if (closes_inside(step, turns, before_, now_, 0.0, 1.0, model_.thresholds.most_halves)) return true;
         before_.swap(now_);
         return false;
     }
+    const std::vector<double>& parts() const { return parts_; }
+
+    // What is watched at a state, gaps and then forces, which have no rate; and by how much each may be below zero.
+    void margins(const Pose<D>& pose, const Motion<D>& motion, const std::vector<long>& turns,
+                 const std::vector<double>& lambda, std::vector<Look>& found) const {
+        look(pose, motion, turns, found);
+        for (const WatchedRow& each : rows_)
+            found.push_back({force(each, pose, lambda), std::numeric_limits<double>::quiet_NaN()});
+    }
+    // At the start of the step that was looked at last, where it is not known how large forces are.
+    std::vector<Look> first_margins() const {
+        std::vector<Look> found = before_;
+        found.resize(gaps_.size() + rows_.size(), {0.0, std::numeric_limits<double>::quiet_NaN()});
+        return found;
+    }
+    std::vector<double> slacks() const {
+        std::vector<double> found;
+        for (const WatchedGap& each : gaps_) found.push_back(each.slack);
+        for (const WatchedRow& each : rows_) found.push_back(each.slack);
+        return found;
+    }
+    const std::vector<WatchedGap>& gaps() const { return gaps_; }
+    const std::vector<WatchedRow>& rows() const { return rows_; }
 
     // Whether a force is beyond its bound within a step from t.
     bool gives_way_inside(EquationsOfMotion<D>& equations, double t, const CubicStep& step) {
         if (rows_.empty()) return false;
         const int looks = std::max(1, static_cast<int>(std::min(std::ceil(step.h / spacing_), 1e6)) - 1);
         Eigen::VectorXd rate(inside_.size());
-        std::vector<double> lambda(model_.all_rows());
+        std::vector<double> lambda(model_.all_multipliers());
         for (int look = 1; look <= looks; ++look) {
             const double x = look / (looks + 1.0);
             step.at(x, inside_);
             if (equations.derivative(t + x * step.h, inside_.data(), rate.data(), lambda.data()) &&
                 gives_way(equations.pose(), lambda))
-                return true;
+                return parts_.push_back(x), true;
         }
         return false;
     }
 
 private:
     bool gives_way(const Pose<D>& pose, const std::vector<double>& lambda) const {
-        return std::any_of(rows_.begin(), rows_.end(), [&](const WatchedRow& each) {
-            const double load = each.bearing < 0 ? 0.0 : mbproj::load(model_, pose, each.bearing, lambda.data());
-            const double force =
-                each.other < 0 ? each.sign * lambda[each.row] : -std::hypot(lambda[each.row], lambda[each.other]);
-            return each.bound + each.part * load + force < -each.slack;
-        });
+        return std::any_of(rows_.begin(), rows_.end(),
+                           [&](const WatchedRow& each) { return force(each, pose, lambda) < -each.slack; });
+    }
+    double force(const WatchedRow& each, const Pose<D>& pose, const std::vector<double>& lambda) const {
+        const double load = each.bearing < 0 ? 0.0 : mbproj::load(model_, pose, each.bearing, lambda.data());
+        const double own =
+            each.other < 0 ? each.sign * lambda[each.row] : -std::hypot(lambda[each.row], lambda[each.other]);
+        return each.bound + each.part * load + own;
     }
 
-    struct Look {
-        double value, rate;
-    };
-
-    // Whether something falls below its bound on the cubics through two looks that lie h apart.
-    bool below(const std::vector<Look>& from, const std::vector<Look>& to, double h) const {
+    // Whether something falls below its bound on the cubics through two looks, at the parts x and x_to of a step, h apart.
+    bool below(const std::vector<Look>& from, const std::vector<Look>& to, double h, double x, double x_to) {
+        bool found = false;
         for (std::size_t k = 0; k < gaps_.size(); ++k) {
-            const double found = gaps_[k].of_rate ? slowest(from[k], to[k], h) : least(from[k], to[k], h);
-            if (found < -gaps_[k].slack) return true;
+            const GapCubic cubic(from[k], to[k], h);
+            const double slack = gaps_[k].slack, theta = gaps_[k].of_rate ? cubic.slowest_at() : cubic.lowest();
+            const double ends =
+                gaps_[k].of_rate ? std::min(from[k].rate, to[k].rate) : std::min(cubic.value, cubic.end);
+            const double inside = gaps_[k].of_rate ? cubic.slowest() : cubic.at(theta);
+            found = found || ends < -slack;
+            if (theta > 0.0 && inside < -slack) found = true, parts_.push_back(x + theta * (x_to - x));
+            if (gaps_[k].of_rate || !cubic.may_pass()) continue;
+            found = true;
+            for (const int eighths : through) parts_.push_back(x + eighths / 8.0 * (x_to - x));
         }
-        return false;
+        if (x > 0.0 && found) parts_.push_back(x);
+        if (x_to < 1.0 && found) parts_.push_back(x_to);
+        return found;
     }
 
     // Whether a gap closes and opens again between two looks at the parts x and x_to of a step: its cubic may see nothing of
@@ -130,7 +165,7 @@ private:
             const double off = std::abs(found[k].value - expected);
             unlike = unlike || off > std::max(0.5 * least, model_.thresholds.middle_unlike * largest);
         }
-        if (below(from, found, h) || below(found, to, h)) return true;
+        if (below(from, found, h, x, middle) || below(found, to, h, middle, x_to)) return true;
         return unlike && halves > 0 &&
                (closes_inside(step, turns, from, found, x, middle, halves - 1) ||
                 closes_inside(step, turns, found, to, middle, x_to, halves - 1));
@@ -160,37 +195,13 @@ private:
         return {coordinate.value(), coordinate.rate(motion)};
     }
 
-    // The least value within a step, on the cubic through both ends with their rates; less than any where a gap that closes
-    // as fast as at the start, and opens as fast as at the end, is passed on the way: a body goes through a thin one.
-    static double least(const Look& from, const Look& to, double h) {
-        const double ends = std::min(from.value, to.value), a = h * from.rate, b = h * to.rate;
-        const double change = to.value - from.value;
-        const double c3 = a + b - 2.0 * change, c2 = 3.0 * change - 2.0 * a - b;  // value + a θ + c2 θ² + c3 θ³
-        if (from.value > 0.0 && from.value + a < 0.0 && to.value - b < 0.0)
-            return -std::numeric_limits<double>::infinity();
-        const double root = c2 * c2 - 3.0 * c3 * a;
-        if (!(a < 0.0 && root > 0.0)) return ends;
-        const double theta = -a / (c2 + std::sqrt(root));
-        if (!(theta > 0.0 && theta < 1.0)) return ends;
-        return std::min(ends, from.value + theta * (a + theta * (c2 + theta * c3)));
-    }
-
-    // The least rate within a step, on the same cubic.
-    static double slowest(const Look& from, const Look& to, double h) {
-        const double ends = std::min(from.rate, to.rate), a = h * from.rate, b = h * to.rate;
-        const double change = to.value - from.value;
-        const double c3 = a + b - 2.0 * change, c2 = 3.0 * change - 2.0 * a - b;
-        const double theta = -c2 / (3.0 * c3);
-        if (!(c3 > 0.0 && theta > 0.0 && theta < 1.0)) return ends;
-        return std::min(ends, (a + theta * (2.0 * c2 + 3.0 * theta * c3)) / h);
-    }
-
     const Model<D>& model_;
     const Stops<D>& stops_;
     std::vector<WatchedGap> gaps_;
     std::vector<WatchedRow> rows_;
     double spacing_ = 1.0;
     std::vector<Look> before_, now_;
+    std::vector<double> parts_;
     Eigen::VectorXd inside_;
     Pose<D> pose_;
     Motion<D> motion_;

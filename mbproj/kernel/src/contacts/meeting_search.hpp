@@ -1,0 +1,109 @@
+// When something is met: the size of the step that ends there, found on the step itself, so that its order is that of the
+// method. The rules are those of mbproj.integrate.stops.locate.
+#pragma once
+
+#include <limits>
+#include <vector>
+
+#include "contacts/look.hpp"
+
+namespace mbproj {
+
+// A step of size h ends where this of what is watched is met; none, -1, where nothing is after all. Not `made` where a step on
+// the way could not be made.
+struct Meeting {
+    double h = 0.0;
+    int which = -1;
+    bool made = true;
+};
+
+// What is watched after a step of some size: margins that are not negative while nothing is met, as parts of what they may be
+// below zero.
+class MeetingSearch {
+public:
+    using Margins = std::vector<Look>;
+
+    explicit MeetingSearch(std::vector<double> slack) : slack_(std::move(slack)) {}
+
+    // In a step of size h that ends with margins `last`; at(h, margins) makes one of another size, and says whether it is made.
+    // `parts` of the step are looked at where nothing is below at its end.
+    template <class At> Meeting first(const At& at, const Margins& first, const Margins& last,
+                                      const std::vector<double>& parts, double h, double grain) {
+        Margins below = last;
+        double high = is_below(last) ? h : -1.0;
+        for (std::size_t k = 0; k < parts.size() && high < 0.0; ++k) {
+            if (!at(parts[k] * h, below)) return failed();
+            if (is_below(below)) high = parts[k] * h;
+        }
+        if (high < 0.0) return {h, -1};
+        const int which = worst(below);
+        const double guess =
+            high * (std::isfinite(first[which].rate) ? GapCubic(first[which], below[which], high).last_fall()
+                    : first[which].value > 0.0       ? first[which].value / (first[which].value - below[which].value)
+                                                     : 0.5);
+        double low = 0.0;
+        Margins above = first;
+        if (!(first[which].value > slack_[which])) {
+            low = guess;
+            while (true) {
+                if (!(low > grain) || first[which].rate <= 0.0) return {0.0, which};
+                low *= 0.5;
+                if (!at(low, above)) return failed();
+                if (above[which].value > 0.0) break;
+            }
+        }
+        return root(at, low, above, high, below, guess, which, grain);
+    }
+
+private:
+    static constexpr int most_tries = 80;
+    static Meeting failed() { return {0.0, -1, false}; }
+
+    bool is_below(const Margins& margins) const {
+        for (std::size_t k = 0; k < slack_.size(); ++k)
+            if (margins[k].value < -slack_[k]) return true;
+        return false;
+    }
+    int worst(const Margins& margins) const {
+        std::size_t found = 0;
+        for (std::size_t k = 1; k < slack_.size(); ++k)
+            if (margins[k].value / slack_[k] < margins[found].value / slack_[found]) found = k;
+        return static_cast<int>(found);
+    }
+
+    // Where the margin that is least crosses zero, between sizes with it above and below: Newton's method where it has a rate,
+    // else the Illinois rule; both ends stay around it.
+    template <class At> Meeting root(const At& at, double low, Margins above, double high, const Margins& below,
+                                     double guess, int which, double grain) {
+        double y_low = above[which].value, y_high = below[which].value;
+        int side = 0;
+        Margins there;
+        for (int tried = 0; tried < most_tries; ++tried) {
+            if (!(low < guess && guess < high)) guess = high - y_high * (high - low) / (y_high - y_low);
+            if (!(low < guess && guess < high)) guess = 0.5 * (low + high);
+            if (high - low <= grain || guess == low || guess == high) break;
+            if (!at(guess, there)) return failed();
+            if (const int other = worst(there); other != which && there[other].value < -slack_[other]) {
+                which = other;
+                y_low = above[which].value;
+            }
+            const double value = there[which].value;
+            if (std::abs(value) <= 1e-3 * slack_[which]) return {guess, which};
+            if (value > 0.0) {
+                low = guess, y_low = value, above = there;
+                if (side > 0) y_high *= 0.5;
+                side = 1;
+            } else {
+                high = guess, y_high = value;
+                if (side < 0) y_low *= 0.5;
+                side = -1;
+            }
+            guess -= value / there[which].rate;
+        }
+        return {high, which};
+    }
+
+    const std::vector<double> slack_;
+};
+
+}  // namespace mbproj

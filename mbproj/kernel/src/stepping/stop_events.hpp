@@ -1,0 +1,159 @@
+// Events at stops inside the loop: a step that meets one is made again, to there, and what happens then is the contact policy's.
+#pragma once
+
+#include "contacts/contact_policy.hpp"
+#include "contacts/meeting_search.hpp"
+#include "stepping/step_trial.hpp"
+
+namespace mbproj {
+
+template <int D> class StopEvents {
+public:
+    using Vector = Eigen::VectorXd;
+    using Counted = typename TurnCounter<D>::Counted;
+
+    StopEvents(const Steps& steps, Standing& now, EquationsOfMotion<D>& equations, Stepper<D>& stepper,
+               StepEnd<D>& step_end, Schedule& schedule, StepTrial<D>& trial)
+        : steps_(steps), now_(now), equations_(equations), stepper_(stepper), step_end_(step_end), schedule_(schedule),
+          trial_(trial), watch_(equations.model()), policy_(equations), slope_(now.y),
+          lambda_(equations.model().all_multipliers()) {}
+
+    StopWatch<D>& watch() { return watch_; }
+    // Rigid stops with these laws are for this loop, not for who drives it.
+    void begin(std::vector<StopLaw> laws, ContactState state, double spacing) {
+        spacing_ = spacing;
+        policy_.begin(std::move(laws), std::move(state));
+        policy_.watch(watch_, spacing_);
+    }
+    void resume(const ContactState& state) {
+        policy_.resume(state);
+        policy_.watch(watch_, spacing_);
+    }
+    bool inside() const { return policy_.any(); }
+    ContactPolicy<D>& policy() { return policy_; }
+    const ContactPolicy<D>& policy() const { return policy_; }
+    // What was met last, where that is left to who drives the loop; -1 where nothing is.
+    int left_over() const { return left_over_; }
+    bool is_released() const { return released_; }
+
+    // Before a step.
+    void begin_step() { rows_ = equations_.policy().save(); }
+
+    // Whether the step that was made, with this slope at its end, meets something.
+    [[gnu::noinline, gnu::cold]] bool meets(const Vector& slope, const std::vector<long>& turns,
+                                            const std::vector<double>& lambda) {
+        const CubicStep step{now_.to.h, now_.y, stepper_.first(), now_.y_new, slope};
+        if (!watch_.met(step, equations_.pose(), equations_.motion(), turns, lambda) &&
+            !watch_.gives_way_inside(equations_, now_.t, step))
+            return false;
+        if (!inside()) return true;
+        return last_known_ = margins(now_.to.t, now_.y_new, turns, last_), true;
+    }
+
+    enum class Found { nothing, at_once, ahead, none };
+
+    // Where in the step that was made something is met, from here, counted: `now.to` is there. `nothing` is where nothing is met
+    // after all, `none` where no step could be made on the way.
+    [[gnu::noinline, gnu::cold]] Found locate(const Counted& counted) {
+        const Target whole = now_.to;
+        if (!last_known_ || !back(counted)) return Found::none;
+        policy_.see_speed(now_.y);
+        const double grain = 4.0 * schedule_.grain(now_.t);
+        MeetingSearch search(watch_.slacks());
+        const auto at = [&](double h, MeetingSearch::Margins& found) { return reach(h, counted, found); };
+        const Meeting met = search.first(at, watch_.first_margins(), last_, watch_.parts(), whole.h, grain);
+        if (!met.made || !back(counted)) return Found::none;
+        now_.to = whole;
+        if (met.which < 0) return Found::nothing;
+        const auto gaps = static_cast<int>(watch_.gaps().size());
+        released_ = met.which >= gaps;
+        stop_ = released_ ? watch_.rows()[met.which - gaps].row - equations_.model().all_rows()
+                          : watch_.gaps()[met.which].stop;
+        meeting_ = true;
+        trial_.crossing().reset();
+        if (met.h < 4.0 * grain) return Found::at_once;
+        const bool ends_there =
+            whole.h - met.h <= (steps_.fixed() ? equations_.model().thresholds.on_grid * steps_.step : 0.0);
+        if (!ends_there) now_.to = schedule_.to(now_.t, now_.t + met.h);
+        if (!ends_there) now_.to.shaped = whole.shaped;
+        return Found::ahead;
+    }
+
+    // Whether the step at hand ends where something is met.
+    bool meeting() const { return meeting_; }
+    void forget() { meeting_ = false; }
+    // What happens there. False where it is left to who drives the loop.
+    bool meet(const std::vector<long>& turns) {
+        meeting_ = false;
+        if (!policy_.meet(now_.t, now_.y, turns, stop_, released_, steps_.interval())) return left_over_ = stop_, false;
+        policy_.watch(watch_, spacing_);
+        return true;
+    }
+    // The next step begins at y at t, with these turns.
+    void look(double t, const Vector& y, const std::vector<long>& turns) {
+        equations_.set_pose(t, y.data());
+        equations_.set_velocities(y.data(), false);
+        watch_.begin(equations_.pose(), equations_.motion(), turns);
+    }
+
+    void record(SampleBlock& block, const std::vector<double>& lambda) const {
+        const ContactState& state = policy_.state();
+        const auto first = lambda.begin() + equations_.model().all_rows();
+        block.pushes.insert(block.pushes.end(), first, lambda.end());
+        std::vector<long> held(static_cast<std::size_t>(lambda.end() - first));
+        for (const int k : state.held) held[k] = 1;
+        block.held.insert(block.held.end(), held.begin(), held.end());
+        block.jumps.push_back(state.work);
+        block.jumps.push_back(state.lost);
+    }
+
+private:
+    // The rows that the step began with, at its start.
+    bool back(const Counted&) {
+        equations_.set_pose(now_.t, now_.y.data());
+        return equations_.resume(rows_);
+    }
+
+    // A step of size h, closed, and what is watched at its end.
+    bool reach(double h, const Counted& counted, MeetingSearch::Margins& found) {
+        now_.to = schedule_.to(now_.t, now_.t + h);
+        if (!trial_.stages() && !(equations_.hold_others() && trial_.stages())) return false;
+        Counted there = counted;
+        Counters counters = now_.counters;
+        ++counters.steps;
+        Peaks peaks;
+        if (step_end_.close(now_.t, now_.y, now_.to.t, now_.y_new, there, nullptr, counters, peaks).stops())
+            return false;
+        return margins(now_.to.t, now_.y_new, there.turns, found);
+    }
+
+    bool margins(double t, const Vector& y, const std::vector<long>& turns, MeetingSearch::Margins& found) {
+        if (watch_.rows().empty()) {
+            equations_.set_pose(t, y.data());
+            equations_.set_velocities(y.data(), false);
+        } else if (!equations_.derivative(t, y.data(), slope_.data(), lambda_.data())) {
+            return false;
+        }
+        watch_.margins(equations_.pose(), equations_.motion(), turns, lambda_, found);
+        return true;
+    }
+
+    const Steps& steps_;
+    Standing& now_;
+    EquationsOfMotion<D>& equations_;
+    Stepper<D>& stepper_;
+    StepEnd<D>& step_end_;
+    Schedule& schedule_;
+    StepTrial<D>& trial_;
+    StopWatch<D> watch_;
+    ContactPolicy<D> policy_;
+    Vector slope_;
+    std::vector<double> lambda_;
+    MeetingSearch::Margins last_;
+    typename RowPolicy<D>::Saved rows_;
+    double spacing_ = 1.0;
+    int stop_ = -1, left_over_ = -1;
+    bool released_ = false, meeting_ = false, last_known_ = false;
+};
+
+}  // namespace mbproj

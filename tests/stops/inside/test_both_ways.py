@@ -1,0 +1,90 @@
+"""Rigid stops in the kernel's loop, and by the march outside of it: one motion, the same events, forces and losses."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from mbproj.integrate.stops import march
+from tests.kernel.scenes import needs_kernel
+from tests.stops.inside.scenes import BALL, BETWEEN_WALLS, CRADLE, DRIVEN, PRESSED, PRESSED_LOOP, ROD, THREE_BALLS
+from tests.stops.runs import DOP853, FIXED, run, simulated
+
+pytestmark = needs_kernel
+
+IN_THE_PLANE, IN_SPACE = ("planar", "reduced"), ("reduced",)
+SCENES = {
+    "a ball that bounces and rests": (BALL, IN_SPACE, {"e": 0.6, "duration": 2.5}),
+    "a rod": (ROD, IN_THE_PLANE, {}),
+    "a cradle": (CRADLE, IN_SPACE, {"e": 0.5, "third": 0.4}),
+    "a block that is lifted": (PRESSED, IN_THE_PLANE, {}),
+    "between walls": (BETWEEN_WALLS, IN_THE_PLANE, {"e": 0.9}),
+    "a pusher that a motion drives": (
+        DRIVEN.replace("duration: 1", "duration: 0.7"),
+        IN_SPACE,
+        {"wall": "rigid: true"},
+    ),
+    "three balls": (THREE_BALLS, IN_SPACE, {}),
+    "pressed through a loop": (PRESSED_LOOP, IN_THE_PLANE, {}),
+}
+CASES = [(name, formulation) for name, (_, formulations, _) in SCENES.items() for formulation in formulations]
+RECORDED = (
+    "bodies/position",
+    "bodies/velocity",
+    "stops/gap",
+    "stops/force",
+    "joints/reaction_force",
+    "diagnostics/dissipation",
+    "diagnostics/work",
+)
+
+
+def text_of(name, formulation, steps):
+    text, _, more = SCENES[name]
+    return text.format(steps=steps, formulation=formulation, **more)
+
+
+@pytest.mark.parametrize("steps", [DOP853, FIXED])
+@pytest.mark.parametrize(("name", "formulation"), CASES)
+def test_the_kernels_loop_does_what_the_march_does(name, formulation, steps, monkeypatch):
+    text = text_of(name, formulation, steps)
+    report, own = run(text)
+    monkeypatch.setattr(march, "meets_inside", lambda *_: False)
+    _, expected = run(text)
+    assert [(event.name, event.kind) for event in own.happened] == [
+        (event.name, event.kind) for event in expected.happened
+    ]
+    assert len(own.happened) > 0
+    for event, other in zip(own.happened, expected.happened, strict=True):
+        assert event.time == pytest.approx(other.time, abs=1e-9)
+        assert (event.impulse, event.energy) == pytest.approx((other.impulse, other.energy), rel=1e-7, abs=1e-9)
+    for path in RECORDED:
+        if path in expected.blocks[0]:
+            scale = max(1.0, np.abs(expected[path]).max(initial=0.0))
+            np.testing.assert_allclose(own[path], expected[path], rtol=0, atol=1e-9 * scale, err_msg=path)
+    assert report.position_violation.value < 2e-13
+
+
+@pytest.mark.parametrize("steps", [DOP853, FIXED])
+@pytest.mark.parametrize("until", [0.35, 1.1, 1.9])
+def test_a_run_goes_on_with_the_bits_of_a_longer_one(steps, until):
+    """Before and after impacts, with contacts that hold, on a loop with a spring that becomes slack."""
+    text = text_of("pressed through a loop", "planar", steps)
+    whole, _ = simulated(text)
+    _, kept = simulated(text.replace("duration: 3", f"duration: {until}"))
+    mark = kept[-1]
+    assert 0.0 < mark["t"] <= until
+    rest, _ = simulated(text, mark)
+    after = whole["time"] > mark["t"]
+    for path in ("time", "bodies/position", "bodies/velocity", "stops/force", "diagnostics/dissipation"):
+        assert np.array_equal(rest[path], whole[path][after]), path
+    assert rest.happened == whole.happened
+
+
+def test_samples_have_no_say_in_the_motion(monkeypatch):
+    """Ten times as many: the same impacts and contacts, bit for bit."""
+    text = text_of("between walls", "planar", DOP853)
+    _, few = run(text)
+    _, many = run(text.replace("output_step: 0.1", "output_step: 0.01"))
+    assert many.happened == few.happened
+    assert len(few.happened) > 5
