@@ -53,10 +53,15 @@ class Row:
 
 @dataclass(frozen=True)
 class Element:
-    """Data of one element; names of states and rows begin with its own."""
+    """Data of one element; names of states and rows begin with its own.
+
+    `stores`: the energy that it keeps, and `lost`: what it has lost since it began, a state of its own say, both in J.
+    What its forces do comes out of these, and only the rest is work done on the mechanism from outside."""
 
     name: str
     reads: tuple[str, ...] = ()
     states: tuple[State, ...] = ()
     forces: tuple[Force, ...] = ()
     rows: tuple[Row, ...] = field(default=())
+    stores: Program | None = None
+    lost: Program | None = None

@@ -144,7 +144,7 @@ def simulate(
             handed_over = _Clocks.now()
             block = observer.at(samples)
             potential, balance = block["diagnostics/potential_energy"], block["diagnostics/energy_balance"]
-            work, dissipation, *_ = samples.work[-1].tolist()
+            work, dissipation = (float(block[f"diagnostics/{name}"][-1]) for name in ("work", "dissipation"))
             account = EnergyAccount(work, dissipation, float(balance[-1]))
             energy.take(
                 float(np.abs(balance).max()),

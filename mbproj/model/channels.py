@@ -67,6 +67,17 @@ class ElementStates:
 
 
 @dataclass(frozen=True, eq=False)
+class Energies:
+    """In J, of the time and channels: what elements keep, and what they have lost."""
+
+    stored: ProgramSet
+    lost: ProgramSet
+
+
+NO_ENERGIES = Energies(flatten([]), flatten([]))
+
+
+@dataclass(frozen=True, eq=False)
 class Motions:
     """k rheonomic rows s(q) - start - f(t) = 0 (Haug 1989, sect. 9.5).
 

@@ -13,7 +13,7 @@ from mbproj.dataclass import dataclass
 from mbproj.errors import Place
 from mbproj.functions.program_set import ProgramSet, joined
 from mbproj.model.bearings import Bearings
-from mbproj.model.channels import NO_CHANNELS, NO_MOTIONS, Channels, ElementStates, Motions
+from mbproj.model.channels import NO_CHANNELS, NO_ENERGIES, NO_MOTIONS, Channels, ElementStates, Energies, Motions
 from mbproj.model.couplings import Couplings
 from mbproj.model.forces import NO_FORCES, Forces
 from mbproj.model.frictions import Frictions
@@ -105,6 +105,7 @@ class System:
     frictions: Frictions | None = None
     bearings: Bearings | None = None
     states: ElementStates | None = None
+    energies: Energies = NO_ENERGIES
     channels: Channels = NO_CHANNELS
 
     @cached_property

@@ -36,3 +36,31 @@ def cam(name: str, angle: str, follower: str, lift: Program) -> Element:
     """s - f(φ) = const of two joint coordinates, with the `lift` f of COORDINATE in m or rad. It repeats with each turn
     and is twice differentiable, as tables that are `periodic`."""
     return Element(name, rows=(Row("law", {angle: 0.0, follower: 1.0}, lift),))
+
+
+def spring(name: str, coordinate: str, stiffness: float) -> Element:
+    """F = -k s, which keeps ½ k s²; `stiffness` k in N/m or N m/rad."""
+    s = variable(CHANNELS)
+    kept = apply(Op.MULTIPLY, number(0.5 * stiffness), apply(Op.MULTIPLY, s, s))
+    push = Program(apply(Op.MULTIPLY, number(-stiffness), s))
+    return Element(name, reads=(coordinate,), forces=(Force(coordinate, push),), stores=Program(kept))
+
+
+def motor(name: str, angle: str, voltage: float, winding: tuple[float, float], constant: float) -> Element:
+    """Torque k i with L i' = U - R i - k ω: it keeps ½ L i² and loses R i²; `winding` R in Ω and L in H."""
+    resistance, inductance = winding
+    rate, current, heat = (variable(CHANNELS + channel) for channel in range(3))
+    square = apply(Op.MULTIPLY, current, current)
+    drop = apply(Op.ADD, apply(Op.MULTIPLY, number(resistance), current), apply(Op.MULTIPLY, number(constant), rate))
+    grows = apply(Op.DIVIDE, apply(Op.SUBTRACT, number(voltage), drop), number(inductance))
+    return Element(
+        name,
+        reads=(f"{angle}_dot", f"{name}.current", f"{name}.heat"),
+        states=(
+            State("current", Program(grows), unit="A"),
+            State("heat", Program(apply(Op.MULTIPLY, number(resistance), square)), unit="J"),
+        ),
+        forces=(Force(angle, Program(apply(Op.MULTIPLY, number(constant), current))),),
+        stores=Program(apply(Op.MULTIPLY, number(0.5 * inductance), square)),
+        lost=Program(heat),
+    )

@@ -40,7 +40,7 @@ from mbproj.dynamics.equations.reflected import inertial_reaction
 from mbproj.dynamics.equations.teeth import Teeth, sums_at_start
 from mbproj.dynamics.observe.reactions import reactions
 from mbproj.dynamics.observe.samples import Samples, join, keep_freed_memory
-from mbproj.dynamics.observe.total_energy import potential, total_energy
+from mbproj.dynamics.observe.total_energy import account, of_elements, potential, total_energy
 from mbproj.model.euler_parameters import product, rotation_matrix
 from mbproj.model.system import System
 
@@ -58,11 +58,9 @@ class Observer:
     def __init__(self, system: System, start: State) -> None:
         keep_freed_memory()
         self.system = system
-        self.energy = total_energy(system, start)
-        self.sums = np.zeros(0)
-        if system.couplings.size:
-            at = start.instant(system)
-            self.sums = sums_at_start(system, at.pose, at.expected)
+        at = start.instant(system)
+        self.energy, self.of_elements = total_energy(system, start), of_elements(at)
+        self.sums = sums_at_start(system, at.pose, at.expected) if system.couplings.size else np.zeros(0)
 
     def at(self, samples: Samples) -> Observation:
         """Everything at some samples."""
@@ -159,19 +157,20 @@ class Observation(Mapping[str, npt.NDArray[Any]]):
         return load(bearings, supports(self.system, bearings, self.pose, self._seen.multipliers))
 
     @cached_property
-    def laws(self) -> LawState:
-        instant = Instant(self.system, self.pose, self.twist, self._seen.t, self.coordinate, self._seen.x)
-        return law_state(instant, carried=self.carried)
+    def instant(self) -> Instant:
+        return Instant(self.system, self.pose, self.twist, self._seen.t, self.coordinate, self._seen.x)
 
     @cached_property
-    def along(self) -> tuple[Numbers, Numbers, Numbers]:
+    def laws(self) -> LawState:
+        return law_state(self.instant, carried=self.carried)
+
+    @cached_property
+    def along(self) -> tuple[Numbers, ...]:
         """Coordinate, rate and force of what acts along lengths and coordinates: laws, then reflected inertias."""
-        laws = self.laws.value, self.laws.rate, self.laws.force
-        reaction = inertial_reaction(self.system.reflected, self.pose, self.twist, self.change)
+        laws, turned = self.laws, inertial_reaction(self.system.reflected, self.pose, self.twist, self.change)
         own = self.coordinate[:, self.system.reflected.joint_coordinate]
-        added = own, reaction.rate, reaction.force
-        value, rate, force = (np.concatenate(pair, axis=-1) for pair in zip(laws, added, strict=True))
-        return value, rate, force
+        pairs = (laws.value, own), (laws.rate, turned.rate), (laws.force, turned.force)
+        return tuple(np.concatenate(pair, axis=-1) for pair in pairs)
 
     @cached_property
     def reactions(self) -> tuple[Numbers, Numbers]:
@@ -200,8 +199,7 @@ class Observation(Mapping[str, npt.NDArray[Any]]):
 
     def motion_force(self) -> Numbers:
         """The constraints act along a coordinate with -λ (Eq. 10); the motions' rows are the last."""
-        undriven = self._seen.multipliers.shape[1] - self.system.driven if self.system.driven else None
-        return -self._seen.multipliers[:, undriven:] if undriven is not None else np.zeros((len(self._seen.t), 0))
+        return -self._seen.multipliers[:, self._seen.multipliers.shape[1] - self.system.driven :]
 
     def driven(self, name: str) -> Numbers:
         """Value or rate of each motion, (T, k)."""
@@ -209,14 +207,18 @@ class Observation(Mapping[str, npt.NDArray[Any]]):
 
     def stored(self) -> Numbers:
         """V of gravity, springs and compliant stops, (T,)."""
-        own = potential(self.system, self.pose, self.laws)
+        own = potential(self.instant, self.laws)
         stops = self.system.stops
         return own if stops is None else own + stored_energy(stops, gaps(stops, self.pose, self._seen.turns))
 
+    @cached_property
+    def work(self) -> tuple[Numbers, Numbers]:
+        """W and D, (T,)."""
+        return account(self.instant, self.observer.of_elements, self._seen.work)
+
     def balance(self) -> Numbers:
         """E(t) - E(0) - W + D, (T,)."""
-        work = self._seen.work
-        return self["diagnostics/total_energy"] - self.observer.energy - work[:, 0] + work[:, 1]
+        return self["diagnostics/total_energy"] - self.observer.energy - self.work[0] + self.work[1]
 
 
 def _position(kind: str) -> Callable[[Observation], Numbers]:
@@ -275,8 +277,8 @@ QUANTITIES: Mapping[str, Callable[[Observation], npt.NDArray[Any]]] = MappingPro
         "diagnostics/total_energy": lambda seen: (
             seen["diagnostics/kinetic_energy"] + seen["diagnostics/potential_energy"]
         ),
-        "diagnostics/work": lambda seen: seen.samples.work[:, 0],
-        "diagnostics/dissipation": lambda seen: seen.samples.work[:, 1],
+        "diagnostics/work": lambda seen: seen.work[0],
+        "diagnostics/dissipation": lambda seen: seen.work[1],
         "diagnostics/energy_balance": Observation.balance,
         "diagnostics/position_violation": lambda seen: np.abs(seen.C).max(axis=-1),
         "diagnostics/velocity_violation": lambda seen: np.abs(

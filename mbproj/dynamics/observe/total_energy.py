@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
-from mbproj.arrays import Numbers
+import numpy as np
+
+from mbproj.arrays import Array, Numbers
 from mbproj.dynamics.assembly.assemble import State
 from mbproj.dynamics.equations.energy import kinetic_energy, potential_energy
 from mbproj.dynamics.equations.forces import LawState, law_state
 from mbproj.dynamics.equations.gaps import gaps, stored_energy
-from mbproj.dynamics.equations.kinematics import Pose
+from mbproj.dynamics.equations.instant import Instant
+from mbproj.functions.series import run
 from mbproj.model.system import System
 
 
@@ -15,11 +18,28 @@ def total_energy(system: System, state: State) -> float:
     """T + V in J of one state."""
     at = state.instant(system)
     found = kinetic_energy(system, at.pose, at.twist)
-    found = found + potential(system, at.pose, law_state(at))
+    found = found + potential(at, law_state(at))
     own = 0.0 if system.stops is None else stored_energy(system.stops, gaps(system.stops, at.pose, state.turns))
     return float(found + own)
 
 
-def potential(system: System, pose: Pose, laws: LawState) -> Numbers:
-    """V in J of gravity and of springs."""
-    return potential_energy(system, pose) + laws.stored
+def potential(instant: Instant, laws: LawState) -> Numbers:
+    """V in J of gravity, of springs, and what elements keep."""
+    return potential_energy(instant.system, instant.pose) + laws.stored + of_elements(instant)[0]
+
+
+def of_elements(instant: Instant) -> tuple[Numbers, Numbers]:
+    """What elements keep, and what they have lost since they began, in J, (...)."""
+    energies, variables = instant.system.energies, instant.variables()
+    stored, lost = (
+        sum((run(programs, k, variables)[0] for k in range(programs.size)), np.zeros(instant.pose.position.shape[:-2]))
+        for programs in (energies.stored, energies.lost)
+    )
+    return stored, lost
+
+
+def account(instant: Instant, at_start: tuple[Numbers, Numbers], work: Array) -> tuple[Numbers, Numbers]:
+    """W and D since the start, (T,), with `work` (T, 2 + ...) of all forces: what elements keep and lose comes from
+    outside, but for what their forces take."""
+    kept, lost = (now - then for now, then in zip(of_elements(instant), at_start, strict=True))
+    return work[:, 0] + kept + lost, work[:, 1] + lost

@@ -15,7 +15,7 @@ from mbproj.functions.curve import Curve
 from mbproj.functions.program import CHANNELS, COORDINATE, Instruction, Op, Program
 from mbproj.functions.program_set import flatten, joined
 from mbproj.model.added_laws import AddedLaw, with_laws
-from mbproj.model.channels import Channels, ElementStates, Kind
+from mbproj.model.channels import Channels, ElementStates, Energies, Kind
 from mbproj.model.couplings import compile_couplings
 from mbproj.model.primitive_set import Binding, bind, bindings
 from mbproj.model.system import System
@@ -43,7 +43,12 @@ def with_elements(system: System, elements: Sequence[Element]) -> System:
             flatten(rates),
         )
         system = replace(system, states=own if system.states is None else _after(system.states, own))
-    return _with_rows(_with_forces(replace(system, channels=channels), elements, named), elements)
+    energies = Energies(
+        joined([system.energies.stored, flatten([named[each.name](each.stores) for each in elements if each.stores])]),
+        joined([system.energies.lost, flatten([named[each.name](each.lost) for each in elements if each.lost])]),
+    )
+    system = replace(system, channels=channels, energies=energies)
+    return _with_rows(_with_forces(system, elements, named), elements)
 
 
 def _after(before: ElementStates, own: ElementStates) -> ElementStates:

@@ -1,0 +1,44 @@
+"""A wheel and a slide, each on a joint to the ground, that elements couple and drive."""
+
+from __future__ import annotations
+
+from mbproj.dynamics import assemble
+from mbproj.integrate import simulate
+from mbproj.kernel import core
+from mbproj.model import compile_system, initial_guess
+from mbproj.model.compile.elements import with_elements
+from mbproj.scene import read_scene_text, settings_to_run
+from tests.support import Recorder
+
+FORMULATIONS = ["full", *(["reduced", "planar"] if core() is not None else [])]
+SCENE = """
+mbproj: 1
+gravity: [0, 0, -9.81]
+simulation: {duration: 2, output_step: 0.1, tolerance: 1e-11, integrator: dop853}
+bodies:
+  wheel: {mass: 2, inertia: [0.1, 0.1, 0.1], position: [0, 0, 0]}
+  slide: {mass: 3, inertia: [0.1, 0.1, 0.1], position: [0, 0, 0.3]}
+joints:
+  pin: {type: revolute, bodies: [ground, wheel], location: [0, 0, 0], axis: [0, 1, 0], SPEED}
+  rail: {type: prismatic, bodies: [ground, slide], location: [0, 0, 0.3], axis: AXIS, speed: SLIDE}
+"""
+AXES = {"x": "[1, 0, 0]", "z": "[0, 0, 1]"}
+
+
+def scene_of(axis="x", speed="speed: 0", slide=None, **options):
+    text = SCENE.replace("AXIS", AXES[axis]).replace("SPEED", speed)
+    text = text.replace(", speed: SLIDE", "" if slide is None else f", speed: {slide}")
+    return read_scene_text(text, simulation=options)
+
+
+def run(elements, **own):
+    """(system, recorder, report) of the scene with elements."""
+    scene = scene_of(**own)
+    system = with_elements(compile_system(scene), elements)
+    recorder = Recorder()
+    report = simulate(system, assemble(system, initial_guess(scene, system)), settings_to_run(scene), recorder)
+    return system, recorder, report
+
+
+def at(found, name, names):
+    return found["joints/coordinate"][:, names.index(name)]
