@@ -35,7 +35,7 @@ def sparse_eigen(reference: Reference, count: int) -> SparseEigen:
     """The `count` slowest modes of a mechanism at rest. Raises InputError where it moves, or elements
     have states."""
     system, motion = reference.system, reference.motion
-    if system.states is not None:
+    if system.states.size:
         said = f"modes with states of elements are found for up to {THRESHOLDS.dense_modes} bodies"
         raise InputError(Problem(said, hint="take fewer bodies, or run it and look at its motion"))
     if reference.moves or np.any(reference.turning):

@@ -79,7 +79,7 @@ def _listed(names: Sequence[str]) -> str:
 def unsteady_states(reference: Reference) -> str:
     """That states of elements change at a reference, by what; nothing where they do not."""
     system = reference.system
-    if system.states is None:
+    if not system.states.size:
         return ""
     instant = reference.motion.instant(system)
     rates, terms = state_rates(instant), np.abs(channel_slopes(instant)[1]) @ np.abs(instant.channels)

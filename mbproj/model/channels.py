@@ -65,6 +65,14 @@ class ElementStates:
     scale: Array
     programs: ProgramSet
 
+    @property
+    def size(self) -> int:
+        """K."""
+        return len(self.start)
+
+
+NO_STATES = ElementStates(np.zeros(0), np.zeros(0), flatten([]))
+
 
 @dataclass(frozen=True, eq=False)
 class Energies:

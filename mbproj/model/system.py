@@ -13,7 +13,16 @@ from mbproj.dataclass import dataclass
 from mbproj.errors import Place
 from mbproj.functions.program_set import ProgramSet, joined
 from mbproj.model.bearings import Bearings
-from mbproj.model.channels import NO_CHANNELS, NO_ENERGIES, NO_MOTIONS, Channels, ElementStates, Energies, Motions
+from mbproj.model.channels import (
+    NO_CHANNELS,
+    NO_ENERGIES,
+    NO_MOTIONS,
+    NO_STATES,
+    Channels,
+    ElementStates,
+    Energies,
+    Motions,
+)
 from mbproj.model.couplings import Couplings
 from mbproj.model.forces import NO_FORCES, Forces
 from mbproj.model.frictions import Frictions
@@ -104,7 +113,7 @@ class System:
     stops: Stops | None = None
     frictions: Frictions | None = None
     bearings: Bearings | None = None
-    states: ElementStates | None = None
+    states: ElementStates = NO_STATES
     energies: Energies = NO_ENERGIES
     channels: Channels = NO_CHANNELS
 
@@ -132,7 +141,7 @@ class System:
     @property
     def first_coupled(self) -> int:
         """The number there of the first function of couplings."""
-        return self.first_rate + (0 if self.states is None else self.states.programs.size)
+        return self.first_rate + self.states.size
 
     @cached_property
     def curved(self) -> dict[int, tuple[int, int]]:
@@ -157,7 +166,7 @@ class System:
     @property
     def state_scale(self) -> Array:
         """What the states of elements are measured against, (K,)."""
-        return np.zeros(0) if self.states is None else self.states.scale
+        return self.states.scale
 
     @property
     def bodies(self) -> int:
@@ -255,6 +264,4 @@ def _uncontrolled(name: str, size: int) -> Block:
 def _states(system: System) -> Block:
     """Those of elements."""
     x, names = system.states, system.names
-    if x is None:
-        return Block("states", np.zeros(0), np.zeros(0))
     return Block("states", x.scale, x.start, dataset="states/value", names=names.states, units=names.state_units)

@@ -142,8 +142,6 @@ def state_rates(instant: Instant, held: Array | None = None) -> Array:
     """x' of the states of elements, (K,), on the branches `held`. Raises SimulationError that names one whose rate has
     no finite value."""
     system = instant.system
-    if system.states is None:
-        return np.zeros(0)
     variables, first = instant.variables(), system.first_rate
     found = np.array([run(system.programs, first + k, variables, held)[0] for k in range(len(instant.x))])
     if not np.isfinite(found).all():

@@ -87,7 +87,7 @@ def crowded(events: tuple[Event, ...]) -> tuple[str, ...]:
 def _of_scene(
     forces: Forces,
     motions: Motions,
-    states: ElementStates | None,
+    states: ElementStates,
     names: Names,
     start: float,
     end: float,
@@ -97,10 +97,11 @@ def _of_scene(
     """Studies run a mechanism many times, and it does not change."""
     events: set[Event] = set()
     found: list[Stretch] = []
-    sets = [(forces.programs, tuple(f"force '{name}'" for name in forces.program_owners), OF_FORCES)]
-    if states is not None:
-        sets.append((states.programs, tuple(f"state '{name}'" for name in names.states), OF_FORCES))
-    sets.append((motions.programs, tuple(f"motion '{name}'" for name in names.motions), OF_MOTIONS))
+    sets = (
+        (forces.programs, tuple(f"force '{name}'" for name in forces.program_owners), OF_FORCES),
+        (states.programs, tuple(f"state '{name}'" for name in names.states), OF_FORCES),
+        (motions.programs, tuple(f"motion '{name}'" for name in names.motions), OF_MOTIONS),
+    )
     for programs, owners, orders in sets:
         seen: dict[tuple[bytes, bytes], list[tuple[float, str]]] = {}
         for index, owner in enumerate(owners):

@@ -134,7 +134,7 @@ class FullFormulation:
         rates = {
             "positions": v,
             "velocities": found.acceleration,
-            "states": state_rates(self.instant(t, y), self.held) if self.system.states else np.zeros(0),
+            "states": state_rates(self.instant(t, y), self.held) if self.system.states.size else np.zeros(0),
             "quadratures": found.power,
             "followed": expected if speed is None else speed[: len(expected)],
         }

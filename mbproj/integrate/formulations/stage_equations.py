@@ -145,7 +145,7 @@ class StepStages:
     def _rates(self, t: float, y: Array) -> Array:
         """x' of the states of elements, (K,)."""
         at = self.formulation
-        return state_rates(at.instant(t, y), at.held) if at.system.states else np.zeros(0)
+        return state_rates(at.instant(t, y), at.held) if at.system.states.size else np.zeros(0)
 
     def _crossings_at(self, times: Array, y: Array) -> list[StageCrossing]:
         """What names channels at the stages; nothing in scenes where nothing does."""

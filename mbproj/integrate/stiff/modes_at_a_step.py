@@ -42,12 +42,12 @@ def modes_at(choice: Choice, system: System, state: State, step: float = np.inf)
 
 
 def _state_slopes(system: System, state: State) -> Array:
-    return np.zeros((0, 0)) if system.states is None else state_slopes(state.instant(system))
+    return state_slopes(state.instant(system))
 
 
 def can_be_fast(system: System) -> bool:
     """Whether there are forces along coordinates, or states of elements."""
-    return system.states is not None or system.forces.size > 0
+    return system.states.size > 0 or system.forces.size > 0
 
 
 @dataclass(frozen=True, eq=False)

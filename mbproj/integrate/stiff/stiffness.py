@@ -58,7 +58,7 @@ class StiffnessWatch:
         self._integrator = WHERE_STIFF if settings.integrator == AUTOMATIC else settings.integrator
         self._tableau = tableau_of(self._integrator)
         self._kept: list[_Kept] = []
-        can_be_fast = system.states is not None or system.forces.size > 0
+        can_be_fast = system.states.size > 0 or system.forces.size > 0
         self._active = settings.projection.gains is not None or can_be_fast
 
     @cached_property

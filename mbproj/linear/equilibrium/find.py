@@ -115,7 +115,7 @@ def is_large(system: System) -> bool:
 
 
 def _solved(problem: Problem, q: Array, expected: Array, *, dense: bool = False) -> Solved:
-    if problem.system.states is not None:
+    if problem.system.states.size:
         from mbproj.linear.equilibrium.states import solve_with_states
 
         return solve_with_states(problem, q, expected)

@@ -35,19 +35,16 @@ def with_elements(system: System, elements: Sequence[Element]) -> System:
     )
     system = replace(system, names=names)
     channels, named = _channels(system, elements)
-    if states:
-        rates = [named[element.name](state.rate) for element in elements for state in element.states]
-        own = ElementStates(
-            np.array([state.start for _, state in states]),
-            np.array([state.scale for _, state in states]),
-            flatten(rates),
-        )
-        system = replace(system, states=own if system.states is None else _after(system.states, own))
+    own = ElementStates(
+        np.array([state.start for _, state in states]),
+        np.array([state.scale for _, state in states]),
+        flatten([named[element.name](state.rate) for element in elements for state in element.states]),
+    )
     energies = Energies(
         joined([system.energies.stored, flatten([named[each.name](each.stores) for each in elements if each.stores])]),
         joined([system.energies.lost, flatten([named[each.name](each.lost) for each in elements if each.lost])]),
     )
-    system = replace(system, channels=channels, energies=energies)
+    system = replace(system, channels=channels, energies=energies, states=_after(system.states, own))
     return _with_rows(_with_forces(system, elements, named), elements)
 
 
