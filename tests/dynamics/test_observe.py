@@ -139,7 +139,7 @@ def part_of(samples: Samples, first: int, last: int) -> Samples:
     return Samples(
         **arrays,
         layout=samples.layout,
-        solved=lambda: samples.multipliers[rows],
+        solved=lambda _: samples.multipliers[rows],
         counters={name: values[rows] for name, values in samples.counters.items()},
         press=None if samples.press is None else lambda: samples.press()[rows],
         rub=None if samples.rub is None else lambda: tuple(each[rows] for each in samples.rub()),

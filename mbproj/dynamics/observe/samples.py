@@ -51,7 +51,8 @@ class Sample:
 @dataclass(frozen=True, eq=False)
 class Samples:
     """T consecutive samples: the fields of `Sample` with a leading axis of length T; y (T, N) has the `layout` of a
-    state. `solved` gives the multipliers, which may cost more than all else: they are solved for where somebody asks.
+    state. `carried` (T, m) are the multipliers that the run gave, and `solved` makes from the samples those that are
+    recorded, which may cost more than all else: they are solved for where somebody asks.
     `press`: how hard each stop pushes, (T, S), where there are stops. `rub`: the force of each dry friction, and the
     sign of its sliding, 0 while it sticks, (T, K) each, where there are some."""
 
@@ -59,7 +60,8 @@ class Samples:
     y: Array
     layout: Layout
     acceleration: Array
-    solved: Callable[[], Array]
+    carried: Array
+    solved: Callable[[Samples], Array]
     step_size: Array
     work: Array
     counters: Mapping[str, Integers]
@@ -69,7 +71,7 @@ class Samples:
     @cached_property
     def multipliers(self) -> Array:
         """λ of the joints' rows and then the motions', (T, m)."""
-        return self.solved()
+        return self.solved(self)
 
     @property
     def q(self) -> Array:
@@ -98,13 +100,13 @@ class Samples:
 
 def stack(samples: Sequence[Sample]) -> Samples:
     """One block of at least one sample."""
-    multipliers = np.stack([sample.multipliers for sample in samples])
     return Samples(
         t=np.array([sample.state.t for sample in samples]),
         y=np.stack([sample.state.y for sample in samples]),
         layout=samples[0].state.layout,
         acceleration=np.stack([sample.acceleration for sample in samples]),
-        solved=lambda: multipliers,
+        carried=np.stack([sample.multipliers for sample in samples]),
+        solved=lambda stacked: stacked.carried,
         step_size=np.array([sample.step_size for sample in samples]),
         work=np.stack([sample.work for sample in samples]),
         counters={key: np.array([sample.counters[key] for sample in samples]) for key in samples[0].counters},
@@ -118,15 +120,18 @@ def join(blocks: Sequence[Samples]) -> Samples:
     arrays = {
         field.name: np.concatenate([getattr(block, field.name) for block in blocks])
         for field in fields(Samples)
-        if field.name not in {"layout", "counters", "solved", "press", "rub"}
+        if field.name not in {"layout", "counters", "carried", "solved", "press", "rub"}
     }
+    solved = blocks[0].solved
+    alike = all(block.solved == solved for block in blocks)
     counters = {key: np.concatenate([block.counters[key] for block in blocks]) for key in blocks[0].counters}
     pressing = [block.press for block in blocks if block.press is not None]
     rubbing = [block.rub for block in blocks if block.rub is not None]
     return Samples(
         **arrays,
         layout=blocks[0].layout,
-        solved=lambda: np.concatenate([block.multipliers for block in blocks]),
+        carried=np.concatenate([block.carried for block in blocks]) if alike else arrays["work"][:, :0],
+        solved=solved if alike else lambda _: np.concatenate([block.multipliers for block in blocks]),
         counters=counters,
         press=(lambda: np.concatenate([press() for press in pressing])) if pressing else None,
         rub=(lambda: _side_by_side([rub() for rub in rubbing])) if rubbing else None,

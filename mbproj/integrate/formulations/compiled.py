@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
 from types import ModuleType
 from typing import Any, ClassVar
 
@@ -71,25 +70,25 @@ class Compiled(ABC):
         """A block of the kernel in the coordinates of all formulations."""
         y, work = block["y"], block["y"][:, self.layout["quadratures"]]
         q, v, acceleration = self.motion(self._by_body(y), block["acceleration"])
-        found = Samples(
+        return Samples(
             t=block["t"],
             y=self._states(y, q, v, self.all_turns(block["turns"])),
             layout=self.system.layout,
             acceleration=acceleration,
-            solved=lambda: block["multipliers"],
+            carried=block["multipliers"],
+            solved=self.multipliers,
             step_size=block["step_size"],
             work=work if work.shape[1] else np.zeros((len(y), 2)),
             counters=counters,
         )
-        return replace(found, solved=lambda: self.multipliers(found, block))  # a circle would keep the memory
 
     @abstractmethod
     def motion(self, y: Array, acceleration: Array) -> tuple[Array, Array, Array]:
         """q, q' and q'' (T, 7n) at states of the kernel (T, n, 13 or 6) with its accelerations."""
 
     @abstractmethod
-    def multipliers(self, samples: Samples, block: Mapping[str, Any]) -> Array:
-        """λ of all rows at samples, (T, m), which a block of the kernel has given."""
+    def multipliers(self, samples: Samples) -> Array:
+        """λ of all rows at samples, (T, m), of a run in the kernel."""
 
     @abstractmethod
     def turns(self, turns: Integers) -> Integers:

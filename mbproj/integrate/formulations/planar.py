@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from types import ModuleType
 from typing import Any, final
 
@@ -78,7 +77,7 @@ class InPlane(Compiled):
     def coordinate(self, number: int) -> int:
         return int(self.plane.coordinates.source.source[number])
 
-    def multipliers(self, samples: Samples, block: Mapping[str, Any]) -> Array:
+    def multipliers(self, samples: Samples) -> Array:
         """From one spatial solve a sample. Where rows out of the plane are redundant, the smallest λ that keep the
         bodies on the motion that the plane gives."""
         times, q, v, x = samples.t, samples.q, samples.v, samples.x

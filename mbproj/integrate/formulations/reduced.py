@@ -2,15 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from types import ModuleType
-from typing import Any, final
+from typing import final
 
 import numpy as np
 
 from mbproj.arrays import Array, Integers
-from mbproj.dynamics.assembly.assemble import coordinate_values
-from mbproj.dynamics.equations.kinematics import pose_of
 from mbproj.dynamics.observe.samples import Samples
 from mbproj.integrate.formulations.compiled import Compiled
 from mbproj.kernel.models import space_model
@@ -44,15 +41,13 @@ class Reduced(Compiled):
     def motion(self, y: Array, acceleration: Array) -> tuple[Array, Array, Array]:
         return from_space(y, acceleration)
 
-    def multipliers(self, samples: Samples, block: Mapping[str, Any]) -> Array:
+    def multipliers(self, samples: Samples) -> Array:
         """Where redundant rows leave reactions open, the smallest."""
-        multipliers: Array = block["multipliers"]
         if not self.model.redundant:
-            return multipliers
-        reference = coordinate_values(self.system, pose_of(samples.q)) + 2.0 * np.pi * samples.turns
-        bodies = np.ascontiguousarray(self._by_body(block["y"]))
-        found = self.equations().smallest_multipliers(bodies, samples.t, np.ascontiguousarray(reference))
-        return np.where(np.isnan(found), multipliers, found)
+            return samples.carried
+        bodies = np.ascontiguousarray(space_state(samples.q, samples.v))
+        found: Array = self.equations().spread(bodies, samples.t, samples.carried)
+        return found
 
     def turns(self, turns: Integers) -> Integers:
         return turns

@@ -115,8 +115,8 @@ def only(samples: Samples, which: Flags) -> Samples:
     press, rub = samples.press, samples.rub
     return replace(
         samples,
-        **{name: getattr(samples, name)[which] for name in ("t", "y", "acceleration", "step_size", "work")},
-        solved=lambda: samples.multipliers[which],
+        **{name: getattr(samples, name)[which] for name in ("t", "y", "acceleration", "carried", "step_size", "work")},
+        solved=lambda _: samples.multipliers[which],
         counters={name: values[which] for name, values in samples.counters.items()},
         press=None if press is None else lambda: press()[which],
         rub=None if rub is None else lambda: (rub()[0][which], rub()[1][which]),

@@ -149,11 +149,11 @@ class StopMarch:
                 last = replace(samples, work=work), variant
                 times = self._times(samples.t)
                 due = ~np.isnan(times) & (times > self.recorded)
-                counted = {name: start[name] + values for name, values in samples.counters.items()}
                 if due.any():
                     self.recorded = float(times[due][-1])
-                    timed = replace(last[0], t=times, counters=counted)
-                    yield only(of_the_whole(variant, timed) if inside is None else timed, due)
+                    counted = {name: start[name] + values[due] for name, values in samples.counters.items()}
+                    whole = last[0] if inside is not None else of_the_whole(variant, last[0])
+                    yield replace(only(whole, due), t=times[due], counters=counted)
         except Halted as halted:
             self.integrals = before + integrals_of_the_whole(variant, halted.standing.work)
             self.integrals[1] -= stored_by(self.system, halted.standing.state) - stored

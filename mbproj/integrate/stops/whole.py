@@ -43,7 +43,7 @@ def of_the_whole(variant: Variant, samples: Samples) -> Samples:
 
     return replace(
         samples,
-        solved=lambda: np.delete(samples.multipliers, own, axis=1),
+        solved=lambda _: np.delete(samples.multipliers, own, axis=1),
         press=None if stops is None else lambda: known()[0],
         rub=None if frictions is None else lambda: known()[1:],
     )

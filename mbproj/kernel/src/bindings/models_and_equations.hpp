@@ -188,6 +188,17 @@ template <int D> void add_equations(nb::module_& m, const char* name) {
             },
             nb::arg("y"), nb::arg("t"), nb::arg("coordinates"))
         .def(
+            "spread",
+            [=](E& self, Numbers3 y, Numbers1 t, Numbers2 carried) {
+                const std::size_t count = t.shape(0);
+                require(t, {count}, "t");
+                require(y, {count, static_cast<std::size_t>(self.model().size()), Size<D>::state}, "y");
+                require(carried, {count, self.model().constraints.rows}, "carried");
+                return array_of(self.spread(count, t.data(), y.data(), carried.data()), count,
+                                self.model().constraints.rows);
+            },
+            nb::arg("y"), nb::arg("t"), nb::arg("carried"))
+        .def(
             "rows", [=](E& self, Numbers2 y, double t) { return saved_rows<D>(self.rows(t, checked(self, y))); },
             nb::arg("y"), nb::arg("t") = 0.0)
         .def(

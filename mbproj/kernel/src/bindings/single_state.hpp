@@ -78,27 +78,31 @@ public:
         return std::make_pair(std::move(found), std::move(lambda));
     }
 
-    // The smallest λ of each of `count` states, one after another; not numbers where they are not unique. They do not depend
-    // on the rows held, so that those of the first state serve as long as they are well conditioned.
+    // The smallest λ of each of `count` states, one after another; not numbers where they are not unique.
     Numbers smallest_multipliers(std::size_t count, const double* t, const double* y, const double* coordinates) {
         const std::size_t rows = model_.constraints.rows;
         const std::size_t beside = model_.coordinates.instances.size() + model_.layout.states.size;
         Numbers found(count * rows, std::numeric_limits<double>::quiet_NaN());
         Numbers slope(model_.layout.size()), lambda(model_.all_multipliers());
-        Rows first;
-        double least = 0.0;
         for (std::size_t i = 0; i < count; ++i, y += model_.layout.bodies.size, coordinates += beside) {
-            const Numbers there(coordinates, coordinates + beside);
-            if (!(first && begin(t[i], y, there, first) && nearness() >= least)) {
-                if (!begin(t[i], y, there, {})) continue;
-                first.reset();
-                least = model_.thresholds.decline * nearness();
-                if (least > 0.0) first = equations_.policy().save();
-            }
+            if (!begin(t[i], y, {coordinates, coordinates + beside}, {})) continue;
             equations_.set_velocities(y, false);
             if (!equations_.slope_at(state_.data(), slope.data(), lambda.data())) continue;
             if (!equations_.solver().spread(equations_.pose(), lambda.data())) continue;
             std::copy_n(lambda.begin(), rows, found.begin() + i * rows);
+        }
+        return found;
+    }
+
+    // The smallest λ of each of `count` states from any, `carried`, that balance the same forces; these where there are none.
+    Numbers spread(std::size_t count, const double* t, const double* y, const double* carried) {
+        const std::size_t rows = model_.constraints.rows;
+        Numbers found(carried, carried + count * rows), lambda;
+        for (std::size_t i = 0; i < count; ++i, y += model_.layout.bodies.size) {
+            set_pose(t[i], y);
+            lambda.assign(carried + i * rows, carried + (i + 1) * rows);
+            if (equations_.solver().spread_over_all(equations_.pose(), lambda.data()))
+                std::copy(lambda.begin(), lambda.end(), found.begin() + i * rows);
         }
         return found;
     }

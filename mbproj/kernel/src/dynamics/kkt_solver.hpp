@@ -147,9 +147,11 @@ public:
     bool spread(const Pose<D>& pose, double* lambda) {
         loops_.multipliers(lambda);
         if (loops_.held().empty()) return true;
-        if (!smallest_) smallest_ = std::make_unique<MinimumNormMultipliers<D>>(model_, order_);
-        return smallest_->spread(pose, near_singular() ? thresholds_.near_dependent : thresholds_.smallest_pivot,
-                                 lambda);
+        return spread_over_all(pose, lambda, near_singular() ? thresholds_.near_dependent : thresholds_.smallest_pivot);
+    }
+    // The same of any λ that balance the forces, and any factor.
+    bool spread_over_all(const Pose<D>& pose, double* lambda) {
+        return spread_over_all(pose, lambda, thresholds_.smallest_pivot);
     }
 
     // (δr, δθ) or accelerations of a body, of its centre of mass, global axes.
@@ -165,6 +167,10 @@ public:
     const BlockCholesky& cholesky() const { return loops_.cholesky(); }
 
 private:
+    bool spread_over_all(const Pose<D>& pose, double* lambda, double shift) {
+        if (!smallest_) smallest_ = std::make_unique<MinimumNormMultipliers<D>>(model_, order_);
+        return smallest_->spread(pose, shift, lambda);
+    }
     bool fails(int joint) { return singular_joint_ = joint, false; }
 
     double usual() const { return metric_ == Metric::coordinates ? rows_.usual_even : rows_.usual; }

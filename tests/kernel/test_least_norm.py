@@ -1,0 +1,56 @@
+"""The smallest multipliers of large mechanisms with redundant rows: λ in the range of G, by a sparse factor of GᵀG."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from mbproj import read_scene_text
+from mbproj.dynamics import assemble
+from mbproj.integrate.formulations.reduced import Reduced
+from mbproj.integrate.formulations.redundant_rows import count_redundant
+from mbproj.kernel import core
+from mbproj.model import compile_system, initial_guess
+from tests.kernel.scenes import needs_kernel
+
+pytestmark = needs_kernel
+
+
+def shared_four_bars(loops: int) -> str:
+    """Parallelograms in a row, each of three redundant rows, which share their rockers."""
+    body = "{mass: 1, inertia: [0.1, 0.1, 0.1], position: [%g, 0, %g], velocity: [1, 0, 0]}"
+    bodies = [f"rocker{k}: {body % (k, 0.5)}" for k in range(loops + 1)]
+    bodies += [f"coupler{k}: {body % (k + 0.5, 1)}" for k in range(loops)]
+    pairs = [("ground", f"rocker{k}", k, 0) for k in range(loops + 1)]
+    pairs += [(f"rocker{k}", f"coupler{k}", k, 1) for k in range(loops)]
+    pairs += [(f"coupler{k}", f"rocker{k + 1}", k + 1, 1) for k in range(loops)]
+    joints = [
+        f"j{k}: {{type: revolute, bodies: [{one}, {other}], location: [{x}, 0, {z}], axis: [0, 1, 0]}}"
+        for k, (one, other, x, z) in enumerate(pairs)
+    ]
+    return "\n  ".join(["mbproj: 1\ngravity: [3, 2, -9.8]\nbodies:", *bodies]) + "\njoints:\n  " + "\n  ".join(joints)
+
+
+@pytest.mark.parametrize("loops", [1, 40])
+def test_smallest_multipliers_are_the_part_in_the_range_of_the_rows(loops):
+    scene = read_scene_text(shared_four_bars(loops))
+    system = compile_system(scene)
+    state = assemble(system, initial_guess(scene, system))
+    reduced = Reduced(core(), system)
+    reduced.model.redundant = count_redundant(reduced, state)
+    assert reduced.model.redundant == 3 * loops
+    equations, y, scale = reduced.equations(), reduced.state(state.q, state.v), reduced.row_scale
+    _, carried = equations.accelerations(y)
+    lengths = np.tile([system.length] * 3 + [1.0] * 3, system.bodies)
+    G = equations.jacobian(y).reshape(len(carried), -1) * lengths / scale[:, None]
+    U, size, _ = np.linalg.svd(G, full_matrices=False)
+    U = U[:, size > 1e-9]
+    smallest = U @ (U.T @ (carried * scale)) / scale
+    assert np.abs(smallest - carried).max() > 0.05 * np.abs(carried).max()  # there is something to spread
+
+    unbalanced = np.random.default_rng(0).normal(size=len(carried))
+    others = carried + 1e3 * (unbalanced - U @ (U.T @ unbalanced)) / scale
+    found = equations.spread(np.stack([y, y]), np.zeros(2), np.stack([carried, others]))
+    largest = np.abs(smallest).max()
+    np.testing.assert_allclose(found[0], smallest, atol=1e-11 * largest)
+    np.testing.assert_allclose(found[1], smallest, atol=1e-9 * largest)
