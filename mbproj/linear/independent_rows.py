@@ -18,6 +18,9 @@ from mbproj.thresholds import THRESHOLDS
 if TYPE_CHECKING:
     from scipy.sparse import csr_matrix
 
+#: Of the random vectors, and how many there are.
+SEED, PROBES = 40, 8
+
 
 def independent_rows(system: System, pose: Pose, G: Rows) -> Integers:
     """Rows of the joints and motions, G (m, 6n), that do not follow from others."""
@@ -43,19 +46,36 @@ def _unit_rows(system: System, G: Rows) -> csr_matrix:
 def _independent(rows: csr_matrix) -> Array:
     """Whether each row is far from the span of others. The pivots of their products with each other are the squares of
     their distances, with half of the digits; the few rows that these leave in doubt are seen beside the others."""
-    from scipy.sparse import bmat, identity
+    from scipy.sparse import identity
     from scipy.sparse.linalg import splu
 
     count, grain = rows.shape[0], float(np.finfo(float).eps)
     products = (rows @ rows.T + grain * identity(count)).tocsc()
     factor = splu(products, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True})
     free = np.asarray(factor.U.diagonal()[factor.perm_c] > THRESHOLDS.clear_distance**2)
-    doubtful, clear = rows[np.flatnonzero(~free)].toarray(), rows[np.flatnonzero(free)]
-    if len(doubtful):
-        one = identity(rows.shape[1])
-        beside = splu(bmat([[one, clear.T], [clear, None]], format="csc"))
+    if not free.all():
+        free[~free] = _beyond(rows[np.flatnonzero(free)], rows[np.flatnonzero(~free)])
+    return free
+
+
+def _beyond(clear: csr_matrix, doubtful: csr_matrix) -> Array:
+    """Whether each of the doubtful rows is far from the span of the clear ones and of those before it. What is left of
+    some random vectors beyond the clear rows meets every row that has a part there; only such rows are looked at."""
+    from scipy.sparse import bmat, identity
+    from scipy.sparse.linalg import splu
+
+    width = clear.shape[1]
+    factor = splu(bmat([[identity(width), clear.T], [clear, None]], format="csc"))
+
+    def left(columns: Array) -> Array:
         for _ in range(2):  # twice is enough (Kahan)
-            right = np.concatenate([doubtful.T, np.zeros((clear.shape[0], len(doubtful)))])
-            doubtful = beside.solve(right)[: rows.shape[1]].T
-        free[~free] = row_distances(doubtful) > THRESHOLDS.dependent
+            right = np.concatenate([columns, np.zeros((clear.shape[0], columns.shape[1]))])
+            columns = factor.solve(right)[:width]
+        return columns
+
+    probes = left(np.random.default_rng(SEED).normal(size=(width, PROBES)))
+    met = np.linalg.norm(doubtful @ probes, axis=1) > THRESHOLDS.dependent
+    free = np.zeros(doubtful.shape[0], dtype=bool)
+    if met.any():
+        free[met] = row_distances(left(doubtful[np.flatnonzero(met)].toarray().T).T) > THRESHOLDS.dependent
     return free

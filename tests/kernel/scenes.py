@@ -217,3 +217,18 @@ def opened(scene: Scene, seed: int = 1, size: float = 0.03) -> Case:
     v = state.v.reshape(-1, 7) + weights * rng.normal(size=q.shape)
     v[:, 3:] -= np.sum(v[:, 3:] * q[:, 3:], axis=1, keepdims=True) * q[:, 3:]
     return Case(system, Reduced(core(), system), q.ravel(), v.ravel())
+
+
+def shared_four_bars(loops: int) -> str:
+    """Parallelograms in a row, each of three redundant rows, which share their rockers."""
+    body = "{mass: 1, inertia: [0.1, 0.1, 0.1], position: [%g, 0, %g], velocity: [1, 0, 0]}"
+    bodies = [f"rocker{k}: {body % (k, 0.5)}" for k in range(loops + 1)]
+    bodies += [f"coupler{k}: {body % (k + 0.5, 1)}" for k in range(loops)]
+    pairs = [("ground", f"rocker{k}", k, 0) for k in range(loops + 1)]
+    pairs += [(f"rocker{k}", f"coupler{k}", k, 1) for k in range(loops)]
+    pairs += [(f"coupler{k}", f"rocker{k + 1}", k + 1, 1) for k in range(loops)]
+    joints = [
+        f"j{k}: {{type: revolute, bodies: [{one}, {other}], location: [{x}, 0, {z}], axis: [0, 1, 0]}}"
+        for k, (one, other, x, z) in enumerate(pairs)
+    ]
+    return "\n  ".join(["mbproj: 1\ngravity: [3, 2, -9.8]\nbodies:", *bodies]) + "\njoints:\n  " + "\n  ".join(joints)

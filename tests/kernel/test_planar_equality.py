@@ -184,11 +184,12 @@ def test_all_multipliers_of_a_sample_balance_the_forces(case):
     """Reactions out of the plane too: M q'' + C_qᵀ λ = Q at a state that is closed, with the λ that a run records."""
     system, plane, flat = case.system, case.plane, case.flat
     y = flat.equations().corrected(case.y)
-    acceleration, _ = flat.equations().accelerations(y)
+    acceleration, carried = flat.equations().accelerations(y)
     block = {
         "t": np.zeros(1),
         "y": flat.layout.joined({"bodies": y.ravel()})[None],
         "acceleration": acceleration[None],
+        "multipliers": carried[None],
         "step_size": np.zeros(1),
         "turns": np.zeros((1, plane.coordinates.size), dtype=int),
     }

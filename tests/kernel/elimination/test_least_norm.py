@@ -11,24 +11,9 @@ from mbproj.integrate.formulations.reduced import Reduced
 from mbproj.integrate.formulations.redundant_rows import count_redundant
 from mbproj.kernel import core
 from mbproj.model import compile_system, initial_guess
-from tests.kernel.scenes import needs_kernel
+from tests.kernel.scenes import needs_kernel, shared_four_bars
 
 pytestmark = needs_kernel
-
-
-def shared_four_bars(loops: int) -> str:
-    """Parallelograms in a row, each of three redundant rows, which share their rockers."""
-    body = "{mass: 1, inertia: [0.1, 0.1, 0.1], position: [%g, 0, %g], velocity: [1, 0, 0]}"
-    bodies = [f"rocker{k}: {body % (k, 0.5)}" for k in range(loops + 1)]
-    bodies += [f"coupler{k}: {body % (k + 0.5, 1)}" for k in range(loops)]
-    pairs = [("ground", f"rocker{k}", k, 0) for k in range(loops + 1)]
-    pairs += [(f"rocker{k}", f"coupler{k}", k, 1) for k in range(loops)]
-    pairs += [(f"coupler{k}", f"rocker{k + 1}", k + 1, 1) for k in range(loops)]
-    joints = [
-        f"j{k}: {{type: revolute, bodies: [{one}, {other}], location: [{x}, 0, {z}], axis: [0, 1, 0]}}"
-        for k, (one, other, x, z) in enumerate(pairs)
-    ]
-    return "\n  ".join(["mbproj: 1\ngravity: [3, 2, -9.8]\nbodies:", *bodies]) + "\njoints:\n  " + "\n  ".join(joints)
 
 
 @pytest.mark.parametrize("loops", [1, 40])
