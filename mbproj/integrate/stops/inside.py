@@ -121,7 +121,7 @@ class Inside:
         return replace(
             samples,
             work=samples.work + block["jumps"],
-            solved=lambda: self._multipliers(samples, block),
+            solved=lambda _: self._multipliers(samples, block),
             press=lambda: np.asarray(block["pushes"]),
         )
 
@@ -140,17 +140,17 @@ class Inside:
             which, stops = np.flatnonzero((held == each).all(axis=1)), np.flatnonzero(each)
             variant = self.variants.of(Contacts(tuple(stops.tolist())), samples.state(int(which[0])))
             first = variant.free.joints.size
-            part = {name: block[name][which] for name in ("y", "multipliers")}
-            chosen = replace(samples, **{name: getattr(samples, name)[which] for name in _OF_A_SAMPLE})
+            carried = block["multipliers"][which]
             compiled = variant.choice.compiled
             if compiled is None or variant.free.stops is None:
-                yield tuple(which.tolist()), part["multipliers"]
+                yield tuple(which.tolist()), carried
                 continue
             if compiled.name == "reduced":
                 alone = -variant.free.stops.side[stops] * block["pushes"][np.ix_(which, stops)]
-                part["multipliers"] = np.insert(part["multipliers"], [first] * len(stops), alone, axis=1)
+                carried = np.insert(carried, [first] * len(stops), alone, axis=1)
             own = np.arange(first, first + len(stops))
-            yield tuple(which.tolist()), np.delete(compiled.multipliers(chosen, part), own, axis=1)
+            chosen = replace(samples, carried=carried, **{name: getattr(samples, name)[which] for name in _OF_A_SAMPLE})
+            yield tuple(which.tolist()), np.delete(compiled.multipliers(chosen), own, axis=1)
 
 
 #: What `Samples` has of each sample that its multipliers depend on.
