@@ -33,7 +33,7 @@ def meets_inside(choice: Choice, system: System, settings: Settings) -> bool:
     if choice.compiled is None or stops is None or system.frictions is not None:
         return False
     heavy = bool((system.mass > 0.0).all()) and np.linalg.eigvalsh(system.inertia)[:, 0].min(initial=np.inf) > 0.0
-    pays = system.reflected is None or system.motions is None  # what motions pay for flywheels in no time
+    pays = not (system.driven and system.reflected.inertia.size)  # what motions pay for flywheels in no time
     explicit = settings.integrator not in implicit_integrators()
     return bool(stops.is_rigid.all()) and heavy and pays and explicit and _ends_closed(settings.projection)
 

@@ -24,13 +24,7 @@ from mbproj.integrate.events.leg import Leg
 from mbproj.integrate.formulations.choice import Choice
 from mbproj.integrate.loop.looks import Looks
 from mbproj.integrate.loop.one_method import march_by_one_method
-from mbproj.integrate.outcome.marks import (
-    START,
-    Mark,
-    Marks,
-    resuming,
-    saved_events,
-)
+from mbproj.integrate.outcome.marks import START, Mark, Marks, resuming, saved_events
 from mbproj.integrate.outcome.tally import Tally
 from mbproj.integrate.stiff.modes_at_a_step import FastModes
 from mbproj.integrate.stops.failures import never_ends
@@ -101,7 +95,10 @@ class StopMarch:
                 else:
                     self.shaped, self.state = self.shaped or halted.standing.shaped, halted.standing.state
                     inside.tell(self)
-                    self._meet(self.state, inside.left_over or Meaning())
+                    if inside.left_over is None:  # rows that are held have come to depend on each other
+                        self.meets_inside = False
+                    else:
+                        self._meet(self.state, inside.left_over)
 
     def _next_leg(self) -> Leg:
         """From where the run is to its end; of fixed steps that are cut, to the next of their grid."""

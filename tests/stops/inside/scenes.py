@@ -165,3 +165,35 @@ forces:
   motor: {{type: torque, body: crank, torque: [0, 0, "-4 * cos(2 * t)"]}}
   band: {{type: linear_spring_damper, joint: D, force: "-30 * max(0, -0.04 - displacement) - displacement_dot"}}
 """
+
+#: A beam falls on three points, whose pushes are not unique while it lies there, and is lifted and let down on a
+#: part of them.
+BEAM = """
+mbproj: 1
+gravity: [0, -10, 0]
+simulation: {{duration: 1.6, {steps}, formulation: {formulation}}}
+bodies:
+  beam: {{mass: 2, inertia: [0.1, 0.5, 0.5], position: [0, 0.3, 0]}}
+joints:
+  plane: {{type: planar, bodies: [ground, beam], location: [0, 0.3, 0], axis: [0, 0, 1]}}
+forces:
+  left:
+    type: stop
+    plane: {{body: ground, location: [0, 0, 0], normal: [0, 1, 0]}}
+    point: {{body: beam, location: [-0.5, 0.3, 0]}}
+    rigid: true
+    restitution: 0
+  middle:
+    type: stop
+    plane: {{body: ground, location: [0, 0, 0], normal: [0, 1, 0]}}
+    point: {{body: beam, location: [0.1, 0.3, 0]}}
+    rigid: true
+    restitution: 0
+  right:
+    type: stop
+    plane: {{body: ground, location: [0, 0, 0], normal: [0, 1, 0]}}
+    point: {{body: beam, location: [0.5, 0.3, 0]}}
+    rigid: true
+    restitution: 0
+  lift: {{type: force, body: beam, location: [0.2, 0.3, 0], axes: global, force: [0, "30 * sin(4 * t)", 0]}}
+"""

@@ -36,6 +36,13 @@ public:
     int left_over() const { return left_over_; }
     bool is_released() const { return released_; }
 
+    // Whether a run cannot go on because rows of contacts have come to depend on each other, or on the joints': that is left to who
+    // drives the loop, too.
+    bool loses_contacts(const Outcome& outcome) {
+        const bool lost = outcome.status == Status::singular || outcome.status == Status::vanished;
+        return lost && inside() && equations_.contacts().any() && !equations_.contacts().cholesky().full();
+    }
+
     // Before a step.
     void begin_step() { rows_ = equations_.policy().save(); }
 

@@ -48,6 +48,7 @@ public:
             else
                 step();
         }
+        if (stops_.loses_contacts(now_.outcome)) stop({Status::halted, now_.t});
         count_factorisations();
     }
     // The state between two steps, from which a run by another method can go on: the run's end may have shaped it.
