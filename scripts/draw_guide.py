@@ -75,6 +75,8 @@ FIGURES: Mapping[str, tuple[tuple[str, ...], str]] = MappingProxyType(
         ),
     }
 )
+#: Figures that no command draws: `python scripts/growth.py --figure mbproj/guide/figures/growth.png`, in ten minutes.
+MEASURED = frozenset({"growth"})
 COLOURS = 64
 
 

@@ -143,22 +143,34 @@ def draw(rows: list[Row], path: Path) -> None:
 
     matplotlib.use("Agg")
     from matplotlib import pyplot
+    from matplotlib.ticker import LogLocator, NullFormatter
 
     families = list(dict.fromkeys(row["family"] for row in rows))
-    figure, panels = pyplot.subplots(1, len(families), figsize=(3.2 * len(families), 3.2), sharey=True, squeeze=False)
+    figure, panels = pyplot.subplots(
+        1, len(families), figsize=(3.0 * len(families), 3.4), sharex=True, sharey=True, squeeze=False
+    )
     for panel, family in zip(panels[0], families, strict=True):
-        for name in COMMANDS:
+        for name, marker in zip(COMMANDS, "osD^v", strict=True):
             mine = [row for row in rows if row["family"] == family and row["what"] == name]
-            panel.loglog([row["bodies"] for row in mine], [row["seconds"] for row in mine], "o-", ms=3, label=name)
+            bodies, seconds = [row["bodies"] for row in mine], [row["seconds"] for row in mine]
+            panel.loglog(bodies, seconds, f"{marker}-", ms=4, lw=1.3, label=name)
         sizes = sorted({row["bodies"] for row in rows if row["family"] == family})
         for power, style in ((1.0, ":"), (1.3, "--")):
-            panel.loglog(sizes, [0.1 * (size / sizes[0]) ** power for size in sizes], style, color="0.6", lw=1)
-        panel.set_title(family.replace("_", " "), fontsize=9)
+            line = [0.06 * (size / sizes[0]) ** power for size in sizes]
+            panel.loglog(sizes, line, style, color="0.55", lw=1, label=f"bodies$^{{{power:g}}}$")
+        panel.set_title(f"{family.replace('_', ' ')}s", fontsize=10)
         panel.set_xlabel("bodies")
-    panels[0][0].set_ylabel("processor time, s")
-    panels[0][-1].legend(fontsize=7)
-    figure.tight_layout()
-    figure.savefig(path)
+        panel.set_xticks([200, 500, 1000, 2000], ["200", "500", "1000", "2000"])
+        panel.xaxis.set_minor_formatter(NullFormatter())
+        panel.yaxis.set_major_locator(LogLocator(numticks=9))
+        panel.grid(visible=True, which="major", color="0.9", lw=0.6)
+        panel.spines[["top", "right"]].set_visible(False)
+        panel.tick_params(labelsize=8)
+    panels[0][0].set_ylabel("processor time of the command, s")
+    handles, labels = panels[0][0].get_legend_handles_labels()
+    figure.legend(handles, labels, loc="lower center", ncol=len(labels), fontsize=8, frameon=False)
+    figure.tight_layout(rect=(0.0, 0.07, 1.0, 1.0))
+    figure.savefig(path, dpi=150)
 
 
 if __name__ == "__main__":

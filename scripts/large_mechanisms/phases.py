@@ -10,8 +10,6 @@ from typing import TypeVar
 import numpy as np
 
 from mbproj import assemble, compile_system, initial_guess, read_scene
-from mbproj.dynamics.assembly.assemble import coordinate_values
-from mbproj.dynamics.equations.kinematics import pose_of
 from mbproj.integrate.formulations.reduced import Reduced
 from mbproj.integrate.formulations.redundant_rows import count_redundant
 from mbproj.kernel import core
@@ -39,10 +37,11 @@ def main(path: str) -> None:
     timed(lambda: planar_reduction(system, state.q))
     space = Reduced(core(), system)
     space.model.redundant = timed(lambda: count_redundant(space, state)) or 0
-    equations, y = space.equations(), space.state(state.q, state.v)[None]
-    places = coordinate_values(system, pose_of(state.q))[None]
-    equations.smallest_multipliers(y, np.zeros(1), places)
-    timed(lambda: equations.smallest_multipliers(y, np.zeros(1), places))
+    equations, y = space.equations(), space.state(state.q, state.v)
+    found = equations.accelerations(y)
+    assert found is not None
+    equations.spread(y[None], np.zeros(1), found[1][None])
+    timed(lambda: equations.spread(y[None], np.zeros(1), found[1][None]))
     print(*(f"{each:.6f}" for each in seconds))
 
 

@@ -12,7 +12,7 @@ from mbproj.cli.main import COMMANDS, mbproj
 from mbproj.guide.pages import KINDS, ROOT, pages, search
 from mbproj.guide.terminal import WIDTH, rendered
 from mbproj.scene.solids.shapes import SHAPES
-from scripts.draw_guide import FIGURES
+from scripts.draw_guide import FIGURES, MEASURED
 from tests.guide.fences import fences, run_page
 from tests.support import ROOT as CHECKOUT
 
@@ -63,7 +63,7 @@ def test_code_fits_a_terminal_without_being_broken(page):
 def test_every_figure_is_drawn_by_the_script_named_by_a_page_and_small():
     drawn = {path.name for path in (ROOT / "figures").glob("*.*")}
     named = {name for page in pages().values() for name in re.findall(r"\(\.\./figures/(\S+)\)", page.text)}
-    assert named == drawn == {f"{name}.png" for name in FIGURES}
+    assert named == drawn == {f"{name}.png" for name in (*FIGURES, *MEASURED)}
     assert max((ROOT / "figures" / name).stat().st_size for name in drawn) < 100_000
 
 
