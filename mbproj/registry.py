@@ -68,6 +68,8 @@ PROJECTIONS: Mapping[str, ProjectionEntry] = MappingProxyType(
 FORMULATIONS = ("auto", "full", "reduced", "planar")
 #: How the accelerations are solved for: the bordered system, Eq. 14, or without multipliers, Eqs. 80-81.
 ACCELERATIONS = ("bordered", "eliminated")
+#: What the restitution of rigid stops is of: speeds (Newton), impulses (Poisson), or energy (Stronge).
+IMPACT_LAWS = ("newton", "poisson", "energetic")
 #: What a position correction that does not converge may fall back to: nothing, or GOPM's metric.
 FALLBACKS = ("none", "gopm")
 #: When a position correction is accepted: |C|∞ <= tolerance, or the paper's ΔqᵀMΔq <= tolerance.

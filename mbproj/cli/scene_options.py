@@ -13,7 +13,15 @@ import click
 from mbproj.cli.completion import one_of, scene_file
 from mbproj.cli.explained import Part, option
 from mbproj.errors import InputError, Place, Problem
-from mbproj.registry import ACCELERATIONS, FALLBACKS, FORMULATIONS, PROJECTIONS, STOP_TESTS, integrator_choices
+from mbproj.registry import (
+    ACCELERATIONS,
+    FALLBACKS,
+    FORMULATIONS,
+    IMPACT_LAWS,
+    PROJECTIONS,
+    STOP_TESTS,
+    integrator_choices,
+)
 
 Command = TypeVar("Command", bound=Callable[..., Any])
 
@@ -45,6 +53,7 @@ _OPTIONS: tuple[tuple[Part, str, str, str], ...] = (
         "Coordinates to compute in; auto takes the fewest that fit.",
     ),
     (Part.INTEGRATION, "--acceleration", _any(ACCELERATIONS), "Solve Eq. 14, or Eqs. 80-81 without multipliers."),
+    (Part.INTEGRATION, "--impact-law", _any(IMPACT_LAWS), "What the restitution of rigid stops is of."),
     (Part.PROJECTION, "--projection", _any(PROJECTIONS), "How the constraints are enforced."),
     (Part.PROJECTION, "--projection-tolerance", "NUMBER", "Largest violation at which a position counts as closed."),
     (

@@ -24,7 +24,8 @@ class Stops:
     to the power `exponent` p (S,): infinite where a stop is rigid. `restitution` (S,): the part of the speed of
     approach with which a free impact ends, NaN where the damping is given. `damping` c (S,) in s/m or s/rad, NaN
     where the restitution is given. `resistance` d, `softening` κ (S,), from the restitution. `owners`: "joint
-    'hinge'" or "force 'bumper'", for messages; `places`: where each stands in the scene.
+    'hinge'" or "force 'bumper'", for messages; `places`: where each stands in the scene. `impact_law`: that of all
+    rigid ones, by its name in `registry.IMPACT_LAWS`.
     """
 
     coordinates: PrimitiveSet
@@ -39,6 +40,7 @@ class Stops:
     softening: Array
     owners: tuple[str, ...]
     places: tuple[Place | None, ...]
+    impact_law: str = "newton"
 
     @property
     def size(self) -> int:

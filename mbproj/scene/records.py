@@ -258,6 +258,7 @@ class Settings:
     integrator: str = "rk4"
     formulation: str = "auto"
     acceleration: str = "bordered"
+    impact_law: str = "newton"
     output_step: float | None = None
     break_times: tuple[float, ...] = ()
     start: str = "scene"

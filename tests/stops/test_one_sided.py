@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from mbproj.dynamics.contact.complementarity import one_sided
-from mbproj.dynamics.contact.impact import impact
+from mbproj.dynamics.contact.impact import Rubbing, Struck, newton
 
 
 @given(st.integers(0, 10_000), st.integers(1, 8), st.integers(1, 6))
@@ -58,7 +58,7 @@ def test_equal_restitutions_create_no_energy(seed, rows, freedoms, e):
     speeds = rng.normal(size=freedoms)
     N = rng.normal(size=(rows, freedoms))
     N *= -np.sign(N @ speeds)[:, None]  # all are struck
-    found = impact(Free(speeds), speeds, N, N @ speeds, np.full(rows, e))
+    found = newton(Struck(Free(speeds), N, N @ speeds, np.full(rows, e), Rubbing.none(freedoms)), speeds)
     energy = 0.5 * speeds @ speeds
     assert found.lost >= -1e-9 * energy
     assert 0.5 * found.v @ found.v == pytest.approx(energy - found.lost, abs=1e-8 * energy)
@@ -71,5 +71,5 @@ def test_unequal_restitutions_may_create_energy_and_that_is_seen():
         [[0.7611379, -0.54606341, -0.34997693], [0.42011854, 0.89911651, -0.12284096], [-0.74977728, -0.6, 0.27846724]]
     )
     speeds = np.array([0.23854459, 0.72664687, -0.64426765])
-    found = impact(Free(speeds), speeds, N, N @ speeds, np.array([0.0, 0.0, 1.0]))
+    found = newton(Struck(Free(speeds), N, N @ speeds, np.array([0.0, 0.0, 1.0]), Rubbing.none(N.shape[1])), speeds)
     assert found.lost < -1.0

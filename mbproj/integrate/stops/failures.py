@@ -23,13 +23,25 @@ def driven_into(t: float, system: System, which: Sequence[int] | Integers) -> Si
     return SimulationError(t, cause, where=named(system, which), hint=hint)
 
 
-def creates_energy(t: float, system: System, which: Sequence[int] | Integers, energy: float) -> SimulationError:
-    """Newton's law with unequal restitutions of stops that are struck together, or with friction."""
+def creates_energy(
+    t: float, system: System, which: Sequence[int] | Integers, energy: float, law: str, helps: Sequence[str]
+) -> SimulationError:
+    """A law with unequal restitutions of stops that are struck together, or with friction; `helps`: what other laws
+    create none here."""
     assert system.stops is not None
     unequal = len({float(system.stops.restitution[int(k)]) for k in which}) > 1
     where = "unequal restitutions meet" if unequal else "friction turns an impact round"
-    cause = f"the impact would create {energy:.4g} J: Newton's law does not hold where {where}"
+    cause = f"the impact would create {energy:.4g} J: {law.capitalize()}'s law does not hold where {where}"
     hint = "give them the same 'restitution'" if unequal else "use a smaller 'restitution' or 'friction' there"
+    if helps:
+        hint = f"use 'impact_law: {helps[0]}' in 'simulation', or {hint}"
+    return SimulationError(t, cause, where=named(system, which), hint=hint)
+
+
+def struck_together(t: float, system: System, which: Sequence[int] | Integers) -> SimulationError:
+    """The energetic law has no answer for several."""
+    cause = "the energetic law is that of one stop, and several take part in this impact"
+    hint = "use 'impact_law: poisson' in 'simulation', which has an answer for several"
     return SimulationError(t, cause, where=named(system, which), hint=hint)
 
 

@@ -12,14 +12,14 @@ from mbproj.arrays import Array, Flags, Integers
 from mbproj.dataclass import dataclass
 from mbproj.dynamics.assembly.assemble import State
 from mbproj.dynamics.contact.freedom import Freedom, counted_coordinates
-from mbproj.dynamics.contact.impact import Impact, contact_pushes, impact, impact_with_friction
+from mbproj.dynamics.contact.impact import LAWS, Impact, Struck, contact_pushes
 from mbproj.dynamics.contact.inside import stop_sizes
 from mbproj.dynamics.equations.energy import kinetic_energy
 from mbproj.dynamics.equations.gaps import gap_rates, gaps
 from mbproj.dynamics.equations.kinematics import body_rates, pose_of, twist_of
 from mbproj.dynamics.friction.shares import held_by, shares_of
 from mbproj.integrate.events.time_events import Event
-from mbproj.integrate.stops.failures import creates_energy, driven_into
+from mbproj.integrate.stops.failures import creates_energy, driven_into, struck_together
 from mbproj.integrate.stops.rubbing import at_exact_rest, at_rest, happened, rubbed, rubbing_of
 from mbproj.integrate.stops.sharing import decided
 from mbproj.integrate.stops.watching import Met
@@ -203,7 +203,8 @@ def _compliant(
 def _bounced(touch: _Touch, rigid: Flags, struck: Flags) -> tuple[Impact, tuple[Event, ...]]:
     """The impact of the stops that touch; where a bounce would be lower than any that counts, without restitution, and
     when its bounces would have come to rest."""
-    e = np.where(struck, touch.stops.restitution, 0.0)
+    bounces = struck if touch.stops.impact_law == "newton" else rigid  # else by impulses, which others have too
+    e = np.where(bounces, touch.stops.restitution, 0.0)
     done = _struck(touch, rigid, e)
     again = touch.after(done.v)
     with np.errstate(divide="ignore", invalid="ignore"):
@@ -239,29 +240,36 @@ def _without_lifting(touch: _Touch, which: Integers) -> tuple[_Touch, float]:
 
 
 def _struck(touch: _Touch, rigid: Flags, e: Array) -> Impact:
-    which = np.flatnonzero(rigid)
-    rows = touch.N[which], touch.rate[which], e[which]
-    rubbing = rubbing_of(touch.freedom, touch.state, which)
-    if rubbing is None:
-        found = impact(touch.freedom, touch.state.v, *rows)
-    else:
-        found = impact_with_friction(touch.freedom, touch.state.v, *rows, rubbing)
+    t, which, law = touch.state.t, np.flatnonzero(rigid), touch.stops.impact_law
+    rough = rubbing_of(touch.freedom, touch.state, which)
+    struck = Struck(touch.freedom, touch.N[which], touch.rate[which], e[which], rough)
+    found = LAWS[law](struck, touch.state.v)
     if found is None:
-        raise driven_into(touch.state.t, touch.system, which[touch.rate[which] < 0.0])
+        raise driven_into(t, touch.system, which[touch.rate[which] < 0.0])
+    if not _holds(touch, rigid, law, found):
+        raise struck_together(t, touch.system, which)
     if found.lost < -THRESHOLDS.creates_energy * touch.kinetic:
-        raise creates_energy(touch.state.t, touch.system, which[found.impulse > 0.0], -found.lost)
+        others = {name: other(struck, touch.state.v) for name, other in LAWS.items()}
+        helps = [
+            name for name, each in others.items() if each and each.lost >= 0.0 and _holds(touch, rigid, name, each)
+        ]
+        raise creates_energy(t, touch.system, which[found.impulse > 0.0], -found.lost, law, helps)
     return found
+
+
+def _holds(touch: _Touch, rigid: Flags, law: str, done: Impact) -> bool:
+    """Whether the law has an answer for the stops that are struck, and leaves no gap that closes."""
+    closing = [(each.rate < -touch.slow)[rigid] for each in (touch, touch.after(done.v))]
+    return law != "energetic" or (closing[0].sum() <= 1 and not closing[1].any())
 
 
 def _of_impact(touch: _Touch, rigid: Flags, struck: Flags, done: Impact) -> tuple[Event, ...]:
     """What is recorded of an impact: of each stop that pushes its impulse and the energy it takes."""
-    after, t = touch.after(done.v), touch.state.t
     events = []
-    for k, impulse in zip(np.flatnonzero(rigid), done.impulse, strict=True):
+    for k, impulse, taken in zip(np.flatnonzero(rigid), done.impulse, done.taken, strict=True):
         if impulse > 0.0:
-            taken = -0.5 * float(impulse) * float(touch.rate[k] + after.rate[k])
             kind = "impact" if struck[k] else "push of an impact"
-            events.append(Event(t, _name(touch.system, int(k)), kind, -1, float(impulse), taken))
+            events.append(Event(touch.state.t, _name(touch.system, int(k)), kind, -1, float(impulse), float(taken)))
     return tuple(events)
 
 

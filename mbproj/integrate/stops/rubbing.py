@@ -188,12 +188,12 @@ def _jams(problem: Balance) -> Integers | None:
     return np.flatnonzero(loads.goes_by(int(np.argmax(np.diagonal(growth)))))
 
 
-def rubbing_of(freedom: Freedom, state: State, touches: Integers) -> Rubbing | None:
-    """The friction at stops of these numbers that touch; None where none of them has any."""
+def rubbing_of(freedom: Freedom, state: State, touches: Integers) -> Rubbing:
+    """The friction at stops of these numbers that touch."""
     frictions = freedom.system.frictions
     rubs = np.zeros(0, dtype=np.intp) if frictions is None else np.flatnonzero(np.isin(frictions.stop, touches))
     if frictions is None or not len(rubs):
-        return None
+        return Rubbing.none(freedom.basis.shape[1])
     return Rubbing(
         T=freedom.rows_of(frictions.coordinates)[rubs],
         rate=friction_rates(freedom.system, state)[rubs],

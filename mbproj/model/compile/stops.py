@@ -38,8 +38,12 @@ def compile_stops(
     scene: Scene, seats: Mapping[str, Seat], poses: Mapping[str, Pose], coordinates: Mapping[str, Binding]
 ) -> tuple[Stops | None, tuple[str, ...]]:
     """The stops, None where there are none, and their names: those of joints first. `coordinates` are the joints' by
-    whole name. Raises InputError where one is between two points of one rigid body."""
+    whole name. Raises InputError where one is between two points of one rigid body, and where the scene has a law of
+    impacts and nothing rigid."""
     sides = [*_of_joints(scene, coordinates), *_of_forces(scene, seats, poses)]
+    if scene.settings.impact_law != "newton" and not any(np.isinf(side.law.stiffness) for side in sides):
+        said = "'impact_law' does nothing: the scene has no rigid stop"
+        raise InputError(Problem(said, scene.place("simulation", "impact_law"), "leave it out"))
     if not sides:
         return None, ()
     laws = [side.law for side in sides]
@@ -57,6 +61,7 @@ def compile_stops(
         softening=np.array([κ for _, κ in resistances]),
         owners=tuple(each.owner for each in sides),
         places=tuple(each.place for each in sides),
+        impact_law=scene.settings.impact_law,
     )
     return stops, tuple(each.name for each in sides)
 

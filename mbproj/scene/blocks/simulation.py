@@ -49,6 +49,7 @@ SIMULATION: Record[dict[str, Any]] = Record(
         "integrator": Choice("integrator", registry.integrator_choices),
         "formulation": Choice("formulation", lambda: registry.FORMULATIONS),
         "acceleration": Choice("acceleration", lambda: registry.ACCELERATIONS),
+        "impact_law": Choice("impact law", lambda: registry.IMPACT_LAWS),
         "output_step": Number("s", above=0.0),
         "break_times": List(Number("s"), None, "times"),
         "start": Choice("start", lambda: registry.STARTS),

@@ -1,0 +1,184 @@
+"""Newton's, Poisson's and Stronge's laws of impact: where they agree, what each keeps, beside closed forms."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from mbproj.cli.main import mbproj
+from mbproj.dynamics.contact.impact import LAWS, Rubbing, Struck
+from mbproj.dynamics.contact.impulse_path import followed
+from mbproj.errors import InputError, SimulationError
+from mbproj.kernel import core
+from mbproj.model import compile_system
+from mbproj.scene import read_scene_text
+from tests.friction.planes.test_painleve import STRUCK
+from tests.stops.runs import run
+from tests.stops.test_one_sided import Free
+
+FORMULATIONS = ["full", *(["planar", "reduced"] if core() is not None else [])]
+ROUGH = [name for name in LAWS if name != "newton"]
+
+
+def rough(A, speeds, coefficient, e):
+    """One stop whose normal row is the first of A (1 + k, f), and its tangents the others."""
+    k = len(A) - 1
+    partner = np.array([1, 0]) if k == 2 else np.full(k, -1)
+    rubbing = Rubbing(A[1:], A[1:] @ speeds, np.full(k, coefficient), partner, np.zeros(k, int), np.arange(k))
+    return Struck(Free(speeds), A[:1], A[:1] @ speeds, np.array([e]), rubbing)
+
+
+def struck_by(law, formulation="auto", text=STRUCK):
+    own = f"simulation: {{impact_law: {law}, formulation: {formulation}, "
+    return run(text.replace("simulation: {", own))
+
+
+def falling(rng, k, f=4):
+    A, speeds = rng.normal(size=(1 + k, f)), rng.normal(size=f)
+    A[0] *= -np.sign(A[0] @ speeds)
+    return A, speeds
+
+
+@pytest.mark.parametrize("law", LAWS)
+@given(seed=st.integers(0, 10_000), e=st.floats(0.0, 1.0))
+@settings(deadline=None, max_examples=40)
+def test_sliding_that_does_not_turn_leaves_the_same_speed(law, seed, e):
+    """With u_t far from 0 the impulses are (1, -μ û) (1 + e) |u_n| / (B (1, -μ û))_n, whatever e is of."""
+    rng = np.random.default_rng(seed)
+    A, _ = falling(rng, 1)
+    speeds = np.linalg.lstsq(A, np.array([-1.0, 50.0]), rcond=None)[0]
+    B, friction = A @ A.T, np.array([1.0, -0.1])
+    normal = (1.0 + e) / (B @ friction)[0]
+    if normal <= 0.0 or (B @ friction)[1] * normal < -40.0:
+        return
+    found = LAWS[law](rough(A, speeds, 0.1, e), speeds)
+    np.testing.assert_allclose(A @ found.v, [-1.0, 50.0] + B @ friction * normal, rtol=1e-9, atol=1e-9)
+    np.testing.assert_allclose(found.impulse, [normal], rtol=1e-9)
+
+
+def sticking(B, u, e):
+    """Closed form for one tangent: sliding stops at p₁ = -u_t / (B (1, f))_t, and then sticks; the works are areas."""
+    f = -MU * np.sign(u[1])
+    slide = B @ [1.0, f]
+    p1 = -u[1] / slide[1]
+    held = -B[1, 0] / B[1, 1]
+    rise = B[0] @ [1.0, held]
+    u1 = u[0] + slide[0] * p1
+    assert u1 < 0.0 < rise
+    taken = 0.5 * (u[0] + u1) * p1 - 0.5 * u1**2 / rise
+    return p1 - u1 / rise + np.sqrt(2.0 * e**2 * -taken / rise), u1, rise, p1, taken
+
+
+MU = 1.2
+
+
+@pytest.mark.parametrize("e", [0.0, 0.3, 0.9])
+def test_sliding_that_comes_to_stick_is_that_of_routh(e):
+    """A rod of 1 kg with J = 0.0208 kg m², 0.25 m from its centre to the end, at 50°."""
+    r, J = 0.25 * np.array([np.cos(np.radians(50)), -np.sin(np.radians(50))]), 0.0208
+    B = np.array([[1.0 + r[0] ** 2 / J, -r[0] * r[1] / J], [-r[0] * r[1] / J, 1.0 + r[1] ** 2 / J]])
+    u = np.array([-3.0, -1.0])
+    normal, _, rise, _, taken = sticking(B, u, e)
+    found = followed(B, u, MU, e)
+    assert found.impulse[0] == pytest.approx(normal, rel=1e-10)
+    after = u + B @ found.impulse
+    np.testing.assert_allclose(after, [np.sqrt(2.0 * e**2 * -taken * rise), 0.0], atol=1e-10)
+    assert found.work[0] == pytest.approx((1.0 - e**2) * taken, rel=1e-10)
+
+
+@given(st.integers(0, 10_000), st.sampled_from([1, 2]), st.floats(0.0, 2.0), st.floats(0.0, 1.0))
+@settings(deadline=None, max_examples=60)
+def test_the_energetic_law_gives_back_its_part_and_creates_none(seed, k, coefficient, e):
+    A, speeds = falling(np.random.default_rng(seed), k)
+    B, u = A @ A.T, A @ speeds
+    compression, whole = followed(B, u, coefficient, 0.0), followed(B, u, coefficient, e)
+    after = u + B @ whole.impulse
+    assert after[0] >= -1e-9
+    assert np.linalg.norm(whole.impulse[1:]) <= coefficient * whole.impulse[0] * (1.0 + 1e-9)
+    lost = 0.5 * u @ np.linalg.solve(B, u) - 0.5 * after @ np.linalg.solve(B, after)
+    scale = 0.5 * u @ np.linalg.solve(B, u)
+    assert whole.work[0] == pytest.approx((1.0 - e**2) * compression.work[0], rel=1e-8, abs=1e-10 * scale)
+    assert whole.work[1:].sum() <= 1e-9 * scale
+    assert lost == pytest.approx(-whole.work.sum(), rel=1e-7, abs=1e-9 * scale)
+
+
+@given(st.integers(0, 10_000), st.floats(0.0, 1.0), st.floats(0.0, 1.0))
+@settings(deadline=None, max_examples=40)
+def test_poissons_impulse_is_one_and_e_times_that_of_compression(seed, coefficient, e):
+    """Unless what it gives lets the gap close again, where it is more."""
+    A, speeds = falling(np.random.default_rng(seed), 1)
+    compression = LAWS["poisson"](rough(A, speeds, coefficient, 0.0), speeds)
+    whole = LAWS["poisson"](rough(A, speeds, coefficient, e), speeds)
+    after, least = A[0] @ whole.v, (1.0 + e) * compression.impulse[0]
+    assert whole.impulse[0] >= least * (1.0 - 1e-9)
+    assert abs((whole.impulse[0] - least) * after) <= 1e-7 * abs(A[0] @ speeds) * least
+    lost = 0.5 * (speeds @ speeds - whole.v @ whole.v)
+    taken = whole.taken.sum() + whole.rubbed[1].sum()
+    assert lost == pytest.approx(taken, abs=1e-9 * (speeds @ speeds))
+
+
+@pytest.mark.parametrize("law", ["newton", "poisson"])
+def test_three_balls_that_touch_part_as_the_impulses_say(law):
+    """Compression takes all to 1/3 of the speed with impulses 2/3 and 1/3, and expansion repeats them."""
+    N, speeds = np.array([[-1.0, 1.0, 0.0], [0.0, -1.0, 1.0]]), np.array([1.0, 0.0, 0.0])
+    struck = Struck(Free(speeds), N, N @ speeds, np.ones(2), Rubbing.none(3))
+    np.testing.assert_allclose(LAWS[law](struck, speeds).v, [-1 / 3, 2 / 3, 2 / 3], atol=1e-12)
+
+
+@pytest.mark.parametrize("formulation", FORMULATIONS)
+@pytest.mark.parametrize("law", ROUGH)
+def test_a_rough_impact_that_newtons_law_refuses_goes_on(law, formulation):
+    _, recorded = struck_by(law, formulation)
+    assert np.abs(recorded["diagnostics/energy_balance"]).max() < 1e-7
+    first = recorded.of("impact")[0]
+    assert first.impulse > 0.0
+    assert first.energy > 0.0
+
+
+def test_newtons_law_names_one_that_helps():
+    with pytest.raises(SimulationError, match="use 'impact_law: poisson' in 'simulation', or use a smaller"):
+        run(STRUCK)
+
+
+def test_the_laws_on_a_rod_that_comes_to_stick():
+    """What they take of 3.805 J, as the guide has it."""
+    r, J = 0.25 * np.array([np.cos(np.radians(50)), -np.sin(np.radians(50))]), 0.0208
+    A = np.array([[0.0, 1.0, -r[0] / np.sqrt(J)], [1.0, 0.0, r[1] / np.sqrt(J)]])
+    speeds = np.array([-2.0, -1.9, 0.0])
+    lost = {law: LAWS[law](rough(A, speeds, MU, 0.9), speeds).lost for law in LAWS}
+    assert lost == pytest.approx({"newton": -0.04787, "poisson": 0.7688, "energetic": 0.5880}, abs=1e-4)
+
+
+OTHER = """forces:
+  other:
+    type: stop
+    rigid: true
+    restitution: 0.5
+    plane: {body: ground, location: [0, 0, 0], normal: [0, 0, 1]}
+    point: {body: rod, location: {rod: [-0.25, 0, 0]}}
+"""
+
+
+def test_the_energetic_law_is_that_of_one_stop():
+    with pytest.raises(SimulationError, match=r"several take part in this impact; use 'impact_law: poisson'"):
+        struck_by("energetic", text=STRUCK.replace("angle: 50 deg", "angle: 0 deg").replace("forces:\n", OTHER))
+
+
+def test_a_law_without_a_rigid_stop_does_nothing():
+    text = STRUCK.replace("rigid: true", "stiffness: 1e5").replace("    friction: 1.2\n", "")
+    scene = read_scene_text(text.replace("1e5", "1.0e+5"), simulation={"impact_law": "poisson"})
+    with pytest.raises(InputError, match="'impact_law' does nothing: the scene has no rigid stop; leave it out"):
+        compile_system(scene)
+
+
+def test_the_command_line_has_it(tmp_path, monkeypatch):
+    from click.testing import CliRunner
+
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "rod.yaml").write_text(STRUCK)
+    assert CliRunner().invoke(mbproj, ["run", "rod.yaml", "--impact-law", "energetic", "-q"]).exit_code == 0
+    assert CliRunner().invoke(mbproj, ["continue", "results.h5", "--until", "0.6", "-q"]).exit_code == 0
+    with pytest.raises(InputError, match="unknown impact law 'stronge'; choose from: newton, poisson, energetic"):
+        CliRunner().invoke(mbproj, ["run", "rod.yaml", "--impact-law", "stronge"], catch_exceptions=False)
