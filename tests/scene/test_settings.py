@@ -24,6 +24,7 @@ def test_every_option_reaches_its_setting() -> None:
         "output_step": 0.01,
         "formulation": "full",
         "acceleration": "eliminated",
+        "impact_law": "poisson",
         "projection": "mmopm",
         "projection_tolerance": "1e-9",
         "projection_test": "paper",

@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 
 from mbproj.dynamics.contact.complementarity import one_sided
 from mbproj.dynamics.contact.impact import Rubbing, Struck, newton
+from tests.stops.free_body import Free
 
 
 @given(st.integers(0, 10_000), st.integers(1, 8), st.integers(1, 6))
@@ -37,19 +38,6 @@ def test_the_push_is_unique_in_what_it_does():
 @pytest.mark.parametrize("N", [np.zeros((1, 1)), np.array([[1.0], [-1.0]])])
 def test_what_cannot_open_has_no_push(N):
     assert one_sided(N, -np.ones(len(N))) is None
-
-
-class Free:
-    """A body in coordinates in which its kinetic energy is ½|x|²."""
-
-    def __init__(self, speeds):
-        self.speeds = speeds
-
-    def changed(self, x):
-        return x
-
-    def gained(self, x):
-        return float(x @ (self.speeds + 0.5 * x))
 
 
 @given(st.integers(0, 10_000), st.integers(1, 6), st.integers(1, 6), st.floats(0.0, 1.0))

@@ -64,33 +64,3 @@ def test_pushed_before_itself_with_much_friction_it_has_no_motion(tilt, friction
     assert push(tilt, -friction) < 0.0
     with pytest.raises(SimulationError, match=r"friction 'floor.*no solution or two.*Painlevé"):
         rod(tilt, -2.0, friction, formulation)
-
-
-STRUCK = """
-mbproj: 1
-gravity: [0, 0, -10]
-simulation: {duration: 0.5, integrator: dop853, tolerance: 1.0e-8, output_step: 0.05}
-bodies:
-  rod:
-    mass: 1
-    inertia: [0.001, 0.02, 0.02]
-    position: [0, 0, 0.45]
-    orientation: {axis: [0, 1, 0], angle: 50 deg}
-    velocity: [-2, 0, 0]
-joints:
-  P: {type: planar, bodies: [ground, rod], location: [0, 0, 0], axis: [0, 1, 0]}
-forces:
-  end:
-    type: stop
-    plane: {body: ground, location: [0, 0, 0], normal: [0, 0, 1]}
-    point: {body: rod, location: {rod: [0.25, 0, 0]}}
-    rigid: true
-    restitution: 0.9
-    friction: 1.2
-"""
-
-
-def test_an_impact_of_one_rough_stop_that_would_create_energy_is_told_of_friction():
-    """There are no unequal restitutions where one stop is struck."""
-    with pytest.raises(SimulationError, match="friction turns an impact round; use a smaller 'restitution' or"):
-        run(STRUCK)
