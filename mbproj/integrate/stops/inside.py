@@ -27,10 +27,10 @@ from mbproj.thresholds import THRESHOLDS
 
 
 def meets_inside(choice: Choice, system: System, settings: Settings) -> bool:
-    """Whether the kernel's loop itself does what happens at the stops: rigid ones without friction, in explicit steps
-    that end on the constraints, where every motion has inertia."""
+    """Whether the kernel's loop itself does what happens at the stops: rigid ones without friction, with Newton's
+    law, in explicit steps that end on the constraints, where every motion has inertia."""
     stops = system.stops
-    if choice.compiled is None or stops is None or system.frictions is not None:
+    if choice.compiled is None or stops is None or stops.impact_law != "newton" or system.frictions is not None:
         return False
     heavy = bool((system.mass > 0.0).all()) and np.linalg.eigvalsh(system.inertia)[:, 0].min(initial=np.inf) > 0.0
     pays = not (system.driven and system.reflected.inertia.size)  # what motions pay for flywheels in no time

@@ -14,7 +14,7 @@ from mbproj.errors import InputError, SimulationError
 from mbproj.kernel import core
 from mbproj.model import compile_system
 from mbproj.scene import read_scene_text
-from tests.stops.free_body import Free
+from tests.stops.impacts.free_body import Free
 from tests.stops.runs import run
 
 FORMULATIONS = ["full", *(["planar", "reduced"] if core() is not None else [])]
@@ -197,6 +197,28 @@ def test_a_law_without_a_rigid_stop_does_nothing():
     scene = read_scene_text(text.replace("1e5", "1.0e+5"), simulation={"impact_law": "poisson"})
     with pytest.raises(InputError, match="'impact_law' does nothing: the scene has no rigid stop; leave it out"):
         compile_system(scene)
+
+
+WALL = "plane: {body: ground, location: [0, 0, 0], normal: [-1, 0, 0]}, point: {body: slow, location: [0, 0, 0]}"
+PRESSED_AGAINST_A_WALL = f"""
+mbproj: 1
+gravity: [0, 0, 0]
+simulation: {{duration: 0.5, integrator: rk4, step: 1.0e-3}}
+bodies:
+  fast: {{mass: 1, inertia: [1, 1, 1], position: [-0.2, 0, 0], velocity: [1, 0, 0]}}
+  slow: {{mass: 1, inertia: [1, 1, 1], position: [0, 0, 0]}}
+forces:
+  wall: {{type: stop, {WALL}, rigid: true, restitution: 1}}
+  meet: {{type: stop, points: {{fast: [-0.2, 0, 0], slow: [0, 0, 0]}}, shortest: 0.1, rigid: true, restitution: 0}}
+"""
+
+
+@pytest.mark.parametrize("formulation", FORMULATIONS[::2])
+@pytest.mark.parametrize(("law", "speed"), [("newton", 0.0), ("poisson", -0.5)])
+def test_what_lies_at_a_wall_gives_its_impulse_back_by_poissons_law(law, speed, formulation):
+    """Both stop; then the wall gives back m v, which both share. By Newton's law what does not approach stays."""
+    _, recorded = struck_by(law, formulation, PRESSED_AGAINST_A_WALL)
+    np.testing.assert_allclose(recorded["bodies/velocity"][-1, :, 0], speed, atol=1e-12)
 
 
 def test_the_command_line_has_it(tmp_path, monkeypatch):

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from mbproj.dynamics.contact.complementarity import one_sided
 from mbproj.dynamics.contact.impact import Rubbing, Struck, newton
-from tests.stops.free_body import Free
+from tests.stops.impacts.free_body import Free
 
 
 @given(st.integers(0, 10_000), st.integers(1, 8), st.integers(1, 6))
