@@ -5,6 +5,9 @@ A channel is called as in expressions of laws: "pin.angle" is a joint coordinate
 is `reads[i]`. A force's program also sees the coordinate that it acts along and its rate, as COORDINATE and RATE; a
 row's function sees its first coordinate alone, as COORDINATE. Instructions whose branch changes with what they see are
 switches: events of a run.
+
+An expression may stand for a program. It calls the first three t, s and s_dot, and a channel as `reads` does, with _
+for each dot: "motor_current".
 """
 
 from __future__ import annotations
@@ -21,7 +24,7 @@ class State:
     """x' = rate(t, channels) from `start`, in `unit`; the absolute tolerance is relative to `scale`."""
 
     name: str
-    rate: Program
+    rate: Program | str
     start: float = 0.0
     scale: float = 1.0
     unit: str = "1"
@@ -33,7 +36,7 @@ class Force:
     lost, as a damper's, and else what it gives is work done."""
 
     along: str
-    push: Program
+    push: Program | str
     loses: bool = False
 
 
@@ -47,7 +50,7 @@ class Row:
 
     name: str
     of: Mapping[str, float]
-    function: Program | None = None
+    function: Program | str | None = None
     period: float | None = None
 
 

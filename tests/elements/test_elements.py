@@ -12,7 +12,7 @@ from scipy.integrate import solve_ivp
 from mbproj.constraints.coupling import Coupling
 from mbproj.dynamics import assemble
 from mbproj.dynamics.derivatives.row_derivatives import second_derivatives, third_derivatives
-from mbproj.elements.element import Element, Force
+from mbproj.elements import Element, Force, State
 from mbproj.errors import InputError
 from mbproj.functions.curve import Curve
 from mbproj.functions.program import COORDINATE, TIME, Instruction, Op, Program, apply, number, variable
@@ -218,8 +218,26 @@ def test_derivatives_of_a_row_with_a_function_are_those_of_its_gradient():
     np.testing.assert_allclose(third_derivatives(row, x, x_dot)[0, 0], bend, atol=1e-6)
 
 
+def test_an_expression_is_the_program_that_it_says():
+    gains, lag = (40.0, 30.0, 12.0), 0.02
+    of = ("rail.displacement", "rail.displacement_dot", "drive.integral", "drive.filtered")
+    said = Element(
+        "drive",
+        of,
+        (
+            State("integral", "0.25 - rail_displacement"),
+            State("filtered", "(rail_displacement_dot - drive_filtered)/0.02"),
+        ),
+        (Force(of[0], "40*(0.25 - rail_displacement) + 30*drive_integral - 12*drive_filtered"),),
+    )
+    law = pi_controller("drive", of[0], Program(number(0.25)), gains, lag)
+    by_text, by_code = (run([each], duration="0.5")[1]["states/value"] for each in (said, law))
+    np.testing.assert_allclose(by_text, by_code, atol=1e-13)
+
+
 EDGE, ONCE = apply(Op.ABS, variable(COORDINATE)), variable(COORDINATE)
 WRONG = {
+    "element 'x': 'pin.angle': unexpected '.'": Element("x", ("pin.angle",), (State("a", "pin.angle"),)),
     "element 'x' reads 'pin.angel', which there is not": Element("x", reads=("pin.angel",)),
     "element 'x' acts on 'rail.angle', which there is not": Element("x", forces=(push("rail.angle", 1.0),)),
     "the function of row 'x.r' has edges": cam("x", "pin.angle", "rail.displacement", Program(EDGE)),

@@ -21,7 +21,20 @@ def stored_scene(results: Results) -> tuple[Scene, str]:
 
     name = str(results.scene_path or results.path)
     scene = read_scene_text(results.scene_text, name, results.overrides)
+    _require_all(scene, results)
     return replace(scene, path=results.scene_path, settings=results.settings), name
+
+
+def _require_all(scene: Scene, results: Results) -> None:
+    """Raises InputError where the run had joints, forces or states that its scene does not have."""
+    from mbproj.model import compile_system
+
+    own = compile_system(scene).names
+    for kind, names in {"joints": own.joints, "forces": own.forces, "states": own.states}.items():
+        others = [name for name in results.names(kind) if name not in names]
+        if others:
+            said = f"'{results.path}' has {kind} that its scene does not have: {', '.join(others)}"
+            raise InputError(Problem(said, hint="elements from Python are not in the scene: go on in Python"))
 
 
 def require_another(output: str, source: Path, what: str) -> None:

@@ -12,15 +12,20 @@ from mbproj.dataclass import dataclass
 from mbproj.elements.element import Element, Row
 from mbproj.errors import InputError, Problem
 from mbproj.functions.curve import Curve
-from mbproj.functions.program import CHANNELS, COORDINATE, Instruction, Op, Program
+from mbproj.functions.program import CHANNELS, COORDINATE, RATE, TIME, Instruction, Op, Program
 from mbproj.functions.program_set import flatten, joined
 from mbproj.model.added_laws import AddedLaw, with_laws
 from mbproj.model.channels import Channels, ElementStates, Energies, Kind
 from mbproj.model.couplings import compile_couplings
 from mbproj.model.primitive_set import Binding, bind, bindings
 from mbproj.model.system import System
+from mbproj.scene.expressions.compiled import compiled
+from mbproj.scene.expressions.syntax_tree import parse
+from mbproj.scene.expressions.tokens import ExpressionError
 from mbproj.scene.text.suggestions import choose_from
 
+#: What every expression may name beside the channels that are read.
+VARIABLES = {"t": TIME, "s": COORDINATE, "s_dot": RATE}
 _CALLED = {type(primitive): name for name, primitive in COORDINATES.items()}
 
 
@@ -71,7 +76,7 @@ def _channels(system: System, elements: Sequence[Element]) -> tuple[Channels, di
                 problems.append(Problem(what, hint=choose_from(name, list(able))))
             elif able[name] not in found:
                 found.append(able[name])
-        named[element.name] = _Naming(tuple(found.index(able[name]) for name in element.reads if name in able))
+        named[element.name] = _Naming(element, tuple(found.index(able[name]) for name in element.reads if name in able))
     if problems:
         raise InputError(problems)
     return Channels.of(found), named
@@ -79,18 +84,29 @@ def _channels(system: System, elements: Sequence[Element]) -> tuple[Channels, di
 
 @dataclass(frozen=True)
 class _Naming:
-    """The channels of the system that an element reads."""
+    """What the programs of an element see: the channels of the system that it reads, and how expressions call them."""
 
+    element: Element
     channels: tuple[int, ...]
 
-    def __call__(self, program: Program) -> Program:
-        """The program with these numbers."""
+    def __call__(self, program: Program | str) -> Program:
+        """The program with these numbers. Raises InputError where it is an expression that cannot be read."""
+        if isinstance(program, str):
+            reads = {name.replace(".", "_"): CHANNELS + at for at, name in enumerate(self.element.reads)}
+            program = _program(self.element, program, VARIABLES | reads)
         return replace(program, code=tuple(self._named(each) for each in program.code))
 
     def _named(self, each: Instruction) -> Instruction:
         if each.op is not Op.VARIABLE or each.operand < CHANNELS:
             return each
         return replace(each, operand=float(CHANNELS + self.channels[int(each.operand) - CHANNELS]))
+
+
+def _program(element: Element, text: str, variables: Mapping[str, int]) -> Program:
+    try:
+        return Program(compiled(parse(text), {}, variables)[0], text)
+    except ExpressionError as error:
+        raise InputError(Problem(f"element '{element.name}': '{text}': {error}", hint=error.hint)) from error
 
 
 def _with_forces(system: System, elements: Sequence[Element], named: Mapping[str, _Naming]) -> System:
@@ -151,11 +167,12 @@ def _coupling(element: Element, row: Row, parts: Sequence[Binding]) -> Coupling:
     if row.period is None and len(turns) > 1:
         raise InputError(Problem(f"{where} couples several angles", hint="say its period: what no turn of any changes"))
     period = row.period if row.period is not None else 2.0 * np.pi * sum(turns)
-    if row.function is None:
+    function = _program(element, row.function, VARIABLES) if isinstance(row.function, str) else row.function
+    if function is None:
         return Coupling(kinds, tuple(row.of.values()), period)
-    if any(each.op is Op.VARIABLE and each.operand != COORDINATE for each in row.function.code):
+    if any(each.op is Op.VARIABLE and each.operand != COORDINATE for each in function.code):
         raise InputError(Problem(f"the function of {where} names more than its first coordinate", hint="add a force"))
-    curve = Curve(row.function)
+    curve = Curve(function)
     if curve.has_edges():
         raise InputError(Problem(f"the function of {where} has edges", hint="give one whose slope does not jump"))
     if kinds[0] == "angle" and not curve.repeats(2.0 * np.pi, period):
