@@ -36,6 +36,13 @@ class Contact:
         "a contact is released below minus this part of its largest push",
         "round-off of λ, with care",
     )
+    impulse_to: float = threshold(
+        1e-12,
+        "1",
+        "numpy",
+        "the relative tolerance along the impulse of a rough stop",
+        "4500 ε",
+    )
     balanced_to: float = threshold(
         1e-13, "1", "numpy", "forces that a round changes by less, beside the largest, are balanced", "450 ε"
     )

@@ -15,9 +15,8 @@ from mbproj.arrays import Array
 from mbproj.dataclass import dataclass
 from mbproj.thresholds import THRESHOLDS
 
-#: Pieces of sliding and sticking at most; the longest way in units of the impulse that stops the normal rate alone; how
-#: many directions are looked at for those in which sliding can begin; tolerances of a piece, whose rates are near 1.
-MOST_PIECES, LONGEST, DIRECTIONS, RELATIVE, ABSOLUTE = 8, 1e6, 360, 1e-12, 1e-14
+#: Pieces of sliding and sticking at most; how many directions are looked at for those in which sliding can begin.
+MOST_PIECES, DIRECTIONS = 8, 360
 
 
 @dataclass(frozen=True, eq=False)
@@ -81,7 +80,8 @@ class _Path:
         for event, way in ((reached, 1.0), (stands, -1.0)):
             event.terminal, event.direction = True, way  # type: ignore[attr-defined]
         events = (reached, stands) if friction == self._sliding else (reached,)
-        found = solve_ivp(slope, (0.0, LONGEST), y, "DOP853", rtol=RELATIVE, atol=ABSOLUTE, events=events)
+        to = THRESHOLDS.impulse_to
+        found = solve_ivp(slope, (0.0, np.inf), y, "DOP853", rtol=to, atol=0.01 * to, events=events)
         end, arrived = np.array(found.y[:, -1]), bool(len(found.t_events[0]))
         if not arrived:  # what is left of sliding, at once
             left = -np.linalg.lstsq(self.B[1:, 1:], end[self.rate][1:], rcond=THRESHOLDS.no_push)[0]
@@ -101,7 +101,7 @@ class _Path:
         from scipy.optimize import brentq
 
         for k in np.flatnonzero((across[:-1] <= 0.0) != (across[1:] <= 0.0)):
-            angle = brentq(self._across, angles[k], angles[k + 1], xtol=ABSOLUTE)
+            angle = brentq(self._across, angles[k], angles[k + 1])
             way = np.array([np.cos(angle), np.sin(angle)])
             if way @ (self.B[1:, 0] - self.coefficient * self.B[1:, 1:] @ way) > 0.0:
                 return way
