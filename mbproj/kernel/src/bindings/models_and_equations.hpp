@@ -193,9 +193,9 @@ template <int D> void add_equations(nb::module_& m, const char* name) {
                 const std::size_t count = t.shape(0);
                 require(t, {count}, "t");
                 require(y, {count, static_cast<std::size_t>(self.model().size()), Size<D>::state}, "y");
-                require(carried, {count, self.model().constraints.rows}, "carried");
-                return array_of(self.spread(count, t.data(), y.data(), carried.data()), count,
-                                self.model().constraints.rows);
+                const auto rows = static_cast<std::size_t>(self.model().constraints.rows);
+                require(carried, {count, rows}, "carried");
+                return array_of(self.spread(count, t.data(), y.data(), carried.data()), count, rows);
             },
             nb::arg("y"), nb::arg("t"), nb::arg("carried"))
         .def(
