@@ -74,10 +74,11 @@ class Variants:
 
 def _again(compiled: Compiled, system: System) -> Compiled:
     """The same equations with other forces."""
+    redundant = compiled.model.redundant
     found: Compiled
     if isinstance(compiled, InPlane):
         found = InPlane(compiled.core, system, compiled.plane)
     else:
         found = Reduced(compiled.core, system)
-    found.model.rows = compiled.model.rows
+    found.model.redundant = redundant
     return found
