@@ -10,6 +10,7 @@ import pytest
 from mbproj import assemble, compile_system, initial_guess, read_scene, settings_to_run
 from mbproj.dynamics.equations.constraint_equations import jacobian
 from mbproj.dynamics.equations.kinematics import pose_of
+from mbproj.dynamics.equations.motions import NO_DRIVE
 from mbproj.dynamics.rank.row_policy import RowPolicy
 from mbproj.dynamics.rank.row_set import RowSet
 from mbproj.integrate.formulations.full import FullFormulation
@@ -80,7 +81,7 @@ def test_some_of_these_states_leave_rows_out():
     formulation, state = formulation_of(1e-6)
     come_from_afar(formulation)
     formulation.policy.after(jacobian(formulation.system, pose_of(state.q)))
-    held = formulation.policy.rows.to_move(pose_of(state.q), None, state.v)
+    held = formulation.policy.rows.to_move(pose_of(state.q), NO_DRIVE, state.v)
     assert held.left_out is not None
     assert held.nearness < 0.1
 
@@ -108,7 +109,7 @@ def test_what_is_saved_is_plain_data_and_restored_goes_on_the_same():
     restored.restore(json.loads(json.dumps(lived.save())))
     for q in poses[5:]:
         C_q = jacobian(system, pose_of(q))
-        held = [policy.rows.to_move(pose_of(q), None, state.v) for policy in (lived, restored)]
+        held = [policy.rows.to_move(pose_of(q), NO_DRIVE, state.v) for policy in (lived, restored)]
         np.testing.assert_array_equal(held[0].C_q, held[1].C_q)
         np.testing.assert_array_equal(lived.rows.multipliers, restored.rows.multipliers)
         assert lived.after(C_q) == restored.after(C_q)
