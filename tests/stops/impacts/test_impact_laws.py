@@ -13,6 +13,7 @@ from mbproj.dynamics.contact.impulse_path import followed
 from mbproj.errors import InputError, SimulationError
 from mbproj.kernel import core
 from mbproj.model import compile_system
+from mbproj.registry import IMPACT_LAWS
 from mbproj.scene import read_scene_text
 from tests.stops.impacts.free_body import Free
 from tests.stops.runs import run
@@ -157,6 +158,10 @@ def test_a_rough_impact_that_newtons_law_refuses_goes_on(law, formulation):
     first = recorded.of("impact")[0]
     assert first.impulse > 0.0
     assert first.energy > 0.0
+
+
+def test_each_law_that_a_scene_may_name_is_there():
+    assert tuple(LAWS) == IMPACT_LAWS
 
 
 def test_newtons_law_names_one_that_helps():
