@@ -128,14 +128,34 @@ def main() -> None:
     gc.set_threshold(50_000)
     protect_streams()
     _show_notes()
-    code = int(_exit_code())
-    if code == ExitCode.INTERRUPTED:  # at once: a second Ctrl-C would meet Python where it waits for threads
-        signal.signal(signal.SIGINT, signal.SIG_IGN)
-        with suppress(OSError):
-            sys.stdout.flush()
-            sys.stderr.flush()
-        os._exit(code)
-    sys.exit(code)
+    _end_where_an_interruption_is_lost()
+    code = _exit_code()
+    if code == ExitCode.INTERRUPTED:
+        _leave_at_once()
+    sys.exit(int(code))
+
+
+def _leave_at_once() -> None:
+    """The end of an interrupted command: a second Ctrl-C would meet Python where it waits for threads."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    with suppress(OSError):
+        sys.stdout.flush()
+        sys.stderr.flush()
+    os._exit(ExitCode.INTERRUPTED)
+
+
+def _end_where_an_interruption_is_lost() -> None:
+    """A Ctrl-C that meets Python in a callback, of a weak reference for one, is not raised there: the command ends."""
+    others = sys.unraisablehook
+
+    def end(unraisable: Any) -> None:
+        if not issubclass(unraisable.exc_type, KeyboardInterrupt):
+            others(unraisable)
+            return
+        _complain("interrupted")
+        _leave_at_once()
+
+    sys.unraisablehook = end
 
 
 def _exit_code() -> int:

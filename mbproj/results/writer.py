@@ -116,7 +116,8 @@ class ResultsWriter:
             reserve(self._descriptor, MARGIN)
             write_whole(self._descriptor, image)
             reserve(self._descriptor, len(image) + MARGIN)
-            self._file = h5py.File(self.part, "r+", libver=VERSIONS, **CHUNK_CACHE)
+            # HDF5's own lock would refuse the run where somebody just looks at its file; `claim` has locked it.
+            self._file = h5py.File(self.part, "r+", libver=VERSIONS, locking=False, **CHUNK_CACHE)
             self._file.swmr_mode = True
             self._targets = {dataset.path: opened(self._file, dataset.path) for dataset in self._datasets}
         except (OSError, InputError) as error:  # a mesh that cannot be read, for one

@@ -7,6 +7,7 @@ import re
 import signal
 import subprocess
 import sys
+import textwrap
 import time
 
 import numpy as np
@@ -234,6 +235,25 @@ def started(folder, out: str) -> subprocess.Popen[str]:
         time.sleep(0.05)
     time.sleep(2.5)
     return process
+
+
+def test_an_interruption_that_python_cannot_raise_ends_the_command(tmp_path):
+    """Ctrl-C within the callback of a weak reference, after which the command would go on."""
+    program = """
+        import signal, weakref
+        from mbproj.cli import main
+        class Dropped: pass
+        def command(**options):
+            kept = Dropped()
+            watcher = weakref.ref(kept, lambda reference: signal.raise_signal(signal.SIGINT))
+            del kept
+            print("went on")
+        main.__globals__["mbproj"].main = command
+        main()
+    """
+    command = [sys.executable, "-c", textwrap.dedent(program)]
+    done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, env={"PYTHONPATH": str(ROOT)})
+    assert (done.returncode, done.stdout, done.stderr) == (130, "", "interrupted\n")
 
 
 @pytest.mark.parametrize("signum", [signal.SIGINT, signal.SIGTERM])

@@ -29,6 +29,15 @@ STAGES = {
     "the file is written": "writer.write_whole = lambda *a, of=writer.write_whole: (of(*a), stop())",
     "it can be read": "writer.time.monotonic = stop",
 }
+CREATED_SLOWLY = """
+    def stop(*arguments, of=writer.write_whole):
+        of(*arguments)
+        go()
+        sys.stdin.readline()
+    writer.write_whole = stop
+    with ResultsWriter(sys.argv[1], scene(), NAMES) as recorder:
+        recorder.write(block(times(5)))
+"""
 WITH_SAMPLES = """
     writer.FLUSH_SECONDS = 0.0
     with ResultsWriter(sys.argv[1], scene(), NAMES) as recorder:
@@ -63,6 +72,15 @@ def test_a_file_that_is_being_created_is_another_runs(tmp_path, stage):
     part = tmp_path / "out.h5.part"
     expected = f"error: another run{who} is writing '{part}'; wait for it, or choose another file with -o"
     assert str(caught.value) == expected
+
+
+def test_who_looks_at_a_file_while_it_is_created_stops_no_run(tmp_path):
+    process = child(CREATED_SLOWLY, str(tmp_path / "out.h5"))
+    process.stdout.readline()
+    with h5py.File(tmp_path / "out.h5.part") as file:
+        _, errors = process.communicate("go on\n", timeout=60)
+        assert (process.returncode, errors, file.filename) == (0, "", f"{tmp_path}/out.h5.part")
+    assert len(open_results(tmp_path / "out.h5").time) == 5
 
 
 def test_a_second_run_with_the_same_output_is_refused(tmp_path):
