@@ -29,7 +29,7 @@ MAY_IMPORT = {
     "elements": {"functions"},
     "scene": {"functions", "joints"},
     "model": {"constraints", "functions", "elements", "joints", "scene"},
-    "dynamics": {"constraints", "functions", "joints", "scene", "model"},
+    "dynamics": {"constraints", "functions", "joints", "scene", "model", "kernel"},
     "projection": {"scene", "model", "dynamics"},
     "integrate": {"functions", "scene", "model", "dynamics", "projection", "kernel"},
     "results": {"outputs", "scene"},

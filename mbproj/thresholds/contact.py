@@ -63,9 +63,9 @@ class Contact:
         1e-5, "1", "numpy", "which feet slip is found where all bear less by this part", "10 × what springs give"
     )
     damped_from: float = threshold(
-        1e-12, "1", "numpy", "the least damping of Newton's method for shares of a load, beside B", "5000 ε"
+        1e-12, "1", "kernel", "the least damping of Newton's method for shares of a load, beside B", "5000 ε"
     )
-    damped_to: float = threshold(1e6, "1", "numpy", "with more damping there is no share of a load", "chosen")
+    damped_to: float = threshold(1e6, "1", "kernel", "with more damping there is no share of a load", "chosen")
     slow_motion: float = threshold(
         1e-3, "length or rad / interval", "numpy", "round-off of speeds is that of motions at least as fast", "chosen"
     )

@@ -5,7 +5,12 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from mbproj.dynamics.friction import problem
 from mbproj.dynamics.friction.problem import Cone, contact_problem
+from mbproj.errors import InputError
+from tests.kernel.scenes import needs_kernel
+
+pytestmark = needs_kernel
 
 MASS, INERTIA, WEIGHT, HEIGHT = 3.0, 0.2, 30.0, 0.25
 
@@ -63,3 +68,22 @@ def test_the_order_of_the_feet_is_no_part_of_it():
     rows = [*order, *(3 + k for k in order)]
     y = contact_problem(B, b, feet(3, 0.5))
     assert contact_problem(B[np.ix_(rows, rows)], b[rows], feet(3, 0.5)) == pytest.approx(y[rows], abs=1e-9)
+
+
+def test_two_joints_of_a_limit_each_and_a_foot_that_slides():
+    """Intervals, and a foot whose friction follows its push, in closed form: 3 x'' = F - f₁ - f₂ - 0.5 z."""
+    row = np.array([[0.0, 1.0]] + [[1.0, 0.0]] * 3) / np.sqrt(MASS)
+    cones = [Cone(0, (1,), slides=(-0.5,)), Cone(-1, (2,), 4.0), Cone(-1, (3,), 9.0)]
+    y = contact_problem(row @ row.T, np.array([-WEIGHT, 22.0, 22.0, 22.0]) / MASS, cones)
+    assert y == pytest.approx([WEIGHT, -0.5 * WEIGHT, -3.5, -3.5], abs=1e-9)
+    y = contact_problem(row @ row.T, np.array([-WEIGHT, 26.0, 26.0, 26.0]) / MASS, cones)
+    assert y == pytest.approx([WEIGHT, -0.5 * WEIGHT, -4.0, -7.0], abs=1e-9)
+    assert contact_problem(row @ row.T, np.array([-WEIGHT, 28.1, 28.1, 28.1]) / MASS, cones) is None
+
+
+def test_without_a_kernel_it_says_what_it_needs(monkeypatch):
+    monkeypatch.setattr(problem, "core", lambda: None)
+    with pytest.raises(
+        InputError, match=r"contacts that share a load need the compiled kernel; install .* C\+\+ compiler"
+    ):
+        contact_problem(*beam([-0.5, 0.3], 1.0, 0.0), feet(2, 0.4))

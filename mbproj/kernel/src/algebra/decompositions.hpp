@@ -11,6 +11,8 @@ namespace mbproj {
 
 // The solution of A x = b.
 Eigen::VectorXd solved(const Eigen::MatrixXd& A, const Eigen::VectorXd& b);
+// The smallest of the x next to a solution, for a matrix that may be singular.
+Eigen::VectorXd least_squares(const Eigen::MatrixXd& A, const Eigen::VectorXd& b);
 
 // Of a symmetric matrix, for N = 1, 3 and 6: its least and its largest eigenvalue.
 struct EigenvalueRange {

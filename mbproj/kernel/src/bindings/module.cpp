@@ -5,6 +5,7 @@
 
 #include "bindings/build_info.hpp"
 #include "bindings/loads_from_numpy.hpp"
+#include "contacts/contact_problem.hpp"
 #include "stepping/samples.hpp"
 
 namespace mbproj {
@@ -27,6 +28,29 @@ Thresholds thresholds(const nb::dict& given) {
     });
     if (given.size() != taken) refuse("thresholds", "hold names that the kernel does not have");
     return made;
+}
+
+// The cone of a contact: its push, tangents, the most it holds, and the parts with which it slides.
+using ConeNumbers = std::tuple<int, std::vector<int>, double, std::vector<double>>;
+
+nb::object contact_problem_of(const Thresholds& thresholds, Numbers2 B, Numbers1 b,
+                              const std::vector<ConeNumbers>& given, double give) {
+    const std::size_t size = b.size();
+    require(B, {size, size}, "B");
+    std::vector<Cone> cones;
+    for (const auto& [push, tangents, most, slides] : given) {
+        if (push != -1) index_below(push, size, "push");
+        for (const int k : tangents) index_below(k, size, "tangents");
+        if (!slides.empty() && slides.size() != tangents.size()) refuse("slides", "do not fit the tangents");
+        cones.push_back({push, tangents, most, slides});
+    }
+    const std::vector<double> numbers_of_b = numbers(b, "b");
+    const auto count = static_cast<Eigen::Index>(size);
+    Eigen::VectorXd y;
+    if (!contact_problem(matrix(B, "B"), Eigen::Map<const Eigen::VectorXd>(numbers_of_b.data(), count), cones, give,
+                         thresholds, y))
+        return nb::none();
+    return array_of(std::vector<double>(y.begin(), y.end()), size);
 }
 
 void add_settings(nb::module_& m) {
@@ -185,6 +209,8 @@ NB_MODULE(_core, m) {
         "The primitives that it has, by their numbers.");
     m.def("build_info", &build_info, "How this extension was compiled.");
     add_settings(m);
+    m.def("contact_problem", &contact_problem_of, nb::arg("thresholds"), nb::arg("B"), nb::arg("b"), nb::arg("cones"),
+          nb::arg("give"), "The forces of contacts and frictions that hold at an instant; None where none hold.");
     bind_plane(m);
     bind_space(m);
 }

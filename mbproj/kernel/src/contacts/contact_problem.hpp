@@ -1,0 +1,31 @@
+// All contacts and frictions that hold at an instant, as one problem on the Delassus operator B of their rows.
+//
+// Forces y along the rows change accelerations b to b + B y. Each foot is a spring, and all have one stiffness; the cone of the
+// foot limits the force: y = P(u), with P the projection onto the cones, and -u what the springs give way by. For rigid feet u
+// is in the range of B, and the rows that are held do not accelerate. No row is preferred, and rows may depend on each other.
+// Where all stick y is the least-norm share within the cones. Where all slide it is the limit of (B + ε I) y + b = 0 for ε -> 0.
+#pragma once
+
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "model/thresholds.hpp"
+
+namespace mbproj {
+
+// What the forces of one contact may be: the row that pushes, -1 for the friction of a joint, and the rows of its friction. It
+// sticks with a force up to `most`, a coefficient of the push or a force; or it slides, with this part of the push along each.
+struct Cone {
+    int push = -1;
+    std::vector<int> tangents;
+    double most = 0.0;
+    std::vector<double> slides;
+};
+
+// y of all rows, with which none that is held accelerates: pushes, and tangents that stick. False where no forces within the cones
+// do that. B is symmetric. Springs that `give`, in 1/kg, have an answer always.
+bool contact_problem(const Eigen::MatrixXd& B, const Eigen::VectorXd& b, const std::vector<Cone>& cones, double give,
+                     const Thresholds& thresholds, Eigen::VectorXd& y);
+
+}  // namespace mbproj
