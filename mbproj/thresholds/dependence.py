@@ -37,12 +37,19 @@ class Dependence:
     near_branch: float = threshold(
         0.05,
         "1",
-        "kernel",
+        "both",
         "a pose with a smaller squared distance, beside the usual one, is looked at closely",
         "tests/mechanisms/rank",
     )
     choice_from: float = threshold(
-        0.5, "1", "kernel", "the rows to hold are looked for from this squared distance on, halved each time", "chosen"
+        0.6, "1", "kernel", "the rows to hold are looked for from this squared distance on", "as tied"
+    )
+    choice_step: float = threshold(
+        0.5,
+        "1",
+        "kernel",
+        "and then at this part of the last one, so that those held are no better than need be",
+        "chosen",
     )
     choice_to: float = threshold(
         1e-14,
@@ -52,28 +59,18 @@ class Dependence:
         "100 ε / 2",
     )
     decline: float = threshold(
-        0.1,
+        0.2,
         "1",
         "kernel",
-        "rows are chosen anew when a pivot of those held falls to this part of what it was",
+        "the usual rows do not serve where a pivot is below this part of what it usually is",
         "tests/mechanisms/rank: steps past a later pose err",
     )
-    usual_growth: float = threshold(
-        2.0, "1", "kernel", "the usual pivot is taken anew when one is so many times larger", "chosen: seldom"
-    )
-    clear_fall: float = threshold(
-        0.5,
+    tied: float = threshold(
+        0.99,
         "1",
         "kernel",
-        "a pose stays clear of singular ones while its pivot keeps this part of the last one seen",
-        "with clear_margin",
-    )
-    clear_margin: float = threshold(
-        0.25,
-        "1",
-        "kernel",
-        "so much of the squared distance seen last is counted on, as long as a pose stays clear",
-        "the square of clear_fall",
+        "rows with this part of the largest pivot are equals: the first is held",
+        "no power of 1/2, which symmetric mechanisms have",
     )
     most_dense_rows: int = threshold(
         1000, "-", "kernel", "the dense QR factor of more rows would take longer than anybody waits", "O(rows³)"
@@ -91,6 +88,20 @@ class Dependence:
     )
     redundant_moved: float = threshold(
         0.05, "length, rad", "numpy", "the mechanism is moved so far to see whether rows stay dependent", "chosen"
+    )
+    walked: float = threshold(
+        0.2, "length, rad", "numpy", "the next pose is so far away, on a walk to find the usual rows", "chosen"
+    )
+    most_walked: int = threshold(32, "-", "numpy", "poses of such a walk", "6 rad: a turn of a crank")
+    fewest_walked: int = threshold(4, "-", "numpy", "poses of such a walk of a large mechanism", "chosen")
+    walked_bodies: int = threshold(
+        2000, "-", "numpy", "bodies times poses of such a walk, between these", "as long as reading such a scene"
+    )
+    seldom: float = threshold(
+        0.1, "1", "numpy", "the usual rows are judged by poses of the walk of which so many are worse", "chosen"
+    )
+    serve_alike: float = threshold(
+        0.5, "1", "numpy", "rows whose pivots have this part of the best ones' are equals: the first are held", "chosen"
     )
     redundant_open: float = threshold(
         1e-9, "length, rad", "numpy", "rows left out that stay closed to this follow from the others", "chosen"

@@ -41,7 +41,7 @@ class Passages:
         0.01, "1", "kernel", "a step with a smaller pivot of S may need the check by halves", "tests/mechanisms/rank"
     )
     nearing: float = threshold(
-        0.25, "1", "kernel", "and does where the pivot falls below this part within two steps", "tests/mechanisms/rank"
+        0.5, "1", "kernel", "and does where the pivot falls below this part within it", "tests/mechanisms/rank"
     )
     agreement: float = threshold(
         0.05, "1", "kernel", "step and halves may differ by this part of the velocity or of the way", "as branch_change"

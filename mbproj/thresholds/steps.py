@@ -184,6 +184,9 @@ class Steps:
     most_halvings: int = threshold(
         10, "-", "both", "a fixed step that is not solved is halved so often at most", "chosen: 1,024 parts"
     )
+    branch_halvings: int = threshold(
+        4, "-", "kernel", "a fixed step that passes a singular pose is halved so often", "errors fall by 16³"
+    )
     unresolved_vibration: float = threshold(
         1.0, "ω h", "numpy", "an implicit step damps what is faster", "ESDIRK4 and Radau IIA keep 0.9998 of it"
     )

@@ -11,7 +11,7 @@ import numpy as np
 
 from mbproj import assemble, compile_system, initial_guess, read_scene
 from mbproj.integrate.formulations.reduced import Reduced
-from mbproj.integrate.formulations.redundant_rows import count_redundant
+from mbproj.integrate.formulations.redundant_rows import settle_rows
 from mbproj.kernel import core
 from mbproj.model.planar import planar_reduction
 
@@ -36,7 +36,7 @@ def main(path: str) -> None:
     state = timed(lambda: assemble(system, initial_guess(scene, system)))
     timed(lambda: planar_reduction(system, state.q))
     space = Reduced(core(), system)
-    space.model.redundant = timed(lambda: count_redundant(space, state)) or 0
+    timed(lambda: settle_rows(space, state))
     equations, y = space.equations(), space.state(state.q, state.v)
     found = equations.accelerations(y)
     assert found is not None

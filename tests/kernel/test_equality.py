@@ -94,7 +94,7 @@ def test_smallest_multipliers_of_many_states_are_those_of_each(case):
     nowhere, found = equations.smallest_multipliers(states, np.zeros(2), places)
     (alone,) = equations.smallest_multipliers(states[1:], np.zeros(1), places[1:])
     np.testing.assert_array_equal(found, alone)
-    if not case.reduced.model.redundant:
+    if not case.reduced.model.rows.redundant:
         np.testing.assert_array_equal(found, equations.accelerations(case.y, 0.0, there.tolist())[1])
     if equations.accelerations(states[0], 0.0, there.tolist()) is None:
         assert np.isnan(nowhere).all()

@@ -14,7 +14,7 @@ from mbproj.errors import InputError, Problem
 from mbproj.integrate.formulations.compiled import Compiled
 from mbproj.integrate.formulations.planar import InPlane
 from mbproj.integrate.formulations.reduced import Reduced
-from mbproj.integrate.formulations.redundant_rows import count_redundant
+from mbproj.integrate.formulations.redundant_rows import settle_rows
 from mbproj.kernel import build_info, core
 from mbproj.kernel.absence import warn_of_absence
 from mbproj.kernel.bound import without_form
@@ -121,8 +121,7 @@ def _full(system: System, state: State, why: str) -> Choice:
 def _solvable(compiled: Compiled, system: System, state: State, settings: Settings, why: str) -> Choice:
     """The choice, with redundant rows left out, unless the equations have no unique solution at the start."""
     _refuse_massless(system, state, settings)
-    redundant = count_redundant(compiled, state)
-    compiled.model.redundant = redundant or 0
+    redundant = settle_rows(compiled, state)
     regular, number = compiled.is_regular(state)
     if regular and redundant is not None:
         return Choice(compiled.name, why, compiled.degrees_of_freedom, compiled, redundant or 0)

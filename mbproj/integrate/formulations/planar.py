@@ -40,7 +40,7 @@ class InPlane(Compiled):
 
     @property
     def degrees_of_freedom(self) -> int:
-        return 3 * self.system.bodies - self.plane.joints.size - self.system.driven + int(self.model.redundant)
+        return 3 * self.system.bodies - self.plane.joints.size - self.system.driven + int(self.model.rows.redundant)
 
     @property
     def row_scale(self) -> Array:
@@ -96,7 +96,7 @@ class InPlane(Compiled):
     def _equations_in_space(self, state: State) -> Any:
         """Those of the kernel in space, with what is redundant there left out."""
         space = Reduced(self.core, self.system)
-        space.model.redundant = count_redundant(space, state) or 0
+        count_redundant(space, state)
         return space.equations()
 
     def _smallest(self, state: State, a: Array) -> Array:

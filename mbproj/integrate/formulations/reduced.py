@@ -29,7 +29,7 @@ class Reduced(Compiled):
 
     @property
     def degrees_of_freedom(self) -> int:
-        return 7 * self.system.bodies - self.system.constraints + int(self.model.redundant)
+        return 7 * self.system.bodies - self.system.constraints + int(self.model.rows.redundant)
 
     @property
     def row_scale(self) -> Array:
@@ -43,7 +43,7 @@ class Reduced(Compiled):
 
     def multipliers(self, samples: Samples) -> Array:
         """Where redundant rows leave reactions open, the smallest."""
-        if not self.model.redundant:
+        if not self.model.rows.redundant:
             return samples.carried
         bodies = np.ascontiguousarray(space_state(samples.q, samples.v))
         found: Array = self.equations().spread(bodies, samples.t, samples.carried)

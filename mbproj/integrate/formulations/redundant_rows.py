@@ -1,7 +1,12 @@
-"""Rows that follow from the others wherever a mechanism goes, counted in the kernel: they can be left out."""
+"""Which of the kernel's rows a run holds: those that follow from the others wherever a mechanism goes are left out.
+
+They are found before the run, of the scene alone: off the constraints each choice is another differential equation, so
+that a choice by the poses that a run has passed would give its derivative a history.
+"""
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
@@ -15,34 +20,84 @@ from mbproj.thresholds import THRESHOLDS
 TRIALS = 3
 
 
+def settle_rows(compiled: Compiled, state: State) -> int | None:
+    """Sets the rows that the kernel's model holds at most poses; how many are redundant, or None, as `count_redundant`
+    has it."""
+    count = count_redundant(compiled, state)
+    if count is not None:
+        compiled.model.rows = _usual(compiled, state, count)
+    return count
+
+
 def count_redundant(compiled: Compiled, state: State) -> int | None:
-    """How many of the kernel's rows depend on the others at `state` and stay so in motion; None where some do so at
-    this pose only, so that it is singular."""
-    compiled.model.redundant = 0
-    y, equations, count = compiled.state(state.q, state.v), compiled.equations(), 0
+    """Tells the kernel's model how many of all rows depend on the others at `state` and stay so in motion, so that it
+    holds the best rows of each pose; how many. None where some do so at this pose only, so that it is singular."""
+    compiled.model.rows = compiled.core.UsualRows()
+    y, equations = compiled.state(state.q, state.v), compiled.equations()
     for threshold in (THRESHOLDS.redundant_from, THRESHOLDS.redundant_between, THRESHOLDS.redundant_to):
-        count = equations.dependent_rows(y, state.t, threshold)
-        if count == 0 or _stay_closed(compiled, state, count):
+        count = int(equations.dependent_rows(y, state.t, threshold))
+        compiled.model.rows = compiled.core.UsualRows(count)
+        if count == 0 or _stay_closed(compiled, state):
             return count
+    compiled.model.rows = compiled.core.UsualRows()
     return None
 
 
-def _stay_closed(compiled: Compiled, state: State, count: int) -> bool:
+def _usual(compiled: Compiled, state: State, count: int) -> Any:
+    """So many rows without which the others are well conditioned at most poses of a walk, and their usual pivots."""
+    equations = compiled.equations()
+    start = equations.pivots(compiled.state(state.q, state.v), state.t, [])[0]
+    if count == 0 and min(start, default=1.0) >= THRESHOLDS.near_branch:
+        return compiled.core.UsualRows()
+    poses = list(_walk(compiled, equations, state))
+    choices = sorted({tuple(equations.left_out(*pose)) for pose in poses})
+    found = [[equations.pivots(*pose, list(rows)) for pose in poses] for rows in choices]
+    even = np.array([[each[1] for each in of_rows] for of_rows in found])
+    worst = np.quantile(even, THRESHOLDS.seldom, axis=1)
+    best = int(np.argmax(worst >= THRESHOLDS.serve_alike * worst.max()))
+    pivots = np.array([each[0] for each in found[best] if each[0]])
+    if not len(pivots) or (count == 0 and pivots.min(axis=1).max() >= THRESHOLDS.near_branch):
+        return compiled.core.UsualRows(count)
+    return compiled.core.UsualRows(
+        count, list(choices[best]), np.median(pivots, axis=0).tolist(), float(np.median(even[best]))
+    )
+
+
+def _walk(compiled: Compiled, equations: Any, state: State) -> Iterator[tuple[Array, float]]:
+    """Poses with closed joints on a way from the start that keeps its direction, more or less, and turns back where it
+    ends."""
+    system, rng = compiled.system, np.random.default_rng(0)
+    weights = np.tile([system.length] * 3 + [1.0] * 4, system.bodies)
+    t, q, v, rate, seconds = state.t, state.q, state.v, 1.0, 0.0
+    count = min(THRESHOLDS.most_walked, THRESHOLDS.walked_bodies // system.bodies)
+    for _ in range(max(THRESHOLDS.fewest_walked, count)):
+        push = v + 0.5 * rate * weights * rng.normal(size=len(v))
+        y = equations.corrected(compiled.state(q + seconds * v, push), t + seconds)
+        if y is None:
+            v = -v
+            continue
+        t += seconds
+        q, v = compiled.coordinates(y)
+        yield y, t
+        rate = float(np.abs(v / weights).max())
+        if rate < THRESHOLDS.redundant_open:
+            return  # nothing can move
+        seconds = THRESHOLDS.walked / rate
+
+
+def _stay_closed(compiled: Compiled, state: State) -> bool:
     """Whether rows that are left out stay closed where the others are kept so, in motions along random directions."""
-    compiled.model.redundant = count
     equations, rng = compiled.equations(), np.random.default_rng(0)
-    rows = equations.rows(compiled.state(state.q, state.v), state.t)
-    closed = all(_stays_closed(compiled, equations, rows, state, rng) for _ in range(TRIALS))
-    compiled.model.redundant = 0
-    return closed
+    left_out = equations.left_out(compiled.state(state.q, state.v), state.t)
+    return all(_stays_closed(compiled, equations, left_out, state, rng) for _ in range(TRIALS))
 
 
 def _stays_closed(
-    compiled: Compiled, equations: Any, rows: dict[str, Any], state: State, rng: np.random.Generator
+    compiled: Compiled, equations: Any, left_out: list[int], state: State, rng: np.random.Generator
 ) -> bool:
     def corrected(t: float, q: Array, v: Array) -> tuple[Array, Array] | None:
         """The state nearest to (q, v) that the rows held allow."""
-        y = equations.corrected(compiled.state(q, v), t, rows)
+        y = equations.corrected(compiled.state(q, v), t, left_out)
         return None if y is None else compiled.coordinates(y)
 
     system = compiled.system

@@ -74,11 +74,10 @@ class Variants:
 
 def _again(compiled: Compiled, system: System) -> Compiled:
     """The same equations with other forces."""
-    redundant = compiled.model.redundant
     found: Compiled
     if isinstance(compiled, InPlane):
         found = InPlane(compiled.core, system, compiled.plane)
     else:
         found = Reduced(compiled.core, system)
-    found.model.redundant = redundant
+    found.model.rows = compiled.model.rows
     return found

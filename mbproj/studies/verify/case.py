@@ -21,7 +21,7 @@ from mbproj.errors import InputError
 from mbproj.integrate.formulations.choice import Choice, choose
 from mbproj.integrate.formulations.compiled import Compiled
 from mbproj.integrate.formulations.reduced import Reduced
-from mbproj.integrate.formulations.redundant_rows import count_redundant
+from mbproj.integrate.formulations.redundant_rows import settle_rows
 from mbproj.kernel import core
 from mbproj.kernel.bound import without_form
 from mbproj.model import System
@@ -166,8 +166,7 @@ class Case:
         if missing is not None:
             return f"the kernel has no primitive '{missing}'"
         compiled = Reduced(found, self.system)
-        redundant = count_redundant(compiled, self.mechanism.state)
-        compiled.model.redundant = redundant or 0
+        redundant = settle_rows(compiled, self.mechanism.state)
         regular, _ = compiled.is_regular(self.mechanism.state)
         return compiled if regular and redundant is not None else "in space the start is a singular pose"
 

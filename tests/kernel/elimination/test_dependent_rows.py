@@ -14,7 +14,7 @@ from mbproj.dynamics.equations.kinematics import pose_of
 from mbproj.integrate.formulations.compiled import Compiled
 from mbproj.integrate.formulations.planar import InPlane
 from mbproj.integrate.formulations.reduced import Reduced
-from mbproj.integrate.formulations.redundant_rows import count_redundant
+from mbproj.integrate.formulations.redundant_rows import settle_rows
 from mbproj.kernel import core
 from mbproj.model.planar import Plane, planar_reduction
 from mbproj.scene import read_scene
@@ -88,7 +88,7 @@ def test_the_rows_held_have_the_rank_of_all(name):
     and these are far from dependent."""
     system, state = assembled(mechanism(name))
     compiled = Reduced(core(), system)
-    compiled.model.redundant = count_redundant(compiled, state)
+    settle_rows(compiled, state)
     thrown = state.v + np.random.default_rng(0).normal(size=len(state.v))
     y, equations = compiled.state(state.q, thrown), compiled.equations()
     solved = equations.accelerations(y, state.t)

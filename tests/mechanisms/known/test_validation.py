@@ -8,7 +8,7 @@ import re
 import numpy as np
 import pytest
 
-from mbproj import SimulationError, read_scene
+from mbproj import read_scene
 from mbproj.registry import PROJECTIONS
 from scripts.validation.case import SCENES, TABLES, Case
 from scripts.validation.cases import CASES
@@ -68,16 +68,13 @@ def test_planar_loops_of_revolutes_agree(formulation, case):
     assert done.report.formulation == formulation
 
 
-@pytest.mark.parametrize("step", ["10 ms", "5 ms", "2.5 ms", "2 ms"])
+@pytest.mark.parametrize("step", ["12.5 ms", "10 ms", "5 ms", "3.125 ms", "2.5 ms", "2 ms", "1.5625 ms", "1 ms"])
 @pytest.mark.parametrize("name", ["iftomm_n_four_bar_1", "iftomm_n_four_bar_2"])
-def test_fixed_steps_past_singular_poses_are_right_or_end_there(name, step):
-    """Rows that a policy keeps too long there have led 1.3e-2 m off, with closed joints and no drift of the energy."""
-    try:
-        done = run_case(CASES[name], formulation="reduced", step=step)
-    except SimulationError as error:
-        assert "singular position" in str(error)
-    else:
-        assert max(each.error for each in deviations(CASES[name], done)) < 1e-5
+def test_fixed_steps_past_singular_poses_are_right(name, step):
+    """Pivots judged by the smallest of all, which small moments of inertia make, have led 1.3e-2 m off, with closed
+    joints and no drift of the energy; rows left out for a whole step 1e-3 m."""
+    done = run_case(CASES[name], formulation="reduced", step=step)
+    assert max(each.error for each in deviations(CASES[name], done)) < 1e-5
 
 
 @pytest.mark.parametrize("name", ["adams_revolute", "adams_universal_tilted", "dymola_rssp", "iftomm_slider_crank"])

@@ -15,6 +15,16 @@
 
 namespace mbproj {
 
+// Rows of a model that may be left out.
+template <int D>
+std::optional<std::vector<int>> rows_from(const Model<D>& model, std::optional<std::vector<int>> rows) {
+    if (!rows) return rows;
+    for (std::size_t i = 0; i < rows->size(); ++i)
+        if ((*rows)[i] < (i ? (*rows)[i - 1] + 1 : 0) || (*rows)[i] >= model.constraints.rows)
+            refuse("left_out", "holds an index out of range");
+    return rows;
+}
+
 template <int D> void add_model(nb::module_& m, const char* primitives, const char* model) {
     nb::class_<PrimitiveSet<D>>(m, primitives)
         .def(
@@ -81,7 +91,12 @@ template <int D> void add_model(nb::module_& m, const char* primitives, const ch
             nb::arg("stop_bounds") = std::vector<double>(), nb::arg("bearings"), nb::arg("bearing_points"),
             nb::arg("bearing_axes"))
         .def_prop_ro("bodies", &Model<D>::size)
-        .def_rw("redundant", &Model<D>::redundant);
+        .def_prop_rw(
+            "rows", [](const Model<D>& self) { return self.rows; },
+            [](Model<D>& self, const UsualRows& rows) {
+                rows_from(self, std::make_optional(rows.left_out));
+                self.rows = rows;
+            });
 }
 
 template <int D> void add_loads(nb::module_& m, const char* bushings, const char* name) {
@@ -117,17 +132,14 @@ template <int D> void add_equations(nb::module_& m, const char* name) {
         require(y, {static_cast<std::size_t>(self.model().size()), Size<D>::state}, "y");
         return y.data();
     };
-    const auto optional = [](const E& self, const std::optional<nb::dict>& rows) -> typename E::Rows {
-        if (!rows) return std::nullopt;
-        return rows_from<D>(*rows, self.model(), self.loop_joints());
-    };
     const auto coordinates_of = [](const E& self, std::vector<double> coordinates) {
         const std::size_t own = self.model().coordinates.instances.size();
         if (coordinates.size() < own) coordinates.resize(own);
         if (coordinates.size() > own + self.model().layout.states.size) refuse("coordinates", "are too many");
         return coordinates;
     };
-    using GivenRows = std::optional<nb::dict>;
+    using LeftOut = typename E::LeftOut;
+    const auto rows = [](const E& self, const LeftOut& left_out) { return rows_from(self.model(), left_out); };
     nb::class_<E>(m, name)
         .def(nb::init<const Model<D>&, const ProjectionSettings&>())
         .def(
@@ -165,16 +177,16 @@ template <int D> void add_equations(nb::module_& m, const char* name) {
         .def(
             "accelerations",
             [=](E& self, Numbers2 y, double t, const std::vector<double>& coordinates,
-                const GivenRows& rows) -> nb::object {
+                const LeftOut& left_out) -> nb::object {
                 auto found =
-                    self.accelerations(t, checked(self, y), coordinates_of(self, coordinates), optional(self, rows));
+                    self.accelerations(t, checked(self, y), coordinates_of(self, coordinates), rows(self, left_out));
                 if (!found) return nb::none();
                 const auto count = found->second.size();
                 return nb::make_tuple(array_of(std::move(found->first), self.model().size(), Size<D>::freedoms),
                                       array_of(std::move(found->second), count));
             },
             nb::arg("y"), nb::arg("t") = 0.0, nb::arg("coordinates") = std::vector<double>(),
-            nb::arg("rows") = nb::none())
+            nb::arg("left_out") = nb::none())
         .def(
             "smallest_multipliers",
             [=](E& self, Numbers3 y, Numbers1 t, Numbers2 coordinates) {
@@ -193,25 +205,30 @@ template <int D> void add_equations(nb::module_& m, const char* name) {
                 const std::size_t count = t.shape(0);
                 require(t, {count}, "t");
                 require(y, {count, static_cast<std::size_t>(self.model().size()), Size<D>::state}, "y");
-                const auto rows = static_cast<std::size_t>(self.model().constraints.rows);
-                require(carried, {count, rows}, "carried");
-                return array_of(self.spread(count, t.data(), y.data(), carried.data()), count, rows);
+                require(carried, {count, static_cast<std::size_t>(self.model().constraints.rows)}, "carried");
+                return array_of(self.spread(count, t.data(), y.data(), carried.data()), count, carried.shape(1));
             },
             nb::arg("y"), nb::arg("t"), nb::arg("carried"))
         .def(
-            "rows", [=](E& self, Numbers2 y, double t) { return saved_rows<D>(self.rows(t, checked(self, y))); },
-            nb::arg("y"), nb::arg("t") = 0.0)
+            "left_out", [=](E& self, Numbers2 y, double t) { return self.left_out(t, checked(self, y)); }, nb::arg("y"),
+            nb::arg("t") = 0.0)
+        .def(
+            "pivots",
+            [=](E& self, Numbers2 y, double t, const std::vector<int>& left_out) {
+                return self.pivots(t, checked(self, y), *rows(self, left_out));
+            },
+            nb::arg("y"), nb::arg("t"), nb::arg("left_out"))
         .def(
             "derivative",
             [=](E& self, Numbers2 y, double t, const std::vector<double>& coordinates,
-                const GivenRows& rows) -> nb::object {
+                const LeftOut& left_out) -> nb::object {
                 auto found =
-                    self.derivative(t, checked(self, y), coordinates_of(self, coordinates), optional(self, rows));
+                    self.derivative(t, checked(self, y), coordinates_of(self, coordinates), rows(self, left_out));
                 if (!found) return nb::none();
                 return array_of(std::move(*found), self.model().size(), Size<D>::state);
             },
             nb::arg("y"), nb::arg("t") = 0.0, nb::arg("coordinates") = std::vector<double>(),
-            nb::arg("rows") = nb::none())
+            nb::arg("left_out") = nb::none())
         .def(
             "responses",
             [=](E& self, Numbers2 y, const std::vector<int>& laws, double t) -> nb::object {
@@ -246,12 +263,12 @@ template <int D> void add_equations(nb::module_& m, const char* name) {
             nb::arg("y"), nb::arg("t") = 0.0)
         .def(
             "corrected",
-            [=](E& self, Numbers2 y, double t, const GivenRows& rows) -> nb::object {
-                auto found = self.corrected(t, checked(self, y), optional(self, rows));
+            [=](E& self, Numbers2 y, double t, const LeftOut& left_out) -> nb::object {
+                auto found = self.corrected(t, checked(self, y), rows(self, left_out));
                 if (!found) return nb::none();
                 return array_of(std::move(*found), self.model().size(), Size<D>::state);
             },
-            nb::arg("y"), nb::arg("t") = 0.0, nb::arg("rows") = nb::none())
+            nb::arg("y"), nb::arg("t") = 0.0, nb::arg("left_out") = nb::none())
         .def(
             "dependent_rows",
             [=](E& self, Numbers2 y, double t, double smallest) {

@@ -76,8 +76,7 @@ template <int D> void add_run(nb::module_& m, const char* name) {
         .def("here", [](TimeLoop<D>& self) { return saved_mark<D>(self.here()); })
         .def("resume",
              [](TimeLoop<D>& self, const nb::dict& mark) {
-                 const auto& joints = self.equations().solver().order().loop_joints;
-                 if (!self.resume(mark_from<D>(mark, self.model(), joints, self.carries_slope())))
+                 if (!self.resume(mark_from<D>(mark, self.model(), self.carries_slope())))
                      refuse("events", "do not fit");
              })
         .def_rw("keeps_marks", &TimeLoop<D>::keeps_marks)
@@ -104,7 +103,7 @@ template <int D> void add_run(nb::module_& m, const char* name) {
                          found["turns"] = self.turns();
                          return found;
                      })
-        .def_prop_ro("rows", [](TimeLoop<D>& self) { return saved_rows<D>(self.equations().policy().save()); })
+        .def_prop_ro("left_out", [](TimeLoop<D>& self) { return self.equations().solver().left_out(); })
         .def_prop_ro("loop_joints",
                      [](TimeLoop<D>& self) { return self.equations().solver().order().loop_joints.size(); })
         .def_prop_ro("close_looks", [](TimeLoop<D>& self) { return self.equations().solver().close_looks(); })

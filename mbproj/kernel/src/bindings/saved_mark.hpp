@@ -3,9 +3,9 @@
 
 #include <nanobind/stl/tuple.h>
 
+#include "bindings/from_numpy.hpp"
 #include "bindings/loads_from_numpy.hpp"
 #include "bindings/saved_contacts.hpp"
-#include "bindings/saved_rows.hpp"
 #include "stepping/mark.hpp"
 
 namespace mbproj {
@@ -83,7 +83,6 @@ template <int D> nb::dict saved_mark(const Mark<D>& mark) {
     found["rejected"] = mark.control.rejected;
     found["events"] = saved_events(mark.events);
     if (mark.contacts) found["contacts"] = saved_contacts(*mark.contacts);
-    found["rows"] = saved_rows<D>(mark.rows);
     found["counters"] = std::vector<long>(counters.begin(), counters.end());
     found["peaks"] = std::vector<std::vector<double>>{as_list(mark.peaks.position), as_list(mark.peaks.joint),
                                                       as_list(mark.peaks.velocity)};
@@ -96,8 +95,7 @@ inline Eigen::VectorXd finite_numbers(const nb::dict& given, const char* name, s
     return Eigen::Map<const Eigen::VectorXd>(found.data(), static_cast<Eigen::Index>(total));
 }
 
-template <int D>
-Mark<D> mark_from(const nb::dict& given, const Model<D>& model, const std::vector<int>& loop_joints, bool with_slope) {
+template <int D> Mark<D> mark_from(const nb::dict& given, const Model<D>& model, bool with_slope) {
     const auto finite = [&given](const char* name) {
         const auto value = nb::cast<double>(given[name]);
         if (!std::isfinite(value)) refuse(name, "is not finite");
@@ -131,7 +129,6 @@ Mark<D> mark_from(const nb::dict& given, const Model<D>& model, const std::vecto
     if (given.contains("contacts"))
         mark.contacts = contacts_from(nb::cast<nb::dict>(given["contacts"]), model.stops.bound.size());
     mark.events = events_from(nb::cast<nb::dict>(given["events"]));
-    if (!mark.anew) mark.rows = rows_from<D>(nb::cast<nb::dict>(given["rows"]), model, loop_joints);
     const auto counters = nb::cast<std::vector<long>>(given["counters"]);
     if (counters.size() != Counters::count) refuse("counters", "has a wrong shape");
     mark.counters = Counters::from(counters);

@@ -17,7 +17,8 @@ template <int D> class SingleState final {
 public:
     using S = Size<D>;
     using Numbers = std::vector<double>;
-    using Rows = std::optional<typename RowPolicy<D>::Saved>;
+    using Rows = std::vector<int>;
+    using LeftOut = std::optional<Rows>;  // in place of those that a step from a state leaves out
 
     SingleState(const Model<D>& model, const ProjectionSettings& projection)
         : model_(model), projection_(projection), equations_(model_, projection_),
@@ -56,18 +57,25 @@ public:
         return found;
     }
 
-    // The rows that a run from a state begins with.
-    typename RowPolicy<D>::Saved rows(double t, const double* y) {
+    // The rows that a step from a state leaves out.
+    Rows left_out(double t, const double* y) {
         begin(t, y, {}, {});
-        return equations_.policy().save();
+        return equations_.solver().left_out();
+    }
+    // The pivots of S without these rows; and the smallest where all bodies weigh the same. None, and 0, where the equations have
+    // no unique solution.
+    std::pair<Numbers, double> pivots(double t, const double* y, const Rows& left_out) {
+        KktSolver<D>& solver = equations_.solver();
+        if (!begin(t, y, {}, left_out) || !solver.is_regular()) return {};
+        return {solver.cholesky().pivots(), solver.even_pivot(equations_.pose())};
     }
 
     // (r'', ω' in body axes) of each body and λ, or nothing where they are not unique. `coordinates` are the joints',
     // each to less than half a turn, and after them the states of elements; what is not there is as a run begins with it.
     std::optional<std::pair<Numbers, Numbers>> accelerations(double t, const double* y, const Numbers& coordinates,
-                                                             const Rows& rows) {
+                                                             const LeftOut& left_out) {
         Numbers slope(model_.layout.size()), lambda(model_.all_multipliers()), found;
-        if (!begin(t, y, coordinates, rows)) return std::nullopt;
+        if (!begin(t, y, coordinates, left_out)) return std::nullopt;
         equations_.set_velocities(y, false);
         if (!equations_.slope_at(state_.data(), slope.data(), lambda.data())) return std::nullopt;
         for (int b = 0; b < model_.size(); ++b) {
@@ -84,8 +92,16 @@ public:
         const std::size_t beside = model_.coordinates.instances.size() + model_.layout.states.size;
         Numbers found(count * rows, std::numeric_limits<double>::quiet_NaN());
         Numbers slope(model_.layout.size()), lambda(model_.all_multipliers());
+        LeftOut first;
+        double least = 0.0;
         for (std::size_t i = 0; i < count; ++i, y += model_.layout.bodies.size, coordinates += beside) {
-            if (!begin(t[i], y, {coordinates, coordinates + beside}, {})) continue;
+            const Numbers there(coordinates, coordinates + beside);
+            if (!(first && begin(t[i], y, there, first) && nearness() >= least)) {
+                if (!begin(t[i], y, there, {})) continue;
+                first.reset();
+                least = model_.thresholds.decline * nearness();
+                if (least > 0.0) first = equations_.solver().left_out();
+            }
             equations_.set_velocities(y, false);
             if (!equations_.slope_at(state_.data(), slope.data(), lambda.data())) continue;
             if (!equations_.solver().spread(equations_.pose(), lambda.data())) continue;
@@ -108,9 +124,9 @@ public:
     }
 
     // y' as a stage of a step has it, in the order of y; nothing where it is not unique.
-    std::optional<Numbers> derivative(double t, const double* y, const Numbers& coordinates, const Rows& rows) {
+    std::optional<Numbers> derivative(double t, const double* y, const Numbers& coordinates, const LeftOut& left_out) {
         Numbers slope(model_.layout.size());
-        begin(t, y, coordinates, rows);
+        begin(t, y, coordinates, left_out);
         if (!equations_.derivative(t, state_.data(), slope.data())) return std::nullopt;
         return bodies(std::move(slope));
     }
@@ -160,8 +176,8 @@ public:
     }
 
     // The state moved to the constraints, position and velocity.
-    std::optional<Numbers> corrected(double t, const double* y, const Rows& rows) {
-        begin(t, y, {}, rows);
+    std::optional<Numbers> corrected(double t, const double* y, const LeftOut& left_out) {
+        begin(t, y, {}, left_out);
         if (!projector_.anywhere(t, state_.data()).regular) return std::nullopt;
         return bodies(state_);
     }
@@ -176,7 +192,6 @@ public:
     double nearness() const { return equations_.solver().nearness(); }
     int singular_joint() { return equations_.solver().singular_joint(); }
     const Model<D>& model() const { return model_; }
-    const std::vector<int>& loop_joints() const { return equations_.solver().order().loop_joints; }
     EliminationFacts facts() const {
         const auto& order = equations_.solver().order();
         const auto& cholesky = equations_.solver().cholesky();
@@ -202,9 +217,11 @@ private:
 
     // A state with the rows of a run that begins there, or with those given; factored with the masses. False where the
     // equations have no unique solution.
-    bool begin(double t, const double* y, const Numbers& coordinates, const Rows& rows) {
+    bool begin(double t, const double* y, const Numbers& coordinates, const LeftOut& left_out) {
         set_pose(t, y, coordinates);
-        return rows ? equations_.resume(*rows) : equations_.start();
+        if (!left_out) return equations_.start();
+        equations_.policy().hold_all_but(*left_out);
+        return equations_.factor(Metric::mass);
     }
 
     Numbers rows(const double* values) const { return {values, values + model_.constraints.rows}; }

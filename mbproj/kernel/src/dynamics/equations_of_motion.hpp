@@ -40,7 +40,7 @@ public:
     bool watched_derivative(double t, const double* y, double* slope, double* lambda = nullptr) {
         if (!factor_stage(t, y)) return false;
         policy_.see();
-        return !policy_.wants_others() && slope_of_stage(y, slope, lambda);
+        return !policy_.wants_others(pose_) && slope_of_stage(y, slope, lambda);
     }
 
     // The velocities at the pose in place, with the right-hand sides that go with them; C' on request.
@@ -136,18 +136,16 @@ public:
         solver_.compliance().set(applied_, pose_, motion_, see_channels(window_.seen(t_), y), g, pass);
         return held_ = factored_ = solver_.factor(pose_, Metric::stiff, 0.0);
     }
-    // A run starts at the pose in place, or goes on there from what was saved of another.
-    bool start() { return factored_with_masses(policy_.start(pose_)); }
-    bool resume(typename RowPolicy<D>::Saved rows) {
-        return factored_with_masses(policy_.resume(pose_, std::move(rows)));
+    // A step begins at the pose in place, which is closed: its rows. False where the equations have no unique solution there.
+    bool start() {
+        const bool usual = policy_.holds_usual();
+        return factored_with_masses(usual ? policy_.settle(pose_, factor(Metric::mass)) : policy_.start(pose_));
     }
-    // A step is accepted at the pose in place, which is closed: the rows of the next. False where the equations have no
-    // unique solution there.
-    bool arrive() { return factored_with_masses(policy_.after(pose_, factor(Metric::mass))); }
+    bool wants_others() const { return policy_.wants_others(pose_); }
     // Where the rows held depend on each other at the pose in place, or leave no unique solution, holds others for the step at
     // hand. False where there are none.
     bool hold_others() {
-        if (held_ && !policy_.wants_others()) return false;
+        if (held_ && !wants_others()) return false;
         return factored_with_masses(policy_.hold_others(pose_));
     }
     // Whether the pose in place is near a singular one.

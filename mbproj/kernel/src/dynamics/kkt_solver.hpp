@@ -4,7 +4,6 @@
 
 #include <optional>
 
-#include "dynamics/row_set.hpp"
 #include "elimination/leaves.hpp"
 #include "elimination/metric.hpp"
 #include "loops/loop_solver.hpp"
@@ -34,12 +33,11 @@ public:
             if (!is_bare_[b] || model.bodies[b].is_light) with_inertia_.push_back(b);
     }
 
-    // The rows of the calls to come.
-    void hold(const RowSet& rows) {
-        rows_ = rows;
-        if (rows.held != loops_.held()) loops_.hold(rows.held);
+    // Holds all rows in the calls to come but these of the model, ascending, each of a joint in a loop.
+    void leave_out(const std::vector<int>& rows) {
+        if (rows != loops_.left_out()) loops_.leave_out(rows);
     }
-    const RowSet& rows() const { return rows_; }
+    const std::vector<int>& left_out() const { return loops_.left_out(); }
 
     // Factors at a pose; rows whose squared distance from the span of the others is below `near`, of what it usually is, are
     // left out of this factor: none where that is 0, even where some hardly differ from the others. False where a joint's
@@ -48,7 +46,6 @@ public:
     bool factor(const Pose<D>& pose, Metric metric, double near) {
         ++factorisations_;
         metric_ = metric;
-        looked_ = false;
         const Compliance<D>* stiff = metric == Metric::stiff ? &compliance_ : nullptr;
         if (const int joint = leaves_.set_pose(pose, reference_, stiff); joint >= 0) return fails(joint);
         if (stiff_.empty())
@@ -65,49 +62,49 @@ public:
         const double shift = metric == Metric::penalised ? shift_ : 0.0;
         const int failed = loops_.factor(pose, thresholds_.smallest_pivot, shift);
         if (failed >= 0 && stiff) return loops_.factor_by_qr(pose) || fails(-1);
-        if (failed >= 0 || loops_.cholesky().smallest_pivot() < near * usual())
+        if (failed >= 0 || pivots_part() < near)
             if (near == 0.0 || !factor_near_singular(pose, shift, failed, near)) return fails(failed);
         return true;
     }
 
     // Whether rows had to be left out of the last factor because they depend on the others at its pose alone.
     bool near_singular() const { return loops_.cholesky().leaves_out(); }
+    // Whether that is so whichever of the redundant rows are held.
+    bool near_branch(const Pose<D>& pose) { return is_near_singular(pose, near_); }
     // Whether the last factor is that of all rows held, by the pivots of S.
     bool is_regular() const { return !near_singular() && !loops_.by_qr(); }
     // Of the last factor: its rows' distance from dependent, squared, about, as a part of what it is elsewhere.
-    double nearness() const { return near_singular() ? 0.0 : cholesky().smallest_pivot() / usual(); }
+    double nearness() const { return near_singular() ? 0.0 : pivots_part(); }
 
-    // Whether no row is nearer to dependent than √near, where all bodies weigh the same. As long as the pivot at hand is at
-    // least half of that at the last pose that was looked at, what was seen there holds to a quarter.
+    // Whether no row is nearer to dependent than √near, where all bodies weigh the same.
     bool is_clear(const Pose<D>& pose, double near) {
-        if (!is_regular() || metric_ != Metric::mass) return false;
-        if (cholesky().smallest_pivot() >= thresholds_.clear_fall * rows_.clear_pivot && near < rows_.clear_even)
-            return true;
-        looked_ = true;
-        return near < clear_part(pose);
+        return is_regular() && metric_ == Metric::mass && near < even_nearness(pose);
     }
-    // What of the smallest pivot at a pose counts there, as a part of the usual one, where all bodies weigh the same.
-    double clear_part(const Pose<D>& pose) { return thresholds_.clear_margin * even_pivot(pose) / rows_.usual_even; }
-    // Whether the pose of the last factor had to be looked at closely.
-    bool looked() const { return looked_; }
 
     // Whether rows are nearer to dependent than √near, where all bodies weigh the same: masses have no say in it.
     bool is_near_singular(const Pose<D>& pose, double near) {
         ++close_looks_;
-        return loops_.count_dependent(pose, near * rows_.usual_even) > model_.redundant;
+        return count_dependent(pose, near * model_.rows.even) > model_.rows.redundant;
     }
     // How many rows depend on the others at a pose, up to a distance of √smallest.
-    int count_dependent(const Pose<D>& pose, double smallest) { return loops_.count_dependent(pose, smallest); }
-    // The best-conditioned rows of a pose, dropping exactly as many as are redundant; none where more depend on the others.
-    auto best_rows(const Pose<D>& pose) {
-        ++close_looks_;
-        return loops_.best_rows(pose, model_.redundant);
+    int count_dependent(const Pose<D>& pose, double smallest) {
+        return static_cast<int>(loops_.dependent_rows(pose, smallest).size());
     }
-    // The smallest pivot of the rows held where all bodies weigh the same; the factor at hand stays.
+    // The rows without which those of a pose are best-conditioned, exactly as many as are redundant; nothing where more depend on
+    // the others.
+    auto rows_to_leave_out(const Pose<D>& pose) {
+        ++close_looks_;
+        return loops_.rows_to_leave_out(pose, model_.rows.redundant);
+    }
+    // The smallest pivot of the rows held where all bodies weigh the same; the factor at hand stays. And as a part of what it
+    // usually is.
     double even_pivot(const Pose<D>& pose) {
         ++close_looks_;
         return loops_.even_pivot(pose);
     }
+    double even_nearness(const Pose<D>& pose) { return even_pivot(pose) / model_.rows.even; }
+    // What the pivots of the rows held usually are: masses and lengths of different orders make some small at every pose.
+    void expect(const std::vector<double>& usual) { loops_.expect(usual); }
     // How often dependent rows were looked for, or a singular pose.
     long close_looks() const { return close_looks_; }
 
@@ -146,7 +143,7 @@ public:
     // λ of the last `solve`, spread over redundant rows so that it is smallest. False where that has no solution.
     bool spread(const Pose<D>& pose, double* lambda) {
         loops_.multipliers(lambda);
-        if (loops_.held().empty()) return true;
+        if (left_out().empty()) return true;
         return spread_over_all(pose, lambda, near_singular() ? thresholds_.near_dependent : thresholds_.smallest_pivot);
     }
     // The same of any λ that balance the forces, and any factor.
@@ -173,16 +170,19 @@ private:
     }
     bool fails(int joint) { return singular_joint_ = joint, false; }
 
-    double usual() const { return metric_ == Metric::coordinates ? rows_.usual_even : rows_.usual; }
-
     // Near a singular pose, rows that have almost become dependent have finite multipliers but almost no gradient left:
     // leaving them out errs by their distance from the span of the others, dividing by that errs without bound. Where no
     // row is near to dependent, it is the masses that leave S few digits, or none.
     bool factor_near_singular(const Pose<D>& pose, double shift, int failed, double near) {
         ++close_looks_;
-        const int dependent = loops_.leave_out_dependent(pose, near * rows_.usual_even);
+        near_ = near;
+        const int dependent = loops_.leave_out_dependent(pose, near * model_.rows.even);
         if (dependent == 0 && failed >= 0) return loops_.factor_by_qr(pose);
         return loops_.factor(pose, thresholds_.smallest_pivot, shift) < 0;
+    }
+
+    double pivots_part() const {
+        return metric_ == Metric::coordinates ? cholesky().smallest_pivot() / model_.rows.even : cholesky().nearness();
     }
 
     bool lends(int body, Metric metric) const { return model_.bodies[body].is_light && metric != Metric::coordinates; }
@@ -238,8 +238,7 @@ private:
     std::vector<Wrench> force_, delta_;  // at the reference points; the ground's last
     std::vector<double> stiff_;          // moments of inertia that are added
     int singular_joint_ = -1;
-    RowSet rows_;
-    bool looked_ = false;
+    double near_ = 0.0;  // rows nearer than this were left out
     Metric metric_ = Metric::mass;
     long factorisations_ = 0, close_looks_ = 0;
 };

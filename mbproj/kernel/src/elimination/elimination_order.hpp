@@ -62,7 +62,7 @@ template <int D> struct EliminationOrder {
         }
         for (int b = 0; b < n; ++b)
             if (body_left[b]) loop_bodies.push_back(b);
-        if (eliminate && model.redundant == 0)
+        if (eliminate && model.rows.redundant == 0)
             loop_hinges = ChoiceOfHinges<D>(model, loop_bodies, cancellation).choose(joint_left);
         for (int j = 0; j < static_cast<int>(model.joints.size()); ++j)
             if (joint_left[j]) loop_joints.push_back(j);

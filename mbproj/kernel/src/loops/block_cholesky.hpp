@@ -28,6 +28,7 @@ public:
         diagonal_.resize(rows);
         hidden_.assign(rows, 0.0);
         reciprocal_.resize(rows);
+        per_usual_.assign(rows, 1.0);
         std::vector<std::vector<int>> near(count);
         for (const auto& [i, j] : couplings)
             if (i != j) {
@@ -64,16 +65,19 @@ public:
     // x of the rows that are left out, less what the others before them say of it: the largest in magnitude. Uses x up.
     double contradiction(double* x) const;
 
-    std::vector<std::vector<int>> independent_rows(double smallest);
+    std::vector<std::vector<int>> independent_rows(double smallest, double tied);
 
     // Rows that `factor` leaves out from now on: their λ is 0, whatever is asked of them.
     void leave_out(std::vector<char> rows) { left_out_ = std::move(rows); }
     bool leaves_out() const { return !left_out_.empty(); }
-
     std::size_t stored() const { return values_.size(); }
     std::size_t filled() const { return fill_; }  // of these, numbers in blocks that the matrix does not have
     int row(int block) const { return begin_[block]; }
     double smallest_pivot() const { return smallest_pivot_; }
+    double nearness() const { return nearness_; }  // the same where each is a part of what it usually is, or of 1
+    void expect(const std::vector<double>& usual) {
+        for (std::size_t r = 0; r < per_usual_.size(); ++r) per_usual_[r] = usual.empty() ? 1.0 : 1.0 / usual[r];
+    }
     // The pivots of all rows, parts of their diagonal entries; 0 of those that are left out.
     std::vector<double> pivots() const {
         std::vector<double> found(diagonal_.size(), 0.0);
@@ -107,7 +111,7 @@ private:
     void measure_rows();
     int factor_diagonal(const ColumnOf& column, double smallest);
     template <int R> void subtract_products(const ColumnOf& column);
-    int largest_pivot(const ColumnOf& column, const std::vector<bool>& open, double smallest);
+    int largest_pivot(const ColumnOf& column, const std::vector<bool>& open, double smallest, double tied);
     void eliminate(const ColumnOf& column, int row, const std::vector<bool>& open);
     void divide_below(const ColumnOf& column, const std::vector<int>& rows);
 
@@ -117,9 +121,9 @@ private:
     std::vector<ColumnOf> columns_;                                // in the order of elimination
     std::vector<double> values_, diagonal_, hidden_, reciprocal_;  // `diagonal_`: the squares of the rows
     std::vector<char> left_out_;                                   // one for each row, or none
-    std::vector<double> transposed_;                               // of the blocks of a column
+    std::vector<double> transposed_, per_usual_;                   // of the blocks of a column; 1 / usual pivots
+    double smallest_pivot_ = 1.0, nearness_ = 1.0;
     std::size_t fill_ = 0;
-    double smallest_pivot_ = 1.0;
 };
 
 // `near`: the blocks that couple with each, ascending.
@@ -199,6 +203,7 @@ inline int BlockCholesky::factor_diagonal(const ColumnOf& column, double smalles
         const double part = pivot / diagonal_[row + i];
         if (!(part > smallest)) return column.block;
         smallest_pivot_ = std::min(smallest_pivot_, part);
+        nearness_ = std::min(nearness_, part * per_usual_[row + i]);
         L[i * size + i] = std::sqrt(pivot);
         reciprocal_[row + i] = 1.0 / L[i * size + i];
     }
@@ -226,7 +231,7 @@ template <int R> void BlockCholesky::subtract_products(const ColumnOf& column) {
 }
 
 inline int BlockCholesky::factor(double smallest) {
-    smallest_pivot_ = 1.0;
+    smallest_pivot_ = nearness_ = 1.0;
     measure_rows();
     for (const ColumnOf& column : columns_) {
         const int failed = factor_diagonal(column, smallest);

@@ -21,7 +21,7 @@ public:
                    LoopRows which)
         : halves(order.loop_bodies.size()), hinges(order.loop_hinges), model_(model), order_(order),
           compliance_(compliance), layout_(model, order, which) {
-        hold({});
+        leave_out({});
     }
 
     std::vector<InverseRoot<D>> halves;  // of the loops' bodies
@@ -154,7 +154,7 @@ public:
     // lengths count in the mechanism's own. Overwrites S.
     std::vector<std::vector<int>> independent_rows(const Pose<D>& pose, double smallest) {
         fill_evenly(pose);
-        auto rows = cholesky.independent_rows(smallest);
+        auto rows = cholesky.independent_rows(smallest, model_.thresholds.tied);
         rows.erase(rows.begin(), rows.begin() + layout_.first());
         return rows;
     }
@@ -171,9 +171,9 @@ public:
         return static_cast<int>(count);
     }
 
-    // See `RowLayout::hold`.
-    void hold(const std::vector<std::vector<int>>& rows) {
-        if (auto others = layout_.hold(rows)) {
+    // See `RowLayout::leave_out`.
+    void leave_out(const std::vector<int>& rows) {
+        if (auto others = layout_.leave_out(rows)) {
             cholesky = std::move(*others);
             gradients_.assign(layout_.hinged(), Matrix<F, F>::Zero());
             passed_on_ = gradients_;

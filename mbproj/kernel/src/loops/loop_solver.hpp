@@ -16,66 +16,64 @@ public:
     static constexpr int F = Size<D>::freedoms;
 
     LoopSolver(const Model<D>& model, const EliminationOrder<D>& order, const Compliance<D>& compliance)
-        : model_(model), order_(order), compliance_(compliance), rows_(model, order, compliance, LoopRows::reduced),
-          hinged_(model, rows_), work_(order.loop_bodies.size()) {
+        : model_(model), order_(order), compliance_(compliance),
+          rows_(std::make_unique<DelassusMatrix<D>>(model, order, compliance, LoopRows::reduced)),
+          hinged_(model, *rows_), work_(order.loop_bodies.size()) {
         for (std::size_t b = 0; b < work_.size(); ++b)
-            if (model.bodies[order.loop_bodies[b]].is_light) {
-                light_.emplace_back();
-                light_.back().body = static_cast<int>(b);
-            }
+            if (model.bodies[order.loop_bodies[b]].is_light) light_.emplace_back().body = static_cast<int>(b);
     }
 
-    InverseRoot<D>& half(int b) { return rows_.halves[b]; }
+    InverseRoot<D>& half(int b) { return rows_->halves[b]; }
     // The hinges by which bodies move, at a pose; the joint whose rows are dependent there, or -1.
-    int set_hinges(const Pose<D>& pose) { return rows_.set_hinges(pose); }
+    int set_hinges(const Pose<D>& pose) { return rows_->set_hinges(pose); }
     // See HingedBodies.
-    bool set_hinged(std::vector<Inertia<D>>& inertias) { return hinged_.set_inertias(inertias, rows_.halves); }
-    bool is_hinged(int b) const { return rows_.layout().hinge_of(b) >= 0; }
+    bool set_hinged(std::vector<Inertia<D>>& inertias) { return hinged_.set_inertias(inertias, rows_->halves); }
+    bool is_hinged(int b) const { return rows_->layout().hinge_of(b) >= 0; }
     // What light bodies are lent: nothing where their inertia is not theirs (GOPM's metric), nor that of flywheels.
     void lend(const Column<F>& lent) {
         for (Light<D>& light : light_) light.lent = lent;
     }
-    void turn_flywheels(bool turn) { rows_.flywheels_turn = turn; }
-    void comply(bool comply) { rows_.complies = comply; }
+    void turn_flywheels(bool turn) { rows_->flywheels_turn = turn; }
+    void comply(bool comply) { rows_->complies = comply; }
 
     // S + shift and its factor at a pose; returns the joint whose rows depend on the others, or -1.
     int factor(const Pose<D>& pose, double smallest, double shift = 0.0) {
-        rows_.fill(pose, shift);
+        rows_->fill(pose, shift);
         by_qr_ = false;
-        const int failed = rows_.cholesky.factor(smallest);
-        return failed < 0 ? -1 : rows_.joint_of(failed);
+        const int failed = rows_->cholesky.factor(smallest);
+        return failed < 0 ? -1 : rows_->joint_of(failed);
     }
 
     // The factor of Y in place of that of S; false where it would be too large.
     bool factor_by_qr(const Pose<D>& pose) {
-        if (rows_.count() > model_.thresholds.most_dense_rows) return false;
-        rows_.fill(pose);
-        const std::size_t bodies = F * rows_.layout().pieces();
-        Eigen::MatrixXd Y = Eigen::MatrixXd::Zero(bodies + rows_.flywheels().size(), rows_.count());
-        rows_.each_column(
+        if (rows_->count() > model_.thresholds.most_dense_rows) return false;
+        rows_->fill(pose);
+        const std::size_t bodies = F * rows_->layout().pieces();
+        Eigen::MatrixXd Y = Eigen::MatrixXd::Zero(bodies + rows_->flywheels().size(), rows_->count());
+        rows_->each_column(
             [&](int body, int row, const auto& y) { std::copy(y.data(), y.data() + F, &Y(F * body, row)); });
-        rows_.each_flywheel([&](std::size_t f, int row, double y) { Y(bodies + f, row) = y; });
+        rows_->each_flywheel([&](std::size_t f, int row, double y) { Y(bodies + f, row) = y; });
         qr_.factor(Y);
         return by_qr_ = true;
     }
-
     bool by_qr() const { return by_qr_; }
-
-    // Holds these rows of the loops' joints from here on, or all of them where none are given.
-    void hold(const std::vector<std::vector<int>>& rows) {
-        held_ = rows;
-        rows_.hold(rows);
-        if (even_) even_->hold(rows);
+    // Holds all rows of the loops' joints from here on but these of the model, ascending.
+    void leave_out(const std::vector<int>& rows) {
+        if (!before_) before_ = std::make_unique<DelassusMatrix<D>>(model_, order_, compliance_, LoopRows::reduced);
+        std::swap(rows_, before_);
+        std::swap(left_out_, left_out_before_);
+        if (left_out_ == rows) return;
+        left_out_ = rows;
+        rows_->leave_out(rows);
     }
-
-    const std::vector<std::vector<int>>& held() const { return held_; }
+    const std::vector<int>& left_out() const { return left_out_; }
 
     // Leaves out of the factors to come the rows that depend on the others at this pose, up to a distance of √smallest, or
     // none again. How many.
     int leave_out_dependent(const Pose<D>& pose, double smallest) {
-        return rows_.leave_out_all_but(even().independent_rows(pose, smallest));
+        return rows_->leave_out_all_but(even().independent_rows(pose, smallest));
     }
-    void leave_none_out() { rows_.cholesky.leave_out({}); }
+    void leave_none_out() { rows_->cholesky.leave_out({}); }
     // The smallest pivot where all bodies weigh the same.
     double even_pivot(const Pose<D>& pose) {
         even().fill_evenly(pose);
@@ -83,17 +81,25 @@ public:
         return even().cholesky.smallest_pivot();
     }
 
-    // The best-conditioned rows of a pose, dropping exactly `redundant` of them; none where more of them depend on the
-    // others there.
-    std::optional<std::vector<std::vector<int>>> best_rows(const Pose<D>& pose, int redundant) {
+    // As many rows as are `redundant` without which those of a pose are best-conditioned; nothing where more of them depend on
+    // the others there.
+    std::optional<std::vector<int>> rows_to_leave_out(const Pose<D>& pose, int redundant) {
         const Thresholds& from = model_.thresholds;
-        for (double smallest = from.choice_from; smallest > from.choice_to; smallest *= 0.5)
-            if (auto rows = all().independent_rows(pose, smallest); count_left_out(rows) == redundant) return rows;
+        for (double smallest = from.choice_from; smallest > from.choice_to; smallest *= from.choice_step)
+            if (auto rows = dependent_rows(pose, smallest); static_cast<int>(rows.size()) == redundant) return rows;
         return std::nullopt;
     }
-    // How many of all rows depend on the others at a pose, up to a distance of √smallest.
-    int count_dependent(const Pose<D>& pose, double smallest) {
-        return count_left_out(all().independent_rows(pose, smallest));
+    // Those of all rows that depend on the others at a pose, up to a distance of √smallest.
+    std::vector<int> dependent_rows(const Pose<D>& pose, double smallest) {
+        const auto independent = all().independent_rows(pose, smallest);
+        std::vector<int> found;
+        for (std::size_t h = 0; h < independent.size(); ++h) {
+            const Joint& joint = model_.joints[all().layout().held()[h].joint];
+            for (int r = 0; r < joint.rows; ++r)
+                if (!std::binary_search(independent[h].begin(), independent[h].end(), r))
+                    found.push_back(joint.row + r);
+        }
+        return found;
     }
 
     // δ of the loops' bodies from their forces f, with G δ = c; the multipliers stay for `multipliers`. False where the
@@ -101,10 +107,10 @@ public:
     template <class Forces, class Twists>
     bool solve(const Forces& f, const double* c, Twists& delta, bool shifted = false) {
         push(f, c);
-        spin_.assign(rows_.flywheels().size(), 0.0);
-        rhs_.assign(rows_.count(), 0.0);
-        rows_.each_row([&](int own, int of_model) { rhs_[own] = -c[of_model]; });
-        rows_.scale(rhs_.data());
+        spin_.assign(rows_->flywheels().size(), 0.0);
+        rhs_.assign(rows_->count(), 0.0);
+        rows_->each_row([&](int own, int of_model) { rhs_[own] = -c[of_model]; });
+        rows_->scale(rhs_.data());
         hinged_.add_particular(rhs_.data(), 1.0);
         const double driven = light_.empty() ? 0.0 : energy();
         lambda_.assign(rhs_.size(), 0.0);
@@ -118,21 +124,21 @@ public:
 
     // Σ I s'² of the flywheels in the last solve, where δ is a velocity.
     double of_flywheels() const { return std::inner_product(spin_.begin(), spin_.end(), spin_.begin(), 0.0); }
-    // λ of the loops' joints and of the hinges by which bodies move, of the last solve, at their rows; 0 in rows that are left out.
+    // λ of the loops' joints and of the hinges by which bodies move, of the last solve, at their rows; 0 in rows left out.
     void multipliers(double* lambda) {
         for (const int j : order_.loop_joints) {
             const Joint& joint = model_.joints[j];
             std::fill(lambda + joint.row, lambda + joint.row + joint.rows, 0.0);
         }
-        rows_.each_row([&](int own, int of_model) { lambda[of_model] = lambda_[own]; });
+        rows_->each_row([&](int own, int of_model) { lambda[of_model] = lambda_[own]; });
         hinged_.multipliers(lambda_, lambda);
     }
 
     // How far rows that are left out at this pose alone are from what the others say of a violation, in rows' own scales.
     double contradiction(const double* violation) {
-        std::vector<double> own(rows_.count());
+        std::vector<double> own(rows_->count());
         double least = std::numeric_limits<double>::infinity();
-        rows_.each_row([&](int row, int of_model) {
+        rows_->each_row([&](int row, int of_model) {
             own[row] = violation[of_model];
             least = std::min(least, model_.row_scale[of_model]);
         });
@@ -141,42 +147,44 @@ public:
         return cholesky().contradiction(own.data()) / least;
     }
 
-    const BlockCholesky& cholesky() const { return rows_.cholesky; }
+    const BlockCholesky& cholesky() const { return rows_->cholesky; }
+    // What the pivots of the rows held usually are, or none: see BlockCholesky.
+    void expect(const std::vector<double>& usual) { rows_->cholesky.expect(usual); }
 
 private:
     // The forces on the loops' bodies and pieces, with the half of each, less what their hinges take.
     template <class Forces> void push(const Forces& f, const double* c) {
         hinged_.move(c);
-        work_.resize(rows_.layout().pieces());
+        work_.resize(rows_->layout().pieces());
         for (std::size_t b = 0; b < order_.loop_bodies.size(); ++b) work_[b] = f[order_.loop_bodies[b]];
-        for (std::size_t h = 0; h < rows_.hinges.size(); ++h) {
+        for (std::size_t h = 0; h < rows_->hinges.size(); ++h) {
             const int b = child(h);
             hinged_.push(static_cast<int>(h), half(b), work_[b], parent(h));
-            if (const double root = rows_.layout().root(b); root > 1.0) work_[b] /= root;
+            if (const double root = rows_->layout().root(b); root > 1.0) work_[b] /= root;
         }
         for (std::size_t b = 0; b < order_.loop_bodies.size(); ++b)
             if (!is_hinged(static_cast<int>(b))) half(b).forward(work_[b]);
         for (std::size_t p = order_.loop_bodies.size(); p < work_.size(); ++p)
-            work_[p] = work_[rows_.layout().body_of(p)];
+            work_[p] = work_[rows_->layout().body_of(p)];
     }
     // And their motions; that of a body in pieces is the mean of theirs, which differ by round-off.
     template <class Twists> void release(Twists& delta) {
         for (std::size_t p = order_.loop_bodies.size(); p < work_.size(); ++p)
-            work_[rows_.layout().body_of(p)] += work_[p];
+            work_[rows_->layout().body_of(p)] += work_[p];
         for (std::size_t b = 0; b < order_.loop_bodies.size(); ++b)
             if (!is_hinged(static_cast<int>(b))) half(b).backward(work_[b]);
-        for (std::size_t h = 0; h < rows_.hinges.size(); ++h) {
+        for (std::size_t h = 0; h < rows_->hinges.size(); ++h) {
             const int b = child(h);
-            if (const double root = rows_.layout().root(b); root > 1.0) work_[b] /= root;
+            if (const double root = rows_->layout().root(b); root > 1.0) work_[b] /= root;
             hinged_.release(static_cast<int>(h), half(b), work_[b], parent(h));
         }
         for (std::size_t b = 0; b < order_.loop_bodies.size(); ++b) delta[order_.loop_bodies[b]] = work_[b];
     }
     // Of a hinge, its child among the loops' bodies, and what `work_` has of its parent, or nothing of the ground.
-    int child(std::size_t h) const { return rows_.layout().place(rows_.hinges[h].child()); }
+    int child(std::size_t h) const { return rows_->layout().place(rows_->hinges[h].child()); }
     Column<F>* parent(std::size_t h) {
-        const int body = rows_.hinges[h].parent();
-        return body == model_.size() ? nullptr : &work_[rows_.layout().place(body)];
+        const int body = rows_->hinges[h].parent();
+        return body == model_.size() ? nullptr : &work_[rows_->layout().place(body)];
     }
 
     // All rows, to look for those that depend on others.
@@ -186,15 +194,9 @@ private:
     }
     // The rows that are held, where all bodies weigh the same; the factor at hand stays.
     DelassusMatrix<D>& even() {
-        if (!even_) {
-            even_ = std::make_unique<DelassusMatrix<D>>(model_, order_, compliance_, LoopRows::hinges_first);
-            even_->hold(held_);
-        }
+        if (!even_) even_ = std::make_unique<DelassusMatrix<D>>(model_, order_, compliance_, LoopRows::hinges_first);
+        even_->leave_out(left_out_);
         return *even_;
-    }
-    int count_left_out(const std::vector<std::vector<int>>& rows) {
-        const auto less = [](int count, const auto& some) { return count - static_cast<int>(some.size()); };
-        return std::accumulate(rows.begin(), rows.end(), all().count(), less);
     }
 
     // S squares the condition of Y. Where a pivot shows that to matter, further solutions on what is left, which is computed
@@ -217,11 +219,11 @@ private:
     void improve() {
         if (by_qr_) return improve_by_qr();
         step_ = rhs_;
-        rows_.add_products(work_, step_.data());
-        rows_.each_flywheel([this](std::size_t f, int row, double y) { step_[row] += y * spin_[f]; });
+        rows_->add_products(work_, step_.data());
+        rows_->each_flywheel([this](std::size_t f, int row, double y) { step_[row] += y * spin_[f]; });
         cholesky().solve(step_.data());
-        rows_.subtract_products(step_.data(), work_);
-        rows_.each_flywheel([this](std::size_t f, int row, double y) { spin_[f] -= step_[row] * y; });
+        rows_->subtract_products(step_.data(), work_);
+        rows_->each_flywheel([this](std::size_t f, int row, double y) { spin_[f] -= step_[row] * y; });
         for (std::size_t r = 0; r < lambda_.size(); ++r) lambda_[r] += step_[r];
     }
 
@@ -279,10 +281,10 @@ private:
     const Model<D>& model_;
     const EliminationOrder<D>& order_;
     const Compliance<D>& compliance_;
-    DelassusMatrix<D> rows_;
+    std::unique_ptr<DelassusMatrix<D>> rows_, before_;  // of those held, and before these: often the next
     std::unique_ptr<DelassusMatrix<D>> all_, even_;
     HingedBodies<D> hinged_;
-    std::vector<std::vector<int>> held_;  // as they were given
+    std::vector<int> left_out_, left_out_before_;
     std::vector<Light<D>> light_;
     std::vector<Column<F>> work_;
     std::vector<double> rhs_, step_, lambda_;

@@ -7,8 +7,8 @@
 namespace mbproj {
 
 // For each block the rows, ascending, whose pivots exceed `smallest` of their diagonal entries: within a block the largest
-// pivot goes first, and blocks in the order of elimination. The values are used up.
-inline std::vector<std::vector<int>> BlockCholesky::independent_rows(double smallest) {
+// pivot goes first, or the first row with this part of that, and blocks in the order of elimination. The values are used up.
+inline std::vector<std::vector<int>> BlockCholesky::independent_rows(double smallest, double tied) {
     std::vector<std::vector<int>> kept(sizes_.size());
     measure_rows();
     for (const ColumnOf& column : columns_) {
@@ -18,7 +18,7 @@ inline std::vector<std::vector<int>> BlockCholesky::independent_rows(double smal
             for (int j = i + 1; j < size; ++j) A[i * size + j] = A[j * size + i];
         std::vector<bool> open(size, true);
         const double least = column.block < first_ ? 0.0 : smallest;
-        for (int row = largest_pivot(column, open, least); row >= 0; row = largest_pivot(column, open, least)) {
+        for (int row; (row = largest_pivot(column, open, least, tied)) >= 0;) {
             open[row] = false;
             kept[column.block].push_back(row);
             eliminate(column, row, open);
@@ -34,17 +34,19 @@ inline std::vector<std::vector<int>> BlockCholesky::independent_rows(double smal
     return kept;
 }
 
-// The open row with the largest pivot, or -1 where none exceeds `smallest` of its diagonal entry.
-inline int BlockCholesky::largest_pivot(const ColumnOf& column, const std::vector<bool>& open, double smallest) {
+// The first open row whose pivot is at least the part `tied` of the largest one, or -1 where none exceeds `smallest` of its
+// diagonal entry: where symmetry makes equals, round-off has no say.
+inline int BlockCholesky::largest_pivot(const ColumnOf& column, const std::vector<bool>& open, double smallest,
+                                        double tied) {
     const int size = sizes_[column.block];
-    int best = -1;
-    for (int i = 0; i < size; ++i) {
-        const double part = at(column.diagonal)[i * (size + 1)] / diagonal_[begin_[column.block] + i];
-        if (!open[i] || !(part > smallest)) continue;
-        smallest = part;
-        best = i;
-    }
-    return best;
+    const auto part = [&](int i) {
+        return open[i] ? at(column.diagonal)[i * (size + 1)] / diagonal_[begin_[column.block] + i] : 0.0;
+    };
+    double largest = 0.0;
+    for (int i = 0; i < size; ++i) largest = std::max(largest, part(i));
+    for (int i = 0; i < size; ++i)
+        if (part(i) > smallest && part(i) >= tied * largest) return i;
+    return -1;
 }
 
 // Takes a row of a block out of the open ones. Its column of the block keeps its shares in these, and its pivot.

@@ -72,16 +72,14 @@ public:
                 hinge_of_[place_[order.loop_hinges[h].child()]] = static_cast<int>(h);
     }
 
-    // Of the rows of the joints after the first, in their order, holds those given, or all where there are none; leaves the
-    // others out of the run. The matrix of these rows, if they are others than before.
-    std::optional<BlockCholesky> hold(const std::vector<std::vector<int>>& rows) {
+    // Holds all rows but these of the model, ascending. The matrix of the rows held, if they are others than before.
+    std::optional<BlockCholesky> leave_out(const std::vector<int>& rows) {
         std::vector<JointRows> held, left_out;
         for (int h = 0; h < static_cast<int>(joints_.size()); ++h) {
             JointRows some{joints_[h], 0, {}}, rest = some;
-            const std::vector<int>* chosen = h < first_ || rows.empty() ? nullptr : &rows[h - first_];
             for (int r = 0; r < model_.joints[some.joint].rows; ++r) {
-                const bool is_held = !chosen || std::find(chosen->begin(), chosen->end(), r) != chosen->end();
-                JointRows& to = is_held ? some : rest;
+                const bool is_out = std::binary_search(rows.begin(), rows.end(), model_.joints[some.joint].row + r);
+                JointRows& to = is_out ? rest : some;
                 to.rows[to.count++] = r;
             }
             if (some.count) held.push_back(some);

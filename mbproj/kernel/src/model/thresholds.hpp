@@ -6,8 +6,7 @@ namespace mbproj {
 
 struct Thresholds {
     // mbproj/thresholds/dependence.py
-    double smallest_pivot, near_dependent, near_branch, choice_from, choice_to, decline, usual_growth, clear_fall,
-        clear_margin;
+    double smallest_pivot, near_dependent, near_branch, choice_from, choice_step, choice_to, tied, decline;
     int most_dense_rows;
     // mbproj/thresholds/passages.py
     double least_violation, passing, nearing, agreement, agreed_tolerances, shorter, branch_change, lost_velocity,
@@ -25,7 +24,7 @@ struct Thresholds {
     double safety, smallest_change, largest_change, least_error, least_error_before, part_after_break, turns_told,
         most_turned, located, glance, widest_polishing, bracketed, beside, chatter, newton_part, newton_fixed,
         newton_floor, secant_change, softened, first_contraction, least_contraction;
-    int most_polishing, most_chatter, most_newton, free_passes, most_halvings;
+    int most_polishing, most_chatter, most_newton, free_passes, most_halvings, branch_halvings;
     // mbproj/thresholds/contact.py
     double settled_load, middle_unlike, no_push, touching, stop_rests, lowest_bounce, contact_pulls, creates_energy,
         on_grid, damped_from, damped_to;
@@ -38,11 +37,10 @@ template <class Visit> void each_threshold(Visit&& visit) {
     visit("near_dependent", &Thresholds::near_dependent);
     visit("near_branch", &Thresholds::near_branch);
     visit("choice_from", &Thresholds::choice_from);
+    visit("choice_step", &Thresholds::choice_step);
     visit("choice_to", &Thresholds::choice_to);
+    visit("tied", &Thresholds::tied);
     visit("decline", &Thresholds::decline);
-    visit("usual_growth", &Thresholds::usual_growth);
-    visit("clear_fall", &Thresholds::clear_fall);
-    visit("clear_margin", &Thresholds::clear_margin);
     visit("most_dense_rows", &Thresholds::most_dense_rows);
     visit("least_violation", &Thresholds::least_violation);
     visit("passing", &Thresholds::passing);
@@ -112,6 +110,7 @@ template <class Visit> void each_threshold(Visit&& visit) {
     visit("softened", &Thresholds::softened);
     visit("free_passes", &Thresholds::free_passes);
     visit("most_halvings", &Thresholds::most_halvings);
+    visit("branch_halvings", &Thresholds::branch_halvings);
     visit("settled_load", &Thresholds::settled_load);
     visit("middle_unlike", &Thresholds::middle_unlike);
     visit("no_push", &Thresholds::no_push);

@@ -57,7 +57,7 @@ public:
         if (velocity && done.regular) correct_velocity(y, done);
         phases_.mark(Phase::velocity);
         // Rows that have come to depend on each other leave something open, which others close.
-        const bool fails = !done.regular || equations_.policy().wants_others();
+        const bool fails = !done.regular || equations_.wants_others();
         if (done.projections && fails && equations_.hold_others()) done.take(correct(y, position, velocity));
         return done;
     }

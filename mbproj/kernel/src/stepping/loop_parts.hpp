@@ -57,7 +57,6 @@ protected:
         mark.control = trial_.control().save(), mark.shortened = trial_.shortened();
         if (events().any()) mark.events = events().save();
         if (stops_.inside()) mark.contacts = stops_.policy().state();
-        mark.rows = equations_.policy().save();
         mark.shaped = shaped_, mark.anew = false;
         if (stepper_.carries_slope()) mark.slope = stepper_.first();
     }

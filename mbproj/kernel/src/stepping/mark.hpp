@@ -2,7 +2,7 @@
 #pragma once
 
 #include "contacts/contact_state.hpp"
-#include "dynamics/row_policy.hpp"
+#include "dynamics/equations_of_motion.hpp"
 #include "stepping/halvings.hpp"
 #include "stepping/samples.hpp"
 #include "stepping/state_events.hpp"
@@ -17,7 +17,7 @@ template <int D> struct Mark {
     long grid = 0;        // fixed steps made
     long part = 1;        // of the next, see halvings.hpp
     bool shaped = false;  // by the run's end
-    bool anew = false;    // another method goes on from here: its rows are chosen anew, and its slope is evaluated
+    bool anew = false;    // another method goes on from here: its slope is evaluated
     int shortened = 0;    // how often the step at hand was shortened near a singular pose
     Eigen::VectorXd y;
     Eigen::VectorXd slope;  // with which the next step begins, where it is not a function of y; else none
@@ -25,7 +25,6 @@ template <int D> struct Mark {
     StepSizeControl::Saved control{};
     SavedEvents events;
     std::optional<ContactState> contacts;  // where they are this loop's
-    typename RowPolicy<D>::Saved rows;
     std::vector<Halved> halved;
     Counters counters;
     Peaks peaks;

@@ -22,8 +22,7 @@ public:
     bool is_near() const {
         const Thresholds& thresholds = equations_.model().thresholds;
         const Passed& passed = equations_.policy().passed();
-        return passed.smallest < thresholds.passing &&
-               passed.smallest < thresholds.nearing * std::max(equations_.policy().before(), passed.largest);
+        return passed.smallest < thresholds.passing && passed.smallest < thresholds.nearing * passed.largest;
     }
 
     // Two half steps from y at t, with its slope; false where they fail. Their evaluations count.

@@ -87,7 +87,7 @@ private:
         if (steps_.fixed()) {
             const bool made = stages() || (equations_.hold_others() && stages());
             phases_.mark(Phase::evaluation);
-            return made || (halve(), false);
+            return made ? !passes_branch() : (halve(), false);
         }
         equations_.forget_broken_state();
         std::optional<double> error = stages_and_error();
@@ -98,6 +98,16 @@ private:
             lost_ = error ? Outcome{Status::not_finite, now_.to.t} : failed_at(now_.to.t);
         error_ = error.value_or(not_a_number);
         if (!(error_ <= 1.0)) return reject(control_.after_rejected(error_, now_.to.h)), false;
+        return true;
+    }
+
+    // Whether a fixed step that passes a branch, so that its stages have left rows out, is to be made in halves: of these one
+    // errs as it would, but by the third power of its size.
+    bool passes_branch() {
+        if (!doubling_.is_near() || equations_.policy().passed().smallest > 0.0 ||
+            !schedule_.halve(now_.t, now_.to.h, thresholds_.branch_halvings))
+            return false;
+        ++now_.counters.rejected_steps;
         return true;
     }
 

@@ -43,9 +43,6 @@ public:
         return lost && inside() && equations_.contacts().any() && !equations_.contacts().cholesky().full();
     }
 
-    // Before a step.
-    void begin_step() { rows_ = equations_.policy().save(); }
-
     // Whether the step that was made, with this slope at its end, meets something.
     [[gnu::noinline, gnu::cold]] bool meets(const Vector& slope, const std::vector<long>& turns,
                                             const std::vector<double>& lambda) {
@@ -118,7 +115,7 @@ private:
     // The rows that the step began with, at its start.
     bool back(const Counted&) {
         equations_.set_pose(now_.t, now_.y.data());
-        return equations_.resume(rows_);
+        return equations_.start();
     }
 
     // A step of size h, closed, and what is watched at its end.
@@ -157,7 +154,6 @@ private:
     Vector slope_;
     std::vector<double> lambda_;
     MeetingSearch::Margins last_;
-    typename RowPolicy<D>::Saved rows_;
     double spacing_ = 1.0;
     int stop_ = -1, left_over_ = -1;
     bool released_ = false, meeting_ = false, last_known_ = false;

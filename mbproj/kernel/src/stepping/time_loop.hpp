@@ -103,8 +103,7 @@ private:
         equations_.set_pose(now_.t, now_.y.data());
         equations_.set_velocities(now_.y.data(), false);
         const bool anew = mark_->anew, carries = stepper_.carries_slope() && !anew;
-        const bool regular = anew ? equations_.start() : equations_.resume(mark_->rows);
-        if (!regular || !(carries || evaluate(now_.y, false))) return stop_at(now_.t);
+        if (!equations_.start() || !(carries || evaluate(now_.y, false))) return stop_at(now_.t);
         if (carries) slope_ = mark_->slope;
         stepper_.first() = slope_;
         factorised_before_ = now_.counters.factorisations - equations_.solver().factorisations();
@@ -120,7 +119,6 @@ private:
         if (!steps_.fixed() || now_.to.shaped) take_mark();
         shaped_ = shaped_ || now_.to.shaped;
         phases_.begin(now_.counters.steps + 1);
-        if (stops_.inside()) stops_.begin_step();
         if (!trial_.make()) {
             if (trial_.crossing() && !now_.outcome.stops() && cross_event()) go_on(after_event());
             return;
@@ -151,7 +149,7 @@ private:
         if (closed.status == Status::untold && !steps_.fixed()) return tell_turns(closed), false;
         if (closed.stops()) return stop(closed), false;
         double* lambda = now_.to.due || watching ? lambda_.data() : nullptr;
-        if (!equations_.arrive() || !stepper_.arrive(now_.y_new, slope_, lambda) ||
+        if (!equations_.start() || !stepper_.arrive(now_.y_new, slope_, lambda) ||
             (now_.to.at_break && !stepper_.meet_break(now_.to.t, now_.y_new, schedule_.window(), slope_, lambda)))
             return stop_at(now_.to.t), false;
         if (!slope_.allFinite()) return stop({Status::not_finite, now_.to.t}), false;
