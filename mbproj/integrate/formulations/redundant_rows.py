@@ -45,10 +45,13 @@ def count_redundant(compiled: Compiled, state: State) -> int | None:
 
 def _usual(compiled: Compiled, state: State, count: int) -> Any:
     """So many rows without which the others are well conditioned at most poses of a walk, and their usual pivots."""
-    equations = compiled.equations()
-    start = equations.pivots(compiled.state(state.q, state.v), state.t, [])[0]
-    if count == 0 and min(start, default=1.0) >= THRESHOLDS.near_branch:
+    y, equations = compiled.state(state.q, state.v), compiled.equations()
+    pivots, even = equations.pivots(y, state.t, equations.left_out(y, state.t))
+    if count == 0 and min(pivots, default=0.0) >= THRESHOLDS.near_branch:
         return compiled.core.UsualRows()
+    if even > 0.0:
+        compiled.model.rows = compiled.core.UsualRows(count, [], [], even)
+        equations = compiled.equations()
     poses = list(_walk(compiled, equations, state))
     choices = sorted({tuple(equations.left_out(*pose)) for pose in poses})
     found = [[equations.pivots(*pose, list(rows)) for pose in poses] for rows in choices]

@@ -66,7 +66,9 @@ public:
     // no unique solution.
     std::pair<Numbers, double> pivots(double t, const double* y, const Rows& left_out) {
         KktSolver<D>& solver = equations_.solver();
-        if (!begin(t, y, {}, left_out) || !solver.is_regular()) return {};
+        set_pose(t, y);
+        equations_.policy().hold_all_but(left_out);
+        if (!equations_.factor_all(Metric::mass) || !solver.is_regular()) return {};
         return {solver.cholesky().pivots(), solver.even_pivot(equations_.pose())};
     }
 
