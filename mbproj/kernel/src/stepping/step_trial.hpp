@@ -102,9 +102,11 @@ private:
     }
 
     // Whether a fixed step that passes a branch, so that its stages have left rows out, is to be made in halves: of these one
-    // errs as it would, but by the third power of its size.
+    // errs as it would, but by the third power of its size. A step that ends beyond reach of its joints has passed nothing.
     bool passes_branch() {
-        if (!doubling_.is_near() || equations_.policy().passed().smallest > 0.0 ||
+        if (!doubling_.is_near() || equations_.policy().passed().smallest > 0.0) return false;
+        equations_.set_pose(now_.to.t, now_.y_new.data());
+        if (equations_.model().open_by_more(equations_.constraint(), thresholds_.lost_limit) >= 0 ||
             !schedule_.halve(now_.t, now_.to.h, thresholds_.branch_halvings))
             return false;
         ++now_.counters.rejected_steps;
