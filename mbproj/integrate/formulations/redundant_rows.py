@@ -46,11 +46,11 @@ def count_redundant(compiled: Compiled, state: State) -> int | None:
 def _usual(compiled: Compiled, state: State, count: int) -> Any:
     """So many rows without which the others are well conditioned at most poses of a walk, and their usual pivots."""
     y, equations = compiled.state(state.q, state.v), compiled.equations()
-    pivots, even = equations.pivots(y, state.t, equations.left_out(y, state.t))
-    if count == 0 and min(pivots, default=0.0) >= THRESHOLDS.near_branch:
+    at_start, even_there = equations.pivots(y, state.t, equations.left_out(y, state.t))
+    if count == 0 and min(at_start, default=0.0) >= THRESHOLDS.near_branch:
         return compiled.core.UsualRows()
-    if even > 0.0:
-        compiled.model.rows = compiled.core.UsualRows(count, [], [], even)
+    if even_there > 0.0:  # lengths of different orders make it small: beside 1, rows would seem dependent at every pose
+        compiled.model.rows = compiled.core.UsualRows(count, [], [], even_there)
         equations = compiled.equations()
     poses = list(_walk(compiled, equations, state))
     choices = sorted({tuple(equations.left_out(*pose)) for pose in poses})
