@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import replace
 from itertools import pairwise
 from types import MappingProxyType
@@ -13,6 +13,7 @@ import numpy as np
 from mbproj.arrays import Numbers
 from mbproj.constraints.along import Along
 from mbproj.constraints.angle import Angle
+from mbproj.constraints.distance import Distance
 from mbproj.constraints.primitive import Primitive, SlotKind
 from mbproj.dataclass import dataclass
 
@@ -27,7 +28,7 @@ class Function(Protocol):
 
 
 #: The primitives that can be coupled, each of one row.
-COORDINATES = MappingProxyType({"angle": Angle(), "along": Along()})
+COORDINATES: Mapping[str, Primitive] = MappingProxyType({"angle": Angle(), "along": Along(), "distance": Distance()})
 
 
 @final
@@ -55,7 +56,7 @@ class Coupling(Primitive):
     @property
     def unit(self) -> Literal["m", "rad"]:
         """m where a coordinate is a length."""
-        return "m" if "along" in self.coordinates else "rad"
+        return "rad" if {*self.coordinates} <= {"angle"} else "m"
 
     def parts(self) -> Iterator[tuple[Primitive, float, slice]]:
         """Each coordinate, its weight, and its slots."""

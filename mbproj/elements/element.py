@@ -1,10 +1,13 @@
-"""An element: the channels that it reads, states of its own, forces along joint coordinates, rows between them.
+"""An element: the channels that it reads, states of its own, forces along coordinates, rows between them.
 
-A channel is called as in expressions of laws: "pin.angle" is a joint coordinate, "pin.angle_dot" its rate, and
-"motor.current" the state of an element. Programs of an element see the time, and what it reads: variable CHANNELS + i
-is `reads[i]`. A force's program also sees the coordinate that it acts along and its rate, as COORDINATE and RATE; a
-row's function sees its first coordinate alone, as COORDINATE. Instructions whose branch changes with what they see are
-switches: events of a run.
+A coordinate is that of a joint, "pin.angle"; the place of a marker along an axis of the ground, "tip.x"; a
+distance, "rope.left", where `lengths` of the element "rope" has "left"; or of the points that a force of the
+scene acts between, "spring.length". A channel is a coordinate; its rate, "pin.angle_dot"; the state of an element,
+"motor.current"; or the force of a law, "spring.force", which is positive where it drives its coordinate up.
+
+Programs of an element see the time, and what it reads: variable CHANNELS + i is `reads[i]`. A force's program also sees
+the coordinate that it acts along and its rate, as COORDINATE and RATE; a row's function sees its first coordinate
+alone, as COORDINATE. Instructions whose branch changes with what they see are switches: events of a run.
 
 An expression may stand for a program. It calls the first three t, s and s_dot, and a channel as `reads` does, with _
 for each dot: "motor_current".
@@ -17,6 +20,9 @@ from dataclasses import field
 
 from mbproj.dataclass import dataclass
 from mbproj.functions.program import Program
+
+#: Of a length: a marker's name, or a point of the ground in m.
+End = str | tuple[float, float, float]
 
 
 @dataclass(frozen=True)
@@ -42,7 +48,7 @@ class Force:
 
 @dataclass(frozen=True)
 class Row:
-    """Σ kᵢ sᵢ - function(s₀) = const, with the coordinates sᵢ and their weights kᵢ `of` the row, s₀ the first.
+    """Σ kᵢ sᵢ - function(s₀) = constant, with the coordinates sᵢ and their weights kᵢ `of` the row, s₀ the first.
     A turn of an angle s₀ changes `function` by nothing, or by whole periods. Its slope does not jump; where its second
     derivative does, at a knot of a table, a step ends.
 
@@ -52,11 +58,12 @@ class Row:
     of: Mapping[str, float]
     function: Program | str | None = None
     period: float | None = None
+    constant: float = 0.0
 
 
 @dataclass(frozen=True)
 class Element:
-    """Data of one element; names of states and rows begin with its own.
+    """Data of one element; names of states, rows and lengths begin with its own. `lengths`: from one end to another.
 
     `stores`: the energy that it keeps, and `lost`: what it has lost since it began, a state of its own say, both in J.
     What its forces do comes out of these, and only the rest is work done on the mechanism from outside."""
@@ -65,6 +72,7 @@ class Element:
     reads: tuple[str, ...] = ()
     states: tuple[State, ...] = ()
     forces: tuple[Force, ...] = ()
-    rows: tuple[Row, ...] = field(default=())
+    rows: tuple[Row, ...] = ()
+    lengths: Mapping[str, tuple[End, End]] = field(default_factory=dict)
     stores: Program | None = None
     lost: Program | None = None

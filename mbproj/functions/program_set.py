@@ -10,7 +10,8 @@ import numpy.typing as npt
 
 from mbproj.arrays import Array, Integers
 from mbproj.dataclass import dataclass
-from mbproj.functions.program import CHANNELS, Op, Program
+from mbproj.functions.program import CHANNELS, Instruction, Op, Program
+from mbproj.functions.table import Table
 from mbproj.thresholds import THRESHOLDS
 
 #: Changes of a function's value, slope and second derivative up to this part of the largest are round-off.
@@ -40,6 +41,27 @@ class ProgramSet:
     def size(self) -> int:
         """P."""
         return len(self.start) - 1
+
+    def program(self, index: int) -> Program:
+        """Program `index`, as `flatten` took it."""
+        own = slice(*self.start[index : index + 2].tolist())
+        code = zip(self.op[own].tolist(), self.operand[own].tolist(), strict=True)
+        return Program(
+            tuple(
+                Instruction(Op.TABLE, 0.0, self._table(int(operand)))
+                if op == Op.TABLE
+                else Instruction(Op(op), operand)
+                for op, operand in code
+            ),
+            self.texts[index],
+        )
+
+    def _table(self, number: int) -> Table:
+        own = slice(*self.table_start[number : number + 2].tolist())
+        pieces = tuple((c0, c1, c2, c3) for c0, c1, c2, c3 in self.piece[own].tolist())
+        return Table(
+            tuple(self.knot[own].tolist()), tuple(self.origin[own].tolist()), pieces, float(self.period[number])
+        )
 
     def names_channels(self, index: int) -> bool:
         """Whether program `index` does."""

@@ -204,10 +204,11 @@ def test_the_checks_of_verify_that_know_the_system_alone_pass(element, also):
 
 
 @pytest.mark.filterwarnings("error")
-def test_derivatives_of_a_row_with_a_function_are_those_of_its_gradient():
+@pytest.mark.parametrize("kinds", [("angle", "along"), ("along", "distance"), ("distance", "distance")])
+def test_derivatives_of_a_row_with_a_function_are_those_of_its_gradient(kinds):
     """∂g/∂x and its rate along a motion, which linear models take, by the complex step of g."""
-    row, random = Coupling(("angle", "along"), (0.0, 1.0), 0.0, Curve(lift())), np.random.default_rng(0)
-    x, x_dot = random.normal(size=(1, 6, 3)), random.normal(size=(1, 6, 3))
+    row, random = Coupling(kinds, (0.0, 1.0), 0.0, Curve(lift())), np.random.default_rng(0)
+    x, x_dot = random.normal(size=(2, 1, len(row.slots), 3))
     along = row.gradient(x + 1e-100j * x_dot).imag / 1e-100
     np.testing.assert_allclose((second_derivatives(row, x) @ x_dot.ravel())[0, 0], along.ravel(), atol=1e-13)
     np.testing.assert_allclose(row.rate(x, x_dot).ravel(), np.sum(row.gradient(x) * x_dot), atol=1e-14)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -12,10 +12,11 @@ from mbproj.dataclass import dataclass
 from mbproj.elements.element import Element, Row
 from mbproj.errors import InputError, Problem
 from mbproj.functions.curve import Curve
-from mbproj.functions.program import CHANNELS, COORDINATE, RATE, TIME, Instruction, Op, Program
+from mbproj.functions.program import CHANNELS, COORDINATE, RATE, TIME, Code, Op, Program, apply, number, variable
 from mbproj.functions.program_set import flatten, joined
 from mbproj.model.added_laws import AddedLaw, with_laws
 from mbproj.model.channels import Channels, ElementStates, Energies, Kind
+from mbproj.model.compile.measured import measurable, with_measured
 from mbproj.model.couplings import compile_couplings
 from mbproj.model.primitive_set import Binding, bind, bindings
 from mbproj.model.system import System
@@ -38,7 +39,7 @@ def with_elements(system: System, elements: Sequence[Element]) -> System:
         states=(*system.names.states, *(name for name, _ in states)),
         state_units=(*system.names.state_units, *(state.unit for _, state in states)),
     )
-    system = replace(system, names=names)
+    system = with_measured(replace(system, names=names), elements)
     channels, named = _channels(system, elements)
     own = ElementStates(
         np.array([state.start for _, state in states]),
@@ -67,39 +68,68 @@ def _channels(system: System, elements: Sequence[Element]) -> tuple[Channels, di
     able |= {name: (Kind.COORDINATE, at) for at, name in enumerate(names.coordinates)}
     able |= {f"{name}_dot": (Kind.RATE, at) for at, name in enumerate(names.coordinates)}
     known = zip(system.channels.kind.tolist(), system.channels.index.tolist(), strict=True)
-    found: list[tuple[Kind, int]] = [(Kind(kind), index) for kind, index in known]
+    found = {(Kind(kind), index): at for at, (kind, index) in enumerate(known)}
+    laws = {f"{name}.force": at for at, name in enumerate(names.forces[: system.forces.laws.size])}
+
+    def channel(kind: Kind, index: int) -> Code:
+        return variable(CHANNELS + found.setdefault((kind, index), len(found)))
+
     named, problems = dict[str, _Naming](), []
     for element in elements:
+        codes = []
         for name in element.reads:
-            if name not in able:
+            if name in able:
+                codes.append(channel(*able[name]))
+            elif name in laws:
+                codes.append(_force(system, laws[name], channel))
+            else:
                 what = f"element '{element.name}' reads '{name}', which there is not"
-                problems.append(Problem(what, hint=choose_from(name, list(able))))
-            elif able[name] not in found:
-                found.append(able[name])
-        named[element.name] = _Naming(element, tuple(found.index(able[name]) for name in element.reads if name in able))
+                problems.append(Problem(what, hint=choose_from(name, [*able, *laws, *measurable(system, elements)])))
+        named[element.name] = _Naming(element, tuple(codes))
     if problems:
         raise InputError(problems)
-    return Channels.of(found), named
+    return Channels.of(list(found)), named
 
 
-@dataclass(frozen=True)
+def _force(system: System, law: int, channel: Callable[[Kind, int], Code]) -> Code:
+    """F = -k (s - free) - c s' + program(t, s, s') of a law, by channels. Raises InputError where it goes by a load."""
+    own, name = system.forces.laws, system.names.forces[law]
+    if own.bearing[law] >= 0 or own.partner[law] >= 0:
+        what = f"the force of '{name}' cannot be read: it goes by a load, which would depend on what reads it"
+        raise InputError(Problem(what, hint="read what the load comes from: a coordinate, a spring's force"))
+    at = int(own.joint_coordinate[law])
+    at = at if at >= 0 else system.names.coordinates.index(f"{name}.length")
+    s, rate = channel(Kind.COORDINATE, at), channel(Kind.RATE, at)
+    stretch = apply(Op.SUBTRACT, s, number(float(own.free[law])))
+    total = apply(Op.MULTIPLY, number(-float(own.stiffness[law])), stretch) if own.stiffness[law] else number(0.0)
+    if own.damping[law]:
+        total = apply(Op.SUBTRACT, total, apply(Op.MULTIPLY, number(float(own.damping[law])), rate))
+    if own.program[law] < 0:
+        return total
+    program = system.forces.programs.program(int(own.program[law]))
+    return apply(Op.ADD, total, _replaced(program.code, {COORDINATE: s, RATE: rate}))
+
+
+def _replaced(code: Code, by: Mapping[int, Code]) -> Code:
+    """The code with other codes in place of these variables."""
+    return tuple(
+        one for each in code for one in (by.get(int(each.operand), (each,)) if each.op is Op.VARIABLE else (each,))
+    )
+
+
+@dataclass(frozen=True, eq=False)
 class _Naming:
-    """What the programs of an element see: the channels of the system that it reads, and how expressions call them."""
+    """What the programs of an element see: the codes of what it reads, and how expressions call them."""
 
     element: Element
-    channels: tuple[int, ...]
+    codes: tuple[Code, ...]
 
     def __call__(self, program: Program | str) -> Program:
-        """The program with these numbers. Raises InputError where it is an expression that cannot be read."""
+        """The program with the system's channels. Raises InputError where it is an expression that cannot be read."""
         if isinstance(program, str):
             reads = {name.replace(".", "_"): CHANNELS + at for at, name in enumerate(self.element.reads)}
             program = _program(self.element, program, VARIABLES | reads)
-        return replace(program, code=tuple(self._named(each) for each in program.code))
-
-    def _named(self, each: Instruction) -> Instruction:
-        if each.op is not Op.VARIABLE or each.operand < CHANNELS:
-            return each
-        return replace(each, operand=float(CHANNELS + self.channels[int(each.operand) - CHANNELS]))
+        return replace(program, code=_replaced(program.code, dict(enumerate(self.codes, CHANNELS))))
 
 
 def _program(element: Element, text: str, variables: Mapping[str, int]) -> Program:
@@ -145,7 +175,7 @@ def _with_rows(system: System, elements: Sequence[Element]) -> System:
         parts = [coordinates[_coordinate(system, element, name)] for name in row.of]
         primitive = _coupling(element, row, parts)
         slots = tuple(slot for part in parts for slot in part.slots)
-        own.append(Binding(primitive, len(body), slots))
+        own.append(Binding(primitive, len(body), slots, row.constant))
         body.append(next(body for body, side, _ in reversed(slots) if side == 2))
         local.append([0.0] * 3)
     return replace(
@@ -185,5 +215,5 @@ def _coordinate(system: System, element: Element, name: str) -> int:
     able = system.names.coordinates
     if name not in able:
         what = f"element '{element.name}' acts on '{name}', which there is not"
-        raise InputError(Problem(what, hint=choose_from(name, able)))
+        raise InputError(Problem(what, hint=choose_from(name, [*able, *measurable(system, [element])])))
     return able.index(name)

@@ -160,8 +160,8 @@ template <int D> PrimitiveSet<D> primitive_set(std::size_t bodies, const Integer
         p.weight = weight.data()[i];
         p.curve = -1;
         if (p.coupled) {
-            if (i == 0 || set.instances.back().row != p.row || slots_of(p.kind) < 3 ||
-                slots_of(set.instances.back().kind) < 3)
+            const bool follows = i > 0 && set.instances.back().row == p.row;
+            if (!follows || p.kind == Kind::coincident || set.instances.back().kind == Kind::coincident)
                 refuse("joins", "couples what is no coordinate");
             set.instances.back().coupled = true;
         }

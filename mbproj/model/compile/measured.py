@@ -1,0 +1,80 @@
+"""Coordinates beside those of joints that elements name: places of markers, distances, lengths of forces."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from mbproj.arrays import Array
+from mbproj.constraints import PRIMITIVES
+from mbproj.elements.element import Element, End
+from mbproj.errors import InputError, Problem
+from mbproj.model.primitive_set import Binding, bind, bindings
+from mbproj.model.system import System
+from mbproj.scene.text.suggestions import choose_from
+
+#: The place of a marker: its distance from the ground's origin along each axis of the ground.
+AXES = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
+#: Of which joint these coordinates are.
+NO_JOINT = -1
+Slot = tuple[int, int, Array]
+
+
+def with_measured(system: System, elements: Sequence[Element]) -> System:
+    """The system with these among its coordinates: "tip.x" of a marker, "rope.left" of an element's `lengths`, and
+    "spring.length" of a force between two points. Raises InputError where a length names a marker that there is not, or
+    two of one body."""
+    able, known = measurable(system, elements), system.names.coordinates
+    asked = dict.fromkeys(name for element in elements for name in _named(element) if name not in known)
+    added = {name: able[name] for name in asked if name in able}
+    names = replace(
+        system.names,
+        coordinates=(*known, *added),
+        coordinate_units=(*system.names.coordinate_units, *("m" for _ in added)),
+    )
+    return replace(system, names=names, coordinates=bind([*bindings(system.coordinates), *added.values()]))
+
+
+def _named(element: Element) -> Iterator[str]:
+    """All coordinates that it names; of a force that it reads, what that goes by."""
+    for name in element.reads:
+        yield name.removesuffix("_dot")
+        yield f"{name.removesuffix('.force')}.length"
+    yield from (force.along for force in element.forces)
+    yield from (name for row in element.rows for name in row.of)
+
+
+def measurable(system: System, elements: Sequence[Element]) -> dict[str, Binding]:
+    """Those that may be named. Raises InputError as `with_measured` does."""
+    ground, laws, able = system.bodies, system.forces.laws, dict[str, Binding]()
+    for marker in system.names.markers:
+        for axis, direction in AXES.items():
+            slots = (ground, 1, np.array(direction)), (ground, 1, np.zeros(3)), _end(system, marker, 2)
+            able[f"{marker}.{axis}"] = Binding(PRIMITIVES["along"](), NO_JOINT, slots)
+    for name, index, bound in zip(system.names.forces, laws.joint_coordinate, bindings(laws.coordinates), strict=False):
+        if index < 0:
+            able[f"{name}.length"] = replace(bound, owner=NO_JOINT)
+    for element in elements:
+        for name, ends in element.lengths.items():
+            able[f"{element.name}.{name}"] = _length(system, f"{element.name}.{name}", ends)
+    return able
+
+
+def _length(system: System, name: str, ends: tuple[End, End]) -> Binding:
+    for end in ends:
+        if isinstance(end, str) and end not in system.names.markers:
+            what = f"the length '{name}' ends at the marker '{end}', which there is not"
+            raise InputError(Problem(what, hint=choose_from(end, system.names.markers)))
+    first, second = (_end(system, end, side) for side, end in enumerate(ends, 1))
+    if first[0] == second[0]:
+        raise InputError(Problem(f"the length '{name}' has both ends on one rigid body", hint="name another marker"))
+    return Binding(PRIMITIVES["distance"](), NO_JOINT, (first, second))
+
+
+def _end(system: System, end: End, side: int) -> Slot:
+    if not isinstance(end, str):
+        return system.bodies, side, np.array(end)
+    marker = system.names.markers.index(end)
+    return int(system.marker_body[marker]), side, system.marker_local[marker]
