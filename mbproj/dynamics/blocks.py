@@ -9,6 +9,7 @@ import numpy as np
 
 from mbproj.arrays import Array, Integers
 from mbproj.dataclass import dataclass
+from mbproj.thresholds import THRESHOLDS
 
 if TYPE_CHECKING:
     from scipy.sparse import csr_matrix
@@ -29,6 +30,10 @@ class Blocks:
         """The blocks of bodies that move; the ground is the body of index `bodies`."""
         moves = (row < bodies) & (column < bodies)
         return cls(bodies, row[moves], column[moves], value[moves])
+
+    def matrix(self) -> Array | csr_matrix:
+        """(6n, 6n): sparse of large mechanisms."""
+        return self.sparse() if self.bodies > THRESHOLDS.dense_modes else self.dense()
 
     def dense(self) -> Array:
         """(6n, 6n)."""
@@ -104,6 +109,14 @@ class Rows:
         place[rows] = np.arange(len(rows))
         mine = place[self.row] >= 0
         return Rows(len(rows), self.bodies, place[self.row[mine]], self.body[mine], self.value[mine])
+
+    def at(self, row: int) -> Array:
+        """One row, (6n,)."""
+        return self.chosen(np.array([row])).dense()[0]
+
+    def matrix(self) -> Array | csr_matrix:
+        """(m, 6n): sparse of large mechanisms."""
+        return self.sparse() if self.bodies > THRESHOLDS.dense_modes else self.dense()
 
     def dense(self) -> Array:
         """(m, 6n)."""

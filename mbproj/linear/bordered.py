@@ -1,4 +1,5 @@
-"""Bordered matrices of large mechanisms, sparse: [A Gᵀ; G 0] by SuperLU, with independent rows of G or with all."""
+"""Bordered matrices of large mechanisms, sparse: [A Gᵀ; G 0] by SuperLU, with independent rows of G or with all; and
+the tangent spaces of large mechanisms that follow from them."""
 
 from __future__ import annotations
 
@@ -8,13 +9,19 @@ import numpy as np
 
 from mbproj.arrays import Array, Integers, Numbers
 from mbproj.dynamics.blocks import Rows
-from mbproj.dynamics.derivatives.tangent_space import tangent_lengths
+from mbproj.dynamics.derivatives.tangent_space import TangentSpace, tangent_lengths, tangent_space
+from mbproj.dynamics.equations.kinematics import Pose
 from mbproj.errors import InputError, Problem
+from mbproj.linear.independent_rows import independent_rows
 from mbproj.model.system import System
 from mbproj.thresholds import THRESHOLDS
 
 if TYPE_CHECKING:
     from scipy.sparse import csr_matrix
+    from scipy.sparse.linalg import LinearOperator
+
+#: Of the random vectors that a tangent space is spanned by.
+SEED = 41
 
 
 @final
@@ -56,14 +63,14 @@ class Bordered:
 @final
 class Proximal:
     """The factor of [A Gᵀ; G -ε] with all rows of G, dependent or not: the proximal method of multipliers takes ε out
-    again, step by step (Rockafellar 1976)."""
+    again, step by step (Rockafellar 1976). Rows are in units of the mechanism, or of `sizes` (m,)."""
 
-    def __init__(self, system: System, A: csr_matrix, G: Rows) -> None:
+    def __init__(self, system: System, A: csr_matrix, G: Rows, sizes: Array | None = None) -> None:
         from scipy.sparse import bmat, identity
         from scipy.sparse.linalg import splu
 
         self.G = G
-        self._scaled = _Scaled(system, A, G)
+        self._scaled = _Scaled(system, A, G, sizes)
         inner, rows = self._scaled.A, self._scaled.G
         softness = THRESHOLDS.proximal * identity(rows.shape[0])
         try:
@@ -72,22 +79,85 @@ class Proximal:
             raise singular() from error
 
     def solve(self, force: Array, rows: Array | None = None) -> tuple[Array, Array]:
-        """ξ (6n,) and μ (m,) of A ξ + Gᵀμ = force and Gξ = rows, 0 where none are given; μ is the smallest."""
+        """ξ (6n,) and μ (m,) of A ξ + Gᵀμ = force and Gξ = rows, 0 where none are given; μ is the smallest. Or many,
+        (6n, k) and (m, k)."""
         scaled, n = self._scaled, len(force)
-        x, μ = np.zeros(n), np.zeros(self.G.count)
-        top = scaled.lengths * force / scaled.size
-        bottom = np.zeros_like(μ) if rows is None else scaled.rows * rows
-        before = np.inf
+        x, μ = np.zeros(force.shape), np.zeros((self.G.count, *force.shape[1:]))
+        top = (scaled.lengths * force.T).T / scaled.size
+        bottom = np.zeros_like(μ) if rows is None else (scaled.rows * rows.T).T
+        before = np.full(force.shape[1:], np.inf)
         for _ in range(THRESHOLDS.most_proximal):
             left = np.concatenate([top - scaled.A @ x - scaled.G.T @ μ, bottom - scaled.G @ x])
             change = self._factor.solve(left)
-            size = float(np.abs(change).max(initial=0.0))
-            if not size < 0.5 * before:
+            size = np.abs(change).max(axis=0, initial=0.0)
+            better = size < 0.5 * before
+            change, before = np.where(better, change, 0.0), np.where(better, size, 0.0)
+            x, μ = x + change[:n], μ + change[n:]
+            largest = np.maximum(np.abs(x).max(axis=0, initial=0.0), np.abs(μ).max(axis=0, initial=0.0))
+            if np.all(before <= np.finfo(float).eps * largest):
                 break
-            x, μ, before = x + change[:n], μ + change[n:], size
-            if size <= np.finfo(float).eps * max(np.abs(x).max(initial=0.0), np.abs(μ).max(initial=0.0)):
-                break
-        return scaled.lengths * x, scaled.size * scaled.rows * μ
+        return (scaled.lengths * x.T).T, (scaled.size * scaled.rows * μ.T).T
+
+
+def tangent_space_of(
+    system: System, pose: Pose, G: Rows, scale: Array | None = None, lengths: Array | None = None
+) -> TangentSpace:
+    """At a pose, of rows G of the joints and motions, and of others after them; in units as `tangent_space` has them.
+    Raises InputError where a large mechanism has too many degrees of freedom."""
+    if system.bodies <= THRESHOLDS.dense_modes:
+        return tangent_space(system, G.dense(), scale, lengths)
+    own = system.constraints - system.bodies
+    freedom = 6 * system.bodies - len(independent_rows(system, pose, G.chosen(np.arange(own))))
+    if freedom > THRESHOLDS.dense_freedom:
+        raise _too_free(freedom)
+    lengths = tangent_lengths(system) if lengths is None else lengths
+    metric = unit_metric(system, G, system.row_scale[system.bodies :] if scale is None else scale, lengths)
+    x = np.random.default_rng(SEED).normal(size=(6 * system.bodies, freedom))
+    for _ in range(2):  # once leaves the round-off of random vectors that are nearly parallel
+        x, R = np.linalg.qr((metric.solve((x.T / lengths).T)[0].T / lengths).T)
+        size = np.abs(np.diag(R))
+        x = x[:, size > THRESHOLDS.dependent * size.max(initial=0.0)]
+    return TangentSpace((lengths * x.T).T, _pseudoinverse(metric), lengths)
+
+
+def along_tangent_space(system: System, G: Rows, rows: Array) -> Array:
+    """The parts of rows (k, 6n) that rows G of the joints and motions leave, in coordinates in which only their inner
+    products count."""
+    if system.bodies <= THRESHOLDS.dense_modes:
+        return np.asarray(rows @ tangent_space(system, G.dense()).N, dtype=float)
+    lengths = tangent_lengths(system)
+    metric = unit_metric(system, G, system.row_scale[system.bodies :], lengths)
+    return np.asarray(metric.solve(rows.T)[0].T / lengths, dtype=float)
+
+
+def unit_metric(system: System, G: Rows, scale: Array, lengths: Array) -> Proximal:
+    """The factor that splits displacements into those along rows and those along their tangent space, rows as long as
+    1 where lengths are in these units (6n,); rows that are 0 beside `scale` (m,) have no say."""
+    from scipy.sparse import diags
+
+    rows = G.sparse() @ diags(lengths)
+    size = np.sqrt(np.asarray(rows.multiply(rows).sum(axis=1))).ravel()
+    size = np.where(size > THRESHOLDS.dependent * scale, size, np.inf)
+    return Proximal(system, diags(lengths**-2.0, format="csr"), G, size)
+
+
+def _pseudoinverse(metric: Proximal) -> LinearOperator:
+    from scipy.sparse.linalg import LinearOperator
+
+    def smallest(rows: Array) -> Array:
+        return metric.solve(np.zeros((6 * metric.G.bodies, *rows.shape[1:])), rows)[0]
+
+    def multipliers(force: Array) -> Array:
+        return metric.solve(force)[1]
+
+    both = {"matvec": smallest, "matmat": smallest, "rmatvec": multipliers, "rmatmat": multipliers}
+    return LinearOperator((6 * metric.G.bodies, metric.G.count), dtype=float, **both)
+
+
+def _too_free(freedom: int) -> InputError:
+    said = f"this is done by dense matrices, for up to {THRESHOLDS.dense_freedom} degrees of freedom"
+    hint = "`mbproj modes` and `mbproj equilibrium` know more at rest, `mbproj run` moving; or take fewer bodies"
+    return InputError(Problem(f"{said}, and this mechanism has {freedom}", hint=hint))
 
 
 def is_definite(system: System, A: csr_matrix, G: Rows) -> bool:
@@ -108,13 +178,13 @@ def is_definite(system: System, A: csr_matrix, G: Rows) -> bool:
 class _Scaled:
     """A and G with lengths in the mechanism's own, and A of the order of G, so that pivots compare."""
 
-    def __init__(self, system: System, A: csr_matrix, G: Rows) -> None:
+    def __init__(self, system: System, A: csr_matrix, G: Rows, sizes: Array | None = None) -> None:
         from scipy.sparse import diags
 
         self.lengths = tangent_lengths(system)
         inner = diags(self.lengths) @ A @ diags(self.lengths)
         self.size = max(float(np.abs(inner.diagonal()).max(initial=0.0)), float(np.finfo(float).tiny))
-        self.rows = 1.0 / system.row_scale[system.bodies :]
+        self.rows = 1.0 / (system.row_scale[system.bodies :] if sizes is None else sizes)
         self.A, self.G = (inner / self.size).tocsr(), (diags(self.rows) @ G.sparse() @ diags(self.lengths)).tocsr()
 
 

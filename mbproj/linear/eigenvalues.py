@@ -40,6 +40,16 @@ class Eigen:
     values: Numbers
     vectors: Numbers
 
+    def slowest(self, count: int | None) -> Eigen:
+        """The first so many, or all."""
+        return Eigen(self.values[:count], self.vectors[:, :count])
+
+    def slowest_and_growing(self, count: int) -> Eigen:
+        """The first so many, and all after them that grow: these tell whether a motion is stable."""
+        growing = self.values.real > THRESHOLDS.grown_modes * np.abs(self.values).max(initial=0.0)
+        kept = np.flatnonzero(growing | (np.arange(len(self.values)) < count))
+        return Eigen(self.values[kept], self.vectors[:, kept])
+
 
 def eigen(reduced: Reduced) -> Eigen:
     """All finite eigenvalues, the slowest first. Raises InputError where a motion without mass is held by nothing, or
@@ -100,7 +110,7 @@ def _condensed(reduced: Reduced) -> tuple[Reduced, Array]:
 
 def heavy_and_light(reduced: Reduced) -> tuple[Array, Array]:
     """Orthonormal coordinates of the motions that move mass, (f, h), and of those that move none, (f, l)."""
-    _, σ, V = np.linalg.svd(reduced.weighs, full_matrices=True)
+    _, σ, V = np.linalg.svd(np.linalg.qr(reduced.weighs, mode="r"), full_matrices=True)
     rank = int(np.count_nonzero(σ > THRESHOLDS.dependent))
     return V[:rank].T, V[rank:].T
 

@@ -14,13 +14,13 @@ from mbproj.dynamics.contact.freedom import Freedom
 from mbproj.dynamics.derivatives.linear_equations import Motion, constraint_rows
 from mbproj.dynamics.derivatives.row_derivatives import row_motion
 from mbproj.dynamics.derivatives.tangent import tangent_velocities
-from mbproj.dynamics.derivatives.tangent_space import tangent_space
 from mbproj.dynamics.equations.gaps import counted_values
 from mbproj.dynamics.equations.kinematics import pose_of
 from mbproj.dynamics.friction.shared import refuse_shared_loads
 from mbproj.errors import InputError, Problem
 from mbproj.integrate.stops.rubbing import at_rest, friction_rates
 from mbproj.integrate.stops.whole import speed_of
+from mbproj.linear.bordered import along_tangent_space
 from mbproj.model.contacts import Contacts, in_contact, standing_on_stops
 from mbproj.model.frictions import Frictions
 from mbproj.model.system import System
@@ -91,9 +91,9 @@ def _independent(system: System, frictions: Frictions, state: State, among: Inte
     expected = coordinate_values(system, pose) + 2.0 * np.pi * state.turns
     u = tangent_velocities(pose, state.v)
     motion = Motion(state.t, state.q, u, np.zeros_like(u), expected, state.x)
-    space = tangent_space(system, constraint_rows(system, motion).dense())
     scale = np.where(frictions.coordinates.is_length, system.length, 1.0)
-    rows = (row_motion(frictions.coordinates, motion.carried()).G.dense() @ space.N) / scale[:, None]
+    g = row_motion(frictions.coordinates, motion.carried()).G.dense() / scale[:, None]
+    rows = along_tangent_space(system, constraint_rows(system, motion), g)
     found: list[int] = []
     basis = np.zeros((0, rows.shape[1]))
     for k in among.tolist():

@@ -74,23 +74,24 @@ class Modes:
 
 
 def modes(reference: Reference, count: int | None = None) -> Modes:
-    """All modes, or the `count` slowest. Raises InputError where a force has a kink there, or nothing holds a motion
-    without mass."""
+    """All modes, or the `count` slowest; of large mechanisms few, and all that grow where they move. Raises InputError
+    where a force has a kink there, nothing holds a motion without mass, or a large mechanism that moves, or whose
+    elements have states, is too free."""
     refuse_kinks(reference)
     scale = reference.system.state_scale
-    if reference.system.bodies > THRESHOLDS.dense_modes:
+    large = reference.system.bodies > THRESHOLDS.dense_modes
+    if large and reference.rests and not len(scale):
         few = sparse_eigen(reference, count or FEW)
         none = np.zeros((len(few.values), 0))
         return described(reference, few.values, few.vectors, none.T, none, few.freedom, turns=False)
     here = projected(reference)
     reduced, freedom = here.with_states(scale), here.space.freedom
-    found = eigen(reduced)
+    found = eigen(reduced).slowest_and_growing(FEW) if large and count is None else eigen(reduced).slowest(count)
     ξ, x = here.space.N @ found.vectors[:freedom], scale[:, None] * found.vectors[freedom:]
     share = shares_of_states(reduced, found, len(scale)) if len(scale) else np.zeros((len(found.values), 0))
     size = float(np.abs(here.space.N).max(initial=0.0))
     turns = bool(np.abs(here.N_dot).max(initial=0.0) > THRESHOLDS.linear_round_off * size)
-    every = described(reference, found.values, ξ, x, share, freedom, turns=turns)
-    return every if count is None else every.slowest(count)
+    return described(reference, found.values, ξ, x, share, freedom, turns=turns)
 
 
 #: Modes of a large mechanism, unless more are asked for.

@@ -7,24 +7,30 @@ First-order states x are coordinates without mass that resist their rates: M x''
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import numpy as np
 
 from mbproj.arrays import Array
 from mbproj.dataclass import dataclass
 from mbproj.dynamics.blocks import Blocks
 from mbproj.dynamics.derivatives.linear_equations import LinearEquations, linear_equations, tangent_force
-from mbproj.dynamics.derivatives.tangent_space import TangentSpace, tangent_lengths, tangent_space
+from mbproj.dynamics.derivatives.tangent_space import TangentSpace, tangent_lengths
 from mbproj.dynamics.equations.kinematics import Pose
 from mbproj.dynamics.equations.reflected import tangent_gradients
+from mbproj.linear.bordered import tangent_space_of
 from mbproj.linear.eigenvalues import Reduced
 from mbproj.linear.frames import in_axes
 from mbproj.linear.reference import Reference
 from mbproj.model.system import System
 
+if TYPE_CHECKING:
+    from scipy.sparse import csr_matrix
+
 
 @dataclass(frozen=True, eq=False)
 class Projected:
-    """The linear equations at a reference in its axes, dense: on the tangent space, and before. N' (6n, f): how the
+    """The linear equations at a reference in its axes: on the tangent space, dense, and before. N' (6n, f): how the
     tangent space turns along the motion."""
 
     equations: LinearEquations
@@ -38,7 +44,7 @@ class Projected:
         if not count:
             return own
         states = self.equations.states
-        P, Q, push = (part.dense() for part in (states.by_displacement, states.by_rate, states.push))
+        P, Q, push = (part.matrix() for part in (states.by_displacement, states.by_rate, states.push))
         mass = float(np.abs(own.M).max(initial=0.0)) or 1.0
         unit = mass / scale[:, None]
         none, pushed = np.zeros((own.M.shape[0], count)), -(push @ N).T * scale
@@ -61,42 +67,40 @@ def projected(reference: Reference) -> Projected:
     """The linear equations at a reference, on its tangent space."""
     system, motion = reference.system, reference.motion
     equations = in_axes(linear_equations(system, motion, reference.multipliers), motion, reference.turning)
-    G, G_dot, G_ddot = (part.dense() for part in vars(equations.rows).values())
-    space = tangent_space(system, G)
+    G_dot, G_ddot = equations.rows.G_dot.matrix(), equations.rows.G_ddot.matrix()
+    space = tangent_space_of(system, motion.pose, equations.rows.G)
     N, (N_dot, N_ddot) = space.N, space.along(G_dot, G_ddot)
-    M, D, K = (part.dense() for part in (equations.M, equations.D, equations.K))
+    M, D, K = (part.matrix() for part in (equations.M, equations.D, equations.K))
     D_size, K_size = (_sizes(part) for part in (equations.D, equations.K))
-    K_size += np.diag(np.abs(tangent_force(system, motion)) / tangent_lengths(system))
+    acts = (np.abs(tangent_force(system, motion)) / tangent_lengths(system))[:, None]
     size, M_size = np.abs(N), np.abs(M)
     reduced = Reduced(
-        N.T @ M @ N,
+        N.T @ (M @ N),
         N.T @ (D @ N + 2.0 * M @ N_dot),
         N.T @ (K @ N + D @ N_dot + M @ N_ddot),
         size.T @ (D_size @ size + 2.0 * M_size @ np.abs(N_dot)),
-        size.T @ (K_size @ size + D_size @ np.abs(N_dot) + M_size @ np.abs(N_ddot)),
-        weighing(system, motion.pose) @ N,
+        size.T @ (K_size @ size + acts * size + D_size @ np.abs(N_dot) + M_size @ np.abs(N_ddot)),
+        weighing(system, motion.pose, N),
     )
     return Projected(equations, space, N_dot, reduced)
 
 
-def weighing(system: System, pose: Pose) -> Array:
-    """Rows (w, 6n) in global axes that vanish on what moves no mass: shifts of bodies with mass, turns about axes with
-    inertia, and coordinates with reflected inertia. Only whether there is mass counts, not how much."""
+def weighing(system: System, pose: Pose, N: Array) -> Array:
+    """What displacements N (6n, f) in global axes move of mass, (w, f): shifts of bodies with mass, turns about axes
+    with inertia, and coordinates with reflected inertia. Only whether there is mass counts, not how much."""
     n = system.bodies
-    rows = np.zeros((n, 6, n, 6))
     moments, axes = np.linalg.eigh(system.inertia)
     resists = moments > np.finfo(float).eps * np.maximum(moments[:, -1:], np.finfo(float).tiny)
-    every = np.arange(n)
-    rows[every, :3, every, :3] = (system.mass > 0.0)[:, None, None] * np.eye(3)
     in_global = resists[:, :, None] * np.swapaxes(pose.rotation[:-1] @ axes, -1, -2)
-    rows[every, 3:, every, 3:] = in_global
-    found = rows.reshape(6 * n, 6 * n) / tangent_lengths(system)
+    moved = N.reshape(n, 6, -1)
+    shifts = (system.mass > 0.0)[:, None, None] * moved[:, :3] / system.length
+    found = np.concatenate([shifts, in_global @ moved[:, 3:]], axis=1).reshape(N.shape)
     g = tangent_gradients(system.reflected, pose)[:, :-1].copy()
     g[..., 3:] = (pose.rotation[:-1] @ g[..., 3:, None])[..., 0]
     unit = np.where(system.reflected.rows.is_length, system.length, 1.0)
-    return np.concatenate([found, g.reshape(len(g), 6 * n) / unit[:, None]])
+    return np.concatenate([found, g.reshape(len(g), 6 * n) @ N / unit[:, None]])
 
 
-def _sizes(matrix: Blocks) -> Array:
+def _sizes(matrix: Blocks) -> Array | csr_matrix:
     """The matrix with its parts summed up without their signs."""
-    return Blocks(matrix.bodies, matrix.row, matrix.column, np.abs(matrix.value)).dense()
+    return Blocks(matrix.bodies, matrix.row, matrix.column, np.abs(matrix.value)).matrix()

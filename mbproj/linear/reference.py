@@ -51,6 +51,11 @@ class Reference:
         """Whether anything moves faster than round-off."""
         return bool(np.abs(self.motion.u).max(initial=0.0) > 0.0)
 
+    @property
+    def rests(self) -> bool:
+        """Whether nothing moves, nor the axes."""
+        return not (self.moves or np.any(self.turning))
+
 
 def reference_at(system: System, state: State, where: str) -> Reference:
     """The motion through a consistent state: the accelerations and multipliers are those of the equations of motion."""

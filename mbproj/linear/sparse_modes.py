@@ -11,7 +11,6 @@ import numpy as np
 from mbproj.arrays import Array, Integers, Numbers
 from mbproj.dataclass import dataclass
 from mbproj.dynamics.derivatives.linear_equations import LinearEquations, linear_equations
-from mbproj.errors import InputError, Problem
 from mbproj.linear.bordered import Bordered, diagonal
 from mbproj.linear.frames import in_axes
 from mbproj.linear.independent_rows import independent_rows
@@ -32,15 +31,8 @@ class SparseEigen:
 
 
 def sparse_eigen(reference: Reference, count: int) -> SparseEigen:
-    """The `count` slowest modes of a mechanism at rest. Raises InputError where it moves, or elements
-    have states."""
+    """The `count` slowest modes of a mechanism at rest whose elements have no states."""
     system, motion = reference.system, reference.motion
-    if system.states.size:
-        said = f"modes with states of elements are found for up to {THRESHOLDS.dense_modes} bodies"
-        raise InputError(Problem(said, hint="take fewer bodies, or run it and look at its motion"))
-    if reference.moves or np.any(reference.turning):
-        said = f"modes of a mechanism that moves are found for up to {THRESHOLDS.dense_modes} bodies"
-        raise InputError(Problem(said, hint="linearise it at rest: --at equilibrium"))
     equations = in_axes(linear_equations(system, motion, reference.multipliers), motion, reference.turning)
     pencil = _Pencil(reference, equations, independent_rows(system, motion.pose, equations.rows.G))
     count = min(count, pencil.freedom)

@@ -14,6 +14,13 @@ class Linear:
         1e-12, "1", "numpy", "a smaller part of a stiffness or damping is none", "ε × some thousand terms"
     )
     dense_modes: int = threshold(150, "bodies", "numpy", "modes of more are found by sparse matrices", "seconds")
+    dense_freedom: int = threshold(
+        1000,
+        "degrees of freedom",
+        "numpy",
+        "linear models, steady turns, modes that need dense matrices have no more",
+        "a minute or two",
+    )
     dense_equilibria: int = threshold(
         20, "bodies", "numpy", "the rest of more is found by sparse matrices", "the quicker"
     )

@@ -3,18 +3,20 @@ equations say."""
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy.linalg import eigh, null_space
 from scipy.optimize import brentq
 
-from mbproj.errors import InputError
 from mbproj.linear.equilibrium.find import equilibrium, others
 from mbproj.linear.equilibrium.solve import NoEquilibrium
 from mbproj.linear.equilibrium.started import assembled_start
 from mbproj.linear.modes import modes
 from mbproj.model import compile_system
 from mbproj.scene import read_scene_text
+from mbproj.thresholds import THRESHOLDS
 from tests.linear.closed_forms import HEAD, chain, g
 
 
@@ -97,8 +99,15 @@ def test_upright_a_long_chain_rests_too_but_is_not_stable():
     found = at_rest(text)
     assert found.stable is False
     assert found.unstable.startswith("of j")
-    with pytest.raises(InputError, match="are sought for up to 150 bodies, and this mechanism has 160"):
-        next(others(found.reference.system, found, 3))
+
+
+def test_from_other_starts_an_upright_chain_finds_where_it_hangs_by_sparse_matrices(monkeypatch):
+    monkeypatch.setattr("mbproj.linear.equilibrium.find.THRESHOLDS", replace(THRESHOLDS, dense_modes=20))
+    found = at_rest(chain(25).replace("gravity: [0, 0, -9.81]", "gravity: [0, 0, 9.81]"))
+    assert not found.stable
+    (hangs,) = others(found.reference.system, found, 1)
+    assert hangs.stable
+    np.testing.assert_allclose(hangs.reference.motion.pose.position[:-1, 2], (np.arange(25) + 0.5) / 25, atol=1e-9)
 
 
 def test_a_long_chain_that_falls_is_refused_with_the_force_that_is_left():

@@ -11,7 +11,6 @@ import pytest
 from mbproj.cli.linear import equilibrium as equilibrium_command
 from mbproj.cli.linear import linearize as linearize_command
 from mbproj.cli.linear import modes as modes_command
-from mbproj.errors import InputError
 from mbproj.integrate import simulate
 from mbproj.linear.equilibrium.find import equilibrium
 from mbproj.linear.equilibrium.recorded import write_results
@@ -140,10 +139,14 @@ def test_a_state_that_drifts_is_named():
         rest(("2 - x", "1.3 + 0*z"))
 
 
-def test_many_bodies_with_states_are_refused(monkeypatch):
-    monkeypatch.setattr("mbproj.linear.modes.THRESHOLDS", replace(THRESHOLDS, dense_modes=0))
-    with pytest.raises(InputError, match="modes with states of elements are found for up to"):
-        modes(at_start(VIBRATES, start=(0.0, 0.0)))
+def test_states_have_modes_in_many_bodies_too(monkeypatch):
+    expected = modes(at_start(VIBRATES, start=(0.0, 0.0)))
+    for module in ("modes", "bordered"):
+        monkeypatch.setattr(f"mbproj.linear.{module}.THRESHOLDS", replace(THRESHOLDS, dense_modes=0))
+    monkeypatch.setattr("mbproj.dynamics.blocks.THRESHOLDS", replace(THRESHOLDS, dense_modes=0))
+    found = modes(at_start(VIBRATES, start=(0.0, 0.0)))
+    np.testing.assert_allclose(found.eigenvalues, expected.eigenvalues, rtol=1e-10)
+    np.testing.assert_allclose(found.state_share, expected.state_share, atol=1e-10)
 
 
 def test_commands_tell_them():

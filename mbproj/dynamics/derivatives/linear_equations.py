@@ -157,7 +157,7 @@ def tangent_force(system: System, motion: Motion) -> Array:
     if system.reflected.size:
         rows = system.reflected.rows
         s_ddot = set_velocity(rows, pose, change) + set_bias(rows, pose, twist)
-        g = row_motion(rows, motion.carried()).G.dense()
+        g = row_motion(rows, motion.carried()).G.matrix()
         found = found - g.T @ (system.reflected.inertia * s_ddot)
     return found
 

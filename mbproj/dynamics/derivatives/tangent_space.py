@@ -5,6 +5,8 @@ Lengths are measured in the mechanism's own. Rows may depend on each other: N is
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import numpy as np
 
 from mbproj.arrays import Array
@@ -12,14 +14,18 @@ from mbproj.dataclass import dataclass
 from mbproj.model.system import System
 from mbproj.thresholds import THRESHOLDS
 
+if TYPE_CHECKING:
+    from scipy.sparse.linalg import LinearOperator
+
 
 @dataclass(frozen=True, eq=False)
 class TangentSpace:
     """N (6n, f), G N = 0, orthonormal where lengths are in units of the mechanism's length; and G⁺ (6n, m), which gives
-    the smallest ξ with Gξ = c, so that λ = (G⁺)ᵀ f is the smallest with Gᵀλ = f. `lengths` (6n,) are those units."""
+    the smallest ξ with Gξ = c, so that λ = (G⁺)ᵀ f is the smallest with Gᵀλ = f; of large mechanisms an operator.
+    `lengths` (6n,) are those units."""
 
     N: Array
-    pseudoinverse: Array
+    pseudoinverse: Array | LinearOperator
     lengths: Array
 
     @property
@@ -37,8 +43,8 @@ class TangentSpace:
 
 
 def tangent_space(system: System, G: Array, scale: Array | None = None, lengths: Array | None = None) -> TangentSpace:
-    """Of rows G (m, 6n) of the joints and then the motions, or of others that are measured against `scale` (m,); in the
-    mechanism's lengths, or other `lengths` (6n,)."""
+    """By dense matrices, of rows G (m, 6n) of the joints and then the motions, or of others that are measured against
+    `scale` (m,); in the mechanism's lengths, or other `lengths` (6n,)."""
     lengths = tangent_lengths(system) if lengths is None else lengths
     scale = system.row_scale[system.bodies :] if scale is None else scale
     rows = G * lengths / scale[:, None]

@@ -12,7 +12,7 @@ import numpy as np
 from mbproj.arrays import Array, Numbers, cross
 from mbproj.dataclass import dataclass
 from mbproj.dynamics.assembly.assemble import coordinate_values, nearest
-from mbproj.dynamics.blocks import added
+from mbproj.dynamics.blocks import added, stacked
 from mbproj.dynamics.derivatives.linear_equations import (
     LinearEquations,
     Motion,
@@ -22,11 +22,12 @@ from mbproj.dynamics.derivatives.linear_equations import (
 )
 from mbproj.dynamics.derivatives.row_derivatives import force_derivative, row_motion
 from mbproj.dynamics.derivatives.tangent import moved
-from mbproj.dynamics.derivatives.tangent_space import TangentSpace, tangent_space
+from mbproj.dynamics.derivatives.tangent_space import TangentSpace
 from mbproj.dynamics.equations.kinematics import pose_of
 from mbproj.dynamics.equations.motions import Drive
 from mbproj.dynamics.equations.teeth import near
 from mbproj.errors import SimulationError
+from mbproj.linear.bordered import tangent_space_of
 from mbproj.linear.frames import in_axes
 from mbproj.linear.reference import largest_force
 from mbproj.model.system import Conditions, System
@@ -95,10 +96,11 @@ class Problem:
         counted = np.asarray(near(system, coordinate_values(system, pose), expected), dtype=float)
         motion = self.turning.motion(self.t, q, counted, self.x)
         force = tangent_force(system, motion)
-        held = row_motion(system.coordinates, motion.carried()).G.dense()[self.held.index]
+        held = row_motion(system.coordinates, motion.carried()).G.chosen(self.held.index)
         scale = np.where(system.coordinates.is_length, system.length, 1.0)[self.held.index]
-        rows = np.concatenate([constraint_rows(system, motion).dense(), held])
-        space = tangent_space(system, rows, np.concatenate([system.row_scale[system.bodies :], scale]), self.lengths)
+        rows = stacked(system.bodies, [constraint_rows(system, motion), held])
+        scale = np.concatenate([system.row_scale[system.bodies :], scale])
+        space = tangent_space_of(system, pose, rows, scale, self.lengths)
         return Balance(self, motion, force, space, space.pseudoinverse.T @ force)
 
     def closed(self, q: Array) -> Array | None:
@@ -201,8 +203,8 @@ class Balance:
     def stiffness(self) -> tuple[Array, Array]:
         """K on the tangent space, (f, f), and what its terms sum up to without their signs."""
         equations, in_global = self.linear()
-        size, K = np.abs(in_global), equations.K.dense()
-        return in_global.T @ K @ in_global, size.T @ np.abs(K) @ size
+        size, K = np.abs(in_global), equations.K.matrix()
+        return in_global.T @ (K @ in_global), size.T @ (np.abs(K) @ size)
 
     def linear(self) -> tuple[LinearEquations, Array]:
         """The linear equations in the axes of the turn, and the tangent space in them, (6n, f)."""

@@ -11,6 +11,7 @@ from mbproj.arrays import Array
 from mbproj.dataclass import dataclass
 from mbproj.dynamics.assembly.assemble import State, coordinate_values
 from mbproj.dynamics.contact.inside import stop_sizes
+from mbproj.dynamics.derivatives.linear_equations import Motion
 from mbproj.dynamics.derivatives.tangent import accelerations, velocities
 from mbproj.dynamics.equations.gaps import gaps
 from mbproj.dynamics.equations.kinematics import pose_of
@@ -69,8 +70,8 @@ def equilibrium(
 ) -> Equilibrium:
     """Where the mechanism rests from an assembled start, its motions held where they are at time t; or where it turns
     steadily. Dry friction holds its coordinates as they are at the start. Raises NoEquilibrium where nothing balances
-    the forces, InputError where a motion is not constant then, dry friction would have to bear more than it can, or the
-    mechanism is too large to turn."""
+    the forces, InputError where a motion is not constant then, dry friction would have to bear more than it can, or a
+    large mechanism that turns, or whose elements have states, is too free."""
     _refuse(system, t, steadily=turning is not None)
     here = held_at(system, start, resting=True)
     q, expected = _led_to(here.system, start, t)
@@ -130,32 +131,41 @@ def _solved(problem: Problem, q: Array, expected: Array, *, dense: bool = False)
 def others(
     system: System, found: Equilibrium, count: int, turning: Turning | None = None, held: Conditions = NO_CONDITIONS
 ) -> Iterator[Equilibrium]:
-    """Other equilibria, found from so many other poses that the joints reach; the same ones are left out. Raises
-    InputError where the mechanism is too large."""
+    """Other equilibria, found from so many other poses that the joints reach; the same ones are left out."""
     if not count:
         return
-    if is_large(system):
-        said = f"other equilibria are sought for up to {THRESHOLDS.dense_modes} bodies"
-        raise InputError(Wrong(f"{said}, and this mechanism has {system.bodies}", hint="begin at other poses yourself"))
     motion, here = found.reference.motion, Held(found.reference.system, found.whole, found.reference.held)
     drive = drive_at(system, motion.t)
     problem = Problem.of(here.system, motion.t, motion.q, drive, held, motion.x, turning or REST)
     seen, rng = [motion.q], np.random.default_rng(SEED)
-    first = problem.at(motion.q, motion.expected)
     for _ in range(count):
-        way = rng.uniform(-THRESHOLDS.other_starts, THRESHOLDS.other_starts) * rng.normal(size=first.space.freedom)
-        there = first
-        for _ in range(10):
-            after = there.after(0.1 * way[: there.space.freedom])
-            there = there if after is None else after
+        there = _elsewhere(problem, motion, rng)
         try:
-            apart = _solved(problem, there.motion.q, there.motion.expected, dense=True)
+            apart = _solved(problem, there.q, there.expected, dense=not is_large(system))
             other = _possible(system, _with_masses(system, problem, apart, here))
         except (NoEquilibrium, InputError):
             continue
         if all(_apart(system, pose, other.reference.motion.q) for pose in seen):
             seen.append(other.reference.motion.q)
             yield other
+
+
+def _elsewhere(problem: Problem, motion: Motion, rng: np.random.Generator) -> Motion:
+    """A pose that the joints reach in a random direction."""
+    far = rng.uniform(-THRESHOLDS.other_starts, THRESHOLDS.other_starts)
+    if is_large(problem.system):
+        from mbproj.linear.equilibrium.large import LargeBalance
+
+        at = LargeBalance.at(problem, motion.q, motion.expected)
+        way = at.metric.solve(far * rng.normal(size=len(at.lengths)) / at.lengths)[0]
+        for _ in range(10):
+            at = at.after(0.1 * way) or at
+        return at.motion
+    here = problem.at(motion.q, motion.expected)
+    along = far * rng.normal(size=here.space.freedom)
+    for _ in range(10):
+        here = here.after(0.1 * along[: here.space.freedom]) or here
+    return here.motion
 
 
 def _apart(system: System, first: Array, second: Array) -> bool:
@@ -167,9 +177,6 @@ def _apart(system: System, first: Array, second: Array) -> bool:
 
 
 def _refuse(system: System, t: float, *, steadily: bool) -> None:
-    if steadily and is_large(system):
-        said = f"steady turns are found for up to {THRESHOLDS.dense_modes} bodies, not for {system.bodies}"
-        raise InputError(Wrong(said, hint="let it come to turn steadily in a run, with dampers"))
     if steadily:
         refuse_loads(system, "is not known in a steady turn")
     if steadily and system.frictions is not None:

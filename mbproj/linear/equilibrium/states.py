@@ -85,8 +85,8 @@ class BalanceWithStates:
         (equations, N), scale = self.at.linear(), self.at.problem.system.state_scale
         K, sizes = self.at.stiffness()
         states, unit = equations.states, 1.0 / (scale * self.speed)[:, None]
-        pushed = -(states.push.dense() @ N).T * scale / self.torque
-        of_states = -unit * (states.by_displacement.dense() @ N), -unit * states.by_states * scale
+        pushed = -states.push.times(N).T * scale / self.torque
+        of_states = -unit * states.by_displacement.times(N), -unit * states.by_states * scale
         found = np.block([[K / self.torque, pushed], [*of_states]])
         return found, np.block([[sizes / self.torque, np.abs(pushed)], [*map(np.abs, of_states)]])
 

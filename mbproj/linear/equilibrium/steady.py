@@ -58,7 +58,7 @@ def _slots(system: System, index: int) -> Array:
 
 def _refuse_what_does_not_turn(system: System, start: State, turning: Turning) -> None:
     motion = turning.motion(start.t, start.q, np.zeros(0), start.x)
-    rates = constraint_rows(system, motion).dense() @ motion.u
+    rates = constraint_rows(system, motion).times(motion.u)
     rates[system.joints.size :] -= drive_at(system, start.t).rate
     off = np.abs(rates) / system.row_scale[system.bodies :]
     speed = float(np.linalg.norm(turning.rate))

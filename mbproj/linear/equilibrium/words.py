@@ -18,7 +18,7 @@ MOST = 3
 
 def direction_words(system: System, motion: Motion, ξ: Array) -> str:
     """A virtual displacement (6n,), turns in body axes: "of A.angle, B.angle", or "'rod' shifts along -z"."""
-    change = row_motion(system.coordinates, motion.carried()).G.dense() @ ξ
+    change = row_motion(system.coordinates, motion.carried()).G.times(ξ)
     scaled = np.abs(change) / np.where(system.coordinates.is_length, system.length, 1.0)
     scale = float(np.abs(ξ / tangent_lengths(system)).max(initial=0.0))
     if len(scaled) and scaled.max() > THRESHOLDS.told_coordinate * scale:

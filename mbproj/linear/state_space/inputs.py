@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from functools import partial
 
 import numpy as np
 
@@ -36,8 +37,7 @@ def inputs_named(reference: Reference, names: Sequence[str]) -> Inputs:
     problems = [Problem(f"unknown input '{name}'", hint=choose_from(name, able)) for name in names if name not in able]
     if problems:
         raise InputError(problems)
-    nothing = np.zeros(6 * reference.system.bodies)
-    columns = [known[name][1] if name in known else nothing for name in names]
+    columns = [known[name][1]() if name in known else np.zeros(6 * reference.system.bodies) for name in names]
     return Inputs(
         tuple(names),
         tuple(known[name][0] if name in known else _motion_unit(reference.system, name) for name in names),
@@ -50,24 +50,28 @@ def _motion_unit(system: System, name: str) -> str:
     return f"{system.names.motion_units[system.names.motions.index(name)]}/s^2"
 
 
-def _known(reference: Reference) -> dict[str, tuple[str, Array]]:
-    """Unit and what a unit does, (6n,), of every force by name: along joint coordinates "A.angle", along what a force
-    of the scene acts on, and components of forces and torques on bodies, "push.x"."""
+#: Unit, and what a unit does to the bodies, (6n,).
+Entry = tuple[str, Callable[[], Array]]
+
+
+def _known(reference: Reference) -> dict[str, Entry]:
+    """Every force by name: along joint coordinates "A.angle", along what a force of the scene acts on, and components
+    of forces and torques on bodies, "push.x"."""
     system, motion = reference.system, reference.motion
-    carried, found = motion.carried(), dict[str, tuple[str, Array]]()
+    carried, found = motion.carried(), dict[str, Entry]()
     laws = system.forces.laws.coordinates, system.forces.law_owners
     for bound, names in ((system.coordinates, system.names.coordinates), laws):
-        rows = row_motion(bound, carried).G.dense()
-        for name, unit, row in zip(names, bound.units, rows, strict=True):
-            found[name] = ("N" if unit == "m" else "N m", row)
+        rows = row_motion(bound, carried).G
+        for row, (name, unit) in enumerate(zip(names, bound.units, strict=True)):
+            found[name] = ("N" if unit == "m" else "N m", partial(rows.at, row))
     return found | _on_bodies(system, motion.pose)
 
 
-def _on_bodies(system: System, pose: Pose) -> dict[str, tuple[str, Array]]:
+def _on_bodies(system: System, pose: Pose) -> dict[str, Entry]:
     given, owners = system.forces.on_bodies, system.forces.program_owners
-    rows = given_rows(system.forces, pose).dense()
+    rows = given_rows(system.forces, pose)
     return {
-        f"{owners[int(program)]}.{'xyz'[row % 3]}": ("N m" if given.is_torque[row // 3] else "N", rows[row])
+        f"{owners[int(program)]}.{'xyz'[row % 3]}": ("N m" if given.is_torque[row // 3] else "N", partial(rows.at, row))
         for row, program in enumerate(given.program.ravel())
         if given.body[row // 3] < system.bodies
     }

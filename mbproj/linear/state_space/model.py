@@ -12,11 +12,13 @@ Motions that move no mass have no states: they follow the others, the motions an
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from mbproj.arrays import Array
 from mbproj.dataclass import dataclass
+from mbproj.dynamics.blocks import on_diagonal
 from mbproj.errors import InputError, Place, Problem, placed_at
 from mbproj.linear.eigenvalues import heavy_and_light, held_by, is_damped
 from mbproj.linear.kinks import refuse_kinks
@@ -25,6 +27,10 @@ from mbproj.linear.reference import Reference
 from mbproj.linear.state_space.inputs import Inputs, inputs_named
 from mbproj.linear.state_space.outputs import Outputs, outputs_named
 from mbproj.thresholds import THRESHOLDS
+
+if TYPE_CHECKING:
+    from scipy.sparse import csr_matrix
+    from scipy.sparse.linalg import LinearOperator
 
 
 @dataclass(frozen=True, eq=False)
@@ -51,13 +57,7 @@ class LinearModel:
 
 def linear_model(reference: Reference, inputs: Sequence[str], outputs: Sequence[str]) -> LinearModel:
     """The model at a reference that does not turn its tangent space. Raises InputError for names that there are not,
-    where the mechanism moves or is too large, and where motions without mass are damped, or held by nothing."""
-    system = reference.system
-    if system.bodies > THRESHOLDS.dense_modes:
-        said = (
-            f"linear models are made for up to {THRESHOLDS.dense_modes} bodies, and this mechanism has {system.bodies}"
-        )
-        raise InputError(Problem(said, hint="`mbproj modes` finds the slowest modes of more"))
+    where the mechanism moves or is too free, and where motions without mass are damped, or held by nothing."""
     refuse_kinks(reference)
     with placed_at(Place("--inputs")):
         u = inputs_named(reference, inputs)
@@ -73,12 +73,14 @@ def linear_model(reference: Reference, inputs: Sequence[str], outputs: Sequence[
 def _assembled(reference: Reference, here: Projected, u: Inputs, y: Outputs) -> LinearModel:
     system = reference.system
     N, pseudoinverse = here.space.N, here.space.pseudoinverse
-    M, D, K = (part.dense() for part in (here.equations.M, here.equations.D, here.equations.K))
+    M, D, K = (part.matrix() for part in (here.equations.M, here.equations.D, here.equations.K))
     push = here.equations.states.push.dense().T
     to_body = _to_body(reference)
     force = to_body.T @ u.force
     driven = [int(motion) for motion in u.motion if motion >= 0]
-    B_w = pseudoinverse[:, [system.joints.size + motion for motion in driven]]
+    asked = np.zeros((system.constraints - system.bodies, len(driven)))
+    asked[[system.joints.size + motion for motion in driven], np.arange(len(driven))] = 1.0
+    B_w = pseudoinverse @ asked
     N, heavy, B_w, by_states, at_once = _without_mass(here, N, B_w, K, push, force)
     f, k, p = N.shape[1], len(driven), len(u.names)
     w_ddot = np.zeros((k, p))
@@ -90,19 +92,18 @@ def _assembled(reference: Reference, here: Projected, u: Inputs, y: Outputs) -> 
     s = np.eye(2 * half + count)[2 * half :]
     s_x, s_u = _rates_of_states(here, by_states, at_once, ξ, ξ_dot, s)
     ξ_dot = ξ_dot + by_states @ s_x
-    mass = heavy.T @ M @ N
+    mass = heavy.T @ (M @ N)
     of_x = -np.linalg.solve(mass, heavy.T @ (K @ ξ + D @ ξ_dot - push @ s))
-    of_u = np.linalg.solve(mass, heavy.T @ (force - M @ B_w @ w_ddot - K @ at_once))
+    of_u = np.linalg.solve(mass, heavy.T @ (force - M @ (B_w @ w_ddot) - K @ at_once))
     A, B = np.zeros((2 * half + count,) * 2), np.zeros((2 * half + count, p))
     A[:half, half : 2 * half] = np.eye(half)
     A[half : half + f], B[half : half + f] = of_x, of_u
     B[half + f : 2 * half] = w_ddot
     A[2 * half :], B[2 * half :] = s_x, s_u
-    λ_x = pseudoinverse.T @ -(M @ N @ of_x + D @ ξ_dot + K @ ξ - push @ s)
-    λ_u = pseudoinverse.T @ (force - M @ (N @ of_u + B_w @ w_ddot) - K @ at_once)
-    joints = slice(0, system.joints.size)
+    borne_x = _borne(y, pseudoinverse, push @ s - M @ (N @ of_x) - D @ ξ_dot - K @ ξ)
+    borne_u = _borne(y, pseudoinverse, force - M @ (N @ of_u + B_w @ w_ddot) - K @ at_once)
     _refuse_rates_of_inputs(y, to_body, at_once)
-    C = y.of_displacement @ to_body @ ξ + y.of_rate @ to_body @ ξ_dot + y.of_multiplier @ λ_x[joints] + y.of_state @ s
+    C = y.of_displacement @ to_body @ ξ + y.of_rate @ to_body @ ξ_dot + borne_x + y.of_state @ s
     names = [*(f"displacement_{i + 1}" for i in range(f)), *(system.names.motions[motion] for motion in driven)]
     units = [*["1"] * f, *(system.names.motion_units[motion] for motion in driven)]
     return LinearModel(
@@ -110,7 +111,7 @@ def _assembled(reference: Reference, here: Projected, u: Inputs, y: Outputs) -> 
         A,
         B,
         C,
-        y.of_displacement @ to_body @ at_once + y.of_multiplier @ λ_u[joints],
+        y.of_displacement @ to_body @ at_once + borne_u,
         (*names, *(f"{name}_speed" for name in names), *system.names.states),
         (*units, *("1/s" if unit == "1" else f"{unit}/s" for unit in units), *system.names.state_units),
         u.names,
@@ -120,13 +121,20 @@ def _assembled(reference: Reference, here: Projected, u: Inputs, y: Outputs) -> 
     )
 
 
+def _borne(y: Outputs, pseudoinverse: Array | LinearOperator, left: Array) -> Array:
+    """What outputs have of the multipliers that balance forces (6n, k), (r, k); these are not cheap."""
+    if not y.of_multiplier.any():
+        return np.zeros((len(y.names), left.shape[1]))
+    return np.asarray(y.of_multiplier @ (pseudoinverse.T @ left)[: y.of_multiplier.shape[1]], dtype=float)
+
+
 def _rates_of_states(
     here: Projected, by_states: Array, at_once: Array, ξ: Array, ξ_dot: Array, s: Array
 ) -> tuple[Array, Array]:
     """s' of the states of elements by x and by u, where ξ' is `ξ_dot` x + `by_states` s'. Raises InputError where they
     follow the rate of an input."""
     states = here.equations.states
-    P, Q = states.by_displacement.dense(), states.by_rate.dense()
+    P, Q = states.by_displacement.matrix(), states.by_rate.matrix()
     if np.any(np.abs(Q @ at_once) > THRESHOLDS.linear_round_off * (np.abs(Q) @ np.abs(at_once))):
         said = "a state of an element follows the rate of an input, as nothing between them has mass"
         raise InputError(Problem(said, hint="give what moves some mass, or take other inputs"))
@@ -137,7 +145,7 @@ def _rates_of_states(
 
 
 def _without_mass(
-    here: Projected, N: Array, B_w: Array, K: Array, push: Array, force: Array
+    here: Projected, N: Array, B_w: Array, K: Array | csr_matrix, push: Array, force: Array
 ) -> tuple[Array, Array, Array, Array, Array]:
     """N and B with what moves no mass in its place, the directions that move some, and what moves at once with the
     states of elements, which exert `push` (6n, K), and with the inputs, (6n, p)."""
@@ -153,7 +161,7 @@ def _without_mass(
     return N @ U + follows[0], N @ U, B_w + follows[1], by_states, at_once
 
 
-def _refuse_rates_of_inputs(y: Outputs, to_body: Array, at_once: Array) -> None:
+def _refuse_rates_of_inputs(y: Outputs, to_body: Array | csr_matrix, at_once: Array) -> None:
     """Raises InputError where an output is the rate of what moves with the inputs at once: it would be theirs."""
     rate = np.abs(y.of_rate @ to_body @ at_once)
     largest = np.abs(y.of_rate) @ np.abs(to_body @ at_once)
@@ -166,10 +174,10 @@ def _refuse_rates_of_inputs(y: Outputs, to_body: Array, at_once: Array) -> None:
         raise InputError(problems)
 
 
-def _to_body(reference: Reference) -> Array:
+def _to_body(reference: Reference) -> Array | csr_matrix:
     """Virtual displacements in body axes from those in global axes, (6n, 6n)."""
     n = reference.system.bodies
-    found, every = np.zeros((n, 6, n, 6)), np.arange(n)
-    found[every, :3, every, :3] = np.eye(3)
-    found[every, 3:, every, 3:] = np.swapaxes(reference.motion.pose.rotation[:-1], -1, -2)
-    return found.reshape(6 * n, 6 * n)
+    found = np.zeros((n, 6, 6))
+    found[:, :3, :3] = np.eye(3)
+    found[:, 3:, 3:] = np.swapaxes(reference.motion.pose.rotation[:-1], -1, -2)
+    return on_diagonal(found).matrix()

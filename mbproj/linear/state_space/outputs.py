@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from functools import partial
 
 import numpy as np
 
@@ -10,7 +11,7 @@ from mbproj.arrays import Array
 from mbproj.dataclass import dataclass
 from mbproj.dynamics.derivatives.row_derivatives import COMPLEX_STEP, row_motion
 from mbproj.dynamics.derivatives.tangent import velocities
-from mbproj.dynamics.equations.kinematics import attached_velocity, pose_of, twist_of
+from mbproj.dynamics.equations.kinematics import pose_of
 from mbproj.dynamics.observe.reactions import reactions
 from mbproj.errors import InputError, Problem
 from mbproj.linear.reference import Reference
@@ -41,80 +42,85 @@ def outputs_named(reference: Reference, names: Sequence[str]) -> Outputs:
     ]
     if problems:
         raise InputError(problems)
-    chosen = [known[name] for name in names]
+    chosen = [known[name]() for name in names]
     n, states = 6 * system.bodies, system.names.states
-    return Outputs(
-        tuple(names),
-        tuple(entry[0] for entry in chosen),
-        np.array([entry[1] for entry in chosen]).reshape(len(names), n),
-        np.array([entry[2] for entry in chosen]).reshape(len(names), n),
-        np.array([entry[3] for entry in chosen]).reshape(len(names), joints),
-        np.array([[own == name for own in states] for name in names]).reshape(len(names), len(states)),
-    )
+    displacement, rate, multiplier = (np.zeros((len(names), size)) for size in (n, n, joints))
+    for row, entry in enumerate(chosen):
+        _, displacement[row], rate[row], multiplier[row] = entry
+    of_states = np.array([[own == name for own in states] for name in names]).reshape(len(names), len(states))
+    return Outputs(tuple(names), tuple(entry[0] for entry in chosen), displacement, rate, multiplier, of_states)
 
 
-#: Unit, and what it is by displacements, rates and multipliers.
-Entry = tuple[str, Array, Array, Array]
+#: Unit, and what it is by displacements, rates and multipliers; found where it is asked for.
+Part = Array | float
+Entry = Callable[[], tuple[str, Part, Part, Part]]
 
 
 def _coordinates(reference: Reference) -> dict[str, Entry]:
     """ "A.angle" and "A.angle_speed"."""
     system = reference.system
     rows = row_motion(system.coordinates, reference.motion.carried())
-    G, G_dot, none = rows.G.dense(), rows.G_dot.dense(), np.zeros(system.joints.size)
+
+    def speed(row: int, unit: str) -> tuple[str, Part, Part, Part]:
+        return f"{unit}/s", rows.G_dot.at(row), rows.G.at(row), 0.0
+
     found: dict[str, Entry] = {}
-    names = zip(system.names.coordinates, system.names.coordinate_units, G, G_dot, strict=True)
-    for name, unit, row, change in names:
-        found[name] = (unit, row, np.zeros_like(row), none)
-        found[f"{name}_speed"] = (f"{unit}/s", change, row, none)
+    for row, (name, unit) in enumerate(zip(system.names.coordinates, system.names.coordinate_units, strict=True)):
+        found[name] = partial(lambda row, unit: (unit, rows.G.at(row), 0.0, 0.0), row, unit)
+        found[f"{name}_speed"] = partial(speed, row, unit)
     return found
 
 
 def _states(reference: Reference) -> dict[str, Entry]:
     """Those of elements, by their own names."""
-    system = reference.system
-    nothing, none = np.zeros(6 * system.bodies), np.zeros(system.joints.size)
-    names = zip(system.names.states, system.names.state_units, strict=True)
-    return {name: (unit, nothing, nothing, none) for name, unit in names}
+    names = zip(reference.system.names.states, reference.system.names.state_units, strict=True)
+    return {name: partial(lambda unit: (unit, 0.0, 0.0, 0.0), unit) for name, unit in names}
 
 
 def _markers(reference: Reference) -> dict[str, Entry]:
     """ "tip.x", and its velocity where the mechanism is at rest there, "tip.velocity_x"."""
     system, pose = reference.system, reference.motion.pose
-    n, none = 6 * system.bodies, np.zeros(system.joints.size)
-    is_point = np.ones(len(system.names.markers))
-    moves = np.array(
-        [
-            attached_velocity(twist_of(pose, velocities(pose, ξ)), system.marker_body, system.marker_local, is_point)
-            for ξ in np.eye(n)
-        ]
-    ).reshape(n, len(is_point), 3)
+
+    def moves(marker: int, axis: int) -> Array:
+        row, body = np.zeros((system.bodies + 1, 6)), system.marker_body[marker]
+        row[body, axis] = 1.0
+        row[body, 3:] = np.cross(system.marker_local[marker], pose.rotation[body, axis])
+        return row[:-1].ravel()
+
     found: dict[str, Entry] = {}
     for marker, name in enumerate(system.names.markers):
         for axis, letter in enumerate("xyz"):
-            row = moves[:, marker, axis]
-            found[f"{name}.{letter}"] = ("m", row, np.zeros(n), none)
+            row = partial(moves, marker, axis)
+            found[f"{name}.{letter}"] = partial(lambda row: ("m", row(), 0.0, 0.0), row)
             if not reference.moves:
-                found[f"{name}.velocity_{letter}"] = ("m/s", np.zeros(n), row, none)
+                found[f"{name}.velocity_{letter}"] = partial(lambda row: ("m/s", 0.0, row(), 0.0), row)
     return found
 
 
 def _reactions(reference: Reference) -> dict[str, Entry]:
     """ "A.force_x" and "A.torque_x", on body 2 of the joint at its point, global axes."""
-    system, motion = reference.system, reference.motion
-    pose, n, joints = motion.pose, 6 * system.bodies, system.joints.size
-    own, count = reference.multipliers[:joints], len(system.names.joints)
-    unit = np.array([reactions(system, pose, row) for row in np.eye(joints)]).reshape(joints, 2, count, 3)
-    turned = np.array(
-        [
-            [part.imag / COMPLEX_STEP for part in reactions(system, pose_of(motion.q + 1j * COMPLEX_STEP * v), own)]
-            for v in (velocities(pose, ξ) for ξ in np.eye(n))
-        ]
-    ).reshape(n, 2, count, 3)
-    found: dict[str, Entry] = {}
-    for joint, name in enumerate(system.names.joints[: count - len(reference.held)]):
-        for kind, word in enumerate(("force", "torque")):
-            for axis, letter in enumerate("xyz"):
-                entry = ("N" if kind == 0 else "N m", turned[:, kind, joint, axis], np.zeros(n))
-                found[f"{name}.{word}_{letter}"] = (*entry, unit[:, kind, joint, axis])
-    return found
+    system, count = reference.system, len(reference.system.names.joints)
+    return {
+        f"{name}.{word}_{letter}": partial(_reaction, reference, joint, kind, axis)
+        for joint, name in enumerate(system.names.joints[: count - len(reference.held)])
+        for kind, word in enumerate(("force", "torque"))
+        for axis, letter in enumerate("xyz")
+    }
+
+
+def _reaction(reference: Reference, joint: int, kind: int, axis: int) -> tuple[str, Part, Part, Part]:
+    """By the multipliers of the joint's own rows and the displacements of its bodies."""
+    system, motion, bound = reference.system, reference.motion, reference.system.joints
+    pose, own = motion.pose, reference.multipliers[: bound.size]
+    by_multiplier, turned = np.zeros(bound.size), np.zeros((system.bodies + 1, 6))
+    mine = bound.owner == joint
+    for row in np.flatnonzero(mine):
+        unit = (np.arange(bound.size) == row).astype(float)
+        by_multiplier[row] = reactions(system, pose, unit)[kind][joint, axis]
+    for body in set(bound.body[bound.entry_slot[mine[bound.entry_row]]].tolist()) - {system.bodies}:
+        for way in range(6):
+            ξ = np.zeros_like(turned)
+            ξ[body, way] = 1.0
+            there = pose_of(motion.q + 1j * COMPLEX_STEP * velocities(pose, ξ[:-1].ravel()))
+            turned[body, way] = reactions(system, there, own)[kind][joint, axis].imag / COMPLEX_STEP
+    return "N" if kind == 0 else "N m", turned[:-1].ravel(), 0.0, by_multiplier

@@ -1,0 +1,116 @@
+"""Linear models, steady turns and modes of mechanisms above 150 bodies, whose tangent space is found by sparse factors:
+against the dense tangent space and against closed forms."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy.linalg import eigh
+
+from mbproj import read_scene_text
+from mbproj.dynamics import assemble
+from mbproj.dynamics.derivatives.linear_equations import Motion, constraint_rows
+from mbproj.dynamics.derivatives.tangent_space import tangent_space
+from mbproj.errors import InputError
+from mbproj.linear.bordered import along_tangent_space, tangent_space_of
+from mbproj.linear.equilibrium.started import assembled_start
+from mbproj.linear.modes import modes
+from mbproj.linear.reference import reference_at
+from mbproj.linear.state_space.model import linear_model
+from mbproj.model import compile_system, initial_guess
+from mbproj.thresholds import THRESHOLDS
+from tests.kernel.scenes import shared_four_bars
+from tests.linear.closed_forms import HEAD, chain, chain_frequencies, g
+from tests.linear.test_equilibrium import turning
+
+
+def test_it_is_the_dense_one_where_rows_depend_on_each_other():
+    """240 rows of four-bars that share their rockers are redundant: the projections, and the smallest multipliers."""
+    scene = read_scene_text(shared_four_bars(80))
+    system = compile_system(scene)
+    state = assemble(system, initial_guess(scene, system))
+    still = np.zeros(6 * system.bodies)
+    motion = Motion(state.t, state.q, still, still, np.zeros(system.coordinates.size), state.x)
+    G = constraint_rows(system, motion)
+    dense, found = tangent_space(system, G.dense()), tangent_space_of(system, motion.pose, G)
+    assert found.freedom == dense.freedom == 1
+    np.testing.assert_allclose(found.N @ found.N.T, dense.N @ dense.N.T, atol=1e-13)
+    force = np.random.default_rng(3).normal(size=(6 * system.bodies, 2))
+    expected, multipliers = dense.pseudoinverse.T @ force, found.pseudoinverse.T @ force
+    np.testing.assert_allclose(multipliers, expected, atol=1e-6 * np.abs(expected).max())
+    np.testing.assert_allclose(G.dense().T @ (multipliers - expected), 0.0, atol=1e-12 * np.abs(expected).max())
+    reached = G.dense() @ force
+    expected = dense.pseudoinverse @ reached
+    np.testing.assert_allclose(found.pseudoinverse @ reached, expected, atol=1e-10 * np.abs(expected).max())
+    expected = (force.T @ dense.N) @ (dense.N.T @ force)
+    left = along_tangent_space(system, G, force.T)
+    np.testing.assert_allclose(left @ left.T, expected, rtol=1e-10)
+
+
+def test_a_linear_model_of_a_long_chain_has_its_frequencies_and_bears_its_weight():
+    """A force across the end bar turns each bar until its weight balances it; the pin bears what pulls down."""
+    links = 160
+    text = chain(links) + "forces:\n  pull: {type: force, body: b159, force: [0, 0, 0]}\n"
+    text += "markers:\n  end: {body: b159, location: {b159: [0, 0, 0]}}\n"
+    scene = read_scene_text(text)
+    system = compile_system(scene)
+    reference = reference_at(system, assembled_start(scene, system), "start")
+    outputs = ["end.x", "end.velocity_x", "j0.force_z", "j0.angle"]
+    model = linear_model(reference, ["pull.x", "pull.z"], outputs)
+    own = np.linalg.eigvals(model.A)
+    own = np.sort(own.imag[own.imag > 0.0])
+    np.testing.assert_allclose(own, chain_frequencies(links), rtol=1e-6)
+    np.testing.assert_allclose(model.D[2], [0.0, -1.0], atol=1e-9)
+    # At rest the bar k has the slope F / (weight below its middle).
+    weight = g * (links - 0.5 - np.arange(links)) / links
+    still = -np.linalg.solve(model.A, model.B)
+    part = np.where(np.arange(links) < links - 1, 1.0, 0.5) / links
+    np.testing.assert_allclose((model.C @ still + model.D)[0, 0], np.sum(part * part * links / weight), rtol=1e-9)
+    np.testing.assert_allclose((model.C @ still + model.D)[3, 0], -1.0 / weight[0], rtol=1e-9)
+
+
+def governor(arms):
+    """Weights that hang on arms of 0.25 m from one point of a shaft."""
+    bodies = "".join(f"  w{k}: {{mass: 1, inertia: [0, 0, 0], position: [0.15, 0, -0.2]}}\n" for k in range(arms))
+    shaft = "  shaft: {mass: 2, inertia: [0.1, 0.1, 0.05], position: [0, 0, 0]}\n"
+    arm = "type: revolute, bodies: [shaft, w%d], location: [0, 0, 0], axis: [0, 1, 0]"
+    joints = "".join(f"  j{k}: {{{arm % k}}}\n" for k in range(arms))
+    turns = "  A: {type: revolute, bodies: [ground, shaft], location: [0, 0, 0], axis: [0, 0, 1]}\n"
+    return f"{HEAD}bodies:\n{shaft}{bodies}joints:\n{turns}{joints}"
+
+
+def test_a_governor_of_many_arms_opens_and_rings_as_each():
+    """cos θ = g / (Ω² l), and λ² = -Ω² sin² θ where it is held at its speed."""
+    text = governor(155) + "motions:\n  turn: {joint: A, angle: {constant_speed: 9}}\n"
+    found = turning(text, 9.0)
+    opening = np.arccos(g / (81 * 0.25))
+    position = found.reference.motion.pose.position[1:-1]
+    np.testing.assert_allclose(position[:, 2], -0.25 * np.cos(opening), atol=1e-10)
+    np.testing.assert_allclose(modes(found.reference, 20).eigenvalues, 1j * 9.0 * np.sin(opening), rtol=1e-8)
+    assert found.stable
+
+
+def test_a_long_chain_that_swings_has_the_modes_of_that_instant():
+    """In the bars' angles φ, M_jk cos(φ_j - φ_k) φ_k'' + M_jk sin(φ_j - φ_k) φ_k'² = 0; about one that turns as one."""
+    links, speed = 155, 2.0
+    text = chain(links).replace("gravity: [0, 0, -9.81]", "gravity: [0, 0, 0]")
+    turned = text.replace("axis: [0, 1, 0]}", f"axis: [0, 1, 0], speed: {speed!r}}}", 1)
+    scene = read_scene_text(turned.replace("axis: [0, 1, 0]}", "axis: [0, 1, 0], speed: 0}"))
+    system = compile_system(scene)
+    found = modes(reference_at(system, assembled_start(scene, system), "start"), 4)
+    M = links - 0.5 - np.maximum.outer(np.arange(links), np.arange(links))
+    np.fill_diagonal(M, links - 1 - np.arange(links) + 1 / 3)
+    expected = speed * np.sqrt(eigh(np.diag(M.sum(axis=1)) - M, M, eigvals_only=True)[1:3])
+    np.testing.assert_allclose(found.eigenvalues, [0.0, 0.0, *(1j * expected)], rtol=1e-8)  # as one, at any speed
+    assert found.turns
+
+
+def test_what_is_too_free_is_refused_with_the_limit(monkeypatch):
+    monkeypatch.setattr("mbproj.linear.bordered.THRESHOLDS", replace(THRESHOLDS, dense_freedom=100))
+    scene = read_scene_text(chain(160))
+    system = compile_system(scene)
+    reference = reference_at(system, assembled_start(scene, system), "start")
+    with pytest.raises(InputError, match="for up to 100 degrees of freedom, and this mechanism has 160"):
+        linear_model(reference, ["j0.angle"], ["j0.angle"])
