@@ -16,6 +16,7 @@ from mbproj.dynamics.derivatives.tangent_space import tangent_space
 from mbproj.errors import InputError
 from mbproj.linear.bordered import along_tangent_space, tangent_space_of
 from mbproj.linear.equilibrium.started import assembled_start
+from mbproj.linear.independent_rows import independent_rows
 from mbproj.linear.modes import modes
 from mbproj.linear.reference import reference_at
 from mbproj.linear.state_space.model import linear_model
@@ -26,15 +27,29 @@ from tests.linear.closed_forms import HEAD, chain, chain_frequencies, g
 from tests.linear.test_equilibrium import turning
 
 
-def test_it_is_the_dense_one_where_rows_depend_on_each_other():
-    """240 rows of four-bars that share their rockers are redundant: the projections, and the smallest multipliers."""
+@pytest.fixture(scope="module")
+def four_bars():
+    """80 four-bars that share their rockers, with 240 redundant rows: the system, its pose and its rows."""
     scene = read_scene_text(shared_four_bars(80))
     system = compile_system(scene)
+    assert system.bodies > THRESHOLDS.dense_modes
     state = assemble(system, initial_guess(scene, system))
     still = np.zeros(6 * system.bodies)
     motion = Motion(state.t, state.q, still, still, np.zeros(system.coordinates.size), state.x)
-    G = constraint_rows(system, motion)
-    dense, found = tangent_space(system, G.dense()), tangent_space_of(system, motion.pose, G)
+    return system, motion.pose, constraint_rows(system, motion)
+
+
+def test_rows_of_a_long_loop_are_as_many_as_its_rank_and_span_all(four_bars):
+    system, pose, G = four_bars
+    found, dense = independent_rows(system, pose, G), G.dense()
+    assert len(found) == np.linalg.matrix_rank(dense) == len(dense) - 3 * 80
+    assert np.linalg.matrix_rank(dense[found]) == len(found)
+
+
+def test_it_is_the_dense_one_where_rows_depend_on_each_other(four_bars):
+    """The projections, and the smallest multipliers."""
+    system, pose, G = four_bars
+    dense, found = tangent_space(system, G.dense()), tangent_space_of(system, pose, G)
     assert found.freedom == dense.freedom == 1
     np.testing.assert_allclose(found.N @ found.N.T, dense.N @ dense.N.T, atol=1e-13)
     force = np.random.default_rng(3).normal(size=(6 * system.bodies, 2))
