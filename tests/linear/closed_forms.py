@@ -5,7 +5,9 @@ from __future__ import annotations
 import numpy as np
 from scipy.linalg import eigh
 
+from mbproj.linear.equilibrium.find import equilibrium
 from mbproj.linear.equilibrium.started import assembled_start
+from mbproj.linear.equilibrium.steady import refuse_unsteady, steady_turn
 from mbproj.linear.modes import modes
 from mbproj.linear.reference import reference_at
 from mbproj.model import compile_system
@@ -20,6 +22,17 @@ def modes_of(text, count=None, **parameters):
     scene = read_scene_text(text, parameters={name: repr(value) for name, value in parameters.items()})
     system = compile_system(scene)
     return modes(reference_at(system, assembled_start(scene, system), "start"), count)
+
+
+def turning(text, speed, name="A.angle"):
+    """The steady turn of a scene, in which a coordinate grows at this speed."""
+    scene = read_scene_text(text)
+    system = compile_system(scene)
+    start = assembled_start(scene, system)
+    turn, held = steady_turn(system, start, name, speed)
+    found = equilibrium(system, start, 0.0, turn, held)
+    refuse_unsteady(found, turn, held)
+    return found
 
 
 def chain(links, length=1.0, mass=1.0):

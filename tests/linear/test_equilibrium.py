@@ -12,11 +12,10 @@ from mbproj.errors import InputError
 from mbproj.linear.equilibrium.find import equilibrium, others
 from mbproj.linear.equilibrium.solve import NoEquilibrium
 from mbproj.linear.equilibrium.started import assembled_start
-from mbproj.linear.equilibrium.steady import refuse_unsteady, steady_turn
 from mbproj.linear.modes import modes
 from mbproj.model import compile_system
 from mbproj.scene import read_scene, read_scene_text
-from tests.linear.closed_forms import HEAD, g
+from tests.linear.closed_forms import HEAD, g, turning
 from tests.support import ROOT
 
 PENDULUM = (
@@ -238,16 +237,6 @@ joints:
   R: {type: revolute, bodies: [shaft, right], location: [0, 0, 0], axis: [0, 1, 0]}
 """
 )
-
-
-def turning(text, speed, name="A.angle"):
-    scene = read_scene_text(text)
-    system = compile_system(scene)
-    start = assembled_start(scene, system)
-    turn, held = steady_turn(system, start, name, speed)
-    found = equilibrium(system, start, 0.0, turn, held)
-    refuse_unsteady(found, turn, held)
-    return found
 
 
 @pytest.mark.parametrize("speed", [3.0, 7.0, 10.0, 20.0])

@@ -23,8 +23,7 @@ from mbproj.linear.state_space.model import linear_model
 from mbproj.model import compile_system, initial_guess
 from mbproj.thresholds import THRESHOLDS
 from tests.kernel.scenes import shared_four_bars
-from tests.linear.closed_forms import HEAD, chain, chain_frequencies, g
-from tests.linear.test_equilibrium import turning
+from tests.linear.closed_forms import HEAD, chain, chain_frequencies, g, turning
 
 
 @pytest.fixture(scope="module")
