@@ -44,12 +44,12 @@ class Contact:
         "4500 ε",
     )
     balanced_to: float = threshold(
-        1e-13, "1", "numpy", "forces that a round changes by less, beside the largest, are balanced", "450 ε"
+        1e-13, "1", "both", "forces that a round changes by less, beside the largest, are balanced", "450 ε"
     )
     slips: float = threshold(
         1e-9,
         "1",
-        "numpy",
+        "both",
         "a friction that needs all of its static force but this part slips",
         "round-off of λ, with care",
     )

@@ -87,8 +87,9 @@ class Compiled(ABC):
         """q, q' and q'' (T, 7n) at states of the kernel (T, n, 13 or 6) with its accelerations."""
 
     @abstractmethod
-    def multipliers(self, samples: Samples) -> Array:
-        """λ of all rows at samples, (T, m), of a run in the kernel."""
+    def multipliers(self, samples: Samples, forces: Array | None = None) -> Array:
+        """λ of all rows at samples, (T, m), of a run in the kernel; with `forces` (T, S + K) along the coordinates of
+        stops and frictions that are no laws, or none."""
 
     @abstractmethod
     def turns(self, turns: Integers) -> Integers:

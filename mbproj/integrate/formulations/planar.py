@@ -77,7 +77,7 @@ class InPlane(Compiled):
     def coordinate(self, number: int) -> int:
         return int(self.plane.coordinates.source.source[number])
 
-    def multipliers(self, samples: Samples) -> Array:
+    def multipliers(self, samples: Samples, forces: Array | None = None) -> Array:
         """From one spatial solve a sample. Where rows out of the plane are redundant, the smallest λ that keep the
         bodies on the motion that the plane gives."""
         times, q, v, x = samples.t, samples.q, samples.v, samples.x
@@ -87,10 +87,11 @@ class InPlane(Compiled):
         if self._space is None:
             self._space = self._equations_in_space(samples.state(0))
         found: Array = self._space.smallest_multipliers(
-            np.ascontiguousarray(space_state(q, v)), times, np.hstack([reference, x])
+            np.ascontiguousarray(space_state(q, v)), times, np.hstack([reference, x]), forces
         )
         for at in np.flatnonzero(np.isnan(found).any(axis=1)).tolist():
-            found[at] = self._smallest(samples.state(int(at)), samples.acceleration[at])
+            own = None if forces is None else forces[at]
+            found[at] = self._smallest(samples.state(int(at)), samples.acceleration[at], own)
         return found
 
     def _equations_in_space(self, state: State) -> Any:
@@ -99,8 +100,9 @@ class InPlane(Compiled):
         count_redundant(space, state)
         return space.equations()
 
-    def _smallest(self, state: State, a: Array) -> Array:
-        """The smallest λ with Gᵀλ the applied forces less what the motion q'' in `a` (7n,) takes."""
+    def _smallest(self, state: State, a: Array, forces: Array | None) -> Array:
+        """The smallest λ with Gᵀλ the applied forces, and those along stops and frictions, less what the motion q'' in
+        `a` (7n,) takes."""
         system, instant = self.system, state.instant(self.system)
         pose, twist = instant.pose, instant.twist
         G = tangent_jacobian(system.rows, pose)[:, :-1, :6]
@@ -112,6 +114,10 @@ class InPlane(Compiled):
         loads, reaction = applied(instant), inertial_reaction(system.reflected, pose, twist, change)
         missing = np.concatenate([force + loads.force[:-1], torque + loads.torque[:-1]], axis=-1)
         missing += pull_on_bodies(system.reflected, pose, reaction)
+        if forces is not None:
+            rubbed = [own.coordinates for own in (system.stops, system.frictions) if own is not None]
+            along = np.concatenate([tangent_jacobian(own, pose)[:, :-1, :6] for own in rubbed])
+            missing += np.tensordot(forces, along, axes=1)
         weighed = G.reshape(len(G), -1) / system.row_scale[system.bodies :, None]
         multipliers = np.linalg.lstsq(weighed.T, missing.ravel(), rcond=1e-11)[0] / system.row_scale[system.bodies :]
         return np.asarray(multipliers, dtype=float)

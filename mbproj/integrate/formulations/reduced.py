@@ -41,7 +41,7 @@ class Reduced(Compiled):
     def motion(self, y: Array, acceleration: Array) -> tuple[Array, Array, Array]:
         return from_space(y, acceleration)
 
-    def multipliers(self, samples: Samples) -> Array:
+    def multipliers(self, samples: Samples, forces: Array | None = None) -> Array:
         """Where redundant rows leave reactions open, the smallest."""
         if not self.model.rows.redundant:
             return samples.carried

@@ -31,9 +31,8 @@ RETURN_SECONDS = 0.1
 class Inside(Protocol):
     """Contacts whose events the kernel's loop meets itself."""
 
-    @property
-    def jumps(self) -> Array:
-        """The work and the loss in no time since the leg began, (2,), in J."""
+    def jumps(self, work: Array) -> Array:
+        """The work and the loss in no time since the leg began, in J, as `work` (..., 2 + K) has it."""
 
     def begin(self, run: Any) -> None:
         """Before the first step."""
@@ -114,7 +113,8 @@ def _halted_at(compiled: Compiled, run: Any, inside: Inside | None) -> HaltedAt:
     at = run.standing
     state, work = compiled.standing(at["t"], at["y"], at["turns"]), at["y"][compiled.layout["quadratures"]]
     if inside is not None:
-        work = inside.jumps + (work if len(work) else 0.0)
+        work = work if len(work) else np.zeros(2)
+        work = work + inside.jumps(work)
     return HaltedAt(state, at["h"], work, bool(run.here()["shaped"]))
 
 

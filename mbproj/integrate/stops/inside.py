@@ -1,9 +1,9 @@
-"""Rigid stops without friction in the kernel's own loop: it finds when they are met, and does what happens there.
-What it leaves over is for `march`."""
+"""Rigid stops without friction, and dry friction at joints, in the kernel's own loop: it finds when they are met, and
+does what happens there. What it leaves over is for `march`."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any, Protocol
 
@@ -17,6 +17,7 @@ from mbproj.integrate.events.leg import Leg
 from mbproj.integrate.events.time_events import Event
 from mbproj.integrate.formulations.choice import Choice
 from mbproj.integrate.outcome.marks import Mark
+from mbproj.integrate.stops.rubbing import friction_sizes
 from mbproj.integrate.stops.variants import Variants
 from mbproj.integrate.stops.watching import Meaning
 from mbproj.model.contacts import Contacts
@@ -27,15 +28,19 @@ from mbproj.thresholds import THRESHOLDS
 
 
 def meets_inside(choice: Choice, system: System, settings: Settings) -> bool:
-    """Whether the kernel's loop itself does what happens at the stops: rigid ones without friction, with Newton's
-    law, in explicit steps that end on the constraints, where every motion has inertia."""
-    stops = system.stops
-    if choice.compiled is None or stops is None or stops.impact_law != "newton" or system.frictions is not None:
+    """Whether the kernel's loop itself does what happens at stops and frictions: rigid stops without friction, with
+    Newton's law, and friction at joints, in explicit steps that end on the constraints, where every motion has
+    inertia."""
+    stops, frictions = system.stops, system.frictions
+    if choice.compiled is None or settings.integrator in implicit_integrators():
+        return False
+    if stops is not None and not (stops.impact_law == "newton" and stops.is_rigid.all()):
+        return False
+    if frictions is not None and (frictions.stop >= 0).any():
         return False
     heavy = bool((system.mass > 0.0).all()) and np.linalg.eigvalsh(system.inertia)[:, 0].min(initial=np.inf) > 0.0
     pays = not (system.driven and system.reflected.inertia.size)  # what motions pay for flywheels in no time
-    explicit = settings.integrator not in implicit_integrators()
-    return bool(stops.is_rigid.all()) and heavy and pays and explicit and _ends_closed(settings.projection)
+    return heavy and pays and _ends_closed(settings.projection)
 
 
 def _ends_closed(projection: ProjectionSettings) -> bool:
@@ -47,7 +52,12 @@ def _ends_closed(projection: ProjectionSettings) -> bool:
 
 def is_of_the_march(mark: Mark, contacts: Contacts) -> bool:
     """Whether a run goes on from where an older mbproj has met stops outside of the kernel."""
-    return bool(mark) and "contacts" not in mark and contacts == Contacts(contacts.held)
+    return bool(mark) and "contacts" not in mark and _is_simple(contacts)
+
+
+def _is_simple(contacts: Contacts) -> bool:
+    """Whether stops and frictions share no load, so that the kernel's loop knows these contacts."""
+    return contacts == Contacts(contacts.held, sliding=contacts.sliding, stuck=contacts.stuck)
 
 
 class Standing(Protocol):
@@ -66,92 +76,99 @@ KNOWN = ("push", "fastest", "met_at", "met_often")
 
 def inside_of(at: Standing) -> Inside | None:
     """What the kernel's loop does itself from here on; None where the march does it, since contacts share a load."""
-    stops, interval = at.system.stops, at.whole.interval
-    if stops is None or not at.meets_inside or at.contacts != Contacts(at.contacts.held):
+    if not at.meets_inside or not _is_simple(at.contacts):
         return None
-    sizes = stop_sizes(at.system)
-    laws = np.column_stack([stops.side, stops.restitution, THRESHOLDS.stop_slack * sizes, sizes])
+    contacts = at.contacts
     known = {name: getattr(at, name) for name in KNOWN}
-    known |= {"held": list(at.contacts.held), "lost": 0.0, "work": 0.0, "events": 0}
-    own = [tuple(each) for each in laws.tolist()]
-    return Inside(at.variants, own, THRESHOLDS.look_spacing * interval, known, at.system.names.stops)
+    known |= {"held": list(contacts.held), "lost": 0.0, "work": 0.0, "events": 0}
+    known |= {"sliding": list(contacts.sliding.items()), "stuck": list(contacts.stuck.items())}
+    return Inside(at.system, at.variants, THRESHOLDS.look_spacing * at.whole.interval, known)
+
+
+def _stop_laws(system: System) -> list[tuple[float, ...]]:
+    """Of each stop its side, restitution, slack and size."""
+    stops = system.stops
+    if stops is None:
+        return []
+    sizes = stop_sizes(system)
+    laws = np.column_stack([stops.side, stops.restitution, THRESHOLDS.stop_slack * sizes, sizes])
+    return [tuple(each) for each in laws.tolist()]
+
+
+def _friction_laws(system: System) -> list[tuple[float, ...]]:
+    """Of each friction the number of its law while all slide, its bearing, static and sliding force, Stribeck speed and
+    size."""
+    frictions = system.frictions
+    if frictions is None:
+        return []
+    numbers = zip((system.forces.laws.size + np.arange(frictions.size)).tolist(), frictions.bearing.tolist(), strict=True)
+    laws = np.column_stack([frictions.static, frictions.sliding, frictions.stribeck, friction_sizes(system)])
+    return [(*own, *law) for own, law in zip(numbers, laws.tolist(), strict=True)]
 
 
 @dataclass
 class Inside:
-    """Scratch of a leg: the stops' `laws` as the kernel has them, side, restitution, slack and size; what the kernel's
-    contact policy has saved, `state`; and what it has left over, if anything."""
+    """Scratch of a leg: what the kernel's contact policy has saved, `state`; and what it has left over, if anything."""
 
+    system: System
     variants: Variants
-    laws: list[tuple[float, ...]]
     spacing: float
     state: dict[str, Any]
-    names: tuple[str, ...]
     left_over: Meaning | None = None
+
+    @property
+    def sliding(self) -> Contacts:
+        """All frictions are laws: the kernel takes the part of each that counts."""
+        return Contacts(sliding=dict.fromkeys(range(len(self.system.names.frictions)), 1.0))
 
     def tell(self, at: Standing) -> None:
         """The march knows where the kernel's loop has left the contacts."""
-        at.contacts = self.contacts
+        state = self.state
+        at.contacts = Contacts(tuple(sorted(state["held"])), sliding=dict(state["sliding"]), stuck=dict(state["stuck"]))
         for name in KNOWN:
             setattr(at, name, self.state[name])
 
     def begin(self, run: Any) -> None:
         """The kernel's run, before its first step."""
-        run.begin_contacts(self.laws, self.state, self.spacing)
+        run.begin_contacts(_stop_laws(self.system), _friction_laws(self.system), self.state, self.spacing)
 
     def take(self, run: Any) -> list[Event]:
         """What was recorded since the last call; the run stands where it stands."""
         self.state = run.contacts
-        stop, released = run.left_over
-        self.left_over = None if stop < 0 else Meaning(stop=stop, released=released)
-        return [Event(t, f"stop '{self.names[k]}'", *what) for t, k, *what in run.take_contact_events()]
+        number, released = run.left_over
+        stops = len(self.system.names.stops)
+        stop, friction = (number, None) if number < stops else (None, number - stops)
+        of_friction = friction is not None
+        self.left_over = None
+        if number >= 0:
+            self.left_over = Meaning(stop, friction, released=released and not of_friction, rest=of_friction and not released)
+        return [Event(t, self._name(k), *what) for t, k, *what in run.take_contact_events()]
 
-    @property
-    def contacts(self) -> Contacts:
-        """Those that hold."""
-        return Contacts(tuple(sorted(self.state["held"])))
+    def _name(self, number: int) -> str:
+        names = self.system.names
+        stops = len(names.stops)
+        return f"stop '{names.stops[number]}'" if number < stops else f"friction '{names.frictions[number - stops]}'"
 
-    @property
-    def jumps(self) -> Array:
-        """The work of motions and the loss of impacts since the leg began, (2,), in J."""
-        return np.array([self.state["work"], self.state["lost"]])
+    def jumps(self, work: Array) -> Array:
+        """What motions have worked and impacts have lost since the leg began, J, as `work` (..., 2 + K) has it."""
+        return _with_frictions(np.array([self.state["work"], self.state["lost"]]), work)
 
     def samples(self, samples: Samples, block: Mapping[str, Any]) -> Samples:
-        """A block of samples with what contacts do: how hard stops push is known."""
+        """A block of samples with what contacts do: how hard stops push and frictions hold is known."""
+        stops, pushes = len(self.system.names.stops), np.asarray(block["pushes"])
+        compiled = self.variants.of(Contacts(), samples.state(0)).choice.compiled
+        assert compiled is not None
+        side = np.ones(0) if self.system.stops is None else self.system.stops.side
+        forces = np.ascontiguousarray(pushes * np.append(side, np.ones(pushes.shape[1] - stops)))
         return replace(
             samples,
-            work=samples.work + block["jumps"],
-            solved=lambda _: self._multipliers(samples, block),
-            press=lambda: np.asarray(block["pushes"]),
+            work=samples.work + _with_frictions(block["jumps"], samples.work),
+            solved=lambda _: compiled.multipliers(samples, forces),
+            press=None if self.system.stops is None else lambda: pushes[:, :stops],
+            rub=None if self.system.frictions is None else lambda: (pushes[:, stops:], block["held"][:, stops:]),
         )
 
-    def _multipliers(self, samples: Samples, block: Mapping[str, Any]) -> Array:
-        """λ of the joints and motions, (T, m): those of the mechanism whose joints have the rows that are held."""
-        parts = dict(self._of_each(samples, block))
-        found = np.zeros((len(samples.t), next(iter(parts.values())).shape[1]))
-        for which, multipliers in parts.items():
-            found[list(which)] = multipliers
-        return found
 
-    def _of_each(self, samples: Samples, block: Mapping[str, Any]) -> Iterator[tuple[tuple[int, ...], Array]]:
-        """Which samples have the same contacts, and their multipliers."""
-        held = np.asarray(block["held"], dtype=bool)
-        for each in np.unique(held, axis=0):
-            which, stops = np.flatnonzero((held == each).all(axis=1)), np.flatnonzero(each)
-            variant = self.variants.of(Contacts(tuple(stops.tolist())), samples.state(int(which[0])))
-            first = variant.free.joints.size
-            carried = block["multipliers"][which]
-            compiled = variant.choice.compiled
-            if compiled is None or variant.free.stops is None:
-                yield tuple(which.tolist()), carried
-                continue
-            if compiled.name == "reduced":
-                alone = -variant.free.stops.side[stops] * block["pushes"][np.ix_(which, stops)]
-                carried = np.insert(carried, [first] * len(stops), alone, axis=1)
-            own = np.arange(first, first + len(stops))
-            chosen = replace(samples, carried=carried, **{name: getattr(samples, name)[which] for name in _OF_A_SAMPLE})
-            yield tuple(which.tolist()), np.delete(compiled.multipliers(chosen), own, axis=1)
-
-
-#: What `Samples` has of each sample that its multipliers depend on.
-_OF_A_SAMPLE = ("t", "y", "acceleration")
+def _with_frictions(jumps: Array, work: Array) -> Array:
+    """What was worked and lost in no time, (..., 2), beside which nothing is lost by frictions at joints."""
+    return np.concatenate([jumps, np.zeros((*jumps.shape[:-1], work.shape[-1] - 2))], axis=-1)

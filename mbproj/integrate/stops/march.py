@@ -85,7 +85,7 @@ class StopMarch:
             self._meet(self.state, Meaning())
         while self.state.t < self.whole.end:
             inside = inside_of(self) if self.automatic is None else None
-            variant = self.variants.of(Contacts() if inside else self.contacts, self.state)
+            variant = self.variants.of(inside.sliding if inside else self.contacts, self.state)
             try:
                 watched, _ = watched_of(variant, self.push, self.fastest, self.whole.interval)
                 yield from self._leg(variant, self._next_leg(), None if inside else watched, inside)

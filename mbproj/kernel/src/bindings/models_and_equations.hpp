@@ -189,16 +189,18 @@ template <int D> void add_equations(nb::module_& m, const char* name) {
             nb::arg("left_out") = nb::none())
         .def(
             "smallest_multipliers",
-            [=](E& self, Numbers3 y, Numbers1 t, Numbers2 coordinates) {
+            [=](E& self, Numbers3 y, Numbers1 t, Numbers2 coordinates, const std::optional<Numbers2>& forces) {
                 const std::size_t count = t.shape(0);
+                if (forces) require(*forces, {count, self.model().stops.bound.size()}, "forces");
                 require(t, {count}, "t");
                 require(y, {count, static_cast<std::size_t>(self.model().size()), Size<D>::state}, "y");
                 const std::size_t states = self.model().layout.states.size;
                 require(coordinates, {count, self.model().coordinates.instances.size() + states}, "coordinates");
-                auto found = self.smallest_multipliers(count, t.data(), y.data(), coordinates.data());
+                auto found = self.smallest_multipliers(count, t.data(), y.data(), coordinates.data(),
+                                                       forces ? forces->data() : nullptr);
                 return array_of(std::move(found), count, self.model().constraints.rows);
             },
-            nb::arg("y"), nb::arg("t"), nb::arg("coordinates"))
+            nb::arg("y"), nb::arg("t"), nb::arg("coordinates"), nb::arg("forces") = nb::none())
         .def(
             "spread",
             [=](E& self, Numbers3 y, Numbers1 t, Numbers2 carried) {
@@ -244,8 +246,10 @@ template <int D> void add_equations(nb::module_& m, const char* name) {
             "border",
             [=](E& self, Numbers2 y, const std::vector<std::pair<int, double>>& rows, double t) -> nb::object {
                 std::vector<ContactRow> held;
-                for (const auto& [number, sign] : rows)
-                    held.push_back({index_below(number, self.model().stops.bound.size(), "rows"), sign});
+                for (const auto& [number, sign] : rows) {
+                    const int k = index_below(number, self.model().stops.bound.size(), "rows");
+                    held.push_back({k, sign, self.model().stops.bound[k]});
+                }
                 const std::size_t count = held.size();
                 auto found = self.border(t, checked(self, y), std::move(held));
                 if (!found) return nb::none();

@@ -1,10 +1,9 @@
 // Which contacts hold, and what happens where one is met: Newton's impact, contacts that begin and end, bounces that come to rest.
-// For rigid stops without friction whose rows are independent; the reference is mbproj.integrate.stops.meeting.
+// For rigid stops without friction whose rows are independent, and dry friction at joints; the reference is mbproj.integrate.stops.meeting.
 #pragma once
 
-#include "contacts/contact_state.hpp"
+#include "contacts/joint_friction.hpp"
 #include "contacts/one_sided.hpp"
-#include "contacts/stop_watch.hpp"
 
 namespace mbproj {
 
@@ -14,15 +13,20 @@ public:
 
     explicit ContactPolicy(EquationsOfMotion<D>& equations)
         : equations_(equations), model_(equations.model()), thresholds_(model_.thresholds), border_(model_),
-          slope_(model_.layout.size()) {}
+          friction_(equations), slope_(model_.layout.size()) {}
 
-    void begin(std::vector<StopLaw> laws, ContactState state) { laws_ = std::move(laws), resume(std::move(state)); }
+    void begin(std::vector<StopLaw> laws, std::vector<FrictionLaw> frictions, ContactState state) {
+        laws_ = std::move(laws);
+        friction_.begin(std::move(frictions), static_cast<int>(laws_.size()));
+        resume(std::move(state));
+    }
     void resume(ContactState state) {
         state_ = std::move(state);
-        equations_.hold_contacts(rows_of(state_.held));
+        friction_.hold(state_, rows_of(state_.held));
     }
-    bool any() const { return !laws_.empty(); }
+    bool any() const { return !laws_.empty() || friction_.any(); }
     const ContactState& state() const { return state_; }
+    std::size_t stops() const { return laws_.size(); }
     std::vector<ContactEvent> take_events() { return std::exchange(events_, {}); }
 
     // What ends the contacts as they are.
@@ -35,24 +39,25 @@ public:
                 rows.push_back({model_.all_rows() + k, 1.0, slack, 0.0, 0.0, -1, -1});
             else
                 gaps.push_back({k, laws_[k].side, laws_[k].slack, false, -1, 0.0});
+        friction_.watch(state_, gaps, rows);
         watch.watch(std::move(gaps), std::move(rows), spacing);
     }
     // How fast the fastest part moves at a state, in lengths of the mechanism and rad per s.
     void see_speed(const Vector& y) { state_.fastest = std::max(state_.fastest, speed(y)); }
 
-    // At y at t, with whole turns, this stop is met, or `released`: y is what it is after. False where that is not for this
+    // At y at t, with whole turns, this stop is met, or `released`, or a friction comes to rest, or is `released`: y is what it is after. False where that is not for this
     // policy: nothing has changed then. `interval` lies between two samples.
     bool meet(double t, Vector& y, const std::vector<long>& turns, int stop, bool released, double interval) {
         ContactState next = state_;
         std::vector<ContactEvent> events;
-        const bool done = touches(t, y, turns) && settle(t, y, stop, released, interval, next, events);
+        const bool done = touches(t, y, turns) && settle(t, y, turns, stop, released, interval, next, events);
         if (done) {
             next.events += static_cast<long>(events.size());
             events_.insert(events_.end(), events.begin(), events.end());
             y = after_;
             state_ = std::move(next);
         }
-        equations_.hold_contacts(rows_of(state_.held));
+        friction_.hold(state_, rows_of(state_.held));
         return done;
     }
 
@@ -62,32 +67,16 @@ private:
     bool holds(int stop) const { return std::find(state_.held.begin(), state_.held.end(), stop) != state_.held.end(); }
     std::vector<ContactRow> rows_of(const std::vector<int>& stops) const {
         std::vector<ContactRow> rows;
-        for (const int k : stops) rows.push_back({k, laws_[k].side});
+        for (const int k : stops) rows.push_back({k, laws_[k].side, model_.stops.bound[k]});
         return rows;
     }
 
-    double speed(const Vector& y) const {
-        double shift = 0.0, turn = 0.0;
-        for (int b = 0; b < model_.size(); ++b) {
-            const Part<D> part(y.data(), b);
-            for (int i = 0; i < D; ++i) shift = std::max(shift, std::abs(part.velocity()[i]));
-            for (int i = 0; i < Size<D>::turns; ++i) turn = std::max(turn, std::abs(part.omega()[i]));
-        }
-        return shift / model_.length + turn;
-    }
-    double kinetic(const Vector& y) const {
-        double sum = 0.0;
-        for (int b = 0; b < model_.size(); ++b) {
-            const Part<D> part(y.data(), b);
-            const Turn<D> omega = part.omega();
-            sum += model_.bodies[b].mass * part.velocity().squaredNorm() + omega.dot(model_.bodies[b].inertia * omega);
-        }
-        return 0.5 * sum;
-    }
+    double speed(const Vector& y) const { return fastest_part(model_, y); }
+    double kinetic(const Vector& y) const { return kinetic_energy(model_, y); }
 
     // The stops that touch at a state and their border, without contacts. False where their rows depend on each other.
     bool touches(double t, const Vector& y, const std::vector<long>& turns) {
-        equations_.hold_contacts({});
+        friction_.release();
         equations_.set_pose(t, y.data());
         equations_.set_velocities(y.data(), false);
         if (!equations_.factor(Metric::mass)) return false;
@@ -104,8 +93,8 @@ private:
         return border_.factor(equations_.pose(), equations_.solver()) && border_.cholesky().full();
     }
 
-    bool settle(double t, const Vector& y, int stop, bool released, double interval, ContactState& next,
-                std::vector<ContactEvent>& events) {
+    bool settle(double t, const Vector& y, const std::vector<long>& turns, int stop, bool released, double interval,
+                ContactState& next, std::vector<ContactEvent>& events) {
         const double near = 16.0 * std::numeric_limits<double>::epsilon() * std::max(std::abs(t), interval);
         next.met_often = t - next.met_at <= near ? next.met_often + 1 : 1;
         next.met_at = t;
@@ -130,7 +119,10 @@ private:
         for (Eigen::Index i = 0; i < count; ++i)
             staying[i] = std::abs(rate[i]) <= slow[i] && !(released && stop_[i] == stop);
         Vector push = Vector::Zero(count);
-        if (std::find(staying.begin(), staying.end(), true) != staying.end() && !pushes(staying, push)) return false;
+        const bool closed = std::find(staying.begin(), staying.end(), true) != staying.end();
+        if (friction_.any() ? !rub(t, turns, staying, released ? -1 : stop, struck, next, push)
+                            : closed && !pushes(staying, push))
+            return false;
         next.held.clear();
         next.push = count ? push.maxCoeff() : 0.0;
         for (Eigen::Index i = 0; i < count; ++i) {
@@ -138,6 +130,22 @@ private:
             if (push[i] > 0.0 || again) next.held.push_back(stop_[i]);
         }
         record(t, next.held, rests, events);
+        friction_.record(t, state_, next, events);
+        return true;
+    }
+
+    // What frictions do from here on, while these stops stay closed, and how hard those push.
+    bool rub(double t, const std::vector<long>& turns, const Flags& staying, int met, const Flags& struck,
+             ContactState& next, Vector& push) {
+        std::vector<int> closed;
+        std::vector<Eigen::Index> which;
+        for (std::size_t i = 0; i < staying.size(); ++i)
+            if (staying[i]) closed.push_back(stop_[i]), which.push_back(static_cast<Eigen::Index>(i));
+        const bool known = std::find(struck.begin(), struck.end(), true) == struck.end();
+        const int rest = std::max(met - static_cast<int>(laws_.size()), -1);
+        Vector pushes;
+        if (!friction_.settle(t, after_, turns, rows_of(closed), rest, known, next, pushes)) return false;
+        push(which) = pushes;
         return true;
     }
 
@@ -206,11 +214,7 @@ private:
     bool change(const Vector& y, const Vector& z) {
         if (!border_.respond(equations_.solver(), z)) return false;
         after_ = y;
-        for (int b = 0; b < model_.size(); ++b) {
-            WritablePart<D> part(after_.data(), b);
-            part.velocity() += equations_.solver().shift(b);
-            part.omega() += to_body(equations_.pose()[b].rotation, equations_.solver().turn(b));
-        }
+        add_velocities(equations_, after_);
         return true;
     }
 
@@ -275,6 +279,7 @@ private:
     const Model<D>& model_;
     const Thresholds& thresholds_;
     ContactBorder<D> border_;
+    JointFriction<D> friction_;
     std::vector<StopLaw> laws_;
     ContactState state_;
     std::vector<ContactEvent> events_;

@@ -1,7 +1,9 @@
 // Contacts of rigid stops as plain data: their laws, which hold, and what is recorded of them.
 #pragma once
 
+#include <cmath>
 #include <limits>
+#include <utility>
 #include <vector>
 
 namespace mbproj {
@@ -11,9 +13,22 @@ struct StopLaw {
     double side, restitution, slack, size;
 };
 
-enum class Happening : int { impact, push, rest, contact, release };
+// A dry friction at a joint: the law that it is while it slides, the bearing by whose load it goes, or -1, its static and its
+// sliding force, the speed at which it has fallen from one to the other, or 0, and what its coordinate is measured against.
+struct FrictionLaw {
+    int law, bearing;
+    double fixed, sliding, stribeck, size;
 
-// What is recorded: when, which stop, what, where to; of an impact the impulse and the energy that it takes.
+    // How hard it resists sliding at a speed, before any load.
+    double at(double speed) const {
+        const double part = stribeck > 0.0 ? speed / stribeck : 0.0;
+        return stribeck > 0.0 ? sliding + (fixed - sliding) * std::exp(-part * part) : sliding;
+    }
+};
+
+enum class Happening : int { impact, push, rest, contact, release, slip, stick, turn };
+
+// What is recorded: when, which stop, or after all stops which friction, what, where to; of an impact the impulse and the energy that it takes.
 struct ContactEvent {
     double t;
     int stop;
@@ -22,14 +37,18 @@ struct ContactEvent {
     double impulse, energy;
 };
 
+using Numbered = std::vector<std::pair<int, double>>;
+
 // What the next step depends on: the stops that hold, how hard they push at most, the fastest motion so far, when something was met
-// last and how often then; what impacts have lost and motions have worked in no time; how many events were recorded.
+// last and how often then; what impacts have lost and motions have worked in no time; how many events were recorded;
+// the frictions that slide, and where to, and those that stick, and at which value.
 struct ContactState {
     std::vector<int> held;
     double push = 0.0, fastest = 0.0, met_at = -std::numeric_limits<double>::infinity();
     int met_often = 0;
     double lost = 0.0, work = 0.0;
     long events = 0;
+    Numbered sliding, stuck;
 };
 
 }  // namespace mbproj

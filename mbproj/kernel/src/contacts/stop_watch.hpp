@@ -79,12 +79,14 @@ public:
     void margins(const Pose<D>& pose, const Motion<D>& motion, const std::vector<long>& turns,
                  const std::vector<double>& lambda, std::vector<Look>& found) const {
         look(pose, motion, turns, found);
+        only_rates(found);
         for (const WatchedRow& each : rows_)
             found.push_back({force(each, pose, lambda), std::numeric_limits<double>::quiet_NaN()});
     }
     // At the start of the step that was looked at last, where it is not known how large forces are.
     std::vector<Look> first_margins() const {
         std::vector<Look> found = before_;
+        only_rates(found);
         found.resize(gaps_.size() + rows_.size(), {0.0, std::numeric_limits<double>::quiet_NaN()});
         return found;
     }
@@ -114,6 +116,11 @@ public:
     }
 
 private:
+    // Of a rate that is watched the margin is the rate, whose own is not known.
+    void only_rates(std::vector<Look>& found) const {
+        for (std::size_t k = 0; k < gaps_.size(); ++k)
+            if (gaps_[k].of_rate) found[k] = {found[k].rate, std::numeric_limits<double>::quiet_NaN()};
+    }
     bool gives_way(const Pose<D>& pose, const std::vector<double>& lambda) const {
         return std::any_of(rows_.begin(), rows_.end(),
                            [&](const WatchedRow& each) { return force(each, pose, lambda) < -each.slack; });

@@ -4,7 +4,7 @@
 #pragma once
 
 #include "algebra/decompositions.hpp"
-#include "dynamics/kkt_solver.hpp"
+#include "dynamics/contact_border.hpp"
 #include "kinematics/bearings.hpp"
 
 namespace mbproj {
@@ -23,10 +23,13 @@ public:
     int jammed() const { return jammed_; }
 
     // The loads at a pose with this right-hand side of the rows, where the solver has the forces but for these frictions,
-    // which `applied` knows. False where the equations have no solution: `jammed` where no unique one.
-    bool settle(Applied<D>& applied, KktSolver<D>& solver, const Pose<D>& pose, const double* gamma) {
+    // which `applied` knows. `contacts` hold with what they then bear. False where the equations have no solution: `jammed`
+    // where no unique one.
+    bool settle(Applied<D>& applied, KktSolver<D>& solver, ContactBorder<D>& contacts, const Pose<D>& pose,
+                const Motion<D>& motion, const double* gamma) {
         jammed_ = -1;
         if (!solver.solve(gamma, lambda_.data())) return false;
+        if (contacts.any()) contacts.add_reactions(solver, &motion, lambda_);
         const std::size_t bearings = model_.bearings.size();
         see(pose, base_);
         responses_.assign(bearings, std::vector<Supports<D>>(bearings));
@@ -35,6 +38,7 @@ public:
             applied.add(*model_.loads, l, pose, applied.given[l]);
             for (int b = 0; b < model_.size(); ++b) solver.set_force(b, applied.force[b], applied.torque[b]);
             if (!solver.solve(none_.data(), lambda_.data())) return false;
+            if (contacts.any()) contacts.add_reactions(solver, nullptr, lambda_);
             see(pose, own_);
             const int by = model_.loads->laws[l].bearing;
             for (std::size_t k = 0; k < bearings; ++k) responses_[k][by].add(own_[k], 1.0);

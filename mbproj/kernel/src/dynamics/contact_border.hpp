@@ -5,14 +5,19 @@
 
 #include "algebra/semidefinite.hpp"
 #include "dynamics/kkt_solver.hpp"
-#include "kinematics/coordinate.hpp"
+#include "kinematics/loads.hpp"
 
 namespace mbproj {
 
-// Of the coordinates that stops limit the one of this number, times a sign: of a stop its side, so that it is the gap.
+// Of the coordinates that stops limit and dry friction resists the one of this number, held `at` a value; times a sign: of a
+// stop its side, so that it is the gap.
 struct ContactRow {
     int coordinate;
-    double sign;
+    double sign, at;
+};
+// One that slides against the force of a law.
+struct SlidingRow {
+    int coordinate, law;
 };
 
 template <int D> class ContactBorder final {
@@ -23,9 +28,18 @@ public:
         : model_(model), none_(model.all_rows(), 0.0), force_(model.size() + 1), torque_(model.size() + 1) {}
 
     // The rows from now on.
-    void hold(std::vector<ContactRow> rows) { rows_ = std::move(rows); }
+    void hold(std::vector<ContactRow> rows, std::vector<SlidingRow> slides = {}) {
+        rows_ = std::move(rows), slides_ = std::move(slides), given_ = false;
+    }
+    // Forces along rows that do not hold.
+    void give(std::vector<ContactRow> rows, Vector forces) {
+        hold(std::move(rows));
+        pushes_ = std::move(forces), given_ = true;
+    }
+    bool gives() const { return given_; }
     const std::vector<ContactRow>& rows() const { return rows_; }
-    bool any() const { return !rows_.empty(); }
+    bool any() const { return !rows_.empty() && !given_; }
+    bool acts() const { return any() || !slides_.empty(); }
 
     // N at a pose.
     void see(const Pose<D>& pose) {
@@ -37,12 +51,18 @@ public:
         const auto count = static_cast<Eigen::Index>(rows_.size());
         see(pose);
         B_.resize(count, count);
+        reactions_.resize(model_.all_rows(), count), loose_.resize(count);
         Vector unit = Vector::Zero(count), column;
         for (Eigen::Index k = 0; k < count; ++k) {
             unit[k] = 1.0;
             set_forces(unit);
-            for (int b = 0; b < model_.size(); ++b) solver.set_force(b, force_[b], torque_[b]);
-            if (!solver.solve(none_.data())) return false;
+            loose_[k] = 0.0;
+            for (int b = 0; b < model_.size(); ++b) {
+                solver.set_force(b, force_[b], torque_[b]);
+                loose_[k] += alone(b, pose);
+            }
+            double* reaction = model_.bearings.empty() ? nullptr : &reactions_(0, k);
+            if (!solver.solve(none_.data(), reaction)) return false;
             changes(solver, column);
             B_.col(k) = column;
             unit[k] = 0.0;
@@ -51,6 +71,10 @@ public:
         return true;
     }
     const Eigen::MatrixXd& operator_of_rows() const { return B_; }
+    // What a force of size 1 along each row adds to the joints' multipliers, where there are bearings that go by them.
+    const Eigen::MatrixXd& reactions() const { return reactions_; }
+    // Whether anything can move along a row: B is round-off of what it would be without joints where nothing can.
+    bool moves(Eigen::Index k) const { return B_(k, k) > model_.thresholds.no_push * loose_[k]; }
     // The rows that do not depend on each other.
     const SemidefiniteCholesky& cholesky() const { return cholesky_; }
 
@@ -58,7 +82,7 @@ public:
     void gaps(Vector& found) const {
         found.resize(static_cast<Eigen::Index>(rows_.size()));
         for (std::size_t k = 0; k < rows_.size(); ++k) {
-            const double from = along_[k].value() - model_.stops.bound[rows_[k].coordinate];
+            const double from = along_[k].value() - rows_[k].at;
             found[static_cast<Eigen::Index>(k)] = rows_[k].sign * (is_angle(k) ? nearest(from) : from);
         }
     }
@@ -105,16 +129,28 @@ public:
 
     // The forces z along the rows with which these are b + B z = 0; those that depend on others have none.
     void close(const Vector& b, Vector& z) const { cholesky_.solve(b, z); }
-    // The pushes with which no gap accelerates, where the solver has solved the motion without: `pull` adds them to its
-    // forces. `found` has one for each stop.
-    void settle(const KktSolver<D>& solver, const Motion<D>& motion, double* found) {
-        Vector bend;
+    // The forces with which no row accelerates, where the solver has solved the motion without: `pull` adds them to its
+    // forces. Without `motion`, of a response to forces alone.
+    void settle(const KktSolver<D>& solver, const Motion<D>* motion) {
         changes(solver, free_);
-        bends(motion, bend);
-        free_ += bend;
+        if (motion) {
+            bends(*motion, bend_);
+            free_ += bend_;
+        }
         close(free_, pushes_);
+    }
+    // The same of the joints' multipliers `lambda`, which become those with the contacts.
+    void add_reactions(const KktSolver<D>& solver, const Motion<D>* motion, std::vector<double>& lambda) {
+        settle(solver, motion);
+        const Vector more = reactions_ * pushes_;
+        for (Eigen::Index r = 0; r < more.size(); ++r) lambda[r] += more[r];
+    }
+    // The force along each coordinate that is held, or that slides.
+    void tell(const Applied<D>& applied, double* found) const {
         for (std::size_t k = 0; k < rows_.size(); ++k)
             found[rows_[k].coordinate] = pushes_[static_cast<Eigen::Index>(k)];
+        for (const auto& [coordinate, law] : slides_)
+            found[coordinate] = applied.given[law] * applied.load_of(model_.loads->laws[law]);
     }
     const Vector& free_accelerations() const { return free_; }
     void pull(KktSolver<D>& solver) {
@@ -145,6 +181,13 @@ private:
         }
     }
 
+    // What the forces at hand accelerate along themselves, a body at a time, without joints.
+    double alone(int b, const Pose<D>& pose) const {
+        const Body<D>& body = model_.bodies[b];
+        const double shifts = body.mass > 0.0 ? force_[b].squaredNorm() / body.mass : 0.0;
+        return shifts + (body.inverse_root * to_body(pose[b].rotation, torque_[b])).squaredNorm();
+    }
+
     double size(std::size_t k) const { return is_angle(k) ? 1.0 : model_.length; }
     double grain(std::size_t k, const Pose<D>& pose, double grains) const {
         double reach = std::min(1.0, size(k));
@@ -158,10 +201,12 @@ private:
     const Model<D>& model_;
     const std::vector<double> none_;
     std::vector<ContactRow> rows_;
+    std::vector<SlidingRow> slides_;
+    bool given_ = false;
     std::vector<Coordinate<D>> along_;
-    Eigen::MatrixXd B_;
+    Eigen::MatrixXd B_, reactions_;
     SemidefiniteCholesky cholesky_;
-    Vector free_, pushes_, gap_;
+    Vector free_, bend_, pushes_, gap_, loose_;
     std::vector<Point<D>> force_;
     std::vector<Turn<D>> torque_;
 };

@@ -5,7 +5,6 @@
 
 #include "dynamics/bearing_loads.hpp"
 #include "dynamics/body_forces.hpp"
-#include "dynamics/contact_border.hpp"
 #include "dynamics/drive.hpp"
 #include "dynamics/row_policy.hpp"
 #include "dynamics/row_values.hpp"
@@ -60,6 +59,7 @@ public:
     // y' where the pose is in place and factored with the masses, and its velocities are; multipliers on request.
     bool slope_at(const double* y, double* slope, double* lambda = nullptr) {
         if (bearings_.any()) unload();
+        if (contacts_.any() && !(contacts_.factor(pose_, solver_) && contacts_.cholesky().full())) return false;
         if (model_.loads || states_.any()) see_channels(window_.seen(t_), y);
         if (broken_ || !set_forces(y) || (states_.any() && !states_.set(channels_, slope))) return broken(y);
         if (bearings_.any() && !settle_bearings(y)) return false;
@@ -76,6 +76,7 @@ public:
         set_work(layout().quadratures, applied_, drive_, lambda_.data(), slope);
         for (int i = 0; i < layout().followed.size; ++i)
             slope[layout().followed.first + i] = model_.counts_turns[i] ? angle(i).speed : 0.0;
+        if (contacts_.acts()) contacts_.tell(applied_, lambda_.data() + model_.all_rows());
         if (lambda) std::copy(lambda_.begin(), lambda_.end(), lambda);
         return true;
     }
@@ -187,6 +188,7 @@ public:
 
     const Model<D>& model() const { return model_; }
     Pose<D>& pose() { return pose_; }
+    const Pose<D>& pose() const { return pose_; }
     const Motion<D>& motion() const { return motion_; }
     Applied<D>& applied() { return applied_; }
     // What programs see of the state in place, which is y, at t.
@@ -199,9 +201,9 @@ public:
     KktSolver<D>& solver() { return solver_; }
     const KktSolver<D>& solver() const { return solver_; }
     RowPolicy<D>& policy() { return policy_; }
-    // Contacts hold these rows from now on; after the rows' multipliers come the pushes of the stops.
-    void hold_contacts(std::vector<ContactRow> rows) {
-        contacts_.hold(std::move(rows));
+    // Contacts hold these rows from now on, and others slide; after the rows' multipliers comes what each bears.
+    void hold_contacts(std::vector<ContactRow> rows, std::vector<SlidingRow> slides = {}) {
+        contacts_.hold(std::move(rows), std::move(slides));
         std::fill(lambda_.begin() + model_.all_rows(), lambda_.end(), 0.0);
     }
     ContactBorder<D>& contacts() { return contacts_; }
@@ -239,21 +241,21 @@ private:
 
     // Friction that depends on what its bearing carries counts from here on.
     bool settle_bearings(const double* y) {
-        return bearings_.settle(applied_, solver_, pose_, gamma_.data()) && (set_forces(y) || broken(y));
+        return bearings_.settle(applied_, solver_, contacts_, pose_, motion_, gamma_.data()) &&
+               (set_forces(y) || broken(y));
     }
     void unload() { std::fill(applied_.carried.begin(), applied_.carried.end(), 0.0); }
 
     bool set_forces(const double* y) {
         if (model_.loads && !applied_.update(*model_.loads, pose_, motion_, channels_)) return false;
         mbproj::set_forces(model_, pose_, y, applied_, solver_);
+        if (contacts_.gives()) contacts_.see(pose_), contacts_.pull(solver_);
         return true;
     }
-    // The same with the pushes of the contacts that hold.
+    // The same with what contacts bear.
     [[gnu::noinline, gnu::cold]] bool settle_contacts(const double* y) {
-        if (!contacts_.factor(pose_, solver_) || !contacts_.cholesky().full()) return false;
-        mbproj::set_forces(model_, pose_, y, applied_, solver_);
         if (!solver_.solve(gamma_.data())) return false;
-        contacts_.settle(solver_, motion_, lambda_.data() + model_.all_rows());
+        contacts_.settle(solver_, &motion_);
         mbproj::set_forces(model_, pose_, y, applied_, solver_);
         contacts_.pull(solver_);
         return true;

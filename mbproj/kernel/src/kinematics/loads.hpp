@@ -62,6 +62,7 @@ template <int D> struct Applied {
     std::vector<double> carried;   // the loads of the bearings
     std::vector<double> lost;      // of laws whose losses are integrated apart, W
     std::vector<double> given;     // by the programs of laws, before any load
+    std::vector<double> part;      // of what they give that counts, of each law, or none: all of it
 
     explicit Applied(const Model<D>& model)
         : force(model.loads ? model.size() + 1 : 0), torque(force.size()), carried(model.bearings.size(), 0.0),
@@ -212,6 +213,7 @@ private:
         given[l] = law.program < 0
                        ? 0.0
                        : now.part * programs_.value(law.program, channels.variables(now.at, now.speed), held);
+        if (!part.empty()) given[l] *= part[l];
         const double pushed = given[l] * load_of(law);
         const double size = pushed - law.stiffness * (now.at - law.free) - law.damping * now.rate;
         (law.loses ? dissipation : power) += (law.loses ? -pushed : pushed) * now.rate;

@@ -27,7 +27,7 @@ struct Thresholds {
     int most_polishing, most_chatter, most_newton, free_passes, most_halvings, branch_halvings;
     // mbproj/thresholds/contact.py
     double settled_load, middle_unlike, no_push, touching, stop_rests, lowest_bounce, contact_pulls, creates_energy,
-        on_grid, damped_from, damped_to;
+        on_grid, damped_from, damped_to, balanced_to, slips;
     int most_load_passes, most_halves, most_meetings;
 };
 
@@ -122,6 +122,8 @@ template <class Visit> void each_threshold(Visit&& visit) {
     visit("on_grid", &Thresholds::on_grid);
     visit("damped_from", &Thresholds::damped_from);
     visit("damped_to", &Thresholds::damped_to);
+    visit("balanced_to", &Thresholds::balanced_to);
+    visit("slips", &Thresholds::slips);
     visit("most_meetings", &Thresholds::most_meetings);
     visit("most_halves", &Thresholds::most_halves);
     visit("most_load_passes", &Thresholds::most_load_passes);

@@ -19,10 +19,10 @@ public:
           lambda_(equations.model().all_multipliers()) {}
 
     StopWatch<D>& watch() { return watch_; }
-    // Rigid stops with these laws are for this loop, not for who drives it.
-    void begin(std::vector<StopLaw> laws, ContactState state, double spacing) {
+    // Rigid stops and frictions with these laws are for this loop, not for who drives it.
+    void begin(std::vector<StopLaw> laws, std::vector<FrictionLaw> frictions, ContactState state, double spacing) {
         spacing_ = spacing;
-        policy_.begin(std::move(laws), std::move(state));
+        policy_.begin(std::move(laws), std::move(frictions), std::move(state));
         policy_.watch(watch_, spacing_);
     }
     void resume(const ContactState& state) {
@@ -106,6 +106,8 @@ public:
         block.pushes.insert(block.pushes.end(), first, lambda.end());
         std::vector<long> held(static_cast<std::size_t>(lambda.end() - first));
         for (const int k : state.held) held[k] = 1;
+        const std::size_t stops = policy_.stops();
+        for (const auto& [k, way] : state.sliding) held[stops + k] = way > 0.0 ? 1 : -1;
         block.held.insert(block.held.end(), held.begin(), held.end());
         block.jumps.push_back(state.work);
         block.jumps.push_back(state.lost);

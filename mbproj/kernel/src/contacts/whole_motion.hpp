@@ -1,0 +1,38 @@
+// The motion of the whole mechanism at a state y: how fast, with which energy, and what impulses add to it.
+#pragma once
+
+#include "dynamics/equations_of_motion.hpp"
+
+namespace mbproj {
+
+// How fast the fastest part moves, in lengths of the mechanism and rad per s.
+template <int D> double fastest_part(const Model<D>& model, const Eigen::VectorXd& y) {
+    double shift = 0.0, turn = 0.0;
+    for (int b = 0; b < model.size(); ++b) {
+        const Part<D> part(y.data(), b);
+        for (int i = 0; i < D; ++i) shift = std::max(shift, std::abs(part.velocity()[i]));
+        for (int i = 0; i < Size<D>::turns; ++i) turn = std::max(turn, std::abs(part.omega()[i]));
+    }
+    return shift / model.length + turn;
+}
+
+template <int D> double kinetic_energy(const Model<D>& model, const Eigen::VectorXd& y) {
+    double sum = 0.0;
+    for (int b = 0; b < model.size(); ++b) {
+        const Part<D> part(y.data(), b);
+        const Turn<D> omega = part.omega();
+        sum += model.bodies[b].mass * part.velocity().squaredNorm() + omega.dot(model.bodies[b].inertia * omega);
+    }
+    return 0.5 * sum;
+}
+
+// The velocities with those that the solver has found for impulses.
+template <int D> void add_velocities(const EquationsOfMotion<D>& equations, Eigen::VectorXd& y) {
+    for (int b = 0; b < equations.model().size(); ++b) {
+        WritablePart<D> part(y.data(), b);
+        part.velocity() += equations.solver().shift(b);
+        part.omega() += to_body(equations.pose()[b].rotation, equations.solver().turn(b));
+    }
+}
+
+}  // namespace mbproj
