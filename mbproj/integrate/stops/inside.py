@@ -50,14 +50,17 @@ def _ends_closed(projection: ProjectionSettings) -> bool:
     return corrects and both and projection.every == 1 and projection.threshold is None
 
 
-def is_of_the_march(mark: Mark, contacts: Contacts) -> bool:
+def is_of_the_march(mark: Mark, system: System, contacts: Contacts) -> bool:
     """Whether a run goes on from where an older mbproj has met stops outside of the kernel."""
-    return bool(mark) and "contacts" not in mark and _is_simple(contacts)
+    return bool(mark) and "contacts" not in mark and _is_simple(system, contacts)
 
 
-def _is_simple(contacts: Contacts) -> bool:
-    """Whether stops and frictions share no load, so that the kernel's loop knows these contacts."""
-    return contacts == Contacts(contacts.held, sliding=contacts.sliding, stuck=contacts.stuck)
+def _is_simple(system: System, contacts: Contacts) -> bool:
+    """Whether stops and frictions share no load, and each friction slides or sticks by itself, so that the kernel's
+    loop knows these contacts."""
+    frictions = len(contacts.sliding) + len(contacts.stuck)
+    alone = Contacts(contacts.held, sliding=contacts.sliding, stuck=contacts.stuck)
+    return contacts == alone and frictions == len(system.names.frictions)
 
 
 class Standing(Protocol):
@@ -76,7 +79,7 @@ KNOWN = ("push", "fastest", "met_at", "met_often")
 
 def inside_of(at: Standing) -> Inside | None:
     """What the kernel's loop does itself from here on; None where the march does it, since contacts share a load."""
-    if not at.meets_inside or not _is_simple(at.contacts):
+    if not at.meets_inside or not _is_simple(at.system, at.contacts):
         return None
     contacts = at.contacts
     known = {name: getattr(at, name) for name in KNOWN}
@@ -101,7 +104,8 @@ def _friction_laws(system: System) -> list[tuple[float, ...]]:
     frictions = system.frictions
     if frictions is None:
         return []
-    numbers = zip((system.forces.laws.size + np.arange(frictions.size)).tolist(), frictions.bearing.tolist(), strict=True)
+    first = system.forces.laws.size
+    numbers = zip(range(first, first + frictions.size), frictions.bearing.tolist(), strict=True)
     laws = np.column_stack([frictions.static, frictions.sliding, frictions.stribeck, friction_sizes(system)])
     return [(*own, *law) for own, law in zip(numbers, laws.tolist(), strict=True)]
 
@@ -137,11 +141,11 @@ class Inside:
         self.state = run.contacts
         number, released = run.left_over
         stops = len(self.system.names.stops)
-        stop, friction = (number, None) if number < stops else (None, number - stops)
-        of_friction = friction is not None
         self.left_over = None
-        if number >= 0:
-            self.left_over = Meaning(stop, friction, released=released and not of_friction, rest=of_friction and not released)
+        if number >= stops:
+            self.left_over = Meaning(friction=number - stops, rest=not released)
+        elif number >= 0:
+            self.left_over = Meaning(stop=number, released=released)
         return [Event(t, self._name(k), *what) for t, k, *what in run.take_contact_events()]
 
     def _name(self, number: int) -> str:

@@ -43,6 +43,11 @@ class Margins:
     speeds: Array
 
     @property
+    def is_below(self) -> bool:
+        """Whether something is below what it may be."""
+        return bool((self.value < -self.slack).any())
+
+    @property
     def worst(self) -> int:
         """Which is furthest below what it may be, by its slack."""
         with np.errstate(over="ignore"):
@@ -77,13 +82,16 @@ def locate(
     """The first time in a step of size h at which something that is `watched` is met, to within `grain` s. `at` gives
     the margins after a step of a size, 0 too, and `reach` its end."""
     first, last = at(0.0), at(h)
-    high = h if (last.value < -last.slack).any() else _dip(at, first, last, h, watched)
+    if last.is_below:
+        high: float | None = next((theta * h for theta in watched.looks(h) if at(theta * h).is_below), h)
+    else:
+        high = _dip(at, first, last, h, watched)
     if high is None:
         return Met(h, reach(h), None)
     below = at(high)
     which = below.worst
     guess = high * _crossing(first, below, which, high)
-    low = _inside(at, first, which, guess, grain)
+    low, high, which = _inside(at, first, which, high, guess, grain)
     if low is None:
         return Met(0.0, reach(min(h, grain)), which)
     found, which = _root(at, low, high, guess, which, grain)
@@ -123,23 +131,27 @@ def _dip(at: Callable[[float], Margins], first: Margins, last: Margins, h: float
 
     inside = closed_inside(watched, watched_at, (first.places, first.speeds), (last.places, last.speeds), h)
     for theta in chain(looks, watched.looks(h), inside):
-        there = at(theta * h)
-        if (there.value < -there.slack).any():
+        if at(theta * h).is_below:
             return theta * h
     return None
 
 
-def _inside(at: Callable[[float], Margins], first: Margins, which: int, guess: float, grain: float) -> float | None:
-    """A size before that of a crossing at which it is not met yet; None where it is met from the start on. A contact
-    pushes at the start, by how much is not known."""
+def _inside(
+    at: Callable[[float], Margins], first: Margins, which: int, high: float, guess: float, grain: float
+) -> tuple[float | None, float, int]:
+    """A size before that of a crossing at which nothing is met yet, None where it is met from the start on; the
+    smallest size found at which something is met, and which. A contact pushes at the start, by how much is not known."""
     if first.value[which] > first.slack[which]:
-        return 0.0
+        return 0.0, high, which
     size = guess
     while size > grain and not first.rate[which] <= 0.0:
         size *= 0.5
-        if at(size).value[which] > 0.0:
-            return size
-    return None
+        there = at(size)
+        if there.is_below:
+            high, which = size, there.worst
+        elif there.value[which] > 0.0:
+            return size, high, which
+    return None, high, which
 
 
 def _root(

@@ -29,7 +29,7 @@ from mbproj.integrate.outcome.tally import Tally
 from mbproj.integrate.stiff.modes_at_a_step import FastModes
 from mbproj.integrate.stops.failures import never_ends
 from mbproj.integrate.stops.inside import Inside, inside_of, is_of_the_march, meets_inside
-from mbproj.integrate.stops.legs import Reached, chosen, end_of, one_step, only
+from mbproj.integrate.stops.legs import Reached, chosen, one_step, only
 from mbproj.integrate.stops.locate import Margins, locate, margins
 from mbproj.integrate.stops.meeting import Meeting, meet
 from mbproj.integrate.stops.saved import restore, saved
@@ -80,7 +80,7 @@ class StopMarch:
                 restore(self, self.mark["stops"])
                 self.recorded = float(self.mark["t"])
                 self._resumed = {name: value for name, value in self.mark.items() if name != "stops"}
-                self.meets_inside = self.meets_inside and not is_of_the_march(self._resumed, self.contacts)
+                self.meets_inside = self.meets_inside and not is_of_the_march(self._resumed, self.system, self.contacts)
         else:
             self._meet(self.state, Meaning())
         while self.state.t < self.whole.end:
@@ -163,7 +163,7 @@ class StopMarch:
         self.integrals = last[0].work[-1].copy()
         if inside is not None:
             inside.tell(self)
-        self.state = replace(end_of(last[0]).state, t=leg.end)
+        self.state = replace(last[0].state(-1), t=leg.end)
 
     def _by_method(self) -> Settings:
         """The settings with the method that makes the steps at present."""

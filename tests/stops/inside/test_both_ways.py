@@ -96,7 +96,7 @@ def test_contacts_that_depend_on_each_other_are_left_to_the_march():
     run = compiled.run(state, settings)
     known = {"held": [0, 1], "push": 1.0, "fastest": 1.0, "met_at": 0.0, "met_often": 1}
     laws = [(float(side), 0.5, 1e-12, 1.0) for side in system.stops.side]
-    run.begin_contacts(laws, {**known, "lost": 0.0, "work": 0.0, "events": 0}, 0.1)
+    run.begin_contacts(laws, [], {**known, "lost": 0.0, "work": 0.0, "events": 0}, 0.1)
     run.advance(10, 1.0)
     assert run.outcome.status == compiled.core.Status.halted
     assert run.left_over[0] == -1

@@ -53,10 +53,10 @@ inline ContactState contacts_from(const nb::dict& given, std::size_t coordinates
 
 // The loop itself does what happens at stops and frictions with these laws: side, restitution, slack and size of each stop; law,
 // bearing, static, sliding, Stribeck speed and size of each friction.
-template <int D>
-void begin_contacts(TimeLoop<D>& run, const std::vector<std::tuple<double, double, double, double>>& stops,
-                    const std::vector<std::tuple<int, int, double, double, double, double>>& frictions,
-                    const nb::dict& state, double spacing) {
+template <int D> void begin_contacts(TimeLoop<D>& run,
+                                     const std::vector<std::tuple<double, double, double, double>>& stops,
+                                     const std::vector<std::tuple<int, int, double, double, double, double>>& frictions,
+                                     const nb::dict& state, double spacing) {
     const Model<D>& model = run.model();
     if (stops.size() + frictions.size() != model.stops.bound.size()) refuse("laws", "do not fit the stops");
     std::vector<StopLaw> of_stops;
@@ -75,8 +75,8 @@ void begin_contacts(TimeLoop<D>& run, const std::vector<std::tuple<double, doubl
 
 // What was recorded of contacts since the last call.
 template <int D> auto take_contact_events(TimeLoop<D>& run) {
-    constexpr const char* names[] = {"impact", "push of an impact", "rest", "contact",
-                                     "release", "slip", "stick", "turn"};
+    constexpr const char* names[] = {"impact", "push of an impact", "rest", "contact", "release", "slip", "stick",
+                                     "turn"};
     std::vector<std::tuple<double, int, std::string, int, double, double>> found;
     for (const ContactEvent& each : run.stops().policy().take_events())
         found.emplace_back(each.t, each.stop, names[static_cast<int>(each.what)], each.direction, each.impulse,

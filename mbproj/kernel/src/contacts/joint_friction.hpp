@@ -72,8 +72,7 @@ public:
         border_.rates(equations_.motion(), rate);
         rest(rate.tail(count), met, known, next, rests);
         if (!are_independent(first, rests) || !stop_all(y, first, next.fastest, rate)) return false;
-        FrictionBalance balance{first, border_.operator_of_rows(), {}, Vector(count), Vector(count), Vector(count),
-                                {}};
+        FrictionBalance balance{first, border_.operator_of_rows(), {}, Vector(count), Vector(count), Vector(count), {}};
         for (Eigen::Index i = 0; i < first + count; ++i) balance.able.push_back(border_.moves(i));
         for (Eigen::Index k = 0; k < count; ++k) {
             const double speed = rests[k] != 0.0 ? 0.0 : rate[first + k];
@@ -97,8 +96,8 @@ public:
         for (int k = 0; k < static_cast<int>(laws_.size()); ++k) {
             const double was = value(before.sliding, k, 0.0), now = value(after.sliding, k, 0.0);
             if ((was == 0.0) != (now == 0.0))
-                events.push_back({t, stops_ + k, now != 0.0 ? Happening::slip : Happening::stick, static_cast<int>(now),
-                                  0.0, 0.0});
+                events.push_back(
+                    {t, stops_ + k, now != 0.0 ? Happening::slip : Happening::stick, static_cast<int>(now), 0.0, 0.0});
             else if (was * now < 0.0)
                 events.push_back({t, stops_ + k, Happening::turn, static_cast<int>(now), 0.0, 0.0});
         }
@@ -118,8 +117,7 @@ private:
         rests = Vector::Zero(rate.size());
         double slow = thresholds_.stop_rests * state.fastest;
         if (met >= 0) slow = std::max(slow, 8.0 * std::abs(rate[met]) / laws_[met].size);
-        for (Eigen::Index k = 0; k < rate.size(); ++k)
-            rests[k] = std::abs(rate[k]) <= slow * laws_[k].size ? 1.0 : 0.0;
+        for (Eigen::Index k = 0; k < rate.size(); ++k) rests[k] = std::abs(rate[k]) <= slow * laws_[k].size ? 1.0 : 0.0;
         for (const auto& [k, at] : state.stuck)
             if (known) rests[k] = 1.0;
     }

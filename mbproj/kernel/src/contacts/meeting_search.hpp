@@ -26,17 +26,18 @@ public:
     explicit MeetingSearch(std::vector<double> slack) : slack_(std::move(slack)) {}
 
     // In a step of size h that ends with margins `last`; at(h, margins) makes one of another size, and says whether it is made.
-    // `parts` of the step are looked at where nothing is below at its end.
+    // `parts` of the step, in their order, are looked at before its end.
     template <class At> Meeting first(const At& at, const Margins& first, const Margins& last,
                                       const std::vector<double>& parts, double h, double grain) {
         Margins below = last;
-        double high = is_below(last) ? h : -1.0;
+        double high = -1.0;
         for (std::size_t k = 0; k < parts.size() && high < 0.0; ++k) {
             if (!at(parts[k] * h, below)) return failed();
             if (is_below(below)) high = parts[k] * h;
         }
-        if (high < 0.0) return {h, -1};
-        const int which = worst(below);
+        if (high < 0.0 && !is_below(last)) return {h, -1};
+        if (high < 0.0) high = h, below = last;
+        int which = worst(below);
         const double guess =
             high * (std::isfinite(first[which].rate) ? GapCubic(first[which], below[which], high).last_fall()
                     : first[which].value > 0.0       ? first[which].value / (first[which].value - below[which].value)
@@ -49,7 +50,12 @@ public:
                 if (!(low > grain) || first[which].rate <= 0.0) return {0.0, which};
                 low *= 0.5;
                 if (!at(low, above)) return failed();
-                if (above[which].value > 0.0) break;
+                if (is_below(above)) {
+                    high = low, below = above;
+                    which = worst(above);
+                } else if (above[which].value > 0.0) {
+                    break;
+                }
             }
         }
         return root(at, low, above, high, below, guess, which, grain);

@@ -110,7 +110,7 @@ public:
             step.at(x, inside_);
             if (equations.derivative(t + x * step.h, inside_.data(), rate.data(), lambda.data()) &&
                 gives_way(equations.pose(), lambda))
-                return parts_.push_back(x), true;
+                return parts_.insert(std::upper_bound(parts_.begin(), parts_.end(), x), x), true;
         }
         return false;
     }

@@ -1,0 +1,163 @@
+"""Dry friction at joints in the kernel's loop, and by the march outside of it: one motion, the same events, forces and
+losses."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import mbproj
+from mbproj.integrate.stops import march
+from tests.friction.known import closed_forms as exact
+from tests.friction.known.mechanisms import incline, on_a_belt, rotor, screw
+from tests.friction.known.test_slider_crank import linkage
+from tests.friction.known.test_swings import pendulum
+from tests.kernel.scenes import needs_kernel
+from tests.stops.runs import run, simulated
+
+pytestmark = needs_kernel
+
+BELT = exact.Belt(m=2.0, k=300.0, v=0.1, sliding=6.0, static=9.0)
+MECHANISMS = Path(mbproj.__file__).parents[1] / "mechanisms"
+PLANES = ("planar", "reduced")
+#: Steps of dop853 below which methods of the two ways have the same motion to 1e-9, and fixed ones.
+STEPS = {
+    "dop853": "integrator: dop853, tolerance: 1.0e-12, output_step: 0.047",
+    "rk4": "integrator: rk4, step: 5.0e-4, output_step: 0.047",
+}
+
+#: Three blocks in a row on one rail, each with friction on the one before, so that what one bears loads the others;
+#: the last is pushed to and fro, and one after the other breaks away and sticks again.
+TRAIN = """
+mbproj: 1
+gravity: [0, -9.81, 0]
+simulation: {{duration: 6, {steps}, formulation: {formulation}}}
+bodies:
+  low: {{mass: 3, inertia: [1, 1, 1], position: [0, 0, 0]}}
+  middle: {{mass: 2, inertia: [1, 1, 1], position: [0, 0.1, 0]}}
+  high: {{mass: 1, inertia: [1, 1, 1], position: [0, 0.2, 0]}}
+joints:
+  A: {{type: prismatic, bodies: [ground, low], location: [0, 0, 0], axis: [1, 0, 0]}}
+  B: {{type: prismatic, bodies: [low, middle], location: [0, 0.1, 0], axis: [1, 0, 0]}}
+  C: {{type: prismatic, bodies: [middle, high], location: [0, 0.2, 0], axis: [1, 0, 0]}}
+forces:
+  first: {{type: friction, joint: A, coulomb: {{coefficient: 0.05, static: 0.06}}}}
+  second: {{type: friction, joint: B, coulomb: {{coefficient: 0.12, static: 0.15, stribeck_speed: 0.2}}}}
+  third: {{type: friction, joint: C, coulomb: {{force: 7.5, static: 9}}}}
+  push: {{type: force, body: high, location: [0, 0.2, 0], force: ["4 * t * sin(3 * t)", "-5 * t", 0]}}
+"""
+
+
+def mechanism(name, steps, formulation):
+    """One of the mechanisms of the project, with other steps."""
+    text = (MECHANISMS / f"{name}.yaml").read_text(encoding="utf-8").partition("expect:")[0]
+    kept = [
+        line for line in text.splitlines() if not line.startswith(("  tolerance:", "  integrator:", "  output_step:"))
+    ]
+    own = [f"  {part}" for part in (*STEPS[steps].split(", "), f"formulation: {formulation}")]
+    at = kept.index("simulation:") + 1
+    return "\n".join([*kept[:at], *own, *kept[at:]])
+
+
+def scenes(steps, formulation):
+    """Texts by name."""
+    given = {"steps": STEPS[steps], "formulation": formulation}
+    coefficient = "{coefficient: 0.3, static: 0.4}"
+    found = {
+        "a belt": on_a_belt(BELT, "{force: 6, static: 9}", duration=4.0, **given),
+        "a belt with Stribeck's law": on_a_belt(
+            BELT, "{force: 6, static: 9, stribeck_speed: 0.1}", duration=4.0, **given
+        ),
+        "a rotor that is turned to and fro": rotor(
+            "{torque: 4, static: 5}", speed=0.5, load="7*sin(4*t)", duration=4.0, **given
+        ),
+        "a pendulum": pendulum("{torque: 0.8, static: 1.0}", duration=8.0, **given),
+        "a drum brake": mechanism("drum_brake", steps, formulation),
+    }
+    if formulation == "reduced":
+        found |= {
+            "a train": TRAIN.format(**given),
+            "an incline": incline("0.6*sin(2*t)", coefficient, duration=4.0, **given),
+            "a screw": screw(
+                "{coefficient: 0.1, radius: 0.01}", m=20.0, J=0.3, h=0.002, torque="2*sin(5*t)", duration=3.0, **given
+            ),
+            "a slider-crank": linkage(12.0, 0.3, 0.4, 1.5, "reduced", steps),
+            "a door that closes": mechanism("door_closer", steps, formulation),
+        }
+    return found
+
+
+CASES = [(name, formulation) for formulation in PLANES for name in scenes("dop853", formulation)]
+RECORDED = (
+    "bodies/position",
+    "bodies/velocity",
+    "friction/force",
+    "friction/state",
+    "friction/dissipation",
+    "joints/reaction_force",
+    "diagnostics/work",
+)
+
+
+@pytest.mark.parametrize("steps", STEPS)
+@pytest.mark.parametrize(("name", "formulation"), CASES)
+def test_the_kernels_loop_does_what_the_march_does(name, formulation, steps, monkeypatch):
+    text = scenes(steps, formulation)[name]
+    with monkeypatch.context() as context:
+        context.delattr(march, "locate")  # the kernel's loop finds all events
+        report, own = run(text)
+    monkeypatch.setattr(march, "meets_inside", lambda *_: False)
+    _, expected = run(text)
+    assert [(event.name, event.kind) for event in own.happened] == [
+        (event.name, event.kind) for event in expected.happened
+    ]
+    assert len(own.of("slip", "stick", "turn")) > 0
+    for event, other in zip(own.happened, expected.happened, strict=True):
+        assert event.time == pytest.approx(other.time, abs=1e-8)
+    for path in RECORDED:
+        scale = max(1.0, np.abs(expected[path]).max(initial=0.0))
+        np.testing.assert_allclose(own[path], expected[path], rtol=0, atol=2e-8 * scale, err_msg=path)
+    assert report.position_violation.value < 2e-13
+
+
+@pytest.mark.parametrize("steps", STEPS)
+@pytest.mark.parametrize("until", [0.45, 2.6, 3.2, 5.1])
+def test_a_run_goes_on_with_the_bits_of_a_longer_one(steps, until):
+    """With some blocks that stick and others that slide."""
+    text = TRAIN.format(steps=STEPS[steps], formulation="reduced")
+    whole, _ = simulated(text)
+    _, kept = simulated(text.replace("duration: 6", f"duration: {until}"))
+    mark = kept[-1]
+    assert 0.0 < mark["t"] <= until
+    rest, _ = simulated(text, mark)
+    after = whole["time"] > mark["t"]
+    for path in ("time", "bodies/position", "bodies/velocity", "friction/force", "friction/dissipation"):
+        assert np.array_equal(rest[path], whole[path][after]), path
+    assert rest.happened == whole.happened
+    assert len({event.name for event in whole.happened}) == 3
+
+
+def test_samples_have_no_say_in_the_motion():
+    """Ten times as many: the same events."""
+    text = TRAIN.format(steps=STEPS["dop853"], formulation="reduced")
+    _, few = run(text)
+    _, many = run(text.replace("output_step: 0.047", "output_step: 0.0047"))
+    assert [event.name + event.kind for event in many.happened] == [event.name + event.kind for event in few.happened]
+    assert [event.time for event in many.happened] == pytest.approx([event.time for event in few.happened], abs=1e-9)
+    assert len(few.happened) > 10
+
+
+@pytest.mark.parametrize("where", ["kernel", "march"])
+def test_what_sticks_slips_as_soon_as_it_may(where, monkeypatch):
+    """Steps grow long while nothing moves: a load that pulls to one side and then to the other within one of them."""
+    if where == "march":
+        monkeypatch.setattr(march, "meets_inside", lambda *_: False)
+    _, recorded = run(rotor("{torque: 4, static: 5}", speed=0.0, load="7*sin(4*t)", duration=3.9))
+    changes = [(event.time, event.kind) for event in recorded.of("slip", "stick", "turn")]
+    assert [kind for _, kind in changes] == [*["slip", "stick"] * 4, "slip"]
+    begins, ends = (np.array([t for t, kind in changes if kind == which]) for which in ("slip", "stick"))
+    first = (np.arcsin(5.0 / 7.0) + np.pi * np.arange(5)) / 4.0  # once each half period of the load
+    assert begins == pytest.approx(first, abs=1e-9)
+    assert (ends < first[:4] + np.pi / 4.0).all()
