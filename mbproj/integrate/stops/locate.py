@@ -140,7 +140,7 @@ def _inside(
     at: Callable[[float], Margins], first: Margins, which: int, high: float, guess: float, grain: float
 ) -> tuple[float | None, float, int]:
     """A size before that of a crossing at which nothing is met yet, None where it is met from the start on; the
-    smallest size found at which something is met, and which. A contact pushes at the start, by how much is not known."""
+    smallest size found at which something is met, and which. A contact pushes at the start, how much is not known."""
     if first.value[which] > first.slack[which]:
         return 0.0, high, which
     size = guess

@@ -185,7 +185,6 @@ public:
     double time() const { return t_; }
     // The law of a friction that leaves no unique solution at the last state, or -1.
     int jammed() const { return bearings_.jammed(); }
-
     const Model<D>& model() const { return model_; }
     Pose<D>& pose() { return pose_; }
     const Pose<D>& pose() const { return pose_; }
