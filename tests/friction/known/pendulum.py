@@ -8,6 +8,8 @@ import numpy as np
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
+from tests.friction.known.mechanisms import STEPS
+
 MASS, LENGTH, G = 2.0, 0.5, 9.81
 #: About the pivot, kg m².
 J = 0.1 + MASS * LENGTH**2
@@ -78,4 +80,15 @@ def next_amplitude(θ, torque):
     potential energy lost is torque × way."""
     return brentq(
         lambda other: MASS * G * LENGTH * (np.cos(other) - np.cos(θ)) - torque * (θ + other), -0.999 * θ, θ, xtol=1e-15
+    )
+
+
+def pendulum(coulomb, *, duration, steps="dop853", formulation="planar", start=1.2, speed=0.0):
+    return TEXT.format(
+        coulomb=coulomb,
+        duration=duration,
+        steps=STEPS.get(steps, steps),
+        formulation=formulation,
+        start=start,
+        speed=speed,
     )

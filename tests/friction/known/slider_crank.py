@@ -1,5 +1,6 @@
 """A slider-crank with dry friction in its guide by the force across it: the equations of Newton and Euler of its three
-bodies in the plane, integrated by SciPy from one reversal of the slider to the next. Nothing here knows mbproj."""
+bodies in the plane, integrated by SciPy from one reversal of the slider to the next. They know nothing of mbproj. Its
+scene is below."""
 
 from __future__ import annotations
 
@@ -7,6 +8,8 @@ from dataclasses import dataclass, field
 
 import numpy as np
 from scipy.integrate import solve_ivp
+
+from tests.friction.known.mechanisms import STEPS
 
 R, L, G = 0.1, 0.3, 9.81
 MASS = {"crank": 1.0, "rod": 0.6, "slider": 1.5}
@@ -149,3 +152,44 @@ def energy(φ, rate):
     kinetic = INERTIA["crank"] * rate**2 + INERTIA["rod"] * turn**2 + MASS["rod"] * centre @ centre
     kinetic += MASS["slider"] * slider(φ, rate)[1] ** 2
     return 0.5 * kinetic + MASS["rod"] * G * 0.5 * R * np.sin(φ)
+
+
+START = 1.0
+ψ = rod(START, 0.0, 0.0)[0]
+PIN = R * np.array([np.cos(START), np.sin(START)])
+END = slider(START, 0.0)[0]
+CENTRE = 0.5 * (PIN + np.array([END, 0.0]))
+#: A ball and a universal joint hold the rod in the plane, so that no row is redundant.
+PINS = f"""
+  B: {{type: spherical, bodies: [crank, rod], location: [{PIN[0]}, {PIN[1]}, 0]}}
+  C:
+    type: universal
+    bodies: [rod, slider]
+    location: [{END}, 0, 0]
+    axes: [[{-np.sin(ψ)}, {np.cos(ψ)}, 0], [0, 0, 1]]
+"""
+TEXT = f"""
+mbproj: 1
+gravity: [0, {-G}, 0]
+simulation: {{{{duration: {{duration}}, {{steps}}, formulation: {{formulation}}}}}}
+bodies:
+  crank: {{{{mass: 1, inertia: [0.02, 0.02, 0.02], position: [0, 0, 0]}}}}
+  rod:
+    mass: {MASS["rod"]}
+    inertia: [6.0e-3, 6.0e-3, 6.0e-3]
+    position: [{CENTRE[0]}, {CENTRE[1]}, 0]
+  slider: {{{{mass: {MASS["slider"]}, inertia: [1.0e-3, 1.0e-3, 1.0e-3], position: [{END}, 0, 0]}}}}
+joints:
+  A: {{{{type: revolute, bodies: [ground, crank], location: [0, 0, 0], axis: [0, 0, 1], speed: {{rate}}}}}}
+  D: {{{{type: prismatic, bodies: [ground, slider], location: [{END}, 0, 0], axis: [1, 0, 0]}}}}
+{{pins}}
+forces:
+  guide: {{{{type: friction, joint: D, coulomb: {{{{coefficient: {{μ}}, static: {{static}}}}}}}}}}
+"""
+
+
+def linkage(rate, μ, static, duration, formulation, steps="dop853"):
+    pins = PINS.strip("\n")
+    return TEXT.format(
+        rate=rate, μ=μ, static=static, duration=duration, formulation=formulation, pins=pins, steps=STEPS[steps]
+    )

@@ -12,8 +12,8 @@ import mbproj
 from mbproj.integrate.stops import march
 from tests.friction.known import closed_forms as exact
 from tests.friction.known.mechanisms import incline, on_a_belt, rotor, screw
-from tests.friction.known.test_slider_crank import linkage
-from tests.friction.known.test_swings import pendulum
+from tests.friction.known.pendulum import pendulum
+from tests.friction.known.slider_crank import linkage
 from tests.kernel.scenes import needs_kernel
 from tests.stops.runs import run, simulated
 

@@ -13,17 +13,6 @@ from tests.stops.runs import run
 START, TORQUE, ARM = 1.2, 0.8, 0.08
 
 
-def pendulum(coulomb, *, duration, steps="dop853", formulation="planar", start=START, speed=0.0):
-    return exact.TEXT.format(
-        coulomb=coulomb,
-        duration=duration,
-        steps=STEPS.get(steps, steps),
-        formulation=formulation,
-        start=start,
-        speed=speed,
-    )
-
-
 def ends(recorded):
     return np.array([recorded["joints/coordinate"][-1, 0], recorded["joints/speed"][-1, 0]])
 
@@ -35,7 +24,7 @@ def test_it_swings_lower_each_time_and_stays_where_it_is_held(formulation):
     held = np.arcsin(TORQUE / (exact.MASS * exact.G * exact.LENGTH))
     while amplitudes[-1] > held:
         amplitudes.append(exact.next_amplitude(amplitudes[-1], TORQUE))
-    text = pendulum(f"{{torque: {TORQUE}}}", duration=8.0, formulation=formulation)
+    text = exact.pendulum(f"{{torque: {TORQUE}}}", duration=8.0, formulation=formulation)
     _, recorded = run(text)
     side = (-1) ** (len(amplitudes) - 1)
     assert len(amplitudes) > 4
@@ -54,7 +43,9 @@ def test_the_force_in_the_pivot_makes_the_friction(formulation, steps):
     """Friction arm |F|, where F has the acceleration in it that friction changes: through two turns."""
     state, turns = exact.swing(exact.by_the_force(ARM), START, 0.0, 2.2)
     assert len(turns) == 2
-    text = pendulum(f"{{coefficient: {ARM / 0.2}, radius: 0.2}}", duration=2.2, steps=steps, formulation=formulation)
+    text = exact.pendulum(
+        f"{{coefficient: {ARM / 0.2}, radius: 0.2}}", duration=2.2, steps=steps, formulation=formulation
+    )
     _, recorded = run(text)
     assert ends(recorded) == pytest.approx(state, abs=1e-8 if steps != "rk4" else 1e-7)
 
@@ -70,7 +61,7 @@ def test_methods_keep_their_order_from_turn_to_turn(integrator, order, step, law
     errors = []
     for size in (step, 0.5 * step, 0.25 * step):
         steps = f"integrator: {integrator}, step: {size}, output_step: 2.2"
-        _, recorded = run(pendulum(coulomb, duration=2.2, steps=steps))
+        _, recorded = run(exact.pendulum(coulomb, duration=2.2, steps=steps))
         errors.append(np.abs(ends(recorded) - state).max())
     orders = -np.diff(np.log2(errors))
     assert orders.max() < order + 1.5

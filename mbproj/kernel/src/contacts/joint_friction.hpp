@@ -44,7 +44,7 @@ public:
 
     void watch(const ContactState& state, std::vector<WatchedGap>& gaps, std::vector<WatchedRow>& rows) const {
         for (const auto& [k, way] : state.sliding) {
-            const double slow = std::max(thresholds_.stop_rests * state.fastest, least) * laws_[k].size;
+            const double slow = std::max(thresholds_.stop_rests * state.fastest, Limits::min()) * laws_[k].size;
             gaps.push_back({stops_ + k, way, slow, true, -1, 0.0});
         }
         for (const auto& [k, at] : state.stuck) {
@@ -52,7 +52,7 @@ public:
             const bool loaded = law.bearing >= 0;
             for (const double sign : {1.0, -1.0})
                 rows.push_back({model_.all_rows() + stops_ + k, sign,
-                                loaded ? least : thresholds_.contact_pulls * law.fixed, loaded ? 0.0 : law.fixed,
+                                loaded ? Limits::min() : thresholds_.contact_pulls * law.fixed, loaded ? 0.0 : law.fixed,
                                 loaded ? law.fixed : 0.0, law.bearing, -1});
         }
     }
@@ -104,7 +104,7 @@ public:
     }
 
 private:
-    static constexpr double least = std::numeric_limits<double>::min();
+    using Limits = std::numeric_limits<double>;
 
     static double value(const Numbered& all, int k, double none) {
         for (const auto& [number, found] : all)
