@@ -132,6 +132,10 @@ template <int D> void add_equations(nb::module_& m, const char* name) {
         require(y, {static_cast<std::size_t>(self.model().size()), Size<D>::state}, "y");
         return y.data();
     };
+    const auto listed = [](std::vector<double> rows) {
+        const auto count = rows.size();
+        return array_of(std::move(rows), count);
+    };
     const auto coordinates_of = [](const E& self, std::vector<double> coordinates) {
         const std::size_t own = self.model().coordinates.instances.size();
         if (coordinates.size() < own) coordinates.resize(own);
@@ -143,28 +147,14 @@ template <int D> void add_equations(nb::module_& m, const char* name) {
     nb::class_<E>(m, name)
         .def(nb::init<const Model<D>&, const ProjectionSettings&>())
         .def(
-            "constraint",
-            [=](E& self, Numbers2 y, double t) {
-                auto rows = self.constraint(t, checked(self, y));
-                const auto count = rows.size();
-                return array_of(std::move(rows), count);
-            },
+            "constraint", [=](E& self, Numbers2 y, double t) { return listed(self.constraint(t, checked(self, y))); },
             nb::arg("y"), nb::arg("t") = 0.0)
         .def(
             "constraint_velocity",
-            [=](E& self, Numbers2 y, double t) {
-                auto rows = self.constraint_velocity(t, checked(self, y));
-                const auto count = rows.size();
-                return array_of(std::move(rows), count);
-            },
+            [=](E& self, Numbers2 y, double t) { return listed(self.constraint_velocity(t, checked(self, y))); },
             nb::arg("y"), nb::arg("t") = 0.0)
         .def(
-            "gamma",
-            [=](E& self, Numbers2 y, double t) {
-                auto rows = self.gamma(t, checked(self, y));
-                const auto count = rows.size();
-                return array_of(std::move(rows), count);
-            },
+            "gamma", [=](E& self, Numbers2 y, double t) { return listed(self.gamma(t, checked(self, y))); },
             nb::arg("y"), nb::arg("t") = 0.0)
         .def(
             "jacobian",
@@ -194,8 +184,7 @@ template <int D> void add_equations(nb::module_& m, const char* name) {
                 if (forces) require(*forces, {count, self.model().stops.bound.size()}, "forces");
                 require(t, {count}, "t");
                 require(y, {count, static_cast<std::size_t>(self.model().size()), Size<D>::state}, "y");
-                const std::size_t states = self.model().layout.states.size;
-                require(coordinates, {count, self.model().coordinates.instances.size() + states}, "coordinates");
+                require(coordinates, {count, self.beside()}, "coordinates");
                 auto found = self.smallest_multipliers(count, t.data(), y.data(), coordinates.data(),
                                                        forces ? forces->data() : nullptr);
                 return array_of(std::move(found), count, self.model().constraints.rows);
@@ -247,8 +236,8 @@ template <int D> void add_equations(nb::module_& m, const char* name) {
             [=](E& self, Numbers2 y, const std::vector<std::pair<int, double>>& rows, double t) -> nb::object {
                 std::vector<ContactRow> held;
                 for (const auto& [number, sign] : rows) {
-                    const int k = index_below(number, self.model().stops.bound.size(), "rows");
-                    held.push_back({k, sign, self.model().stops.bound[k]});
+                    const std::vector<double>& bounds = self.model().stops.bound;
+                    held.push_back({index_below(number, bounds.size(), "rows"), sign, bounds[number]});
                 }
                 const std::size_t count = held.size();
                 auto found = self.border(t, checked(self, y), std::move(held));

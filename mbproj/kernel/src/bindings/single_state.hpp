@@ -88,6 +88,8 @@ public:
         return std::make_pair(std::move(found), std::move(lambda));
     }
 
+    // How many numbers of a state stand beside its bodies': coordinates, and states of elements.
+    std::size_t beside() const { return model_.coordinates.instances.size() + model_.layout.states.size; }
     // The smallest λ of each of `count` states, one after another; not numbers where they are not unique. With forces along
     // each coordinate of stops and frictions, or none.
     Numbers smallest_multipliers(std::size_t count, const double* t, const double* y, const double* coordinates,
@@ -96,15 +98,14 @@ public:
         for (std::size_t k = 0; k < model_.stops.bound.size(); ++k) along.push_back({static_cast<int>(k), 1.0, 0.0});
         const auto contacts = static_cast<Eigen::Index>(along.size());
         const std::size_t rows = model_.constraints.rows;
-        const std::size_t beside = model_.coordinates.instances.size() + model_.layout.states.size;
         Numbers found(count * rows, std::numeric_limits<double>::quiet_NaN());
         Numbers slope(model_.layout.size()), lambda(model_.all_multipliers());
         LeftOut first;
         double least = 0.0;
-        for (std::size_t i = 0; i < count; ++i, y += model_.layout.bodies.size, coordinates += beside) {
+        for (std::size_t i = 0; i < count; ++i, y += model_.layout.bodies.size, coordinates += beside()) {
             if (forces) equations_.contacts().give(along, Eigen::Map<const Eigen::VectorXd>(forces, contacts));
             if (forces) forces += contacts;
-            const Numbers there(coordinates, coordinates + beside);
+            const Numbers there(coordinates, coordinates + beside());
             if (!(first && begin(t[i], y, there, first) && nearness() >= least)) {
                 if (!begin(t[i], y, there, {})) continue;
                 first.reset();
