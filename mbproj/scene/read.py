@@ -121,12 +121,15 @@ class SceneText:
 @contextmanager
 def _without_cycles() -> Iterator[None]:
     """The search for cycles of garbage goes through all that was read, again and again: a third of the time for 10,000
-    bodies. Nodes and records have none."""
+    bodies. Nodes and records have none. What was read counts as old afterwards, or it would be searched at once."""
     enabled = gc.isenabled()
     gc.disable()
     try:
         yield
     finally:
+        if not gc.get_freeze_count():
+            gc.freeze()
+            gc.unfreeze()
         if enabled:
             gc.enable()
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import math
 import subprocess
 import sys
@@ -158,3 +159,17 @@ def test_importing_the_reader_imports_no_arrays() -> None:
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout == "[]\n"
+
+
+def test_what_was_read_is_not_searched_for_garbage_again_and_again():
+    """It counts as old for Python's search for cycles, which is on or off as it was."""
+    bodies = "".join(f"  b{k}: {{mass: 1, inertia: [1, 1, 1], position: [{k}, 0, 0]}}\n" for k in range(500))
+    gc.disable()
+    try:
+        young = len(gc.get_objects(generation=0))
+        scene = read(f"mbproj: 1\ngravity: [0, 0, 0]\nbodies:\n{bodies}simulation: {{duration: 1 s, step: 1 ms}}\n")
+        assert len(scene.bodies) == 500
+        assert len(gc.get_objects(generation=0)) < young + 500
+        assert not gc.isenabled()
+    finally:
+        gc.enable()

@@ -22,6 +22,12 @@ from mbproj.scene.text.nodes import Node, ScalarNode
 LARGEST = 1e50
 
 
+#: The bounds of a number by their names, in words, and when it is within.
+LIMITS = (
+    ("above", "greater than", operator.gt),
+    ("minimum", "at least", operator.ge),
+    ("maximum", "at most", operator.le),
+)
 #: Most numbers are written so, and need no tree.
 _PLAIN = re.compile(r"-?[0-9]{1,15}(\.[0-9]{1,20})?")
 
@@ -55,8 +61,7 @@ class Number(Field[float]):
         value = value or reading.value(node, tree)
         if value is None:
             return None
-        if self.unit is not None and not agrees(self.unit, value.dimension):
-            assert value.dimension is not None
+        if self.unit is not None and value.dimension is not None and not agrees(self.unit, value.dimension):
             mine = f"is in {self.unit}" if self.unit else "has no unit"
             found = f"{label(path)} {mine}, this is {describe(value.dimension)}"
             reading.report(found, node.place, unit_hint(node.text, tree))
@@ -65,12 +70,8 @@ class Number(Field[float]):
         return self._bounded(value.number, node, path, reading)
 
     def _bounded(self, number: float, node: Node, path: KeyPath, reading: Reading) -> float | None:
-        limits = (
-            ("greater than", self.above, operator.gt),
-            ("at least", self.minimum, operator.ge),
-            ("at most", self.maximum, operator.le),
-        )
-        for words, limit, holds in limits:
+        for name, words, holds in LIMITS:
+            limit = getattr(self, name)
             if limit is not None and not holds(number, limit):
                 reading.report(f"{label(path)} must be {words} {limit:g}, found {number:.6g}", node.place)
                 return None

@@ -28,8 +28,8 @@ def compose(text: str, file: str, loader: type = _LOADER) -> tuple[Node, list[Pr
     Raises InputError with one problem where the text is no YAML, has no document or several, or outgrows the bounds.
     """
     lines = lines_of(text, file)
-    composer = _Composer(yaml.parse(text, Loader=loader), file, lines)
     try:
+        composer = _Composer(iter(loader(text).get_event, None), file, lines)
         return composer.document(), composer.problems
     except yaml.YAMLError as error:
         raise InputError(syntax_problem(error, file, lines)) from None
@@ -37,7 +37,7 @@ def compose(text: str, file: str, loader: type = _LOADER) -> tuple[Node, list[Pr
 
 class _Composer:
     def __init__(self, events: Iterator[yaml.Event], file: str, lines: list[str]) -> None:
-        self._events, self._file, self._lines = events, file, lines
+        self._events, self._file, self._lines, self._last = events, file, lines, len(lines) - 1
         self._anchors: dict[str, tuple[Node, int] | None] = {}
         self._weight = 0
         self.problems: list[Problem] = []
@@ -91,11 +91,12 @@ class _Composer:
 
     def _scalar(self, event: yaml.ScalarEvent, weight: int) -> ScalarNode:
         place, value = self._place(event), event.value
+        line, column = place.text, place.column
+        assert line is not None and column is not None
         self._weigh(weight + len(value) // _CHARACTERS, event)
-        if place.text is None or place.column is None:
-            return ScalarNode(value, place)
-        column = place.column + (1 if event.style in ("'", '"') else 0)
-        return ScalarNode(value, place, column if place.text.startswith(value, column - 1) else None)
+        if event.style in ("'", '"'):
+            column += 1
+        return ScalarNode(value, place, column if line.startswith(value, column - 1) else None)
 
     def _sequence(self, event: yaml.Event, depth: int) -> SequenceNode:
         items = []
@@ -151,7 +152,7 @@ class _Composer:
     def _place(self, event: yaml.Event) -> Place:
         mark = event.start_mark
         assert mark is not None
-        line = min(mark.line, len(self._lines) - 1)
+        line = mark.line if mark.line < self._last else self._last
         return Place(self._file, line + 1, mark.column + 1, self._lines[line])
 
     def _report(self, message: str, place: Place, hint: str | None = None) -> None:
