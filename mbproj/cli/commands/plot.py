@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -121,6 +122,7 @@ def command(
     the folder of a sweep, which has its own kinds too. `--kind steps` of a run with error control says which body or
     force limits its smaller steps.
     """
+    from mbproj.analysis.thinned import MANY
     from mbproj.outputs import check_replaceable, make_folder, picture
     from mbproj.plot.kinds import draw, nothing_to_see, why_not
     from mbproj.plot.labels import derive_labels, stem
@@ -158,6 +160,9 @@ def command(
         if kind == "steps" and kind in kinds:
             _say_what_limits(shown, figure)
         click.echo(save(figure, path, force=force))
+        del figure
+        if any(len(result.time) >= MANY for result in shown):
+            gc.collect()  # figures hold themselves: lines of a million samples would stay until the last is drawn
 
 
 def _say_what_limits(results: Sequence[Results], figure: Figure) -> None:
