@@ -65,7 +65,10 @@ public:
     // x of the rows that are left out, less what the others before them say of it: the largest in magnitude. Uses x up.
     double contradiction(double* x) const;
 
-    std::vector<std::vector<int>> independent_rows(double smallest, double tied);
+    std::vector<std::vector<int>> independent_rows(double smallest, double tied, int most);
+    double largest_left() const { return largest_left_; }  // of the pivots that it has left out
+    void keep() { kept_ = values_; }
+    void restore() { values_ = kept_; }
 
     // Rows that `factor` leaves out from now on: their λ is 0, whatever is asked of them.
     void leave_out(std::vector<char> rows) { left_out_ = std::move(rows); }
@@ -111,6 +114,9 @@ private:
     void measure_rows();
     int factor_diagonal(const ColumnOf& column, double smallest);
     template <int R> void subtract_products(const ColumnOf& column);
+    double part(const ColumnOf& column, int i) {
+        return at(column.diagonal)[i * (sizes_[column.block] + 1)] / diagonal_[begin_[column.block] + i];
+    }
     int largest_pivot(const ColumnOf& column, const std::vector<bool>& open, double smallest, double tied);
     void eliminate(const ColumnOf& column, int row, const std::vector<bool>& open);
     void divide_below(const ColumnOf& column, const std::vector<int>& rows);
@@ -122,7 +128,8 @@ private:
     std::vector<double> values_, diagonal_, hidden_, reciprocal_;  // `diagonal_`: the squares of the rows
     std::vector<char> left_out_;                                   // one for each row, or none
     std::vector<double> transposed_, per_usual_;                   // of the blocks of a column; 1 / usual pivots
-    double smallest_pivot_ = 1.0, nearness_ = 1.0;
+    std::vector<double> kept_;
+    double smallest_pivot_ = 1.0, nearness_ = 1.0, largest_left_ = 0.0;
     std::size_t fill_ = 0;
 };
 

@@ -150,11 +150,10 @@ public:
     }
 
     // Of each joint that is held, but for hinges that come first and hold all their rows, those independent at
-    // a pose: their distance from the span of the rows before them exceeds √smallest, where all bodies weigh the same and
-    // lengths count in the mechanism's own. Overwrites S.
-    std::vector<std::vector<int>> independent_rows(const Pose<D>& pose, double smallest) {
-        fill_evenly(pose);
-        auto rows = cholesky.independent_rows(smallest, model_.thresholds.tied);
+    // the pose of the last `fill_evenly`: their distance from the span of the rows before them exceeds √smallest. It ends where
+    // more than `most` do not. Overwrites S.
+    std::vector<std::vector<int>> independent_rows(double smallest, int most) {
+        auto rows = cholesky.independent_rows(smallest, model_.thresholds.tied, most);
         rows.erase(rows.begin(), rows.begin() + layout_.first());
         return rows;
     }

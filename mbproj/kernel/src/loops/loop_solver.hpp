@@ -71,7 +71,8 @@ public:
     // Leaves out of the factors to come the rows that depend on the others at this pose, up to a distance of √smallest, or
     // none again. How many.
     int leave_out_dependent(const Pose<D>& pose, double smallest) {
-        return rows_->leave_out_all_but(even().independent_rows(pose, smallest));
+        even().fill_evenly(pose);
+        return rows_->leave_out_all_but(even_->independent_rows(smallest, even_->count()));
     }
     void leave_none_out() { rows_->cholesky.leave_out({}); }
     // The smallest pivot where all bodies weigh the same.
@@ -85,21 +86,23 @@ public:
     // the others there.
     std::optional<std::vector<int>> rows_to_leave_out(const Pose<D>& pose, int redundant) {
         const Thresholds& from = model_.thresholds;
-        for (double smallest = from.choice_from; smallest > from.choice_to; smallest *= from.choice_step)
-            if (auto rows = dependent_rows(pose, smallest); static_cast<int>(rows.size()) == redundant) return rows;
+        BlockCholesky& S = all().cholesky;
+        all().fill_evenly(pose);
+        S.keep();
+        double left = std::numeric_limits<double>::infinity();
+        for (double smallest = from.choice_from; smallest > from.choice_to; smallest *= from.choice_step) {
+            if (smallest >= left) continue;  // it leaves out what the last one has
+            S.restore();
+            if (auto rows = dependent_rows(smallest, redundant); static_cast<int>(rows.size()) == redundant)
+                return rows;
+            left = S.largest_left();
+        }
         return std::nullopt;
     }
     // Those of all rows that depend on the others at a pose, up to a distance of √smallest.
     std::vector<int> dependent_rows(const Pose<D>& pose, double smallest) {
-        const auto independent = all().independent_rows(pose, smallest);
-        std::vector<int> found;
-        for (std::size_t h = 0; h < independent.size(); ++h) {
-            const Joint& joint = model_.joints[all().layout().held()[h].joint];
-            for (int r = 0; r < joint.rows; ++r)
-                if (!std::binary_search(independent[h].begin(), independent[h].end(), r))
-                    found.push_back(joint.row + r);
-        }
-        return found;
+        all().fill_evenly(pose);
+        return dependent_rows(smallest, all().count());
     }
 
     // δ of the loops' bodies from their forces f, with G δ = c; the multipliers stay for `multipliers`. False where the
@@ -187,6 +190,18 @@ private:
         return body == model_.size() ? nullptr : &work_[rows_->layout().place(body)];
     }
 
+    // The same at the pose of the last `fill_evenly`; too many where these are more than `most`.
+    std::vector<int> dependent_rows(double smallest, int most) {
+        const auto independent = all().independent_rows(smallest, most);
+        std::vector<int> found;
+        for (std::size_t h = 0; h < independent.size(); ++h) {
+            const Joint& joint = model_.joints[all().layout().held()[h].joint];
+            for (int r = 0; r < joint.rows; ++r)
+                if (!std::binary_search(independent[h].begin(), independent[h].end(), r))
+                    found.push_back(joint.row + r);
+        }
+        return found;
+    }
     // All rows, to look for those that depend on others.
     DelassusMatrix<D>& all() {
         if (!all_) all_ = std::make_unique<DelassusMatrix<D>>(model_, order_, compliance_, LoopRows::all);

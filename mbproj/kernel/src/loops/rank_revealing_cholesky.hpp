@@ -7,9 +7,11 @@
 namespace mbproj {
 
 // For each block the rows, ascending, whose pivots exceed `smallest` of their diagonal entries: within a block the largest
-// pivot goes first, or the first row with this part of that, and blocks in the order of elimination. The values are used up.
-inline std::vector<std::vector<int>> BlockCholesky::independent_rows(double smallest, double tied) {
+// pivot goes first, or the first row with this part of that, and blocks in the order of elimination. It ends
+// where it has left out more than `most`. The values are used up.
+inline std::vector<std::vector<int>> BlockCholesky::independent_rows(double smallest, double tied, int most) {
     std::vector<std::vector<int>> kept(sizes_.size());
+    largest_left_ = 0.0;
     measure_rows();
     for (const ColumnOf& column : columns_) {
         const int size = sizes_[column.block];
@@ -23,6 +25,9 @@ inline std::vector<std::vector<int>> BlockCholesky::independent_rows(double smal
             kept[column.block].push_back(row);
             eliminate(column, row, open);
         }
+        for (int i = 0; i < size; ++i)
+            if (open[i]) largest_left_ = std::max(largest_left_, part(column, i)), --most;
+        if (most < 0) break;
         divide_below(column, kept[column.block]);
         std::sort(kept[column.block].begin(), kept[column.block].end());
         for (const Entry& entry : column.below)
@@ -39,13 +44,11 @@ inline std::vector<std::vector<int>> BlockCholesky::independent_rows(double smal
 inline int BlockCholesky::largest_pivot(const ColumnOf& column, const std::vector<bool>& open, double smallest,
                                         double tied) {
     const int size = sizes_[column.block];
-    const auto part = [&](int i) {
-        return open[i] ? at(column.diagonal)[i * (size + 1)] / diagonal_[begin_[column.block] + i] : 0.0;
-    };
     double largest = 0.0;
-    for (int i = 0; i < size; ++i) largest = std::max(largest, part(i));
     for (int i = 0; i < size; ++i)
-        if (part(i) > smallest && part(i) >= tied * largest) return i;
+        if (open[i]) largest = std::max(largest, part(column, i));
+    for (int i = 0; i < size; ++i)
+        if (open[i] && part(column, i) > smallest && part(column, i) >= tied * largest) return i;
     return -1;
 }
 
