@@ -15,7 +15,6 @@ namespace mbproj {
 class BlockCholesky final {
 public:
     BlockCholesky() = default;
-
     // The sizes of the blocks, and which pairs of them couple. So many blocks are eliminated `first`, and never left out.
     BlockCholesky(std::vector<int> sizes, const std::vector<std::pair<int, int>>& couplings, int first)
         : sizes_(std::move(sizes)), first_(first), place_(sizes_.size()), begin_(sizes_.size()) {
@@ -276,12 +275,6 @@ template <class LeftOut> void BlockCholesky::forward(double* x, LeftOut&& left_o
                     for (int k = 0; k < R; ++k) below[i] -= X[k] * part[k];
             }
         });
-}
-
-inline double BlockCholesky::contradiction(double* x) const {
-    double most = 0.0;
-    forward(x, [&most](double rest) { most = std::max(most, std::abs(rest)); });
-    return most;
 }
 
 inline void BlockCholesky::solve(double* x) const {

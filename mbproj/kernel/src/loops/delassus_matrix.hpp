@@ -158,6 +158,19 @@ public:
         return rows;
     }
 
+    // The other rows of these, as the model counts them, ascending within a joint; too many where they are more than `most`.
+    std::vector<int> dependent_rows(double smallest, int most) {
+        const auto independent = independent_rows(smallest, most);
+        std::vector<int> found;
+        for (std::size_t h = 0; h < independent.size(); ++h) {
+            const Joint& joint = model_.joints[held()[h].joint];
+            for (int r = 0; r < joint.rows; ++r)
+                if (!std::binary_search(independent[h].begin(), independent[h].end(), r))
+                    found.push_back(joint.row + r);
+        }
+        return found;
+    }
+
     // Leaves all but these rows of those that are held out of the factors to come, or none. How many.
     int leave_out_all_but(const std::vector<std::vector<int>>& rows) {
         std::vector<char> dependent(count(), 0);

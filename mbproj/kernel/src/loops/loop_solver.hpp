@@ -93,7 +93,7 @@ public:
         for (double smallest = from.choice_from; smallest > from.choice_to; smallest *= from.choice_step) {
             if (smallest >= left) continue;  // it leaves out what the last one has
             S.restore();
-            if (auto rows = dependent_rows(smallest, redundant); static_cast<int>(rows.size()) == redundant)
+            if (auto rows = all().dependent_rows(smallest, redundant); static_cast<int>(rows.size()) == redundant)
                 return rows;
             left = S.largest_left();
         }
@@ -102,7 +102,7 @@ public:
     // Those of all rows that depend on the others at a pose, up to a distance of √smallest.
     std::vector<int> dependent_rows(const Pose<D>& pose, double smallest) {
         all().fill_evenly(pose);
-        return dependent_rows(smallest, all().count());
+        return all().dependent_rows(smallest, all().count());
     }
 
     // δ of the loops' bodies from their forces f, with G δ = c; the multipliers stay for `multipliers`. False where the
@@ -190,18 +190,6 @@ private:
         return body == model_.size() ? nullptr : &work_[rows_->layout().place(body)];
     }
 
-    // The same at the pose of the last `fill_evenly`; too many where these are more than `most`.
-    std::vector<int> dependent_rows(double smallest, int most) {
-        const auto independent = all().independent_rows(smallest, most);
-        std::vector<int> found;
-        for (std::size_t h = 0; h < independent.size(); ++h) {
-            const Joint& joint = model_.joints[all().layout().held()[h].joint];
-            for (int r = 0; r < joint.rows; ++r)
-                if (!std::binary_search(independent[h].begin(), independent[h].end(), r))
-                    found.push_back(joint.row + r);
-        }
-        return found;
-    }
     // All rows, to look for those that depend on others.
     DelassusMatrix<D>& all() {
         if (!all_) all_ = std::make_unique<DelassusMatrix<D>>(model_, order_, compliance_, LoopRows::all);

@@ -82,4 +82,10 @@ inline void BlockCholesky::divide_below(const ColumnOf& column, const std::vecto
     }
 }
 
+inline double BlockCholesky::contradiction(double* x) const {
+    double most = 0.0;
+    forward(x, [&most](double rest) { most = std::max(most, std::abs(rest)); });
+    return most;
+}
+
 }  // namespace mbproj
