@@ -12,7 +12,7 @@ from itertools import product
 import numpy as np
 import numpy.typing as npt
 
-from large_mechanisms.walking_linkage import walking_linkage
+from .walking_linkage import walking_linkage
 
 #: Angle of the scissors with the plane of the grid, rad, and length of their bars, m.
 OPENED, BAR = math.radians(40.0), 1.0

@@ -15,6 +15,7 @@ from mbproj.kernel import core
 from mbproj.model.planar import Plane, planar_reduction
 from mbproj.scene import read_scene, read_scene_text
 from mbproj.scene.records import ProjectionSettings, Scene, Settings
+from scripts.large_mechanisms.scenes import scissor_grid
 from tests.kernel.scenes import assembled, needs_kernel
 from tests.mechanisms.exact.parallelogram import PARALLELOGRAM
 from tests.support import REDUNDANT, ROOT
@@ -214,3 +215,16 @@ def test_rows_from_elsewhere_are_checked(rows):
 def test_usual_pivots_are_positive():
     with pytest.raises(ValueError, match=r"^rows have a pivot that is not positive"):
         core().UsualRows(3, [], [0.0])
+
+
+@pytest.mark.parametrize("cells", [5, 8])
+def test_steps_of_a_large_mechanism_hold_its_usual_rows(cells):
+    """A grid of scissors has thousands of pivots, and some are always far from what they are at other poses: each step
+    looked for its rows anew, at the cost of twenty steps, and found the same."""
+    compiled, state = compiled_of(read_scene_text(scissor_grid(cells)))
+    run = compiled.run(state, Settings(duration=0.02, step=0.001))
+    run.advance(100, FOREVER)
+    assert run.outcome.status == core().Status.finished
+    assert run.close_looks == 0
+    assert run.left_out == compiled.model.rows.left_out
+    assert len(run.left_out) == {5: 355, 8: 907}[cells]

@@ -23,37 +23,52 @@ TRIALS = 3
 def settle_rows(compiled: Compiled, state: State) -> int | None:
     """Sets the rows that the kernel's model holds at most poses; how many are redundant, or None, as `count_redundant`
     has it."""
-    count = count_redundant(compiled, state)
-    if count is not None:
-        compiled.model.rows = _usual(compiled, state, count)
+    first = _left_out(compiled, state)
+    if first is None:
+        return None
+    count = compiled.model.rows.redundant
+    compiled.model.rows = _usual(compiled, state, count, first)
     return count
 
 
 def count_redundant(compiled: Compiled, state: State) -> int | None:
     """Tells the kernel's model how many of all rows depend on the others at `state` and stay so in motion, so that it
     holds the best rows of each pose; how many. None where some do so at this pose only, so that it is singular."""
+    return None if _left_out(compiled, state) is None else compiled.model.rows.redundant
+
+
+def _left_out(compiled: Compiled, state: State) -> list[int] | None:
+    """The same: which these are at `state`."""
     compiled.model.rows = compiled.core.UsualRows()
     y, equations = compiled.state(state.q, state.v), compiled.equations()
     for threshold in (THRESHOLDS.redundant_from, THRESHOLDS.redundant_between, THRESHOLDS.redundant_to):
         count = int(equations.dependent_rows(y, state.t, threshold))
         compiled.model.rows = compiled.core.UsualRows(count)
-        if count == 0 or _stay_closed(compiled, state):
-            return count
+        first = compiled.equations().left_out(y, state.t) if count else []
+        if count == 0 or _stay_closed(compiled, state, first):
+            return first
     compiled.model.rows = compiled.core.UsualRows()
     return None
 
 
-def _usual(compiled: Compiled, state: State, count: int) -> Any:
-    """So many rows without which the others are well conditioned at most poses of a walk, and their usual pivots."""
+def _usual(compiled: Compiled, state: State, count: int, first: list[int]) -> Any:
+    """So many rows without which the others are well conditioned at most poses of a walk, and their usual pivots. The
+    walk of a large mechanism is short, so that it does not tell which poses are rare: the rows that are left out
+    `first` are so at all, and the least pivots of all its poses are the usual ones."""
     y, equations = compiled.state(state.q, state.v), compiled.equations()
-    at_start, even_there = equations.pivots(y, state.t, equations.left_out(y, state.t))
+    at_start, even_there = equations.pivots(y, state.t, first)
     if count == 0 and min(at_start, default=0.0) >= THRESHOLDS.near_branch:
         return compiled.core.UsualRows()
     if even_there > 0.0:  # lengths of different orders make it small: beside 1, rows would seem dependent at every pose
         compiled.model.rows = compiled.core.UsualRows(count, [], [], even_there)
         equations = compiled.equations()
-    poses = list(_walk(compiled, equations, state))
-    choices = sorted({tuple(equations.left_out(*pose)) for pose in poses})
+    length = max(THRESHOLDS.fewest_walked, THRESHOLDS.walked_bodies // compiled.system.bodies)
+    is_short = length < THRESHOLDS.most_walked
+    if is_short:
+        poses, choices = list(_walk(compiled, equations, state, length, first)), [tuple(first)]
+    else:
+        poses = list(_walk(compiled, equations, state, THRESHOLDS.most_walked))
+        choices = sorted({tuple(equations.left_out(*pose)) for pose in poses})
     found = [[equations.pivots(*pose, list(rows)) for pose in poses] for rows in choices]
     even = np.array([[each[1] for each in of_rows] for of_rows in found])
     worst = np.quantile(even, THRESHOLDS.seldom, axis=1)
@@ -61,21 +76,21 @@ def _usual(compiled: Compiled, state: State, count: int) -> Any:
     pivots = np.array([each[0] for each in found[best] if each[0]])
     if not len(pivots) or (count == 0 and pivots.min(axis=1).max() >= THRESHOLDS.near_branch):
         return compiled.core.UsualRows(count)
-    return compiled.core.UsualRows(
-        count, list(choices[best]), np.median(pivots, axis=0).tolist(), float(np.median(even[best]))
-    )
+    usual = pivots.min(axis=0) if is_short else np.median(pivots, axis=0)
+    return compiled.core.UsualRows(count, list(choices[best]), usual.tolist(), float(np.median(even[best])))
 
 
-def _walk(compiled: Compiled, equations: Any, state: State) -> Iterator[tuple[Array, float]]:
-    """Poses with closed joints on a way from the start that keeps its direction, more or less, and turns back where it
-    ends."""
+def _walk(
+    compiled: Compiled, equations: Any, state: State, length: int, left_out: list[int] | None = None
+) -> Iterator[tuple[Array, float]]:
+    """So many poses with closed joints on a way from the start that keeps its direction, more or less, and turns back
+    where it ends; without these rows, or without the worst of each pose."""
     system, rng = compiled.system, np.random.default_rng(0)
     weights = np.tile([system.length] * 3 + [1.0] * 4, system.bodies)
     t, q, v, rate, seconds = state.t, state.q, state.v, 1.0, 0.0
-    count = min(THRESHOLDS.most_walked, THRESHOLDS.walked_bodies // system.bodies)
-    for _ in range(max(THRESHOLDS.fewest_walked, count)):
+    for _ in range(length):
         push = v + 0.5 * rate * weights * rng.normal(size=len(v))
-        y = equations.corrected(compiled.state(q + seconds * v, push), t + seconds)
+        y = equations.corrected(compiled.state(q + seconds * v, push), t + seconds, left_out)
         if y is None:
             v = -v
             continue
@@ -88,10 +103,9 @@ def _walk(compiled: Compiled, equations: Any, state: State) -> Iterator[tuple[Ar
         seconds = THRESHOLDS.walked / rate
 
 
-def _stay_closed(compiled: Compiled, state: State) -> bool:
+def _stay_closed(compiled: Compiled, state: State, left_out: list[int]) -> bool:
     """Whether rows that are left out stay closed where the others are kept so, in motions along random directions."""
     equations, rng = compiled.equations(), np.random.default_rng(0)
-    left_out = equations.left_out(compiled.state(state.q, state.v), state.t)
     return all(_stays_closed(compiled, equations, left_out, state, rng) for _ in range(TRIALS))
 
 
