@@ -3,12 +3,16 @@ redundant joints change no motion, and the rows that are left out stay closed.""
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
+from mbproj import assemble, compile_system, initial_guess, read_scene, simulate
 from tests.mechanisms.exact.rings import bennett_poses, bennett_ratio, bricard_poses
 from tests.mechanisms.one_degree import Linkage
 from tests.mechanisms.running import TIGHT, Run, assert_close, run
+from tests.support import ROOT
 
 
 @pytest.mark.parametrize(("name", "redundant"), [("bennett", 3), ("bricard", 1), ("n_four_bar", 6), ("locomotive", 7)])
@@ -26,6 +30,32 @@ def test_the_full_formulation_has_the_same_motion_and_the_same_smallest_reaction
     ):
         assert_close(full[path], reduced[path], tolerance * max(1.0, np.abs(reduced[path]).max()))
     assert full.report.position_violation.value <= 2e-13
+
+
+class Blocks(list):
+    """Takes the blocks of samples of a run."""
+
+    def write(self, block):
+        self.append(block.samples)
+
+    def joined(self, quantity: str) -> np.ndarray:
+        return np.concatenate([getattr(samples, quantity) for samples in self])
+
+
+@pytest.mark.parametrize("name", ["bricard", "bennett", "stewart_platform", "n_four_bar", "locomotive"])
+def test_a_full_run_that_starts_at_a_recorded_state_is_the_long_one(name):
+    """To the bit. The kernel's runs: tests/kernel/test_row_policy.py."""
+    step, steps, long = 1.0 / 128.0, 40, Blocks()
+    scene = read_scene(ROOT / "mechanisms" / f"{name}.yaml")
+    system, rk4 = compile_system(scene), replace(scene.settings, formulation="full", integrator="rk4", tolerance=None)
+    settings = replace(rk4, duration=steps * step, step=step, output_step=step)
+    simulate(system, assemble(system, initial_guess(scene, system)), settings, long)
+    states = [samples.state(k) for samples in long for k in range(len(samples.t))]
+    for at in (9, 31):
+        again = Blocks()
+        simulate(system, states[at], replace(settings, duration=(steps - at) * step), again)
+        for quantity in ("q", "v", "acceleration"):
+            np.testing.assert_array_equal(again.joined(quantity), long.joined(quantity)[at:])
 
 
 def test_the_rows_that_are_held_are_changed_before_they_depend_on_each_other():

@@ -115,3 +115,35 @@ def test_motions_that_start_from_rest_against_each_other_contradict_each_other()
     (clash,) = [entry for entry in found.sets if set(entry.motions) == {"one", "other"}]
     assert clash.residual == pytest.approx((0.0, 2.0), rel=1e-9)
     assert not found.is_constant
+
+
+#: A truss of three rods on skew hinges, with 12 rows more than freedoms, and a lamp that swings below it.
+TRUSS = f"""{HEAD}
+parameters: {{light: 1}}
+bodies:
+  first: {{mass: light, inertia: [light, light, light], position: [0.1, 0.2, 0.4]}}
+  second: {{mass: light, inertia: [light, light, light], position: [0.7, -0.3, 0.5]}}
+  third: {{mass: light, inertia: [light, light, light], position: [-0.2, 0.6, 0.1]}}
+  lamp: {{mass: 2, inertia: [0.1, 0.1, 0.15], position: [0.4, 0.8, 0.3]}}
+joints:
+  a: {{type: revolute, bodies: [ground, first], location: [0, 0.3, 0], axis: [1, 0.2, -0.4]}}
+  b: {{type: revolute, bodies: [ground, second], location: [0.8, 0, 0.1], axis: [0.3, 1, 0.2]}}
+  c: {{type: revolute, bodies: [ground, third], location: [-0.5, 0.1, 0], axis: [-0.6, 0.1, 1]}}
+  d: {{type: revolute, bodies: [first, second], location: [0.4, -0.2, 0.6], axis: [0.5, -0.7, 0.1]}}
+  e: {{type: revolute, bodies: [second, third], location: [0.2, 0.3, 0.7], axis: [0.1, 0.8, -0.5]}}
+  f: {{type: revolute, bodies: [third, first], location: [0, 0.5, 0.3], axis: [0.9, 0.4, 0.3]}}
+  hook: {{type: revolute, bodies: [third, lamp], location: [0.1, 0.7, 0.2], axis: [0.2, -0.3, 1]}}
+"""
+
+
+@pytest.mark.parametrize("formulation", ["full", "reduced"])
+@pytest.mark.parametrize("light", ["1", "1/1000000000", "0"])
+def test_what_redundant_joints_lock_does_not_accelerate_however_light_it_is(light, formulation):
+    """Round-off of the lamp's, which swings by the same law each time."""
+    done = run_text(TRUSS, {"light": light}, formulation=formulation)
+    lamp, heavy = done.column("bodies/acceleration", "lamp"), run_text(TRUSS, formulation=formulation)
+    for rod in ("first", "second", "third"):
+        assert_close(done.column("bodies/acceleration", rod), 0.0, 1e-12)
+        assert_close(done.column("bodies/angular_acceleration", rod), 0.0, 1e-12)
+    assert np.abs(lamp).max() > 1.0
+    assert_close(lamp, heavy.column("bodies/acceleration", "lamp"), 1e-9)
