@@ -13,6 +13,7 @@ from mbproj import State, System, assemble, compile_system, initial_guess, read_
 from mbproj.integrate.formulations.compiled import Compiled
 from mbproj.integrate.formulations.planar import InPlane
 from mbproj.integrate.formulations.reduced import Reduced
+from mbproj.integrate.formulations.redundant_rows import settle_rows
 from mbproj.kernel import core
 from mbproj.model.planar import NotPlanar, planar_reduction
 from mbproj.scene.records import Scene, Settings
@@ -86,9 +87,10 @@ def family_case(family: Family, size: int, planar: bool) -> Case:
 
 
 def _compiled(system: System, state: State, planar: bool) -> Compiled:
-    if not planar:
-        return Reduced(core(), system)
-    plane = planar_reduction(system, state.q)
+    """With the rows that a run holds."""
+    plane = planar_reduction(system, state.q) if planar else None
     if isinstance(plane, NotPlanar):
         raise SystemExit(f"not planar: {plane.reason}")
-    return InPlane(core(), system, plane)
+    compiled = Reduced(core(), system) if plane is None else InPlane(core(), system, plane)
+    settle_rows(compiled, state)
+    return compiled

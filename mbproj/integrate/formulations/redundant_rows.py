@@ -57,7 +57,7 @@ def _usual(compiled: Compiled, state: State, count: int, first: list[int]) -> An
     `first` are so at all, and the least pivots of all its poses are the usual ones."""
     y, equations = compiled.state(state.q, state.v), compiled.equations()
     at_start, even_there = equations.pivots(y, state.t, first)
-    if count == 0 and min(at_start, default=0.0) >= THRESHOLDS.near_branch:
+    if count == 0 and min(at_start, default=1.0) >= THRESHOLDS.near_branch:
         return compiled.core.UsualRows()
     if even_there > 0.0:  # lengths of different orders make it small: beside 1, rows would seem dependent at every pose
         compiled.model.rows = compiled.core.UsualRows(count, [], [], even_there)
