@@ -74,7 +74,7 @@ def _usual(compiled: Compiled, state: State, count: int, first: list[int]) -> An
     worst = np.quantile(even, THRESHOLDS.seldom, axis=1)
     best = int(np.argmax(worst >= THRESHOLDS.serve_alike * worst.max()))
     pivots = np.array([each[0] for each in found[best] if each[0]])
-    if not len(pivots) or (count == 0 and pivots.min(axis=1).max() >= THRESHOLDS.near_branch):
+    if not len(pivots) or (count == 0 and np.median(pivots.min(axis=1)) >= THRESHOLDS.near_branch):
         return compiled.core.UsualRows(count)
     usual = pivots.min(axis=0) if is_short else np.median(pivots, axis=0)
     return compiled.core.UsualRows(count, list(choices[best]), usual.tolist(), float(np.median(even[best])))

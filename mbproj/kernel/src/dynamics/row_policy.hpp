@@ -25,7 +25,9 @@ struct Passed {
 
 template <int D> class RowPolicy final {
 public:
-    RowPolicy(const Model<D>& model, KktSolver<D>& solver) : model_(model), solver_(solver) {}
+    RowPolicy(const Model<D>& model, KktSolver<D>& solver) : model_(model), solver_(solver) {
+        hold_all_but(model_.rows.left_out);
+    }
 
     // Makes the rows of a step that begins at a pose, and factors there with the masses. False where the equations have no
     // unique solution.
