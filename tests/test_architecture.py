@@ -27,7 +27,7 @@ MAY_IMPORT = {
     "joints": {"constraints"},
     "functions": set(),
     "elements": {"functions"},
-    "scene": {"functions", "joints"},
+    "scene": {"functions", "elements", "joints"},
     "model": {"constraints", "functions", "elements", "joints", "scene"},
     "dynamics": {"constraints", "functions", "joints", "scene", "model", "kernel"},
     "projection": {"scene", "model", "dynamics"},

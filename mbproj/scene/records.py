@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any, TypeAlias
 
 from mbproj.dataclass import dataclass
+from mbproj.elements import Element
 from mbproj.errors import Place, Problem
 from mbproj.functions.program import Program
 from mbproj.scene.friction import DryFriction
@@ -268,7 +269,8 @@ class Settings:
 @dataclass(frozen=True)
 class Scene:
     """A whole scene file. `text` is the file as read, `path` its path (None for text from elsewhere), `overrides` what
-    --set changed, `places` where each key stands, `notes` what was read that is legal but may be a mistake."""
+    --set changed, `places` where each key stands, `notes` what was read that is legal but may be a mistake.
+    `elements` come from Python; the file has none."""
 
     title: str
     gravity: Vector
@@ -285,6 +287,7 @@ class Scene:
     motions: tuple[Motion, ...] = ()
     expectations: tuple[Expectation, ...] = ()
     notes: tuple[Problem, ...] = field(default=(), repr=False, compare=False)
+    elements: tuple[Element, ...] = ()
 
     def place(self, *path: str | int) -> Place | None:
         """Where the value at `path` stands, or the nearest value around it."""

@@ -19,26 +19,10 @@ from mbproj.scene import read_scene_text, settings_to_run
 from mbproj.studies.measure.mechanism import Mechanism
 from mbproj.studies.verify.case import Case
 from mbproj.studies.verify.checks import CHECKS, _check
-from tests.elements.wheel_and_slide import FORMULATIONS
+from tests.elements.wheel_and_slide import FORMULATIONS, TWO_SLIDES
 from tests.support import Recorder
 
 POST = (0.2, 0.0, 0.9)
-TWO_SLIDES = """
-mbproj: 1
-gravity: [0, 0, GRAVITY]
-simulation: {duration: 0.5, output_step: 0.05, tolerance: 1e-11, integrator: dop853}
-bodies:
-  left: {mass: 3, inertia: [0.1, 0.1, 0.1], position: [0, 0, -1]}
-  right: {mass: 2, inertia: [0.1, 0.1, 0.1], position: [1, 0, -1.5]}
-joints:
-  a: {type: prismatic, bodies: [ground, left], location: [0, 0, -1], axis: [0, 0, 1]}
-  b: {type: prismatic, bodies: [ground, right], location: [1, 0, -1.5], axis: [0, 0, 1]}
-markers:
-  one: {body: left, location: [0, 0, -1]}
-  two: {body: right, location: [1, 0, -1.5]}
-  low: {body: left, location: [0, 0, -1.2]}
-FORCES
-"""
 PENDULUM = """
 mbproj: 1
 gravity: [0, 0, GRAVITY]

@@ -1,4 +1,4 @@
-"""A wheel and a slide, each on a joint to the ground, that elements couple and drive."""
+"""A wheel and a slide, each on a joint to the ground, that elements couple and drive; and two slides."""
 
 from __future__ import annotations
 
@@ -21,6 +21,23 @@ bodies:
 joints:
   pin: {type: revolute, bodies: [ground, wheel], location: [0, 0, 0], axis: [0, 1, 0], SPEED}
   rail: {type: prismatic, bodies: [ground, slide], location: [0, 0, 0.3], axis: AXIS, speed: SLIDE}
+"""
+#: Two slides beside one another, with GRAVITY and FORCES.
+TWO_SLIDES = """
+mbproj: 1
+gravity: [0, 0, GRAVITY]
+simulation: {duration: 0.5, output_step: 0.05, tolerance: 1e-11, integrator: dop853}
+bodies:
+  left: {mass: 3, inertia: [0.1, 0.1, 0.1], position: [0, 0, -1]}
+  right: {mass: 2, inertia: [0.1, 0.1, 0.1], position: [1, 0, -1.5]}
+joints:
+  a: {type: prismatic, bodies: [ground, left], location: [0, 0, -1], axis: [0, 0, 1]}
+  b: {type: prismatic, bodies: [ground, right], location: [1, 0, -1.5], axis: [0, 0, 1]}
+markers:
+  one: {body: left, location: [0, 0, -1]}
+  two: {body: right, location: [1, 0, -1.5]}
+  low: {body: left, location: [0, 0, -1.2]}
+FORCES
 """
 AXES = {"x": "[1, 0, 0]", "z": "[0, 0, 1]"}
 

@@ -15,6 +15,7 @@ from mbproj.functions.program_set import flatten
 from mbproj.joints import COORDINATE_UNITS, JOINTS
 from mbproj.joints.table import Row
 from mbproj.model.channels import Motions
+from mbproj.model.compile.elements import with_elements
 from mbproj.model.compile.frames import SYMBOLS, Pose, local_frames, poses_of
 from mbproj.model.compile.friction import compile_friction
 from mbproj.model.compile.loads import compile_forces
@@ -36,7 +37,13 @@ _PLAIN = {name: kind() for name, kind in PRIMITIVES.items() if name != "coupling
 
 
 def compile_system(scene: Scene) -> System:
-    """The mechanism that the scene describes, as frozen arrays. Raises InputError where nothing in it can move."""
+    """The mechanism that the scene describes, as frozen arrays. Raises InputError where nothing in it can move, or an
+    element names what there is not."""
+    system = _without_elements(scene)
+    return with_elements(system, scene.elements) if scene.elements else system
+
+
+def _without_elements(scene: Scene) -> System:
     groups = rigid_groups(scene)
     if not groups.carriers:
         raise InputError(Problem("nothing can move: every body is fixed to the ground", scene.place("bodies")))

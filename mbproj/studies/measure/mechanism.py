@@ -61,7 +61,8 @@ class Mechanism:
         times, start = self.scene.settings.break_times, self.scene.settings.start
         started = {"start": start} if start == EQUILIBRIUM else {}
         text, parameters = self.scene.text, dict(self.scene.overrides)
-        return {"scene": text, "parameters": parameters, "break_times": list(times), **started}
+        own = {"elements": repr(self.scene.elements)} if self.scene.elements else {}
+        return {"scene": text, "parameters": parameters, "break_times": list(times), **started, **own}
 
 
 def of_scene(scene: Scene, settings: Settings) -> Settings:

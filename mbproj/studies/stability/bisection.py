@@ -106,8 +106,7 @@ def stability(
     _refuse_endless(quantity.changed(subject, whole.low), quantity.changed(subject, whole.high))
     what = {
         "study": "stability",
-        "scene": scene.text,
-        "parameters": dict(scene.overrides),
+        **mechanism.identity,
         "vary": vary,
         "setting": subject.setting.command_line(),
         "until": subject.until,

@@ -9,6 +9,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 from mbproj.dataclass import dataclass
+from mbproj.errors import InputError, Problem
 from mbproj.functions.program import COORDINATE, RATE, Program
 from mbproj.joints import COORDINATE_UNITS, JOINTS
 from mbproj.scene.friction import Bearing, DryFriction
@@ -33,7 +34,10 @@ from mbproj.studies.variants.programs import times, with_argument
 
 
 def rescaled(scene: Scene, k: float) -> Scene:
-    """The scene k times as large."""
+    """The scene k times as large. Raises InputError where it has elements: their numbers have no units."""
+    if scene.elements:
+        what = f"element '{scene.elements[0].name}' is data without units: it cannot be made larger"
+        raise InputError(Problem(what, hint="vary something else"))
     larger = _Larger(k, {joint.name: joint.type for joint in scene.joints})
     return replace(
         scene,

@@ -22,17 +22,23 @@ from mbproj.studies.verify.equations import OPERATIONS, Equations, correction, e
 from mbproj.studies.verify.finding import Finding, Found, difference, worse
 from mbproj.studies.verify.rounded import EPS, Rounded
 
+#: Why the mechanism cannot be moved.
+PLACES = "an element goes by places on the ground, or by distances of its own, which do not move along"
 #: Millimetres in a metre.
 MILLIMETRES = 1e3
 #: A rotation that mixes all axes.
 ROTATION = np.linalg.qr(np.random.default_rng(1).normal(size=(3, 3)))[0]
 ROTATION = ROTATION * np.linalg.det(ROTATION)
+#: Why the unit of length cannot be changed.
+NO_UNITS = "elements are data without units"
 #: Where the mechanism is shifted to, in its own lengths.
 SHIFT = np.array([3.0, -2.0, 5.0])
 
 
 def units(case: Case) -> Found:
     """In millimetres GPOPM's correction and the accelerations are the same motion; GOPM's correction is not."""
+    if case.scene.elements:
+        return NO_UNITS
     scene, scale = rescaled(case.scene, MILLIMETRES), np.tile([MILLIMETRES] * 3 + [1.0] * 4, case.system.bodies)
     found = _same(case, scene, np.diag(scale), np.zeros(len(scale)))
     return replace(found, remark=_of_gopm(case, scene, scale)) if isinstance(found, Finding) else found
@@ -52,12 +58,16 @@ def _of_gopm(case: Case, scene: Scene, scale: Array) -> str:
 
 def rotation(case: Case) -> Found:
     """Turned about all axes."""
+    if _reads_places(case):
+        return PLACES
     motion = RigidMotion(ROTATION, np.zeros(3))
     return _same(case, motion.scene(case.scene), _turning(case.system, motion), np.zeros(7 * case.system.bodies))
 
 
 def translation(case: Case) -> Found:
     """Shifted by some of its lengths."""
+    if _reads_places(case):
+        return PLACES
     motion = RigidMotion(np.eye(3), case.system.length * SHIFT)
     shift = np.tile([*motion.shift, 0.0, 0.0, 0.0, 0.0], case.system.bodies)
     return _same(case, motion.scene(case.scene), np.eye(len(shift)), shift)
@@ -105,6 +115,11 @@ def _equations_of(case: Case, scene: Scene, T: Array, shift: Array) -> Equations
         turns[index] = state.turns[names.index(name)]
     moved = State.of(system, state.t, positions=T @ state.q + shift, velocities=T @ state.v, turns=turns)
     return equations_at(system, moved)
+
+
+def _reads_places(case: Case) -> bool:
+    """Whether elements brought coordinates of their own, beside those of joints."""
+    return compile_system(replace(case.scene, elements=())).coordinates.size < case.system.coordinates.size
 
 
 def _left_open(case: Case) -> float:
