@@ -113,7 +113,7 @@ class StopMarch:
             abs(made - k) > THRESHOLDS.on_grid or k >= whole.count
         ):  # within round-off of the end there is a step as well
             k = int(np.ceil(made))
-            h = min(whole.start + k * whole.step, whole.end) - t
+            h = (whole.end if k >= whole.count else whole.start + k * whole.step) - t
             return replace(whole, start=t, duration=h, step=h, count=1, every=1)
         return replace(whole, start=t, duration=whole.end - t, count=whole.count - k, every=1)
 
