@@ -22,15 +22,14 @@ from mbproj.integrate.stops.variants import Variants
 from mbproj.integrate.stops.watching import Meaning
 from mbproj.model.contacts import Contacts
 from mbproj.model.system import System
-from mbproj.registry import PROJECTIONS, implicit_integrators
-from mbproj.scene.records import ProjectionSettings, Settings
+from mbproj.registry import implicit_integrators
+from mbproj.scene.records import Settings
 from mbproj.thresholds import THRESHOLDS
 
 
 def meets_inside(choice: Choice, system: System, settings: Settings) -> bool:
     """Whether the kernel's loop itself does what happens at stops and frictions: rigid stops without friction, with
-    Newton's law, and friction at joints, in explicit steps that end on the constraints, where every motion has
-    inertia."""
+    Newton's law, and friction at joints, in explicit steps, where every motion has inertia."""
     stops, frictions = system.stops, system.frictions
     if choice.compiled is None or settings.integrator in implicit_integrators():
         return False
@@ -40,14 +39,7 @@ def meets_inside(choice: Choice, system: System, settings: Settings) -> bool:
         return False
     heavy = bool((system.mass > 0.0).all()) and np.linalg.eigvalsh(system.inertia)[:, 0].min(initial=np.inf) > 0.0
     pays = not (system.driven and system.reflected.inertia.size)  # what motions pay for flywheels in no time
-    return heavy and pays and _ends_closed(settings.projection)
-
-
-def _ends_closed(projection: ProjectionSettings) -> bool:
-    """Whether every step ends on the constraints, in positions and velocities."""
-    corrects = PROJECTIONS[projection.method].correction in ("mass", "coordinates")
-    both = projection.position and projection.velocity and projection.test == "violation"
-    return corrects and both and projection.every == 1 and projection.threshold is None
+    return heavy and pays
 
 
 def is_of_the_march(mark: Mark, system: System, contacts: Contacts) -> bool:

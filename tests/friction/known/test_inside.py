@@ -10,6 +10,7 @@ import pytest
 
 import mbproj
 from mbproj.integrate.stops import march
+from mbproj.registry import PROJECTIONS
 from tests.friction.known import closed_forms as exact
 from tests.friction.known.mechanisms import incline, on_a_belt, rotor, screw
 from tests.friction.known.pendulum import pendulum
@@ -120,6 +121,37 @@ def test_the_kernels_loop_does_what_the_march_does(name, formulation, steps, mon
         scale = max(1.0, np.abs(expected[path]).max(initial=0.0))
         np.testing.assert_allclose(own[path], expected[path], rtol=0, atol=2e-8 * scale, err_msg=path)
     assert report.position_violation.value < 2e-13
+
+
+PROJECTED = {
+    **{method: f"{{method: {method}}}" for method, entry in PROJECTIONS.items() if entry.compiled},
+    "every five steps": "{every: 5}",
+    "from a threshold on": "{threshold: 1.0e-7}",
+    "positions alone": "{velocity: false}",
+}
+
+
+@pytest.mark.parametrize("projection", PROJECTED)
+def test_events_do_not_ask_for_steps_that_end_on_the_constraints(projection, monkeypatch):
+    """A slider-crank by any projection method, or none: the kernel's loop and the march meet the same."""
+    text = linkage(12.0, 0.3, 0.4, 1.5, "reduced", "rk4")
+    text = text.replace("simulation: {", f"simulation: {{projection: {PROJECTED[projection]}, ", 1)
+    assert "projection:" in text
+    found = []
+    for inside in (True, False):
+        with monkeypatch.context() as context:
+            if inside:
+                context.delattr(march, "locate")
+            else:
+                context.setattr(march, "meets_inside", lambda *_: False)
+            found.append(run(text)[1])
+    own, expected = found
+    assert [event.kind for event in own.happened] == [event.kind for event in expected.happened]
+    assert len(own.happened) > 2
+    for event, other in zip(own.happened, expected.happened, strict=True):
+        assert event.time == pytest.approx(other.time, abs=1e-8)
+    scale = np.abs(expected["bodies/velocity"]).max()
+    np.testing.assert_allclose(own["bodies/velocity"], expected["bodies/velocity"], rtol=0, atol=1e-7 * scale)
 
 
 @pytest.mark.parametrize("steps", STEPS)
