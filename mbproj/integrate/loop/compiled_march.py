@@ -159,13 +159,14 @@ def _mark(run: Any, tally: Tally) -> Mark:
 
 
 def _until(met: Sequence[Event], mark: Mapping[str, Any]) -> list[Event]:
-    """The events up to a mark. When a bounce will have come to rest is known before: those of stops are counted."""
+    """The events up to a mark. When a bounce will have come to rest is known before: those of contacts are counted, of
+    stops and frictions alike."""
     left, found = mark.get("contacts", {"events": 0})["events"], list[Event]()
     for event in met:
-        of_stop = "contacts" in mark and event.name.startswith("stop '")
-        if (left > 0) if of_stop else event.time <= mark["t"]:
+        of_contact = "contacts" in mark and event.name.startswith(("stop '", "friction '"))
+        if (left > 0) if of_contact else event.time <= mark["t"]:
             found.append(event)
-        left -= of_stop
+        left -= of_contact
     return found
 
 

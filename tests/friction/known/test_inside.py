@@ -181,6 +181,48 @@ def test_samples_have_no_say_in_the_motion():
     assert len(few.happened) > 10
 
 
+#: A ball between two ends, and beside it a block with friction that is pushed to and fro.
+BALL_AND_BLOCK = """
+mbproj: 1
+gravity: [0, 0, 0]
+simulation:
+  {{duration: {duration}, integrator: dop853, tolerance: 1.0e-10, output_step: 0.5, formulation: {formulation}}}
+bodies:
+  ball: {{mass: 1, inertia: [1, 1, 1], position: [0, 0, 0]}}
+  block: {{mass: 1, inertia: [1, 1, 1], position: [0, 1, 0]}}
+joints:
+  way:
+    type: prismatic
+    bodies: [ground, ball]
+    location: [0, 0, 0]
+    axis: [1, 0, 0]
+    speed: 1
+    limits: {{displacement: {{range: [-0.1, 0.1], rigid: true, restitution: 0.9}}}}
+  rail: {{type: prismatic, bodies: [ground, block], location: [0, 1, 0], axis: [1, 0, 0]}}
+forces:
+  rub: {{type: friction, joint: rail, coulomb: {{force: 2, static: 3}}}}
+  push: {{type: force, body: block, location: [0, 1, 0], force: ["8 * sin(9 * t)", 0, 0]}}
+"""
+
+
+@pytest.mark.parametrize("formulation", PLANES)
+def test_a_run_that_goes_on_records_each_event_once(formulation):
+    """From before the last impact of a shorter run, after impacts and slips."""
+    ball = 0.1 + 0.2 * np.cumsum(0.9 ** -np.arange(1.0, 40.0))  # when it is at an end, after the first time
+    whole, _ = simulated(BALL_AND_BLOCK.format(duration=3, formulation=formulation))
+    impacts = [0.1, *ball[ball < 3.0]]
+    assert [event.time for event in whole.of("impact")] == pytest.approx(impacts, abs=1e-8)
+    assert len(whole.of("slip", "stick", "turn")) > 2
+    earlier = 0
+    for until in np.array(impacts[3:]) + 0.01:
+        part, kept = simulated(BALL_AND_BLOCK.format(duration=until, formulation=formulation))
+        mark = kept[-1]
+        earlier += any(event.time > mark["t"] for event in part.of("impact"))
+        rest, _ = simulated(BALL_AND_BLOCK.format(duration=3, formulation=formulation), mark)
+        assert rest.happened == whole.happened
+    assert earlier > 0
+
+
 @pytest.mark.parametrize("where", ["kernel", "march"])
 def test_what_sticks_slips_as_soon_as_it_may(where, monkeypatch):
     """Steps grow long while nothing moves: a load that pulls to one side and then to the other within one of them."""
