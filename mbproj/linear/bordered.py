@@ -46,18 +46,19 @@ class Bordered:
             raise singular() from error
 
     def solve(self, force: Numbers, rows: Numbers | None = None) -> tuple[Numbers, Numbers]:
-        """ξ (6n,) and μ (m,) of A ξ + Gᵀμ = force and Gξ = rows, 0 where none are given; μ is 0 in dependent rows."""
-        right = np.zeros(self.size + len(self.rows), dtype=np.result_type(force, float))
-        right[: self.size] = self._lengths * force / self._size
+        """ξ (6n,) and μ (m,) of A ξ + Gᵀμ = force and Gξ = rows, 0 where none are given; μ is 0 in dependent rows. Or
+        many, (6n, k) and (m, k)."""
+        right = np.zeros((self.size + len(self.rows), *force.shape[1:]), dtype=np.result_type(force, float))
+        right[: self.size] = (self._lengths * force.T).T / self._size
         if rows is not None:
-            right[self.size :] = self._rows * rows[self.rows]
+            right[self.size :] = (self._rows * rows[self.rows].T).T
         if np.iscomplexobj(right):
             found = self._factor.solve(right.real.copy()) + 1j * self._factor.solve(right.imag.copy())
         else:
             found = self._factor.solve(right)
-        multipliers = np.zeros(self.constraints, dtype=found.dtype)
-        multipliers[self.rows] = self._size * self._rows * found[self.size :]
-        return self._lengths * found[: self.size], multipliers
+        multipliers = np.zeros((self.constraints, *force.shape[1:]), dtype=found.dtype)
+        multipliers[self.rows] = self._size * (self._rows * found[self.size :].T).T
+        return (self._lengths * found[: self.size].T).T, multipliers
 
 
 @final
@@ -69,7 +70,7 @@ class Proximal:
         from scipy.sparse import bmat, identity
         from scipy.sparse.linalg import splu
 
-        self.G = G
+        self.G, self.constraints = G, G.count
         self._scaled = _Scaled(system, A, G, sizes)
         inner, rows = self._scaled.A, self._scaled.G
         softness = THRESHOLDS.proximal * identity(rows.shape[0])
@@ -106,18 +107,27 @@ def tangent_space_of(
     Raises InputError where a large mechanism has too many degrees of freedom."""
     if system.bodies <= THRESHOLDS.dense_modes:
         return tangent_space(system, G.dense(), scale, lengths)
-    own = system.constraints - system.bodies
-    freedom = 6 * system.bodies - len(independent_rows(system, pose, G.chosen(np.arange(own))))
+    from scipy.sparse import diags
+
+    own = np.arange(system.constraints - system.bodies)
+    rows = independent_rows(system, pose, G.chosen(own))
+    freedom = 6 * system.bodies - len(rows)
     if freedom > THRESHOLDS.dense_freedom:
         raise _too_free(freedom)
     lengths = tangent_lengths(system) if lengths is None else lengths
-    metric = unit_metric(system, G, system.row_scale[system.bodies :] if scale is None else scale, lengths)
+    scale = system.row_scale[system.bodies :] if scale is None else scale
+    exact = Bordered(system, diags(lengths**-2.0, format="csr"), G, rows)
     x = np.random.default_rng(SEED).normal(size=(6 * system.bodies, freedom))
     for _ in range(2):  # once leaves the round-off of random vectors that are nearly parallel
-        x, R = np.linalg.qr((metric.solve((x.T / lengths).T)[0].T / lengths).T)
-        size = np.abs(np.diag(R))
-        x = x[:, size > THRESHOLDS.dependent * size.max(initial=0.0)]
-    return TangentSpace((lengths * x.T).T, _pseudoinverse(metric), lengths)
+        x = np.linalg.qr((exact.solve((x.T / lengths).T)[0].T / lengths).T)[0]
+    N = (lengths * x.T).T
+    others = G.chosen(np.arange(len(own), G.count))
+    if others.count:
+        _, σ, V = np.linalg.svd((others.times(N).T / scale[len(own) :]).T)
+        N = N @ V[np.count_nonzero(σ > THRESHOLDS.dependent) :].T
+    if len(rows) == G.count:
+        return TangentSpace(N, _pseudoinverse(exact, N, lengths), lengths)
+    return TangentSpace(N, _pseudoinverse(unit_metric(system, G, scale, lengths), N, lengths), lengths)
 
 
 def along_tangent_space(system: System, G: Rows, rows: Array) -> Array:
@@ -141,17 +151,18 @@ def unit_metric(system: System, G: Rows, scale: Array, lengths: Array) -> Proxim
     return Proximal(system, diags(lengths**-2.0, format="csr"), G, size)
 
 
-def _pseudoinverse(metric: Proximal) -> LinearOperator:
+def _pseudoinverse(metric: Bordered | Proximal, N: Array, lengths: Array) -> LinearOperator:
+    """Forces have no part along the tangent space N: its round-off would be divided by what proximal rows give way."""
     from scipy.sparse.linalg import LinearOperator
 
     def smallest(rows: Array) -> Array:
-        return metric.solve(np.zeros((6 * metric.G.bodies, *rows.shape[1:])), rows)[0]
+        return metric.solve(np.zeros((len(N), *rows.shape[1:])), rows)[0]
 
     def multipliers(force: Array) -> Array:
-        return metric.solve(force)[1]
+        return metric.solve(force - ((N @ (N.T @ force)).T / lengths**2).T)[1]
 
     both = {"matvec": smallest, "matmat": smallest, "rmatvec": multipliers, "rmatmat": multipliers}
-    return LinearOperator((6 * metric.G.bodies, metric.G.count), dtype=float, **both)
+    return LinearOperator((len(N), metric.constraints), dtype=float, **both)
 
 
 def _too_free(freedom: int) -> InputError:

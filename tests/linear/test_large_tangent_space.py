@@ -53,7 +53,7 @@ def test_it_is_the_dense_one_where_rows_depend_on_each_other(four_bars):
     np.testing.assert_allclose(found.N @ found.N.T, dense.N @ dense.N.T, atol=1e-13)
     force = np.random.default_rng(3).normal(size=(6 * system.bodies, 2))
     expected, multipliers = dense.pseudoinverse.T @ force, found.pseudoinverse.T @ force
-    np.testing.assert_allclose(multipliers, expected, atol=1e-6 * np.abs(expected).max())
+    np.testing.assert_allclose(multipliers, expected, atol=1e-8 * np.abs(expected).max())
     np.testing.assert_allclose(G.dense().T @ (multipliers - expected), 0.0, atol=1e-12 * np.abs(expected).max())
     reached = G.dense() @ force
     expected = dense.pseudoinverse @ reached
