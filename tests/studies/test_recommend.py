@@ -12,6 +12,7 @@ import pytest
 
 from mbproj import InputError, read_scene
 from mbproj.mechanisms_folder import mechanism
+from mbproj.scene import read_scene_text
 from mbproj.studies.measure.measurement import Measurement
 from mbproj.studies.measure.mechanism import Mechanism
 from mbproj.studies.measure.reference import Reference
@@ -89,6 +90,27 @@ def test_the_error_counts_at_the_markers_that_are_named():
     assert one.best.worst() == "driven_rim"
     with pytest.raises(InputError, match="no 'driven_rin' among the markers; did you mean 'driven_rim'"):
         recommend(scene, 1e-6, ["driven_rin"])
+
+
+WHEEL = """
+mbproj: 1
+gravity: [0, 0, 0]
+bodies:
+  wheel: {mass: 1, inertia: [0.1, 0.1, 0.2], position: [0, 0, 0]}
+joints:
+  pin: {type: revolute, bodies: [ground, wheel], location: [0, 0, 0], axis: [0, 1, 0], angle: 1, speed: 2}
+forces:
+  spring: {type: torsion_spring_damper, joint: pin, stiffness: 5}
+simulation: {duration: 2, step: 0.05}
+"""
+
+
+def test_a_body_that_only_turns_has_an_error_where_it_has_a_marker():
+    """Its centre does not move: Heun's method with the longest steps was the cheapest, with an error of 0 m."""
+    with pytest.raises(InputError, match=r"none of these moves although bodies turn[^z]*put a marker on what turns"):
+        recommend(read_scene_text(WHEEL), 1e-5)
+    rim = "markers: {rim: {body: wheel, location: [0.3, 0, 0]}}\n"
+    assert 0.0 < max(recommend(read_scene_text(WHEEL + rim), 1e-5).best.error.values()) <= 1e-5
 
 
 def test_samples_are_those_of_the_scene():

@@ -71,7 +71,7 @@ def test_what_has_no_joint_or_marker_to_ask_for_is_said(slider_crank):
     with pytest.raises(InputError, match="there is no 'slidr' among the markers; did you mean 'slider'"):
         threshold_study(slider_crank.scene, at=["slidr"])
     body = "bodies: {a: {mass: 1, inertia: [1, 2, 3], position: [0, 0, 0], angular_velocity: [0.1, 2, 0]}}"
-    free = f"mbproj: 1\ngravity: [0, 0, 0]\nsimulation: {{duration: 1, step: 0.1}}\n{body}\n"
+    free = f"mbproj: 1\ngravity: [0, 0, -9.8]\nsimulation: {{duration: 1, step: 0.1}}\n{body}\n"
     with pytest.raises(InputError, match="there is nothing to project: no joint"):
         threshold_study(read_scene_text(free), processes=1)
 
