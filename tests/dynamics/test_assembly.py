@@ -8,14 +8,17 @@ import numpy as np
 import pytest
 
 from mbproj.dynamics import assemble
+from mbproj.dynamics.assembly import gauss_newton
 from mbproj.dynamics.assembly.assemble import coordinate_values
+from mbproj.dynamics.assembly.gauss_newton import set_rows, shortest
 from mbproj.dynamics.equations.constraint_equations import constraint_at, constraint_velocity_at, set_velocity
 from mbproj.dynamics.equations.kinematics import pose_of, twist_of
 from mbproj.errors import InputError
 from mbproj.joints import JOINTS
 from mbproj.model import compile_system, initial_guess
-from mbproj.scene import read_scene_text
+from mbproj.scene import read_scene, read_scene_text
 from mbproj.scene.records import Body, Joint, Pair
+from mbproj.thresholds import THRESHOLDS
 from tests.support import ROOT, random_chain, scene_of
 
 ROUND = ((0.01, 0.0, 0.0), (0.0, 0.01, 0.0), (0.0, 0.0, 0.01))
@@ -142,3 +145,36 @@ def test_round_off_of_a_body_that_is_far_away_is_no_misfit_of_speeds():
     assert far != text
     _, state = assembled(read_scene_text(far))
     assert np.isfinite(state.v).all()
+
+
+@pytest.mark.parametrize("name", ["bricard", "bennett", "n_four_bar", "stewart_platform", "locomotive"])
+@pytest.mark.parametrize("damping", [0.0, 1e-3])
+def test_sparse_factors_find_the_shortest_correction_that_dense_ones_find(name, damping, monkeypatch):
+    """Of rows that follow from others too, for a wish that they can fulfil and for one that they cannot. Undamped,
+    round-off along free motions is divided by the shift, 1e-10 of the largest entry; it closes joints as well."""
+    system, state = assembled(read_scene(ROOT / "mechanisms" / f"{name}.yaml"))
+    rows = set_rows(system, system.rows, pose_of(state.q))
+    rng = np.random.default_rng(5)
+    wishes = rows.dense() @ rng.normal(size=6 * system.bodies), rng.normal(size=rows.count)
+    dense = [shortest(rows, wish, damping) for wish in wishes]
+    monkeypatch.setattr(gauss_newton, "THRESHOLDS", dataclasses.replace(THRESHOLDS, dense_bodies=0))
+    for expected, wish in zip(dense, wishes, strict=True):
+        found, near = shortest(rows, wish, damping), 1e-9 if damping else 2e-6
+        np.testing.assert_allclose(found, expected, rtol=0, atol=near * abs(expected).max())
+        left, least = (np.linalg.norm(rows.dense() @ x - wish) for x in (found, expected))
+        assert left <= least + 1e-9 * np.linalg.norm(wish)
+
+
+def test_a_mechanism_is_assembled_to_the_same_pose_by_sparse_factors(monkeypatch):
+    """The locomotive, its bodies drawn a little apart: 7 of its rows follow from the others."""
+    scene = read_scene(ROOT / "mechanisms" / "locomotive.yaml")
+    system = compile_system(scene)
+    guess = initial_guess(scene, system)
+    open_guess = dataclasses.replace(guess, q=guess.q + 1e-3 * np.random.default_rng(3).normal(size=guess.q.shape))
+    dense = assemble(system, open_guess)
+    monkeypatch.setattr(gauss_newton, "THRESHOLDS", dataclasses.replace(THRESHOLDS, dense_bodies=0))
+    sparse = assemble(system, open_guess)
+    assert np.abs(dense.q - open_guess.q).max() > 1e-4
+    np.testing.assert_allclose(sparse.q, dense.q, rtol=0, atol=1e-7)
+    assert np.abs(constraint_at(system, sparse.q)).max() < 1e-13
+    np.testing.assert_allclose(sparse.v, dense.v, rtol=0, atol=1e-6 * max(1.0, np.abs(dense.v).max()))

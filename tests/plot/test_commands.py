@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import gc
 import json
 
 import numpy as np
 import pytest
 from click.testing import CliRunner
+from matplotlib.figure import Figure
 
 from mbproj.cli.commands import info, plot
 from mbproj.errors import InputError, SimulationError
@@ -35,6 +37,26 @@ def test_plot_writes_all_kinds_and_prints_their_paths(tmp_path, path):
     ]
     assert (code, out.split(), err) == (0, [str(picture) for picture in expected], "")
     assert all(picture.read_bytes().startswith(b"\x89PNG") for picture in expected)
+
+
+def test_a_figure_of_many_samples_is_freed_before_the_next_is_drawn(tmp_path, path, monkeypatch):
+    """A figure is in circles of references: those of a million samples were all there until the last was drawn."""
+    alive = []
+
+    def saved(figure, *_, **__):
+        alive.append(sum(isinstance(each, Figure) for each in gc.get_objects()))
+
+    monkeypatch.setattr("mbproj.analysis.thinned.MANY", 1)
+    monkeypatch.setattr("mbproj.plot.save.save", saved)
+    gc.collect()
+    gc.disable()
+    try:
+        code, _, _ = run(plot.command, path, "-o", tmp_path)
+    finally:
+        gc.enable()
+    assert code == 0
+    assert len(alive) > 3
+    assert set(alive) == {alive[0]}
 
 
 def test_plot_the_kinds_asked_for(tmp_path, path):
