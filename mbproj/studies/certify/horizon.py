@@ -20,7 +20,7 @@ from mbproj.scene.records import Settings
 from mbproj.studies.measure.mechanism import Mechanism
 from mbproj.studies.measure.nearby import TIGHTEST, round_off, spread
 from mbproj.studies.measure.setting import Setting
-from mbproj.studies.measure.solve import Solution, solve
+from mbproj.studies.measure.solve import OFF_AXIS, Solution, solve, unseen
 from mbproj.studies.measure.uneven import not_smooth, uneven
 from mbproj.studies.parallel.progress import Tell, silent
 
@@ -53,6 +53,9 @@ def certify(
     for number, tolerance in enumerate(rungs):
         tell("certifying", number, len(rungs))
         before, better = better, solve(mechanism, _better(tolerance), times)
+        if why := unseen(mechanism, better):
+            why = f"no figure: {why}; {OFF_AXIS}"
+            return _trust(mechanism, times, position, None, np.full(position.shape[:2], np.inf), tested, why)
         if before is not None:
             uncertainty = spread([before], better)
             found = _trust(mechanism, times, position, better, uncertainty, tested, "")

@@ -29,9 +29,8 @@ from mbproj.integrate.events.law_switches import switches_of
 from mbproj.integrate.stiff.fast_forces import steps_for_stability
 from mbproj.studies.measure.mechanism import Mechanism
 from mbproj.studies.measure.setting import Setting
-from mbproj.studies.measure.solve import Solution, solve
+from mbproj.studies.measure.solve import OFF_AXIS, Solution, solve, unseen
 from mbproj.studies.store import cached
-from mbproj.thresholds import THRESHOLDS
 
 #: The integrators of the two solutions; the first is the reference unless it is among those compared and the other not.
 INTEGRATORS = ("dopri5", "dop853")
@@ -132,7 +131,8 @@ def _checked(
 ) -> Reference:
     """The reference of two solutions of a kind."""
     fine = solved(mechanism, Setting(integrator=first, projection_tolerance=ROUND_OFF), times, seconds)
-    _refuse_unseen(mechanism, fine.solution)
+    if why := unseen(mechanism, fine.solution):
+        raise InputError(Problem(why, hint=OFF_AXIS))
     taken = fine.solution.report.formulation if fine.solution.report else ""
     other = "reduced" if taken == "planar" else "auto"
     setting = Setting(integrator=second, projection_tolerance=ROUND_OFF, formulation=other)
@@ -207,17 +207,6 @@ def _tight(
         if taken - started + 2.0 * (taken - begun) > seconds:
             return replace(best, out_of_time=tolerance != tolerances[-1])
     return best
-
-
-def _refuse_unseen(mechanism: Mechanism, solution: Solution) -> None:
-    """Raises InputError where bodies move, but no point at which errors are measured: all settings would be exact."""
-    span, least = float(np.ptp(solution.times)), THRESHOLDS.dependent * mechanism.system.length
-    moved = np.ptp(solution.position, axis=0).max(initial=0.0) + span * np.abs(solution.velocity).max(initial=0.0)
-    at_rest = 0.5 * float(np.sum(mechanism.system.mass)) * (least / span) ** 2
-    if moved < least and solution.kinetic_energy.max(initial=0.0) > at_rest:
-        what = "markers" if mechanism.kind == "markers" else "centres of mass of the bodies"
-        message = f"errors are measured at the {what}, and none of these moves although bodies turn"
-        raise InputError(Problem(message, hint="put a marker on what turns, off its axis"))
 
 
 def _limit(solutions: Sequence[_Fine], seconds: float) -> str:

@@ -13,6 +13,7 @@ from mbproj.integrate.outcome.report import EnergyAccount, Worst
 from mbproj.scene.records import ProjectionSettings, Scene, Settings
 from mbproj.studies.measure.mechanism import Mechanism
 from mbproj.studies.measure.setting import Setting
+from mbproj.thresholds import THRESHOLDS
 
 #: Numbers of each marker or body.
 _PLACES = {
@@ -80,6 +81,21 @@ class Solution:
 
 #: What a solution consists of, for the store.
 SOLUTION_RECORDS = (Solution, Failure, Setting, Report, EnergyAccount, Worst, Settings, ProjectionSettings)
+
+
+#: What to do about points that do not move.
+OFF_AXIS = "put a marker on what turns, off its axis"
+
+
+def unseen(mechanism: Mechanism, solution: Solution) -> str:
+    """Why a solution says nothing of errors: bodies move, but none of the points at which errors are measured."""
+    span, least = float(np.ptp(solution.times)), THRESHOLDS.dependent * mechanism.system.length
+    moved = np.ptp(solution.position, axis=0).max(initial=0.0) + span * np.abs(solution.velocity).max(initial=0.0)
+    at_rest = 0.5 * float(np.sum(mechanism.system.mass)) * (least / span) ** 2
+    if not moved < least or not solution.kinetic_energy.max(initial=0.0) > at_rest:
+        return ""
+    what = "markers" if mechanism.kind == "markers" else "centres of mass of the bodies"
+    return f"errors are measured at the {what}, and none of these moves although bodies turn"
 
 
 def sample_times(until: float, samples: int) -> Array:
