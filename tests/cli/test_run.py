@@ -249,6 +249,7 @@ def test_an_interruption_that_python_cannot_raise_ends_the_command(tmp_path):
             del kept
             print("went on")
         main.__globals__["mbproj"].main = command
+        signal.signal(signal.SIGINT, signal.default_int_handler)  # Python has none where its parent ignores SIGINT
         main()
     """
     command = [sys.executable, "-c", textwrap.dedent(program)]
