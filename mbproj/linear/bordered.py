@@ -168,7 +168,7 @@ def _pseudoinverse(metric: Bordered | Proximal, N: Array, lengths: Array) -> Lin
 def _too_free(freedom: int) -> InputError:
     said = f"this is done by dense matrices, for up to {THRESHOLDS.dense_freedom} degrees of freedom"
     hint = "`mbproj modes` and `mbproj equilibrium` know more at rest, `mbproj run` moving; or take fewer bodies"
-    return InputError(Problem(f"{said}, and this mechanism has {freedom}", hint=hint))
+    return InputError(Problem(f"{said}, and this mechanism has {freedom}", key=("bodies",), hint=hint))
 
 
 def is_definite(system: System, A: csr_matrix, G: Rows) -> bool:

@@ -15,11 +15,11 @@ class Linear:
     )
     dense_modes: int = threshold(150, "bodies", "numpy", "modes of more are found by sparse matrices", "seconds")
     dense_freedom: int = threshold(
-        1000,
+        1200,
         "degrees of freedom",
         "numpy",
         "linear models, steady turns, modes that need dense matrices have no more",
-        "a minute or two",
+        "some minutes",
     )
     dense_equilibria: int = threshold(
         20, "bodies", "numpy", "the rest of more is found by sparse matrices", "the quicker"
