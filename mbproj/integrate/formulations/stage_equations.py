@@ -98,6 +98,14 @@ class StepStages:
 
         return Stages(k, multipliers, found[-1].nearness, evaluations, filtered)
 
+    def beside(self, t: float, y: Array, g: float, slope: Array) -> Accelerations:
+        """What belongs to a state beside the step, whose slope is known but for a change by Newton's method, from the
+        known part of y = known + g y'."""
+        times, states = np.array([t]), y[np.newaxis]
+        terms, stiff = [self.formulation.terms(t, y)], self._stiff_at(times, states)
+        _, (found,) = self._changed(times, terms, stiff, np.array([[g]]), states, slope[np.newaxis])
+        return found
+
     def _stiff_at(self, times: Array, y: Array) -> _Stiff:
         """The forces that are stiff for the step at its stages: those of the first that are, at all."""
         found: list[StiffForces] = []

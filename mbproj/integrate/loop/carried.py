@@ -54,7 +54,9 @@ def point_within(
     """The point at y within a step."""
     if not isinstance(stepper, ImplicitRungeKutta):
         return point_at(formulation, y, coordinate, turning)
-    found = _of_slope(formulation, *stepper.within(step, (turning.t - step.t) / step.h), step.nearness)
+    slope = stepper.within(step, (turning.t - step.t) / step.h)
+    stages = StageEquations(formulation).of_step(step.t, step.y, step.h)
+    found = stages.beside(turning.t, y, step.h * stepper.tableau.gamma, slope)
     return Point(turning.t, y, found, coordinate, turning)
 
 

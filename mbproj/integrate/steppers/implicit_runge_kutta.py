@@ -3,8 +3,8 @@
 Accelerations and multipliers are the unknowns of the stages, which meet the constraints at the level of accelerations.
 The first stage is the slope that the last step has left: evaluating it anew at the projected state would turn the
 projection's correction of the positions into a force, as many times larger as stiff forces are stiff. For the same
-reason a point takes its accelerations and multipliers from the last stage, and the extension between two points from
-all of them.
+reason a point takes its accelerations and multipliers from the last stage; between two points they follow from the
+slope of the extension by one more step of Newton's method.
 """
 
 from __future__ import annotations
@@ -87,10 +87,9 @@ class ImplicitRungeKutta:
         for stage in np.flatnonzero(b):
             yield float(b[stage]), step.y + step.h * (a[stage] @ step.k)
 
-    def within(self, step: Step, theta: float) -> tuple[Array, Array]:
-        """The slope (N,) and the multipliers (m,) at t + θh: the derivatives of the extension and of λ's integral."""
+    def within(self, step: Step, theta: float) -> Array:
+        """The slope (N,) at t + θh: the derivative of the extension."""
         dense = self.tableau.dense
         powers = np.arange(1, dense.shape[1] + 1)
         weights = dense @ (powers * theta ** (powers - 1))
-        assert step.multipliers is not None
-        return weights @ step.k, weights @ step.multipliers
+        return np.asarray(weights @ step.k)

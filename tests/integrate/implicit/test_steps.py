@@ -131,13 +131,27 @@ def test_a_massless_body():
 @pytest.mark.parametrize("integrator", IMPLICIT)
 def test_samples_within_a_step(integrator):
     """By the continuous extension: closed, and at a tolerance of 1e-6 as near to the reference as the steps are; so are
-    accelerations and multipliers, which come from the stages, with a power of h less."""
+    accelerations and multipliers, with a power of h less."""
     found, report = run(
         read_scene_text(SPINNING), duration=0.1, tolerance=1e-6, integrator=integrator, output_step=0.02
     )
     assert report.counters["steps"] < 20
     assert off(found, spinning(), "q") < 1e-6
     assert off(found, spinning(), "acceleration") < 1e-3
+
+
+@pytest.mark.parametrize("integrator", IMPLICIT)
+def test_forces_within_a_long_step_are_those_of_their_time(integrator):
+    """What bears a load that swings while nothing moves: steps see nothing of it, samples within them do."""
+    scene = read_scene_text(
+        "mbproj: 1\ngravity: [0, 0, 0]\nbodies: {block: {mass: 1, inertia: [1, 1, 1], position: [0, 0, 0]}}\n"
+        "joints: {pin: {type: revolute, bodies: [ground, block], location: [0, 0, 0], axis: [1, 0, 0]}}\n"
+        "forces: {load: {type: force, body: block, location: [0, 0, 0], force: [8*sin(3*t), 0, 0]}}\n"
+    )
+    found, report = run(scene, duration=2, tolerance=1e-6, integrator=integrator, output_step=0.02)
+    assert report.counters["steps"] < 20
+    borne = np.abs(of(found, "multipliers")).max(axis=1)
+    np.testing.assert_allclose(borne, np.abs(8.0 * np.sin(3.0 * of(found, "t"))), atol=1e-12)
 
 
 def test_what_does_not_converge_is_named():
