@@ -3,7 +3,7 @@ frictions that stick hold rows of C; compliant stops that push and frictions tha
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import field, fields, replace
 
 import numpy as np
@@ -58,6 +58,33 @@ class Contacts:
     def rows(self) -> int:
         """How many rows of C they hold."""
         return len(self.held) + len(self.stuck)
+
+
+def walls(system: System, contacts: Contacts) -> dict[int, int]:
+    """The held stops at which a friction along their own coordinate sticks, with that friction: their one row bears
+    what both do, and the friction is `bearing` no part by itself."""
+    stops, frictions = system.stops, system.frictions
+    if stops is None or frictions is None:
+        return {}
+    return {
+        k: j
+        for k in contacts.held
+        for j, part in contacts.bearing.items()
+        if part == 0.0 and 0 <= stops.joint_coordinate[k] == frictions.joint_coordinate[j]
+    }
+
+
+def at_walls(system: System, contacts: Contacts, closed: Iterable[int]) -> Contacts:
+    """The same where what sticks alone along the coordinate of a closed stop is held there by both."""
+    stops, frictions = system.stops, system.frictions
+    if stops is None or frictions is None or contacts.shares:
+        return contacts
+    along = stops.joint_coordinate
+    rub = {k: [j for j in range(frictions.size) if 0 <= along[k] == frictions.joint_coordinate[j]] for k in closed}
+    found = {k: own[0] for k, own in rub.items() if len(own) == 1 and own[0] not in contacts.sliding}
+    stuck = {j: at for j, at in contacts.stuck.items() if j not in found.values()}
+    bearing = {**contacts.bearing, **dict.fromkeys(found.values(), 0.0)}
+    return replace(contacts, held=tuple(sorted({*contacts.held, *found})), stuck=stuck, bearing=bearing)
 
 
 def in_contact(system: System, contacts: Contacts) -> System:

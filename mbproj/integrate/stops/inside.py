@@ -20,7 +20,7 @@ from mbproj.integrate.outcome.marks import Mark
 from mbproj.integrate.stops.rubbing import friction_sizes
 from mbproj.integrate.stops.variants import Variants
 from mbproj.integrate.stops.watching import Meaning
-from mbproj.model.contacts import Contacts
+from mbproj.model.contacts import Contacts, at_walls, walls
 from mbproj.model.system import System
 from mbproj.registry import implicit_integrators
 from mbproj.scene.records import Settings
@@ -48,11 +48,12 @@ def is_of_the_march(mark: Mark, system: System, contacts: Contacts) -> bool:
 
 
 def _is_simple(system: System, contacts: Contacts) -> bool:
-    """Whether stops and frictions share no load, and each friction slides or sticks by itself, so that the kernel's
-    loop knows these contacts."""
-    frictions = len(contacts.sliding) + len(contacts.stuck)
-    alone = Contacts(contacts.held, sliding=contacts.sliding, stuck=contacts.stuck)
-    return contacts == alone and frictions == len(system.names.frictions)
+    """Whether stops and frictions share no load but at walls, and each friction slides or sticks by itself, so that the
+    kernel's loop knows these contacts."""
+    frictions = len(contacts.sliding) + len(contacts.stuck) + len(contacts.bearing)
+    alone = Contacts(contacts.held, sliding=contacts.sliding, stuck=contacts.stuck, bearing=contacts.bearing)
+    at_walls = set(walls(system, contacts).values()) == {*contacts.bearing}
+    return contacts == alone and at_walls and frictions == len(system.names.frictions)
 
 
 class Standing(Protocol):
@@ -61,6 +62,7 @@ class Standing(Protocol):
     system: System
     variants: Variants
     contacts: Contacts
+    shared: tuple[str, ...]
     whole: Leg
     meets_inside: bool
 
@@ -76,7 +78,10 @@ def inside_of(at: Standing) -> Inside | None:
     contacts = at.contacts
     known = {name: getattr(at, name) for name in KNOWN}
     known |= {"held": list(contacts.held), "lost": 0.0, "work": 0.0, "events": 0}
-    known |= {"sliding": list(contacts.sliding.items()), "stuck": list(contacts.stuck.items())}
+    stuck = [*contacts.stuck.items()]
+    if at.system.stops is not None:
+        stuck += [(j, float(at.system.stops.bound[k])) for k, j in walls(at.system, contacts).items()]
+    known |= {"sliding": list(contacts.sliding.items()), "stuck": stuck}
     return Inside(at.system, at.variants, THRESHOLDS.look_spacing * at.whole.interval, known)
 
 
@@ -120,7 +125,13 @@ class Inside:
     def tell(self, at: Standing) -> None:
         """The march knows where the kernel's loop has left the contacts."""
         state = self.state
-        at.contacts = Contacts(tuple(sorted(state["held"])), sliding=dict(state["sliding"]), stuck=dict(state["stuck"]))
+        held, stuck = tuple(sorted(state["held"])), dict(state["stuck"])
+        at.contacts = at_walls(self.system, Contacts(held, sliding=dict(state["sliding"]), stuck=stuck), held)
+        both = walls(self.system, at.contacts)
+        at.shared = (
+            *(self._name(k) for k in both),
+            *(self._name(len(self.system.names.stops) + j) for j in sorted(both.values())),
+        )
         for name in KNOWN:
             setattr(at, name, self.state[name])
 

@@ -23,7 +23,7 @@ from mbproj.integrate.stops.failures import creates_energy, driven_into, struck_
 from mbproj.integrate.stops.rubbing import at_exact_rest, at_rest, happened, rubbed, rubbing_of
 from mbproj.integrate.stops.sharing import decided
 from mbproj.integrate.stops.watching import Met
-from mbproj.model.contacts import Contacts, in_contact
+from mbproj.model.contacts import Contacts, at_walls, in_contact
 from mbproj.model.stops import Stops
 from mbproj.model.system import System
 from mbproj.thresholds import THRESHOLDS
@@ -177,7 +177,7 @@ def _with_friction(
         straight=found.straight,
         starting=found.starting,
     )
-    return state, after, found.push
+    return state, at_walls(bare, after, np.flatnonzero(staying).tolist()), found.push
 
 
 def _compliant(

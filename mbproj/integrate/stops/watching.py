@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from typing import Any
 
 import numpy as np
 
@@ -11,7 +12,7 @@ from mbproj.dynamics.contact.inside import stop_sizes
 from mbproj.integrate.events.halts import Watched, WatchedGap, WatchedRow
 from mbproj.integrate.stops.rubbing import friction_sizes
 from mbproj.integrate.stops.variants import Variant
-from mbproj.model.contacts import Contacts, bearing_numbers, push_numbers
+from mbproj.model.contacts import Contacts, bearing_numbers, push_numbers, walls
 from mbproj.model.system import System
 from mbproj.thresholds import THRESHOLDS
 
@@ -122,9 +123,13 @@ def _rows_of_stops(variant: Variant, push: float) -> Iterator[tuple[WatchedRow, 
     first = variant.system.joints.size - contacts.rows
     slack = max(THRESHOLDS.contact_pulls * push, float(np.finfo(float).tiny))
     numbers = push_numbers(variant.free, contacts)
+    rub = walls(variant.system, contacts)
     for at, k in enumerate(contacts.held):
-        if k not in contacts.shares:
-            yield WatchedRow(first + at, -float(stops.side[k]), slack), Meaning(stop=k, released=True)
+        row, meaning = WatchedRow(first + at, -float(stops.side[k]), slack), Meaning(stop=k, released=True)
+        if k in rub:
+            yield row._replace(**_bound(variant, rub[k])), meaning
+        elif k not in contacts.shares:
+            yield row, meaning
     for k in contacts.shares:
         row = WatchedRow(first, 0.0, slack, part=-1.0 if k in contacts.idle else 1.0, bearing=numbers[k])
         yield row, Meaning(stop=k)
@@ -135,16 +140,22 @@ def _rows_of_frictions(variant: Variant) -> Iterator[tuple[WatchedRow, Meaning]]
     if frictions is None:
         return
     first, order = variant.system.joints.size - len(contacts.stuck), list(contacts.stuck)
-    numbers = bearing_numbers(variant.free, frictions, contacts)
     for at, k in enumerate(order):
-        static, bearing, partner = float(frictions.static[k]), numbers[k], int(frictions.partner[k])
-        static *= float(np.sqrt(1.0 - contacts.bearing.get(partner, 0.0) ** 2))
-        bound, part = (static, 0.0) if bearing < 0 else (0.0, static)
-        slack = THRESHOLDS.contact_pulls * static if bearing < 0 else np.finfo(float).tiny
-        row = WatchedRow(first + at, 1.0, slack, bound, part, bearing)
+        partner, row = int(frictions.partner[k]), WatchedRow(first + at, 1.0, **_bound(variant, k))
         if partner in contacts.stuck:
             if partner > k:
                 yield row._replace(other=first + order.index(partner)), Meaning(friction=k)
             continue
         for sign in (1.0, -1.0):
             yield row._replace(sign=sign), Meaning(friction=k)
+
+
+def _bound(variant: Variant, k: int) -> dict[str, Any]:
+    """How hard a friction can hold at rest, as a watched row has it."""
+    frictions, contacts = variant.system.frictions, variant.contacts
+    assert frictions is not None
+    static, bearing = float(frictions.static[k]), bearing_numbers(variant.free, frictions, contacts)[k]
+    static *= float(np.sqrt(1.0 - contacts.bearing.get(int(frictions.partner[k]), 0.0) ** 2))
+    bound, part = (static, 0.0) if bearing < 0 else (0.0, static)
+    slack = THRESHOLDS.contact_pulls * static if bearing < 0 else float(np.finfo(float).tiny)
+    return {"slack": slack, "bound": bound, "part": part, "bearing": bearing}

@@ -18,7 +18,7 @@ from mbproj.dynamics.observe.bearings import load, supports
 from mbproj.dynamics.observe.samples import Samples
 from mbproj.integrate.stops.rubbing import sliding_forces
 from mbproj.integrate.stops.variants import Variant
-from mbproj.model.contacts import Contacts, bearing_numbers, friction_laws
+from mbproj.model.contacts import Contacts, bearing_numbers, friction_laws, walls
 from mbproj.model.frictions import Frictions
 from mbproj.model.stops import Stops
 from mbproj.model.system import System
@@ -37,7 +37,7 @@ def of_the_whole(variant: Variant, samples: Samples) -> Samples:
         press = np.zeros((len(samples.t), 0)) if stops is None else _pressing(variant, stops, samples, own)
         if frictions is None:
             return press, *np.zeros((2, len(samples.t), 0))
-        force, slides = _rubbing(variant, frictions, samples, own)
+        force, slides = _rubbing(variant, frictions, samples, own, press)
         least = (press, force) if stops is None else least_shares(variant, stops, frictions, samples, press, force)
         return *least, slides
 
@@ -62,8 +62,11 @@ def _pressing(variant: Variant, stops: Stops, samples: Samples, own: Integers) -
     return np.asarray(found)
 
 
-def _rubbing(variant: Variant, frictions: Frictions, samples: Samples, own: Integers) -> tuple[Array, Array]:
-    """The force of each friction along its coordinate, and where it slides to, 0 while it sticks, (T, K) each."""
+def _rubbing(
+    variant: Variant, frictions: Frictions, samples: Samples, own: Integers, press: Array
+) -> tuple[Array, Array]:
+    """The force of each friction along its coordinate, and where it slides to, 0 while it sticks, (T, K) each. What
+    sticks at a wall takes half of its push in `press` (T, S), or all that it can, off."""
     system, contacts, pose = variant.system, variant.contacts, pose_of(samples.q)
     rate = np.asarray(set_velocity(frictions.coordinates, pose, twist_of(pose, samples.v)))
     loads, numbers = np.ones_like(rate), np.array(bearing_numbers(variant.free, frictions, contacts))
@@ -78,6 +81,12 @@ def _rubbing(variant: Variant, frictions: Frictions, samples: Samples, own: Inte
     force = -slides * sliding_forces(frictions, speed) * loads
     for k, part in contacts.bearing.items():
         force[:, k] = part * frictions.static[k] * loads[:, k]
+    for stop, k in walls(system, contacts).items():
+        assert system.stops is not None
+        together = press[:, stop]
+        taken = np.where(together > 0.0, np.minimum(0.5 * together, frictions.static[k] * loads[:, k]), together)
+        force[:, k] = system.stops.side[stop] * taken
+        press[:, stop] -= taken
     force[:, list(contacts.stuck)] = -samples.multipliers[:, own[len(contacts.held) :]]
     return force, slides
 

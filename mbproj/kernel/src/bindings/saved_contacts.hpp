@@ -75,8 +75,8 @@ template <int D> void begin_contacts(TimeLoop<D>& run,
 
 // What was recorded of contacts since the last call.
 template <int D> auto take_contact_events(TimeLoop<D>& run) {
-    constexpr const char* names[] = {"impact", "push of an impact", "rest", "contact", "release", "slip", "stick",
-                                     "turn"};
+    constexpr const char* names[] = {
+        "impact", "push of an impact", "rest", "contact", "release", "slip", "stick", "turn", "shared"};
     std::vector<std::tuple<double, int, std::string, int, double, double>> found;
     for (const ContactEvent& each : run.stops().policy().take_events())
         found.emplace_back(each.t, each.stop, names[static_cast<int>(each.what)], each.direction, each.impulse,

@@ -17,7 +17,9 @@ public:
 
     void begin(std::vector<StopLaw> laws, std::vector<FrictionLaw> frictions, ContactState state) {
         laws_ = std::move(laws);
-        friction_.begin(std::move(frictions), static_cast<int>(laws_.size()));
+        std::vector<double> sides;
+        for (const StopLaw& law : laws_) sides.push_back(law.side);
+        friction_.begin(std::move(frictions), std::move(sides));
         resume(std::move(state));
     }
     void resume(ContactState state) {
@@ -28,6 +30,12 @@ public:
     const ContactState& state() const { return state_; }
     std::size_t stops() const { return laws_.size(); }
     std::vector<ContactEvent> take_events() { return std::exchange(events_, {}); }
+    // The force along each coordinate of stops and frictions, of the last multipliers.
+    std::vector<double> forces(const std::vector<double>& lambda) const {
+        std::vector<double> found(lambda.begin() + model_.all_rows(), lambda.end());
+        friction_.walls().share(state_, lambda, found);
+        return found;
+    }
 
     // What ends the contacts as they are.
     void watch(StopWatch<D>& watch, double spacing) const {
@@ -35,10 +43,10 @@ public:
         std::vector<WatchedRow> rows;
         const double slack = std::max(thresholds_.contact_pulls * state_.push, std::numeric_limits<double>::min());
         for (int k = 0; k < static_cast<int>(laws_.size()); ++k)
-            if (holds(k))
-                rows.push_back({model_.all_rows() + k, 1.0, slack, 0.0, 0.0, -1, -1});
-            else
+            if (!holds(k))
                 gaps.push_back({k, laws_[k].side, laws_[k].slack, false, -1, 0.0});
+            else if (!friction_.walls().has(state_, k))
+                rows.push_back({model_.all_rows() + k, 1.0, slack, 0.0, 0.0, -1, -1});
         friction_.watch(state_, gaps, rows);
         watch.watch(std::move(gaps), std::move(rows), spacing);
     }
@@ -127,7 +135,8 @@ private:
         next.push = count ? push.maxCoeff() : 0.0;
         for (Eigen::Index i = 0; i < count; ++i) {
             const bool again = next.met_often > 1 && !released && stop_[i] == stop && staying[i];
-            if (push[i] > 0.0 || again) next.held.push_back(stop_[i]);
+            const bool wall = staying[i] && friction_.walls().has(next, stop_[i]);
+            if (push[i] > 0.0 || again || wall) next.held.push_back(stop_[i]);
         }
         record(t, next.held, rests, events);
         friction_.record(t, state_, next, events);

@@ -26,7 +26,7 @@ struct FrictionLaw {
     }
 };
 
-enum class Happening : int { impact, push, rest, contact, release, slip, stick, turn };
+enum class Happening : int { impact, push, rest, contact, release, slip, stick, turn, shared };
 
 // What is recorded: when, which stop, or after all stops which friction, what, where to; of an impact the impulse and the energy that it takes.
 struct ContactEvent {
@@ -41,7 +41,8 @@ using Numbered = std::vector<std::pair<int, double>>;
 
 // What the next step depends on: the stops that hold, how hard they push at most, the fastest motion so far, when something was met
 // last and how often then; what impacts have lost and motions have worked in no time; how many events were recorded;
-// the frictions that slide, and where to, and those that stick, and at which value.
+// the frictions that slide, and where to, and those that stick, and at which value. Where one sticks at a stop that holds, along
+// one coordinate, both are one row.
 struct ContactState {
     std::vector<int> held;
     double push = 0.0, fastest = 0.0, met_at = -std::numeric_limits<double>::infinity();

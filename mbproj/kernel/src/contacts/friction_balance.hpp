@@ -1,9 +1,11 @@
 // What holds and what slides from one state on, of stops that touch and of dry frictions at joints: as much sticks as can. Rows of
-// stops and of frictions at rest are independent. The reference is mbproj.dynamics.friction.balance.
+// stops and of frictions at rest are independent; a stop and a friction at rest along one coordinate are one row, that of the
+// friction. The reference is mbproj.dynamics.friction.balance.
 #pragma once
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <vector>
 
 #include <Eigen/Core>
@@ -20,7 +22,8 @@ struct FrictionBalance {
     Eigen::Index stops;
     Eigen::MatrixXd B;
     Vector b, fixed, sliding, direction;
-    std::vector<bool> able;  // of each row, whether something can move along it
+    std::vector<bool> able;      // of each row, whether something can move along it
+    std::vector<bool> up, down;  // of each friction, whether a stop can push that way along its row
 
     bool rests(Eigen::Index k) const { return direction[k] == 0.0; }
 
@@ -38,10 +41,10 @@ struct FrictionBalance {
             const double none = thresholds.no_push * b.cwiseAbs().maxCoeff();
             Vector slips = Vector::Zero(count);
             for (Eigen::Index k = 0; k < count; ++k) {
-                const double force = y[stops + k], bound = fixed[k] * load[k], own = a[stops + k];
+                const double force = y[stops + k], own = a[stops + k];
+                const double bound = (1.0 - thresholds.slips) * fixed[k] * load[k];
                 const bool moves = able[static_cast<std::size_t>(stops + k)];
-                const bool holds =
-                    rests(k) && moves && bound > 0.0 && std::abs(force) < (1.0 - thresholds.slips) * bound;
+                const bool holds = rests(k) && moves && least(k, bound) < force && force < most(k, bound);
                 stuck[static_cast<std::size_t>(k)] = holds;
                 if (!rests(k) || holds) continue;
                 const double way = (moves && std::abs(own) <= none && force != 0.0) ? -force : own;
@@ -56,6 +59,15 @@ struct FrictionBalance {
 
 private:
     static constexpr int most_rounds = 20000;
+    using Limits = std::numeric_limits<double>;
+
+    // What friction up to a bound and stops can do along a friction's row.
+    double least(Eigen::Index k, double bound) const {
+        return down[static_cast<std::size_t>(k)] ? -Limits::infinity() : -bound;
+    }
+    double most(Eigen::Index k, double bound) const {
+        return up[static_cast<std::size_t>(k)] ? Limits::infinity() : bound;
+    }
 
     // y where frictions at rest hold if they can all, and else up to their static force.
     template <class Loads> bool forces(const Loads& loads, const Thresholds& thresholds, Vector& y) const {
@@ -63,8 +75,10 @@ private:
         if (!relaxed(loads, thresholds, false, y)) return relaxed(loads, thresholds, true, y);
         loads(y, load);
         bool beyond = false;
-        for (Eigen::Index k = 0; k < fixed.size(); ++k)
-            beyond = beyond || (rests(k) && std::abs(y[stops + k]) > fixed[k] * load[k]);
+        for (Eigen::Index k = 0; k < fixed.size(); ++k) {
+            const double force = y[stops + k], bound = fixed[k] * load[k];
+            beyond = beyond || (rests(k) && (force < least(k, bound) || force > most(k, bound)));
+        }
         return !beyond || relaxed(loads, thresholds, true, y);
     }
 
@@ -91,7 +105,8 @@ private:
                 else if (!rests(k))
                     take(i, -direction[k] * sliding[k] * load[k]);
                 else
-                    take(i, bounded ? std::clamp(wanted, -fixed[k] * load[k], fixed[k] * load[k]) : wanted);
+                    take(i, bounded ? std::clamp(wanted, least(k, fixed[k] * load[k]), most(k, fixed[k] * load[k]))
+                                    : wanted);
             }
             loads(y, after);
             const double moved = ((y - before).array() * sizes.array()).abs().maxCoeff();

@@ -1,10 +1,12 @@
 // Dry friction at joints: which sticks and which slides, and what ends that. One that sticks holds a row of the border, one that
-// slides is a law, of which the part 1 or -1 counts. The reference is mbproj.integrate.stops.rubbing.
+// slides is a law, of which the part 1 or -1 counts. What sticks at a stop along its own coordinate, a wall, is held by both: their
+// one row may push away from the wall as hard as it has to. The reference is mbproj.integrate.stops.rubbing.
 #pragma once
 
 #include "contacts/contact_state.hpp"
 #include "contacts/friction_balance.hpp"
 #include "contacts/stop_watch.hpp"
+#include "contacts/walls.hpp"
 #include "contacts/whole_motion.hpp"
 
 namespace mbproj {
@@ -15,15 +17,17 @@ public:
 
     explicit JointFriction(EquationsOfMotion<D>& equations)
         : equations_(equations), model_(equations.model()), thresholds_(model_.thresholds), border_(model_),
-          lambda_(model_.all_multipliers()) {}
+          walls_(equations), lambda_(model_.all_multipliers()) {}
 
-    // The frictions come after so many stops.
-    void begin(std::vector<FrictionLaw> laws, int stops) {
+    // The frictions come after the stops, which have these sides.
+    void begin(std::vector<FrictionLaw> laws, std::vector<double> sides) {
         laws_ = std::move(laws);
-        stops_ = stops;
+        stops_ = static_cast<int>(sides.size());
+        walls_.begin(std::move(sides), laws_);
         if (any()) equations_.applied().part.assign(model_.loads->laws.size(), 1.0);
     }
     bool any() const { return !laws_.empty(); }
+    const Walls<D>& walls() const { return walls_; }
 
     // From now on frictions do what this state says, and these rows hold too.
     void hold(const ContactState& state, std::vector<ContactRow> rows) {
@@ -33,6 +37,7 @@ public:
             equations_.applied().part[laws_[k].law] = way;
             slides.push_back({stops_ + k, laws_[k].law});
         }
+        walls_.remove(state, rows);
         for (const auto& [k, at] : state.stuck) rows.push_back({stops_ + k, 1.0, at});
         equations_.hold_contacts(std::move(rows), std::move(slides));
     }
@@ -51,9 +56,10 @@ public:
             const FrictionLaw& law = laws_[k];
             const bool loaded = law.bearing >= 0;
             for (const double sign : {1.0, -1.0})
-                rows.push_back({model_.all_rows() + stops_ + k, sign,
-                                loaded ? Limits::min() : thresholds_.contact_pulls * law.fixed, loaded ? 0.0 : law.fixed,
-                                loaded ? law.fixed : 0.0, law.bearing, -1});
+                if (!walls_.any(state, k, -sign))
+                    rows.push_back({model_.all_rows() + stops_ + k, sign,
+                                    loaded ? Limits::min() : thresholds_.contact_pulls * law.fixed,
+                                    loaded ? 0.0 : law.fixed, loaded ? law.fixed : 0.0, law.bearing, -1});
         }
     }
 
@@ -62,6 +68,8 @@ public:
     // at rest. False where that is not for this class.
     bool settle(double t, Vector& y, const std::vector<long>& turns, std::vector<ContactRow> stops, int met, bool known,
                 ContactState& next, Vector& push) {
+        const std::vector<ContactRow> closed = stops;
+        touching_ = walls_.take_from(stops);
         const auto first = static_cast<Eigen::Index>(stops.size()), count = static_cast<Eigen::Index>(laws_.size());
         for (Eigen::Index k = 0; k < count; ++k) stops.push_back({stops_ + static_cast<int>(k), 1.0, 0.0});
         border_.hold(std::move(stops));
@@ -72,20 +80,31 @@ public:
         border_.rates(equations_.motion(), rate);
         rest(rate.tail(count), met, known, next, rests);
         if (!are_independent(first, rests) || !stop_all(y, first, next.fastest, rate)) return false;
-        FrictionBalance balance{first, border_.operator_of_rows(), {}, Vector(count), Vector(count), Vector(count), {}};
+        FrictionBalance balance{
+            first, border_.operator_of_rows(), {}, Vector(count), Vector(count), Vector(count), {}, {}, {}};
         for (Eigen::Index i = 0; i < first + count; ++i) balance.able.push_back(border_.moves(i));
         for (Eigen::Index k = 0; k < count; ++k) {
             const double speed = rests[k] != 0.0 ? 0.0 : rate[first + k];
             balance.direction[k] = speed > 0.0 ? 1.0 : speed < 0.0 ? -1.0 : 0.0;
             balance.sliding[k] = laws_[k].at(speed);
             balance.fixed[k] = laws_[k].fixed;
+            balance.up.push_back(Walls<D>::push(touching_[k], 1.0));
+            balance.down.push_back(Walls<D>::push(touching_[k], -1.0));
         }
         if (!accelerations(y, balance.b) || (first == 0 && rests.isZero(0.0) && !is_bounded(balance))) return false;
         Vector forces;
         std::vector<bool> stuck;
         const auto loads = [this](const Vector& along, Vector& found) { see_loads(along, found); };
         if (!balance.decide(loads, thresholds_, forces, stuck)) return false;
-        push = forces.head(first);
+        Vector load;
+        loads(forces, load);
+        push.resize(static_cast<Eigen::Index>(closed.size()));
+        Eigen::Index own = 0;
+        for (std::size_t i = 0; i < closed.size(); ++i) {
+            const int k = walls_.along(closed[i].coordinate);
+            const double force = k < 0 ? forces[own++] : closed[i].sign * forces[first + k];
+            push[static_cast<Eigen::Index>(i)] = k < 0 ? force : Walls<D>::push_of(force, laws_[k].fixed * load[k]);
+        }
         take(balance.direction, stuck, turns, known, next);
         return true;
     }
@@ -101,6 +120,7 @@ public:
             else if (was * now < 0.0)
                 events.push_back({t, stops_ + k, Happening::turn, static_cast<int>(now), 0.0, 0.0});
         }
+        walls_.record(t, before, after, events);
     }
 
 private:
@@ -111,7 +131,6 @@ private:
             if (number == k) return found;
         return none;
     }
-
     // Which do not slide: those that are known to stick, those that are no faster than round-off or than what was met at rest.
     void rest(const Vector& rate, int met, bool known, const ContactState& state, Vector& rests) const {
         rests = Vector::Zero(rate.size());
@@ -120,6 +139,8 @@ private:
         for (Eigen::Index k = 0; k < rate.size(); ++k) rests[k] = std::abs(rate[k]) <= slow * laws_[k].size ? 1.0 : 0.0;
         for (const auto& [k, at] : state.stuck)
             if (known) rests[k] = 1.0;
+        for (std::size_t k = 0; k < touching_.size(); ++k)
+            if (!touching_[k].empty()) rests[static_cast<Eigen::Index>(k)] = 1.0;
     }
 
     // Whether rows of the stops and of frictions at rest along which something moves do not depend on each other.
@@ -209,7 +230,8 @@ private:
             const Coordinate<D> along(model_.stops.coordinates, stops_ + k, equations_.pose());
             const bool turned = coordinate >= 0 && along.p.kind == Kind::angle;
             const double whole = turned ? 2.0 * M_PI * static_cast<double>(turns[coordinate]) : 0.0;
-            next.stuck.emplace_back(k, value(before, k, along.value() + whole));
+            next.stuck.emplace_back(k, touching_[k].empty() ? value(before, k, along.value() + whole)
+                                                            : touching_[k].front().at);
         }
     }
 
@@ -218,6 +240,8 @@ private:
     const Thresholds& thresholds_;
     ContactBorder<D> border_;  // of stops that touch, and of all frictions
     std::vector<FrictionLaw> laws_;
+    Walls<D> walls_;
+    std::vector<std::vector<ContactRow>> touching_;  // walls of each friction
     int stops_ = 0;
     std::vector<double> lambda_;
     Vector slope_;

@@ -101,9 +101,9 @@ public:
 
     void record(SampleBlock& block, const std::vector<double>& lambda) const {
         const ContactState& state = policy_.state();
-        const auto first = lambda.begin() + equations_.model().all_rows();
-        block.pushes.insert(block.pushes.end(), first, lambda.end());
-        std::vector<long> held(static_cast<std::size_t>(lambda.end() - first));
+        const std::vector<double> forces = policy_.forces(lambda);
+        block.pushes.insert(block.pushes.end(), forces.begin(), forces.end());
+        std::vector<long> held(forces.size());
         for (const int k : state.held) held[k] = 1;
         const std::size_t stops = policy_.stops();
         for (const auto& [k, way] : state.sliding) held[stops + k] = way > 0.0 ? 1 : -1;

@@ -1,0 +1,109 @@
+// Rigid stops along whose coordinates dry friction at joints acts: what sticks at such a wall is held by both, along one row. How they
+// share its force is at will; of all shares the smallest is told.
+#pragma once
+
+#include "contacts/contact_state.hpp"
+#include "dynamics/equations_of_motion.hpp"
+#include "kinematics/bearings.hpp"
+
+namespace mbproj {
+
+template <int D> class Walls final {
+public:
+    explicit Walls(const EquationsOfMotion<D>& equations) : equations_(equations), model_(equations.model()) {}
+
+    // The stops have these sides, and the frictions with these laws come after them.
+    void begin(std::vector<double> sides, std::vector<FrictionLaw> laws) {
+        sides_ = std::move(sides), laws_ = std::move(laws);
+    }
+
+    // The first friction along a stop's coordinate, or -1.
+    int along(int stop) const {
+        for (int k = 0; k < static_cast<int>(laws_.size()); ++k)
+            if (is_along(stop, k)) return k;
+        return -1;
+    }
+    // Whether a friction sticks at this stop, if it holds.
+    bool has(const ContactState& state, int stop) const {
+        return std::any_of(state.stuck.begin(), state.stuck.end(),
+                           [&](const auto& each) { return is_along(stop, each.first); });
+    }
+    // Whether a friction sticks at a wall on this side.
+    bool any(const ContactState& state, int friction, double side) const {
+        return std::any_of(state.held.begin(), state.held.end(),
+                           [&](int stop) { return is_along(stop, friction) && sides_[stop] == side; });
+    }
+    // Rows of walls go: those of what sticks there hold.
+    void remove(const ContactState& state, std::vector<ContactRow>& rows) const {
+        const auto is_wall = [&](const ContactRow& row) { return has(state, row.coordinate); };
+        rows.erase(std::remove_if(rows.begin(), rows.end(), is_wall), rows.end());
+    }
+
+    // Of stops that touch, those along the coordinate of each friction, which leave the rows.
+    std::vector<std::vector<ContactRow>> take_from(std::vector<ContactRow>& rows) const {
+        std::vector<std::vector<ContactRow>> found(laws_.size());
+        std::vector<ContactRow> others;
+        for (const ContactRow& row : rows) {
+            const int k = along(row.coordinate);
+            (k < 0 ? others : found[k]).push_back(row);
+        }
+        rows = std::move(others);
+        return found;
+    }
+    static bool push(const std::vector<ContactRow>& walls, double side) {
+        return std::any_of(walls.begin(), walls.end(), [side](const ContactRow& row) { return row.sign == side; });
+    }
+    // How hard a wall pushes where it and friction up to a bound together push so hard: half of it, or what friction leaves.
+    static double push_of(double force, double bound) {
+        return force > 0.0 ? force - std::min(0.5 * force, bound) : 0.0;
+    }
+
+    // The shares of walls and of what sticks at them, of the forces along all coordinates.
+    void share(const ContactState& state, const std::vector<double>& lambda, std::vector<double>& forces) const {
+        for (const int stop : state.held)
+            for (const auto& [k, at] : state.stuck) {
+                if (!is_along(stop, k)) continue;
+                double& force = forces[sides_.size() + k];
+                const double load = laws_[k].bearing < 0
+                                        ? 1.0
+                                        : mbproj::load(model_, equations_.pose(), laws_[k].bearing, lambda.data());
+                forces[stop] = push_of(sides_[stop] * force, laws_[k].fixed * load);
+                force -= sides_[stop] * forces[stop];
+            }
+    }
+
+    // Which walls and frictions begin or end to share.
+    void record(double t, const ContactState& before, const ContactState& after,
+                std::vector<ContactEvent>& events) const {
+        const std::vector<int> shared = sharing(before), shares = sharing(after);
+        const auto tell = [&](const std::vector<int>& all, const std::vector<int>& others, int way) {
+            for (const int k : all)
+                if (std::find(others.begin(), others.end(), k) == others.end())
+                    events.push_back({t, k, Happening::shared, way, 0.0, 0.0});
+        };
+        tell(shared, shares, -1);
+        tell(shares, shared, 1);
+    }
+
+private:
+    bool is_along(int stop, int friction) const {
+        const auto& coordinates = model_.stops.joint_coordinate;
+        return coordinates[stop] >= 0 && coordinates[stop] == coordinates[sides_.size() + friction];
+    }
+    // Walls, and after all stops what sticks at them.
+    std::vector<int> sharing(const ContactState& state) const {
+        std::vector<int> found;
+        for (const int stop : state.held)
+            if (has(state, stop)) found.push_back(stop);
+        for (const auto& [k, at] : state.stuck)
+            if (any(state, k, 1.0) || any(state, k, -1.0)) found.push_back(static_cast<int>(sides_.size()) + k);
+        return found;
+    }
+
+    const EquationsOfMotion<D>& equations_;
+    const Model<D>& model_;
+    std::vector<double> sides_;
+    std::vector<FrictionLaw> laws_;
+};
+
+}  // namespace mbproj
