@@ -102,7 +102,7 @@ def test_recording_has_no_say(where, monkeypatch):
 def test_a_run_goes_on_from_where_it_rests(steps):
     whole, _ = simulated(block(STEPS[steps]))
     for until in (0.5, 1.1, 1.3, 2.0):
-        part, kept = simulated(block(STEPS[steps], duration=until))
+        _, kept = simulated(block(STEPS[steps], duration=until))
         rest, _ = simulated(block(STEPS[steps]), kept[-1])
         after = whole["time"] > kept[-1]["t"]
         for path in ("time", "bodies/position", "bodies/velocity", "friction/force", "stops/force"):
