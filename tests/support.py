@@ -10,6 +10,8 @@ from typing import Any
 import numpy as np
 
 from mbproj.joints import JOINTS
+from mbproj.joints.table import mesh
+from mbproj.scene.coupled import Coupled
 from mbproj.scene.records import Body, Joint, Marker, Pair, Scene, Settings
 
 ROOT = Path(__file__).parents[1]
@@ -66,7 +68,10 @@ def random_joint(rng: np.random.Generator, name: str, kind: str, bodies: tuple[s
 def random_gear(name: str, couples: tuple[str, str], bodies: tuple[str, str]) -> Joint:
     """A gear on two joints."""
     nowhere = Pair((0.0, 0.0, 0.0), (0.0, 0.0, 0.0))
-    return Joint(name, "gear", bodies, nowhere, parameters={"teeth": PARAMETERS["teeth"]}, couples=couples)
+    teeth = PARAMETERS["teeth"]
+    weights, period = mesh(teeth)
+    of = dict(zip((f"{joint}.angle" for joint in couples), weights, strict=True))
+    return Joint(name, "gear", bodies, nowhere, parameters={"teeth": teeth}, couples=Coupled(of, period=period))
 
 
 def scene_of(bodies: list[Body], joints: list[Joint], markers: list[Marker] | None = None, **changes: Any) -> Scene:

@@ -1,22 +1,23 @@
 """The joint types, each a list of constraint primitives between two frames: the one place that knows a joint's name.
 
 Body 1 and body 2 carry a point p and a right-handed triad x, y, z each; z1 and z2 are the joint's axes. A row names a
-primitive of `mbproj.constraints` and the points and vectors that it binds; "-y2" is minus y2, and "a.x1" is x1 of the
-first of two joints that this one couples. The rows are those of Haug (1989), ch. 9: `coincident` (3 rows), `along` (the
-line from p1 to p2 has no component along a vector) and `distance` in m, `perpendicular` in rad to first order.
+primitive of `mbproj.constraints` and the points and vectors that it binds; "-y2" is minus y2. A coupling of joints
+binds what their coordinates do. The rows are those of Haug (1989), ch. 9: `coincident` (3 rows), `along` (the line from
+p1 to p2 has no component along a vector) and `distance` in m, `perpendicular` in rad to first order.
 
     frame "point"    no axis (the triads are the global axes at the pose of the scene)
           "axis"     z1 = z2 = the axis, x1 = x2 normal to it
           "normal"   the axis is fixed in body 1 alone
           "axes"     z1 fixed in body 1, z2 in body 2; x1 is z2 and x2 is z1, made normal to their own z
-          "joints"   no frame of its own: it couples two joints
+          "joints"   no frame of its own: it couples coordinates of joints
 
 `coordinates` are what the joint leaves free and can be counted, each a primitive whose value is the coordinate.
 `aligned` lists pairs of vectors that the rows make parallel, and that must not end up opposite. `kept` are rows that
 keep the value that they have at the scene's pose, or that of the parameter which they name. `parameters` are what else
-the joint takes, with units; those that no row keeps are required. Where a row is a `coupling`, that field says what it
-couples, from the parameters. A joint that `merges` makes one rigid body of two unless its reaction is asked for. `dry`
-friction may act on the coordinates of some. `sketch` is the glyph in an animation, by default that of the frame.
+the joint takes, with units; those that no row keeps are required. A row that is a `coupling` `couples` coordinates that
+these primitives measure, and the field of its name gives their weights from the parameters. A joint that `merges` makes
+one rigid body of two unless its reaction is asked for. `dry` friction may act on the coordinates of some. `sketch` is
+the glyph in an animation, by default that of the frame.
 """
 
 from __future__ import annotations
@@ -39,11 +40,10 @@ INERTIA_UNITS = MappingProxyType({"rad": "kg*m^2", "m": "kg"})
 
 
 class Ratio(NamedTuple):
-    """What a row couples: names of primitives that measure coordinates, their weights, and the period of the sum."""
+    """The weights of what a row couples, and the period of the sum, None where turns of the angles alone make it."""
 
-    coordinates: tuple[str, ...]
     weights: tuple[float, ...]
-    period: float
+    period: float | None
 
 
 @dataclass(frozen=True)
@@ -57,6 +57,7 @@ class JointType:
     separate: bool = False
     kept: Mapping[int, str | None] = field(default_factory=dict)
     parameters: Mapping[str, str] = field(default_factory=dict)
+    couples: tuple[str, ...] = ()
     coupling: Callable[..., Ratio] | None = None
     merges: bool = False
     dry: bool = False
@@ -83,7 +84,7 @@ def thread(pitch: float) -> Ratio:
 
     `pitch` is the advance a turn in m, positive for a right-handed screw.
     """
-    return Ratio(("along", "angle"), (1.0, -pitch / (2.0 * math.pi)), abs(pitch))
+    return Ratio((1.0, -pitch / (2.0 * math.pi)), abs(pitch))
 
 
 def mesh(teeth: tuple[float, float]) -> Ratio:
@@ -92,7 +93,23 @@ def mesh(teeth: tuple[float, float]) -> Ratio:
     Opposite signs of n1 and n2 make an internal gear or a belt.
     """
     larger = max(abs(number) for number in teeth)
-    return Ratio(("angle", "angle"), (teeth[0] / larger, teeth[1] / larger), 2.0 * math.pi / larger)
+    return Ratio((teeth[0] / larger, teeth[1] / larger), 2.0 * math.pi / larger)
+
+
+def pinion(radius: float) -> Ratio:
+    """s - r φ in m, with the angle φ of a pinion of `radius` and the displacement s of its rack."""
+    return Ratio((-radius, 1.0), None)
+
+
+def wrap(radii: tuple[float, float]) -> Ratio:
+    """(r1 φ1 - r2 φ2) / max(|r1|, |r2|) in rad, of two pulleys under a belt; a negative radius crosses it."""
+    larger = max(abs(radius) for radius in radii)
+    return Ratio((radii[0] / larger, -radii[1] / larger), None)
+
+
+def halve() -> Ratio:
+    """φ0 - (φ1 + φ2) / 2 in rad, of the carrier and the two shafts of a differential."""
+    return Ratio((1.0, -0.5, -0.5), None)
 
 
 TURN: Row = ("angle", "x1", "y1", "x2")
@@ -103,6 +120,8 @@ IN_PLANE: Mapping[str, Row] = MappingProxyType({"displacement_x": SLIDE_X, "disp
 COINCIDENT: Row = ("coincident", "p1", "p2")
 AXES_PARALLEL: tuple[Row, ...] = (("perpendicular", "x1", "z2"), ("perpendicular", "y1", "z2"))
 NO_TURN: tuple[Row, ...] = (*AXES_PARALLEL, ("perpendicular", "x1", "y2"))
+COUPLED: tuple[Row, ...] = (("coupling",),)
+TWO_ANGLES = ("angle", "angle")
 ONE_AXIS, ONE_TRIAD = (("z1", "z2"),), (("z1", "z2"), ("x1", "x2"))
 
 JOINTS: Mapping[str, JointType] = MappingProxyType(
@@ -156,15 +175,15 @@ JOINTS: Mapping[str, JointType] = MappingProxyType(
             {"angle": TURN, "displacement": SLIDE},
             ONE_AXIS,
             parameters={"pitch": "m"},
+            couples=("along", "angle"),
             coupling=thread,
             dry=True,
             sketch="screw",
         ),
-        "gear": JointType(
-            "joints",
-            (("coupling", "a.x1", "a.y1", "a.x2", "b.x1", "b.y1", "b.x2"),),
-            parameters={"teeth": ""},
-            coupling=mesh,
-        ),
+        "gear": JointType("joints", COUPLED, parameters={"teeth": ""}, couples=TWO_ANGLES, coupling=mesh),
+        "rack": JointType("joints", COUPLED, parameters={"radius": "m"}, couples=("angle", "along"), coupling=pinion),
+        "belt": JointType("joints", COUPLED, parameters={"radii": "m"}, couples=TWO_ANGLES, coupling=wrap),
+        "differential": JointType("joints", COUPLED, couples=(*TWO_ANGLES, "angle"), coupling=halve),
+        "coupler": JointType("joints", COUPLED),
     }
 )

@@ -6,9 +6,12 @@ from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any
 
+from mbproj.functions.program import COORDINATE, Program, variable
+from mbproj.functions.standard import tabulated
 from mbproj.joints import COORDINATE_UNITS, INERTIA_UNITS, JOINTS, JointType
 from mbproj.scene.blocks.body import BODY
 from mbproj.scene.blocks.coordinates import COORDINATES, act_on_coordinates, drive_coordinates, on_bodies
+from mbproj.scene.blocks.couplings import Weights, couple_coordinates
 from mbproj.scene.blocks.expectation_checks import CHECKS
 from mbproj.scene.blocks.expectations import EXPECTATION
 from mbproj.scene.blocks.forces.dry_joints import slides_in_joints
@@ -17,10 +20,10 @@ from mbproj.scene.blocks.forces.stops import limit_field
 from mbproj.scene.blocks.motions import MOTION
 from mbproj.scene.blocks.parameters import Parameters
 from mbproj.scene.blocks.simulation import SIMULATION
-from mbproj.scene.fields.alternatives import Variants
+from mbproj.scene.coupled import Coupled
+from mbproj.scene.fields.alternatives import Alternatives, Variants
 from mbproj.scene.fields.checks import (
     Placed,
-    couples_angles,
     different,
     nonzero,
     of_these_bodies,
@@ -31,6 +34,7 @@ from mbproj.scene.fields.checks import (
 from mbproj.scene.fields.choices import Choice, Reference
 from mbproj.scene.fields.containers import Check, Named, Record
 from mbproj.scene.fields.fields import Converted, Field, Flag, List, Text
+from mbproj.scene.fields.functions import Function, table
 from mbproj.scene.fields.placing import AXES, AXIS, BODY_POINT, JOINT_POINT, TWO_BODIES, TWO_POINTS
 from mbproj.scene.fields.quantities import Number, position_in
 from mbproj.scene.fields.vectors import vector
@@ -48,18 +52,38 @@ PARAMETERS: Mapping[str, Field[Any]] = {
     "length": Number("m", above=0.0),
     "pitch": Converted(Number("m"), nonzero),
     "teeth": List(Converted(Number(), tooth_count), 2, "numbers of teeth"),
+    "radius": Converted(Number("m"), nonzero),
+    "radii": List(Converted(Number("m"), nonzero), 2, "radii"),
 }
 
+NOWHERE = Pair((0.0, 0.0, 0.0), (0.0, 0.0, 0.0))
 JOINT_TYPE = Choice("joint type", lambda: JOINTS)
-TWO_JOINTS: Field[Any] = Converted(List(Reference("joint", "joints"), 2, "names of joints"), different)
+#: What a coupler takes in place of names of joints.
+COUPLER: Mapping[str, Field[Any]] = {
+    "of": Weights(),
+    "function": Alternatives(
+        (
+            Function(None, ("s",), (COORDINATE,)),
+            Converted(
+                table(None, None, ("natural", "clamped", "periodic")),
+                lambda found: Program(tabulated(found, variable(COORDINATE))),
+            ),
+        )
+    ),
+    "constant": Number(None),
+}
 
 
 def _joint_variant(type_name: str, kind: JointType) -> Record[Joint]:
     """What a joint of this type is written as."""
     units = {name: COORDINATE_UNITS[row[0]] for name, row in kind.coordinates.items()}
     rates = {name: Number(f"{unit}/s") for name, unit in units.items()}
+    if kind.frame == "joints" and not kind.couples:
+        return Record("a coupler", {"type": JOINT_TYPE, **COUPLER}, _coupler, ("type", "of"), named=True)
     if kind.frame == "joints":
-        coupling = {"type": JOINT_TYPE, "joints": TWO_JOINTS, **{name: PARAMETERS[name] for name in kind.parameters}}
+        own = {name: PARAMETERS[name] for name in kind.parameters}
+        names = List(Reference("joint", "joints"), len(kind.couples), "names of joints")
+        coupling = {"type": JOINT_TYPE, "joints": Converted(names, different), **own}
         return Record(f"a {type_name} joint", coupling, _coupling, tuple(coupling), named=True)
     frame = FRAME_KEYS[kind.frame]
     place = {"locations": TWO_POINTS} if kind.separate else {"location": JOINT_POINT}
@@ -115,10 +139,25 @@ def _joint(
     )
 
 
-def _coupling(name: str, type: str, joints: tuple[str, str], **parameters: Any) -> Joint:
-    """Its bodies are those of the joints it couples, which `read` fills in."""
-    nowhere = Pair((0.0, 0.0, 0.0), (0.0, 0.0, 0.0))
-    return Joint(name, type, ("", ""), nowhere, parameters=parameters, couples=joints)
+def _coupling(name: str, type: str, joints: tuple[str, ...], **parameters: Any) -> Joint:
+    """Its bodies are those of the joints it couples, which `read` fills in, as it does which coordinates."""
+    coupling = JOINTS[type].coupling
+    assert coupling is not None
+    ratio = coupling(**parameters)
+    coupled = Coupled(dict(zip(joints, ratio.weights, strict=True)), period=ratio.period)
+    return Joint(name, type, ("", ""), NOWHERE, parameters=parameters, couples=coupled)
+
+
+def _coupler(
+    name: str,
+    type: str,
+    of: Mapping[str, tuple[float, str]],
+    function: Program | None = None,
+    constant: float = 0.0,
+) -> Joint:
+    weights = {each: weight for each, (weight, _) in of.items()}
+    units = {each: unit for each, (_, unit) in of.items()}
+    return Joint(name, type, ("", ""), NOWHERE, couples=Coupled(weights, function, constant, units=units))
 
 
 def _joint_variants() -> dict[str, Record[Joint]]:
@@ -160,7 +199,7 @@ SCENE: Record[dict[str, Any]] = Record(
     dict,
     required=("mbproj", "gravity", "bodies"),
     checks=(
-        Check(("joints",), couples_angles),
+        Check(("joints",), couple_coordinates),
         Check(("bodies", "forces"), on_bodies),
         Check(("joints", "forces"), act_on_coordinates),
         Check(("joints", "forces"), slides_in_joints),

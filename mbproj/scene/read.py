@@ -6,12 +6,12 @@ import gc
 import threading
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 from mbproj.errors import InputError, Place, Problem
 from mbproj.scene.blocks.coordinates import with_coordinates
+from mbproj.scene.blocks.couplings import with_coupled
 from mbproj.scene.blocks.expectation_checks import expectations_of, unsampled
 from mbproj.scene.blocks.simulation import SIMULATION
 from mbproj.scene.fields.reading import Reading, in_text_order
@@ -156,13 +156,9 @@ def _taken_apart(text: str, name: str, path: Path | None) -> SceneText:
 
 
 def _connected(joints: Mapping[str, Joint]) -> Iterator[Joint]:
-    """The joints, with the bodies of those that couple others: their second bodies."""
+    """The joints, with the bodies and the coordinates of those that couple others."""
     for joint in joints.values():
-        if joint.couples is None:
-            yield joint
-        else:
-            first, second = (joints[name].bodies[1] for name in joint.couples)
-            yield replace(joint, bodies=(first, second))
+        yield joint if joint.couples is None else with_coupled(joint, joints)
 
 
 def _on_coordinates(forces: Mapping[str, Force], joints: Mapping[str, Joint]) -> Iterator[Force]:

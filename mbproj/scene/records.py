@@ -11,6 +11,7 @@ from mbproj.dataclass import dataclass
 from mbproj.elements import Element
 from mbproj.errors import Place, Problem
 from mbproj.functions.program import Program
+from mbproj.scene.coupled import Coupled
 from mbproj.scene.friction import DryFriction
 from mbproj.scene.looks import Appearance, PlacedShape
 from mbproj.scene.stops import DistanceStop, Limit, PlaneStop
@@ -63,9 +64,9 @@ class Joint:
 
     `axes` is None where the type has none. `start` are hard conditions on its coordinates at t = 0 (rad, m), `speed` on
     their rates (rad/s, m/s), by coordinate name. `parameters`: a pitch, a length (m), numbers of teeth. `reaction`:
-    whether the reaction of a joint that merges its bodies is wanted, so that they stay two. `couples`: the two joints
-    that a gear couples; its `bodies` are then their second bodies. `reflected_inertia` (kg m², kg) and `limits` are by
-    coordinate name.
+    whether the reaction of a joint that merges its bodies is wanted, so that they stay two. `couples`: what a coupling
+    couples; its `bodies` are then the second bodies of the first and the last of its joints. `reflected_inertia` (kg
+    m², kg) and `limits` are by coordinate name.
     """
 
     name: str
@@ -77,7 +78,7 @@ class Joint:
     speed: Mapping[str, float] = field(default_factory=dict)
     parameters: Mapping[str, Any] = field(default_factory=dict)
     reaction: bool = False
-    couples: tuple[str, str] | None = None
+    couples: Coupled | None = None
     reflected_inertia: Mapping[str, float] = field(default_factory=dict)
     limits: Mapping[str, Limit] = field(default_factory=dict)
 

@@ -39,7 +39,7 @@ def joint_parts(
     middle = motion.position[motion.finite].mean(axis=(0, 1)) if len(motion.finite) else np.zeros(3)
     for item, joint in enumerate(scene.joints):
         if joint.couples is not None:
-            yield from _gear(joint, item, layout, motion)
+            yield from _wheels(joint, item, layout, motion)
             continue
         frame = _frame(joint, layout, motion, bodies)
         pair = layout.bodies[joint.name]
@@ -91,16 +91,19 @@ def _front(frame: Frame, up: Array) -> Array:
     raise AssertionError("two coordinate axes are not both upright")
 
 
-def _gear(joint: Joint, item: int, layout: Layout, motion: Motion) -> Iterator[Drawn]:
-    """The two wheels of a gear, where its axes say how large they are."""
+def _wheels(joint: Joint, item: int, layout: Layout, motion: Motion) -> Iterator[Drawn]:
+    """The two wheels of a gear, where its axes say how large they are; pulleys, and the pinion of a rack."""
     assert joint.couples is not None
     start = motion.at([0])
-    frames = [layout.frames[name] for name in joint.couples]
-    owners = [layout.bodies[name][1] for name in joint.couples]
+    frames = [layout.frames[name] for name in joint.couples.joints]
+    owners = [layout.bodies[name][1] for name in joint.couples.joints]
     points = [start.point(owner, frame["p2"])[0] for owner, frame in zip(owners, frames, strict=True)]
     axes = [start.vector(owner, frame["z2"])[0] for owner, frame in zip(owners, frames, strict=True)]
-    found = radii(points, axes, joint.parameters["teeth"])
-    for radius, owner, frame in zip(found or (), owners, frames, strict=False):
+    given = joint.parameters
+    found = [abs(radius) for radius in given.get("radii", (given["radius"],) if "radius" in given else ())]
+    if "teeth" in given:
+        found += radii(points, axes, given["teeth"]) or ()
+    for radius, owner, frame in zip(found, owners, frames, strict=False):
         for part in wheel(frame["p2"], frame["z2"], frame["x2"], radius, layout.thickness):
             yield Drawn(part, owner, "joints", item)
 

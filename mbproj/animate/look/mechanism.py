@@ -127,8 +127,8 @@ def _body_look(body: Body, number: int) -> BodyLook:
 
 
 def _joint_look(joint: Joint, layout: Layout) -> JointLook:
-    """A coupling has no point of its own: it stands where the second of its joints does."""
-    at = joint.name if joint.couples is None else joint.couples[1]
+    """A coupling has no point of its own: it stands where the last of its joints does."""
+    at = joint.name if joint.couples is None else joint.couples.joints[-1]
     frame = layout.frames[at]
     return JointLook(
         joint.name, joint.type, layout.bodies[at], frame["p2"], frame["z2"] if JOINTS[joint.type].turns else None

@@ -7,19 +7,19 @@ from dataclasses import replace
 
 import numpy as np
 
-from mbproj.constraints.coupling import COORDINATES, Coupling
 from mbproj.dataclass import dataclass
-from mbproj.elements.element import Element, Row
+from mbproj.elements.element import Element
 from mbproj.errors import InputError, Problem
-from mbproj.functions.curve import Curve
 from mbproj.functions.program import CHANNELS, COORDINATE, RATE, TIME, Code, Op, Program, apply, number, variable
 from mbproj.functions.program_set import flatten, joined
 from mbproj.model.added_laws import AddedLaw, with_laws
 from mbproj.model.channels import Channels, ElementStates, Energies, Kind
+from mbproj.model.compile.coupled import bound
 from mbproj.model.compile.measured import measurable, with_measured
 from mbproj.model.couplings import compile_couplings
-from mbproj.model.primitive_set import Binding, bind, bindings
+from mbproj.model.primitive_set import bind, bindings
 from mbproj.model.system import System
+from mbproj.scene.coupled import Coupled
 from mbproj.scene.expressions.compiled import compiled
 from mbproj.scene.expressions.syntax_tree import parse
 from mbproj.scene.expressions.tokens import ExpressionError
@@ -27,7 +27,6 @@ from mbproj.scene.text.suggestions import choose_from
 
 #: What every expression may name beside the channels that are read.
 VARIABLES = {"t": TIME, "s": COORDINATE, "s_dot": RATE}
-_CALLED = {type(primitive): name for name, primitive in COORDINATES.items()}
 
 
 def with_elements(system: System, elements: Sequence[Element]) -> System:
@@ -173,10 +172,10 @@ def _with_rows(system: System, elements: Sequence[Element]) -> System:
     body, local = system.reaction_body.tolist(), system.reaction_local.tolist()
     for element, row in rows:
         parts = [coordinates[_coordinate(system, element, name)] for name in row.of]
-        primitive = _coupling(element, row, parts)
-        slots = tuple(slot for part in parts for slot in part.slots)
-        own.append(Binding(primitive, len(body), slots, row.constant))
-        body.append(next(body for body, side, _ in reversed(slots) if side == 2))
+        function = _program(element, row.function, VARIABLES) if isinstance(row.function, str) else row.function
+        coupled = Coupled(dict(row.of), function, row.constant, row.period)
+        own.append(bound(f"row '{element.name}.{row.name}'", coupled, parts, len(body)))
+        body.append(next(body for body, side, _ in reversed(own[-1].slots) if side == 2))
         local.append([0.0] * 3)
     return replace(
         system,
@@ -187,27 +186,6 @@ def _with_rows(system: System, elements: Sequence[Element]) -> System:
         reaction_local=np.array(local).reshape(-1, 3),
         joint_places=(*system.joint_places, *(None for _ in rows)),
     )
-
-
-def _coupling(element: Element, row: Row, parts: Sequence[Binding]) -> Coupling:
-    """The primitive of a row. Raises InputError where its function has edges, or changes with a turn."""
-    kinds = tuple(_CALLED[type(part.primitive)] for part in parts)
-    turns = [abs(weight) for weight, kind in zip(row.of.values(), kinds, strict=True) if kind == "angle" and weight]
-    where = f"row '{element.name}.{row.name}'"
-    if row.period is None and len(turns) > 1:
-        raise InputError(Problem(f"{where} couples several angles", hint="say its period: what no turn of any changes"))
-    period = row.period if row.period is not None else 2.0 * np.pi * sum(turns)
-    function = _program(element, row.function, VARIABLES) if isinstance(row.function, str) else row.function
-    if function is None:
-        return Coupling(kinds, tuple(row.of.values()), period)
-    if any(each.op is Op.VARIABLE and each.operand != COORDINATE for each in function.code):
-        raise InputError(Problem(f"the function of {where} names more than its first coordinate", hint="add a force"))
-    curve = Curve(function)
-    if curve.has_edges():
-        raise InputError(Problem(f"the function of {where} has edges", hint="give one whose slope does not jump"))
-    if kinds[0] == "angle" and not curve.repeats(2.0 * np.pi, period):
-        raise InputError(Problem(f"the function of {where} is another one after a turn", hint="let it repeat"))
-    return Coupling(kinds, tuple(row.of.values()), period, curve)
 
 
 def _coordinate(system: System, element: Element, name: str) -> int:

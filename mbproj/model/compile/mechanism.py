@@ -3,18 +3,19 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 
 import numpy as np
 
 from mbproj.arrays import Array
 from mbproj.constraints import PRIMITIVES, Primitive
 from mbproj.constraints.coupling import Coupling
-from mbproj.errors import InputError, Place, Problem
+from mbproj.errors import InputError, Place, Problem, placed_at
 from mbproj.functions.program_set import flatten
 from mbproj.joints import COORDINATE_UNITS, JOINTS
 from mbproj.joints.table import Row
 from mbproj.model.channels import Motions
+from mbproj.model.compile.coupled import bound
 from mbproj.model.compile.elements import with_elements
 from mbproj.model.compile.frames import SYMBOLS, Pose, local_frames, poses_of
 from mbproj.model.compile.friction import compile_friction
@@ -50,20 +51,21 @@ def _without_elements(scene: Scene) -> System:
     poses = poses_of(scene)
     symbols = _symbols(groups, poses)
     reactions = [_reaction(symbols[joint.name]) for joint in groups.joints]
-    rows, alignment, coordinates, coordinate_names, units = [], [], [], [], []
+    alignment, coordinates, coordinate_names, units = [], [], [], []
     for owner, joint in enumerate(groups.joints):
-        kind, bound, place = JOINTS[joint.type], symbols[joint.name], scene.place("joints", joint.name)
-        for number, row in enumerate(kind.rows):
-            primitive = _primitive(row, joint)
-            slots = tuple(_slots(row, bound))
-            rows.append(Binding(primitive, owner, slots, _offset(number, joint, primitive, slots, groups, place)))
+        kind = JOINTS[joint.type]
         for pair in kind.aligned:
-            alignment.append(Binding(_PLAIN["perpendicular"], owner, tuple(_slots(("", *pair), bound))))
+            alignment.append(Binding(_PLAIN["perpendicular"], owner, tuple(_slots(("", *pair), symbols[joint.name]))))
         for name, row in kind.coordinates.items():
-            coordinates.append(Binding(_PLAIN[row[0]], owner, tuple(_slots(row, bound))))
+            coordinates.append(Binding(_PLAIN[row[0]], owner, tuple(_slots(row, symbols[joint.name]))))
             coordinate_names.append(f"{joint.name}.{name}")
             units.append(COORDINATE_UNITS[row[0]])
     named = dict(zip(coordinate_names, coordinates, strict=True))
+    rows = [
+        row
+        for owner, joint in enumerate(groups.joints)
+        for row in _rows(owner, joint, symbols[joint.name], named, groups, scene.place("joints", joint.name))
+    ]
     dry = compile_friction(scene, groups.joints, [_axis(symbols[joint.name]) for joint in groups.joints], named)
     forces, force_names = compile_forces(scene, groups.seats, poses, named, dry.smooth)
     motions, motion_names = _motions(scene, named)
@@ -129,7 +131,7 @@ def _motions(scene: Scene, coordinates: Mapping[str, Binding]) -> tuple[Motions,
 
 
 def _symbols(groups: RigidGroups, poses: Mapping[str, Pose]) -> dict[str, Symbols]:
-    """What each joint binds, in the axes of the carriers; a coupling binds what the joints a and b do."""
+    """What each joint binds, in the axes of the carriers; a coupling has its reaction where its last joint has."""
     own = [joint for joint in groups.joints if joint.couples is None]
     found: dict[str, Symbols] = {}
     for joint, frame in zip(own, _seated(own, local_frames(own, poses), groups), strict=True):
@@ -137,12 +139,7 @@ def _symbols(groups: RigidGroups, poses: Mapping[str, Pose]) -> dict[str, Symbol
         found[joint.name] = {symbol: (carriers[at // 4], 1 + at // 4, frame[at]) for at, symbol in enumerate(SYMBOLS)}
     for joint in groups.joints:
         if joint.couples is not None:
-            pairs = zip("ab", joint.couples, strict=True)
-            found[joint.name] = {
-                f"{letter}.{symbol}": (body, side if letter == "b" else 1, local)
-                for letter, name in pairs
-                for symbol, (body, side, local) in found[name].items()
-            }
+            found[joint.name] = found[joint.couples.joints[-1]]
     return found
 
 
@@ -162,10 +159,31 @@ def _slots(row: Row, bound: Symbols) -> Iterable[tuple[int, int, Array]]:
         yield body, side, -local if symbol.startswith("-") else local
 
 
+def _rows(
+    owner: int,
+    joint: Joint,
+    symbols: Symbols,
+    coordinates: Mapping[str, Binding],
+    groups: RigidGroups,
+    place: Place | None,
+) -> Iterator[Binding]:
+    """The rows of a joint; `coordinates` are those of all joints by whole name."""
+    if joint.couples is not None:
+        with placed_at(place):
+            yield bound(f"'{joint.name}'", joint.couples, [coordinates[name] for name in joint.couples.of], owner)
+        return
+    for number, row in enumerate(JOINTS[joint.type].rows):
+        primitive, slots = _primitive(row, joint), tuple(_slots(row, symbols))
+        yield Binding(primitive, owner, slots, _offset(number, joint, primitive, slots, groups, place))
+
+
 def _primitive(row: Row, joint: Joint) -> Primitive:
-    """The row's primitive; that of a coupling follows from the joint's parameters."""
+    """The row's primitive; that of a thread follows from the joint's parameters."""
     coupling = JOINTS[joint.type].coupling
-    return _PLAIN[row[0]] if coupling is None or row[0] != "coupling" else Coupling(*coupling(**joint.parameters))
+    if coupling is None or row[0] != "coupling":
+        return _PLAIN[row[0]]
+    weights, period = coupling(**joint.parameters)
+    return Coupling(JOINTS[joint.type].couples, weights, period or 0.0)
 
 
 def _offset(
@@ -205,12 +223,12 @@ def _global(body: int, local: Array, is_point: bool, groups: RigidGroups) -> Arr
 
 def _reaction(bound: Symbols) -> tuple[int, int, Array]:
     """Body 2 of a joint and its point there."""
-    return bound["p2"] if "p2" in bound else bound["b.p2"]
+    return bound["p2"]
 
 
 def _axis(bound: Symbols) -> Array:
     """A joint's axis z in the axes of its body 2."""
-    return (bound["z2"] if "z2" in bound else bound["b.z2"])[2]
+    return bound["z2"][2]
 
 
 def _marker_local(marker: Marker, poses: Mapping[str, Pose], groups: RigidGroups) -> Array:

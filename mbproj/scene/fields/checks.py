@@ -5,11 +5,10 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator, Mapping
 
-from mbproj.joints import JOINTS
 from mbproj.scene.fields import inertia, rotations
 from mbproj.scene.fields.containers import Complaint
 from mbproj.scene.fields.reading import Unfit
-from mbproj.scene.records import Joint, Matrix, Pair, Quaternion, Vector
+from mbproj.scene.records import Matrix, Pair, Quaternion, Vector
 from mbproj.scene.text.suggestions import did_you_mean
 
 #: A point or direction as read: one for both bodies, or one by body in its own axes.
@@ -58,10 +57,12 @@ def inertia_of(matrix: Matrix) -> Matrix:
     return symmetric
 
 
-def different(names: tuple[str, str]) -> tuple[str, str]:
-    """The names of two different bodies or joints."""
-    if names[0] == names[1]:
-        raise Unfit(f"names '{names[0]}' twice", "give two different ones")
+def different(names: tuple[str, ...]) -> tuple[str, ...]:
+    """The names of different bodies or joints."""
+    for at, name in enumerate(names):
+        if name in names[:at]:
+            count = {2: "two", 3: "three"}[len(names)]
+            raise Unfit(f"names '{name}' twice", f"give {count} different ones")
     return names
 
 
@@ -127,17 +128,6 @@ def of_these_bodies(
                 yield Complaint((key,), f"'{key}' lacks '{name}'", needs)
 
     return find
-
-
-def couples_angles(joints: Mapping[str, Joint]) -> Iterator[Complaint]:
-    """A check that what gears couple are joints with one angle about one axis."""
-    for joint in joints.values():
-        for index, name in enumerate(joint.couples or ()):
-            kind = joints[name].type if name in joints else None
-            if kind is not None and "angle" not in JOINTS[kind].coordinates:
-                able = ", ".join(name for name, entry in JOINTS.items() if "angle" in entry.coordinates)
-                message = f"joint '{name}' is {kind} and has no angle to couple"
-                yield Complaint(("joints", joint.name, "joints", index), message, f"a gear takes {able}")
 
 
 def same_kind(point: str, key: str) -> Callable[[Placed, Placed], Iterator[Complaint]]:

@@ -9,7 +9,7 @@ from typing import Any, ClassVar
 
 from mbproj.dataclass import dataclass
 from mbproj.functions.program import COORDINATE, RATE, TIME, Program
-from mbproj.functions.table import Table, polygon, spline
+from mbproj.functions.table import Table, periodic, polygon, spline
 from mbproj.scene.expressions.units import describe
 from mbproj.scene.fields.alternatives import Alternatives
 from mbproj.scene.fields.choices import Choice
@@ -23,26 +23,28 @@ from mbproj.scene.text.nodes import Node, ScalarNode, SequenceNode
 
 @dataclass(frozen=True)
 class Function(Field[Program]):
-    """A number in `unit`, from an expression in which `variables` may stand beside parameters: the time, and for the
-    law of a force its coordinate and the rate of that."""
+    """A number in `unit` (None: any), from an expression in which `variables` may stand beside parameters: the time,
+    and for the law of a force its coordinate and the rate of that, which programs call `operands`."""
 
-    unit: str
+    unit: str | None
     variables: tuple[str, ...] = ("t",)
+    operands: tuple[int, ...] = (TIME, COORDINATE, RATE)
 
     @property
     def expects(self) -> str:
-        return f"a number in {self.unit} or an expression of {', '.join(self.variables)}"
+        number = f"a number in {self.unit}" if self.unit else "a number"
+        return f"{number} or an expression of {', '.join(self.variables)}"
 
     def read(self, node: Node, path: KeyPath, reading: Reading) -> Program | None:
         if not isinstance(node, ScalarNode) or not node.text.strip():
             self.reject(node, path, reading)
             return None
         tree = reading.parse(node)
-        found = reading.program(node, tree, dict(zip(self.variables, (TIME, COORDINATE, RATE), strict=False)))
+        found = reading.program(node, tree, dict(zip(self.variables, self.operands, strict=False)))
         if found is None:
             return None
         program, dimension = found
-        if dimension is not None and not dimension_of(self.unit).agrees(dimension):
+        if self.unit is not None and dimension is not None and not dimension_of(self.unit).agrees(dimension):
             message = f"{label(path)} is in {self.unit}, this is {describe(dimension)}"
             reading.report(message, node.place, unit_hint(node.text, tree))
             return None
@@ -65,11 +67,21 @@ def _increasing(rows: tuple[tuple[float, float], ...]) -> tuple[tuple[float, flo
     return rows
 
 
+def _repeated(rows: tuple[tuple[float, float], ...]) -> Table:
+    """The periodic spline whose last row is its first again."""
+    if len(rows) < 4:
+        raise Unfit(f"has {len(rows)} rows", "a periodic table has four or more, the last with the value of the first")
+    if rows[-1][1] != rows[0][1]:
+        raise Unfit(f"begins with {rows[0][1]:g} and ends with {rows[-1][1]:g}", "a periodic table ends as it begins")
+    return periodic(rows[:-1], rows[-1][0] - rows[0][0])
+
+
 #: How a table is read between its rows.
 BETWEEN: Mapping[str, Callable[[Any], Table]] = {
     "natural": partial(spline, ends="natural"),
     "clamped": partial(spline, ends="clamped"),
     "linear": polygon,
+    "periodic": _repeated,
 }
 
 
@@ -100,7 +112,7 @@ class _Row(Field[tuple[float, float]]):
         return {"description": self.expects, "type": "array", "prefixItems": numbers, "minItems": 2, "maxItems": 2}
 
 
-def table(unit: str, value_unit: str, ways: tuple[str, ...]) -> Field[Table]:
+def table(unit: str | None, value_unit: str | None, ways: tuple[str, ...]) -> Field[Table]:
     """A table of values in `value_unit` over numbers in `unit`: rows alone (a natural spline), or {rows, between}."""
     rows: Field[Any] = Converted(List(_Row(Number(unit), Number(value_unit)), None, "rows"), _increasing)
     return Alternatives(

@@ -12,6 +12,7 @@ from mbproj.dataclass import dataclass
 from mbproj.errors import InputError, Problem
 from mbproj.functions.program import COORDINATE, RATE, Program
 from mbproj.joints import COORDINATE_UNITS, JOINTS
+from mbproj.scene.coupled import Coupled
 from mbproj.scene.friction import Bearing, DryFriction
 from mbproj.scene.records import (
     Body,
@@ -74,19 +75,35 @@ class _Larger:
 
     def joint(self, joint: Joint) -> Joint:
         units = JOINTS[joint.type].parameters
-        own = {name: self.k * value if units[name] == "m" else value for name, value in joint.parameters.items()}
+        own = {name: self._length(value) if units[name] == "m" else value for name, value in joint.parameters.items()}
         return replace(
             joint,
             points=self.points(joint.points),
             start={name: self._unit(joint.name, name) * value for name, value in joint.start.items()},
             speed={name: self._unit(joint.name, name) * value for name, value in joint.speed.items()},
             parameters=own,
+            couples=joint.couples and self._coupled(joint.couples),
             reflected_inertia={
                 name: value if self._unit(joint.name, name) == self.k else self.k**2 * value
                 for name, value in joint.reflected_inertia.items()
             },
             limits={name: self._limit(limit, self._unit(joint.name, name)) for name, limit in joint.limits.items()},
         )
+
+    def _length(self, value: float | tuple[float, ...]) -> float | tuple[float, ...]:
+        return tuple(self.k * each for each in value) if isinstance(value, tuple) else self.k * value
+
+    def _coupled(self, coupled: Coupled) -> Coupled:
+        """A row in m is k times as large, and a length in it counts as before."""
+        units = {name: self._unit(*name.split(".")) for name in coupled.of}
+        if self.k not in units.values():
+            return coupled
+        function = coupled.function
+        if function is not None:
+            (first, *_) = units.values()
+            function = times(self.k, with_argument(function, COORDINATE, 1.0 / first))
+        weights = {name: weight * self.k / units[name] for name, weight in coupled.of.items()}
+        return replace(coupled, of=weights, function=function, constant=self.k * coupled.constant)
 
     def marker(self, marker: Marker) -> Marker:
         return replace(marker, location=self.vector(marker.location))

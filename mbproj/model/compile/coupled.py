@@ -1,0 +1,72 @@
+"""Rows that couple coordinates of joints, from what a scene or an element says of them."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from fractions import Fraction
+
+import numpy as np
+
+from mbproj.constraints.coupling import COORDINATES, Coupling
+from mbproj.errors import InputError, Problem
+from mbproj.functions.curve import Curve
+from mbproj.functions.program import COORDINATE, Op
+from mbproj.model.primitive_set import Binding
+from mbproj.scene.coupled import Coupled
+from mbproj.thresholds import THRESHOLDS
+
+_CALLED = {type(primitive): name for name, primitive in COORDINATES.items()}
+#: Weights with a common measure are no larger multiples of it; others are as near to such a one as 1e-8 at least.
+MOST_TEETH, SAME = 10_000, 1e-12
+
+
+def bound(where: str, coupled: Coupled, parts: Sequence[Binding], owner: int) -> Binding:
+    """The row on the slots of the coordinates, `parts`. Its reaction is that on the second body of the last. Raises
+    InputError, which names `where`, where its function has edges or changes with a turn."""
+    slots = [(body, side if part is parts[-1] else 1, local) for part in parts for body, side, local in part.slots]
+    return Binding(_coupling(where, coupled, parts), owner, tuple(slots), coupled.constant)
+
+
+def _coupling(where: str, coupled: Coupled, parts: Sequence[Binding]) -> Coupling:
+    kinds, weights = tuple(_CALLED[type(part.primitive)] for part in parts), tuple(coupled.of.values())
+    turns = [abs(weight) for weight, kind in zip(weights, kinds, strict=True) if kind == "angle" and weight]
+    curve = None if coupled.function is None else _curve(where, coupled)
+    if curve is not None and kinds[0] == "angle":
+        ends = curve(np.array([-np.pi, np.pi]))[0].real
+        grows = abs(float(ends[1] - ends[0])) / (2.0 * np.pi)
+        turns += [grows] if grows > THRESHOLDS.smooth_to * np.abs(ends).max() else []
+    period = coupled.period
+    if period is None:
+        measure = common_measure(turns)
+        if measure is None:
+            what = f"{where} couples several angles whose turns have no common measure"
+            raise InputError(Problem(what, hint="give weights that are as whole numbers to each other"))
+        period = 2.0 * np.pi * measure
+    if curve is not None and kinds[0] == "angle" and not curve.repeats(2.0 * np.pi, period):
+        hint = "let it repeat with each turn, or change by as much in each"
+        raise InputError(Problem(f"the function of {where} is another one after a turn", hint=hint))
+    return Coupling(kinds, weights, period, curve)
+
+
+def _curve(where: str, coupled: Coupled) -> Curve:
+    """The function of a row."""
+    assert coupled.function is not None
+    if any(each.op is Op.VARIABLE and each.operand != COORDINATE for each in coupled.function.code):
+        raise InputError(Problem(f"the function of {where} names more than its first coordinate", hint="add a force"))
+    curve = Curve(coupled.function)
+    if curve.has_edges():
+        raise InputError(Problem(f"the function of {where} has edges", hint="give one whose slope does not jump"))
+    return curve
+
+
+def common_measure(sizes: Sequence[float]) -> float | None:
+    """The largest number of which these positive ones are multiples, 0 of none; None where they have none."""
+    if not sizes:
+        return 0.0
+    largest = max(sizes)
+    parts = [Fraction(size / largest).limit_denominator(MOST_TEETH) for size in sizes]
+    if any(abs(float(part) - size / largest) > SAME for part, size in zip(parts, sizes, strict=True)):
+        return None
+    whole = math.lcm(*(part.denominator for part in parts))
+    return largest * math.gcd(*(int(part * whole) for part in parts)) / whole

@@ -1,0 +1,139 @@
+"""What couples coordinates of joints: the weights of a coupler, which coordinates a name stands for, rules on them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
+from typing import ClassVar
+
+from mbproj.dataclass import dataclass
+from mbproj.joints import COORDINATE_UNITS, JOINTS
+from mbproj.scene.blocks.coordinates import WORDS, coordinates_in
+from mbproj.scene.coupled import Coupled
+from mbproj.scene.fields.containers import Complaint
+from mbproj.scene.fields.fields import Field, Schema
+from mbproj.scene.fields.quantities import Number
+from mbproj.scene.fields.reading import Reading
+from mbproj.scene.records import Joint, KeyPath
+from mbproj.scene.text.nodes import MappingNode, Node
+from mbproj.scene.text.suggestions import choose_from
+
+
+@dataclass(frozen=True)
+class Weights(Field[dict[str, tuple[float, str]]]):
+    """Weights of coordinates of joints by name, each with the unit that it is written with."""
+
+    node_type: ClassVar[type] = MappingNode
+
+    @property
+    def expects(self) -> str:
+        return "weights of coordinates, as in {A.angle: 2, B: -1}"
+
+    def read(self, node: Node, path: KeyPath, reading: Reading) -> dict[str, tuple[float, str]] | None:
+        if not isinstance(node, MappingNode) or not node.values:
+            self.reject(node, path, reading)
+            return None
+        found = {}
+        for name, item in node.values.items():
+            at = (*path, name)
+            reading.places[at] = node.keys[name]
+            weight = Number(None).read(item, at, reading)
+            if weight is not None:
+                found[name] = (weight, reading.units.get(at, ""))
+        return found if len(found) == len(node.values) else None
+
+    def schema(self) -> Schema:
+        number = Number(None).schema()
+        return {"description": self.expects, "type": "object", "additionalProperties": number, "minProperties": 1}
+
+
+def coupled_units(type_name: str) -> tuple[str, ...]:
+    """The units of what joints of this type couple; none of a coupler, which couples any."""
+    return tuple(COORDINATE_UNITS[each] for each in JOINTS[type_name].couples)
+
+
+def with_coupled(joint: Joint, joints: Mapping[str, Joint]) -> Joint:
+    """The joint with the coordinates named that it couples, and with the second bodies of its first and last joint."""
+    coupled = joint.couples
+    assert coupled is not None
+    found = [_found(joint, at, name, joints) for at, name in enumerate(coupled.of)]
+    of = {able[0]: weight for able, weight in zip(found, coupled.of.values(), strict=True)}
+    first, last = (joints[coupled.joints[at]].bodies[1] for at in (0, -1))
+    return replace(joint, bodies=(first, last), couples=replace(coupled, of=of, units={}))
+
+
+def couple_coordinates(joints: Mapping[str, Joint]) -> Iterator[Complaint]:
+    """A check that the coordinates are there which couplings couple, and that weights are in the units of the row."""
+    for joint in joints.values():
+        coupled = joint.couples
+        if coupled is None:
+            continue
+        wrong = [each for at, name in enumerate(coupled.of) for each in _wrong(joint, at, name, joints)]
+        yield from wrong or (() if JOINTS[joint.type].couples else _units(joint, coupled, joints))
+
+
+def _unit(joint: Joint, at: int) -> str | None:
+    """The unit of a coordinate that a joint couples, None for any."""
+    return dict(enumerate(coupled_units(joint.type))).get(at)
+
+
+def _found(joint: Joint, at: int, name: str, joints: Mapping[str, Joint]) -> list[str]:
+    """The coordinates for which a name may stand, whole."""
+    unit = _unit(joint, at)
+    owner, _, own = name.partition(".")
+    return [f"{owner}.{each}" for each in coordinates_in(joints[owner], unit) if own in ("", each)]
+
+
+def _wrong(joint: Joint, at: int, name: str, joints: Mapping[str, Joint]) -> Iterator[Complaint]:
+    owner, _, own = name.partition(".")
+    short = bool(JOINTS[joint.type].couples)
+    path: KeyPath = ("joints", joint.name, "joints", at) if short else ("joints", joint.name, "of", name)
+    if owner not in joints:
+        if not short:
+            yield Complaint(path, f"unknown joint '{owner}'", choose_from(owner, list(joints)))
+        return
+    kind, able = joints[owner].type, _found(joint, at, name, joints)
+    if len(able) == 1:
+        return
+    if own:
+        has = ", ".join(JOINTS[kind].coordinates)
+        yield Complaint(path, f"joint '{owner}' is {kind} and has no {own} to couple", has and f"it has {has}")
+        return
+    unit = _unit(joint, at)
+    word = WORDS[unit]
+    if able:
+        hint = "write " + " or ".join(able) if not short else "couple them by a coupler, which names coordinates"
+        yield Complaint(path, f"joint '{owner}' is {kind} and has {len(able)} {word}s", hint)
+        return
+    takes = [each for each, entry in JOINTS.items() if _one(entry.coordinates, unit)]
+    hint = f"a {joint.type} takes {', '.join(takes)}" + (f" for its {_ORDINAL[at]} joint" if _mixed(joint.type) else "")
+    yield Complaint(path, f"joint '{owner}' is {kind} and has no {word} to couple", hint)
+
+
+_ORDINAL = ("first", "second", "third")
+
+
+def _mixed(type_name: str) -> bool:
+    """Whether a coupling couples coordinates in different units."""
+    return len({*coupled_units(type_name)}) > 1
+
+
+def _one(coordinates: Mapping[str, Sequence[str]], unit: str | None) -> bool:
+    """Whether one of these coordinates is in the unit."""
+    return [COORDINATE_UNITS[row[0]] for row in coordinates.values() if unit in (None, COORDINATE_UNITS[row[0]])] != []
+
+
+def _units(joint: Joint, coupled: Coupled, joints: Mapping[str, Joint]) -> Iterator[Complaint]:
+    """Of a row in m the weights of angles may be lengths; all others are numbers."""
+    units = {}
+    for at, name in enumerate(coupled.of):
+        (whole,) = _found(joint, at, name, joints)
+        owner, _, own = whole.partition(".")
+        units[name] = COORDINATE_UNITS[JOINTS[joints[owner].type].coordinates[own][0]]
+    row = "m" if "m" in units.values() else "rad"
+    for name, written in coupled.units.items():
+        able = ("", "m", "m/rad") if (row, units[name]) == ("m", "rad") else ("", "1")
+        if written not in able:
+            wants = f"has the unit {able[1]}, or none" if able[1] == "m" else "has no unit"
+            message = f"the weight of '{name}' {wants}, this is in {written}"
+            yield Complaint(("joints", joint.name, "of", name), message, f"the sum is in {row}")
