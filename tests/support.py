@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from mbproj.joints import JOINTS
-from mbproj.joints.table import mesh
+from mbproj.joints.table import TWO_ANGLES
 from mbproj.scene.coupled import Coupled
 from mbproj.scene.records import Body, Joint, Marker, Pair, Scene, Settings
 
@@ -50,7 +50,7 @@ def random_body(rng: np.random.Generator, name: str) -> Body:
     )
 
 
-PARAMETERS = {"pitch": 0.4, "length": 1.3, "teeth": (20.0, -35.0)}
+PARAMETERS = {"pitch": 0.4, "length": 1.3, "teeth": (20.0, -35.0), "radius": 0.3, "radii": (0.2, -0.35)}
 
 
 def random_joint(rng: np.random.Generator, name: str, kind: str, bodies: tuple[str, str]) -> Joint:
@@ -65,13 +65,19 @@ def random_joint(rng: np.random.Generator, name: str, kind: str, bodies: tuple[s
     return Joint(name, kind, bodies, points, axes, parameters=parameters, reaction=True)
 
 
-def random_gear(name: str, couples: tuple[str, str], bodies: tuple[str, str]) -> Joint:
-    """A gear on two joints."""
+#: A joint that has what is coupled.
+OWN = {"angle": "revolute", "along": "prismatic"}
+
+
+def random_coupling(name: str, kind: str, couples: tuple[str, ...], bodies: tuple[str, str]) -> Joint:
+    """A joint of this type on the coordinates of others; a coupler on sums of angles."""
     nowhere = Pair((0.0, 0.0, 0.0), (0.0, 0.0, 0.0))
-    teeth = PARAMETERS["teeth"]
-    weights, period = mesh(teeth)
-    of = dict(zip((f"{joint}.angle" for joint in couples), weights, strict=True))
-    return Joint(name, "gear", bodies, nowhere, parameters={"teeth": teeth}, couples=Coupled(of, period=period))
+    parameters = {name: PARAMETERS[name] for name in JOINTS[kind].parameters}
+    weights, period = (JOINTS[kind].coupling or (lambda: ((2.0, -3.0), None)))(**parameters)
+    names = {"angle": "angle", "along": "displacement"}
+    of = zip(couples, JOINTS[kind].couples or TWO_ANGLES, weights, strict=True)
+    coupled = Coupled({f"{joint}.{names[each]}": weight for joint, each, weight in of}, period=period)
+    return Joint(name, kind, bodies, nowhere, parameters=parameters, couples=coupled)
 
 
 def scene_of(bodies: list[Body], joints: list[Joint], markers: list[Marker] | None = None, **changes: Any) -> Scene:
@@ -92,19 +98,23 @@ def scene_of(bodies: list[Body], joints: list[Joint], markers: list[Marker] | No
 def random_chain(seed: int, kinds: list[str]) -> Scene:
     """A chain from the ground with these joints, closed at its pose, moving at random.
 
-    A gear is a revolute joint in the chain that is coupled to the one before it.
+    A gear is a revolute joint in the chain that is coupled to the one before it; so are others that couple, with as
+    many before them as they want.
     """
     rng = np.random.default_rng(seed)
     bodies = [random_body(rng, f"body{number}") for number in range(len(kinds))]
     names = ["ground", *(body.name for body in bodies)]
-    joints, gears = [], []
+    joints, couplings = [], []
     for number, kind in enumerate(kinds):
-        own = "revolute" if kind == "gear" else kind
-        joints.append(random_joint(rng, f"J{number}", own, (names[number], names[number + 1])))
-        if kind == "gear" and number:
-            ends = (names[number], names[number + 1])
-            gears.append(random_gear(f"G{number}", (f"J{number - 1}", f"J{number}"), ends))
-    return scene_of(bodies, [*joints, *gears], [Marker("end", bodies[-1].name, vector(rng))])
+        wanted = [OWN[each] for each in JOINTS[kind].couples or TWO_ANGLES]
+        couples = JOINTS[kind].frame == "joints"
+        own = wanted[number % len(wanted)] if couples else kind
+        ends = (names[number], names[number + 1])
+        joints.append(random_joint(rng, f"J{number}", own, ends))
+        last = joints[-len(wanted) :]
+        if couples and [joint.type for joint in last] == wanted:
+            couplings.append(random_coupling(f"G{number}", kind, tuple(joint.name for joint in last), ends))
+    return scene_of(bodies, [*joints, *couplings], [Marker("end", bodies[-1].name, vector(rng))])
 
 
 def with_flywheels(scene: Scene, size: float = 1.0) -> Scene:

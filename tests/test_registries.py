@@ -12,10 +12,11 @@ from click.testing import CliRunner, Result
 from mbproj.cli.main import mbproj
 from mbproj.errors import InputError
 from mbproj.joints import JOINTS
-from mbproj.joints.table import AXES_PARALLEL, JointType
+from mbproj.joints.table import AXES_PARALLEL, TWO_ANGLES, JointType
 from mbproj.kernel import core
 from mbproj.registry import PROJECTIONS, integrator_choices, is_embedded
 from tests.kernel.scenes import needs_kernel
+from tests.support import OWN
 
 BODY = "{mass: 2, inertia: [0.3, 0.4, 0.5], position: [0.3, 0, 0.1]}"
 HEAD = """\
@@ -30,6 +31,7 @@ FRAMES = {
     "normal": ", axis: [0, 1, 0]",
     "axes": ", axes: [[1, 0, 0], [0, 1, 0]]",
 }
+COUPLING_VALUES = {"teeth": [20, 35], "radius": "20 mm", "radii": [0.1, "-20 mm"]}
 VALUES = {"m": "20 mm", "rad": "10 deg"}
 #: A command each, with what comes behind its name; results.h5 is that of the run.
 COMMANDS = (
@@ -51,12 +53,17 @@ def place_of(joint: JointType) -> str:
 
 
 def scene_with(kind: str) -> str:
-    """A body on one joint of this type, and of gears two on pins."""
-    if kind == "gear":
-        bodies = f"  body: {BODY}\n  wheel: {BODY.replace('0.3, 0, 0.1', '1.2, 0, 0.1')}\n"
-        pins = "  P: {type: revolute, bodies: [ground, body], location: [0, 0, 0], axis: [0, 1, 0]}\n"
-        pins += "  Q: {type: revolute, bodies: [ground, wheel], location: [1, 0, 0], axis: [0, 1, 0]}\n"
-        return f"{HEAD}bodies:\n{bodies}joints:\n{pins}  J: {{type: gear, joints: [P, Q], teeth: [20, 35]}}\n"
+    """A body on one joint of this type, and of what couples as many as that wants."""
+    if kind in JOINTS and JOINTS[kind].frame == "joints":
+        wanted, bodies, joints = JOINTS[kind].couples or TWO_ANGLES, "", ""
+        for at, each in enumerate(wanted):
+            bodies += f"  body{at}: {BODY.replace('0.3, 0, 0.1', f'{at}.2, 0, 0.1')}\n"
+            place = f"bodies: [ground, body{at}], location: [{at}, 0, 0], axis: [0, 1, 0]"
+            joints += f"  P{at}: {{type: {OWN[each]}, {place}}}\n"
+        names = [f"P{at}" for at in range(len(wanted))]
+        given = {name: COUPLING_VALUES[name] for name in JOINTS[kind].parameters}
+        own = {"joints": names, **given} if JOINTS[kind].couples else {"of": {"P0.angle": 2, "P1": -3}}
+        return f"{HEAD}bodies:\n{bodies}joints:\n{joints}  J: {json.dumps({'type': kind, **own})}\n"
     joint = f"{{type: {kind}, bodies: [body, next], {place_of(JOINTS.get(kind, NEW))}}}"
     bodies = f"  body: {BODY}\n  next: {BODY}\n"
     ball = "  B: {type: spherical, bodies: [ground, body], location: [0, 0, 0.5]}\n"

@@ -58,6 +58,14 @@ class Coupling(Primitive):
         """m where a coordinate is a length."""
         return "rad" if {*self.coordinates} <= {"angle"} else "m"
 
+    @property
+    def growth(self) -> float:
+        """What a turn of s₀ adds to f; whole periods, but for round-off."""
+        if self.function is None or self.coordinates[0] != "angle":
+            return 0.0
+        first, last = self.function(np.array([-np.pi, np.pi]))[0].real.tolist()
+        return float(self.period * np.round((last - first) / self.period)) if self.period else 0.0
+
     def parts(self) -> Iterator[tuple[Primitive, float, slice]]:
         """Each coordinate, its weight, and its slots."""
         own = [COORDINATES[name] for name in self.coordinates]

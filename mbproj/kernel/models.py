@@ -190,12 +190,13 @@ def plane_model(core: ModuleType, system: System, plane: Plane, layout: Layout) 
 
 
 def _couplings(system: System, row: Integers, coordinate: Integers) -> list[tuple[Any, ...]]:
-    """Rows that couple coordinates as the kernel takes them: row, period, coordinates, weights, program."""
+    """Rows that couple coordinates as the kernel takes them: row, period, coordinates, weights, program, growth."""
     couplings = system.couplings
     parts = [np.split(each, couplings.first[1:]) for each in (coordinate, couplings.weight)]
     program = np.where(couplings.program >= 0, system.first_coupled + couplings.program, -1)
-    each = zip(row.tolist(), couplings.period.tolist(), *parts, program.tolist(), strict=False)
-    return [(at, period, own.tolist(), weights.tolist(), number) for at, period, own, weights, number in each]
+    own = [[each.tolist() for each in split] for split in parts]
+    growth = couplings.growth.tolist()
+    return list(zip(row.tolist(), couplings.period.tolist(), *own, program.tolist(), growth, strict=False))
 
 
 def _couplings_in_plane(system: System, plane: Plane) -> list[tuple[Any, ...]]:

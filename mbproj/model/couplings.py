@@ -22,7 +22,7 @@ class Couplings:
 
     `row` (k,) of the joints' rows; `period` (k,) one tooth in rad, or one thread in m; 0 for none. `first` (k,): where
     the entries of each begin, which are `coordinate` (e,), numbers of the system's coordinates, and `weight` (e,).
-    `program` (k,): the number of the function in `programs`, -1 for none.
+    `program` (k,): the number of the function in `programs`, -1 for none; `growth` (k,): what a turn adds to it.
     """
 
     row: Integers
@@ -31,6 +31,7 @@ class Couplings:
     coordinate: Integers
     weight: Array
     program: Integers
+    growth: Array
     programs: ProgramSet
 
     @property
@@ -49,7 +50,9 @@ class Couplings:
         found = np.asarray(np.add.reduceat(self.weight * coordinate[..., self.coordinate], self.first, axis=-1))
         for k in np.flatnonzero(self.program >= 0).tolist():
             s = coordinate[..., self.coordinate[self.first[k]]]
-            found[..., k] -= run(self.programs, int(self.program[k]), [constant_series(0.0 * s), constant_series(s)])[0]
+            turns = np.round(s / (2.0 * np.pi)) if self.growth[k] else 0.0 * s
+            variables = [constant_series(0.0 * s), constant_series(s - 2.0 * np.pi * turns)]
+            found[..., k] -= run(self.programs, int(self.program[k]), variables)[0] + self.growth[k] * turns
         return found
 
     def whole(self, rows: Numbers) -> Numbers:
@@ -61,7 +64,7 @@ class Couplings:
 def compile_couplings(rows: Sequence[Binding], coordinates: Sequence[Binding]) -> Couplings:
     """Those among the joints' rows, which share their slots with the coordinates that they couple."""
     first = np.cumsum([0, *(binding.primitive.rows for binding in rows)])
-    row, period, length, coordinate = [], [], [], []
+    row, period, growth, length, coordinate = [], [], [], [], []
     functions: list[Curve | None] = []
     weight: list[float] = []
     for at, binding in zip(first.tolist(), rows, strict=False):
@@ -69,6 +72,7 @@ def compile_couplings(rows: Sequence[Binding], coordinates: Sequence[Binding]) -
             continue
         row.append(at)
         period.append(binding.primitive.period)
+        growth.append(binding.primitive.growth)
         functions.append(binding.primitive.function)  # type: ignore[arg-type]  # what `Element` rows have
         length.append(len(binding.primitive.weights))
         weight += binding.primitive.weights
@@ -81,6 +85,7 @@ def compile_couplings(rows: Sequence[Binding], coordinates: Sequence[Binding]) -
         coordinate=np.array(coordinate, dtype=np.intp),
         weight=np.array(weight),
         program=np.where(curved, np.cumsum(curved) - 1, -1),
+        growth=np.array(growth, dtype=float),
         programs=flatten([each.program for each in functions if each is not None]),
     )
 

@@ -79,7 +79,7 @@ def _joint_variant(type_name: str, kind: JointType) -> Record[Joint]:
     units = {name: COORDINATE_UNITS[row[0]] for name, row in kind.coordinates.items()}
     rates = {name: Number(f"{unit}/s") for name, unit in units.items()}
     if kind.frame == "joints" and not kind.couples:
-        return Record("a coupler", {"type": JOINT_TYPE, **COUPLER}, _coupler, ("type", "of"), named=True)
+        return Record(f"a {type_name} joint", {"type": JOINT_TYPE, **COUPLER}, _coupler, ("type", "of"), named=True)
     if kind.frame == "joints":
         own = {name: PARAMETERS[name] for name in kind.parameters}
         names = List(Reference("joint", "joints"), len(kind.couples), "names of joints")

@@ -9,8 +9,8 @@ from hypothesis import strategies as st
 from mbproj.joints import JOINTS
 
 #: Types of joints that make the tree and those that close its loops, in space and where all stay in a plane.
-TREE = tuple(name for name in JOINTS if name != "gear")
-LOOP = tuple(name for name in JOINTS if name != "fixed")
+TREE = tuple(name for name in JOINTS if JOINTS[name].frame != "joints")
+LOOP = (*(name for name in TREE if name != "fixed"), "gear")
 FLAT_TREE = ("revolute", "prismatic", "planar", "fixed")
 FLAT_LOOP = (
     "revolute",

@@ -39,7 +39,7 @@ class KnifeEdge(Primitive):
 
 
 EACH = {name: kind() for name, kind in PRIMITIVES.items() if kind is not Coupling}
-EACH |= {"coupling": Coupling(*thread(0.7)), "knife_edge": KnifeEdge()}
+EACH |= {"coupling": Coupling(("along", "angle"), *thread(0.7)), "knife_edge": KnifeEdge()}
 
 
 def bent(primitive, x):

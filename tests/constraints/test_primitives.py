@@ -13,8 +13,8 @@ STEP = 1e-30
 
 
 COUPLINGS = {
-    "screw": Coupling(*thread(0.7)),
-    "gear": Coupling(*mesh((20.0, -35.0))),
+    "screw": Coupling(("along", "angle"), *thread(0.7)),
+    "gear": Coupling(("angle", "angle"), *mesh((20.0, -35.0))),
     "three": Coupling(("angle", "along", "angle"), (0.3, -1.0, 0.2), 0.1),
 }
 EACH = {**{name: kind() for name, kind in PRIMITIVES.items() if kind is not Coupling}, **COUPLINGS}
@@ -98,7 +98,7 @@ def test_distance_is_a_length_not_its_square():
 @pytest.mark.parametrize("turns", [-1.75, -0.2, 0.0, 0.3, 1.4, 12.3])
 def test_a_screw_advances_its_pitch_a_turn(turns):
     """z1, p1, p2 of the displacement, x1, y1, x2 of the angle: on the thread the row is zero, whatever the turn."""
-    screw = Coupling(*thread(0.25))
+    screw = Coupling(("along", "angle"), *thread(0.25))
     angle = 2.0 * np.pi * turns
     turned = [np.cos(angle), np.sin(angle), 0.0]
     x = np.array([[[0.0, 0, 1], [0, 0, 0], [0, 0, 0.25 * turns], [1, 0, 0], [0, 1, 0], turned]])
@@ -109,7 +109,7 @@ def test_a_screw_advances_its_pitch_a_turn(turns):
 
 @pytest.mark.parametrize("teeth", [(20.0, 40.0), (20.0, -35.0), (17.0, 5.0)])
 def test_gears_mesh_over_any_number_of_turns(teeth):
-    gear = Coupling(*mesh(teeth))
+    gear = Coupling(("angle", "angle"), *mesh(teeth))
     for first in np.linspace(-20.0, 20.0, 41):
         second = -first * teeth[0] / teeth[1]
         vectors = [[1.0, 0, 0], [0, 1, 0], [np.cos(first), np.sin(first), 0]]

@@ -32,6 +32,10 @@ FREEDOM = {
     "point_on_line": 16,
     "screw": 4,
     "gear": 1,
+    "rack": 2,
+    "belt": 1,
+    "differential": 2,
+    "coupler": 1,
 }
 
 

@@ -236,7 +236,7 @@ def test_an_expression_is_the_program_that_it_says():
     np.testing.assert_allclose(by_text, by_code, atol=1e-13)
 
 
-EDGE, ONCE = apply(Op.ABS, variable(COORDINATE)), variable(COORDINATE)
+EDGE, ONCE = apply(Op.ABS, variable(COORDINATE)), apply(Op.MULTIPLY, variable(COORDINATE), variable(COORDINATE))
 WRONG = {
     "element 'x': 'pin.angle': unexpected '.'": Element("x", ("pin.angle",), (State("a", "pin.angle"),)),
     "element 'x' reads 'pin.angel', which there is not": Element("x", reads=("pin.angel",)),

@@ -21,7 +21,7 @@ from tests.support import (
     REDUNDANT,
     random_body,
     random_chain,
-    random_gear,
+    random_coupling,
     random_joint,
     scene_of,
     with_flywheels,
@@ -183,7 +183,10 @@ def _geared_star() -> Scene:
     bodies = [random_body(rng, name) for name in ("carrier", "a", "b", "c")]
     joints = [random_joint(rng, "C", "universal", ("ground", "carrier"))]
     joints += [random_joint(rng, name.upper() * 2, "revolute", ("carrier", name)) for name in "abc"]
-    joints += [random_gear("G1", ("AA", "BB"), ("a", "b")), random_gear("G2", ("BB", "CC"), ("b", "c"))]
+    joints += [
+        random_coupling("G1", "gear", ("AA", "BB"), ("a", "b")),
+        random_coupling("G2", "gear", ("BB", "CC"), ("b", "c")),
+    ]
     return scene_of(bodies, joints)
 
 

@@ -40,7 +40,7 @@ def romberg(f, levels: int = 6, h: float = 0.08):
 
 EACH = {
     **{name: kind() for name, kind in PRIMITIVES.items() if name != "coupling"},
-    "screw": Coupling(*thread(PARAMETERS["pitch"])),
+    "screw": Coupling(("along", "angle"), *thread(PARAMETERS["pitch"])),
 }
 
 

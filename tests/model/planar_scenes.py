@@ -13,7 +13,7 @@ from mbproj.model.euler_parameters import product
 from mbproj.model.planar import NotPlanar, Plane, planar_reduction
 from mbproj.scene.fields.rotations import from_matrix
 from mbproj.scene.records import Body, Joint, Pair, Scene
-from tests.support import PARAMETERS, random_body, random_gear, scene_of
+from tests.support import PARAMETERS, random_body, random_coupling, scene_of
 
 Point = tuple[float, float]
 NORMAL = (0.0, 0.0, 1.0)
@@ -98,7 +98,7 @@ def _gears(d: Drawing) -> Scene:
         d.joint("A", "revolute", ("ground", "a"), (0, 0)),
         d.joint("B", "revolute", ("ground", "b"), (2, 0), axes=((0, 0, -1),)),
         d.joint("C", "revolute", ("b", "c"), (2, 1)),
-        random_gear("G", ("A", "B"), ("a", "b")),
+        random_coupling("G", "gear", ("A", "B"), ("a", "b")),
     ]
     return d.scene([d.body("a", (0.1, 0.2)), d.body("b", (2, 0.1)), d.body("c", (2, 1.5))], joints)
 

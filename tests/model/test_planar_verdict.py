@@ -75,7 +75,13 @@ def renamed(scene: Scene) -> Scene:
     joints = {joint.name: f"link {number}" for number, joint in enumerate(scene.joints)}
 
     def other(joint: Joint) -> Joint:
-        couples = joint.couples and tuple(joints[name] for name in joint.couples)
+        couples = joint.couples and dataclasses.replace(
+            joint.couples,
+            of={
+                f"{joints[own]}.angle": k
+                for own, k in zip(joint.couples.joints, joint.couples.of.values(), strict=True)
+            },
+        )
         bodies = tuple(names[body] for body in joint.bodies)
         return dataclasses.replace(joint, name=joints[joint.name], bodies=bodies, couples=couples)
 

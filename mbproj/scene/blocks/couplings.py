@@ -13,7 +13,7 @@ from mbproj.scene.coupled import Coupled
 from mbproj.scene.fields.containers import Complaint
 from mbproj.scene.fields.fields import Field, Schema
 from mbproj.scene.fields.quantities import Number
-from mbproj.scene.fields.reading import Reading
+from mbproj.scene.fields.reading import Reading, label
 from mbproj.scene.records import Joint, KeyPath
 from mbproj.scene.text.nodes import MappingNode, Node
 from mbproj.scene.text.suggestions import choose_from
@@ -30,8 +30,11 @@ class Weights(Field[dict[str, tuple[float, str]]]):
         return "weights of coordinates, as in {A.angle: 2, B: -1}"
 
     def read(self, node: Node, path: KeyPath, reading: Reading) -> dict[str, tuple[float, str]] | None:
-        if not isinstance(node, MappingNode) or not node.values:
+        if not isinstance(node, MappingNode):
             self.reject(node, path, reading)
+            return None
+        if not node.values:
+            reading.report(f"{label(path)} names no coordinate", node.place, f"give {self.expects}")
             return None
         found = {}
         for name, item in node.values.items():
@@ -105,12 +108,15 @@ def _wrong(joint: Joint, at: int, name: str, joints: Mapping[str, Joint]) -> Ite
         hint = "write " + " or ".join(able) if not short else "couple them by a coupler, which names coordinates"
         yield Complaint(path, f"joint '{owner}' is {kind} and has {len(able)} {word}s", hint)
         return
-    takes = [each for each, entry in JOINTS.items() if _one(entry.coordinates, unit)]
-    hint = f"a {joint.type} takes {', '.join(takes)}" + (f" for its {_ORDINAL[at]} joint" if _mixed(joint.type) else "")
+    takes = [
+        each for each, entry in JOINTS.items() if entry.coordinates and (unit is None or _one(entry.coordinates, unit))
+    ]
+    which = f" as its {_ORDINAL[at]} joint" if _mixed(joint.type) else ""
+    hint = f"a {joint.type} takes {', '.join(takes)}{which}"
     yield Complaint(path, f"joint '{owner}' is {kind} and has no {word} to couple", hint)
 
 
-_ORDINAL = ("first", "second", "third")
+_ORDINAL = ("first", "second")
 
 
 def _mixed(type_name: str) -> bool:
@@ -118,9 +124,9 @@ def _mixed(type_name: str) -> bool:
     return len({*coupled_units(type_name)}) > 1
 
 
-def _one(coordinates: Mapping[str, Sequence[str]], unit: str | None) -> bool:
+def _one(coordinates: Mapping[str, Sequence[str]], unit: str) -> bool:
     """Whether one of these coordinates is in the unit."""
-    return [COORDINATE_UNITS[row[0]] for row in coordinates.values() if unit in (None, COORDINATE_UNITS[row[0]])] != []
+    return [COORDINATE_UNITS[row[0]] for row in coordinates.values()].count(unit) == 1
 
 
 def _units(joint: Joint, coupled: Coupled, joints: Mapping[str, Joint]) -> Iterator[Complaint]:

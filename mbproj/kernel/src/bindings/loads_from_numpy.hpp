@@ -256,17 +256,20 @@ template <int D> bool has_angles(const Loads<D>* loads) {
     return std::any_of(instances.begin(), instances.end(), [](const Instance& p) { return p.kind == Kind::angle; });
 }
 
-// Of a row that couples coordinates: its number, its period, the coordinates, their weights, and its program, or -1.
-using CouplingNumbers = std::tuple<int, double, std::vector<int>, std::vector<double>, int>;
+// Of a row that couples coordinates: its number, its period, the coordinates, their weights, its program, or -1, and what a turn
+// adds to that.
+using CouplingNumbers = std::tuple<int, double, std::vector<int>, std::vector<double>, int, double>;
 
 template <int D> void add_couplings(Model<D>& model, const std::vector<CouplingNumbers>& given) {
-    for (const auto& [row, period, own, weights, program] : given) {
+    for (const auto& [row, period, own, weights, program, growth] : given) {
         if (own.size() != weights.size() || own.empty()) refuse("couplings", "do not fit their weights");
         for (const int coordinate : own) index_below(coordinate, model.coordinates.instances.size(), "couplings");
         for (const double weight : weights)
             if (!std::isfinite(weight)) refuse("couplings", "hold a number that is not finite");
         if (!(period >= 0.0)) refuse("couplings", "have a period that is negative");
-        model.couplings.push_back({index_below(row, model.constraints.rows, "couplings"), period, own, weights, -1});
+        if (!std::isfinite(growth)) refuse("couplings", "hold a number that is not finite");
+        model.couplings.push_back(
+            {index_below(row, model.constraints.rows, "couplings"), period, own, weights, growth, -1});
         if (program == -1) continue;
         model.couplings.back().curve = static_cast<int>(model.curves.size());
         if (model.programs.names(index_below(program, model.programs.size(), "couplings"), 2))

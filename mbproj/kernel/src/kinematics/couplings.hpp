@@ -34,7 +34,13 @@ public:
 private:
     // What the coordinates come to, turns counted.
     double sum(const Coupling& coupling, const Pose<D>& pose, const std::vector<double>& expected) const {
-        double total = coupling.curve < 0 ? 0.0 : -pose.curve(coupling.curve).x;
+        double total = 0.0;
+        if (coupling.curve >= 0) {
+            const int first = coupling.coordinates.front();
+            const double counted = Coordinate<D>(model_.coordinates, first, pose).value(expected[first]);
+            const double turns = std::nearbyint((counted - pose.curved(coupling.curve)) / (2.0 * M_PI));
+            total = -pose.curve(coupling.curve).x - coupling.growth * (coupling.growth == 0.0 ? 0.0 : turns);
+        }
         for (std::size_t k = 0; k < coupling.coordinates.size(); ++k) {
             const int index = coupling.coordinates[k];
             total += coupling.weights[k] * Coordinate<D>(model_.coordinates, index, pose).value(expected[index]);

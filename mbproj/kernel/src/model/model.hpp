@@ -93,12 +93,13 @@ struct Switch {
 };
 
 // A row that couples coordinates: their weighed sum, less a curve of the first, or none (-1), and less a multiple of a period
-// (one tooth, one thread; 0: none).
+// (one tooth, one thread; 0: none). A turn of the first adds the `growth` to the curve.
 struct Coupling {
     int row;
     double period;
     std::vector<int> coordinates;
     std::vector<double> weights;
+    double growth;
     int curve;
 };
 
