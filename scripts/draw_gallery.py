@@ -25,7 +25,7 @@ from mbproj.arrays import Array
 from mbproj.dynamics.observe.recorded import Block
 from mbproj.model.euler_parameters import rotation_matrix
 from mbproj.scene import Scene
-from mbproj.scene.records import GROUND
+from mbproj.scene.records import GROUND, Joint
 
 MECHANISMS = Path(__file__).parents[1] / "mechanisms"
 INK, PAPER, STEEL, PLATE, EARTH, FLOOR = "#1F2933", "#FFFFFF", "#A9B7C6", "#CBD5E0", "#8A8F98", "#B9BEC6"
@@ -74,9 +74,14 @@ class Camera:
         return (points @ self.screen.T)[..., :2]
 
 
+def connecting(scene: Scene) -> list[Joint]:
+    """The joints that have a place: those that couple others have none."""
+    return [joint for joint in scene.joints if joint.couples is None]
+
+
 def local_joints(scene: Scene, start: Poses) -> Iterable[tuple[str, Array, Array]]:
     """Of each end of a joint: its body, its point in the body's axes, and the point in space at the start."""
-    for joint in scene.joints:
+    for joint in connecting(scene):
         for body, given in zip(joint.bodies, (joint.points.first, joint.points.second), strict=True):
             position, rotation = start[body]
             local = np.array(given) if joint.points.local else rotation.T @ (np.array(given) - position)
@@ -137,7 +142,7 @@ SYMBOLS = {"spherical": ("o", INK, 6.0), "universal": ("P", PAPER, 8.0)}
 
 def draw_joints(axes: Axes, camera: Camera, scene: Scene, start: Poses, support: float) -> None:
     """A symbol at every joint, and the ground where it holds one, of size `support` (below 0: above the joint)."""
-    for joint, (_, _, point) in zip(scene.joints, list(local_joints(scene, start))[1::2], strict=True):
+    for joint, (_, _, point) in zip(connecting(scene), list(local_joints(scene, start))[1::2], strict=True):
         if joint.type in ("prismatic", "planar"):
             continue
         x, y = camera.flat(point)

@@ -26,8 +26,9 @@ LENGTH, MASS = Number("m", above=0.0), Number("kg", above=0.0)
 OPTIONS: Mapping[str, Option] = {
     "links": Option(Integer(minimum=1), "Number of bars."),
     "loops": Option(Integer(minimum=1), "Number of loops, one below the other."),
-    "length": Option(LENGTH, "Length of each bar."),
-    "mass": Option(MASS, "Mass of each bar; of the slider, or of the coupler."),
+    "length": Option(LENGTH, "Length of each bar; how far the load falls."),
+    "mass": Option(MASS, "Mass of each bar; of the slider, the coupler, or the load."),
+    "radius": Option(LENGTH, "Radius of the drum."),
     "angle": Option(Number("rad"), "Angle of the bars at the start, from hanging straight down."),
     "crank": Option(LENGTH, "Length of the crank."),
     "rod": Option(LENGTH, "Length of the connecting rod."),

@@ -38,6 +38,12 @@ class Looks:
     smooth_to: float = threshold(
         1e-9, "1", "numpy", "the same for jumps of its derivatives", "round-off of a value over a small time"
     )
+    most_teeth: int = threshold(
+        10_000, "-", "numpy", "weights of angles that are coupled are multiples of one number, up to so many", "chosen"
+    )
+    whole_teeth: float = threshold(
+        1e-12, "1", "numpy", "and that nearly, beside the largest", "other numbers are off by 1e-8 of it"
+    )
     most_kinks: int = threshold(1000, "-", "numpy", "so many kinks of one function count at most", "seconds of a run")
     kink_aside: float = threshold(
         4.0,

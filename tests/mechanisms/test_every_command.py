@@ -31,6 +31,7 @@ TOUCHES, SLIDES = "touches at this pose", "slides here, by what its bearing carr
 #: What commands say of scenes that they cannot do.
 REFUSED = {
     "bouncing_ball": {"equilibrium": "nothing balances"},
+    "differential": {"equilibrium": "nothing balances"},
     "door_closer": {"equilibrium": "does not hold where the other forces balance"},
     "drum_brake": {"modes": SLIDES},
     "inline_four": {"equilibrium": MOVES},

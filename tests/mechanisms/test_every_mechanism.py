@@ -18,6 +18,7 @@ SIZES = {
     "bricard": (5, 1),
     "bump_stop": (2, 2),
     "delta_robot": (10, 3),
+    "differential": (3, 2),
     "door_closer": (1, 1),
     "door_with_stop": (1, 1),
     "double_pendulum": (2, 2),

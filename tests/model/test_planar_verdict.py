@@ -27,6 +27,7 @@ SHIPPED = {
     "bricard": "nothing but symmetry keeps body 'bar2' in the plane normal to [1, 0, 0]",
     "bump_stop": [1, 0, 0],
     "delta_robot": "joint 'A2' is tilted, seen in the plane normal to [0, 1, 0]",
+    "differential": [0, 1, 0],
     "door_closer": [0, 0, 1],
     "door_with_stop": [0, 0, 1],
     "double_pendulum": [0, 1, 0],

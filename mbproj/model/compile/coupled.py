@@ -17,8 +17,6 @@ from mbproj.scene.coupled import Coupled
 from mbproj.thresholds import THRESHOLDS
 
 _CALLED = {type(primitive): name for name, primitive in COORDINATES.items()}
-#: Weights with a common measure are no larger multiples of it; others are as near to such a one as 1e-8 at least.
-MOST_TEETH, SAME = 10_000, 1e-12
 
 
 def bound(where: str, coupled: Coupled, parts: Sequence[Binding], owner: int) -> Binding:
@@ -65,8 +63,8 @@ def common_measure(sizes: Sequence[float]) -> float | None:
     if not sizes:
         return 0.0
     largest = max(sizes)
-    parts = [Fraction(size / largest).limit_denominator(MOST_TEETH) for size in sizes]
-    if any(abs(float(part) - size / largest) > SAME for part, size in zip(parts, sizes, strict=True)):
+    parts = [Fraction(size / largest).limit_denominator(THRESHOLDS.most_teeth) for size in sizes]
+    if any(abs(float(part) - size / largest) > THRESHOLDS.whole_teeth for part, size in zip(parts, sizes, strict=True)):
         return None
     whole = math.lcm(*(part.denominator for part in parts))
     return largest * math.gcd(*(int(part * whole) for part in parts)) / whole
