@@ -30,6 +30,7 @@ EXPECTED = {
     "bricard": ("reduced", f"{FREE}keeps body 'bar2' in the plane", 1),
     "bump_stop": ("planar", "the joints keep every body in the plane normal to", 2),
     "delta_robot": ("reduced", "not planar: joint 'A2' is tilted", 3),
+    "differential": ("planar", IN_Y, 2),
     "door_closer": ("reduced", "not planar: friction goes by what joint 'hinge' carries out of the plane", 1),
     "door_with_stop": ("planar", "the joints keep every body in the plane normal to [0, 0, 1]", 1),
     "double_pendulum": ("planar", IN_Y, 2),
