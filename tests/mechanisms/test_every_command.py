@@ -24,8 +24,6 @@ from mbproj.studies.measure.timing import time_settings
 from tests.stops.scenes import resting_on_a_stop
 from tests.support import MECHANISMS
 
-#: Studies on these take minutes: each of their runs meets events that the loop in NumPy handles.
-JOIN_WITH_THE_NEW_LOOP = ("door_closer", "drum_brake", "stick_slip")
 MOVES = "is not constant at t = 0 s"
 TOUCHES, SLIDES = "touches at this pose", "slides here, by what its bearing carries"
 #: What commands say of scenes that they cannot do.
@@ -151,9 +149,7 @@ def test_batches(folder):
     assert Commands()("batch", ".", "--jobs", 1, "--json")
 
 
-@pytest.mark.parametrize(
-    "path", [path for path in MECHANISMS if path.stem not in JOIN_WITH_THE_NEW_LOOP], ids=lambda path: path.stem
-)
+@every_scene
 def test_what_runs_is_studied(path):
     run = Commands()
     _study(run, path)

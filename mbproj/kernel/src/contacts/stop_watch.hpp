@@ -62,17 +62,17 @@ public:
         look(pose, motion, turns, before_);
     }
 
-    // At the end of a step, with the multipliers there: whether it has met something. If not, the next step begins here. `parts`
-    // are those of the step at which something may be met that is not at its end.
+    // At the end of a step, with the multipliers there: whether it has met something. `parts` are those of the step at which
+    // something may be met that is not at its end.
     bool met(const CubicStep& step, const Pose<D>& pose, const Motion<D>& motion, const std::vector<long>& turns,
              const std::vector<double>& lambda) {
         parts_.clear();
         look(pose, motion, turns, now_);
         if (below(before_, now_, step.h, 0.0, 1.0) || gives_way(pose, lambda)) return true;
-        if (closes_inside(step, turns, before_, now_, 0.0, 1.0, model_.thresholds.most_halves)) return true;
-        before_.swap(now_);
-        return false;
+        return closes_inside(step, turns, before_, now_, 0.0, 1.0, model_.thresholds.most_halves);
     }
+    // The next step begins at the end of the one that was looked at last.
+    void pass() { before_.swap(now_); }
     const std::vector<double>& parts() const { return parts_; }
 
     // What is watched at a state, gaps and then forces, which have no rate; and by how much each may be below zero.

@@ -48,7 +48,7 @@ public:
                                             const std::vector<double>& lambda) {
         const CubicStep step{now_.to.h, now_.y, stepper_.first(), now_.y_new, slope};
         const bool at_end = watch_.met(step, equations_.pose(), equations_.motion(), turns, lambda);
-        if (!watch_.gives_way_inside(equations_, now_.t, step) && !at_end) return false;
+        if (!watch_.gives_way_inside(equations_, now_.t, step) && !at_end) return watch_.pass(), false;
         if (!inside()) return true;
         return last_known_ = margins(now_.to.t, now_.y_new, turns, last_), true;
     }
