@@ -94,6 +94,15 @@ def test_reduce_and_expand_are_inverse(name):
     np.testing.assert_allclose(depth, np.tile(plane.depth, (40, 1)), rtol=0, atol=1e-14)
 
 
+def test_a_state_that_has_overflowed_is_expanded_without_a_word():
+    """As a step that is far too large leaves it: who records it sees that it is no number."""
+    _, _, plane = planar(SCENES["four-bar"](Drawing(1)))
+    lost = np.full(3 * len(plane.mass), 1e200)
+    with np.errstate(all="raise"):
+        *_, acceleration = plane.expand(np.zeros_like(lost), lost, lost)
+    assert not np.isfinite(acceleration).all()
+
+
 @pytest.mark.parametrize("name", SCENES)
 @pytest.mark.parametrize("seed", [1, 2])
 def test_the_plane_selects_rows_and_columns(name, seed):

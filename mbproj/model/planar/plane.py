@@ -6,7 +6,7 @@ from functools import cached_property
 
 import numpy as np
 
-from mbproj.arrays import Array, Integers
+from mbproj.arrays import Array, Integers, may_overflow
 from mbproj.dataclass import dataclass
 from mbproj.model.euler_parameters import product
 from mbproj.model.planar.planar_set import PlanarSet
@@ -67,8 +67,9 @@ class Plane:
         orientation = cosine * self.reference + sine * self._turned
         quarter = cosine * self._turned - sine * self.reference  # (0, n) Λ: the rate of Λ is ½ ω times that
         q[..., 3:] = orientation
-        v[..., 3:] = spin * quarter
-        acceleration[..., 3:] = change * quarter - spin**2 * orientation
+        with may_overflow():
+            v[..., 3:] = spin * quarter
+            acceleration[..., 3:] = change * quarter - spin**2 * orientation
         return flat[0], flat[1], flat[2]
 
     @cached_property
