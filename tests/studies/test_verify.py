@@ -30,6 +30,7 @@ from mbproj.studies.verify.case import Case
 from mbproj.studies.verify.checks import CHECKS
 from mbproj.studies.verify.finding import Finding
 from mbproj.studies.verify.rounded import Rounded, solve
+from tests.kernel.scenes import needs_kernel
 from tests.support import MECHANISMS, ROOT, random_chain
 
 SLIDER_CRANK = ROOT / "mechanisms" / "spatial_slider_crank.yaml"
@@ -270,6 +271,36 @@ def test_a_soft_stop_that_makes_its_own_steps_is_no_failed_order():
     assert not found.of("failed")
     (order,) = (check for check in found.checks if check.name == "order")
     assert "pass over edges of laws" in order.remark or "followed in steps of its own" in order.remark
+
+
+#: A valve spool and a lever, with dry friction, that are pushed to and fro between their limits.
+SPOOL = """
+mbproj: 1
+gravity: [0, 0, -9.81]
+simulation: {duration: 3, integrator: dop853, tolerance: 1.0e-9, output_step: 0.01}
+bodies:
+  spool: {mass: 0.4, inertia: [1e-4, 2e-4, 2e-4], position: [0, 0, 0]}
+  lever: {mass: 1, inertia: [1e-3, 0.02, 0.02], position: [0.2, 0, 0.3]}
+joints:
+  bore: {type: prismatic, bodies: [ground, spool], location: [0, 0, 0], axis: [1, 0, 0],
+    limits: {displacement: {range: [-8 mm, 8 mm], rigid: true, restitution: 0.3}}}
+  pin: {type: revolute, bodies: [ground, lever], location: [0, 0, 0.3], axis: [0, 1, 0],
+    limits: {angle: {range: [-20 deg, 20 deg], rigid: true, restitution: 0.4}}}
+forces:
+  seal: {type: friction, joint: bore, coulomb: {coefficient: 0.3, static: 0.4}}
+  rub: {type: friction, joint: pin, coulomb: {torque: 0.05, static: 0.08}}
+  solenoid: {type: linear_spring_damper, joint: bore, force: "6 * sin(7 * t)"}
+  hold: {type: torsion_spring_damper, joint: pin, stiffness: 4, damping: 0.02, free_angle: 10 deg}
+"""
+
+
+@needs_kernel
+def test_runs_whose_steps_are_those_of_events_tell_no_order():
+    """A step longer than the time between two events does not become shorter with the step."""
+    found = verify(read_scene_text(SPOOL))
+    assert not found.of("failed")
+    energy = next(check for check in found.checks if check.name == "energy")
+    assert energy.verdict == "passed" and energy.measured < 1e-14
 
 
 FLYWHEEL = """\

@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from mbproj.arrays import Array
+from mbproj.arrays import Array, Integers
 from mbproj.dataclass import dataclass
 from mbproj.integrate.events.splits import splits_of
 from mbproj.registry import PROJECTIONS, with_fixed_steps
@@ -67,12 +67,16 @@ class Halved:
         return np.abs(ends - ends[-1]).max(axis=1)[COARSER * self.steps <= self.steps[-1]]
 
     @property
+    def events(self) -> Integers:
+        """At how many times each run has met events, where its steps end."""
+        return np.array([0 if each.report is None else each.report.events for each in self.solutions], dtype=np.intp)
+
+    @property
     def is_level(self) -> bool:
         """Whether steps end at events, and half of the errors do not fall at all: something else makes the steps."""
-        met = any(each.report is not None and each.report.events > 0 for each in self.solutions)
         coarse = self.errors[: len(self.errors) // 2]
         return (
-            met
+            bool(self.events.any())
             and len(coarse) > 1
             and bool(coarse.min() > ABOVE * self.floor and np.ptp(coarse) < LEVEL * coarse.min())
         )
@@ -90,10 +94,12 @@ class Halved:
 
     def order(self, values: Array) -> Order | None:
         """The power of the step with which values, one for each of the first runs, fall: a line through the last of
-        them above round-off, logarithms over logarithms. None where there are fewer than three."""
+        them above round-off, logarithms over logarithms. Runs tell nothing whose steps are events' more than their own:
+        these do not become shorter. None where fewer than three are left."""
         low = np.flatnonzero(~(values > ABOVE * self.floor))
         above = values[: low[0]] if len(low) else values
-        x, y = np.log2(self.steps[: len(above)])[-FITTED:], np.log2(above[-FITTED:])
+        own = self.steps[: len(above)] > self.events[: len(above)]
+        x, y = np.log2(self.steps[: len(above)][own])[-FITTED:], np.log2(above[own][-FITTED:])
         if len(x) < 3:
             return None
         away = x - x.mean()
