@@ -117,7 +117,7 @@ def hold_still(axes: Sequence[Axes], size: float) -> None:
     or beside the mechanism's own `size` in their unit."""
     spans = [span(axis) for axis in axes]
     largest = max(high - low for low, high in spans)
-    shown = largest if largest > ROUND_OFF * size else size
+    shown = (largest if largest > ROUND_OFF * size else size) or 1.0  # where nothing moves and nothing has a size
     for axis, (low, high) in zip(axes, spans, strict=True):
         if high - low <= max(STILL * largest, ROUND_OFF * max(size, abs(low), abs(high))):
             middle = (low + high) / 2

@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+import warnings
+
 import numpy as np
 import pytest
 from click.testing import CliRunner
+from matplotlib.figure import Figure
 
 from mbproj.cli.commands import plot
 from mbproj.plot.kinds import KINDS, draw, nothing_to_see
 from mbproj.plot.kinds.markers import legible
+from mbproj.plot.panels import hold_still
 from mbproj.results import open_results
 from tests.plot.drawn import legend, lines, ylabels
 from tests.results.pendulum_blocks import NAMES, block, record, times
@@ -35,6 +39,16 @@ def vectors(x, y, z):
 )
 def test_components_that_hide_each_other_have_panels_of_their_own(history, groups):
     assert legible(history) == groups
+
+
+def test_a_line_of_what_is_nothing_lies_in_the_middle():
+    """Without a word from Matplotlib, which knows no axis of no length."""
+    axis = Figure().add_subplot()
+    axis.plot([0.0, 1.0], [0.0, 0.0])
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        hold_still([axis], size=0.0)
+    assert axis.get_ylim() == pytest.approx((-0.05, 0.05))
 
 
 def test_a_marker_with_millimetres_beside_metres(tmp_path):
