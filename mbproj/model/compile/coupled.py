@@ -23,7 +23,9 @@ def bound(where: str, coupled: Coupled, parts: Sequence[Binding], owner: int) ->
     """The row on the slots of the coordinates, `parts`. Its reaction is that on the second body of the last. Raises
     InputError, which names `where`, where its function has edges or changes with a turn."""
     slots = [(body, side if part is parts[-1] else 1, local) for part in parts for body, side, local in part.slots]
-    return Binding(_coupling(where, coupled, parts), owner, tuple(slots), coupled.constant)
+    primitive = _coupling(where, coupled, parts)
+    whole = primitive.period * np.round(coupled.constant / primitive.period) if primitive.period else 0.0
+    return Binding(primitive, owner, tuple(slots), float(coupled.constant - whole))
 
 
 def _coupling(where: str, coupled: Coupled, parts: Sequence[Binding]) -> Coupling:

@@ -130,16 +130,22 @@ def _one(coordinates: Mapping[str, Sequence[str]], unit: str) -> bool:
 
 
 def _units(joint: Joint, coupled: Coupled, joints: Mapping[str, Joint]) -> Iterator[Complaint]:
-    """Of a row in m the weights of angles may be lengths; all others are numbers."""
-    units = {}
+    """Each coordinate once, and one that counts. Of a row in m the weights of angles may be lengths; all others are
+    numbers."""
+    path: KeyPath = ("joints", joint.name, "of")
+    units, known = {}, dict[str, str]()
     for at, name in enumerate(coupled.of):
         (whole,) = _found(joint, at, name, joints)
+        if known.setdefault(whole, name) != name:
+            yield Complaint((*path, name), f"'{known[whole]}' and '{name}' are one coordinate", "add their weights")
         owner, _, own = whole.partition(".")
         units[name] = COORDINATE_UNITS[JOINTS[joints[owner].type].coordinates[own][0]]
+    if not any(coupled.of.values()) and coupled.function is None:
+        yield Complaint(path, "all weights are 0: nothing is coupled", "give a weight other than 0")
     row = "m" if "m" in units.values() else "rad"
     for name, written in coupled.units.items():
         able = ("", "m", "m/rad") if (row, units[name]) == ("m", "rad") else ("", "1")
         if written not in able:
             wants = f"has the unit {able[1]}, or none" if able[1] == "m" else "has no unit"
             message = f"the weight of '{name}' {wants}, this is in {written}"
-            yield Complaint(("joints", joint.name, "of", name), message, f"the sum is in {row}")
+            yield Complaint((*path, name), message, f"the sum is in {row}")

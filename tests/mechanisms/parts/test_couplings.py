@@ -137,6 +137,16 @@ def test_a_constant_says_where_it_begins():
     np.testing.assert_allclose(s - 0.05 * angle, 0.002, rtol=0, atol=1e-15)
 
 
+@pytest.mark.parametrize("constant", [2.0, 4.0, 5.0, -20.0])
+def test_a_constant_of_any_size_is_closed_at_the_next_turn(constant):
+    """φA + φB = c, but for whole turns, nearest to the pose of the scene."""
+    row = f"  sum: {{type: coupler, of: {{A: 1, B: 1}}, constant: {constant}}}\n"
+    _, recorded = run(scene(SHAFTS + row, duration=0.1))
+    first, second, _ = coordinates(recorded)
+    left = constant - 2.0 * np.pi * np.round(constant / (2.0 * np.pi))
+    np.testing.assert_allclose(first + second, left, rtol=0, atol=1e-13)
+
+
 @pytest.mark.parametrize(
     ("row", "words"),
     [
