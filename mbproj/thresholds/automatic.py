@@ -10,23 +10,31 @@ from mbproj.thresholds.entry import threshold
 class Automatic:
     """Steps are those that were tried."""
 
-    look_explicit: int = threshold(
-        200,
-        "steps",
-        "numpy",
-        "explicit steps between two looks at the fastest mode",
-        "chosen: what a look costs is little beside them",
+    look_steps: int = threshold(
+        20, "steps", "numpy", "the least between two looks at how fast a run gets on", "chosen: what a trial costs"
     )
-    look_implicit: int = threshold(40, "steps", "numpy", "implicit steps between two looks", "the same")
+    look_part: float = threshold(
+        0.05, "1", "numpy", "looks are this part of the steps so far apart", "what a look costs is little beside them"
+    )
+    slowed: float = threshold(
+        0.5, "1", "numpy", "a run that has slowed down to this part tries the other method", "chosen: above scatter"
+    )
     trial_steps: int = threshold(
-        20, "steps", "numpy", "so many steps of the other method are a trial; the second half counts", "5 reach a size"
+        5, "steps", "numpy", "a trial looks after so many steps of the other method", "5 reach a size"
+    )
+    trial_parts: int = threshold(4, "-", "numpy", "so often at most", "a step grows by 1e5 from an explicit one")
+    becoming: float = threshold(
+        1.5, "1", "numpy", "a trial goes on while it gets on by this factor faster than before", "chosen"
+    )
+    trial_part: float = threshold(
+        0.1, "1", "numpy", "part of the evaluations that trials may take, beside the first two", "an aim of 1.25 in all"
     )
     quicker: float = threshold(
-        1.5, "1", "numpy", "another method goes on that gets on by this factor faster for its evaluations", "hysteresis"
+        1.25, "1", "numpy", "another method goes on that gets on by this factor faster for its evaluations", "the same"
     )
     implicit_cost: float = threshold(
-        2.0, "1", "numpy", "an evaluation in an implicit step costs so many explicit ones", "measured: up to 2.4"
+        2.5, "1", "numpy", "an evaluation in an implicit step costs so many explicit ones", "measured: 1.2 to 4.7"
     )
     longest_wait: int = threshold(
-        6, "-", "numpy", "a trial that does not pay doubles the steps until the next look, so often at most", "chosen"
+        6, "-", "numpy", "a trial that does not pay doubles the steps until the next one, so often at most", "chosen"
     )

@@ -61,7 +61,7 @@ def test_the_integrator_may_be_chosen_on_the_way(folder):
     assert mbproj("check", "belt.yaml", *options, folder=folder).returncode == 0
     done = mbproj("run", "belt.yaml", *options, folder=folder)
     assert done.returncode == 0, done.stderr
-    assert "dop853 throughout: no force is stiff" in done.stdout
+    assert "dop853 throughout: " in done.stdout
 
 
 def test_compare_divides_no_energy_of_friction(folder):

@@ -1,5 +1,6 @@
-"""Whether another method would get on faster: asked where the fastest mode of the forces lets expect it, and told by a
-trial of some steps, of which the run itself knows nothing."""
+"""Whether another method would get on faster: told by a trial of some steps, of which the run itself knows nothing. No
+model of stability says when one is due: it is where the run has become slower, and else where trials have taken little
+of the work so far."""
 
 from __future__ import annotations
 
@@ -10,11 +11,10 @@ from mbproj.dynamics.observe.samples import Samples
 from mbproj.errors import SimulationError
 from mbproj.integrate.automatic.plan import Plan, Since, Switch
 from mbproj.integrate.events.halts import Halted
+from mbproj.integrate.events.leg import Leg
 from mbproj.integrate.loop.looks import Looks, Standing
 from mbproj.integrate.outcome.marks import Mark
-from mbproj.integrate.outcome.stiff_words import Stiffness
 from mbproj.integrate.outcome.tally import Tally
-from mbproj.integrate.steppers.methods import stepper_of
 from mbproj.integrate.stiff.modes_at_a_step import FastModes, against
 from mbproj.registry import WHERE_SMOOTH, WHERE_STIFF
 from mbproj.thresholds import THRESHOLDS
@@ -36,69 +36,55 @@ class Found(NamedTuple):
     shaped: bool = False
 
 
-def decide(plan: Plan, standing: Standing, modes: FastModes, march: March, end: float) -> Found:
-    """Whether the other method is quicker from here on; the plan takes note of the look. `end`: of the leg."""
-    mode = _fastest(standing, modes)
-    other = WHERE_SMOOTH if plan.is_stiff else WHERE_STIFF
+def decide(plan: Plan, standing: Standing, modes: FastModes, march: March, leg: Leg) -> Found:
+    """Whether the other method is quicker from here on in a leg; the plan takes note of the look."""
+    t, evaluations = standing.mark["t"], standing.evaluations
+    sampled = int((t - plan.since.time) / leg.interval)  # what samples cost, they cost by any method
+    own = _speed((plan.since.time, plan.since.evaluations), (t, evaluations - sampled))
     found = Found()
-    if _lets_through(plan, standing, mode) if plan.is_stiff else _holds_up(plan, standing, mode):
-        pays, shaped = _pays(plan, standing, other, march, end)
+    if plan.is_due(own, standing.attempts, evaluations):
+        other = WHERE_SMOOTH if plan.is_stiff else WHERE_STIFF
+        pays, shaped = _pays(plan, standing, own, other, march, leg.end)
         switch = None
         if pays:
-            stiff = mode if other == WHERE_STIFF else None
-            switch = Switch(standing.state.t, other, *((stiff.where, stiff.omega_h) if stiff else ()))
-            plan.method, plan.failed = other, 0
-            plan.switches.append(switch)
-        else:
-            plan.failed += 1
+            stiff = _fastest(standing, modes) if other == WHERE_STIFF else ("", 0.0)
+            switch = Switch(t, other, *stiff)
+            plan.take(switch)
+        plan.begin(own, standing.attempts)
         found = Found(switch, shaped)
-    plan.due = standing.attempts + plan.wait
-    plan.since = Since(standing.state.t, standing.steps, standing.evaluations)
+    plan.due = standing.attempts + max(THRESHOLDS.look_steps, int(THRESHOLDS.look_part * standing.attempts))
+    plan.since = Since(t, standing.steps, evaluations)
     return found
 
 
-def _fastest(standing: Standing, modes: FastModes) -> Stiffness | None:
-    """The fastest mode against explicit steps of the size at hand; None where all are slow."""
-    found = modes.fastest(standing.state, standing.h)
-    return None if found is None else against(WHERE_SMOOTH, standing.h, *found)
+def _fastest(standing: Standing, modes: FastModes) -> tuple[str, float]:
+    """What makes the fastest mode, and ω h of an explicit step of the size at hand; "" where all are slow."""
+    found = modes.fastest(standing.state(), standing.mark["h"])
+    return ("", 0.0) if found is None else (found[0], against(WHERE_SMOOTH, standing.mark["h"], *found).omega_h)
 
 
-def _holds_up(plan: Plan, standing: Standing, found: Stiffness | None) -> bool:
-    """Whether explicit steps, the next one or those since the last look, are at the limit of their stability."""
-    if found is None:
-        return False
-    steps, passed = standing.steps - plan.since.steps, standing.state.t - plan.since.time
-    longer = max(1.0, passed / (steps * standing.h)) if steps else 1.0
-    return found.omega_h * longer >= THRESHOLDS.near_limit * found.limit
-
-
-def _lets_through(plan: Plan, standing: Standing, found: Stiffness | None) -> bool:
-    """Whether stability lets explicit steps get on as fast as the implicit ones do for their evaluations."""
-    if found is None:
-        return True
-    explicit, steps = stepper_of(WHERE_SMOOTH), standing.steps - plan.since.steps
-    own = THRESHOLDS.implicit_cost * (standing.evaluations - plan.since.evaluations) / max(steps, 1)
-    return found.limit / found.omega_h * own >= explicit.attempt_cost + explicit.error_cost + 1
-
-
-def _pays(plan: Plan, standing: Standing, other: str, march: March, end: float) -> tuple[bool, bool]:
-    """Whether a trial of the other method gets on faster than this one has since the last look, for its evaluations;
-    and whether the run's end has cut it short. It may halt at an event before."""
-    tally, reached = Tally(), [(standing.state.t, standing.evaluations)]
-    half, shaped = THRESHOLDS.trial_steps // 2, False
+def _pays(plan: Plan, standing: Standing, own: float, other: str, march: March, end: float) -> tuple[bool, bool]:
+    """Whether a trial of the other method gets on faster than this one, at its `own` speed; and whether the run's end
+    has cut it short. It goes on while it becomes faster, and may halt at an event before."""
+    tally, reached = Tally(), [(standing.mark["t"], standing.evaluations)]
+    dearer = 1.0 / THRESHOLDS.implicit_cost if plan.is_stiff else THRESHOLDS.implicit_cost
+    enough, shaped = THRESHOLDS.quicker * dearer * own, False
 
     def look(there: Standing) -> bool:
         nonlocal shaped
         shaped = shaped or there.shaped
-        reached.append((there.state.t, there.evaluations))
-        looks.due = there.attempts + half
-        return len(reached) > 2
+        reached.append((there.mark["t"], there.evaluations))
+        looks.due = there.attempts + THRESHOLDS.trial_steps
+        if len(reached) == 2:
+            return False
+        now, before = _speed(*reached[-2:]), _speed(*reached[-3:-1])
+        return now > enough or now < THRESHOLDS.becoming * before or len(reached) > THRESHOLDS.trial_parts
 
-    looks = Looks(standing.attempts + half, look)
+    looks = Looks(standing.attempts + THRESHOLDS.trial_steps, look, sampled=False)
     try:
         for _ in march(other, handed_over(standing), tally, looks):
             pass
-        if len(reached) <= 2:
+        if len(reached) == 1 or tally.evaluations > reached[-1][1]:
             shaped = True
             reached.append((end, tally.evaluations))
     except Halted as halted:
@@ -108,11 +94,7 @@ def _pays(plan: Plan, standing: Standing, other: str, march: March, end: float) 
         reached.clear()
     plan.trials += 1
     plan.tried += tally.evaluations - standing.evaluations
-    if not reached:
-        return False, shaped
-    own = _speed((plan.since.time, plan.since.evaluations), reached[0])
-    dearer = 1.0 / THRESHOLDS.implicit_cost if plan.is_stiff else THRESHOLDS.implicit_cost
-    return _speed(*reached[-2:]) > THRESHOLDS.quicker * dearer * own, shaped
+    return bool(reached) and _speed(*reached[-2:]) > enough, shaped
 
 
 def _speed(before: tuple[float, int], after: tuple[float, int]) -> float:

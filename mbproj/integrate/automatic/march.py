@@ -10,10 +10,11 @@ from mbproj.dataclass import dataclass
 from mbproj.dynamics.observe.samples import Samples
 from mbproj.integrate.automatic.decision import decide, handed_over
 from mbproj.integrate.automatic.plan import Plan, told
+from mbproj.integrate.events.leg import Leg
 from mbproj.integrate.loop.looks import Looks, Standing
 from mbproj.integrate.outcome.marks import START, Mark, Marks, resuming
 from mbproj.integrate.outcome.tally import Tally
-from mbproj.integrate.stiff.modes_at_a_step import FastModes
+from mbproj.integrate.stiff.modes_at_a_step import FastModes, can_be_fast
 
 #: Samples by a method, from a mark on, to where looks end them.
 By = Callable[[str, Marks, Tally, Looks | None], Iterator[Samples | None]]
@@ -49,7 +50,7 @@ class Automatic:
         """What its methods have done, for the report."""
         return told(self.plan)
 
-    def march(self, modes: FastModes, by: By, end: float, tally: Tally, marks: Marks) -> Iterator[Samples | None]:
+    def march(self, modes: FastModes, by: By, leg: Leg, tally: Tally, marks: Marks) -> Iterator[Samples | None]:
         """Samples of a leg from its start to its end, or from a mark on, by methods that step on `by` themselves."""
         mark, before, final = marks.resumed, START, None
         if mark:
@@ -58,14 +59,14 @@ class Automatic:
         while True:
             part = _Part(Marks(mark, marks.wanted), self.plan.save(), before, final=final)
             marks.newest = part.newest
-            yield from by(self.plan.method, part.marks, tally, self._looks(part, modes, by, end))
+            yield from by(self.plan.method, part.marks, tally, self._looks(part, modes, by, leg))
             if not part.left:
                 return
             mark, before, final = part.left, part.before, part.final
 
-    def _looks(self, part: _Part, modes: FastModes, by: By, end: float) -> Looks | None:
-        """None without forces along coordinates: nothing can be stiff."""
-        if not modes.system.forces.size:
+    def _looks(self, part: _Part, modes: FastModes, by: By, leg: Leg) -> Looks | None:
+        """None without forces along coordinates and states: nothing can be stiff."""
+        if not can_be_fast(modes.system):
             return None
 
         def trial(method: str, mark: Mark, counted: Tally, looks: Looks) -> Iterator[Samples | None]:
@@ -73,7 +74,7 @@ class Automatic:
 
         def look(standing: Standing) -> bool:
             newest = part.newest()
-            found = decide(self.plan, standing, modes, trial, end)
+            found = decide(self.plan, standing, modes, trial, leg)
             looks.due = self.plan.due
             if found.shaped:
                 part.final, self.shaped = newest, True

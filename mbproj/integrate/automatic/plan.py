@@ -48,14 +48,18 @@ class Since(NamedTuple):
 @dataclass
 class Plan:
     """Scratch of a run. Steps and evaluations are counted from the start of the leg at hand. `due`: the steps tried at
-    which the next look is; `failed`: trials in a row that did not pay; `trials` and `tried`: all trials, and the
-    evaluations that they took."""
+    which the next look is; `trial`: those from which on a trial is due at the latest; `best`: the highest speed since
+    the last trial, in s for an evaluation; `failed`: trials in a row that did not pay; `trials` and `tried`: all
+    trials, and the evaluations that they took; `spent`: the run's own in the legs before."""
 
     method: str = WHERE_SMOOTH
-    due: int = THRESHOLDS.look_explicit
+    due: int = THRESHOLDS.look_steps
+    trial: int = 0
+    best: float = 0.0
     failed: int = 0
     trials: int = 0
     tried: int = 0
+    spent: int = 0
     since: Since = field(default_factory=Since)
     switches: list[Switch] = field(default_factory=list)
 
@@ -64,15 +68,29 @@ class Plan:
         """Whether the implicit method makes the steps."""
         return self.method == WHERE_STIFF
 
-    @property
-    def wait(self) -> int:
-        """Steps to the next look."""
-        steps = THRESHOLDS.look_implicit if self.is_stiff else THRESHOLDS.look_explicit
-        return int(steps * 2 ** min(self.failed, THRESHOLDS.longest_wait))
+    def is_due(self, speed: float, attempts: int, evaluations: int) -> bool:
+        """Whether a run at this speed, in s for an evaluation, tries the other method: it has slowed down, or has not
+        tried for long; and trials have not taken much."""
+        self.best = max(self.best, speed)
+        affordable = self.trials < 2 or self.tried < THRESHOLDS.trial_part * (self.spent + evaluations)
+        return affordable and (attempts >= self.trial or speed < THRESHOLDS.slowed * self.best)
+
+    def take(self, switch: Switch) -> None:
+        """Another method makes the steps from here on."""
+        self.method, self.failed = switch.method, -1
+        self.switches.append(switch)
+
+    def begin(self, speed: float, attempts: int) -> None:
+        """A trial has ended, after steps that got on so fast."""
+        self.failed += 1
+        self.best = 0.0 if self.failed == 0 else speed
+        self.trial = attempts + THRESHOLDS.look_steps * 2 ** min(self.failed, THRESHOLDS.longest_wait)
 
     def end_leg(self, counted: Tally) -> None:
         """Counts from here on, where a leg has ended that has counted so much."""
         self.due -= counted.steps + counted.rejected_steps
+        self.trial -= counted.steps + counted.rejected_steps
+        self.spent += counted.evaluations
         time, steps, evaluations = self.since
         self.since = Since(time, steps - counted.steps, evaluations - counted.evaluations)
 
@@ -87,9 +105,12 @@ class Plan:
         return {
             "method": self.method,
             "due": self.due,
+            "trial": self.trial,
+            "best": self.best,
             "failed": self.failed,
             "trials": self.trials,
             "tried": self.tried,
+            "spent": self.spent,
             "since": list(self.since),
             "switches": [list(switch) for switch in self.switches],
         }
@@ -105,9 +126,12 @@ class Plan:
         return cls(
             method=method,
             due=int(saved["due"]),
+            trial=int(saved["trial"]),
+            best=float(saved["best"]),
             failed=int(saved["failed"]),
             trials=int(saved["trials"]),
             tried=int(saved["tried"]),
+            spent=int(saved["spent"]),
             since=Since(float(time), int(steps), int(evaluations)),
             switches=switches,
         )
@@ -115,7 +139,8 @@ class Plan:
 
 def told(plan: Plan) -> tuple[str, ...]:
     """Which method made the steps, line by line, and what it cost to find out."""
-    lines = [_told(switch) for switch in plan.switches[:MOST_TOLD]] or [f"{plan.method} throughout: no force is stiff"]
+    why = f"{WHERE_STIFF} was not quicker" if plan.trials else "no force is stiff"
+    lines = [_told(switch) for switch in plan.switches[:MOST_TOLD]] or [f"{plan.method} throughout: {why}"]
     more = len(plan.switches) - MOST_TOLD
     if more > 0:
         lines.append(f"{more} more change{'s' * (more > 1)} of the method; {plan.method} at the end")

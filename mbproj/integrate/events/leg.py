@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from mbproj.arrays import Array, Flags
@@ -37,6 +39,11 @@ class Leg:
             return cls(start, duration, interval, breaks, times=output_times(settings, start))
         steps, every = whole_steps(settings), output_every(settings)
         return cls(start, duration, interval, breaks, settings.step, steps, every)
+
+    @property
+    def without_samples(self) -> Leg:
+        """The same with error control, where samples at its start and end alone are made."""
+        return replace(self, times=SampleTimes(self.start, self.end, self.start, self.duration))
 
     def records_at(self, times: Array) -> Flags:
         """Which of some times are those of samples, with error control."""

@@ -59,7 +59,8 @@ def march(
     where the kernel came back without any, so that its caller can look whether the run is still wanted. Raises
     SimulationError where the run cannot go on, and Halted where it has met something that is `watched`, or that the
     contacts `inside` leave over."""
-    run, marks = compiled.run(state, settings, leg), marks or Marks()
+    leg, marks = leg or Leg.whole(compiled.system, settings, state.t), marks or Marks()
+    run = compiled.run(state, settings, leg if looks is None or looks.sampled else leg.without_samples)
     if watched is not None:
         run.watch(
             [_as_known(each) for each in watched.gaps], [_own(compiled, each) for each in watched.rows], watched.spacing
@@ -174,13 +175,12 @@ def _standing(compiled: Compiled, run: Any, tally: Tally) -> Standing:
     """Where a run stands that has come back between two steps."""
     mark = run.here()
     return Standing(
-        state=compiled.standing(mark["t"], mark["y"], mark["turns"]),
-        h=mark["h"],
         steps=tally.steps,
         rejected=tally.rejected_steps,
         evaluations=tally.evaluations,
         shaped=mark["shaped"],
         mark={**mark, "met": saved_events(tally.met, float(mark["t"]))},
+        state=lambda: compiled.standing(mark["t"], mark["y"], mark["turns"]),
     )
 
 

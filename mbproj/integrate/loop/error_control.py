@@ -80,7 +80,7 @@ class ErrorControl:
                 raise lost or step_vanished(point.t)
             before_step = partial(self._before_step, h, control)
             run.mark(point, before_step)
-            if run.is_left(point, h, before_step):
+            if run.is_left(point, before_step):
                 return
             h, t = self.target(h, point.t)
             self._again = control.is_again

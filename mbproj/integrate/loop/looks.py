@@ -11,16 +11,15 @@ from mbproj.integrate.outcome.marks import Mark
 
 @dataclass(frozen=True, eq=False)
 class Standing:
-    """A run between two steps: its state, the size of its next step in s, what it has counted so far, whether the run's
-    end has shaped what led here, and the mark from which another method can go on."""
+    """A run between two steps: what it has counted so far, whether the run's end has shaped what led here, and the mark
+    from which another method can go on; `state` gives that of the system."""
 
-    state: State
-    h: float
     steps: int
     rejected: int
     evaluations: int
     shaped: bool
     mark: Mark
+    state: Callable[[], State]
 
     @property
     def attempts(self) -> int:
@@ -31,7 +30,8 @@ class Standing:
 @dataclass
 class Looks:
     """Scratch of a run by one method: when `due` steps were tried since the start, `look` is called; it says whether
-    the run ends here, and sets `due` anew. It has no say in the steps."""
+    the run ends here, and sets `due` anew. It has no say in the steps. `sampled`: whether samples are made, too."""
 
     due: int
     look: Callable[[Standing], bool]
+    sampled: bool = True

@@ -38,6 +38,7 @@ def march(
     """Samples from the start to the end of a leg, the whole run where none is given, or from a mark on; or to where
     `looks` ends it, with error control, or `watch` halts it. Raises SimulationError where the run cannot go on."""
     marks, leg = marks or Marks(), leg or Leg.whole(formulation.system, formulation.settings, state.t)
+    leg = leg if looks is None or looks.sampled else leg.without_samples
     run = Run(formulation, leg, tally, marks, looks, watch)
     switches = switches_of(formulation.system)
     if leg.step is None:

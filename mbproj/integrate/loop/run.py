@@ -58,19 +58,18 @@ class Run:
     def _saved(self, point: Point, rest: Callable[[], Mark]) -> Mark:
         return {**point.save(), **saved_tally(self.tally), "policy": self.exact.policy.save(), **rest()}
 
-    def is_left(self, point: Point, h: float, rest: Callable[[], Mark]) -> bool:
-        """Whether who looks at the run ends it before a step of size h; so that another method goes on."""
+    def is_left(self, point: Point, rest: Callable[[], Mark]) -> bool:
+        """Whether who looks at the run ends it here; so that another method goes on."""
         looks, tally = self._looks, self.tally
         if looks is None or tally.steps + tally.rejected_steps < looks.due:
             return False
         standing = Standing(
-            state=point.state(self.exact),
-            h=h,
             steps=tally.steps,
             rejected=tally.rejected_steps,
             evaluations=tally.evaluations,
             shaped=self.shaped,
             mark={**self._saved(point, rest), "met": saved_events(tally.met, point.t), "shaped": self.shaped},
+            state=lambda: point.state(self.exact),
         )
         return looks.look(standing)
 

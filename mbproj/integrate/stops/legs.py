@@ -72,7 +72,7 @@ def chosen(
     def by(method: str, own: Marks, counted: Tally, looks: Looks | None) -> Iterator[Samples | None]:
         return samples_of(variant, state, replace(settings, integrator=method), leg, counted, watched, own, looks)
 
-    return automatic.march(FastModes(variant.choice, variant.system), by, leg.end, tally, marks)
+    return automatic.march(FastModes(variant.choice, variant.system), by, leg, tally, marks)
 
 
 @dataclass(frozen=True, eq=False)

@@ -291,5 +291,5 @@ def march(
     if automatic is None:
         yield from by(settings.integrator, marks, tally, None)
     else:
-        end = state.t + (settings.duration or 0.0)
-        yield from automatic.march(FastModes(choice, system), by, end, tally, marks)
+        leg = Leg.whole(system, settings, state.t)
+        yield from automatic.march(FastModes(choice, system), by, leg, tally, marks)
