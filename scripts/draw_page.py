@@ -14,11 +14,11 @@ from pathlib import Path
 sys.path.insert(0, str(Path(__file__).parents[1]))
 
 from mbproj import read_scene
-from mbproj.animate.data.pages import page_of
-from mbproj.animate.page.write import html
+from mbproj.pages.data.pages import page_of
+from mbproj.pages.page.write import html
 from mbproj.results import open_results
-from tests.animate.browser import LAPTOP, MISSING, Opened, browser
-from tests.animate.runs import recorded
+from tests.pages.browser import LAPTOP, MISSING, Opened, browser
+from tests.pages.runs import recorded
 from tests.support import ROOT
 
 PICTURE = ROOT / "mechanisms" / "pictures" / "stewart_platform_page.png"

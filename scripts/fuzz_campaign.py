@@ -31,7 +31,7 @@ from fuzz.scenes import changed
 from fuzz.surroundings import environment, furnish, untouched
 from fuzz.trial import Ending, trial
 
-import mbproj.plot.save
+import mbproj.figures.save
 import mbproj.studies.verify  # noqa: F401
 
 MECHANISMS = Path(__file__).resolve().parent.parent / "mechanisms"

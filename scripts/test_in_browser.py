@@ -12,7 +12,7 @@ from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
 
-from tests.animate.browser import MISSING, PATH
+from tests.pages.browser import MISSING, PATH
 from tests.support import ROOT
 
 
@@ -21,7 +21,7 @@ def main() -> int:
         print(f"NOTHING WAS TESTED IN A BROWSER: {MISSING}")
         return 4
     print(f"testing in {PATH}")
-    tests = [sys.executable, "-m", "pytest", "-n", "0", "-p", "no:cacheprovider", "tests/animate/test_browser.py"]
+    tests = [sys.executable, "-m", "pytest", "-n", "0", "-p", "no:cacheprovider", "tests/pages/test_browser.py"]
     return 4 if subprocess.run(tests, check=False, cwd=ROOT).returncode else 0
 
 

@@ -51,8 +51,8 @@ MAY_IMPORT = {
         "results",
         "analysis",
     },
-    "animate": {"joints", "scene", "model", "dynamics", "results", "analysis"},
-    "plot": {"outputs", "results", "analysis", "scene", "animate"},
+    "pages": {"joints", "scene", "model", "dynamics", "results", "analysis"},
+    "figures": {"outputs", "results", "analysis", "scene", "pages"},
     "cli": {
         "guide",
         "joints",
@@ -66,8 +66,8 @@ MAY_IMPORT = {
         "analysis",
         "linear",
         "studies",
-        "animate",
-        "plot",
+        "pages",
+        "figures",
         "templates",
     },
 }
@@ -97,8 +97,8 @@ FOLDERS = {
     ),
     "analysis": ("contacts",),
     "linear": ("equilibrium", "state_space"),
-    "animate": ("look", "data", "page"),
-    "plot": ("pages", "kinds", "sweeps"),
+    "pages": ("look", "data", "page"),
+    "figures": ("pages", "kinds", "sweeps"),
     "cli": ("report", "simulate", "studies", "linear", "commands"),
 }
 #: The kernel's folders: a header includes only headers of its own folder and of those that stand before it.
@@ -252,10 +252,10 @@ def test_files_are_short():
     assert {path.as_posix() for path in named if path.parent.as_posix() not in SHORT_IN} == set(SHORT_FILES)
 
 
-def test_only_plot_imports_matplotlib():
+def test_only_figures_imports_matplotlib():
     for path in modules():
         text = path.read_text(encoding="utf-8")
-        if "plot" not in path.parts:
+        if "figures" not in path.parts:
             assert "import matplotlib" not in text, path
             assert "\nfrom matplotlib" not in text, path
 

@@ -15,8 +15,8 @@ FORMATS = ("png", "svg", "pdf", "html")
 
 def draw_start(path: Path, scene: Scene, system: System, state: State) -> None:
     """Writes the picture or page. Raises InputError where the name is of neither, or the file must not be replaced."""
-    from mbproj.animate.look.motion import motion_at
     from mbproj.outputs import PAGE, write_text
+    from mbproj.pages.look.motion import motion_at
 
     ending = path.suffix[1:].lower()
     if ending not in FORMATS:
@@ -24,16 +24,16 @@ def draw_start(path: Path, scene: Scene, system: System, state: State) -> None:
         raise InputError(Problem(message, hint=f"end it in one of .{', .'.join(FORMATS)}"))
     motion = motion_at(system, state.q)
     if ending == "html":
-        from mbproj.animate.data.pages import start_of
-        from mbproj.animate.page.write import html
+        from mbproj.pages.data.pages import start_of
+        from mbproj.pages.page.write import html
 
         page = start_of(scene, motion, scene.title or path.stem)
         write_text(path, html(page.title, page.data, page.packer), PAGE)
         return
-    from mbproj.animate.look.mechanism import look_of
-    from mbproj.animate.look.view import view_of
-    from mbproj.plot.kinds.mechanism import draw_start as drawn
-    from mbproj.plot.save import save
+    from mbproj.figures.kinds.mechanism import draw_start as drawn
+    from mbproj.figures.save import save
+    from mbproj.pages.look.mechanism import look_of
+    from mbproj.pages.look.view import view_of
 
     look = look_of(scene, motion, meshes_of(scene))
     save(drawn(look, view_of(scene, motion, look), motion), path)

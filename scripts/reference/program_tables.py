@@ -14,8 +14,8 @@ from mbproj.cli.main import mbproj as group
 from mbproj.cli.report.thresholds import USERS
 from mbproj.cli.scene_options import SCENE_OPTIONS
 from mbproj.errors import ExitCode
-from mbproj.plot.kinds import KINDS
-from mbproj.plot.sweeps import PICTURES
+from mbproj.figures.kinds import KINDS
+from mbproj.figures.sweeps import PICTURES
 from mbproj.results.layout import ALL_NAMES, CONSTANTS, DATASETS, LATER
 from mbproj.results.linear.model_file import LAYOUT as MODEL
 from mbproj.results.linear.modes_file import LAYOUT as MODES

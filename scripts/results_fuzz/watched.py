@@ -24,8 +24,8 @@ ALLOWED = (0, 2, 3, 4)
 #: What commands import when they are used.
 IMPORTED = (
     "mbproj.studies.verify",
-    "mbproj.plot.save",
-    "mbproj.plot.panels",
+    "mbproj.figures.save",
+    "mbproj.figures.panels",
     "mbproj.analysis.same_motion",
     "mbproj.integrate",
     "matplotlib.backends.backend_agg",

@@ -7,7 +7,7 @@ import pytest
 from matplotlib.figure import Figure
 
 from mbproj.analysis.thinned import COLUMNS, MANY, thinned
-from mbproj.plot.panels import thin
+from mbproj.figures.panels import thin
 
 COUNT = 300_000
 TIME = np.linspace(0.0, 10.0, COUNT)

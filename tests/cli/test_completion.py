@@ -12,9 +12,9 @@ from pathlib import Path
 import pytest
 
 from mbproj.cli.main import COMMANDS
+from mbproj.figures.kinds import KINDS
+from mbproj.figures.sweeps import PICTURES
 from mbproj.guide.pages import pages
-from mbproj.plot.kinds import KINDS
-from mbproj.plot.sweeps import PICTURES
 from mbproj.registry import PROJECTIONS
 from mbproj.studies.stability.quantities import QUANTITIES
 from tests.support import ROOT

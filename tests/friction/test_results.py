@@ -10,7 +10,7 @@ import pytest
 
 from mbproj import InputError
 from mbproj.analysis.contacts.friction import rubbed_by_frictions, sticking
-from mbproj.plot.kinds import draw
+from mbproj.figures.kinds import draw
 from mbproj.results import open_results
 from tests.cli.commands import mbproj
 from tests.friction.belt import AGAIN, HOLDS, SCENE, SLID, SLIDES, SLIPS, STICKS

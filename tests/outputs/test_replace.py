@@ -11,8 +11,8 @@ import pytest
 from matplotlib.figure import Figure
 
 from mbproj.errors import InputError
+from mbproj.figures.save import save
 from mbproj.outputs import JUNIT, SCENE, SCENE_SCHEMA, check_replaceable, csv, hdf5, picture, replacing, write_text
-from mbproj.plot.save import save
 
 
 def permissions(path):

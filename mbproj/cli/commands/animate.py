@@ -15,7 +15,7 @@ from mbproj.cli.study_options import force as force_option
 from mbproj.errors import InputError, Problem
 
 if TYPE_CHECKING:
-    from mbproj.animate.data.pages import PageData
+    from mbproj.pages.data.pages import PageData
 
 #: A scene is told from results by these endings.
 SCENES = (".yaml", ".yml")
@@ -69,8 +69,8 @@ def command(
     solid and the others as ghosts. The page is one file that opens without a network. Its 3D graphics are three.js,
     which comes with the extra: pip install 'mbproj[animate]'. A name in .gif, or .mp4 with ffmpeg, makes a film.
     """
-    from mbproj.animate.page.write import html
     from mbproj.outputs import PAGE, check_replaceable, write_text
+    from mbproj.pages.page.write import html
 
     path = output or sources[0].with_suffix(".html")
     ending = path.suffix.lower()
@@ -97,8 +97,8 @@ def command(
 def _film(sources: Sequence[Path], start: float | None, stop: float | None, path: Path, *, force: bool) -> Path:
     from mbproj.cli.linear.pictures import is_linear
     from mbproj.cli.results_shown import opened, selected
+    from mbproj.figures.kinds.film import save_film
     from mbproj.outputs import check_replaceable, film
-    from mbproj.plot.kinds.film import save_film
 
     for source in sources:
         if source.suffix.lower() in SCENES or is_linear(source):
@@ -116,8 +116,8 @@ def _page(
     full: bool,
     limit: float | None,
 ) -> PageData:
-    from mbproj.animate.data.pages import page_of, start_of
     from mbproj.cli.linear.pictures import is_linear
+    from mbproj.pages.data.pages import page_of, start_of
 
     if any(map(is_linear, sources)):
         if len(sources) > 1:
@@ -125,13 +125,13 @@ def _page(
         for name, value in {"--from": start, "--to": stop, "--error": limit, "--full": full or None}.items():
             if value is not None:
                 raise InputError(Problem(f"{name} is for results of runs, and '{sources[0]}' is none"))
-        from mbproj.animate.data.modes import page_of_modes
+        from mbproj.pages.data.modes import page_of_modes
 
         return page_of_modes(sources[0], labels[0] if labels else sources[0].stem)
     scenes = [source for source in sources if source.suffix.lower() in SCENES]
     if not scenes:
         from mbproj.cli.results_shown import opened, selected
-        from mbproj.plot.labels import derive_labels
+        from mbproj.figures.labels import derive_labels
 
         results = [opened(path) for path in sources]
         names = list(labels) or derive_labels(results)
@@ -139,9 +139,9 @@ def _page(
     if len(sources) > 1:
         message = f"'{scenes[0]}' is a scene, and scenes are shown alone"
         raise InputError(Problem(message, hint="run it, and give its results"))
-    from mbproj.animate.look.motion import motion_at
     from mbproj.linear.equilibrium.started import start_state
     from mbproj.model import compile_system
+    from mbproj.pages.look.motion import motion_at
     from mbproj.scene import read_scene
 
     scene = read_scene(str(scenes[0]), {}, {})

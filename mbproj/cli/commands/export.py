@@ -45,8 +45,8 @@ def command(results: Path, folder: Path, chosen: tuple[str, ...], only_list: boo
     DIR/<file>-<table>.csv. The first line names the columns and their units; numbers keep all their digits.
     """
     from mbproj.analysis.tables import tables
+    from mbproj.figures.labels import stem
     from mbproj.outputs import check_replaceable, csv, make_folder, write_csv
-    from mbproj.plot.labels import stem
     from mbproj.results import open_results
 
     with open_results(results) as opened:

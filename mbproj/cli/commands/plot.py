@@ -17,8 +17,8 @@ from mbproj.cli.results_shown import opened, selected
 from mbproj.cli.studies.sweep_pictures import draw_sweep, is_sweep
 from mbproj.cli.study_options import force as force_option
 from mbproj.errors import InputError, Problem
-from mbproj.plot.kinds import KINDS
-from mbproj.plot.sweeps import PICTURES
+from mbproj.figures.kinds import KINDS
+from mbproj.figures.sweeps import PICTURES
 from mbproj.scene.text.suggestions import choose_from
 
 if TYPE_CHECKING:
@@ -123,10 +123,10 @@ def command(
     force limits its smaller steps.
     """
     from mbproj.analysis.thinned import MANY
+    from mbproj.figures.kinds import draw, nothing_to_see, why_not
+    from mbproj.figures.labels import derive_labels, stem
+    from mbproj.figures.save import save
     from mbproj.outputs import check_replaceable, make_folder, picture
-    from mbproj.plot.kinds import draw, nothing_to_see, why_not
-    from mbproj.plot.labels import derive_labels, stem
-    from mbproj.plot.save import save
 
     of_runs: dict[str, object] = {
         "--label": labels,
@@ -168,7 +168,7 @@ def command(
 def _say_what_limits(results: Sequence[Results], figure: Figure) -> None:
     """What limited the steps of a single run with error control: below the panels, and as a table."""
     from mbproj.cli.simulate import step_limits
-    from mbproj.plot.margins import small_print
+    from mbproj.figures.margins import small_print
 
     if len(results) > 1 or results[0].settings.tolerance is None:
         return

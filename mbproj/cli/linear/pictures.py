@@ -36,8 +36,8 @@ def draw_linear(
 ) -> None:
     """Draws one file, all pictures that apply or those of these kinds, and prints their paths. `unfit`: options that
     were given and are for results of runs."""
+    from mbproj.figures.save import save
     from mbproj.outputs import check_replaceable, make_folder, picture
-    from mbproj.plot.save import save
 
     if len(paths) > 1:
         raise InputError(
@@ -71,7 +71,7 @@ Drawn = tuple[dict[str, "Callable[[], Figure]"], dict[str, "str | None"]]
 
 
 def _of_modes(path: Path) -> Drawn:
-    from mbproj.plot.pages.modes import PICTURES, why_not
+    from mbproj.figures.pages.modes import PICTURES, why_not
     from mbproj.results.linear.modes_file import read_modes
 
     modes = read_modes(path)
@@ -81,7 +81,7 @@ def _of_modes(path: Path) -> Drawn:
 
 
 def _of_model(path: Path) -> Drawn:
-    from mbproj.plot.pages.bode import PICTURES
+    from mbproj.figures.pages.bode import PICTURES
     from mbproj.results.linear.model_file import read_model
 
     model = read_model(path)

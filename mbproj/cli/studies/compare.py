@@ -124,7 +124,7 @@ def _table(found: Comparison, rows: Sequence[Mapping[str, Any]]) -> str:
 
 
 def _page(found: Comparison, title: str) -> Figure:
-    from mbproj.plot.pages.comparison import Compared, comparison_page
+    from mbproj.figures.pages.comparison import Compared, comparison_page
 
     methods = []
     for entry in found.entries:

@@ -59,7 +59,7 @@ def command(output: str, duration: float, ending: str, force: bool) -> None:
     for path in paths.values():
         check_replaceable(path, picture(ending), force=force)
 
-    from mbproj.plot.save import save
+    from mbproj.figures.save import save
     from mbproj.studies.paper.examples import run_example
 
     for name in FIGURES:
@@ -72,7 +72,7 @@ def command(output: str, duration: float, ending: str, force: bool) -> None:
 
 def _figures(example: Example) -> dict[int, Figure]:
     """The example's four figures by the paper's numbers."""
-    from mbproj.plot.pages import paper_figures
+    from mbproj.figures.pages import paper_figures
 
     components, numbers = FIGURES[example.name]
     shown, since = example.histories["GPOPM"], example.unconverged_from

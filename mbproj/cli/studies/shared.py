@@ -45,6 +45,6 @@ class StudyFiles:
 
     def figure(self, drawn: Figure) -> Path:
         """Writes the figure."""
-        from mbproj.plot.save import save
+        from mbproj.figures.save import save
 
         return save(drawn, self._figure, force=self.force)

@@ -221,7 +221,7 @@ def _theory(found: StabilityMap) -> str:
 def _page(found: StabilityMap) -> Figure:
     import numpy as np
 
-    from mbproj.plot.pages.stability import Map, Strip, stability_page
+    from mbproj.figures.pages.stability import Map, Strip, stability_page
 
     strips = [
         Strip(

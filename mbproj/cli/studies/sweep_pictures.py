@@ -9,11 +9,11 @@ from typing import TYPE_CHECKING
 import click
 
 from mbproj.errors import InputError, Problem
-from mbproj.plot.sweeps import PICTURES
+from mbproj.figures.sweeps import PICTURES
 from mbproj.scene.text.suggestions import choose_from
 
 if TYPE_CHECKING:
-    from mbproj.plot.sweeps.chosen import Chosen
+    from mbproj.figures.sweeps.chosen import Chosen
 
 OTHER_DIRECTORY = "choose another directory with -o"
 
@@ -39,10 +39,10 @@ def draw_sweep(
 ) -> None:
     """Draws one sweep, all pictures that suit its design or those of these kinds, and prints their paths. `unfit`:
     options that were given and are for results of runs."""
+    from mbproj.figures.save import save
+    from mbproj.figures.sweeps import draw
+    from mbproj.figures.sweeps.chosen import choose
     from mbproj.outputs import check_replaceable, make_folder, picture
-    from mbproj.plot.save import save
-    from mbproj.plot.sweeps import draw
-    from mbproj.plot.sweeps.chosen import choose
     from mbproj.results.sweep.table import read_table
 
     if len(paths) > 1:
@@ -66,7 +66,7 @@ def draw_sweep(
 def _applicable(chosen: Chosen, kinds: Sequence[str]) -> list[str]:
     """The kinds to draw: those asked for, or those that suit the design. A kind that does not apply is an error where
     it was asked for."""
-    from mbproj.plot.sweeps import why_not
+    from mbproj.figures.sweeps import why_not
 
     reasons: Mapping[str, str | None] = {kind: why_not(kind, chosen) for kind in PICTURES}
     able = [kind for kind, reason in reasons.items() if reason is None]

@@ -155,7 +155,7 @@ def _unevenly(found: ThresholdStudy) -> str:
 def _page(found: ThresholdStudy, points: tuple[str, ...]) -> Figure:
     import numpy as np
 
-    from mbproj.plot.pages.threshold import Thresholds, threshold_page
+    from mbproj.figures.pages.threshold import Thresholds, threshold_page
 
     rows = _rows(found, points)
     middle = rows[1:-1]

@@ -183,7 +183,7 @@ def _own(found: Tradeoff, own: int) -> Iterator[str]:
 def _page(found: Tradeoff) -> Figure:
     import numpy as np
 
-    from mbproj.plot.pages.work_precision import Cloud, Diagram, work_precision
+    from mbproj.figures.pages.work_precision import Cloud, Diagram, work_precision
     from mbproj.studies.tradeoff.curves import by_integrator, by_projection, studied
 
     def cloud(indices: list[int]) -> Cloud:

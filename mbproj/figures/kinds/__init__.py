@@ -1,0 +1,148 @@
+"""The kinds of pictures, one module each with `draw(results, labels) -> Figure`. Importing this is cheap."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from importlib import import_module
+from types import MappingProxyType
+from typing import TYPE_CHECKING
+
+from mbproj.dataclass import dataclass
+from mbproj.errors import InputError
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from mbproj.results import Results
+
+
+@dataclass(frozen=True)
+class Kind:
+    """A kind of picture: its module in this folder, one line on it, the names without which it does not apply,
+    whether most results have those, so that it is worth a note where they have not, whether it shows the motion, so
+    that what is not to be trusted is marked in it, the function of the module that draws it, whether it is drawn where
+    no kind is asked for, and whether it takes times."""
+
+    module: str
+    summary: str
+    needs: str | None = None
+    usual: bool = True
+    of_motion: bool = True
+    function: str = "draw"
+    by_default: bool = True
+    timed: bool = False
+
+
+KINDS: Mapping[str, Kind] = MappingProxyType(
+    {
+        "markers": Kind("markers", "position and velocity of each marker", "markers"),
+        "paths": Kind("paths", "path of each marker in a plane", "markers"),
+        "coordinates": Kind("coordinates", "joint coordinates and their speeds", "coordinates"),
+        "violation": Kind("violation", "violation of the constraints, position and velocity", of_motion=False),
+        "joints": Kind("joints", "violation of each joint, lengths and angles", "joints", of_motion=False),
+        "reactions": Kind("reactions", "reaction force and torque of each joint", "joints"),
+        "forces": Kind(
+            "driven", "what forces act along, and their size", "forces", usual=False, function="draw_forces"
+        ),
+        "motions": Kind(
+            "driven", "what motions prescribe, and what they take", "motions", usual=False, function="draw_motions"
+        ),
+        "stops": Kind("driven", "gap and force of each stop", "stops", usual=False, function="draw_stops"),
+        "friction": Kind(
+            "driven",
+            "rate, force and lost energy of each dry friction",
+            "frictions",
+            usual=False,
+            function="draw_friction",
+        ),
+        "energy": Kind("energy", "kinetic, potential and total energy, and the energy balance", of_motion=False),
+        "steps": Kind("steps", "step size and iterations of the projection", of_motion=False),
+        "mechanism": Kind(
+            "mechanism",
+            "the mechanism at its start, or at the times of --at",
+            "scene",
+            of_motion=False,
+            by_default=False,
+            timed=True,
+        ),
+        "trust": Kind("trust", "error of each marker, of certified runs", "trust", usual=False, of_motion=False),
+    }
+)
+
+#: How the needed names read in a sentence.
+NEEDED = {
+    "markers": "markers",
+    "joints": "joints",
+    "coordinates": "joint coordinates",
+    "forces": "forces",
+    "motions": "motions",
+    "stops": "stops",
+    "frictions": "dry friction that can stick",
+}
+
+
+def why_not(kind: str, results: Sequence[Results]) -> str | None:
+    """Why `kind` does not apply to `results`; None where it does."""
+    needs = KINDS[kind].needs
+    if needs == "trust":
+        return None if any(result.trust for result in results) else "no result is certified: mbproj run --certify"
+    if needs == "scene":
+        return _unreadable(results)
+    if needs is None or any(result.names(needs) for result in results):
+        return None
+    return f"the results have no {NEEDED[needs]}"
+
+
+def _unreadable(results: Sequence[Results]) -> str | None:
+    """Why the scene that one of the results holds cannot be read."""
+    scene_of = import_module("mbproj.pages.look.recorded").scene_of
+    try:
+        for result in results:
+            scene_of(result)
+    except InputError as error:
+        return f"the scene in the results cannot be read: {error.problems[0].message}"
+    return None
+
+
+def nothing_to_see(kind: str, results: Sequence[Results]) -> str | None:
+    """Why a picture of a `kind` that applies is not worth drawing unless it is asked for; None where it is."""
+    module = import_module(f"mbproj.figures.kinds.{KINDS[kind].module}")
+    judge: Callable[[Sequence[Results]], str | None] = getattr(module, "nothing_to_see", lambda _: None)
+    return judge(results)
+
+
+def draw(
+    kind: str,
+    results: Sequence[Results],
+    labels: Sequence[str],
+    limit: float | None = None,
+    times: Sequence[float] = (),
+) -> Figure:
+    """The picture of one or several overlaid `results`, each with at least one sample; `labels` name them.
+
+    What the error of a certified run may have made wrong by more than `limit` (m) is marked: by default a power of ten
+    below a thousandth of the markers' travel. `times` (s) are for the kinds that take some."""
+    module = import_module(f"mbproj.figures.kinds.{KINDS[kind].module}")
+    options = {"times": times} if KINDS[kind].timed else {}
+    figure: Figure = getattr(module, KINDS[kind].function)(results, labels, **options)
+    import_module("mbproj.figures.events").mark(figure, results)
+    if KINDS[kind].of_motion and any(result.trust for result in results):
+        untrusted = import_module("mbproj.figures.untrusted")
+        mark = getattr(module, "mark_untrusted", untrusted.mark)
+        untrusted.explain(
+            figure, mark(figure, results, limit or import_module("mbproj.analysis.trust").usual_limit(results))
+        )
+    import_module("mbproj.figures.margins").small_print(figure, caption(results))
+    import_module("mbproj.figures.panels").thin(figure)
+    return figure
+
+
+def caption(results: Sequence[Results]) -> str:
+    """What the results are of: their title where it is one, and the settings of a single run."""
+    titles = {result.title for result in results}
+    parts = [titles.pop()] if len(titles) == 1 else []
+    if len(results) == 1:
+        settings = results[0].settings
+        step = f"step {settings.step:g} s" if settings.step is not None else f"tolerance {settings.tolerance:g}"
+        parts.append(f"{settings.projection.method}, {settings.integrator}, {step}")
+    return "; ".join(part for part in parts if part)

@@ -1,0 +1,49 @@
+"""Joint coordinates and their speeds over time."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from matplotlib.figure import Figure
+
+from mbproj.analysis.reactions import shortened
+from mbproj.arrays import Array
+from mbproj.figures import rows, shown
+from mbproj.figures.differences import SIGN
+from mbproj.figures.rows import Group, Quantity
+from mbproj.figures.same import coinciding
+from mbproj.figures.style import styled
+from mbproj.figures.units import units_of
+from mbproj.results import Results
+
+#: Names in one remark.
+NAMED = 6
+
+
+@styled
+def draw(results: Sequence[Results], labels: Sequence[str]) -> Figure:
+    """A row a coordinate, value and speed side by side, a line a result; coordinates that coincide are drawn once."""
+    names = shown.all_names(results, "coordinates")
+    same = coinciding(results, names)
+    groups = rows.fitting([_group(results, name) for name in same], results)
+    remarks = [shown.cut("coordinates", len(groups), len(same), "choose others with --joint")]
+    remarks += [
+        f"{name} and {shortened(others, NAMED)} coincide"
+        for name, others in list(same.items())[: len(groups)]
+        if others
+    ]
+    return rows.draw(results, labels, groups, "; ".join(filter(None, remarks)))
+
+
+def _group(results: Sequence[Results], name: str) -> Group:
+    def value(result: Results) -> Array | None:
+        return result.coordinate(name).value if name in result.names("coordinates") else None
+
+    def speed(result: Results) -> Array | None:
+        return result.coordinate(name).speed if name in result.names("coordinates") else None
+
+    own = [result.coordinate(name) for result in results if name in result.names("coordinates")]
+    units = units_of(own[0].unit, [each.value for each in own])
+    row = Quantity(name, units.value, value), Quantity("speed", units.speed, speed)
+    apart = Quantity(SIGN, units.value, value), Quantity(SIGN, units.speed, speed)
+    return Group((row,), apart)

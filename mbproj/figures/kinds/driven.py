@@ -1,0 +1,194 @@
+"""Forces, motions, stops and dry frictions over time: what each acts along, the force or torque along it, and what
+friction costs."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import Any
+
+import numpy as np
+from matplotlib.collections import PolyCollection
+from matplotlib.figure import Figure
+
+from mbproj.analysis.contacts.friction import sticking
+from mbproj.arrays import Array
+from mbproj.dataclass import dataclass
+from mbproj.figures import rows, shown
+from mbproj.figures.differences import SIGN
+from mbproj.figures.margins import small_print
+from mbproj.figures.rows import Group, Quantity, Row
+from mbproj.figures.same import alike
+from mbproj.figures.style import styled
+from mbproj.figures.units import Unit, units_of
+from mbproj.results import Results
+from mbproj.results.members import Friction
+
+#: What acts along a coordinate in this unit, and its own unit.
+ACTION = {"m": ("force", Unit("N", "N")), "rad": ("torque", Unit("N m", "N m"))}
+ENERGY, POWER = Unit("J", "J"), Unit("W", "W")
+#: Behind the curves while a friction sticks, of one result; and how opaque.
+STICKS, OPAQUE = "#56B4E9", 0.22
+
+
+@dataclass(frozen=True)
+class Columns:
+    """Reads the columns `names` (T, k) of a dataset; None where a result lacks one of them."""
+
+    kind: str
+    names: tuple[str, ...]
+    dataset: str
+
+    def __call__(self, result: Results) -> Array | None:
+        present = result.names(self.kind)
+        if not set(self.names) <= set(present):
+            return None
+        columns = [present.index(name) for name in self.names]
+        values: Array = result[f"{self.kind}/{self.dataset}"][:, columns]
+        return values
+
+
+@dataclass(frozen=True)
+class Reading:
+    """Reads a quantity (T) of the friction `name`; None where a result lacks that."""
+
+    name: str
+    quantity: Callable[[Friction], Array]
+
+    def __call__(self, result: Results) -> Array | None:
+        return self.quantity(result.friction(self.name)) if self.name in result.names("frictions") else None
+
+
+@styled
+def draw_forces(results: Sequence[Results], labels: Sequence[str]) -> Figure:
+    """A row for what forces act along, the length or joint coordinate and the forces along it side by side."""
+    return _draw(results, labels, "forces", "coordinate")
+
+
+@styled
+def draw_motions(results: Sequence[Results], labels: Sequence[str]) -> Figure:
+    """A row a motion: the joint coordinate that it prescribes, and the driving force or torque."""
+    return _draw(results, labels, "motions", "value")
+
+
+@styled
+def draw_stops(results: Sequence[Results], labels: Sequence[str]) -> Figure:
+    """A row a stop: how far the mechanism is from it, and how hard it pushes."""
+    return _draw(results, labels, "stops", "gap")
+
+
+@styled
+def draw_friction(results: Sequence[Results], labels: Sequence[str]) -> Figure:
+    """Two rows a friction: its rate and its force or torque, and the energy that it has lost and the power it loses."""
+    names = shown.all_names(results, "frictions")
+    groups = rows.fitting([group for name in names for group in _of_friction(results, name)], results)
+    drawn = len({group.name for group in groups})
+    remark = shown.cut("dry frictions", drawn, len(names), "`mbproj export` writes all")
+    figure = rows.draw(results, labels, groups, remark)
+    if _shade(figure, results):
+        small_print(figure, "shaded: it sticks" + (", the darker in the more results" if len(results) > 1 else ""))
+    return figure
+
+
+def _draw(results: Sequence[Results], labels: Sequence[str], kind: str, dataset: str) -> Figure:
+    names = shown.all_names(results, kind)
+    together = _together(results, kind, dataset, names)
+    groups = rows.fitting([_group(results, kind, dataset, own, names) for own in together], results)
+    count = sum(map(len, together[: len(groups)]))
+    return rows.draw(results, labels, groups, shown.cut(kind, count, len(names), "`mbproj export` writes all"))
+
+
+def _together(results: Sequence[Results], kind: str, dataset: str, names: Sequence[str]) -> list[tuple[str, ...]]:
+    """The names that act along the same in each of the results."""
+    found: list[tuple[str, ...]] = []
+    for name in names:
+        for place, own in enumerate(found):
+            if _unit(results, kind, own[0]) != _unit(results, kind, name):
+                continue
+            pairs = [[Columns(kind, (one,), dataset)(result) for one in (own[0], name)] for result in results]
+            if all(a is not None and b is not None and np.array_equal(a, b) for a, b in pairs):
+                found[place] = (*own, name)
+                break
+        else:
+            found.append((name,))
+    return found
+
+
+def _unit(results: Sequence[Results], kind: str, name: str) -> str:
+    """The unit, m or rad, of what this one acts along, in the first result that has it."""
+    first = next(result for result in results if name in result.names(kind))
+    return first.names(f"{kind[:-1]}_units")[first.names(kind).index(name)]
+
+
+def _group(results: Sequence[Results], kind: str, dataset: str, own: tuple[str, ...], names: Sequence[str]) -> Group:
+    """Of one result a row with a line a name; of several a row a name, what they act along once."""
+    first = next(result for result in results if own[0] in result.names(kind))
+    si = _unit(results, kind, own[0])
+    read, act = Columns(kind, own[:1], dataset), Columns(kind, own, "force")
+    unit = units_of(si, [values for result in results if (values := read(result)) is not None]).value
+    words, acts_in = ACTION[si]
+    label = f"{own[0]}: gap" if kind == "stops" else _along(first, own, si, read)
+    along = Quantity(label, unit, read)
+    if len(own) == 1:
+        listed: list[Row] = [(along, Quantity(words, acts_in, act))]
+    elif len(results) == 1:
+        listed = [(along, Quantity(words, acts_in, act, tuple((name, names.index(name)) for name in own)))]
+    else:
+        each = [Quantity(f"{words} of {name}", acts_in, Columns(kind, (name,), "force")) for name in own]
+        listed = [(along, each[0]), *((None, other) for other in each[1:])]
+    return Group(tuple(listed), (Quantity(SIGN, unit, read), Quantity(SIGN, acts_in, act)))
+
+
+def _along(result: Results, own: tuple[str, ...], si: str, read: Columns) -> str:
+    """What they act along: the joint coordinate of these values, or a length; with the name where it is one."""
+    values, of = read(result), ""
+    for coordinate, unit in zip(result.names("coordinates"), result.names("coordinate_units"), strict=True):
+        if unit == si and values is not None and alike(result.coordinate(coordinate).value, values[:, 0]):
+            of = coordinate
+            break
+    if len(own) == 1:
+        return f"{own[0]}: {of}" if of else own[0]
+    return of or (f"length of {own[0]}" if si == "m" else own[0])
+
+
+def _of_friction(results: Sequence[Results], name: str) -> tuple[Group, Group]:
+    having = [result for result in results if name in result.names("frictions")]
+    si = having[0].names("friction_units")[having[0].names("frictions").index(name)]
+    word, acts_in = ACTION[si]
+    rate, force, energy, power = (
+        Reading(name, of)
+        for of in (
+            lambda each: each.rate,
+            lambda each: each.force,
+            lambda each: each.dissipation,
+            lambda each: -each.force * each.rate,
+        )
+    )
+    speed = units_of(si, [_way(result, name) for result in having]).speed
+    motion = Quantity(f"{name}: rate", speed, rate), Quantity(word, acts_in, force)
+    cost = Quantity("energy lost", ENERGY, energy, held=False), Quantity("power lost", POWER, power, held=False)
+    return (
+        Group((motion,), (Quantity(SIGN, speed, rate), Quantity(SIGN, acts_in, force)), name),
+        Group((cost,), (Quantity(SIGN, ENERGY, energy), Quantity(SIGN, POWER, power)), name),
+    )
+
+
+def _way(result: Results, name: str) -> Array:
+    """How far it has slid in all, about."""
+    return np.array([np.trapezoid(np.abs(result.friction(name).rate), result.time)])
+
+
+def _shade(figure: Figure, results: Sequence[Results]) -> bool:
+    """Shade the panels of each friction while it sticks; whether any does."""
+    any_sticks = False
+    for axis in figure.axes:
+        limits, name = axis.get_xlim(), str(axis.get_label())
+        for result in results if axis.get_visible() else ():
+            spans = list(sticking(result, name)) if name in result.names("frictions") else []
+            if spans:  # there may be thousands: they are one artist
+                corners = [[(begin, 0.0), (begin, 1.0), (end, 1.0), (end, 0.0)] for begin, end in spans]
+                look: dict[str, Any] = {"color": STICKS, "alpha": OPAQUE / len(results), "linewidth": 0, "zorder": 0.1}
+                shade = PolyCollection(corners, transform=axis.get_xaxis_transform(), **look)
+                axis.add_collection(shade, autolim=False)
+                any_sticks = True
+        axis.set_xlim(limits)
+    return any_sticks

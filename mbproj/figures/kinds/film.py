@@ -1,0 +1,106 @@
+"""The mechanism as a film: the same picture as of `mechanism`, at one time after another."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+
+import numpy as np
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+
+from mbproj.arrays import Array
+from mbproj.figures.kinds.encoders import ENCODERS, Picture, ffmpeg
+from mbproj.figures.kinds.mechanism import GHOST, MOST_PATHS, canvas, limits, nearest
+from mbproj.figures.kinds.poses import draw_pose, projected
+from mbproj.figures.style import line, styled
+from mbproj.outputs import film, replacing
+from mbproj.pages.look.mechanism import Look, look_of
+from mbproj.pages.look.motion import Motion
+from mbproj.pages.look.recorded import motion_of, scene_of
+from mbproj.pages.look.view import View, view_of
+from mbproj.results import Results
+
+#: Pictures a second: what a GIF can say exactly, and browsers show; and how long a film is, in s of the watcher.
+RATE, SHORTEST, LONGEST = 20, 4.0, 15.0
+DOTS_PER_INCH = 110
+
+
+@styled
+def save_film(results: Sequence[Results], path: Path, *, force: bool = False) -> Path:
+    """Writes the film in the format that the ending names: the first result, and paler the others.
+
+    Raises InputError where ffmpeg is missing, or the file must not be replaced."""
+    file_format = path.suffix[1:].lower()
+    if file_format == "mp4":
+        ffmpeg()  # before any work
+    with replacing(path, film(file_format), force=force) as draft:
+        ENCODERS[file_format](pictures(results), RATE, draft)
+    return path
+
+
+def watched(span: float) -> tuple[float, float]:
+    """How long a film of so many seconds lasts, and how many times as fast as the motion it is."""
+    if span <= 0.0:
+        return 1.0 / RATE, 1.0
+    seconds = float(np.clip(span, SHORTEST, LONGEST))
+    return seconds, span / seconds
+
+
+def times_of(time: Array) -> Array:
+    """The times of the pictures of a motion with samples at `time`, in s."""
+    seconds, _ = watched(float(time[-1] - time[0]))
+    return np.linspace(time[0], time[-1], round(RATE * seconds) + 1 if len(time) > 1 else 1)
+
+
+def pictures(results: Sequence[Results]) -> Iterator[Picture]:
+    """All pictures of the film, in their order."""
+    scenes, motions = [scene_of(each) for each in results], [motion_of(each) for each in results]
+    looks = [look_of(*each) for each in zip(scenes, motions, [each.meshes() for each in results], strict=True)]
+    view = view_of(scenes[0], motions[0], looks[0])
+    stage = _Stage(looks[0], motions[0], view)
+    for time in times_of(motions[0].time[motions[0].finite]):
+        for number, (look, motion) in enumerate(zip(looks, motions, strict=True)):
+            opacity, order = (GHOST, 1.5) if number else (1.0, 2.0)
+            pose = motion.at([nearest(motion, time)])
+            draw_pose(stage.axis, look, view, pose, opacity=opacity, order=order)
+        yield stage.picture(float(time))
+
+
+class _Stage:
+    """The panel that poses are drawn on, with the paths of markers up to the time."""
+
+    def __init__(self, look: Look, motion: Motion, view: View) -> None:
+        figure, self.axis = canvas(view)
+        figure.set_dpi(DOTS_PER_INCH)
+        limits(self.axis, view)
+        markers = look.markers[:MOST_PATHS]
+        self._times = motion.time
+        self._paths = [projected(motion.point(each.body, each.point), view) for each in markers]
+        looks = [line(number + 1) | {"linewidth": 0.8, "zorder": 1.8} for number in range(len(markers))]
+        self._trails = [self.axis.plot([], [], **each)[0] for each in looks]
+        times = times_of(motion.time[motion.finite])
+        _, self._speed = watched(float(times[-1] - times[0]))
+        self._title = self.axis.set_title(" ", fontsize="small", loc="left")
+        self._canvas = FigureCanvasAgg(figure)
+        self._canvas.draw()  # type: ignore[no-untyped-call]
+        figure.set_layout_engine("none")  # it stays as it is
+        self._kept = set(self.axis.get_children())
+
+    def picture(self, time: float) -> Picture:
+        """What is on the stage now; poses are then taken off."""
+        speed = "" if abs(self._speed - 1.0) < 1e-9 else f", {self._speed:.2g} times as fast"
+        self._title.set_text(f"t = {time:.3f} s{speed}")
+        so_far = self._times <= time + 1e-9 * max(abs(time), 1.0)
+        for trail, path in zip(self._trails, self._paths, strict=True):
+            trail.set_data(*path[so_far].T)
+        self._canvas.draw()  # type: ignore[no-untyped-call]
+        drawn = np.array(memoryview(self._canvas.buffer_rgba()))[..., :3]  # type: ignore[no-untyped-call]
+        for artist in set(self.axis.get_children()) - self._kept:
+            artist.remove()
+        return _even(drawn)
+
+
+def _even(picture: Picture) -> Picture:
+    """Without a last row or column that makes an odd number."""
+    height, width, _ = picture.shape
+    return np.ascontiguousarray(picture[: height - height % 2, : width - width % 2])

@@ -1,0 +1,48 @@
+"""The violation of each joint over time, its lengths and its angles apart."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from mbproj.figures import panels, shown
+from mbproj.figures.rows import MAX_ROWS
+from mbproj.figures.style import styled
+from mbproj.results import Results
+
+#: Member of a joint, its unit, and what the small print says where no joint has one.
+VIOLATIONS = (("violation_length", "m", "lengths"), ("violation_angle", "rad", "angles"))
+
+
+@styled
+def draw(results: Sequence[Results], labels: Sequence[str]) -> Figure:
+    """Logarithmic. One result: a row for lengths, one for angles, a line a joint. Several: a row a joint, lengths and
+    angles side by side, a line a result. What is zero all the time is said, not drawn."""
+    single = len(results) == 1
+    names, remark = shown.largest_joints(results, "joints/violation", shown.MAX_LINES if single else MAX_ROWS)
+    drawn = [entry for entry in VIOLATIONS if _is_seen(results, names, entry[0])] or [VIOLATIONS[0]]
+    zero = [f"{what}: no violation above 10⁻¹⁷" for entry in VIOLATIONS if entry not in drawn for what in entry[2:]]
+    grid = (len(drawn), 1) if single else (len(names), len(drawn))
+    figure, axes = panels.panels(*grid, height=2.1 if single else 1.75, share=not single and "col")
+    for place, (member, unit, _) in enumerate(drawn):
+        for row, name in enumerate(names):
+            axis = axes[place, 0] if single else axes[row, place]
+            for index, (result, label) in enumerate(zip(results, labels, strict=True)):
+                if name in result.names("joints"):
+                    text, look = (name, row) if single else (label, index)
+                    panels.plot_log(axis, result.time, getattr(result.joint(name), member), text, look)
+            panels.name(axis, "violation" if single else f"{name}: violation", unit)
+    return panels.finish(figure, remark="; ".join(filter(None, [remark, *zero])))
+
+
+def _is_seen(results: Sequence[Results], names: Sequence[str], member: str) -> bool:
+    """Whether any joint is anywhere above the floor."""
+    for result in results:
+        for name in names:
+            if name in result.names("joints"):
+                values = getattr(result.joint(name), member)
+                if np.any(np.abs(values) > panels.FLOOR):
+                    return True
+    return False

@@ -1,0 +1,111 @@
+"""Position and velocity of each marker over time."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from mbproj.arrays import Array
+from mbproj.dataclass import dataclass
+from mbproj.figures import panels, rows, shown, untrusted
+from mbproj.figures.differences import SIGN
+from mbproj.figures.rows import Group, Quantity
+from mbproj.figures.style import styled
+from mbproj.figures.units import METRES
+from mbproj.results import Results
+
+#: A component is hidden where it moves by less than this part of what its panel spans.
+HIDDEN = 0.03
+PANELS = (("position", METRES.value), ("velocity", METRES.speed))
+
+
+@dataclass(frozen=True)
+class Components:
+    """Reads these components (T, k) of a marker; None where a result has no such marker."""
+
+    marker: str
+    member: str
+    which: tuple[int, ...]
+
+    def __call__(self, result: Results) -> Array | None:
+        if self.marker not in result.names("markers"):
+            return None
+        values: Array = getattr(result.marker(self.marker), self.member)
+        return values[:, list(self.which)]
+
+
+@styled
+def draw(results: Sequence[Results], labels: Sequence[str]) -> Figure:
+    """One result: a row a marker with lines x, y, z, or several rows where one would hide another. Several: a row a
+    component, a line a result, and how far apart the marker is."""
+    names = shown.all_names(results, "markers")
+    single = len(results) == 1
+    groups = rows.fitting([_apart(name, results[0]) if single else _overlaid(name) for name in names], results)
+    remark = shown.cut("markers", len(groups), len(names), "choose others with --marker")
+    return rows.draw(results, labels, groups, remark)
+
+
+def mark_untrusted(figure: Figure, results: Sequence[Results], limit: float) -> str:
+    """Shade each marker's panels from its own time on. What was done, in words."""
+    own: dict[str, list[Axes]] = {}
+    for axis in figure.axes:
+        own.setdefault(str(axis.get_label()), []).append(axis)
+    return untrusted.shade(own, results, limit)
+
+
+def _apart(name: str, result: Results) -> Group:
+    """A row for components that can be seen together."""
+    listed = []
+    for which in legible(result.marker(name).position, result.marker(name).velocity):
+        parts = tuple(("xyz"[index], index) for index in which)
+        some = "" if len(which) == 3 else ", ".join(part for part, _ in parts)
+        words = (f"{name}: {some}", f"velocity {some}") if some else (f"position of {name}", "velocity")
+        own = [(unit, Components(name, word, which)) for word, unit in PANELS]
+        listed.append(tuple(Quantity(text, *of, parts) for text, of in zip(words, own, strict=True)))
+    return Group(tuple(listed), name=name)
+
+
+def _overlaid(name: str) -> Group:
+    listed = []
+    for index, component in enumerate("xyz"):
+        row = [(unit, Components(name, word, (index,))) for word, unit in PANELS]
+        words = f"{name}: {component}", f"velocity {component}"
+        listed.append(tuple(Quantity(text, *own) for text, own in zip(words, row, strict=True)))
+    apart = tuple(Quantity(SIGN, unit, Components(name, word, (0, 1, 2))) for word, unit in PANELS)
+    return Group(tuple(listed), apart, name)
+
+
+def legible(*histories: Array) -> list[tuple[int, ...]]:
+    """The components of vectors (T, 3) in groups that hide none of their own: neither what moves by millimetres beside
+    what moves by metres, nor what is far from the others. What stands still cannot be hidden."""
+    found: list[tuple[int, ...]] = []
+    moved = np.max([_moved(history) for history in histories], axis=0)
+    for index in sorted(range(3), key=lambda index: -moved[index]):
+        for place, group in enumerate(found):
+            together = tuple(sorted((*group, index)))
+            if not any(_hides(history[:, list(together)]) for history in histories):
+                found[place] = together
+                break
+        else:
+            found.append((index,))
+    return sorted(found)
+
+
+def _moved(values: Array) -> Array:
+    """How far each component moves (3)."""
+    finite = np.where(np.isfinite(values), values, 0.0)
+    distance: Array = np.ptp(finite, axis=0)
+    return distance
+
+
+def _hides(values: Array) -> bool:
+    """Whether one panel with these components (T, k) hides one that moves."""
+    finite = values[np.all(np.isfinite(values), axis=1)]
+    if not len(finite):
+        return False
+    moved, whole = _moved(finite), float(np.ptp(finite))
+    moves = moved > max(panels.STILL * float(moved.max()), panels.ROUND_OFF * float(np.abs(finite).max()))
+    return bool(np.any(moves & (moved < HIDDEN * whole)))

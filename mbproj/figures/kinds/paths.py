@@ -1,0 +1,116 @@
+"""The paths of the markers: in the coordinate plane of the motion, or from three sides where it leaves every plane."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from mbproj.arrays import Array
+from mbproj.figures import panels, shown, untrusted
+from mbproj.figures.style import WIDTH, styled
+from mbproj.figures.units import sizes
+from mbproj.results import Results
+
+#: Where a path starts.
+DOT: dict[str, Any] = {"marker": "o", "markersize": 3}
+#: How much is left of the colour of what is not to be trusted.
+PALE = 0.25
+#: A motion is flat where it extends less than this part of its length out of its plane, and a line where it extends
+#: less than that in the plane.
+FLAT, LINE = 0.02, 1e-3
+#: The views of a motion in space with their places in a grid: from above, from the front, from the side.
+VIEWS = (((0, 1), (0, 0)), ((0, 2), (1, 0)), ((1, 2), (1, 1)))
+
+
+@styled
+def draw(results: Sequence[Results], labels: Sequence[str]) -> Figure:
+    """One or three panels with equal scales: a line a marker and result, a dot where it starts."""
+    names, remark = _names(results)
+    extent = _extent(results, names)
+    flat = np.sort(extent)[0] <= FLAT * extent.max()
+    figure, views = _plane(extent) if flat else _space(_paths(results, names))
+    for axis, (first, second) in views:
+        for number, (result, label) in enumerate(zip(results, labels, strict=True)):
+            for place, name in enumerate(names):
+                if name not in result.names("markers"):
+                    continue
+                path, text = result.marker(name).position, name if len(results) == 1 else f"{name}, {label}"
+                look = place + number * len(names)
+                panels.plot(axis, path[:, first], path[:, second], text, look, markevery=[0], **DOT)
+        axis.set_xlabel(f"{'xyz'[first]} (m)")
+        axis.set_ylabel(f"{'xyz'[second]} (m)")
+    return panels.finish(figure, remark=remark)
+
+
+def nothing_to_see(results: Sequence[Results]) -> str | None:
+    """Why the paths are not worth a picture; None where they are."""
+    names, _ = _names(results)
+    _, middle, largest = np.sort(_extent(results, names))
+    if largest <= panels.ROUND_OFF * sizes(results)["m"]:
+        return "no marker moves"
+    return "the markers move along an axis, to and fro: see 'markers'" if middle <= LINE * largest else None
+
+
+def mark_untrusted(figure: Figure, results: Sequence[Results], limit: float) -> str:
+    """Draw what a marker does after its own time pale. What was done, in words."""
+    names, _ = _names(results)
+    drawn = [(result, name) for result in results for name in names if name in result.names("markers")]
+    pale = False
+    for axis in figure.axes:
+        for line, (result, name) in zip(list(axis.lines), drawn, strict=True):
+            since = untrusted.since(result, limit, name)
+            if since is not None:
+                pale, late = True, result.time >= since
+                x, y = (np.asarray(values) for values in line.get_data())
+                axis.plot(x[late], y[late], color=line.get_color(), alpha=PALE, linewidth=0.8)
+                line.set_data(np.where(late, np.nan, x), np.where(late, np.nan, y))
+    return f"pale: {untrusted.exceeds(limit)}" if pale else ""
+
+
+def _names(results: Sequence[Results]) -> tuple[list[str], str]:
+    """As many markers as there are lines to tell apart, and a remark where that is not all."""
+    names = shown.all_names(results, "markers")
+    drawn = names[: max(1, shown.MAX_LINES // len(results))]
+    return drawn, shown.cut("markers", len(drawn), len(names), "choose others with --marker")
+
+
+def _paths(results: Sequence[Results], names: Sequence[str]) -> list[Array]:
+    """Those that are there, (T, 3), without what is not finite."""
+    found = [result.marker(name).position for result in results for name in names if name in result.names("markers")]
+    return [path[np.all(np.isfinite(path), axis=1)] for path in found]
+
+
+def _extent(results: Sequence[Results], names: Sequence[str]) -> Array:
+    """How far the markers travel at most along x, y and z (3)."""
+    travelled = [np.ptp(path, axis=0) for path in _paths(results, names) if len(path)]
+    return np.max(travelled, axis=0, initial=0.0)
+
+
+def _plane(extent: Array) -> tuple[Figure, list[tuple[Axes, tuple[int, int]]]]:
+    """One panel, of the two axes along which the markers travel most, in the order x, y, z."""
+    figure = Figure(figsize=(WIDTH, 0.8 * WIDTH), layout="constrained")
+    axis = figure.subplots()
+    axis.set_aspect("equal", adjustable="datalim")
+    first, second = sorted(np.argsort(-extent, kind="stable")[:2].tolist())
+    return figure, [(axis, (first, second))]
+
+
+def _space(paths: Sequence[Array]) -> tuple[Figure, list[tuple[Axes, tuple[int, int]]]]:
+    """Three panels of one scale, those that share an axis beside or below each other."""
+    figure = Figure(figsize=(WIDTH, WIDTH), layout="constrained")
+    grid = figure.add_gridspec(2, 2)
+    points = np.concatenate(paths)
+    low, high = points.min(axis=0), points.max(axis=0)
+    middle, half = 0.5 * (low + high), 0.54 * float(np.max(high - low))
+    views = []
+    for (first, second), place in VIEWS:
+        axis = figure.add_subplot(grid[place])
+        axis.set_aspect("equal")
+        axis.set_xlim(middle[first] - half, middle[first] + half)
+        axis.set_ylim(middle[second] - half, middle[second] + half)
+        views.append((axis, (first, second)))
+    return figure, views

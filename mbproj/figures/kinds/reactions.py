@@ -1,0 +1,111 @@
+"""Reaction forces and torques of the joints over time."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from mbproj.analysis.reactions import in_words, reactions_not_unique
+from mbproj.arrays import Array
+from mbproj.figures import panels, rows, shown
+from mbproj.figures.differences import SIGN
+from mbproj.figures.reaction import Reaction
+from mbproj.figures.rows import MAX_ROWS, Group, Quantity
+from mbproj.figures.style import OPEN, styled
+from mbproj.figures.units import Unit, sizes
+from mbproj.results import Results
+
+#: Member of a joint, how it reads, its unit.
+KINDS = (("reaction_force", "force", Unit("N", "N")), ("reaction_torque", "torque", Unit("N m", "N m")))
+#: Torques are round-off where they are less than this part of the largest force times the mechanism's length: those of
+#: planar mechanisms reach 4e-16 of it, the smallest that loads make in ours are 1e-7.
+NOISE = 1e-11
+
+
+@styled
+def draw(results: Sequence[Results], labels: Sequence[str]) -> Figure:
+    """One result: a row for forces, one for torques; of one joint its components, of several magnitudes. Several
+    results: a row a joint, force and torque side by side, and how far apart they are.
+
+    Components that are not unique are grey, and magnitudes are of the others, or grey where there are none. Torques of
+    round-off are said, not drawn.
+    """
+    single = len(results) == 1
+    names, remark = shown.largest_joints(results, "joints/reaction_force", shown.MAX_LINES if single else MAX_ROWS // 2)
+    found = [[Reaction.of(results, name, member) for name in names] for member, _, _ in KINDS]
+    force, torque = (max((each.largest(results) for each in of), default=0.0) for of in found)
+    said = [remark]
+    if torque <= NOISE * force * sizes(results)["m"]:
+        said.append("reaction torques are zero" + (f" (at most {torque:.0e} N m)" if torque else ""))
+        del found[1]
+    said += _left_out(results, names)
+    if not single:
+        return rows.draw(results, labels, list(_overlaid(found)), "; ".join(filter(None, said)))
+    figure, axes = panels.panels(len(found), height=2.1)
+    for axis, of, (_, word, unit) in zip(axes[:, 0], found, KINDS, strict=False):
+        _plot(axis, results[0], of)
+        panels.hold_still([axis], sizes(results)[unit.si])
+        what = f"reaction {word}"
+        panels.name(axis, f"{what} of {names[0]}" if len(names) == 1 else f"|{what}|", unit.reads)
+    return panels.finish(figure, remark="; ".join(filter(None, said)))
+
+
+def _plot(axis: Axes, result: Results, reactions: Sequence[Reaction]) -> None:
+    """The lines; those that are not unique keep their dashes and lose their colour, which the legend shows all the
+    same."""
+    lines = _lines(result, reactions)
+    for index, (text, values, is_unique) in enumerate(lines):
+        part = slice(None) if is_unique else slice(0)
+        panels.plot(axis, result.time[part], values[part], text, index)
+    for index, (_, values, is_unique) in enumerate(lines):
+        if not is_unique:
+            panels.plot(axis, result.time, values, panels.NOT_UNIQUE, index, **OPEN)
+
+
+def _lines(result: Results, reactions: Sequence[Reaction]) -> list[tuple[str, Array, bool]]:
+    """What each line is called, its values, and whether they are unique."""
+    if len(reactions) == 1:
+        (reaction,) = reactions
+        values = reaction.components(result)
+        assert values is not None
+        return [(component, values[:, axis], reaction.unique[axis]) for axis, component in enumerate("xyz")]
+    sizes_of = [(reaction, reaction.size(result)) for reaction in reactions]
+    return [(reaction.joint, size, any(reaction.unique)) for reaction, size in sizes_of if size is not None]
+
+
+def _overlaid(found: Sequence[Sequence[Reaction]]) -> Iterator[Group]:
+    """Of one joint a row a component; of several a row a joint, with magnitudes. Below, how far vectors are apart."""
+    for of in zip(*found, strict=True):
+        pairs = [(reaction, word, unit) for reaction, (_, word, unit) in zip(of, KINDS, strict=False)]
+        apart = tuple(Quantity(SIGN, unit, reaction.vector) for reaction, _, unit in pairs)
+        if len(found[0]) > 1:
+            row = [
+                Quantity(f"{each.joint}: |{word}|", unit, each.size, not_unique=not any(each.unique))
+                for each, word, unit in pairs
+            ]
+            yield Group((tuple(row),), apart)
+            continue
+        listed = [tuple(_component(*pair, axis) for pair in pairs) for axis in range(3)]
+        yield Group(tuple(listed), apart)
+
+
+def _component(reaction: Reaction, word: str, unit: Unit, axis: int) -> Quantity:
+    def read(result: Results) -> Array | None:
+        values = reaction.components(result)
+        return None if values is None else values[:, axis]
+
+    words = f"{reaction.joint}: {word} {'xyz'[axis]}"
+    return Quantity(words, unit, read, not_unique=not reaction.unique[axis])
+
+
+def _left_out(results: Sequence[Results], names: Sequence[str]) -> Iterator[str]:
+    """What magnitudes leave out."""
+    if len(names) == 1:
+        return
+    words: dict[str, str] = {}
+    for result in results:
+        words |= {joint: open_ for joint, open_ in (reactions_not_unique(result) or {}).items() if joint in names}
+    if words:
+        yield f"not unique, and left out of magnitudes (grey where nothing else is left): {in_words(words)}"

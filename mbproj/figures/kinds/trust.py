@@ -1,0 +1,47 @@
+"""The error of each marker of a certified run over time, and how well it is known."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from mbproj.figures import panels, shown
+from mbproj.figures.rows import MAX_ROWS
+from mbproj.figures.style import line, styled
+from mbproj.results import Results
+from mbproj.results.trust import Trust
+
+#: An uncertainty that is less than this part of the error cannot be seen.
+SEEN = 0.05
+BAND = "band: what the error may be at most"
+
+
+@styled
+def draw(results: Sequence[Results], labels: Sequence[str]) -> Figure:
+    """A row a marker, a line a certified result, with a band above it that the true error may be in."""
+    certified = [(result, result.trust, label) for result, label in zip(results, labels, strict=True) if result.trust]
+    names = list(dict.fromkeys(name for result, trust, _ in certified for name in _names(result, trust)))
+    drawn = names[:MAX_ROWS]
+    remarks = [cut] if (cut := shown.cut("markers", len(drawn), len(names), "choose others with --marker")) else []
+    figure, axes = panels.panels(len(drawn), height=2.1)
+    for axis, name in zip(axes[:, 0], drawn, strict=True):
+        for index, (result, trust, label) in enumerate(certified):
+            if name in _names(result, trust):
+                k = trust.names.index(name)
+                rows = (trust.time >= result.time[0]) & (trust.time <= result.time[-1])
+                time, error, unsure = trust.time[rows], trust.error[rows, k], trust.uncertainty[rows, k]
+                known = np.where(error > panels.FLOOR, error, np.nan)
+                panels.plot_log(axis, time, known, label, index)
+                if np.nanmax(unsure / known, initial=0.0) > SEEN:
+                    axis.fill_between(time, known, known + unsure, color=line(index)["color"], alpha=0.2, linewidth=0)
+                    remarks = list(dict.fromkeys([BAND, *remarks]))
+        panels.name(axis, f"error of {name}", "m")
+    return panels.finish(figure, remark="; ".join(remarks), with_legend=len(certified) > 1)
+
+
+def _names(result: Results, trust: Trust) -> list[str]:
+    """The points to draw: of markers, those that were chosen."""
+    chosen = result.names("markers") or trust.names
+    return [name for name in trust.names if name in chosen]

@@ -1,0 +1,122 @@
+"""Rows of panels: quantities of one result, or of several overlaid, and below these how far they are apart."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from mbproj.dataclass import dataclass
+from mbproj.figures import differences, panels
+from mbproj.figures.differences import Read
+from mbproj.figures.style import OPEN
+from mbproj.figures.units import Unit, sizes, tick_degrees
+from mbproj.results import Results
+
+#: Rows on one page, and the height of a row of differences, of that of the others.
+MAX_ROWS, LOWER = 8, 0.75
+
+
+@dataclass(frozen=True, eq=False)
+class Quantity:
+    """What a panel shows: words on its axis and a unit, values of a result in SI, (T) or (T, 1), or (T, k) with a name
+    and the number of its look for each of the `parts`; whether it is not unique, and grey, and whether the panel is
+    `held` to the scale of others, where hardly anything moves."""
+
+    words: str
+    unit: Unit
+    read: Read
+    parts: tuple[tuple[str, int], ...] = ()
+    not_unique: bool = False
+    held: bool = True
+
+
+Row = tuple[Quantity | None, ...]
+
+
+@dataclass(frozen=True, eq=False)
+class Group:
+    """Rows of panels that belong together (None: no panel), and what is compared below them where results are
+    overlaid, of vectors their length; `name` is the label of their axes."""
+
+    rows: tuple[Row, ...]
+    compared: Row = ()
+    name: str = ""
+
+
+def fitting(groups: Sequence[Group], results: Sequence[Results]) -> list[Group]:
+    """The first groups, one at least, that a page has room for."""
+    kept: list[Group] = []
+    for group in groups:
+        kept.append(group)
+        if len(kept) > 1 and len(_listed(kept, results)) > MAX_ROWS:
+            return kept[:-1]
+    return kept
+
+
+def draw(results: Sequence[Results], labels: Sequence[str], groups: Sequence[Group], remark: str = "") -> Figure:
+    """The groups below each other: a line for each part of a quantity, or for each of several results."""
+    listed = _listed(groups, results)
+    heights = [LOWER if is_difference else 1.0 for _, _, is_difference in listed]
+    figure, axes = panels.panels(len(listed), max(len(row) for _, row, _ in listed), parts=heights)
+    shown: dict[Unit, list[Axes]] = {}
+    for own, (group, row, is_difference) in zip(axes, listed, strict=True):
+        for axis, quantity in zip(own, row, strict=True):
+            axis.set_label(group.name)
+            if quantity is None:
+                axis.set_visible(False)
+            elif is_difference:
+                differences.draw(axis, results, labels, quantity.read, quantity.unit.factor)
+                panels.name(axis, quantity.words, quantity.unit.reads)
+            else:
+                _lines(axis, results, labels, quantity)
+                panels.name(axis, quantity.words, quantity.unit.reads)
+                if quantity.held:
+                    shown.setdefault(quantity.unit, []).append(axis)
+    _scale(shown, results)
+    for column in axes.T:
+        _time_below(column)
+    said = [remark, differences.remark(results, labels)] if len(results) > 1 else [remark]
+    with_legend = len(results) > 1 or any(quantity and quantity.parts for _, row, _ in listed for quantity in row)
+    return panels.finish(figure, remark="; ".join(filter(None, said)), with_legend=with_legend)
+
+
+def _listed(groups: Sequence[Group], results: Sequence[Results]) -> list[tuple[Group, Row, bool]]:
+    """All rows, and whether each is one of differences."""
+    compares = len(results) > 1 and differences.comparable(results)
+    found = []
+    for group in groups:
+        found += [(group, row, False) for row in group.rows]
+        found += [(group, group.compared, True)] if compares and group.compared else []
+    return found
+
+
+def _lines(axis: Axes, results: Sequence[Results], labels: Sequence[str], quantity: Quantity) -> None:
+    for index, (result, label) in enumerate(zip(results, labels, strict=True)):
+        values = quantity.read(result)
+        if values is None:
+            continue
+        values = quantity.unit.factor * values.reshape(len(result.time), -1)
+        grey: dict[str, Any] = OPEN if quantity.not_unique else {}
+        if not quantity.parts:
+            panels.plot(axis, result.time, values[:, 0], panels.NOT_UNIQUE if grey else label, index, **grey)
+        for column, (part, look) in enumerate(quantity.parts):
+            panels.plot(axis, result.time, values[:, column], part, look)
+
+
+def _scale(shown: dict[Unit, list[Axes]], results: Sequence[Results]) -> None:
+    """Panels of one unit beside each other, so that round-off stays small; angles with ticks at parts of a turn."""
+    size = sizes(results)
+    for unit, axes in shown.items():
+        panels.hold_still(axes, unit.factor * size.get(unit.si, 1.0))
+        for axis in axes if unit.reads == "°" else ():
+            tick_degrees(axis)
+
+
+def _time_below(column: Sequence[Axes]) -> None:
+    """The time axis stands below the last panel of a column."""
+    last = [axis for axis in column if axis.get_visible()][-1]
+    last.set_xlabel(panels.TIME)
+    last.tick_params(labelbottom=True)

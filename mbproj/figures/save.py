@@ -1,0 +1,33 @@
+"""Writing a picture to a file."""
+
+from __future__ import annotations
+
+import warnings
+from pathlib import Path
+
+from matplotlib.figure import Figure
+
+from mbproj.figures.style import styled
+from mbproj.outputs import picture, replacing
+from mbproj.outputs.kinds import MARK
+
+#: The metadata of each format: our mark, by which we know the file again, and no date, so that the same results give
+#: the same file.
+METADATA = {
+    "png": {"Software": MARK},
+    "svg": {"Title": MARK, "Date": None},
+    "pdf": {"Creator": MARK, "CreationDate": None},
+}
+
+
+@styled
+def save(figure: Figure, path: Path, *, force: bool = False) -> Path:
+    """Write `figure` in the format that the suffix names.
+
+    Raises InputError where the file cannot be written, or, unless `force`, would replace what is no picture of ours."""
+    file_format = path.suffix[1:]
+    hint = "choose another directory with -o"
+    with replacing(path, picture(file_format), force=force, hint=hint) as draft, warnings.catch_warnings():
+        warnings.filterwarnings("ignore", message="Glyph .* missing from")  # the picture shows a box
+        figure.savefig(draft, format=file_format, metadata=METADATA[file_format])
+    return path

@@ -1,0 +1,52 @@
+"""Pictures of sweeps, one module each with `why_not(chosen)` and `draw(chosen) -> Figure`. Importing this is cheap."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from importlib import import_module
+from types import MappingProxyType
+from typing import TYPE_CHECKING
+
+from mbproj.dataclass import dataclass
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from mbproj.figures.sweeps.chosen import Chosen
+
+#: Designs in which values are samples of distributions, and those in which they are listed.
+SAMPLED, LISTED = frozenset({"montecarlo", "lhs", "sobol", "saltelli"}), frozenset({"grid", "zip"})
+
+
+@dataclass(frozen=True)
+class Picture:
+    """A kind of picture: its module in this folder, one line on it, and the designs of which it is drawn where no kind
+    is asked for."""
+
+    module: str
+    summary: str
+    designs: frozenset[str]
+
+
+PICTURES: Mapping[str, Picture] = MappingProxyType(
+    {
+        "lines": Picture("lines", "measures over one quantity, a line for each value of a second", LISTED),
+        "map": Picture("heat_map", "measures over two quantities as heat maps with contours", LISTED),
+        "distribution": Picture("distribution", "how each measure is distributed, with its quantiles", SAMPLED),
+        "scatter": Picture("scatter", "what varies and what is measured, each over each", SAMPLED),
+        "ranks": Picture("ranks", "rank correlations as a tornado chart", SAMPLED),
+        "sobol": Picture("sobol", "Sobol' indices with their confidence", SAMPLED),
+    }
+)
+
+
+def why_not(kind: str, chosen: Chosen) -> str | None:
+    """Why the picture does not apply; None where it does."""
+    reason: str | None = import_module(f"{__name__}.{PICTURES[kind].module}").why_not(chosen)
+    return reason
+
+
+def draw(kind: str, chosen: Chosen) -> Figure:
+    """The picture of a sweep to which it applies."""
+    figure: Figure = import_module(f"{__name__}.{PICTURES[kind].module}").draw(chosen)
+    return figure

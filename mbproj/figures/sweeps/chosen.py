@@ -1,0 +1,96 @@
+"""What of a sweep is drawn: its measures, and what varies, the quantities that were asked for first."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TypeAlias
+
+import numpy as np
+import numpy.typing as npt
+
+from mbproj.arrays import Array
+from mbproj.dataclass import dataclass
+from mbproj.errors import InputError, Problem
+from mbproj.figures.sweeps.scales import Scale, scale_of
+from mbproj.results.sweep.table import GRID, Column, Table
+from mbproj.scene.text.suggestions import choose_from
+
+#: Whether each case (N,) is one of those that are meant.
+Cases: TypeAlias = npt.NDArray[np.bool_]
+#: Measures on one page.
+MOST = 6
+SALTELLI = "saltelli"
+
+
+@dataclass(frozen=True, eq=False)
+class Chosen:
+    """A table, the measures that are drawn, and the quantities that have more than one value in it."""
+
+    table: Table
+    measures: tuple[Column, ...]
+    over: tuple[Column, ...]
+    left_out: str
+
+    @property
+    def numbers(self) -> tuple[Column, ...]:
+        """Those of them that are numbers."""
+        return tuple(column for column in self.over if column.is_number)
+
+    @property
+    def independent(self) -> slice:
+        """The cases that are independent samples: of Saltelli's design the first two blocks."""
+        return slice(2 * self.table.samples if self.table.combine == SALTELLI else None)
+
+    def remark(self, *more: str) -> str:
+        """The small print: of what the picture is, and what else is to be said."""
+        table = self.table
+        bad = int(np.count_nonzero(table.failed))
+        cases = f"{table.combine}, {len(table.status)} cases" + (f", {bad} failed" if bad else "")
+        return "; ".join(part for part in (*more, self.left_out, table.title, cases) if part)
+
+    def scaled(self, column: Column) -> tuple[Scale, Array]:
+        """The scale of a column of numbers, and its values on it."""
+        scale = scale_of(column)
+        return scale, scale.factor * column.values
+
+
+def choose(table: Table, of: Sequence[str], over: Sequence[str]) -> Chosen:
+    """What is to be drawn `of` these measures `over` these quantities; all of them where none are named. Raises
+    InputError for a name that the table does not have."""
+    telling = [column for column in table.measured if column.varies] or table.measured
+    measures = _named(table.measured, of, "--of", "measure") or tuple(telling[:MOST])
+    first = _named(table.varied, over, "--over", "quantity that varies")
+    for column in first:
+        if not column.varies:
+            raise InputError(Problem(f"--over {column.name}: it has one value in this sweep"))
+    others = tuple(column for column in table.varied if column.varies and column not in first)
+    left_out = "" if of else _left_out(table, measures)
+    return Chosen(table, measures, first + others, left_out)
+
+
+def _left_out(table: Table, measures: Sequence[Column]) -> str:
+    others = [column.name for column in table.measured if column not in measures]
+    return f"not drawn: {', '.join(others)}; choose with --of" if others else ""
+
+
+def _named(columns: Sequence[Column], names: Sequence[str], option: str, what: str) -> tuple[Column, ...]:
+    known = {column.name: column for column in columns}
+    for name in names:
+        if name not in known:
+            raise InputError(Problem(f"{option}: the sweep has no {what} '{name}'", hint=choose_from(name, known)))
+    return tuple(known[name] for name in dict.fromkeys(names))
+
+
+def middle_of_others(chosen: Chosen, drawn: Sequence[Column]) -> tuple[Cases, str]:
+    """The cases (N,) of a grid in which what is not `drawn` has the value in the middle of its own, and a remark on
+    that; of other designs all cases."""
+    table = chosen.table
+    kept = np.ones(len(table.status), dtype=bool)
+    said = []
+    for column in chosen.over if table.combine == GRID else ():
+        if column not in drawn:
+            values = list(dict.fromkeys(column.values.tolist()))
+            middle = values[len(values) // 2]
+            kept &= column.values == middle
+            said.append(f"{column.name} = {scale_of(column).reads(middle)}")
+    return kept, f"at {', '.join(said)}: choose others with --over" if said else ""

@@ -1,0 +1,74 @@
+"""How each measure is distributed: a histogram with its mean, deviation and quantiles."""
+
+from __future__ import annotations
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from mbproj.arrays import Array
+from mbproj.figures import panels
+from mbproj.figures.style import PAGE_HEIGHT, PRINT_SIZE, WIDTH, line, styled
+from mbproj.figures.sweeps.chosen import Chosen
+from mbproj.figures.sweeps.scales import name
+from mbproj.results.sweep.table import Column
+
+#: Heights of a panel alone on its page, and of one of several, inches.
+TALL, LOW = 2.9, 2.1
+#: Quantiles that are drawn.
+QUANTILES = (0.05, 0.5, 0.95)
+#: Bars of a histogram at least and at most.
+BARS = (8, 60)
+FILL = "#A9CBE4"
+
+
+def why_not(chosen: Chosen) -> str | None:
+    """A distribution takes two values."""
+    if all(np.count_nonzero(np.isfinite(measure.values)) < 2 for measure in chosen.measures):
+        return "fewer than two cases have values"
+    return None
+
+
+@styled
+def draw(chosen: Chosen) -> Figure:
+    """A row a measure."""
+    count = len(chosen.measures)
+    figure = Figure(figsize=(WIDTH, min(count * (TALL if count == 1 else LOW), PAGE_HEIGHT)), layout="constrained")
+    for axis, measure in zip(figure.subplots(count, 1, squeeze=False)[:, 0], chosen.measures, strict=True):
+        _histogram(axis, chosen, measure)
+    remark = chosen.remark(f"lines: {', '.join(f'{100 * share:g} %' for share in QUANTILES)} quantiles")
+    return panels.finish(figure, remark=remark, with_legend=False)
+
+
+def _histogram(axis: Axes, chosen: Chosen, measure: Column) -> None:
+    scale, values = chosen.scaled(measure)
+    values = values[chosen.independent]
+    values = values[np.isfinite(values)]
+    axis.set_xlabel(name(measure, WIDTH - 1.0, 1))
+    axis.set_ylabel("cases")
+    if len(values) < 2 or np.ptp(values) == 0.0:
+        said = f"all cases: {values[0]:.6g}" if len(values) else "no case has a value"
+        axis.text(0.5, 0.5, said, ha="center", transform=axis.transAxes, fontsize=PRINT_SIZE)
+        return
+    axis.hist(values, bins=bars(values), color=FILL, edgecolor="#FFFFFF", linewidth=0.4)
+    at = np.quantile(values, QUANTILES)
+    for index, value in enumerate(at):
+        axis.axvline(value, **(line(2) if index == 1 else line(1)) | {"linewidth": 1.0})
+    numbers = ", ".join(_digits(value, values) for value in at)
+    said = (
+        f"mean {_digits(values.mean(), values)}, deviation {values.std(ddof=1):.3g}; quantiles {numbers} {scale.unit}"
+    )
+    axis.set_title(said, loc="left", fontsize=PRINT_SIZE, pad=3)
+
+
+def bars(values: Array) -> int:
+    """How many bars a histogram has: Freedman and Diaconis' width."""
+    quarter = np.subtract(*np.quantile(values, [0.75, 0.25]))
+    width = 2.0 * quarter / len(values) ** (1.0 / 3.0)
+    return int(np.clip(np.ptp(values) / width if width > 0.0 else BARS[0], *BARS))
+
+
+def _digits(value: float, values: Array) -> str:
+    """A value with as many digits as tell it apart among them: three of their deviation."""
+    places = int(max(0, 2 - np.floor(np.log10(values.std(ddof=1)))))
+    return f"{value:.{min(places, 12)}f}"

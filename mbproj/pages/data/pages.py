@@ -1,0 +1,166 @@
+"""The data of a page: of results, one or several over each other, or of a scene at its start."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from mbproj.analysis.trust import usual_limit
+from mbproj.arrays import Integers
+from mbproj.dataclass import dataclass
+from mbproj.model import System, compile_system
+from mbproj.pages.data.frames import Frames, frames_of, largest_between
+from mbproj.pages.data.loads import load_groups
+from mbproj.pages.data.packing import Packer
+from mbproj.pages.data.passages import passages
+from mbproj.pages.data.series import fitting, groups_of
+from mbproj.pages.data.shown import group_data, look_data, motion_data, view_data
+from mbproj.pages.look.mechanism import Look, look_of
+from mbproj.pages.look.motion import Motion
+from mbproj.pages.look.recorded import motion_of, scene_of
+from mbproj.pages.look.view import View, view_of
+from mbproj.results import Results
+from mbproj.scene.meshes import meshes_of
+from mbproj.scene.records import Scene
+
+
+@dataclass(frozen=True, eq=False)
+class PageData:
+    """What a page shows: its title, plain data, and packed numbers."""
+
+    title: str
+    data: dict[str, Any]
+    packer: Packer
+
+
+def page_of(
+    results: Sequence[Results], labels: Sequence[str], full: bool = False, limit: float | None = None
+) -> PageData:
+    """The page of one run, or of several over each other: the first is solid, the others are ghosts. `limit` (m): the
+    error beyond which a certified run is not trusted."""
+    packer = Packer()
+    views: list[View] = []
+    runs = []
+    for result, label in zip(results, labels, strict=True):
+        scene, motion = scene_of(result), motion_of(result)
+        look = look_of(scene, motion, result.meshes())
+        views.append(view_of(scene, motion, look))
+        runs.append(_run(result, scene, look, motion, label, packer, full, limit))
+        better = _better(result, runs[-1]["trust"], frames_of(result.time, motion.finite, len(look.bodies), full).rows)
+        if better is not None:
+            views.append(view_of(scene, better, look))
+            ghost = f"better solution of {label}" if len(results) > 1 else "better solution"
+            runs.append(_ghost(ghost, runs[-1], better, look, packer))
+    title = results[0].title or labels[0]
+    return PageData(title, {"title": title, "view": view_data(_together(views)), "runs": runs}, packer)
+
+
+def start_of(scene: Scene, motion: Motion, title: str) -> PageData:
+    """The page of a scene's start pose, without a run."""
+    packer = Packer()
+    look = look_of(scene, motion, meshes_of(scene))
+    view = view_of(scene, motion, look)
+    run = {
+        "label": title,
+        "look": look_data(look, packer),
+        **motion_data(motion, look.size, packer),
+        "groups": [],
+        "events": [],
+        "trust": None,
+        "remarks": ["the start, assembled; nothing was run"],
+        "blocks": packer.blocks,
+    }
+    return PageData(title, {"title": title, "view": view_data(view), "runs": [run]}, packer)
+
+
+def _run(
+    result: Results,
+    scene: Scene,
+    look: Look,
+    motion: Motion,
+    label: str,
+    packer: Packer,
+    full: bool,
+    limit: float | None,
+) -> dict[str, Any]:
+    whole = motion.finite
+    frames = frames_of(result.time, whole, len(look.bodies), full)
+    shown = motion.at(frames.rows)
+    system = compile_system(scene)
+    groups = [group_data(group, values, packer) for group, values in load_groups(system, look.loads, shown)]
+    kept, left = fitting(groups_of(result), len(frames.rows))
+    for group in kept:
+        values = group.values(result)
+        peaks = group.name.endswith("violation")
+        values = largest_between(values, whole, frames.rows) if peaks else values[frames.rows]
+        groups.append(group_data(group, values, packer))
+    left_out = ", ".join(dict.fromkeys(f"{group.name} of {group.kind}" for group in left))
+    remarks = [
+        "" if result.status == "complete" else result.status,
+        frames.remark,
+        f"no room for the series: {left_out}" if left_out else "",
+    ]
+    return {
+        "label": label,
+        "look": look_data(look, packer),
+        **motion_data(shown, look.size, packer),
+        "groups": groups,
+        "events": [*_events(result, frames), *_passages(system, shown)],
+        "trust": _trust(result, limit),
+        "remarks": [remark for remark in remarks if remark],
+        "blocks": packer.blocks,
+    }
+
+
+def _events(result: Results, frames: Frames) -> list[dict[str, Any]]:
+    """What happened, in the order of time: where steps ended, and where the run did unless it came to its end."""
+    found = [{"time": event.time, "text": f"{event.kind}: {event.name}", "kind": "event"} for event in result.events]
+    if result.status.startswith("failed") and len(frames.rows):
+        found.append({"time": float(result.time[frames.rows[-1]]), "text": result.status, "kind": "failure"})
+    return found
+
+
+def _passages(system: System, motion: Motion) -> list[dict[str, Any]]:
+    return [
+        {"time": time, "text": f"near a singular position: {part:.2g} of the usual distance", "kind": "passage"}
+        for time, part in passages(system, motion)
+    ]
+
+
+def _trust(result: Results, limit: float | None) -> dict[str, Any] | None:
+    """From when on the error may exceed the limit; None for a run that was not certified."""
+    trust = result.trust
+    if trust is None:
+        return None
+    bound = usual_limit([result]) if limit is None else limit
+    since = trust.untrusted_from(bound)
+    text = "" if since is None else f"not to be trusted from {since:.4g} s on: the error may exceed {bound:g} m"
+    return {"since": since, "limit": bound, "text": text, "solution": trust.solution}
+
+
+def _better(result: Results, trust: Mapping[str, Any] | None, rows: Integers) -> Motion | None:
+    """The better solution of a certified run at those of its frames from when on it is not to be trusted; None where
+    there is nothing of it."""
+    poses = result.better()
+    if trust is None or trust["since"] is None or poses is None:
+        return None
+    motion = Motion(result.time[: len(poses.position)], poses.position, poses.orientation)
+    shown = np.intersect1d(rows, motion.finite)
+    shown = shown[result.time[shown] >= trust["since"]]
+    return motion.at(shown) if len(shown) else None
+
+
+def _ghost(label: str, run: Mapping[str, Any], motion: Motion, look: Look, packer: Packer) -> dict[str, Any]:
+    """A better solution beside the run that it is of."""
+    bare: dict[str, Any] = {"groups": [], "events": [], "trust": None, "remarks": []}
+    moved = {**run, **motion_data(motion, look.size, packer), **bare}
+    return {**moved, "label": label, "ghost": True, "from": run["trust"]["since"]}
+
+
+def _together(views: Sequence[View]) -> View:
+    """The view of the first that shows all."""
+    first, points = views[0], np.concatenate([view.points for view in views])
+    low, high = points.min(axis=0), points.max(axis=0)
+    return View(0.5 * (low + high), first.eye, first.up, 0.5 * float(np.linalg.norm(high - low)), points, first.flat)

@@ -1,0 +1,133 @@
+"""What a page is told of a mechanism and a run of it: plain data for JSON, and blocks of numbers beside."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from mbproj.arrays import Array
+from mbproj.pages.data.packing import Packer, step_of
+from mbproj.pages.data.series import Group
+from mbproj.pages.look.mechanism import Look
+from mbproj.pages.look.motion import Motion
+from mbproj.pages.look.view import View
+
+#: Binary digits of positions, relative to the mechanism, as in float32; of Euler parameters; of series; of vertices of
+#: meshes; and how far positions may be from the middle, as a power of two of its step.
+POSITION, TURN, SERIES, VERTEX, FARTHEST = 24, 19, 18, 16, 29
+#: Step of the logarithms of sizes, and what zero is taken for.
+LOGARITHM, ZERO = 2.0**-10, 1e-18
+
+
+def view_data(view: View) -> dict[str, Any]:
+    """The view; the page's axes begin at its middle."""
+    return {
+        "middle": _numbers(view.middle),
+        "eye": _numbers(view.eye),
+        "up": _numbers(view.up),
+        "radius": float(view.radius),
+        "flat": view.flat,
+        "points": [_short(point - view.middle) for point in view.points],
+    }
+
+
+def look_data(look: Look, packer: Packer) -> dict[str, Any]:
+    """What the mechanism looks like; parts name meshes by their numbers."""
+    meshes: list[dict[str, Any]] = []
+    parts = []
+    for drawn in look.drawn:
+        part = drawn.part
+        entry: dict[str, Any] = {
+            "kind": part.kind,
+            "size": _short(part.size),
+            "position": _short(part.position),
+            "orientation": _short(part.orientation),
+            "carrier": drawn.carrier,
+            "layer": drawn.layer,
+            "item": drawn.item,
+        }
+        if part.mesh is not None:
+            entry["mesh"] = len(meshes)
+            step = float(step_of(part.mesh.vertices.reshape(-1, 1), VERTEX)[0])
+            corners = packer.add(part.mesh.vertices, step), packer.add(part.mesh.triangles.astype(float), 1.0)
+            meshes.append(dict(zip(("vertices", "triangles"), corners, strict=True)))
+        parts.append(entry)
+    return {
+        "bodies": [{"name": body.name, "colour": body.colour, "opacity": body.opacity} for body in look.bodies],
+        "joints": [
+            {"name": joint.name, "type": joint.type, "bodies": list(joint.bodies), "point": _short(joint.point)}
+            for joint in look.joints
+        ],
+        "markers": [
+            {"name": marker.name, "body": marker.body, "point": _numbers(marker.point)} for marker in look.markers
+        ],
+        "spans": [
+            {
+                "kind": span.kind,
+                "name": span.name,
+                "carriers": list(span.carriers),
+                "points": [_short(point) for point in span.points],
+                "radius": span.radius,
+            }
+            for span in look.spans
+        ],
+        "forces": list(look.forces),
+        "loads": [
+            {"name": load.name, "body": load.body, "point": _short(load.point), "torque": load.torque}
+            for load in look.loads
+        ],
+        "parts": parts,
+        "meshes": meshes,
+        "thickness": look.thickness,
+        "gravity": _numbers(look.gravity),
+    }
+
+
+def motion_data(motion: Motion, size: float, packer: Packer) -> dict[str, Any]:
+    """The poses of a motion: positions from their middle, `size` is that of the mechanism in m."""
+    count = len(motion.time)
+    low, high = motion.position.min(axis=(0, 1)), motion.position.max(axis=(0, 1))
+    centre = 0.5 * (low + high)
+    travel = 0.5 * float((high - low).max(initial=0.0))
+    step = max(2.0 ** (np.ceil(np.log2(size)) - POSITION), 2.0 ** (np.ceil(np.log2(travel or size)) - FARTHEST))
+    time = motion.time[:, None]
+    return {
+        "time": packer.add(time, step_of(time, FARTHEST)),
+        "position": packer.add((motion.position - centre).reshape(count, -1), step),
+        "orientation": packer.add(_steady(motion.orientation).reshape(count, -1), 2.0**-TURN),
+        "centre": _numbers(centre),
+    }
+
+
+def group_data(group: Group, values: Array, packer: Packer) -> dict[str, Any]:
+    """A group with its series (F, c): of those on a logarithmic scale the powers of ten."""
+    powers = np.log10(np.maximum(np.abs(values), ZERO)) if group.logarithmic else values
+    return {
+        "name": group.name,
+        "kind": group.kind,
+        "owners": list(group.owners),
+        "components": list(group.components),
+        "units": list(group.units),
+        "logarithmic": group.logarithmic,
+        "block": packer.add(powers, LOGARITHM if group.logarithmic else step_of(values, SERIES)),
+    }
+
+
+def _steady(orientation: Array) -> Array:
+    """Euler parameters (T, n, 4) whose sign does not jump: of ± the nearer to those before."""
+    turns = np.einsum("tnk,tnk->tn", orientation[1:], orientation[:-1])
+    signs = np.cumprod(np.where(turns < 0.0, -1.0, 1.0), axis=0)
+    found = orientation.copy()
+    found[1:] *= signs[..., None]
+    return found
+
+
+def _numbers(values: Sequence[float] | Array) -> list[float]:
+    return [float(value) for value in values]
+
+
+def _short(values: Sequence[float] | Array) -> list[float]:
+    """Seven digits: what is drawn needs no more."""
+    return [float(f"{value:.7g}") for value in values]

@@ -1,0 +1,165 @@
+"""What a body is drawn as: its shapes; else the solid of equal inertia, where its joints fit that; else links."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from mbproj.arrays import Array
+from mbproj.pages.look.equal_inertia import solid_of
+from mbproj.pages.look.parts import UPRIGHT, Mesh, Part, bar, sphere
+from mbproj.pages.look.plates import plate
+from mbproj.pages.look.shapes import part_of
+from mbproj.scene.meshes import TriangleMesh
+from mbproj.scene.records import Body
+
+#: Part of its span by which a solid may miss a joint of its body, and how many times that span it may be long.
+MISSES, LONGER = 0.12, 1.35
+#: Part of the span that a solid may be thick.
+SLENDER = 0.12
+#: Axes are parallel where the sine of their angle is below this.
+PARALLEL = 1e-6
+#: Two points of a body are one where they are closer than this many thicknesses.
+SAME = 0.5
+#: A marker, or a joint of a body with shapes, has a strut where it is farther than this many thicknesses from them.
+OFF = 2.0
+#: A solid about a body's only joint may be this many times as long as the joint is far from the centre of mass.
+ABOUT = 2.5
+
+
+def parts_of(
+    body: Body,
+    joints: Sequence[Array],
+    axes: Sequence[Array | None],
+    markers: Sequence[Array],
+    thickness: float,
+    mesh: TriangleMesh | None = None,
+) -> tuple[Part, ...]:
+    """The parts of a body whose joints and markers are at these points of its axes, (3,) from the centre of mass.
+
+    `axes` are those about which its joints turn, None where one has none. `thickness` is the radius of a link in m,
+    `mesh` what the body wears."""
+    if mesh is not None:
+        return (Part("mesh", (), np.zeros(3), np.array(UPRIGHT), Mesh(mesh.vertices, mesh.triangles, convex=False)),)
+    look = body.appearance
+    shapes = look.shapes if look is not None and look.shapes else body.shapes
+    if shapes:
+        drawn = tuple(part for shape in shapes for part in part_of(shape, thickness))
+        return drawn + _struts(drawn, distinct(joints, SAME * thickness), thickness)
+    drawn = _without_shapes(body, joints, axes, markers, thickness)
+    return drawn + _struts(drawn, markers, 0.45 * thickness)
+
+
+def distinct(points: Sequence[Array], apart: float) -> list[Array]:
+    """The points, without those that are closer than `apart` to one before."""
+    found: list[Array] = []
+    for point in points:
+        if all(np.linalg.norm(point - other) > apart for other in found):
+            found.append(point)
+    return found
+
+
+def _without_shapes(
+    body: Body, joints: Sequence[Array], axes: Sequence[Array | None], markers: Sequence[Array], thickness: float
+) -> tuple[Part, ...]:
+    points, centre = distinct(joints, SAME * thickness), np.zeros(3)
+    solid = solid_of(body.mass, np.array(body.inertia), 0.8 * thickness)
+    if solid is not None and _fits(solid, points):
+        return (solid,)
+    along = _shaft(joints, axes, thickness)
+    if along:
+        return along
+    if len(points) > 2:
+        flat = plate(points, 1.2 * thickness)
+        return flat or tuple(part for point in points for part in bar(centre, point, thickness))
+    if len(points) == 2:
+        first, second = points
+        away = np.linalg.norm(np.cross(second - first, first)) / np.linalg.norm(second - first)
+        if away <= 2.0 * thickness or body.mass == 0.0:
+            return bar(first, second, thickness)
+        return plate([*points, centre], 1.2 * thickness) or bar(first, second, thickness)
+    ends = distinct([*points, centre, *markers], SAME * thickness)
+    links = tuple(part for end in ends[1:] for part in bar(ends[0], end, thickness))
+    return (*links, *_weight(solid, ends)) or (sphere(2.0 * thickness, centre),)
+
+
+def _weight(solid: Part | None, ends: Sequence[Array]) -> tuple[Part, ...]:
+    """The solid at the end of a link, where it is not larger than that is long."""
+    longest = max((float(np.linalg.norm(end)) for end in ends), default=0.0)
+    if solid is None or float(np.ptp(solid.outline(), axis=0).max()) > 1.2 * longest:
+        return ()
+    return (solid,)
+
+
+def _shaft(joints: Sequence[Array], axes: Sequence[Array | None], thickness: float) -> tuple[Part, ...]:
+    """A shaft with cranks, where all joints turn about parallel axes at different places along them: a bar along the
+    axis of the first, and an arm to each of the others."""
+    if len(joints) < 2 or any(axis is None for axis in axes):
+        return ()
+    axis, root = np.asarray(axes[0]), joints[0]
+    if any(np.linalg.norm(np.cross(np.asarray(other), axis)) > PARALLEL for other in axes):
+        return ()
+    along = [float((joint - root) @ axis) for joint in joints]
+    if max(along) - min(along) < 3.0 * thickness:
+        return ()
+    found = list(bar(root + min(along) * axis, root + max(along) * axis, thickness))
+    for joint, at in zip(joints, along, strict=True):
+        if np.linalg.norm(joint - root - at * axis) > SAME * thickness:
+            found += bar(root + at * axis, joint, thickness)
+    return tuple(found)
+
+
+def _fits(solid: Part, points: Sequence[Array]) -> bool:
+    """Whether the solid looks like the body: it reaches the joints, is not much longer than what they span, and is
+    slender between two joints, flat among more."""
+    corners = (solid.outline() - solid.position) @ solid.rotation
+    thin, middle, length = np.sort(np.ptp(corners, axis=0)).tolist()
+    if not points:
+        return True
+    if len(points) == 1:
+        return length <= ABOUT * float(np.linalg.norm(points[0])) and _reaches(solid, points, length)
+    span = max(float(np.linalg.norm(one - other)) for one in points for other in points)
+    shaped = middle <= SLENDER * span if len(points) == 2 else thin <= SLENDER * span
+    return shaped and length <= LONGER * span and _reaches(solid, points, length)
+
+
+def _reaches(solid: Part, points: Sequence[Array], length: float) -> bool:
+    """Whether all points are in the solid's box, grown a little."""
+    half = (
+        0.5 * np.array(solid.size)
+        if solid.kind == "box"
+        else np.array([solid.size[0], solid.size[0], 0.5 * solid.size[1]])
+    )
+    return all(bool((np.abs(solid.rotation.T @ point) <= half + MISSES * length).all()) for point in points)
+
+
+def _struts(drawn: Sequence[Part], points: Sequence[Array], radius: float) -> tuple[Part, ...]:
+    """A thin bar from the nearest part to each point that is off the body."""
+    if not drawn:
+        return ()
+    found: list[Part] = []
+    for point in points:
+        near = min((_nearest(part, point) for part in drawn), key=lambda at: float(np.linalg.norm(point - at)))
+        if np.linalg.norm(point - near) > OFF * radius:
+            found += bar(near, point, radius)[:1]
+    return tuple(found)
+
+
+def _nearest(part: Part, point: Array) -> Array:
+    """About the point of a part that is nearest to `point`."""
+    if part.mesh is not None:
+        corners = part.outline()
+        nearest: Array = corners[np.argmin(np.linalg.norm(corners - point, axis=1))]
+        return nearest
+    local = part.rotation.T @ (point - part.position)
+    if part.kind == "box":
+        half = 0.5 * np.array(part.size)
+        return part.position + part.rotation @ np.clip(local, -half, half)
+    radius, half_length = part.size[0], (0.0 if part.kind == "sphere" else 0.5 * part.size[-1])
+    along = np.array([0.0, 0.0, np.clip(local[2], -half_length, half_length)])
+    out = local - along
+    if part.kind != "sphere":
+        out[2] = 0.0
+    length = float(np.linalg.norm(out))
+    return part.position + part.rotation @ (along + out * min(1.0, radius / length if length else 0.0))

@@ -1,0 +1,126 @@
+"""What forces are drawn as: bushings as rubber rings, torsion springs as spirals, given forces as arrows, planes that
+stop something as plates."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from mbproj.arrays import Array
+from mbproj.dataclass import dataclass
+from mbproj.model.compile.frames import pose, poses_of
+from mbproj.pages.look.joints import Drawn
+from mbproj.pages.look.layout import Layout
+from mbproj.pages.look.parts import Mesh, Part, cylinder, triad
+from mbproj.scene.records import BodyForce, Bushing, JointForce, Scene
+from mbproj.scene.stops import OfBody, PlaneStop
+
+#: Of a spiral: turns, points of each, and its radii in thicknesses.
+TURNS, ROUND, INNER, OUTER = 2.5, 20, 1.5, 3.6
+#: The side of a plate, in sizes of the mechanism.
+PLATE = 0.6
+
+
+@dataclass(frozen=True, eq=False)
+class LoadLook:
+    """A given force, or `torque`, on a body by its number, at a point (3,) of it."""
+
+    name: str
+    body: int
+    point: Array
+    torque: bool
+
+
+def force_parts(scene: Scene, layout: Layout) -> Iterator[Drawn]:
+    """The parts of bushings, torsion springs and planes; `item` is the number of the force in the scene."""
+    for item, force in enumerate(scene.forces):
+        if isinstance(force, Bushing):
+            yield from _bushing(scene, force, item, layout)
+        elif isinstance(force, PlaneStop):
+            yield Drawn(_plate(scene, force, layout), layout.number[force.location.body], "springs", item)
+        elif isinstance(force, JointForce) and force.joint in layout.frames and _springs(force, "angle", "rad"):
+            frame, carrier = layout.frames[force.joint], layout.bodies[force.joint][0]
+            yield Drawn(spiral(frame["p1"], frame["z1"], frame["x1"], layout.thickness), carrier, "springs", item)
+
+
+def slides(scene: Scene) -> Iterator[JointForce]:
+    """The springs along displacements of joints, which reach from one body to the other."""
+    for force in scene.forces:
+        if isinstance(force, JointForce) and _springs(force, "displacement", "m"):
+            yield force
+
+
+def loads(scene: Scene, layout: Layout) -> Iterator[LoadLook]:
+    """Where given forces and torques act."""
+    for force in scene.forces:
+        if isinstance(force, BodyForce):
+            yield LoadLook(force.name, layout.number[force.body], _acts_at(scene, force), force.torque)
+
+
+def _springs(force: JointForce, coordinate: str, unit: str) -> bool:
+    """Whether it acts on a coordinate of this kind with more than a damper."""
+    return any(
+        (name.startswith(coordinate) or (not name and force.unit == unit))
+        and (law.stiffness > 0.0 or law.function is not None)
+        for name, law in force.laws.items()
+    )
+
+
+def _acts_at(scene: Scene, force: BodyForce) -> Array:
+    if force.location is None:
+        return np.zeros(3)
+    position, rotation = poses_of(scene)[force.body]
+    location = np.array(force.location)
+    return location if force.local else rotation.T @ (location - position)
+
+
+def _bushing(scene: Scene, force: Bushing, item: int, layout: Layout) -> Iterator[Drawn]:
+    """A ring on the first body about a pin on the second, along the frames' z axes."""
+    r, poses = layout.thickness, poses_of(scene)
+    points, frames = (force.points.first, force.points.second), (force.axes.first, force.axes.second)
+    for side, (body, given, axes) in enumerate(zip(force.bodies, points, frames, strict=True)):
+        position, rotation = poses[body]
+        point = np.array(given) if force.points.local else rotation.T @ (np.array(given) - position)
+        turned = pose((0.0, 0.0, 0.0), axes)[1]
+        z, x = (turned if force.axes.local else rotation.T @ turned)[:, [2, 0]].T
+        ring = Part("tube", (3.2 * r, 1.4 * r, 4.4 * r), point, triad(z, x))
+        yield Drawn(cylinder(1.2 * r, 8.0 * r, point, z) if side else ring, layout.number[body], "springs", item)
+
+
+def _plate(scene: Scene, stop: PlaneStop, layout: Layout) -> Part:
+    """A square plate under the point that the plane stops, with its upper face in the plane."""
+    poses, thick = poses_of(scene), 2.0 * layout.thickness
+    place, turn = poses[stop.location.body]
+
+    def on_plane(placed: OfBody) -> Array:
+        position, rotation = poses[placed.body]
+        vector = np.array(placed.vector)
+        return np.asarray(turn.T @ ((position + rotation @ vector if placed.local else vector) - place))
+
+    given = np.array(stop.normal.vector)
+    normal = given if stop.normal.local else turn.T @ given
+    point, location = on_plane(stop.point), on_plane(stop.location)
+    foot = point - normal * float(normal @ (point - location) + 0.5 * thick)
+    across = np.eye(3)[int(np.argmin(np.abs(normal)))]
+    x = across - normal * float(normal @ across)
+    side = PLATE * layout.size
+    return Part("box", (side, side, thick), foot, triad(normal, x / np.linalg.norm(x)))
+
+
+def spiral(point: Array, axis: Array, normal: Array, r: float) -> Part:
+    """A flat ribbon that winds about the axis."""
+    stations = round(TURNS * ROUND) + 1
+    turn = np.linspace(0.0, 2.0 * np.pi * TURNS, stations)
+    radius = r * np.linspace(INNER, OUTER, stations)
+    out = np.column_stack([np.cos(turn), np.sin(turn), np.zeros(stations)])
+    corners = [(-0.12, -0.5), (0.12, -0.5), (0.12, 0.5), (-0.12, 0.5)]  # inner and outer, low and high
+    rings = [(radius + a * r)[:, None] * out + [0.0, 0.0, b * r] for a, b in corners]
+    vertices = np.stack(rings, axis=1).reshape(-1, 3)
+    first = 4 * np.arange(stations - 1)[:, None]
+    faces = [[i, 4 + i, (i + 1) % 4] for i in range(4)] + [[(i + 1) % 4, 4 + i, 4 + (i + 1) % 4] for i in range(4)]
+    sides = (first[:, :, None] + np.array(faces)[None]).reshape(-1, 3)
+    last = 4 * (stations - 1)
+    ends = [[0, 1, 2], [0, 2, 3], [last, last + 2, last + 1], [last, last + 3, last + 2]]
+    triangles = np.concatenate([sides, np.array(ends)]).astype(np.intp)
+    return Part("mesh", (), point, triad(axis, normal), Mesh(vertices, triangles, convex=False))

@@ -1,0 +1,177 @@
+"""The glyph of each type of joint: small solids on its two bodies that show what it holds and about which axes."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping
+from types import MappingProxyType
+
+import numpy as np
+
+from mbproj.arrays import Array
+from mbproj.dataclass import dataclass
+from mbproj.joints import JOINTS
+from mbproj.pages.look.parts import Part, box, cylinder, sphere, triad
+
+
+@dataclass(frozen=True, eq=False)
+class Frame:
+    """A joint's points (3,) and axes z, x (3,) in the axes of its bodies 1 and 2, and what its glyph has to clear.
+
+    `r` is the radius of a link, `reach` half the length of a pin, `travel` from where to where body 2's point moves
+    along z1, all in m; `ground` is the side that is the ground, 0 where neither is."""
+
+    points: tuple[Array, Array]
+    z: tuple[Array, Array]
+    x: tuple[Array, Array]
+    r: float
+    reach: float
+    travel: tuple[float, float]
+    ground: int
+
+    def triad(self, side: int) -> Array:
+        """The rotation (4,) of the frame in body `side`."""
+        return triad(self.z[side - 1], self.x[side - 1])
+
+
+#: Parts with the side of the joint that carries each: 1 or 2.
+Glyph = Callable[[Frame], Iterator[tuple[int, Part]]]
+
+
+def _pin(frame: Frame) -> Iterator[tuple[int, Part]]:
+    """A pin along the axis, with a head at either end."""
+    yield 1, cylinder(0.95 * frame.r, 2.0 * frame.reach, frame.points[0], frame.z[0])
+    for end in (-1.0, 1.0):
+        at = frame.points[0] + end * frame.reach * frame.z[0]
+        yield 1, cylinder(1.35 * frame.r, 0.4 * frame.r, at, frame.z[0])
+
+
+def _ball(frame: Frame) -> Iterator[tuple[int, Part]]:
+    yield 2, sphere(1.6 * frame.r, frame.points[1])
+
+
+def _cross(frame: Frame) -> Iterator[tuple[int, Part]]:
+    """The cross of a universal joint: a pin in either body."""
+    for side in (1, 2):
+        yield side, cylinder(0.75 * frame.r, 6.0 * frame.r, frame.points[side - 1], frame.z[side - 1])
+    yield 1, sphere(1.3 * frame.r, frame.points[0])
+
+
+def _weld(frame: Frame) -> Iterator[tuple[int, Part]]:
+    yield 1, box([2.6 * frame.r] * 3, frame.points[0], frame.triad(1))
+
+
+def _rail(frame: Frame) -> tuple[int, Part, int]:
+    """The rail along which a joint slides, the side that carries it, and the side of the slider. The ground carries
+    it where it is one of the bodies."""
+    side = 2 if frame.ground == 2 else 1
+    low, high = frame.travel if side == 1 else (-frame.travel[1], -frame.travel[0])
+    low, high = low - 4.0 * frame.r, high + 4.0 * frame.r
+    middle = frame.points[side - 1] + 0.5 * (low + high) * frame.z[side - 1]
+    return side, cylinder(0.55 * frame.r, high - low, middle, frame.z[side - 1]), 3 - side
+
+
+def _slider(frame: Frame) -> Iterator[tuple[int, Part]]:
+    """A square block on a rail, or a square collar between two bodies that move."""
+    side, rail, other = _rail(frame)
+    if frame.ground:
+        yield side, rail
+    r = frame.r
+    yield other, box([3.4 * r, 3.4 * r, 5.0 * r], frame.points[other - 1], frame.triad(other))
+
+
+def _sleeve(frame: Frame) -> Iterator[tuple[int, Part]]:
+    """A round sleeve on a rail: it turns as well."""
+    side, rail, other = _rail(frame)
+    yield side, rail
+    turn = frame.triad(other)
+    yield other, Part("tube", (1.9 * frame.r, 0.6 * frame.r, 5.0 * frame.r), frame.points[other - 1], turn)
+
+
+def _screw(frame: Frame) -> Iterator[tuple[int, Part]]:
+    """A nut on a rail with rings for its thread."""
+    side, rail, other = _rail(frame)
+    yield side, rail
+    length = rail.size[1]
+    for at in np.linspace(-0.5 * length, 0.5 * length, max(3, min(40, int(length / (1.2 * frame.r))))):
+        yield side, cylinder(0.8 * frame.r, 0.25 * frame.r, rail.position + at * frame.z[side - 1], frame.z[side - 1])
+    yield (
+        other,
+        Part("tube", (2.2 * frame.r, 0.8 * frame.r, 3.0 * frame.r), frame.points[other - 1], frame.triad(other)),
+    )
+
+
+def _on_line(frame: Frame) -> Iterator[tuple[int, Part]]:
+    """A ball on the line of body 1."""
+    low, high = frame.travel[0] - 4.0 * frame.r, frame.travel[1] + 4.0 * frame.r
+    middle = frame.points[0] + 0.5 * (low + high) * frame.z[0]
+    yield 1, cylinder(0.55 * frame.r, high - low, middle, frame.z[0])
+    yield from _ball(frame)
+
+
+def _sheet(frame: Frame) -> Iterator[tuple[int, Part]]:
+    """A piece of the plane of body 1."""
+    half = 8.0 * frame.r
+    yield 1, box([2.0 * half, 2.0 * half, 0.2 * frame.r], frame.points[0], frame.triad(1))
+
+
+def _puck(frame: Frame) -> Iterator[tuple[int, Part]]:
+    """A disc that slides and turns on a plane."""
+    yield from _sheet(frame)
+    yield 2, cylinder(2.4 * frame.r, 0.9 * frame.r, frame.points[1], frame.z[1])
+
+
+def _on_plane(frame: Frame) -> Iterator[tuple[int, Part]]:
+    yield from _sheet(frame)
+    yield from _ball(frame)
+
+
+def _pin_and_ball(frame: Frame) -> Iterator[tuple[int, Part]]:
+    """The ends of a rod: a pin in body 1, a ball in body 2."""
+    yield 1, cylinder(0.95 * frame.r, 4.0 * frame.r, frame.points[0], frame.z[0])
+    yield from _ball(frame)
+
+
+def _two_balls(frame: Frame) -> Iterator[tuple[int, Part]]:
+    yield 1, sphere(1.4 * frame.r, frame.points[0])
+    yield 2, sphere(1.4 * frame.r, frame.points[1])
+
+
+#: By `sketch` in the table of joints. What a gear is drawn as stands in `gears`: it has no frame of its own.
+GLYPHS: Mapping[str, Glyph] = MappingProxyType(
+    {
+        "pin": _pin,
+        "ball": _ball,
+        "cross": _cross,
+        "slider": _slider,
+        "sleeve": _sleeve,
+        "puck": _puck,
+        "weld": _weld,
+        "two_balls": _two_balls,
+        "pin_and_ball": _pin_and_ball,
+        "on_plane": _on_plane,
+        "on_line": _on_line,
+        "screw": _screw,
+    }
+)
+#: Of joints that name none, by their frame.
+OF_FRAMES = MappingProxyType({"point": "ball", "axis": "pin", "normal": "on_plane", "axes": "cross"})
+#: What stands on a pedestal where it holds a body to the ground.
+STANDING = frozenset({"pin", "ball", "cross", "two_balls", "pin_and_ball"})
+
+
+def sketch_of(type_name: str) -> str:
+    """The name of the glyph of a joint of this type."""
+    kind = JOINTS[type_name]
+    return kind.sketch or OF_FRAMES[kind.frame]
+
+
+def pedestal(point: Array, down: Array, across: Array, r: float) -> Iterator[Part]:
+    """What a joint on the ground stands on: a pyramid below `point` on a plate; `across` is where its front looks."""
+    from mbproj.pages.look.parts import UPRIGHT, Mesh
+
+    side = np.cross(down, across)
+    corners = [(-1, -1), (1, -1), (1, 1), (-1, 1)]
+    foot = [3.6 * r * down + r * (2.0 * a * side + 1.2 * b * across) for a, b in corners]
+    triangles = np.array([[0, 2, 1], [0, 3, 2], [0, 4, 3], [0, 1, 4], [1, 2, 3], [1, 3, 4]])
+    yield Part("mesh", (), point, np.array(UPRIGHT), Mesh(np.array([0.0 * down, *foot]), triangles))
+    yield box([6.0 * r, 3.4 * r, 0.5 * r], point + 3.85 * r * down, triad(down, side))

@@ -1,0 +1,115 @@
+"""The glyphs of a scene's joints on their bodies, and what stands on the ground."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+
+import numpy as np
+
+from mbproj.arrays import Array
+from mbproj.dataclass import dataclass
+from mbproj.pages.look.gears import radii, wheel
+from mbproj.pages.look.glyphs import GLYPHS, STANDING, Frame, pedestal, sketch_of
+from mbproj.pages.look.layout import Layout
+from mbproj.pages.look.motion import Motion
+from mbproj.pages.look.parts import Part
+from mbproj.scene.records import Joint, Scene
+
+#: A pin is at most this many thicknesses long to either side: through a body that is long along it, it has no need.
+LONGEST_PIN = 6.0
+#: A pedestal stands above its joint where the mechanism moves lower than that by this part of its size.
+HANGS = 0.05
+
+
+@dataclass(frozen=True, eq=False)
+class Drawn:
+    """A part, the number of the body that carries it (-1: the ground), its layer ("bodies", "joints", "ground",
+    "springs"), and the number of the body, joint or force that it belongs to."""
+
+    part: Part
+    carrier: int
+    layer: str
+    item: int
+
+
+def joint_parts(
+    scene: Scene, layout: Layout, motion: Motion, bodies: Sequence[Sequence[Part]], up: Array
+) -> Iterator[Drawn]:
+    """The parts of all joints; `bodies` are the parts of each body, `up` (3,) is against gravity."""
+    middle = motion.position[motion.finite].mean(axis=(0, 1)) if len(motion.finite) else np.zeros(3)
+    for item, joint in enumerate(scene.joints):
+        if joint.couples is not None:
+            yield from _wheels(joint, item, layout, motion)
+            continue
+        frame = _frame(joint, layout, motion, bodies)
+        pair = layout.bodies[joint.name]
+        sketch = sketch_of(joint.type)
+        for side, part in GLYPHS[sketch](frame):
+            yield Drawn(part, pair[side - 1], "ground" if pair[side - 1] < 0 else "joints", item)
+        if sketch in STANDING and frame.ground:
+            point = frame.points[frame.ground - 1]
+            hangs = float((point - middle) @ up) > HANGS * layout.size
+            for part in pedestal(point, up if hangs else -up, _front(frame, up), layout.thickness):
+                yield Drawn(part, -1, "ground", item)
+
+
+def _frame(joint: Joint, layout: Layout, motion: Motion, bodies: Sequence[Sequence[Part]]) -> Frame:
+    symbols, pair, r = layout.frames[joint.name], layout.bodies[joint.name], layout.thickness
+    ends = [motion.point(body, symbols[f"p{side}"]) for side, body in enumerate(pair, 1)]
+    slid = np.einsum("ti,ti->t", ends[1] - ends[0], motion.vector(pair[0], symbols["z1"]))[motion.finite]
+    clears = [
+        float(np.abs((part.outline() - symbols[f"p{side}"]) @ symbols[f"z{side}"]).max(initial=0.0))
+        for side, body in enumerate(pair, 1)
+        if body >= 0
+        for part in bodies[body]
+        if _near(part, symbols[f"p{side}"], r)
+    ]
+    return Frame(
+        points=(symbols["p1"], symbols["p2"]),
+        z=(symbols["z1"], symbols["z2"]),
+        x=(symbols["x1"], symbols["x2"]),
+        r=r,
+        reach=min(max([1.3 * r, *clears]) + 0.35 * r, LONGEST_PIN * r),
+        travel=(float(slid.min(initial=0.0)), float(slid.max(initial=0.0))),
+        ground=1 + pair.index(-1) if -1 in pair else 0,
+    )
+
+
+def _near(part: Part, point: Array, r: float) -> bool:
+    """Whether the part's box holds the point."""
+    corners = (part.outline() - part.position) @ part.rotation
+    local = (point - part.position) @ part.rotation
+    return bool(((local >= corners.min(axis=0) - r) & (local <= corners.max(axis=0) + r)).all())
+
+
+def _front(frame: Frame, up: Array) -> Array:
+    """Where a pedestal's front looks: along the joint's axis, as far as that is level."""
+    for axis in (frame.z[frame.ground - 1], np.eye(3)[1], np.eye(3)[0]):
+        level = axis - (axis @ up) * up
+        if np.linalg.norm(level) > 0.1:
+            return level / np.linalg.norm(level)
+    raise AssertionError("two coordinate axes are not both upright")
+
+
+def _wheels(joint: Joint, item: int, layout: Layout, motion: Motion) -> Iterator[Drawn]:
+    """The two wheels of a gear, where its axes say how large they are; pulleys, and the pinion of a rack."""
+    assert joint.couples is not None
+    start = motion.at([0])
+    frames = [layout.frames[name] for name in joint.couples.joints]
+    owners = [layout.bodies[name][1] for name in joint.couples.joints]
+    points = [start.point(owner, frame["p2"])[0] for owner, frame in zip(owners, frames, strict=True)]
+    axes = [start.vector(owner, frame["z2"])[0] for owner, frame in zip(owners, frames, strict=True)]
+    given = joint.parameters
+    found = [abs(radius) for radius in given.get("radii", (given["radius"],) if "radius" in given else ())]
+    if "teeth" in given:
+        found += radii(points, axes, given["teeth"]) or ()
+    for radius, owner, frame in zip(found, owners, frames, strict=False):
+        for part in wheel(frame["p2"], frame["z2"], frame["x2"], radius, layout.thickness):
+            yield Drawn(part, owner, "joints", item)
+
+
+def up_of(scene: Scene) -> Array:
+    """Against gravity; z where there is none."""
+    gravity = np.array(scene.gravity)
+    size = float(np.linalg.norm(gravity))
+    return -gravity / size if size > 0.0 else np.array([0.0, 0.0, 1.0])

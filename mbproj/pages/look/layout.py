@@ -1,0 +1,108 @@
+"""Where a scene's joints, markers and springs sit on its bodies, and how thick links are drawn."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from mbproj.arrays import Array
+from mbproj.dataclass import dataclass
+from mbproj.joints import JOINTS
+from mbproj.model.compile.frames import SYMBOLS, Pose, local_frames, poses_of
+from mbproj.pages.look.motion import Motion
+from mbproj.scene.records import GROUND, PointForce, Scene
+
+#: The radius of a link: this part of the median link, and between these parts of the mechanism's size.
+OF_LINK, OF_SIZE = 0.026, (0.002, 0.013)
+#: Of a long chain no link is thicker than this part of itself, however small it is then.
+STOUTEST = 0.1
+
+
+@dataclass(frozen=True, eq=False)
+class Layout:
+    """By name: `number` of each body (the ground is -1), `bodies` of each joint by number, `frames` of each joint (the
+    symbols p1, x1, y1, z1, p2, .. in the axes of their bodies), `markers` and `springs` as points of bodies, m.
+    `held`: the points at which joints hold a body, by its number, those to the ground first, and `axes` about which
+    they turn, None for a joint that is no hinge.
+
+    `size` is the largest extent of the mechanism at the start in m, `thickness` the radius of a link."""
+
+    number: Mapping[str, int]
+    bodies: Mapping[str, tuple[int, int]]
+    frames: Mapping[str, Mapping[str, Array]]
+    held: Mapping[int, tuple[Array, ...]]
+    axes: Mapping[int, tuple[Array | None, ...]]
+    markers: Mapping[str, Array]
+    springs: Mapping[str, tuple[Array, Array]]
+    size: float
+    thickness: float
+
+    @classmethod
+    def of(cls, scene: Scene, motion: Motion) -> Layout:
+        """The layout of a scene whose bodies start as `motion` has them."""
+        number = {GROUND: -1} | {body.name: at for at, body in enumerate(scene.bodies)}
+        poses = poses_of(scene)
+        kept = [joint for joint in scene.joints if joint.couples is None]
+        bodies = {joint.name: (number[joint.bodies[0]], number[joint.bodies[1]]) for joint in kept}
+        local = zip(kept, local_frames(kept, poses), strict=True)
+        frames = {joint.name: dict(zip(SYMBOLS, frame, strict=True)) for joint, frame in local}
+        markers = {
+            marker.name: _local(np.array(marker.location), poses[marker.body], marker.local) for marker in scene.markers
+        }
+        springs = {force.name: _ends(force, poses) for force in scene.forces if isinstance(force, PointForce)}
+        start = motion.at([0])
+        cloud = [start.position[0]]
+        for name, frame in frames.items():
+            cloud += [start.point(body, frame[f"p{side}"]) for side, body in enumerate(bodies[name], 1)]
+        cloud += [start.point(number[marker.body], markers[marker.name]) for marker in scene.markers]
+        size = float(np.linalg.norm(np.ptp(np.concatenate(cloud), axis=0))) or _gyration(scene)
+        held, axes = _held(scene, bodies, frames)
+        spans = [_span(points) for body, points in held.items() if body >= 0]
+        links = [span for span in spans if span > 0.01 * max(spans)]
+        low, high = (part * size for part in OF_SIZE)
+        link = float(np.median(links)) if links else np.inf
+        thickness = float(np.clip(OF_LINK * link, min(low, STOUTEST * link), high))
+        return cls(number, bodies, frames, held, axes, markers, springs, size, thickness)
+
+
+def _held(
+    scene: Scene, bodies: Mapping[str, tuple[int, int]], frames: Mapping[str, Mapping[str, Array]]
+) -> tuple[dict[int, tuple[Array, ...]], dict[int, tuple[Array | None, ...]]]:
+    held: dict[int, tuple[Array, ...]] = {}
+    axes: dict[int, tuple[Array | None, ...]] = {}
+    for joint in sorted(scene.joints, key=lambda joint: GROUND not in joint.bodies):
+        if joint.name in bodies:
+            for side, owner in enumerate(bodies[joint.name], 1):
+                symbols = frames[joint.name]
+                axis = symbols[f"z{side}"] if JOINTS[joint.type].turns else None
+                held[owner] = (*held.get(owner, ()), symbols[f"p{side}"])
+                axes[owner] = (*axes.get(owner, ()), axis)
+    return held, axes
+
+
+def _span(points: Sequence[Array]) -> float:
+    """The largest distance between two joints of a body, or twice that of its only one from the centre of mass. Of
+    many joints, the first say it."""
+    some = points[:12]
+    apart = max(float(np.linalg.norm(one - other)) for one in some for other in some)
+    return apart or 2.0 * float(np.linalg.norm(points[0]))
+
+
+def _local(location: Array, at: Pose, local: bool) -> Array:
+    position, rotation = at
+    return location if local else rotation.T @ (location - position)
+
+
+def _ends(force: PointForce, poses: Mapping[str, Pose]) -> tuple[Array, Array]:
+    first, second = (
+        _local(np.array(point), poses[body], force.points.local)
+        for point, body in zip((force.points.first, force.points.second), force.bodies, strict=True)
+    )
+    return first, second
+
+
+def _gyration(scene: Scene) -> float:
+    """Some radii of gyration: the size of a single body in free flight; 1 m where it has none."""
+    radii = [np.sqrt(np.trace(body.inertia) / body.mass) for body in scene.bodies if body.mass > 0.0]
+    return 2.0 * float(max(radii, default=0.0)) or 1.0

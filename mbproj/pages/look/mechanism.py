@@ -1,0 +1,155 @@
+"""`Look`: all that is drawn of a mechanism, from its scene and its motion."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+
+import numpy as np
+
+from mbproj.arrays import Array
+from mbproj.dataclass import dataclass
+from mbproj.joints import JOINTS
+from mbproj.pages.look.bodies import parts_of
+from mbproj.pages.look.forces import LoadLook, force_parts, loads, slides
+from mbproj.pages.look.joints import Drawn, joint_parts, up_of
+from mbproj.pages.look.layout import Layout
+from mbproj.pages.look.motion import Motion
+from mbproj.scene.looks import Appearance
+from mbproj.scene.meshes import TriangleMesh
+from mbproj.scene.records import Body, Joint, PointForce, Scene
+
+#: Colours of bodies in turn, which colour-blind readers can tell apart (Tol, Colour Schemes, 2021, "bright").
+COLOURS = ("#4477aa", "#ee6677", "#228833", "#ccbb44", "#66ccee", "#aa3377", "#8d99a6")
+
+
+@dataclass(frozen=True)
+class BodyLook:
+    """A body as it is shown."""
+
+    name: str
+    colour: str
+    opacity: float
+
+
+@dataclass(frozen=True, eq=False)
+class JointLook:
+    """A joint as it is shown: its bodies by number, its point (3,) in body 2, and there the axis (3,) that it turns
+    about, None for a joint that is no hinge."""
+
+    name: str
+    type: str
+    bodies: tuple[int, int]
+    point: Array
+    axis: Array | None
+
+
+@dataclass(frozen=True, eq=False)
+class MarkerLook:
+    """A marker: its body's number, its point (3,) there."""
+
+    name: str
+    body: int
+    point: Array
+
+
+@dataclass(frozen=True, eq=False)
+class Span:
+    """What reaches from a point of one body to one of another: a "rod", a "spring", a "damper" or both ("strut")."""
+
+    kind: str
+    name: str
+    carriers: tuple[int, int]
+    points: tuple[Array, Array]
+    radius: float
+
+
+@dataclass(frozen=True, eq=False)
+class Look:
+    """What is drawn. `thickness` is the radius of a link and `size` the extent of the mechanism at the start, in m;
+    bodies, joints and forces are numbered as in the scene."""
+
+    title: str
+    bodies: tuple[BodyLook, ...]
+    joints: tuple[JointLook, ...]
+    markers: tuple[MarkerLook, ...]
+    drawn: tuple[Drawn, ...]
+    spans: tuple[Span, ...]
+    forces: tuple[str, ...]
+    loads: tuple[LoadLook, ...]
+    thickness: float
+    size: float
+    gravity: Array
+
+
+def look_of(scene: Scene, motion: Motion, meshes: Mapping[str, TriangleMesh]) -> Look:
+    """What the scene looks like in this motion, with the `meshes` that its bodies wear."""
+    layout = Layout.of(scene, motion)
+    marked: dict[str, list[Array]] = {}
+    for marker in scene.markers:
+        marked.setdefault(marker.body, []).append(layout.markers[marker.name])
+    bodies = [
+        tuple(
+            parts_of(
+                body,
+                layout.held.get(number, ()),
+                layout.axes.get(number, ()),
+                marked.get(body.name, ()),
+                layout.thickness,
+                meshes.get(body.name),
+            )
+        )
+        for number, body in enumerate(scene.bodies)
+    ]
+    return Look(
+        title=scene.title,
+        bodies=tuple(_body_look(body, number) for number, body in enumerate(scene.bodies)),
+        joints=tuple(_joint_look(joint, layout) for joint in scene.joints),
+        markers=tuple(
+            MarkerLook(marker.name, layout.number[marker.body], layout.markers[marker.name]) for marker in scene.markers
+        ),
+        drawn=(
+            *(Drawn(part, number, "bodies", number) for number, parts in enumerate(bodies) for part in parts),
+            *joint_parts(scene, layout, motion, bodies, up_of(scene)),
+            *force_parts(scene, layout),
+        ),
+        spans=tuple(_spans(scene, layout)),
+        forces=tuple(force.name for force in scene.forces),
+        loads=tuple(loads(scene, layout)),
+        thickness=layout.thickness,
+        size=layout.size,
+        gravity=np.array(scene.gravity),
+    )
+
+
+def _body_look(body: Body, number: int) -> BodyLook:
+    given = body.appearance or Appearance()
+    return BodyLook(body.name, given.colour or COLOURS[number % len(COLOURS)], given.opacity)
+
+
+def _joint_look(joint: Joint, layout: Layout) -> JointLook:
+    """A coupling has no point of its own: it stands where the last of its joints does."""
+    at = joint.name if joint.couples is None else joint.couples.joints[-1]
+    frame = layout.frames[at]
+    return JointLook(
+        joint.name, joint.type, layout.bodies[at], frame["p2"], frame["z2"] if JOINTS[joint.type].turns else None
+    )
+
+
+def _spans(scene: Scene, layout: Layout) -> Iterator[Span]:
+    for joint in scene.joints:
+        if JOINTS[joint.type].is_rod:
+            frame = layout.frames[joint.name]
+            ends = (frame["p1"], frame["p2"])
+            yield Span("rod", joint.name, layout.bodies[joint.name], ends, 0.8 * layout.thickness)
+    for slide in slides(scene):
+        frame = layout.frames[slide.joint]
+        ends = (frame["p1"], frame["p2"])
+        yield Span("spring", slide.name, layout.bodies[slide.joint], ends, 2.6 * layout.thickness)
+    for force in scene.forces:
+        if isinstance(force, PointForce):
+            first, second = force.bodies
+            law = force.law
+            elastic = law.stiffness > 0.0 or law.function is not None
+            kind = ("strut" if elastic else "damper") if law.damping > 0.0 else "spring"
+            carriers = (layout.number[first], layout.number[second])
+            yield Span(kind, force.name, carriers, layout.springs[force.name], 2.0 * layout.thickness)
