@@ -78,7 +78,7 @@ FOLDERS = {
     "dynamics": ("equations", "derivatives", "assembly", "observe", "rank", "friction", "contact"),
     "projection": ("methods", "solve"),
     "integrate": ("steppers", "events", "outcome", "formulations", "loop", "stiff", "automatic", "stops"),
-    "results": ("file", "crash_safety", "linear", "sweep"),
+    "results": ("file", "loads", "crash_safety", "linear", "sweep"),
     "studies": (
         "store",
         "parallel",
@@ -95,11 +95,11 @@ FOLDERS = {
         "tradeoff",
         "verify",
     ),
-    "analysis": ("contacts",),
+    "analysis": ("contacts", "loads"),
     "linear": ("equilibrium", "state_space"),
     "pages": ("look", "data", "page"),
     "figures": ("pages", "kinds", "sweeps"),
-    "cli": ("report", "simulate", "studies", "linear", "commands"),
+    "cli": ("report", "simulate", "loads", "studies", "linear", "commands"),
 }
 #: The kernel's folders: a header includes only headers of its own folder and of those that stand before it.
 KERNEL_FOLDERS = (

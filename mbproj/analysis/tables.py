@@ -6,14 +6,17 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from functools import partial
 from math import prod
-from typing import TypeAlias
+from typing import Any, TypeAlias
 
 import numpy as np
+import numpy.typing as npt
 
+from mbproj.analysis.loads.largest import loads_of
 from mbproj.analysis.reactions import shared_at_contacts
 from mbproj.arrays import Array
 from mbproj.dataclass import dataclass
 from mbproj.results import DATASETS, Results, Trust
+from mbproj.results.loads.largest import Load
 
 #: Rows that are lists in memory at one time.
 AT_ONCE = 1000
@@ -30,10 +33,10 @@ class Table:
 
     name: str
     headings: tuple[str, ...]
-    read: Callable[[], Array]
+    read: Callable[[], npt.NDArray[Any]]
 
-    def rows(self) -> Iterator[list[float]]:
-        """The values, a list a row."""
+    def rows(self) -> Iterator[list[Any]]:
+        """The values, a list a row; texts stand in the table of loads alone."""
         values = self.read()
         for first in range(0, len(values), AT_ONCE):
             yield from values[first : first + AT_ONCE].tolist()
@@ -67,10 +70,22 @@ def tables(results: Results) -> Iterator[Table]:
     diagnostics = [entry for entry in DATASETS if entry.path.startswith("diagnostics/")]
     quantities = [(entry.path.partition("/")[2], entry.unit, entry.path, None) for entry in diagnostics]
     yield _table(results, "diagnostics", quantities)
+    if len(results.time) and any(map(results.names, ("joints", "forces", "motions"))):
+        yield Table("loads", tuple(map(_heading, Load._fields)), partial(_loads, results))
     if results.events:
         yield _events(results)
     if results.trust is not None:
         yield _trust(results.trust)
+
+
+def _loads(results: Results) -> npt.NDArray[Any]:
+    return np.array([tuple(load) for load in loads_of(results)], dtype=object)
+
+
+def _heading(field: str) -> str:
+    """Of a column of the loads: its own unit where every row has the same."""
+    units = {"time": " (s)", "place": " (rad or m)", "put_in": " (J)", "taken_out": " (J)"}
+    return field + units.get(field, "")
 
 
 def _events(results: Results) -> Table:

@@ -23,6 +23,10 @@ _PICTURES: Mapping[str, tuple[bytes, bytes]] = {
 _FILMS: Mapping[str, tuple[int, bytes]] = {"gif": (0, b"GIF89a"), "mp4": (4, b"ftyp")}
 
 
+#: The first line of a table for LaTeX.
+LATEX_MARK = "% table written by mbproj"
+
+
 @dataclass(frozen=True)
 class Kind:
     """What a file is called, as in "a CSV table", and whether mbproj wrote the regular file at a path."""
@@ -71,6 +75,11 @@ def csv(headings: Sequence[str], last: Sequence[str] = ()) -> Kind:
         return found[: len(wanted)] == wanted and found[len(found) - len(ended) :] == ended
 
     return Kind("a CSV table", wrote)
+
+
+def latex() -> Kind:
+    """A table for LaTeX: its first line."""
+    return Kind("a table for LaTeX", _begins_with(LATEX_MARK.encode()))
 
 
 def hdf5(file_format: str) -> Kind:

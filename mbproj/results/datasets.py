@@ -18,6 +18,7 @@ from mbproj.results import events
 from mbproj.results.crash_safety import checkpoint
 from mbproj.results.file.checksums import NOT_YET, crc32, describe, stamp
 from mbproj.results.layout import Constant, Dataset, datasets_for, trailing
+from mbproj.results.loads import stored as stored_loads
 
 CHUNK_BYTES = 2**18
 CHUNK_SAMPLES = 512
@@ -37,6 +38,7 @@ def without_samples(sizes: tuple[tuple[str, int], ...]) -> bytes:
         for dataset in datasets_for(dict(sizes)):
             create_dataset(file, dataset, trailing(dataset, dict(sizes)))
         events.create(file)
+        stored_loads.create(file)
         checkpoint.create(file, dict(sizes)["n"])
         return image_of(file)
 

@@ -72,7 +72,7 @@ def write(file: h5py.File, events: Sequence[Happening]) -> None:
     """Fill the group."""
     for name, (dtype, _, _) in LAYOUT.items():
         values = [getattr(event, name) for event in events]
-        data = np.array([_cut(value) for value in values] if dtype is TEXT else values, dtype=dtype)
+        data = np.array([cut(value) for value in values] if dtype is TEXT else values, dtype=dtype)
         dataset = file[GROUP][name]
         dataset.resize(data.shape)
         if data.size:
@@ -80,8 +80,8 @@ def write(file: h5py.File, events: Sequence[Happening]) -> None:
         stamp(dataset, crc32(data))
 
 
-def _cut(text: str) -> bytes:
-    """As much of it as fits, no character in parts."""
+def cut(text: str) -> bytes:
+    """As much of the text as fits, no character in parts."""
     return text.encode()[:LONGEST].decode(errors="ignore").encode()
 
 

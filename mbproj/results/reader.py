@@ -26,6 +26,7 @@ BESIDE_SAMPLES = (
     "certified",
     "checkpoint",
     "events",
+    "stored_loads",
     "trust",
     "verification",
 )

@@ -24,6 +24,8 @@ from mbproj.results.file import stored_scene
 from mbproj.results.file.contents import Contents
 from mbproj.results.file.kept_arrays import KeptArrays
 from mbproj.results.layout import ALL_NAMES, CONSTANTS, DATASETS, LATER, Dataset, datasets_for, trailing
+from mbproj.results.loads import stored
+from mbproj.results.loads.largest import Load
 from mbproj.results.members import Body, Coordinate, Force, Friction, Joint, Marker, Motion, Stop
 from mbproj.results.stored_settings import UnfitSettings, settings_from
 from mbproj.results.trust import Poses, Trust
@@ -277,6 +279,11 @@ class Results:
     def events(self) -> tuple[RecordedEvent, ...]:
         """What steps ended at, in the order of time, whatever was selected; none in files of older programs."""
         return happening.read(self.contents)
+
+    @property
+    def stored_loads(self) -> tuple[Load, ...]:
+        """The largest loads of the whole run as it kept them; none in files of older programs."""
+        return stored.read(self.contents)
 
     @property
     def checkpoint(self) -> Checkpoint | None:

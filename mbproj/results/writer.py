@@ -26,7 +26,7 @@ from mbproj.results import trust as trusting
 from mbproj.results.crash_safety import checkpoint as restarting
 from mbproj.results.crash_safety.checkpoint import Checkpoint, Slots
 from mbproj.results.crash_safety.claim import claim
-from mbproj.results.crash_safety.reserve import MARGIN, reserve, room_for, write_whole
+from mbproj.results.crash_safety.reserve import MARGIN, has_room, reserve, room_for, write_whole
 from mbproj.results.datasets import (
     VERSIONS,
     append,
@@ -44,6 +44,8 @@ from mbproj.results.file.checksums import crc32, stamp, stamp_attributes
 from mbproj.results.file.dataset import CHUNK_CACHE
 from mbproj.results.files import check_output, part_path
 from mbproj.results.layout import ALL_NAMES, CONSTANTS, LATER_NAMES, Dataset, datasets_for, trailing
+from mbproj.results.loads import stored as stored_loads
+from mbproj.results.loads.stored import recorded_loads
 from mbproj.results.provenance import Attribute, as_text, create_text, root_attributes, write_scene
 from mbproj.results.trust import Trust
 from mbproj.scene.records import Scene
@@ -251,6 +253,8 @@ class ResultsWriter:
             met = [event for event in self._events if event.time <= self._last_time]
             reserve(self._descriptor, self._room_for(self._samples) + happening.room(met) + self._slots.room)
             happening.write(self._file, met)
+            if has_room(self._descriptor, self._room_for(self._samples) + stored_loads.room(self._names)):
+                stored_loads.write(self._file, recorded_loads(self._targets, self._names, self._constants, met))
             self._slots.write(self._file)
             put(self._file, {name: value for name, value in self._summary.items() if value is not None})
             self._file.attrs["status"] = status

@@ -23,7 +23,7 @@ def test_export_writes_a_table_for_each_thing(tmp_path):
     make(tmp_path)
     done = mbproj("export", "a.h5", "-o", "csv", folder=tmp_path)
     names = ["body-crank", "body-rod", "body-slider", "marker-slider", "joint-A", "joint-B", "joint-C", "joint-D"]
-    assert done.stdout.split() == [f"csv/a-{name}.csv" for name in [*names, "diagnostics"]]
+    assert done.stdout.split() == [f"csv/a-{name}.csv" for name in [*names, "diagnostics", "loads"]]
     headings, values = read(tmp_path / "csv" / "a-body-rod.csv")
     assert headings[:5] == ["time (s)", "position_x (m)", "position_y (m)", "position_z (m)", "orientation_0 (1)"]
     assert len(headings) == 1 + 3 + 4 + 4 * 3

@@ -15,6 +15,7 @@ from mbproj.scene.text.suggestions import choose_from
 OTHER_DIRECTORY = "choose another directory with -o"
 EXAMPLES = (
     ("Write every table.", "mbproj export results.h5 -o tables"),
+    ("Write the largest loads for a report in LaTeX.", "mbproj export results.h5 --table loads --format latex"),
     (
         "Write the motion of one marker, and the diagnostics.",
         "mbproj export results.h5 --table marker-tip --table diagnostics",
@@ -36,17 +37,28 @@ EXAMPLES = (
 @option(
     Part.WHAT, "--table", "chosen", multiple=True, metavar="NAME", help="Only this table, e.g. body-crank; repeatable."
 )
+@option(
+    Part.OUTPUT,
+    "--format",
+    "file_format",
+    default="csv",
+    type=click.Choice(["csv", "latex"]),
+    help="A CSV table, or a tabular for LaTeX [default: csv].",
+)
 @option(Part.OUTPUT, "--list", "only_list", is_flag=True, help="List the tables, write nothing.")
 @force_option
-def command(results: Path, folder: Path, chosen: tuple[str, ...], only_list: bool, force: bool) -> None:
-    """Writes RESULTS as CSV tables.
+def command(
+    results: Path, folder: Path, chosen: tuple[str, ...], file_format: str, only_list: bool, force: bool
+) -> None:
+    """Writes RESULTS as CSV tables, or as tables for LaTeX.
 
-    There is a table for each body, marker, joint, force and motion, and one of diagnostics. Files are
-    DIR/<file>-<table>.csv. The first line names the columns and their units; numbers keep all their digits.
+    There is a table for each body, marker, joint, force and motion, one of the largest loads, and one of
+    diagnostics. Files are DIR/<file>-<table>.csv or .tex. The first line names the columns and their units; numbers
+    keep all their digits in CSV, and six in LaTeX.
     """
     from mbproj.analysis.tables import tables
     from mbproj.figures.labels import stem
-    from mbproj.outputs import check_replaceable, csv, make_folder, write_csv
+    from mbproj.outputs import check_replaceable, csv, latex, make_folder, write_csv, write_latex
     from mbproj.results import open_results
 
     with open_results(results) as opened:
@@ -59,12 +71,15 @@ def command(results: Path, folder: Path, chosen: tuple[str, ...], only_list: boo
             click.echo("\n".join(names))
             return
         make_folder(folder, OTHER_DIRECTORY)
-        files = {folder / _file_name(f"{first}-{name}.csv"): found[name] for name in names}
+        is_csv = file_format == "csv"
+        ending = "csv" if is_csv else "tex"
+        files = {folder / _file_name(f"{first}-{name}.{ending}"): found[name] for name in names}
         for path, table in files.items():  # all or none
-            check_replaceable(path, csv(table.headings), force=force, hint=OTHER_DIRECTORY)
+            kind = csv(table.headings) if is_csv else latex()
+            check_replaceable(path, kind, force=force, hint=OTHER_DIRECTORY)
+        write, form = (write_csv, ".17g") if is_csv else (write_latex, ".6g")
         for path, table in files.items():
-            rows = table.rows()
-            click.echo(write_csv(path, table.headings, rows, form=".17g", force=force, hint=OTHER_DIRECTORY))
+            click.echo(write(path, table.headings, table.rows(), form=form, force=force, hint=OTHER_DIRECTORY))
 
 
 def _file_name(name: str) -> str:

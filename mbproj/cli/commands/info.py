@@ -17,7 +17,7 @@ from mbproj.cli.report.verification import lines as verification_lines
 from mbproj.errors import ExitCode
 
 if TYPE_CHECKING:
-    from mbproj.results import Results, Soundness
+    from mbproj.results import Results
 
 #: Attributes that the text shows in words, as it does what is computed from the samples.
 SHOWN_ELSEWHERE = ("format", "date", "host")
@@ -25,8 +25,8 @@ SHOWN_ELSEWHERE = ("format", "date", "host")
 SHOWN_EVENTS = 20
 EXAMPLES = (
     ("Say what a results file holds.", "mbproj info results.h5"),
+    ("Say how large the loads become.", "mbproj info results.h5 --loads"),
     ("Say whether the compiled kernel is there.", "mbproj info --build"),
-    ("Print every number that mbproj decides by.", "mbproj info --thresholds"),
 )
 
 
@@ -36,20 +36,49 @@ EXAMPLES = (
 @option(Part.WHAT, "--thresholds", is_flag=True, help="Show every threshold with its unit, reason and source instead.")
 @option(Part.WHAT, "--steps", is_flag=True, help="Say which body or force limits the smaller steps of RESULTS instead.")
 @option(Part.WHAT, "--energy", is_flag=True, help="Say what dampers, integrator and projection took instead.")
+@option(Part.WHAT, "--loads", is_flag=True, help="List the largest loads of joints, motions and forces instead.")
+@option(
+    Part.WHAT,
+    "--over",
+    metavar="JOINT.COORDINATE",
+    help="With --loads: the coordinate that tells the place in the cycle.",
+)
+@option(
+    Part.WHAT,
+    "--level",
+    type=click.FloatRange(0.0, 1.0),
+    metavar="SHARE",
+    help="With --loads: for how long each load is above this part of its largest.",
+)
+@option(Part.WHAT, "--rainflow", is_flag=True, help="With --loads: count the swings of each, by ASTM E1049.")
 @option(Part.WHAT, "--check", is_flag=True, help="Read all of RESULTS and hold it against its checksums instead.")
 @option(Part.OUTPUT, "--json", "as_json", is_flag=True, help="Print one JSON object instead of text.")
 def command(
-    results: Path | None, build: bool, thresholds: bool, steps: bool, energy: bool, check: bool, as_json: bool
+    results: Path | None,
+    build: bool,
+    thresholds: bool,
+    steps: bool,
+    energy: bool,
+    loads: bool,
+    over: str | None,
+    level: float | None,
+    rainflow: bool,
+    check: bool,
+    as_json: bool,
 ) -> int:
     """Shows what RESULTS holds: settings, violations, timings, datasets.
 
     A check takes the folder of a sweep, too. Exit code 4: --check has found something wrong.
     """
-    asked = [name for name, given in (("--check", check), ("--steps", steps), ("--energy", energy)) if given]
+    parts = {"--check": check, "--steps": steps, "--energy": energy, "--loads": loads}
+    asked = [name for name, given in parts.items() if given]
     if asked and results is None:
         raise click.UsageError(f"{asked[0]} needs RESULTS, a results file")
     if len(asked) > 1:
         raise click.UsageError(f"give {' or '.join(asked)}, not both")
+    for name, given in (("--over", over), ("--level", level), ("--rainflow", rainflow)):
+        if given and not loads:
+            raise click.UsageError(f"{name} is for --loads; add --loads, or leave it out")
     if (results is not None) + build + thresholds != 1:
         raise click.UsageError(
             "give RESULTS, a results file, or --build, for how mbproj itself was built, or --thresholds, for the "
@@ -58,14 +87,18 @@ def command(
     if results is None:
         click.echo(_build(as_json) if build else _thresholds(as_json))
         return int(ExitCode.DONE)
+    from mbproj.cli.simulate import soundness
     from mbproj.results import check_results, open_results
 
     if check and results.is_dir():
-        return _check_sweep(results, as_json)
+        swept, lines = soundness.of_sweep(results)
+        click.echo(_json(swept) if as_json else "\n".join(lines))
+        return int(ExitCode.DONE if swept["sound"] else ExitCode.CHECK_FAILED)
     with open_results(results) as opened:
         if check:
             found = check_results(opened)
-            click.echo(_json(_soundness(opened, found)) if as_json else "\n".join(_sound_lines(opened, found)))
+            facts = soundness.facts(opened, found)
+            click.echo(_json(facts) if as_json else "\n".join(soundness.lines(opened, found)))
             return int(ExitCode.CHECK_FAILED if found.faults else ExitCode.DONE)
         if steps or energy:
             from mbproj.cli.simulate import energy_parts, step_limits
@@ -73,46 +106,14 @@ def command(
             said = step_limits if steps else energy_parts
             click.echo(_json(said.facts(opened)) if as_json else "\n".join(said.lines(opened)))
             return int(ExitCode.DONE)
+        if loads:
+            from mbproj.cli.loads import largest as report
+
+            words = _json(report.facts(opened, over, level, rainflow=rainflow)) if as_json else None
+            click.echo(words or "\n".join(report.lines(opened, over, level, rainflow=rainflow)))
+            return int(ExitCode.DONE)
         click.echo(_json(_contents(opened)) if as_json else "\n".join(_lines(opened)))
     return int(ExitCode.DONE)
-
-
-def _check_sweep(folder: Path, as_json: bool) -> int:
-    """Says whether what a sweep has written is sound."""
-    from dataclasses import asdict
-
-    from mbproj.studies.sweep.check import check_sweep
-
-    found = check_sweep(folder)
-    lines = [f"{folder}: {found.rows} rows and {found.files} results files read"]
-    lines += [f"  wrong: {fault}" for fault in found.faults] or ["  nothing is wrong with it"]
-    lines += [f"  {name} has no checksums: an older mbproj wrote it" for name in found.unguarded]
-    lines += [f"  delete '{folder / name}': a sweep keeps the results files that it finds" for name in found.damaged]
-    lines += ["  start the sweep again: it computes what is damaged or missing"] if found.faults else []
-    facts = {"folder": str(folder), "sound": not found.faults, **asdict(found)}
-    click.echo(_json(facts) if as_json else "\n".join(lines))
-    return int(ExitCode.CHECK_FAILED if found.faults else ExitCode.DONE)
-
-
-def _soundness(results: Results, found: Soundness) -> dict[str, Any]:
-    from dataclasses import asdict
-
-    return {"file": str(results.path), "sound": not found.faults, **asdict(found)}
-
-
-def _sound_lines(results: Results, found: Soundness) -> Iterator[str]:
-    from mbproj.analysis.reactions import shortened
-
-    yield f"{results.path}: {found.datasets} datasets read, {found.bytes / 1e6:.3g} MB of samples"
-    yield from (f"  wrong: {fault}" for fault in found.faults)
-    if not found.faults:
-        yield "  nothing is wrong with it"
-    if len(found.unguarded) == found.datasets:
-        yield "  it has no checksums: an older mbproj wrote it, and changed numbers would not show"
-    elif found.unguarded:
-        yield f"  {len(found.unguarded)} datasets have no checksum: {shortened(found.unguarded, 8)}"
-    if results.contents.unfinished:
-        yield "  its run has not ended: samples have Fletcher-32 alone, which takes 16 ones for 16 zeros"
 
 
 def _build(as_json: bool) -> str:

@@ -36,6 +36,15 @@ def reserve(descriptor: int, size: int) -> None:
             raise
 
 
+def has_room(descriptor: int, size: int) -> bool:
+    """Whether the file can be made so long, and is: for what a full disk may leave out."""
+    try:
+        reserve(descriptor, size)
+    except OSError:
+        return False
+    return True
+
+
 def write_whole(descriptor: int, data: bytes) -> None:
     """Write `data` at the begin of the file. Raises OSError where not all of it has room."""
     if os.pwrite(descriptor, data, 0) < len(data):

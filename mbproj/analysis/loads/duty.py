@@ -1,0 +1,70 @@
+"""The duty of a load: how long it is above a level, and how often it swings."""
+
+from __future__ import annotations
+
+from importlib import import_module
+from typing import NamedTuple
+
+import numpy as np
+
+from mbproj.arrays import Array
+from mbproj.errors import InputError, Problem
+from mbproj.results import Results
+from mbproj.results.loads.between_samples import size
+from mbproj.results.loads.largest import SOURCES, Load
+
+#: Classes of a rainflow count.
+CLASSES = 10
+
+
+class Swings(NamedTuple):
+    """A class of a rainflow count: swings of this range and mean, in the unit of the load, and how many."""
+
+    range: float
+    mean: float
+    cycles: float
+
+
+def samples_of(results: Results, load: Load) -> Array:
+    """The magnitudes (T,) of a load; of scalars the values with their sign."""
+    quantity = "force" if load.quantity == "power" else load.quantity
+    source = next(each for each in SOURCES if (each.kind, each.quantity) == (load.kind, quantity))
+    column = results.names(source.names).index(load.name)
+    values = results[source.path][:, column]
+    if load.quantity == "power" and source.rate is not None:
+        values = values * results[source.rate][:, column]
+    return size(values.reshape(len(values), 1, -1))[:, 0]
+
+
+def duration_above(time: Array, values: Array, level: float) -> float:
+    """For how long, in s, the magnitude of a curve (T,) is above `level`; straight between samples."""
+    beyond = np.abs(values) - level
+    before, after = beyond[:-1], beyond[1:]
+    step = np.abs(after - before)
+    upper = np.maximum(before, after)
+    share = np.where(upper <= 0.0, 0.0, np.minimum(1.0, upper / np.where(step > 0.0, step, 1.0)))
+    whole = np.minimum(before, after) >= 0.0
+    return float(np.sum(np.diff(time) * np.where(whole, 1.0, share)))
+
+
+def swings(values: Array) -> list[Swings]:
+    """The rainflow count of a curve (T,) by ASTM E1049, largest range first. Raises InputError without the package
+    `rainflow`."""
+    try:
+        rainflow = import_module("rainflow")
+    except ImportError as error:
+        problem = Problem("rainflow counts need the package 'rainflow'", hint='pip install "mbproj[loads]"')
+        raise InputError(problem) from error
+    found = [(swing, mean, count) for swing, mean, count, _, _ in rainflow.extract_cycles(values.tolist())]
+    largest = max((swing for swing, _, _ in found), default=0.0)
+    if largest == 0.0:
+        return []
+    classes: dict[int, list[tuple[float, float, float]]] = {}
+    for each in found:
+        classes.setdefault(min(int(CLASSES * each[0] / largest), CLASSES - 1), []).append(each)
+    counted = []
+    for number in sorted(classes, reverse=True):
+        members = np.array(classes[number])
+        swing, mean = np.average(members[:, :2], axis=0, weights=members[:, 2])
+        counted.append(Swings(float(swing), float(mean), float(members[:, 2].sum())))
+    return counted

@@ -1,0 +1,98 @@
+"""The largest loads of a run, as lines and as numbers (`info --loads`)."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from math import degrees, isnan
+from typing import Any
+
+from mbproj.analysis.loads.duty import duration_above, samples_of, swings
+from mbproj.analysis.loads.largest import cycle_of, loads_of, recorded_in
+from mbproj.cli.report.table import columns
+from mbproj.results import Results
+from mbproj.results.loads.largest import Load
+
+HEADINGS = ("load", "largest", "unit", "at t (s)", "place", "mean", "rms")
+#: Part of the largest load of its unit below which a load is nothing.
+NOTHING = 1e-9
+
+
+def facts(results: Results, over: str | None, level: float | None, *, rainflow: bool) -> dict[str, Any]:
+    """The loads as numbers; `level` is a part of each largest load, above which its duration is told."""
+    return {
+        "file": str(results.path),
+        "place_of": None if (place := place_of(results, over)) is None else place[0],
+        "loads": [_facts(results, load, level, rainflow=rainflow) for load in loads_of(results, over)],
+    }
+
+
+def _facts(results: Results, load: Load, level: float | None, *, rainflow: bool) -> dict[str, Any]:
+    found: dict[str, Any] = load._asdict()
+    if level is not None:
+        found["above"] = level * abs(load.largest)
+        found["duration_above"] = duration_above(results.time, samples_of(results, load), found["above"])
+    if rainflow:
+        found["rainflow"] = [swing._asdict() for swing in swings(samples_of(results, load))]
+    return found
+
+
+def place_of(results: Results, over: str | None) -> tuple[str, str] | None:
+    """What tells the place in the cycle, and its unit: a coordinate, or the first motion; None without either."""
+    cycle = cycle_of(results, over) if over else recorded_in(results).cycle()
+    return None if cycle is None else (cycle.name, cycle.unit)
+
+
+def lines(results: Results, over: str | None, level: float | None, *, rainflow: bool) -> Iterator[str]:
+    """A table of the loads, then the works, durations and counts."""
+    found = loads_of(results, over)
+    felt = [load for load in found if not _is_nothing(load, found)]
+    if not felt:
+        yield "nothing is loaded" if found else "there are no joints, motions or forces that could be loaded"
+        return
+    place = place_of(results, over)
+    yield columns(HEADINGS, [_row(load, place[1] if place else "") for load in felt])
+    yield "\n± is what looking between samples leaves open; the error of the run itself comes on top (run --certify)"
+    if place is not None:
+        yield f"place: {place[0]}{', modulo a turn' if place[1] == 'rad' else ''}"
+    if any(not load.unique for load in felt):
+        yield "*: redundant joints share it at will"
+    works = [load for load in felt if not isnan(load.put_in)]
+    if works:
+        yield "\nworks"
+        named = [(_name(load).removesuffix(" power"), f"{load.put_in:.6g}", f"{load.taken_out:.6g}") for load in works]
+        yield columns(("of", "put in (J)", "taken out (J)"), named)
+    if level is not None:
+        yield f"\nduration above {level:g} of the largest"
+        for load in felt:
+            values = samples_of(results, load)
+            yield f"  {_name(load)}: {duration_above(results.time, values, level * abs(load.largest)):.6g} s"
+    if rainflow:
+        for load in felt:
+            yield f"\nswings of {_name(load)} ({load.unit})"
+            counted = swings(samples_of(results, load))
+            rows = [(f"{each.range:.5g}", f"{each.mean:.5g}", f"{each.cycles:g}") for each in counted]
+            yield columns(("range", "mean", "cycles"), rows)
+
+
+def _is_nothing(load: Load, loads: Sequence[Load]) -> bool:
+    """Whether it is zero but for round-off, beside the others of its unit; a torque, beside forces at 1 m, too."""
+    units = {"N", "N m"} if load.unit == "N m" else {load.unit}
+    largest = max(abs(other.largest) for other in loads if other.unit in units)
+    return abs(load.largest) <= NOTHING * largest or load.largest == 0.0
+
+
+def _name(load: Load) -> str:
+    return f"{load.kind} '{load.name}' {load.quantity.replace('_', ' ')}"
+
+
+def _row(load: Load, unit: str) -> tuple[str, ...]:
+    place = f"{degrees(load.place):.1f}°" if unit == "rad" else f"{load.place:.5g} {unit}" if unit else "-"
+    return (
+        _name(load) + ("" if load.unique else " *"),
+        f"{load.largest:.6g} ± {load.uncertainty:.1g}",
+        load.unit,
+        f"{load.time:.6g}",
+        place,
+        f"{load.mean:.5g}",
+        f"{load.rms:.5g}",
+    )

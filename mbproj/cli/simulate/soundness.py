@@ -1,0 +1,43 @@
+"""Whether a results file or the folder of a sweep is sound, as lines and as numbers (`info --check`)."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any
+
+from mbproj.analysis.reactions import shortened
+from mbproj.results import Results, Soundness
+
+
+def of_sweep(folder: Path) -> tuple[dict[str, Any], list[str]]:
+    """What is to be said of what a sweep has written, as numbers and as lines."""
+    from mbproj.studies.sweep.check import check_sweep
+
+    found = check_sweep(folder)
+    lines = [f"{folder}: {found.rows} rows and {found.files} results files read"]
+    lines += [f"  wrong: {fault}" for fault in found.faults] or ["  nothing is wrong with it"]
+    lines += [f"  {name} has no checksums: an older mbproj wrote it" for name in found.unguarded]
+    lines += [f"  delete '{folder / name}': a sweep keeps the results files that it finds" for name in found.damaged]
+    lines += ["  start the sweep again: it computes what is damaged or missing"] if found.faults else []
+    return {"folder": str(folder), "sound": not found.faults, **asdict(found)}, lines
+
+
+def facts(results: Results, found: Soundness) -> dict[str, Any]:
+    """The same of a results file as numbers."""
+    return {"file": str(results.path), "sound": not found.faults, **asdict(found)}
+
+
+def lines(results: Results, found: Soundness) -> Iterator[str]:
+    """The same as lines."""
+    yield f"{results.path}: {found.datasets} datasets read, {found.bytes / 1e6:.3g} MB of samples"
+    yield from (f"  wrong: {fault}" for fault in found.faults)
+    if not found.faults:
+        yield "  nothing is wrong with it"
+    if len(found.unguarded) == found.datasets:
+        yield "  it has no checksums: an older mbproj wrote it, and changed numbers would not show"
+    elif found.unguarded:
+        yield f"  {len(found.unguarded)} datasets have no checksum: {shortened(found.unguarded, 8)}"
+    if results.contents.unfinished:
+        yield "  its run has not ended: samples have Fletcher-32 alone, which takes 16 ones for 16 zeros"

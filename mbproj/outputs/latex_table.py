@@ -1,0 +1,57 @@
+r"""Tables for LaTeX: a tabular for \input, which needs no package. What LaTeX takes for commands is escaped."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from math import isnan
+from pathlib import Path
+
+from mbproj.outputs import kinds
+from mbproj.outputs.escapes import escaped
+from mbproj.outputs.replace import ELSEWHERE, replacing
+
+#: What stands for a character that LaTeX takes for more than itself.
+COMMANDS = {
+    "\\": r"\textbackslash{}",
+    "~": r"\textasciitilde{}",
+    "^": r"\textasciicircum{}",
+    **{character: f"\\{character}" for character in "&%$#_{}"},
+}
+
+
+def write_latex(
+    path: Path,
+    headings: Sequence[str],
+    rows: Iterable[Sequence[object]],
+    *,
+    form: str = ".6g",
+    force: bool = False,
+    hint: str = ELSEWHERE,
+) -> Path:
+    """Writes the table; floats in the format `form`, as mathematics, texts to the left."""
+    with (
+        replacing(path, kinds.latex(), force=force, hint=hint) as draft,
+        draft.open("w", encoding="utf-8", newline="") as file,
+    ):
+        written = [[_cell(value, form) for value in row] for row in rows]
+        numeric = [all(cell.startswith("$") or not cell for cell in column) for column in zip(*written, strict=True)]
+        columns = "".join("r" if each else "l" for each in numeric) or "l" * len(headings)
+        file.write(f"{kinds.LATEX_MARK}\n\\begin{{tabular}}{{{columns}}}\n\\hline\n")
+        file.write(" & ".join(_text(heading) for heading in headings) + " \\\\\n\\hline\n")
+        file.writelines(" & ".join(row) + " \\\\\n" for row in written)
+        file.write("\\hline\n\\end{tabular}\n")
+    return path
+
+
+def _cell(value: object, form: str) -> str:
+    """A number as mathematics; an empty cell where it is not a number."""
+    if isinstance(value, float):
+        if isnan(value):
+            return ""
+        digits, _, power = format(value, form).partition("e")
+        return f"${digits} \\cdot 10^{{{int(power)}}}$" if power else f"${digits}$".replace("inf", "\\infty")
+    return _text(str(value))
+
+
+def _text(text: str) -> str:
+    return "".join(COMMANDS.get(character, character) for character in escaped(text))

@@ -1,0 +1,141 @@
+"""Peaks and integrals of sampled curves. Between samples a polynomial stands for the curve, but never across an event,
+where a load may jump or have a kink."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from mbproj.arrays import Array, Integers
+
+#: Samples of the polynomial that finds a peak, and of the lower one that tells how uncertain it is: one less, as odd
+#: derivatives vanish at a peak that is symmetric, and with them the difference to two less.
+WIDE, NARROW = 7, 6
+#: Samples of the polynomial that is integrated.
+CUBIC = 4
+#: Points of a search, and how often its span shrinks to two cells: the peak is then exact to round-off.
+GRID, PASSES = 33, 3
+ROUND_OFF = 4.0 * float(np.finfo(float).eps)
+
+
+class Peaks(NamedTuple):
+    """Of C curves: the largest magnitude with its sign (C,), how far it may be off, and its time in s."""
+
+    value: Array
+    uncertainty: Array
+    time: Array
+
+
+def pieces(time: Array, events: Array) -> Integers:
+    """The number of the piece between events that each sample belongs to, (T,). A sample at an event ends its piece;
+    two samples at one time are the state before and after."""
+    number = np.searchsorted(np.unique(events), time, side="left")
+    return np.asarray(number + np.concatenate([[0], np.cumsum(np.diff(time) <= 0.0)]), dtype=np.intp)
+
+
+def size(values: Array) -> Array:
+    """The magnitudes (T, C) of vectors (T, C, 3); of scalars (T, C, 1) the values with their sign."""
+    return values[..., 0] if values.shape[-1] == 1 else np.asarray(np.linalg.norm(values, axis=-1))
+
+
+def peaks(time: Array, values: Array, piece: Integers) -> Peaks:
+    """The largest magnitudes of C curves, values (T, C, k), each in a `piece` (T,) of its own polynomials.
+
+    The uncertainty is the difference to a polynomial of one sample less. A piece of fewer samples than the
+    polynomial needs has the largest sample, and the difference to its neighbours, to those beyond an event too.
+    """
+    sizes = size(values)
+    columns = np.arange(sizes.shape[1])
+    row = np.argmax(_rough(np.abs(sizes), piece), axis=0)
+    value, at = sizes[row, columns], time[row].copy()
+    around = [np.clip(row + shift, 0, len(time) - 1) for shift in (-1, 1)]
+    uncertainty = np.max([np.abs(sizes[near, columns] - value) for near in around], axis=0)
+    first, last = (np.searchsorted(piece, piece[row], side=side) for side in ("left", "right"))
+    smooth = np.flatnonzero((last - first >= WIDE) & np.isfinite(uncertainty))
+    if len(smooth):
+        chosen, begins, ends = row[smooth], first[smooth], last[smooth]
+        wide = np.clip(chosen - WIDE // 2, begins, ends - WIDE)
+        narrow = np.clip(chosen - NARROW // 2, begins, ends - NARROW)
+        low, high = time[np.maximum(chosen - 1, begins)], time[np.minimum(chosen + 1, ends - 1)]
+        sign = np.where(value[smooth] < 0.0, -1.0, 1.0)
+        best, when = _search(time, values, columns[smooth], wide, WIDE, low, high, sign)
+        other, _ = _search(time, values, columns[smooth], narrow, NARROW, low, high, sign)
+        value[smooth], at[smooth] = best, when
+        uncertainty[smooth] = np.abs(best - other) + ROUND_OFF * np.abs(best)
+    return Peaks(value, uncertainty, at)
+
+
+def _rough(sizes: Array, piece: Integers) -> Array:
+    """The magnitudes, at a largest sample those of the parabola through it and its neighbours: a peak between two
+    samples may be above another that a sample meets."""
+    found = sizes.copy()
+    if len(sizes) < 3:
+        return found
+    before, here, after = sizes[:-2], sizes[1:-1], sizes[2:]
+    bend = 2.0 * here - before - after
+    one_piece = ((piece[:-2] == piece[1:-1]) & (piece[1:-1] == piece[2:]))[:, None]
+    tops = one_piece & (here >= before) & (here >= after) & (bend > 0.0)
+    found[1:-1] += np.where(tops, (after - before) ** 2 / (8.0 * np.where(tops, bend, 1.0)), 0.0)
+    return found
+
+
+def _search(
+    time: Array, values: Array, column: Integers, first: Integers, count: int, low: Array, high: Array, sign: Array
+) -> tuple[Array, Array]:
+    """The largest magnitude, and its time, of the polynomials through `count` samples from `first` (C,) on, between
+    `low` and `high` (C,)."""
+    rows = first[:, None] + np.arange(count)
+    nodes, found = time[rows], values[rows, column[:, None]]
+    low, high = low.copy(), high.copy()
+    everyone = np.arange(len(column))
+    for _ in range(PASSES):
+        times = low[:, None] + (high - low)[:, None] * np.linspace(0.0, 1.0, GRID)
+        curve = size(np.einsum("cgn,cnk->cgk", _weights(nodes, times), found))
+        best = np.argmax(sign[:, None] * curve, axis=1)
+        top, when = curve[everyone, best], times[everyone, best]
+        cell = (high - low) / (GRID - 1)
+        low, high = np.maximum(when - cell, low), np.minimum(when + cell, high)
+    return top, when
+
+
+def _weights(nodes: Array, times: Array) -> Array:
+    """Lagrange's weights of the nodes (C, n) at the times (C, g): (C, g, n)."""
+    count = nodes.shape[1]
+    weights = np.ones((*times.shape, count))
+    for own in range(count):
+        for other in range(count):
+            if other != own:
+                span = nodes[:, own] - nodes[:, other]
+                weights[..., own] *= (times - nodes[:, other, None]) / span[:, None]
+    return weights
+
+
+def integrals(time: Array, values: Array, piece: Integers) -> Array:
+    """∫ f dt over each interval between samples, values (T, C): (T - 1, C). A cubic stands for the curve where four
+    samples of one piece are around, a straight line elsewhere."""
+    length = np.diff(time)
+    found = 0.5 * length[:, None] * (values[1:] + values[:-1])
+    if len(time) < CUBIC:
+        return np.asarray(found)
+    first = np.clip(np.arange(len(length)) - 1, 0, len(time) - CUBIC)
+    rows = first[:, None] + np.arange(CUBIC)
+    inside = np.flatnonzero(piece[rows[:, 0]] == piece[rows[:, -1]])
+    nodes = time[rows[inside]]
+    middle, half = 0.5 * (time[inside] + time[inside + 1]), 0.5 * length[inside]
+    points = np.stack([middle - half / np.sqrt(3.0), middle + half / np.sqrt(3.0)], axis=1)  # Gauss: exact for cubics
+    weights = half[:, None] * _weights(nodes, points).sum(axis=1)
+    found[inside] = np.einsum("in,inc->ic", weights, values[rows[inside]])
+    return np.asarray(found)
+
+
+def in_and_out(time: Array, values: Array, piece: Integers) -> tuple[Array, Array]:
+    """∫ max(f, 0) dt and ∫ max(-f, 0) dt, values (T, C): (C,) each. Their difference is ∫ f dt; an interval in which f
+    changes its sign is divided where a straight line does."""
+    whole = integrals(time, values, piece)
+    before, after, length = values[:-1], values[1:], np.diff(time)[:, None]
+    changes = before * after < 0.0
+    share = np.abs(before) / np.where(changes, np.abs(before) + np.abs(after), 1.0)
+    side = np.where(before > 0.0, before * share, after * (1.0 - share))
+    up = np.where(changes, 0.5 * length * side, np.maximum(whole, 0.0))
+    return up.sum(axis=0), (up - whole).sum(axis=0)

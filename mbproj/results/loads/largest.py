@@ -1,0 +1,159 @@
+"""The largest loads of a run: of joints, motions, forces, stops and frictions, with time, place and means."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from mbproj.arrays import Array, Integers, may_overflow
+from mbproj.dataclass import dataclass
+from mbproj.results.layout import ALL_NAMES
+from mbproj.results.loads.between_samples import in_and_out, integrals, peaks, pieces, size
+
+#: Bytes of a dataset's columns that are looked at together.
+AT_ONCE = 2**26
+TURN = 2.0 * np.pi
+NOTHING = float("nan")
+
+
+@dataclass(frozen=True)
+class Source:
+    """A load of one kind: of "joint", ..., its quantity, its dataset, that of the rate along which it works, its unit
+    where the coordinate is an angle, and where it is a length."""
+
+    kind: str
+    quantity: str
+    path: str
+    rate: str | None
+    units: tuple[str, str]
+
+    @property
+    def names(self) -> str:
+        """The kind of names of its columns."""
+        return next(kind for kind, entry in ALL_NAMES.items() if entry.path == f"{self.path.partition('/')[0]}/names")
+
+
+#: Every load that a run has.
+SOURCES = (
+    Source("joint", "reaction_force", "joints/reaction_force", None, ("N", "N")),
+    Source("joint", "reaction_torque", "joints/reaction_torque", None, ("N m", "N m")),
+    Source("motion", "force", "motions/force", "motions/rate", ("N m", "N")),
+    Source("force", "force", "forces/force", "forces/rate", ("N m", "N")),
+    Source("stop", "force", "stops/force", None, ("N m", "N")),
+    Source("friction", "force", "friction/force", "friction/rate", ("N m", "N")),
+)
+
+
+class Load(NamedTuple):
+    """A load of a run: whose ("joint", "A"), which quantity, its unit. `largest` is the largest magnitude, of scalars
+    with their sign, `uncertainty` what looking between samples leaves of it; `time` in s; `place`, the coordinate of
+    the cycle there, modulo a turn, in rad or m. `mean` and `rms` are over time. Of a power, `put_in` and `taken_out`
+    are the works in J where it is above and below zero. `unique` is false for a reaction that redundant joints share
+    at will. Numbers that do not apply are NaN."""
+
+    kind: str
+    name: str
+    quantity: str
+    unit: str
+    largest: float
+    uncertainty: float
+    time: float
+    place: float
+    mean: float
+    rms: float
+    put_in: float = NOTHING
+    taken_out: float = NOTHING
+    unique: bool = True
+
+
+class _Row(NamedTuple):
+    """The numbers that every load has."""
+
+    largest: float
+    uncertainty: float
+    time: float
+    place: float
+    mean: float
+    rms: float
+
+
+class Cycle(NamedTuple):
+    """The coordinate that tells the place in the cycle: its name, its unit, its values (T,)."""
+
+    name: str
+    unit: str
+    values: Array
+
+
+@dataclass(frozen=True, eq=False)
+class Recorded:
+    """What the loads are computed from: the names by kind, what reads the columns `slice` of a dataset (T, C, ...),
+    the times of events, which components of a dataset's reactions (nj, 3) are unique (None: not known)."""
+
+    names: Mapping[str, Sequence[str]]
+    read: Callable[[str, slice], npt.NDArray[Any]]
+    time: Array
+    events: Array
+    unique: Callable[[str], npt.NDArray[np.bool_] | None]
+
+    def cycle(self) -> Cycle | None:
+        """The coordinate of the first motion that drives an angle, or of the first motion; None without motions."""
+        units = list(self.names.get("motion_units", ()))
+        if not units:
+            return None
+        column = units.index("rad") if "rad" in units else 0
+        values = self.read("motions/value", slice(column, column + 1))[:, 0]
+        return Cycle(f"motion '{self.names['motions'][column]}'", units[column], values)
+
+
+def loads(recorded: Recorded, cycle: Cycle | None) -> list[Load]:
+    """All loads of the run, kind by kind; none without samples."""
+    if not len(recorded.time):
+        return []
+    piece = pieces(recorded.time, recorded.events)
+    with may_overflow():
+        return [load for source in SOURCES for load in _of_source(recorded, source, piece, cycle)]
+
+
+def _of_source(recorded: Recorded, source: Source, piece: Integers, cycle: Cycle | None) -> Iterator[Load]:
+    names = recorded.names.get(source.names, ())
+    width = max(1, AT_ONCE // (24 * len(recorded.time)))
+    marks = recorded.unique(source.path) if names and source.kind == "joint" else None
+    for first in range(0, len(names), width):
+        chosen = slice(first, min(first + width, len(names)))
+        values = recorded.read(source.path, chosen)
+        values = values.reshape(len(values), values.shape[1], -1)
+        units = recorded.names.get(source.names.removesuffix("s") + "_units", ())
+        angular = [not units or unit == "rad" for unit in units[chosen] or [""] * (chosen.stop - first)]
+        unit = [source.units[0] if turns else source.units[1] for turns in angular]
+        found = _rows(recorded.time, values, piece, cycle)
+        for name, own, numbers, column in zip(names[chosen], unit, found, range(first, chosen.stop), strict=True):
+            sure = marks is None or bool(marks[column].all())
+            yield Load(source.kind, name, source.quantity, own, *numbers)._replace(unique=sure)
+        if source.rate is not None:
+            power = values[..., 0] * recorded.read(source.rate, chosen)
+            works = zip(*in_and_out(recorded.time, power, piece), strict=True)
+            peaks_of = _rows(recorded.time, power[..., None], piece, cycle)
+            for name, numbers, (put_in, out) in zip(names[chosen], peaks_of, works, strict=True):
+                yield Load(source.kind, name, "power", "W", *numbers, float(put_in), float(out))
+
+
+def _rows(time: Array, values: Array, piece: Integers, cycle: Cycle | None) -> list[_Row]:
+    """A row for each column."""
+    found, sizes = peaks(time, values, piece), size(values)
+    place = np.full(len(found.time), NOTHING) if cycle is None else _place(time, cycle, found.time)
+    span = float(time[-1] - time[0])
+    if span > 0.0:
+        mean = integrals(time, sizes, piece).sum(axis=0) / span
+        rms = np.sqrt(np.maximum(integrals(time, sizes**2, piece).sum(axis=0), 0.0) / span)
+    else:
+        mean, rms = sizes[-1], np.abs(sizes[-1])
+    return [_Row(*map(float, row)) for row in zip(*found, place, mean, rms, strict=True)]
+
+
+def _place(time: Array, cycle: Cycle, when: Array) -> Array:
+    at = np.interp(when, time, cycle.values)
+    return np.asarray(at % TURN if cycle.unit == "rad" else at)

@@ -1,0 +1,89 @@
+"""The /summary/loads group of a results file: the largest loads of the run, a row each."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import h5py
+import numpy as np
+import numpy.typing as npt
+
+from mbproj.results.events import LONGEST, TEXT, Happening, cut
+from mbproj.results.file.checksums import NOT_YET, crc32, describe, stamp
+from mbproj.results.file.contents import Contents
+from mbproj.results.loads.largest import Load, Recorded, loads
+
+GROUP = "summary/loads"
+OF_CYCLE = "rad or m"
+#: By field of a `Load`: what an entry is in HDF5, its unit, what it is.
+LAYOUT = {
+    "kind": (TEXT, "", "of what: joint, motion, force, stop, friction"),
+    "name": (TEXT, "", "its name"),
+    "quantity": (TEXT, "", "reaction_force, reaction_torque, force or power"),
+    "unit": (TEXT, "", "unit of largest, uncertainty, mean and rms"),
+    "largest": ("f8", "per row in unit", "largest magnitude, with its sign where it has one"),
+    "uncertainty": ("f8", "per row in unit", "how far it may be off for want of samples"),
+    "time": ("f8", "s", "when"),
+    "place": ("f8", OF_CYCLE, "coordinate of the first motion there, modulo a turn; nan without motions"),
+    "mean": ("f8", "per row in unit", "mean over time, of magnitudes where it is a vector"),
+    "rms": ("f8", "per row in unit", "root of the mean square over time"),
+    "put_in": ("f8", "J", "work where the power is positive; nan of what is no power"),
+    "taken_out": ("f8", "J", "work where the power is negative, as a positive number"),
+    "unique": ("i8", "1", "1; 0 where redundant joints share the reaction at will"),
+}
+
+
+def create(file: h5py.File) -> None:
+    """The group without rows. They come at the end, and the file's structure must be there from the start."""
+    for name, (dtype, unit, description) in LAYOUT.items():
+        data = file.create_dataset(f"{GROUP}/{name}", (0,), dtype, maxshape=(None,), chunks=(64,), fletcher32=True)
+        describe(data, {"units": unit, "description": description} if unit else {"description": description})
+        stamp(data, NOT_YET)
+
+
+def room(names: Mapping[str, Sequence[str]]) -> int:
+    """What `write` adds to the file at most, in bytes, for a run with these names by kind."""
+    return (2 * sum(map(len, names.values())) + 64) * 4 * (LONGEST + 64)
+
+
+def recorded_loads(
+    targets: Mapping[str, h5py.Dataset],
+    names: Mapping[str, Sequence[str]],
+    constants: Mapping[str, npt.NDArray[np.bool_]],
+    events: Sequence[Happening],
+) -> list[Load]:
+    """The largest loads of what was recorded, read back from its datasets: there may be more than memory holds."""
+    recorded = Recorded(
+        names,
+        lambda path, columns: targets[path][:, columns],
+        targets["time"][:],
+        np.array([event.time for event in events]),
+        lambda path: constants.get(f"{path}_unique"),
+    )
+    return loads(recorded, recorded.cycle())
+
+
+def write(file: h5py.File, loads: Sequence[Load]) -> None:
+    """Fill the group."""
+    for name, (dtype, _, _) in LAYOUT.items():
+        values = [getattr(load, name) for load in loads]
+        data = np.array([cut(value) for value in values] if dtype is TEXT else values, dtype=dtype)
+        dataset = file[GROUP][name]
+        dataset.resize(data.shape)
+        if data.size:
+            dataset[...] = data
+        stamp(dataset, crc32(data))
+
+
+def read(contents: Contents) -> tuple[Load, ...]:
+    """The group's content; none where there is none."""
+    if not contents.has(GROUP):
+        return ()
+    texts = [contents.texts(f"{GROUP}/{name}") for name, (dtype, _, _) in LAYOUT.items() if dtype is TEXT]
+    shape = (len(texts[0]),)
+    if any(len(column) != shape[0] for column in texts):
+        raise contents.damaged(GROUP, "does not fit together")
+    plain = [name for name, (dtype, _, _) in LAYOUT.items() if dtype == "f8"]
+    numbers = [contents.array(f"{GROUP}/{name}", shape).tolist() for name in plain]
+    unique = contents.array(f"{GROUP}/unique", shape, np.int64).astype(bool).tolist()
+    return tuple(Load(*row) for row in zip(*texts, *numbers, unique, strict=True))

@@ -1,0 +1,79 @@
+"""The largest loads: peaks between samples, works, and the same from the file as from its samples."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from mbproj.analysis.loads.duty import duration_above, samples_of, swings
+from mbproj.analysis.loads.largest import loads_of, recorded_in
+from mbproj.results import open_results
+from mbproj.results.loads.between_samples import in_and_out, integrals, peaks, pieces
+from mbproj.results.loads.largest import loads
+from tests.results.pendulum_blocks import record
+
+ONE_PIECE = np.zeros(0)
+
+
+@pytest.mark.parametrize("samples", [30, 60, 120])
+def test_a_peak_between_samples_is_found_to_the_stated_uncertainty(samples):
+    time = np.linspace(0.0, 2.0 * np.pi, samples)
+    values = np.stack([-3.0 * np.sin(time - 0.1), 2.0 + np.cos(time - 1.0)], axis=1)[..., None]
+    found = peaks(time, values, pieces(time, ONE_PIECE))
+    assert np.all(np.abs(np.abs(found.value) - 3.0) <= found.uncertainty)
+    assert found.uncertainty.max() < 200.0 / samples**4 + 1e-14
+    assert found.time[1] == pytest.approx(1.0, abs=1e-3)
+
+
+def test_of_two_peaks_the_higher_one_wins_though_a_sample_meets_the_other():
+    time = np.arange(0.0, 8.0, 0.1)
+    low, high = np.exp(-((time - 2.0) ** 2)), 1.001 * np.exp(-((time - 6.05) ** 2))
+    found = peaks(time, (low + high)[:, None, None], pieces(time, ONE_PIECE))
+    assert found.time[0] == pytest.approx(6.05, abs=1e-4)
+
+
+def test_no_polynomial_crosses_a_jump():
+    time = np.linspace(0.0, 2.0, 201)
+    values = np.where(time <= 1.0, time, -0.5)
+    found = peaks(time, values[:, None, None], pieces(time, np.array([1.0])))
+    assert found.value[0] == pytest.approx(1.0, abs=1e-12)
+    assert found.time[0] == 1.0
+
+
+def test_an_integral_is_exact_for_cubics_and_works_add_up_to_it():
+    time = np.sort(np.concatenate([np.linspace(0.0, 1.0, 9), [0.37]]))
+    cubic = (4.0 * time**3 - time)[:, None]
+    piece = pieces(time, ONE_PIECE)
+    assert integrals(time, cubic, piece).sum() == pytest.approx(0.5, abs=1e-14)
+    put_in, taken_out = in_and_out(time, cubic, piece)
+    assert put_in[0] - taken_out[0] == pytest.approx(0.5, abs=1e-14)
+    assert taken_out[0] == pytest.approx(1.0 / 16.0, abs=1e-3)
+
+
+def test_the_time_above_a_level_is_that_of_the_curve():
+    time = np.linspace(0.0, 2.0 * np.pi, 2001)
+    assert duration_above(time, np.sin(time), 0.5) == pytest.approx(4.0 * np.pi / 3.0, abs=1e-5)
+
+
+def test_rainflow_counts_the_example_of_the_standard():
+    pytest.importorskip("rainflow")
+    counted = swings(np.array([-2.0, 1.0, -3.0, 5.0, -1.0, 3.0, -4.0, 4.0, -2.0]))  # ASTM E1049-85, fig. 6
+    assert [(swing.range, swing.cycles) for swing in counted] == [
+        (9.0, 0.5),
+        (8.0, 1.0),
+        (6.0, 0.5),
+        (4.0, 1.5),
+        (3.0, 0.5),
+    ]
+
+
+def test_the_file_keeps_what_its_samples_say(tmp_path):
+    with open_results(record(tmp_path / "pendulum.h5")) as results:
+        kept = loads_of(results)
+        computed = loads(recorded := recorded_in(results), recorded.cycle())
+        by_name = {(load.kind, load.name, load.quantity): load for load in kept}
+        pull = by_name["joint", "A", "reaction_force"]
+        assert pull.largest == pytest.approx(np.linalg.norm(results.joint("A").reaction_force, axis=1).max(), rel=1e-6)
+        assert samples_of(results, pull).max() <= pull.largest + pull.uncertainty
+    assert kept
+    assert repr(list(kept)) == repr(computed)
