@@ -36,6 +36,7 @@ MAY_IMPORT = {
     "analysis": {"results", "scene"},
     "linear": {"functions", "scene", "model", "dynamics", "integrate", "outputs", "results"},
     "templates": {"scene"},
+    "formats": {"functions", "elements", "joints", "scene"},
     "guide": set(),
     "studies": {
         "linear",
@@ -69,6 +70,7 @@ MAY_IMPORT = {
         "pages",
         "figures",
         "templates",
+        "formats",
     },
 }
 #: The folders of the packages that have some: each imports only those that stand before it.
@@ -95,6 +97,7 @@ FOLDERS = {
         "tradeoff",
         "verify",
     ),
+    "formats": ("mjcf",),
     "analysis": ("contacts", "loads"),
     "linear": ("equilibrium", "state_space"),
     "pages": ("look", "data", "page"),

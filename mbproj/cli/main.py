@@ -60,6 +60,7 @@ GROUPS: Mapping[str, Mapping[str, str]] = MappingProxyType(
             "help": "Shows and searches the pages of the guide.",
             "examples": "Lists or copies the example mechanisms.",
             "new": "Writes a scene to begin with.",
+            "import": "Makes a scene of a model in MJCF, URDF or SDF.",
             "paper": "Draws the figures of Zhang, Liu & Liu (2015).",
         },
     }
@@ -70,7 +71,7 @@ STUDIES = frozenset({"batch", "compare", "paper", "recommend", "stability", "swe
 #: Commands on equilibria, modes and linear models.
 LINEAR = frozenset({"equilibrium", "linearize", "modes"})
 #: Commands whose name is no name of a module.
-MODULES = {"continue": "continue_run"}
+MODULES = {"continue": "continue_run", "import": "import_model"}
 #: Commands that simulate one scene.
 SIMULATE = frozenset({"run", "rerun", "continue"})
 #: The folders of `mbproj.cli` by what they hold; other commands are in `commands`.

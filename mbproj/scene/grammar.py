@@ -35,10 +35,10 @@ from mbproj.scene.fields.choices import Choice, Reference
 from mbproj.scene.fields.containers import Check, Named, Record
 from mbproj.scene.fields.fields import Converted, Field, Flag, List, Text
 from mbproj.scene.fields.functions import Function, table
-from mbproj.scene.fields.placing import AXES, AXIS, BODY_POINT, JOINT_POINT, TWO_BODIES, TWO_POINTS
+from mbproj.scene.fields.placing import AXES, AXIS, BODY_POINT, FRAMES, JOINT_POINT, TWO_BODIES, TWO_POINTS
 from mbproj.scene.fields.quantities import Number, position_in
 from mbproj.scene.fields.vectors import vector
-from mbproj.scene.records import GROUND, Joint, Marker, Pair
+from mbproj.scene.records import GROUND, Joint, Marker, Orientations, Pair
 
 #: The key that gives the axes, by the frame of the joint type.
 FRAME_KEYS: Mapping[str, Mapping[str, Field[Placed]]] = {
@@ -90,7 +90,7 @@ def _joint_variant(type_name: str, kind: JointType) -> Record[Joint]:
     keys: dict[str, Field[Any]] = {"type": JOINT_TYPE, "bodies": TWO_BODIES, **place, **frame}
     keys |= {name: PARAMETERS[name] for name in kind.parameters}
     if kind.merges:
-        keys["reaction"] = Flag()
+        keys |= {"reaction": Flag(), "axes": FRAMES}
     if rates:
         keys["speed"] = _each("a speed", rates)
         inertias = {name: Number(INERTIA_UNITS[unit], minimum=0.0) for name, unit in units.items()}
@@ -102,6 +102,8 @@ def _joint_variant(type_name: str, kind: JointType) -> Record[Joint]:
     checks = [Check(("bodies", point), of_these_bodies(point))]
     checks += [Check(("bodies", key), of_these_bodies(key, alone=kind.frame == "normal")) for key in frame]
     checks += [Check((point, key), same_kind(point, key)) for key in frame]
+    if kind.merges:
+        checks += [Check(("bodies", "axes"), of_these_bodies("axes")), Check((point, "axes"), same_kind(point, "axes"))]
     needed = ("type", "bodies", point, *frame, *kind.required_parameters)
     return Record(f"a {type_name} joint", keys, _joint, needed, tuple(checks), named=True)
 
@@ -124,18 +126,22 @@ def _joint(
     kind = JOINTS[type]
     points = pair("location", "locations")
     assert points is not None
+    frames = None
+    if kind.merges and "axes" in given:
+        frames = Orientations(given["axes"][bodies[0]], given["axes"][bodies[1]], local=True)
     return Joint(
         name,
         type,
         bodies,
         points,
-        pair("axis", "axes"),
+        None if kind.merges else pair("axis", "axes"),
         start={key: given[key] for key in kind.coordinates if key in given},
         speed=speed or {},
         parameters={key: given[key] for key in kind.parameters if key in given},
         reaction=given.get("reaction", False),
         reflected_inertia=given.get("reflected_inertia", {}),
         limits=given.get("limits", {}),
+        frames=frames,
     )
 
 

@@ -59,6 +59,16 @@ class Pair:
 
 
 @dataclass(frozen=True)
+class Orientations:
+    """The orientation of a frame of each of two bodies, as Euler parameters of its axes: in the body's axes where
+    `local`, and else in the global ones at the pose that `bodies` gives."""
+
+    first: Quaternion
+    second: Quaternion
+    local: bool = False
+
+
+@dataclass(frozen=True)
 class Joint:
     """A joint of type `type` (a name in `mbproj.joints.JOINTS`) from bodies[0] to bodies[1].
 
@@ -66,7 +76,8 @@ class Joint:
     their rates (rad/s, m/s), by coordinate name. `parameters`: a pitch, a length (m), numbers of teeth. `reaction`:
     whether the reaction of a joint that merges its bodies is wanted, so that they stay two. `couples`: what a coupling
     couples; its `bodies` are then the second bodies of the first and the last of its joints. `reflected_inertia` (kg
-    m², kg) and `limits` are by coordinate name.
+    m², kg) and `limits` are by coordinate name. `frames`: what a joint that merges its bodies makes one, in the axes of
+    each; None: the global axes at the scene's pose.
     """
 
     name: str
@@ -81,6 +92,7 @@ class Joint:
     couples: Coupled | None = None
     reflected_inertia: Mapping[str, float] = field(default_factory=dict)
     limits: Mapping[str, Limit] = field(default_factory=dict)
+    frames: Orientations | None = None
 
 
 @dataclass(frozen=True)
@@ -145,16 +157,6 @@ class BodyForce:
     torque: bool
     body_axes: bool = False
     location: Vector | None = None
-    local: bool = False
-
-
-@dataclass(frozen=True)
-class Orientations:
-    """The orientation of a frame of each of two bodies, as Euler parameters of its axes: in the body's axes where
-    `local`, and else in the global ones at the pose that `bodies` gives."""
-
-    first: Quaternion
-    second: Quaternion
     local: bool = False
 
 

@@ -44,12 +44,23 @@ measure: {tip: {marker: tip, quantity: position, at: end, component: z}}
 """
 
 
+#: What `import` reads.
+ROBOT = """\
+<mujoco>
+  <worldbody><body><joint name="hinge" axis="0 1 0"/><geom size="0.1" pos="0 0 -1"/></body></worldbody>
+  <actuator><position joint="hinge" kp="3"/></actuator>
+  <keyframe><key name="home" qpos="0.3" ctrl="0.2"/></keyframe>
+</mujoco>
+"""
+
+
 def fill(folder: Path) -> None:
     """Writes the files: a copy of the five-bar and of two scenes of the validation, a sweep, its folder, and
     results of runs."""
     shutil.copy(mechanism("five_bar"), folder)
     (folder / "lengths.yaml").write_text(SWEEP, encoding="utf-8")
     assert mbproj("sweep", "lengths.yaml", "-q", folder=folder).returncode == 0
+    (folder / "robot.xml").write_text(ROBOT, encoding="utf-8")
     (folder / "validation").mkdir()
     for scene in validation_scenes()[:2]:
         shutil.copy(scene, folder / "validation")

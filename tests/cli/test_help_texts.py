@@ -107,7 +107,9 @@ def folder(tmp_path_factory):
 def short_examples():
     for name, arguments in examples(long=False):
         needs_docs = pytest.mark.skipif(find_spec("furo") is None, reason="the extra `docs` is not installed")
-        yield pytest.param(name, arguments, id=" ".join(arguments), marks=needs_docs if "--html" in arguments else ())
+        needs_mujoco = pytest.mark.skipif(find_spec("mujoco") is None, reason="the extra `import` is not installed")
+        marks = needs_docs if "--html" in arguments else needs_mujoco if "robot.xml" in arguments else ()
+        yield pytest.param(name, arguments, id=" ".join(arguments), marks=marks)
 
 
 @pytest.mark.parametrize(("name", "arguments"), list(short_examples()))

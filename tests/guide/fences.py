@@ -4,7 +4,7 @@
 - ```` ```yaml ````: a part of a scene; with the last scene saved before, or a pendulum, it has to be read.
 - ```` ```console ````: lines that begin with `$ ` are commands; what follows is what they print, where `...` stands
   for what is left out. Numbers may differ. `exit N` after the language: the exit code of the last command, 0 otherwise.
-- ```` ```python ````: a program.
+- ```` ```xml NAME.xml ````: a model of another program, saved as NAME.xml. ```` ```python ````: a program.
 - `slow` after the language: run by scripts/run_guide.py alone. ```` ```text ````: not run.
 """
 
@@ -27,7 +27,7 @@ from mbproj.studies.sweep.spec import read_spec
 from tests.cli.commands import mbproj
 from tests.support import ROOT
 
-LANGUAGES = ("yaml", "console", "python", "text", "sh")
+LANGUAGES = ("yaml", "console", "python", "text", "sh", "xml")
 PENDULUM = """
 mbproj: 1
 gravity: [0, 0, -9.81]
@@ -73,6 +73,8 @@ def run_page(page: Page, folder: Path, *, slow: bool = False) -> None:
             read_scene_text(scene := fence.text)
         elif fence.language == "yaml":
             read_scene_text(_merged(scene, fence.text))
+        elif fence.language == "xml":
+            (folder / fence.words[0]).write_text(fence.text, encoding="utf-8")
         elif fence.language == "console":
             _run_console(fence, folder, where)
         elif fence.language == "python":

@@ -39,6 +39,13 @@ def local_frames(joints: Sequence[Joint], poses: Mapping[str, Pose]) -> Array:
     x = np.empty_like(z)
     x[:, 0] = _any_normal(z1)
     x[:, 1] = _turned(x[:, 0], z1, z2)
+    for at, joint in enumerate(joints):
+        if joint.frames is not None:
+            pair = (joint.frames.first, joint.frames.second)
+            turned = np.array(
+                [pose @ rotation_matrix(np.array(own)) for pose, own in zip(rotation[at], pair, strict=True)]
+            )
+            x[at], z[at] = turned[:, :, 0], turned[:, :, 2]
     own = frame == "axes"
     if own.any():
         x[own] = _normal_part(z[own, ::-1], z[own])

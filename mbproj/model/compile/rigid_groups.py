@@ -10,6 +10,7 @@ from mbproj.arrays import Array, cross
 from mbproj.dataclass import dataclass
 from mbproj.joints import JOINTS
 from mbproj.model.compile.frames import Pose, poses_of
+from mbproj.model.euler_parameters import rotation_matrix
 from mbproj.scene.records import GROUND, Body, Joint, Scene
 
 
@@ -106,7 +107,7 @@ def _merging(scene: Scene) -> list[Joint]:
 
 
 def _group(root: str, merging: list[Joint], poses: Mapping[str, Pose]) -> dict[str, Pose]:
-    """The bodies held rigidly to `root`, with the poses that bring the points of the merging joints together."""
+    """The bodies held rigidly to `root`, with the poses that bring points and frames of the merging joints together."""
     group, waiting = {root: poses[root]}, [root]
     while waiting:
         name = waiting.pop()
@@ -118,6 +119,9 @@ def _group(root: str, merging: list[Joint], poses: Mapping[str, Pose]) -> dict[s
             if other in group:
                 continue
             position, turn = poses[other]
+            if joint.frames is not None:
+                own = [rotation_matrix(np.array(each)) for each in (joint.frames.first, joint.frames.second)]
+                turn = group[name][1] @ own[side] @ own[1 - side].T
             if joint.points.local:
                 ends = (np.array(joint.points.first), np.array(joint.points.second))
                 position = group[name][0] + group[name][1] @ ends[side] - turn @ ends[1 - side]

@@ -10,6 +10,7 @@ from mbproj.scene.fields.checks import Placed, different, pair_of, shared, two_a
 from mbproj.scene.fields.choices import Reference
 from mbproj.scene.fields.containers import Named
 from mbproj.scene.fields.fields import Converted, Field, List
+from mbproj.scene.fields.orientation import ORIENTATION
 from mbproj.scene.fields.reading import Unfit
 from mbproj.scene.fields.vectors import DIRECTION, POINT
 from mbproj.scene.records import GROUND, Pair, Vector
@@ -19,6 +20,8 @@ AXIS: Field[Placed] = Alternatives((Converted(DIRECTION, shared), Named("body", 
 AXES: Field[Placed] = Alternatives((Converted(List(DIRECTION, 2, "axes"), two_axes), Named("body", DIRECTION)))
 TWO_POINTS: Field[Placed] = Alternatives((Converted(List(POINT, 2, "points"), two_points), Named("body", POINT)))
 TWO_BODIES: Field[Any] = Converted(List(Reference("body", "bodies", (GROUND,)), 2, "names of bodies"), different)
+#: The orientation of a frame of each body, in that body's axes.
+FRAMES: Field[Any] = Named("body", ORIENTATION)
 BODY_POINT: Field[Any] = Alternatives((POINT, Named("body", POINT)))
 BODY_DIRECTION: Field[Any] = Alternatives((DIRECTION, Named("body", DIRECTION)))
 

@@ -16,6 +16,8 @@ MAX_BYTES = 10_000_000
 _UNPRINTABLE = re.compile("[^\t\n\r\x20-\x7e\x85\xa0-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
 #: What YAML counts as the end of a line.
 _LINE_BREAK = re.compile("\r\n|[\r\n\x85\u2028\u2029]")
+#: The formats of models by the tag that begins them.
+_MODELS = {b"<mujoco": "MJCF", b"<robot": "URDF", b"<sdf": "SDF"}
 
 
 def read_text(path: Path) -> str:
@@ -62,9 +64,19 @@ def lines_of(text: str, file: str) -> list[str]:
     return lines
 
 
+def _model_in(head: bytes) -> str | None:
+    """The format of a model that begins so, None where it is none that `mbproj import` reads."""
+    if not head.lstrip(b"\xef\xbb\xbf \t\r\n").startswith(b"<"):
+        return None
+    return next((kind for tag, kind in _MODELS.items() if tag in head), None)
+
+
 def _decode(data: bytes, place: Place) -> str:
     if data.startswith(b"\x89HDF"):
         raise InputError(Problem("this is a results file, not a scene", place, "'mbproj rerun' repeats its run"))
+    if (kind := _model_in(data[:4096])) is not None:
+        hint = f"'mbproj import {place.file} -o scene.yaml' makes a scene of it"
+        raise InputError(Problem(f"this is a model in {kind}, not a scene", place, hint))
     if b"\0" in data:
         raise InputError(Problem("this is a binary file, not a scene", place, "a scene is YAML text in UTF-8"))
     try:

@@ -18,10 +18,10 @@ from mbproj.scene.fields import inertia
 from mbproj.scene.fields.alternatives import Alternatives
 from mbproj.scene.fields.checks import of_these_bodies, pair_of
 from mbproj.scene.fields.choices import Choice
-from mbproj.scene.fields.containers import Check, Named, Record
+from mbproj.scene.fields.containers import Check, Record
 from mbproj.scene.fields.fields import Converted, Field, List
 from mbproj.scene.fields.orientation import ORIENTATION
-from mbproj.scene.fields.placing import JOINT_POINT, TWO_BODIES
+from mbproj.scene.fields.placing import FRAMES, JOINT_POINT, TWO_BODIES
 from mbproj.scene.fields.quantities import Number
 from mbproj.scene.fields.reading import Unfit
 from mbproj.scene.fields.vectors import rows, vector
@@ -31,9 +31,7 @@ NONE: Vector = (0.0, 0.0, 0.0)
 #: Along the axes of the frames at the scene's pose.
 GLOBAL_AXES = Orientations((1.0, 0.0, 0.0, 0.0), (1.0, 0.0, 0.0, 0.0))
 
-TWO_FRAMES: Field[Any] = Alternatives(
-    (Converted(ORIENTATION, lambda axes: Orientations(axes, axes)), Named("body", ORIENTATION))
-)
+TWO_FRAMES: Field[Any] = Alternatives((Converted(ORIENTATION, lambda axes: Orientations(axes, axes)), FRAMES))
 
 
 def _definite(what: str, matrix: Matrix) -> Matrix:

@@ -1,0 +1,123 @@
+"""`mbproj import`: a model in MJCF, URDF or SDF as a scene, with a table of what has no counterpart."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from mbproj.cli.explained import Part, explained, option
+from mbproj.cli.study_options import force as force_option
+from mbproj.errors import ExitCode
+
+if TYPE_CHECKING:
+    from mbproj.errors import Place
+    from mbproj.formats.mechanism import Said, Same
+
+EXAMPLES = (
+    ("Make a scene of a model.", "mbproj import robot.xml -o robot.yaml"),
+    (
+        "Begin at a keyframe, with servos that hold their place.",
+        "mbproj import robot.xml --at home --hold -o held.yaml",
+    ),
+)
+
+
+@explained("import", EXAMPLES)
+@click.argument("model", type=click.Path(path_type=Path))
+@option(
+    Part.OUTPUT,
+    "-o",
+    "--output",
+    type=click.Path(path_type=Path),
+    metavar="SCENE",
+    help="Write the scene to SCENE instead of stdout.",
+)
+@option(Part.WHAT, "--at", "key", metavar="KEY", help="Begin at this keyframe of the model.")
+@option(
+    Part.WHAT,
+    "--pose",
+    type=click.Path(path_type=Path),
+    metavar="FILE",
+    help="Begin at the joint coordinates in FILE, lines as 'hinge: 0.3' in rad and m.",
+)
+@option(Part.WHAT, "--hold", is_flag=True, help="Let servos hold their control signal: springs and dampers.")
+@option(Part.WHAT, "--contacts", is_flag=True, help="Make stops of spheres and capsules above planes.")
+@option(Part.OUTPUT, "--strict", is_flag=True, help="End with 4 where the scene's motion is not the model's.")
+@option(
+    Part.OUTPUT, "--json", "as_json", is_flag=True, help="Print the table as one JSON object, on stderr without -o."
+)
+@option(Part.OUTPUT, "-q", "--quiet", is_flag=True, help="Print no table.")
+@force_option
+@click.pass_context
+def command(
+    context: click.Context,
+    model: Path,
+    output: Path | None,
+    key: str | None,
+    pose: Path | None,
+    hold: bool,
+    contacts: bool,
+    strict: bool,
+    as_json: bool,
+    quiet: bool,
+    force: bool,
+) -> None:
+    """Makes a scene of MODEL, which is MJCF, URDF or SDF.
+
+    The table says of each element without a counterpart what happens with it, and whether the motion of the scene is
+    still that of the model.
+    """
+    from mbproj.formats import Wishes, read_model, scene_text
+    from mbproj.formats.mechanism import Same
+    from mbproj.formats.pose import read_pose
+    from mbproj.outputs import SCENE, write_text
+    from mbproj.version import __version__
+
+    wishes = Wishes(key, read_pose(pose) if pose else {}, hold, contacts)
+    mechanism = read_model(model, wishes)
+    text = scene_text(mechanism, __version__)
+    if output is None:
+        click.echo(text, nl=False)
+    else:
+        written = write_text(output, text, SCENE, force=force)
+    to_stderr = output is None
+    if as_json:
+        click.echo(_json(mechanism.said, str(output) if output else None), err=to_stderr)
+    elif not quiet:
+        for line in _table(mechanism.said):
+            click.echo(line, err=to_stderr)
+        if output is not None:
+            click.echo(written)
+    if strict and any(row.same is Same.NO for row in mechanism.said):
+        context.exit(int(ExitCode.CHECK_FAILED))
+
+
+def _table(said: list[Said]) -> list[str]:
+    """Rows of the table, those alike in one."""
+    if not said:
+        return ["everything in the model has its counterpart in the scene"]
+    alike: dict[tuple[str, str, Same], list[Said]] = {}
+    for row in said:
+        alike.setdefault((row.element.partition(" '")[0], row.what, row.same), []).append(row)
+    lines = ["same motion  element, and what happens with it"]
+    for (kind, what, same), found in alike.items():
+        place = "" if found[0].place is None else f", {_place(found[0].place)}"
+        shown = found[0].element if len(found) == 1 else f"{len(found)} times {kind}"
+        lines += [f"{same.value:13}{shown}{place}", f"{'':15}{what}"]
+    return lines
+
+
+def _place(place: Place) -> str:
+    return f"{Path(place.file).name}:{place.line or 1}"
+
+
+def _json(said: list[Said], output: str | None) -> str:
+    import json
+
+    rows: list[dict[str, Any]] = [
+        {"element": row.element, "place": str(row.place or ""), "what": row.what, "same_motion": row.same.value}
+        for row in said
+    ]
+    return json.dumps({"scene": output, "said": rows})

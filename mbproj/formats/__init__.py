@@ -1,0 +1,24 @@
+"""Models in other formats, MJCF, URDF and SDF, as scenes, and scenes as such models.
+
+A reader makes a `Mechanism` of a file. What that cannot say stands in its table `said`. `scene_text` writes the scene.
+"""
+
+from __future__ import annotations
+
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from mbproj.formats.as_scene import scene_text
+    from mbproj.formats.mechanism import Wishes
+    from mbproj.formats.read import read_model
+
+_HOME_OF = {"Wishes": "mechanism", "read_model": "read", "scene_text": "as_scene"}
+
+__all__ = ["Wishes", "read_model", "scene_text"]
+
+
+def __getattr__(name: str) -> Any:
+    if name not in _HOME_OF:
+        raise AttributeError(f"module 'mbproj.formats' has no attribute '{name}'")
+    return getattr(import_module(f"mbproj.formats.{_HOME_OF[name]}"), name)

@@ -1,0 +1,173 @@
+"""A mechanism as the text of a scene that a person reads: names, origin, units, numbers that repeat as parameters."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterator, Mapping
+from typing import Any
+
+import numpy as np
+
+from mbproj.arrays import Array
+from mbproj.errors import Place
+from mbproj.formats.mechanism import Bare, Connection, Mechanism, Part, Quantity
+from mbproj.formats.placed import quaternion
+from mbproj.formats.yaml_text import flow, lines
+
+#: Points and axes of two bodies that differ by less, in m, rad, are one.
+AGREE = 2e-13
+#: A number that stands so often is a parameter.
+OFTEN = 4
+#: The keys whose numbers may become parameters.
+SHARED = ("mass", "stiffness", "damping", "coefficient", "reflected_inertia", "torque", "force")
+
+
+def scene_text(mechanism: Mechanism, version: str) -> str:
+    """The scene; lines have at most 100 characters where names are not longer."""
+    names = _parameters(mechanism)
+    text = list(_head(mechanism, version))
+    if names:
+        text += lines("parameters", {name: quantity for quantity, name in names.items()}, 0)
+    text.append("simulation: {duration: 10 s, tolerance: 1.0e-8, integrator: dopri5, output_step: 10 ms}")
+    text.append("bodies:")
+    for part in mechanism.parts.values():
+        text += lines(part.name, _shared(_body(part), names), 2, _origin(part.place, mechanism.file))
+    for title, loops in (("joints", False), ("loops", True)):
+        chosen = [joint for joint in mechanism.joints.values() if (joint.name not in mechanism.tree) is loops]
+        if chosen and not loops:
+            text.append("joints:")
+        elif chosen:
+            text += ["joints:"] if not mechanism.tree else []
+            text.append(f"  # These close {title}, or couple coordinates.")
+        for joint in chosen:
+            entry = _shared(_joint(mechanism, joint), names)
+            text += lines(joint.name, entry, 2, _origin(joint.place, mechanism.file))
+    if mechanism.forces:
+        text.append("forces:")
+        for name, force in mechanism.forces.items():
+            text += lines(name, _shared(force, names), 2)
+    if mechanism.markers:
+        text.append("markers:")
+        for name, (body, point) in mechanism.markers.items():
+            text += lines(name, {"body": body, "location": {body: point}}, 2)
+    return "\n".join(text) + "\n"
+
+
+def _head(mechanism: Mechanism, version: str) -> Iterator[str]:
+    yield f"# Imported by mbproj {version} from {flow(mechanism.file)} ({mechanism.kind})."
+    yield f"# {len(mechanism.parts)} bodies, {len(mechanism.joints)} joints. Comments give the lines of the model."
+    yield "mbproj: 1"
+    yield f"title: {flow(mechanism.title)}"
+    yield f"gravity: {flow(mechanism.gravity)}  # m/s^2"
+
+
+def _origin(place: Place | None, file: str) -> str:
+    """Where an element of the model stands."""
+    if place is None or place.line is None:
+        return ""
+    return f"line {place.line}" if place.file == file else f"{place.file}:{place.line}"
+
+
+def _body(part: Part) -> dict[str, Any]:
+    entry: dict[str, Any] = {"mass": Quantity(part.mass, "kg"), "inertia": _inertia(part.inertia)}
+    entry["position"] = part.position
+    turned = quaternion(part.rotation)
+    if np.abs(turned[1:]).max() > 1e-15:
+        entry["orientation"] = {"quaternion": turned}
+    if part.velocity.any():
+        entry["velocity"] = part.velocity
+    if part.angular_velocity.any():
+        entry["angular_velocity"] = part.angular_velocity
+    if part.look:
+        entry["appearance"] = part.look
+    return entry
+
+
+def _inertia(inertia: Array) -> Array:
+    """Three principal moments where there is nothing else, and else all six elements."""
+    scale = np.abs(inertia).max()
+    mixed = np.array([inertia[0, 1], inertia[0, 2], inertia[1, 2]])
+    if (np.abs(mixed) <= 1e-15 * scale).all():
+        return np.diag(inertia)
+    return np.concatenate([np.diag(inertia), mixed])
+
+
+def _joint(mechanism: Mechanism, joint: Connection) -> dict[str, Any]:
+    """As the scene has it: with one global point and axis where both bodies agree, and else in each body's axes."""
+    entry: dict[str, Any] = {"type": joint.type}
+    if joint.points is None:
+        return entry | dict(joint.keys)
+    entry["bodies"] = list(joint.bodies)
+    ends = [mechanism.part(body) for body in joint.bodies]
+    places = np.array([end.position + end.rotation @ point for end, point in zip(ends, joint.points, strict=True)])
+    closed = _agree(places, max(1.0, float(np.abs(places).max())))
+    key = "axes" if joint.type == "universal" else "axis"
+    axes = None
+    if joint.axes is not None:
+        axes = np.array([end.rotation @ axis for end, axis in zip(ends, joint.axes, strict=True)])
+        if key == "axis":
+            closed = closed and _agree(axes, 1.0)
+    if joint.turns is not None:
+        turned = [end.rotation @ turn for end, turn in zip(ends, joint.turns, strict=True)]
+        closed = closed and _agree(np.array(turned), 1.0)
+    if joint.type == "distance":
+        entry["locations"] = dict(zip(joint.bodies, joint.points, strict=True))
+    elif closed:
+        entry["location"] = places[0]
+        if axes is not None:
+            entry[key] = [*axes] if key == "axes" else axes[0]
+    else:
+        entry |= _apart(joint, key)
+    return entry | dict(joint.keys)
+
+
+def _agree(pair: Array, scale: float) -> bool:
+    return bool(np.abs(pair[0] - pair[1]).max() <= AGREE * scale)
+
+
+def _apart(joint: Connection, key: str) -> dict[str, Any]:
+    """Points and axes by body, each in its own."""
+    assert joint.points is not None
+    entry: dict[str, Any] = {"location": dict(zip(joint.bodies, joint.points, strict=True))}
+    if joint.axes is not None:
+        entry[key] = dict(zip(joint.bodies, joint.axes, strict=True))
+    if joint.turns is not None:
+        entry["axes"] = {
+            body: {"quaternion": quaternion(turn)} for body, turn in zip(joint.bodies, joint.turns, strict=True)
+        }
+    return entry
+
+
+def _parameters(mechanism: Mechanism) -> dict[Quantity, str]:
+    """Numbers that stand often, each with the name of its parameter."""
+    count: Counter[tuple[str, Quantity]] = Counter()
+    for entry in [*(_body(part) for part in mechanism.parts.values()), *mechanism.forces.values()]:
+        count.update(_quantities(entry))
+    for joint in mechanism.joints.values():
+        count.update(_quantities(joint.keys))
+    found: dict[Quantity, str] = {}
+    used: Counter[str] = Counter()
+    for (key, quantity), often in count.items():
+        if often >= OFTEN and quantity.value and quantity not in found:
+            used[key] += 1
+            found[quantity] = key if used[key] == 1 else f"{key}_{used[key]}"
+    return found
+
+
+def _quantities(entry: Mapping[str, Any]) -> Iterator[tuple[str, Quantity]]:
+    for key, value in entry.items():
+        if isinstance(value, Quantity) and key in SHARED:
+            yield key, value
+        elif isinstance(value, Mapping):
+            yield from _quantities(value)
+
+
+def _shared(entry: Mapping[str, Any], names: Mapping[Quantity, str]) -> dict[str, Any]:
+    """The entry with parameters in place of their numbers."""
+    found: dict[str, Any] = {}
+    for key, value in entry.items():
+        if isinstance(value, Quantity) and key in SHARED and value in names:
+            found[key] = Bare(names[value])
+        else:
+            found[key] = _shared(value, names) if isinstance(value, Mapping) else value
+    return found

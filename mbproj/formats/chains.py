@@ -1,0 +1,185 @@
+"""Several joints between two bodies, in a row: one joint of the scene where they are one, else massless bodies between.
+
+Robots' formats stack single turns and slides: two crossed turns are a universal joint, a slide along a turn's axis is a
+cylindrical one, two slides and a turn across them are a planar one.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import field
+from typing import Any
+
+import numpy as np
+
+from mbproj.arrays import Array
+from mbproj.dataclass import dataclass
+from mbproj.errors import Place
+from mbproj.formats.mechanism import Mechanism, Part, Quantity
+
+#: Axes that are parallel or normal to each other up to this, rad, and lines that meet up to this part of a metre.
+EXACT = 1e-9
+
+
+@dataclass(frozen=True, eq=False)
+class Single:
+    """A turn or a slide: its point and unit axis in global axes, and what acts on its coordinate, all in SI units.
+
+    `range` counts from the pose, as `rest` does, where the spring is without force. `armature` is the reflected inertia
+    and `dry` a constant friction."""
+
+    name: str
+    turns: bool
+    point: Array
+    axis: Array
+    range: tuple[float | None, float | None] | None = None
+    stiffness: float = 0.0
+    rest: float = 0.0
+    damping: float = 0.0
+    dry: float = 0.0
+    armature: float = 0.0
+    place: Place | None = None
+    more: dict[str, Any] = field(default_factory=dict)
+
+    @property
+    def acted_on(self) -> bool:
+        """Whether something acts on its coordinate, or limits it."""
+        return bool(self.range or self.stiffness or self.damping or self.dry or self.armature)
+
+
+#: The joint and the coordinate in it that a single joint became, by its name.
+Coordinates = dict[str, tuple[str, str]]
+
+
+def connect(
+    mechanism: Mechanism,
+    bodies: tuple[str, str],
+    singles: Sequence[Single],
+    own: Callable[[str], str],
+    places: Coordinates,
+) -> None:
+    """Adds the joints between two bodies, and notes in `places` where each coordinate is."""
+    for recognised in (_universal, _cylindrical, _planar):
+        found = recognised(singles)
+        if found is None:
+            continue
+        kind, point, axes, names = found
+        name = own("_".join(single.name for single in singles))
+        _one(mechanism, name, kind, bodies, point, axes, list(zip(singles, names, strict=True)))
+        places.update({single.name: (name, coordinate) for single, coordinate in zip(singles, names, strict=True)})
+        return
+    first = bodies[0]
+    for at, single in enumerate(singles):
+        last = at == len(singles) - 1
+        second = bodies[1] if last else own(f"{bodies[1]}_after_{single.name}")
+        if not last:
+            carried = mechanism.part(bodies[1])
+            between = Part(second, 0.0, np.zeros((3, 3)), single.point, carried.rotation, single.place)
+            mechanism.insert(between, bodies[1])
+        name = own(single.name)
+        coordinate = "angle" if single.turns else "displacement"
+        kind = "revolute" if single.turns else "prismatic"
+        _one(mechanism, name, kind, (first, second), single.point, single.axis, [(single, coordinate)])
+        places[single.name] = (name, coordinate)
+        first = second
+
+
+_Recognised = tuple[str, Array, Array, tuple[str, ...]]
+
+
+def _universal(singles: Sequence[Single]) -> _Recognised | None:
+    if len(singles) != 2 or not all(single.turns for single in singles) or any(single.dry for single in singles):
+        return None
+    first, second = singles
+    if abs(first.axis @ second.axis) > EXACT:
+        return None
+    between = second.point - first.point
+    point = first.point + (between @ first.axis) * first.axis
+    off = second.point - point
+    if np.linalg.norm(off - (off @ second.axis) * second.axis) > EXACT:
+        return None
+    return "universal", point, np.array([first.axis, second.axis]), ("angle_1", "angle_2")
+
+
+def _cylindrical(singles: Sequence[Single]) -> _Recognised | None:
+    if len(singles) != 2 or singles[0].turns == singles[1].turns:
+        return None
+    turn, slide = sorted(singles, key=lambda single: not single.turns)
+    if turn.axis @ slide.axis < 1.0 - EXACT**2 or np.linalg.norm(np.cross(turn.axis, slide.axis)) > EXACT:
+        return None
+    return "cylindrical", turn.point, turn.axis, tuple("angle" if each.turns else "displacement" for each in singles)
+
+
+def _planar(singles: Sequence[Single]) -> _Recognised | None:
+    """Its displacements are along axes of the scene's choice, so nothing may act on the slides, which come first."""
+    if [single.turns for single in singles] != [False, False, True]:
+        return None
+    x, y, turn = singles
+    crossed = max(abs(x.axis @ y.axis), abs(x.axis @ turn.axis), abs(y.axis @ turn.axis))
+    if crossed > EXACT or x.acted_on or y.acted_on or turn.dry:
+        return None
+    return "planar", turn.point, turn.axis, ("displacement_x", "displacement_y", "angle")
+
+
+def _one(
+    mechanism: Mechanism,
+    name: str,
+    kind: str,
+    bodies: tuple[str, str],
+    point: Array,
+    axes: Array,
+    coordinates: Sequence[tuple[Single, str]],
+) -> None:
+    """A joint with what acts on its coordinates: limits and reflected inertias are its own, the rest are forces."""
+    alone = len(coordinates) == 1
+    inertias = {
+        coordinate: Quantity(single.armature, "kg*m^2" if single.turns else "kg")
+        for single, coordinate in coordinates
+        if single.armature
+    }
+    limits = {
+        coordinate: {"range": [_limit(each, single.turns) for each in single.range], "rigid": True}
+        for single, coordinate in coordinates
+        if single.range
+    }
+    keys: dict[str, Any] = {}
+    if inertias:
+        keys["reflected_inertia"] = next(iter(inertias.values())) if alone else inertias
+    if limits:
+        keys["limits"] = limits
+    mechanism.join(name, kind, bodies, point, axes, keys, coordinates[0][0].place)
+    for single, coordinate in coordinates:
+        _forces(mechanism, name, single, {} if alone else {"coordinate": coordinate})
+
+
+def _limit(value: float | None, turns: bool) -> Quantity | None:
+    return None if value is None else Quantity(value, "rad" if turns else "m")
+
+
+def _forces(mechanism: Mechanism, joint: str, single: Single, which: dict[str, str]) -> None:
+    """The spring, the damper and the dry friction of a coordinate."""
+    unit = "N*m/rad" if single.turns else "N/m"
+    if single.stiffness or single.damping:
+        kind = "torsion_spring_damper" if single.turns else "linear_spring_damper"
+        entry: dict[str, Any] = {"type": kind, "joint": joint} | which
+        if single.stiffness:
+            entry["stiffness"] = Quantity(single.stiffness, unit)
+            if single.rest:
+                key = "free_angle" if single.turns else "free_displacement"
+                entry[key] = Quantity(single.rest, "rad" if single.turns else "m")
+        if single.damping:
+            entry["damping"] = Quantity(single.damping, "N*m*s/rad" if single.turns else "N*s/m")
+        mechanism.forces[
+            free_name(mechanism, f"{single.name}_spring" if single.stiffness else f"{single.name}_damper")
+        ] = entry
+    if single.dry:
+        amount = {"torque": Quantity(single.dry, "N*m")} if single.turns else {"force": Quantity(single.dry, "N")}
+        entry = {"type": "friction", "joint": joint, "coulomb": amount}
+        mechanism.forces[free_name(mechanism, f"{single.name}_friction")] = entry
+
+
+def free_name(mechanism: Mechanism, wanted: str) -> str:
+    """A name for a force that no other has."""
+    from mbproj.formats.mechanism import Names
+
+    return Names(frozenset(mechanism.forces)).own(wanted)

@@ -1,0 +1,127 @@
+"""MuJoCo's compiler on a source that stands on its own: the model, where its elements stand, its pose at the start."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+from importlib.util import find_spec
+from typing import Any
+
+from mbproj.dataclass import dataclass
+from mbproj.errors import InputError, Place, Problem
+from mbproj.formats.mechanism import Wishes
+from mbproj.formats.mjcf.source import Source
+from mbproj.formats.xml import Element
+from mbproj.scene.text.suggestions import choose_from
+
+_LINE = re.compile(r"[Ll]ine:? *=? *(\d+)")
+#: Tags that MuJoCo numbers apart, and what it calls them.
+KINDS = {"body": "body", "joint": "jnt", "freejoint": "jnt", "geom": "geom", "site": "site"}
+
+
+@dataclass(frozen=True, eq=False)
+class Compiled:
+    """MuJoCo's model and data at the pose of the start, with the source. `at` are places by kind and number."""
+
+    model: Any
+    data: Any
+    source: Source
+    places: Mapping[tuple[str, int], Place]
+
+    def name(self, kind: str, number: int) -> str:
+        """The name of an element, "" where it has none; `kind` as MuJoCo's accessors have it, "body", "jnt", .."""
+        return str(getattr(self.model, kind)(number).name)
+
+    def place(self, kind: str, number: int) -> Place | None:
+        """Where an element stands."""
+        return self.places.get((kind, number))
+
+
+def compile_mjcf(source: Source, wishes: Wishes) -> Compiled:
+    """Raises InputError where MuJoCo is missing, refuses the model, or a missing mesh would give a body its mass."""
+    if find_spec("mujoco") is None:
+        place = Place(source.root.place.file)
+        raise InputError(Problem("MuJoCo compiles MJCF, and is not installed", place, "pip install 'mbproj[import]'"))
+    if source.stand_ins:
+        _refuse_mass_of_missing(source)
+    model = _model(source)
+    data = _posed(model, source, wishes)
+    return Compiled(model, data, source, _places(model, source.root))
+
+
+def _model(source: Source) -> Any:
+    import mujoco
+
+    text, places = source.text()
+    try:
+        return mujoco.MjModel.from_xml_string(text, assets=dict(source.meshes))
+    except ValueError as error:
+        words = " ".join(str(error).split())
+        line = _LINE.search(words)
+        place = places[int(line[1]) - 1] if line and 0 < int(line[1]) <= len(places) else source.root.place
+        said = _LINE.sub("", words.removeprefix("XML Error: ").removeprefix("Error: ")).strip(" ,")
+        raise InputError(Problem(f"MuJoCo refuses the model: {said}", place, "repair it there")) from None
+
+
+def _refuse_mass_of_missing(source: Source) -> None:
+    """Compiles with heavy and with massless spheres for what is missing: a mass that differs is unknown."""
+    given = [dict(element.attributes) for element in source.stand_ins]
+    for element in source.stand_ins:
+        element.attributes["size"] = "1"
+    with_mass = _model(source).body_mass
+    for element, old in zip(source.stand_ins, given, strict=True):
+        element.attributes.clear()
+        element.attributes.update(old | {"mass": "0"})
+    try:
+        without = _model(source).body_mass
+    except InputError:
+        without = None
+    if without is None or (with_mass != without).any():
+        element = source.stand_ins[0]
+        what, place, why = source.missing[0]
+        message = f"the mass of a body comes from the {what}, and {why}"
+        hint = "put the file there, or give the body an <inertial>"
+        raise InputError([Problem(message, element.place, hint), Problem(f"the {what}: {why}", place, "put it there")])
+
+
+def _posed(model: Any, source: Source, wishes: Wishes) -> Any:
+    """Data at the keyframe or the pose that is wished, at MuJoCo's reference pose unless one is."""
+    import mujoco
+
+    data = mujoco.MjData(model)
+    if wishes.key is not None:
+        keys = [model.key(number).name or str(number) for number in range(model.nkey)]
+        if wishes.key not in keys:
+            hint = choose_from(wishes.key, keys) if keys else "the model has none"
+            raise InputError(Problem(f"there is no keyframe '{wishes.key}'", Place(source.root.place.file), hint))
+        mujoco.mj_resetDataKeyframe(model, data, keys.index(wishes.key))
+    joints = {model.jnt(number).name: number for number in range(model.njnt)}
+    for name, value in wishes.pose.items():
+        if name not in joints or model.jnt_type[joints[name]] < 2:
+            able = [each for each, number in joints.items() if each and model.jnt_type[number] >= 2]
+            problem = f"the pose names '{name}', which is no hinge and no slide of the model"
+            raise InputError(Problem(problem, Place(source.root.place.file), choose_from(name, able)))
+        data.qpos[model.jnt_qposadr[joints[name]]] = value
+    mujoco.mj_kinematics(model, data)
+    mujoco.mj_comPos(model, data)
+    mujoco.mj_comVel(model, data)
+    return data
+
+
+def _places(model: Any, root: Element) -> dict[tuple[str, int], Place]:
+    """By name, and by order where the file has as many elements as the model."""
+    found: dict[tuple[str, int], Place] = {}
+    world = [element for each in root.all("worldbody") for element in each.walk()]
+    for kind in ("body", "jnt", "geom", "site"):
+        elements = [element for element in world if KINDS.get(element.tag) == kind]
+        first = 1 if kind == "body" else 0
+        count = {"body": model.nbody - 1, "jnt": model.njnt, "geom": model.ngeom, "site": model.nsite}[kind]
+        named = {element.get("name"): element.place for element in elements if element.get("name")}
+        ordered = elements if len(elements) == count else []
+        for number in range(count):
+            name = getattr(model, kind)(number + first).name
+            if name in named:
+                found[kind, number + first] = named[name]
+            elif ordered and kind == "body":
+                found[kind, number + first] = ordered[number].place
+    return found

@@ -1,0 +1,62 @@
+"""Bodies of an MJCF model: those that move, with their inertia in body axes; those that do not are the ground."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from mbproj.arrays import Array
+from mbproj.formats.geometry import from_quaternion
+from mbproj.formats.mechanism import Mechanism, Names, Part, Same
+from mbproj.formats.mjcf.compiled import Compiled
+from mbproj.scene.records import GROUND
+
+#: What the scene calls the body of each number.
+Called = dict[int, str]
+
+
+def add_parts(compiled: Compiled, mechanism: Mechanism, names: Names) -> Called:
+    """Adds the bodies at the pose of the start, in the order of the model, which begins at the ground."""
+    import mujoco
+
+    model, data = compiled.model, compiled.data
+    called: Called = {0: GROUND}
+    still = []
+    for number in range(1, model.nbody):
+        if model.body_weldid[number] == 0:
+            called[number] = GROUND
+            still.append(compiled.name("body", number) or f"body_{number}")
+            continue
+        called[number] = names.own(compiled.name("body", number) or f"body_{number}")
+        rotation = data.xmat[number].reshape(3, 3)
+        inner = from_quaternion(model.body_iquat[number])
+        inertia = inner @ np.diag(model.body_inertia[number]) @ inner.T
+        velocity = np.zeros(6)
+        mujoco.mj_objectVelocity(model, data, mujoco.mjtObj.mjOBJ_BODY, number, velocity, 0)
+        mechanism.parts[called[number]] = Part(
+            called[number],
+            float(model.body_mass[number]),
+            0.5 * (inertia + inertia.T),
+            np.array(data.xipos[number]),
+            np.array(rotation),
+            compiled.place("body", number),
+            _at_centre(velocity, data.xipos[number] - data.xpos[number]),
+            rotation.T @ velocity[:3],
+        )
+        _say_compensated(compiled, mechanism, number, called[number])
+    if still:
+        shown = ", ".join(still[:5]) + (f", and {len(still) - 5} more" if len(still) > 5 else "")
+        mechanism.say("bodies that cannot move", None, f"are part of the ground: {shown}", Same.YES)
+    return called
+
+
+def _at_centre(velocity: Array, arm: Array) -> Array:
+    """The centre of mass's velocity, from (ω, v) at the origin of the body, both global."""
+    return np.asarray(velocity[3:] + np.cross(velocity[:3], arm))
+
+
+def _say_compensated(compiled: Compiled, mechanism: Mechanism, number: int, name: str) -> None:
+    """Compensated gravity is a constant force at the centre of mass."""
+    part = float(compiled.model.body_gravcomp[number])
+    if part:
+        lift = -part * mechanism.parts[name].mass * mechanism.gravity
+        mechanism.forces[f"{name}_compensation"] = {"type": "force", "body": name, "force": lift}

@@ -1,0 +1,46 @@
+"""An MJCF model as a mechanism: MuJoCo's compiler first, then bodies, joints, loops, actuators, and what is left."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+
+from mbproj.formats.chains import Coordinates
+from mbproj.formats.mechanism import Mechanism, Names, Same, Wishes, said_of
+from mbproj.formats.mjcf.compiled import Compiled, compile_mjcf
+from mbproj.formats.mjcf.equalities import add_equalities
+from mbproj.formats.mjcf.joints import add_joints
+from mbproj.formats.mjcf.looks import add_looks, add_markers
+from mbproj.formats.mjcf.parts import add_parts
+from mbproj.formats.mjcf.rest import say_rest
+from mbproj.formats.mjcf.source import source_of
+from mbproj.formats.xml import Element
+from mbproj.scene.records import GROUND
+
+
+def read_mjcf(root: Element, path: Path, wishes: Wishes) -> Mechanism:
+    """The model whose root element stands in the file at `path`. Raises InputError at the file's line."""
+    compiled = compile_mjcf(source_of(root, path), wishes)
+    gravity = np.array(compiled.model.opt.gravity)
+    if not _enabled(compiled, "GRAVITY"):
+        gravity = np.zeros(3)
+    mechanism = Mechanism(root.get("model") or path.stem, "MJCF", str(path), gravity)
+    bodies, joints, coordinates = Names(frozenset({GROUND})), Names(), Coordinates()
+    called = add_parts(compiled, mechanism, bodies)
+    add_joints(compiled, mechanism, called, joints, coordinates)
+    add_equalities(compiled, mechanism, called, joints, coordinates)
+    add_looks(compiled, mechanism, called)
+    add_markers(compiled, mechanism, called)
+    say_rest(compiled, mechanism, called, coordinates, wishes)
+    for kind, names in (("bodies", bodies), ("joints", joints)):
+        mechanism.said += said_of(mechanism, kind, names)
+    for what, place, why in compiled.source.missing:
+        mechanism.say(what, place, f"{why}: it is not drawn", Same.YES)
+    return mechanism
+
+
+def _enabled(compiled: Compiled, what: str) -> bool:
+    import mujoco
+
+    return not compiled.model.opt.disableflags & getattr(mujoco.mjtDisableBit, f"mjDSBL_{what}")

@@ -1,0 +1,155 @@
+"""The source of an MJCF model for MuJoCo's compiler: includes read by us, assets that are missing stripped and said."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+from xml.sax.saxutils import escape, quoteattr
+
+from mbproj.dataclass import dataclass
+from mbproj.errors import InputError, Place, Problem
+from mbproj.formats.xml import Element, parse, read_text
+
+#: A mesh is read up to so many bytes.
+MOST_MESH_BYTES = 64_000_000
+#: How deep files may include others.
+MOST_INCLUDES = 50
+#: Assets that have no say in the motion, and the attributes that name them.
+SHOWN_ONLY = ("texture", "skin")
+
+
+@dataclass(eq=False)
+class Source:
+    """A model that stands on its own: its root, the bytes of its meshes by file, what is missing, and the geoms that
+    stand for what is missing."""
+
+    root: Element
+    meshes: dict[str, bytes]
+    missing: list[tuple[str, Place, str]]
+    stand_ins: list[Element]
+
+    def text(self) -> tuple[str, list[Place]]:
+        """XML with one tag a line, and where each of its lines comes from."""
+        lines: list[str] = []
+        places: list[Place] = []
+        for line, place in _tags(self.root):
+            lines.append(line)
+            places.append(place)
+        return "\n".join(lines), places
+
+
+def source_of(root: Element, path: Path) -> Source:
+    """The model with its includes. Raises InputError at one that is missing, outside of the folder, or in a circle."""
+    folder = path.resolve().parent
+    whole = _included(root, folder, folder, (path.resolve(),))
+    source = Source(whole, {}, [], [])
+    _without_pictures(whole)
+    _take_meshes(source, folder)
+    return source
+
+
+def _tags(element: Element) -> Iterator[tuple[str, Place]]:
+    attributes = "".join(f" {name}={quoteattr(value)}" for name, value in element.attributes.items())
+    flat = f"<{element.tag}{attributes}".replace("\n", " ")
+    if not element.children and not element.text:
+        yield f"{flat}/>", element.place
+        return
+    yield f"{flat}>{escape(' '.join(element.text.split()))}", element.place
+    for child in element.children:
+        yield from _tags(child)
+    yield f"</{element.tag}>", element.place
+
+
+def _included(element: Element, folder: Path, base: Path, above: tuple[Path, ...]) -> Element:
+    """The element with what <include> brings in its place; files are named from the main model's folder."""
+    children: list[Element] = []
+    for child in element.children:
+        if child.tag != "include":
+            children.append(_included(child, folder, base, above))
+            continue
+        file = _inside(child, folder, base)
+        if file in above:
+            names = " -> ".join(each.name for each in (*above, file))
+            raise InputError(Problem(f"the files include each other in a circle: {names}", child.place, "break it"))
+        if len(above) > MOST_INCLUDES:
+            raise InputError(
+                Problem(f"files include each other more than {MOST_INCLUDES} deep", child.place, "join them")
+            )
+        shown = str(Path(child.place.file).parent / child.get("file"))
+        inner = parse(read_text(file, shown), shown)
+        children += _included(inner, folder, base, (*above, file)).children
+    return Element(element.tag, dict(element.attributes), element.place, children, element.text)
+
+
+def _inside(element: Element, folder: Path, base: Path) -> Path:
+    """The file that an element names. Raises InputError where it is missing or outside of the model's folder."""
+    name = element.get("file")
+    try:
+        file = (base / name).resolve()
+        there = file.is_file()
+    except (OSError, ValueError, RuntimeError):
+        file, there = base, False
+    if not file.is_relative_to(folder):
+        hint = f"copy it to '{folder.name or folder}'"
+        raise InputError(Problem(f"the file '{name}' is outside of the model's folder", element.place, hint))
+    if not there:
+        raise InputError(
+            Problem(f"the file '{name}' is not there", element.place, "its path begins at the model's folder")
+        )
+    return file
+
+
+def _without_pictures(root: Element) -> None:
+    """Takes out textures and skins: they have no say in the motion, and most of the time their files are missing."""
+    for element in root.walk():
+        element.children = [child for child in element.children if child.tag not in SHOWN_ONLY]
+        if element.tag == "material":
+            element.attributes.pop("texture", None)
+            element.children = []
+
+
+def _take_meshes(source: Source, folder: Path) -> None:
+    """Reads the meshes that are there; geoms of the others become spheres, whose mass must not count."""
+    settings = {name: value for each in source.root.all("compiler") for name, value in each.attributes.items()}
+    assets = settings.get("assetdir", "")
+    strip = settings.get("strippath", "false") == "true"
+    gone: dict[str, set[str]] = {"mesh": set(), "hfield": set()}
+    for element in source.root.walk():
+        for asset in [child for child in element.children if element.tag == "asset" and child.tag in gone]:
+            file = asset.get("file")
+            name = asset.get("name") or Path(file).stem
+            if not file:
+                continue
+            own = settings.get("meshdir", assets) if asset.tag == "mesh" else assets
+            why = _read_mesh(source, folder, own, file, strip, asset.tag)
+            if why:
+                gone[asset.tag].add(name)
+                element.children.remove(asset)
+                source.missing.append((f"{asset.tag} '{name}'", asset.place, f"its file '{file}' {why}"))
+    for element in source.root.walk():
+        for kind, names in gone.items():
+            if element.get(kind) in names and element.tag in ("geom", "site"):
+                element.attributes.pop(kind)
+                element.attributes |= {"type": "sphere", "size": "0.01"}
+                source.stand_ins.append(element)
+        if element.tag in ("body", "worldbody"):
+            element.children = [each for each in element.children if each.tag != "flex"]
+
+
+def _read_mesh(source: Source, folder: Path, own: str, file: str, strip: bool, kind: str) -> str:
+    """Why a mesh's file cannot be had, "" where it is among the meshes now."""
+    if kind == "hfield":
+        return "is a height field, which takes no part"
+    name = Path(file).name if strip else file
+    try:
+        found = (folder / own / name).resolve()
+        if not found.is_relative_to(folder):
+            return "is outside of the model's folder"
+        if not found.is_file():
+            return "is not there"
+        if found.stat().st_size > MOST_MESH_BYTES:
+            return f"is larger than {MOST_MESH_BYTES // 1_000_000} MB"
+        source.meshes[str(Path(own) / name)] = found.read_bytes()
+    except (OSError, ValueError, RuntimeError):
+        return "cannot be read"
+    return ""

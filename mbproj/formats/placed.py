@@ -1,0 +1,26 @@
+"""Where something stands on a body, as a scene says it."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from mbproj.arrays import Array
+from mbproj.scene.fields.rotations import from_matrix
+
+
+def quaternion(rotation: Array) -> Array:
+    """The unit Euler parameters (4,) of a rotation matrix."""
+    return np.array(from_matrix(tuple(map(tuple, rotation.tolist()))))  # type: ignore[arg-type]
+
+
+def placed(position: Array, rotation: Array) -> dict[str, Any]:
+    """`position` and `orientation`, without those that change nothing."""
+    found: dict[str, Any] = {}
+    if np.abs(position).max() > 1e-15:
+        found["position"] = np.round(position, 9)
+    turned = quaternion(rotation)
+    if np.abs(turned[1:]).max() > 1e-9:
+        found["orientation"] = {"quaternion": np.round(turned, 9)}
+    return found

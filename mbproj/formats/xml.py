@@ -1,0 +1,124 @@
+"""XML of others as a tree whose elements know their lines: no entities, no network, bounded in size and depth."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import field
+from pathlib import Path
+from xml.parsers import expat
+
+from mbproj.dataclass import dataclass
+from mbproj.errors import InputError, Place, Problem
+
+#: Of a file and of its tree at most.
+MOST_BYTES, MOST_ELEMENTS, MOST_DEPTH = 32_000_000, 500_000, 200
+
+
+@dataclass(eq=False)
+class Element:
+    """An element with its attributes, the elements in it, its text, and where it stands."""
+
+    tag: str
+    attributes: dict[str, str]
+    place: Place
+    children: list[Element] = field(default_factory=list)
+    text: str = ""
+
+    def get(self, name: str, default: str = "") -> str:
+        """An attribute."""
+        return self.attributes.get(name, default)
+
+    def all(self, *tags: str) -> list[Element]:
+        """The elements directly in it that have one of these tags."""
+        return [child for child in self.children if child.tag in tags]
+
+    def first(self, tag: str) -> Element | None:
+        """The first element directly in it with this tag."""
+        return next((child for child in self.children if child.tag == tag), None)
+
+    def walk(self) -> Iterator[Element]:
+        """It and all elements below it, in the order of the text."""
+        waiting = [self]
+        while waiting:
+            element = waiting.pop()
+            yield element
+            waiting.extend(reversed(element.children))
+
+
+def read_text(path: Path, shown: str) -> bytes:
+    """The bytes of a model's file. Raises InputError where it cannot be read or is too large."""
+    try:
+        size = path.stat().st_size
+        if not path.is_file():
+            raise InputError(Problem("is no file", Place(shown), "give the path of a model"))
+        if size > MOST_BYTES:
+            what = f"has {size / 1e6:.0f} MB, and at most {MOST_BYTES / 1e6:.0f} MB are read"
+            raise InputError(Problem(f"the file {what}", Place(shown), "a model's meshes stand in files of their own"))
+        return path.read_bytes()
+    except OSError as error:
+        hint = "look at its path and its permissions"
+        raise InputError(Problem(f"cannot be read: {error.strerror}", Place(shown), hint)) from error
+
+
+def parse(data: bytes, file: str) -> Element:
+    """The root element. Raises InputError with the line where the text is no XML, declares entities, or is too deep."""
+    return _Parser(file).parse(data)
+
+
+class _Parser:
+    def __init__(self, file: str) -> None:
+        self._file, self._count = file, 0
+        self._open: list[Element] = []
+        self._root: Element | None = None
+        self._expat = expat.ParserCreate()
+        self._expat.buffer_text = True
+        self._expat.StartElementHandler = self._start
+        self._expat.EndElementHandler = self._end
+        self._expat.CharacterDataHandler = self._characters
+        self._expat.StartDoctypeDeclHandler = self._doctype
+        self._expat.SetParamEntityParsing(expat.XML_PARAM_ENTITY_PARSING_NEVER)
+
+    def parse(self, data: bytes) -> Element:
+        try:
+            self._expat.Parse(data, True)
+        except expat.ExpatError as error:
+            place = Place(self._file, error.lineno, error.offset + 1)
+            problem = Problem(f"no well-formed XML: {expat.ErrorString(error.code)}", place, "repair the file there")
+            raise InputError(problem) from None
+        except (ValueError, LookupError) as error:  # an encoding that Python does not know
+            raise InputError(
+                Problem(f"no XML that can be read: {error}", Place(self._file, 1), "save it as UTF-8")
+            ) from None
+        assert self._root is not None
+        return self._root
+
+    def _place(self) -> Place:
+        return Place(self._file, self._expat.CurrentLineNumber)
+
+    def _start(self, tag: str, attributes: dict[str, str]) -> None:
+        self._count += 1
+        if self._count > MOST_ELEMENTS or len(self._open) >= MOST_DEPTH:
+            what = (
+                f"more than {MOST_ELEMENTS} elements"
+                if self._count > MOST_ELEMENTS
+                else f"more than {MOST_DEPTH} levels"
+            )
+            raise InputError(Problem(f"the file has {what}", self._place(), "split the model"))
+        element = Element(tag, attributes, self._place())
+        if self._open:
+            self._open[-1].children.append(element)
+        else:
+            self._root = element
+        self._open.append(element)
+
+    def _end(self, tag: str) -> None:
+        element = self._open.pop()
+        element.text = element.text.strip()
+
+    def _characters(self, text: str) -> None:
+        if self._open:
+            self._open[-1].text += text
+
+    def _doctype(self, name: str, system: str | None, public: str | None, internal: bool) -> None:
+        what = "a document type, which may hide entities, is not read"
+        raise InputError(Problem(what, self._place(), "take out <!DOCTYPE ..>"))

@@ -1,0 +1,68 @@
+"""MJCF: trees move as MuJoCo's, loops close, and what has no counterpart is said."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from mbproj.dynamics.equations.constraint_equations import constraint_at
+from mbproj.formats import read_model, scene_text
+from mbproj.linear.equilibrium.started import start_state
+from mbproj.model import compile_system
+from mbproj.scene import read_scene_text
+from mbproj.scene.fields.rotations import to_matrix
+from tests.formats.agreement import agreement
+from tests.support import ROOT
+
+pytest.importorskip("mujoco")
+DATA = ROOT / "tests" / "data" / "formats"
+
+
+@pytest.mark.parametrize("name", ["stacks.xml", "loops.xml"])
+def test_trees_move_as_mujocos(name):
+    found = agreement(DATA / name)
+    assert found.mass < 1e-10
+    assert found.accelerations < 1e-10
+
+
+@pytest.mark.parametrize("name", ["stacks.xml", "loops.xml"])
+def test_the_scene_reads_as_a_persons(name):
+    text = scene_text(read_model(DATA / name), "1")
+    assert max(map(len, text.splitlines())) <= 100
+    scene = read_scene_text(text)
+    assert not scene.notes
+    assert [body.name for body in scene.bodies][:2] == (["crank", "rod"] if name == "loops.xml" else ["base", "cross"])
+
+
+def test_several_joints_between_two_bodies_are_one_joint_where_they_can():
+    mechanism = read_model(DATA / "stacks.xml")
+    kinds = {name: joint.type for name, joint in mechanism.joints.items()}
+    assert kinds["rail_spin"] == "cylindrical"
+    assert kinds["cross_x_cross_y"] == "universal"
+    assert kinds["puck_x_puck_y_puck_turn"] == "planar"
+    assert kinds["socket"] == "spherical"
+    assert (kinds["yaw"], kinds["lift"], kinds["roll"]) == ("revolute", "prismatic", "revolute")
+    assert mechanism.between == {"wrist_after_yaw", "wrist_after_lift"}
+
+
+def test_loops_close_to_the_last_digit():
+    """connect, weld with a frame in each body, a joint that follows by a polynomial, tendons of equal length."""
+    scene = read_scene_text(scene_text(read_model(DATA / "loops.xml"), "1"))
+    system = compile_system(scene)
+    state = start_state(scene, system)
+    assert np.abs(constraint_at(system, state.q)).max() < 1e-13
+    assert {joint.name: joint.type for joint in scene.joints if joint.couples} == {"cam": "coupler", "rope": "coupler"}
+    (cam,) = [joint.couples for joint in scene.joints if joint.name == "cam"]
+    assert cam.function is not None
+    assert cam.of == {"slide.displacement": 0.0, "follow.displacement": 1.0}
+
+
+def test_a_weld_holds_frames_that_the_pose_does_not():
+    """MuJoCo's own relpose: the pose of the cap in the axes of the wheel."""
+    scene = read_scene_text(scene_text(read_model(DATA / "loops.xml"), "1"))
+    system = compile_system(scene)
+    index = {body.name: at for at, body in enumerate(scene.bodies)}
+    wheel, cap = index["wheel"], index["cap"]
+    assert system.body_carrier[wheel] == system.body_carrier[cap]
+    turns = [np.array(to_matrix(tuple(system.body_turn[at]))) for at in (wheel, cap)]
+    np.testing.assert_allclose(turns[0].T @ turns[1], to_matrix((0.8, 0.0, 0.6, 0.0)), atol=1e-14)
