@@ -41,6 +41,13 @@ KINDS: Mapping[str, Kind] = MappingProxyType(
         "violation": Kind("violation", "violation of the constraints, position and velocity", of_motion=False),
         "joints": Kind("joints", "violation of each joint, lengths and angles", "joints", of_motion=False),
         "reactions": Kind("reactions", "reaction force and torque of each joint", "joints"),
+        "loads": Kind(
+            "loads.polar",
+            "polar diagram of each joint's force, what motions take over the cycle",
+            "joints",
+            of_motion=False,
+            by_default=False,
+        ),
         "forces": Kind(
             "driven", "what forces act along, and their size", "forces", usual=False, function="draw_forces"
         ),

@@ -12,6 +12,8 @@ from mbproj.arrays import Array, Integers
 #: Samples of the polynomial that finds a peak, and of the lower one that tells how uncertain it is: one less, as odd
 #: derivatives vanish at a peak that is symmetric, and with them the difference to two less.
 WIDE, NARROW = 7, 6
+#: The uncertainty is so many times their difference: at ten samples a swing the error is twice the difference.
+SAFETY = 3.0
 #: Samples of the polynomial that is integrated.
 CUBIC = 4
 #: Points of a search, and how often its span shrinks to two cells: the peak is then exact to round-off.
@@ -42,7 +44,7 @@ def size(values: Array) -> Array:
 def peaks(time: Array, values: Array, piece: Integers) -> Peaks:
     """The largest magnitudes of C curves, values (T, C, k), each in a `piece` (T,) of its own polynomials.
 
-    The uncertainty is the difference to a polynomial of one sample less. A piece of fewer samples than the
+    The uncertainty is three times the difference to a polynomial of one sample less. A piece of fewer samples than the
     polynomial needs has the largest sample, and the difference to its neighbours, to those beyond an event too.
     """
     sizes = size(values)
@@ -62,7 +64,7 @@ def peaks(time: Array, values: Array, piece: Integers) -> Peaks:
         best, when = _search(time, values, columns[smooth], wide, WIDE, low, high, sign)
         other, _ = _search(time, values, columns[smooth], narrow, NARROW, low, high, sign)
         value[smooth], at[smooth] = best, when
-        uncertainty[smooth] = np.abs(best - other) + ROUND_OFF * np.abs(best)
+        uncertainty[smooth] = SAFETY * np.abs(best - other) + ROUND_OFF * np.abs(best)
     return Peaks(value, uncertainty, at)
 
 

@@ -1,0 +1,1 @@
+"""Loads over the cycle: the polar diagrams of bearings, and driving forces over the angle."""

@@ -1,0 +1,98 @@
+"""Polar diagrams of the joints' forces, and what motions take over the cycle."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from mbproj.analysis.loads.largest import loads_of, recorded_in
+from mbproj.arrays import Array
+from mbproj.figures import panels, shown
+from mbproj.figures.style import WIDTH, line, styled
+from mbproj.results import Results
+
+#: Where a force is largest.
+DOT = {"marker": "o", "markersize": 4}
+#: Height of the panel of the motions, as a part of that of the polar diagram.
+BELOW = 0.55
+
+
+@styled
+def draw(results: Sequence[Results], labels: Sequence[str]) -> Figure:
+    """A panel with the force vector of each joint in the plane where forces vary most, a dot where it is largest.
+
+    Below it stands what each motion takes over the coordinate of the first, in degrees modulo a turn where that is an
+    angle."""
+    most = max(1, shown.MAX_LINES // len(results))
+    names, remark = shown.largest_joints(results, "joints/reaction_force", most)
+    motions = shown.all_names(results, "motions")[:most]
+    ratios = [1.0, BELOW] if motions else [1.0]
+    figure = Figure(figsize=(WIDTH, 0.85 * WIDTH * sum(ratios)), layout="constrained")
+    polar, *below = figure.subplots(len(ratios), 1, height_ratios=ratios, squeeze=False)[:, 0]
+    _polar(polar, results, labels, names)
+    for axis in below:
+        _over_the_cycle(axis, results, labels, motions, len(names))
+    return panels.finish(figure, remark=remark)
+
+
+def _polar(axis: Axes, results: Sequence[Results], labels: Sequence[str], names: Sequence[str]) -> None:
+    first, second = _plane(results, names)
+    axis.set_aspect("equal", adjustable="datalim")
+    for number, (result, label) in enumerate(zip(results, labels, strict=True)):
+        largest = {load.name: load.time for load in loads_of(result) if load.quantity == "reaction_force"}
+        for place, name in enumerate(names):
+            if name not in result.names("joints"):
+                continue
+            force, look = result.joint(name).reaction_force, place + number * len(names)
+            text = name if len(results) == 1 else f"{name}, {label}"
+            panels.plot(axis, force[:, first], force[:, second], text, look)
+            row = int(np.argmin(np.abs(result.time - largest.get(name, 0.0))))
+            axis.plot(force[row, first], force[row, second], **(line(look) | DOT))
+    axis.set_xlabel(f"reaction force, {'xyz'[first]} (N)")
+    axis.set_ylabel(f"{'xyz'[second]} (N)")
+
+
+def _plane(results: Sequence[Results], names: Sequence[str]) -> tuple[int, int]:
+    """The two axes along which the forces vary most, in the order x, y, z."""
+    spans = [
+        np.ptp(result.joint(name).reaction_force, axis=0)
+        for result in results
+        for name in names
+        if name in result.names("joints")
+    ]
+    first, second = sorted(np.argsort(-np.max(spans, axis=0), kind="stable")[:2].tolist())
+    return first, second
+
+
+def _over_the_cycle(
+    axis: Axes, results: Sequence[Results], labels: Sequence[str], motions: Sequence[str], looks: int
+) -> None:
+    """Force or torque of each motion, over the coordinate of the first; a gap where that begins a new turn."""
+    for number, (result, label) in enumerate(zip(results, labels, strict=True)):
+        cycle = recorded_in(result).cycle()
+        for place, name in enumerate(motions):
+            if cycle is None or name not in result.names("motions"):
+                continue
+            text = f"{name} ({_unit(result, name)})" + ("" if len(results) == 1 else f", {label}")
+            at, force = _by_turns(cycle.values, result.motion(name).force, angular=cycle.unit == "rad")
+            panels.plot(axis, at, force, text, looks + place + number * len(motions))
+            axis.set_xlabel(f"{cycle.name} ({'°' if cycle.unit == 'rad' else cycle.unit})")
+    axis.set_ylabel("force or torque of motions")
+
+
+def _unit(result: Results, name: str) -> str:
+    units = dict(zip(result.names("motions"), result.names("motion_units"), strict=True))
+    return "N m" if units[name] == "rad" else "N"
+
+
+def _by_turns(values: Array, force: Array, *, angular: bool) -> tuple[Array, Array]:
+    """The coordinate in degrees modulo a turn, and the force, with a gap between turns."""
+    if not angular:
+        return values, force
+    turn = np.floor(values / (2.0 * np.pi))
+    gaps = np.flatnonzero(np.diff(turn)) + 1
+    at = np.degrees(values - 2.0 * np.pi * turn)
+    return np.insert(at, gaps, np.nan), np.insert(force, gaps, np.nan)
