@@ -1,5 +1,7 @@
 """mbproj: constrained spatial mechanisms in absolute coordinates, with constraints enforced by projection.
 
+    results = run("five_bar.yaml", duration=2)          # all of it in one call
+
     scene = read_scene("five_bar.yaml")                 # what the user wrote          (InputError)
     system = compile_system(scene)                      # names -> arrays
     state = assemble(system, initial_guess(scene, system))   # a consistent start      (InputError)
@@ -18,6 +20,8 @@ from typing import TYPE_CHECKING, Any
 from mbproj.version import __version__
 
 if TYPE_CHECKING:
+    from mbproj.calls.linear import equilibrium, linearize, modes
+    from mbproj.calls.run import run
     from mbproj.dynamics import State, assemble, mobility, unique_components
     from mbproj.errors import InputError, SimulationError
     from mbproj.integrate import Report, simulate
@@ -37,6 +41,8 @@ if TYPE_CHECKING:
     from mbproj.studies.verify import verify
 
 _HOMES = {
+    "mbproj.calls.linear": ("equilibrium", "linearize", "modes"),
+    "mbproj.calls.run": ("run",),
     "mbproj.dynamics": ("State", "assemble", "mobility", "unique_components"),
     "mbproj.errors": ("InputError", "SimulationError"),
     "mbproj.integrate": ("Report", "simulate"),
@@ -81,13 +87,17 @@ __all__ = [
     "assemble",
     "compare",
     "compile_system",
+    "equilibrium",
     "initial_guess",
+    "linearize",
     "mobility",
+    "modes",
     "open_results",
     "read_scene",
     "read_scene_text",
     "recommend",
     "reference",
+    "run",
     "sample_times",
     "settings_to_run",
     "simulate",

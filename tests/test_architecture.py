@@ -52,6 +52,7 @@ MAY_IMPORT = {
         "results",
         "analysis",
     },
+    "calls": {"scene", "model", "dynamics", "integrate", "linear", "results", "studies"},
     "pages": {"joints", "scene", "model", "dynamics", "results", "analysis"},
     "figures": {"outputs", "results", "analysis", "scene", "pages"},
     "cli": {
@@ -80,7 +81,7 @@ FOLDERS = {
     "dynamics": ("equations", "derivatives", "assembly", "observe", "rank", "friction", "contact"),
     "projection": ("methods", "solve"),
     "integrate": ("steppers", "events", "outcome", "formulations", "loop", "stiff", "automatic", "stops"),
-    "results": ("file", "loads", "crash_safety", "linear", "sweep"),
+    "results": ("file", "loads", "crash_safety", "linear", "sweep", "views"),
     "studies": (
         "store",
         "parallel",
@@ -140,6 +141,7 @@ SHORT_FILES = {
     "scene/schema.py": "imported alone, by `mbproj schema`",
     "studies/measure/measures.py": "the measures that all studies share",
     "studies/parallel/progress.py": "the words for progress, without what runs",
+    "__main__.py": "the entry point of `python -m mbproj`",
     "version.py": "read by the build",
 }
 #: Folders of which a file may be shorter: each is an entry.

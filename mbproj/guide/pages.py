@@ -58,6 +58,14 @@ def pages() -> Mapping[str, Page]:
     return MappingProxyType({page.topic: page for page in found})
 
 
+def page_of(words: Sequence[str]) -> Page | None:
+    """The page that the words are the topic of: "getting started", "joints", "reference/joints", "joints/reference"."""
+    parts = "_".join(words).replace("-", "_").removesuffix(".md").split("/")
+    topics = [part for part in parts if part not in KINDS]
+    page = pages().get("_".join(topics))
+    return page if page is not None and set(parts) <= {page.topic, page.kind} else None
+
+
 def search(words: Sequence[str]) -> list[Hit]:
     """The sections that hold all words, as they are written or as parts of words, or else those that hold most of them.
     First come those with the words in their heading or topic, then those where the words stand most often."""

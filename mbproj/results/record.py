@@ -30,6 +30,7 @@ from mbproj.results.members import Body, Coordinate, Force, Friction, Joint, Mar
 from mbproj.results.stored_settings import UnfitSettings, settings_from
 from mbproj.results.trust import Poses, Trust
 from mbproj.results.verification import Verification
+from mbproj.results.views import shown
 from mbproj.scene.meshes import TriangleMesh
 from mbproj.scene.records import Settings, Vector
 from mbproj.scene.text.suggestions import choose_from
@@ -79,6 +80,13 @@ class Results:
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
         self.close()
+
+    def __repr__(self) -> str:
+        return shown.as_text(self) if self.contents.is_open else f"Results of '{self.path}', closed"
+
+    def _repr_html_(self) -> str | None:
+        """What a notebook shows; None for its text."""
+        return shown.as_html(self) if self.contents.is_open else None
 
     def close(self) -> None:
         """Close the file; arrays that were read before stay valid."""

@@ -4,13 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import field
+from importlib import import_module
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any, TypeAlias
 
 from mbproj.dataclass import dataclass
 from mbproj.elements import Element
 from mbproj.errors import Place, Problem
 from mbproj.functions.program import Program
+from mbproj.scene.asked import ProjectionSettings as ProjectionSettings
+from mbproj.scene.asked import Settings as Settings
 from mbproj.scene.coupled import Coupled
 from mbproj.scene.friction import DryFriction
 from mbproj.scene.looks import Appearance, PlacedShape
@@ -232,44 +236,6 @@ class Expectation:
 
 
 @dataclass(frozen=True)
-class ProjectionSettings:
-    """How the constraints are enforced. `tolerance` None: max(1e-13, 4 ε × the largest coordinate) for the violation
-    test, 1e-12 for the paper's. `threshold` (violation) None: by `every` alone. `alpha`, `gains`: None where the
-    method has no such option."""
-
-    method: str = "gpopm"
-    tolerance: float | None = None
-    test: str = "violation"
-    every: int = 1
-    threshold: float | None = None
-    position: bool = True
-    velocity: bool = True
-    max_iterations: int = 25
-    alpha: float | None = None
-    gains: tuple[float, float] | None = None
-    fallback: str = "none"
-
-
-@dataclass(frozen=True)
-class Settings:
-    """The `simulation` block with defaults resolved. Exactly one of `step` and `tolerance` is set in a run; `duration`
-    and both may be None in a scene that leaves them to the command line. Steps end at `break_times` (s) too. `start` is
-    one of `registry.STARTS`."""
-
-    duration: float | None = None
-    step: float | None = None
-    tolerance: float | None = None
-    integrator: str = "rk4"
-    formulation: str = "auto"
-    acceleration: str = "bordered"
-    impact_law: str = "newton"
-    output_step: float | None = None
-    break_times: tuple[float, ...] = ()
-    start: str = "scene"
-    projection: ProjectionSettings = field(default_factory=ProjectionSettings)
-
-
-@dataclass(frozen=True)
 class Scene:
     """A whole scene file. `text` is the file as read, `path` its path (None for text from elsewhere), `overrides` what
     --set changed, `places` where each key stands, `notes` what was read that is legal but may be a mistake.
@@ -298,3 +264,15 @@ class Scene:
             if path[:length] in self.places:
                 return self.places[path[:length]]
         return None
+
+    def with_(self, changes: Mapping[str, object] = MappingProxyType({}), /, **named: object) -> Scene:
+        """The scene with other parameters, or values by their paths: `scene.with_(**{"bodies.bar3.mass": 2})`. Settings
+        that were given in Python stay. Raises InputError as `read_scene`."""
+        changed: Scene = import_module("mbproj.scene.changed").with_changes(self, {**changes, **named})
+        return changed
+
+    def to_yaml(self) -> str:
+        """The scene as a text that reads the same: its own, or one with its changes in it. Raises ValueError where it
+        has elements from Python."""
+        text: str = import_module("mbproj.scene.changed").to_yaml(self)
+        return text

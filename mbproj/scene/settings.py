@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Mapping
-from dataclasses import replace
+from dataclasses import fields, replace
 from typing import Any
 
 from mbproj.dataclass import dataclass
@@ -24,6 +24,8 @@ METHOD: KeyPath = ("projection", "method")
 CORRECTION_OPTIONS = ("tolerance", "test", "every", "threshold", "position", "velocity", "max_iterations", "fallback")
 #: A method's own options that need a value, where none is given.
 DEFAULTS: Mapping[str, Any] = {"alpha": 1e7, "gains": (25.0, 25.0)}
+#: The integrator of a tolerance, where none is given.
+BY_TOLERANCE = "dopri5"
 #: How far output_step / step may be from a whole number, relatively.
 MULTIPLE = 1e-9
 
@@ -78,7 +80,7 @@ def flatten(block: Mapping[str, Any]) -> dict[KeyPath, Any]:
 
 def merge(scene: Values, options: Values) -> Values:
     """Options over scene. `step` and `tolerance` replace each other; a method chosen anew leaves behind those options
-    of the scene's method that it does not take."""
+    of the scene's method that it does not take. A tolerance without an integrator takes one with error control."""
     kept = dict(scene)
     if ("step",) in options or ("tolerance",) in options:
         kept.pop(("step",), None)
@@ -86,7 +88,10 @@ def merge(scene: Values, options: Values) -> Values:
     method = options.get(METHOD)
     if method not in (None, scene.get(METHOD, ProjectionSettings.method)):
         kept = {path: value for path, value in kept.items() if path[0] != "projection" or takes(method, str(path[1]))}
-    return {**kept, **options}
+    merged = {**kept, **options}
+    if ("tolerance",) in merged:
+        merged.setdefault(("integrator",), BY_TOLERANCE)
+    return merged
 
 
 def takes(method: str, option: str) -> bool:
@@ -164,6 +169,33 @@ def settings_of(values: Values) -> Settings:
     method = inner.get("method", ProjectionSettings.method)
     own = {option: DEFAULTS[option] for option in PROJECTIONS[method].options}
     return Settings(**top, projection=ProjectionSettings(**{**own, **inner}))
+
+
+def with_options(scene: Scene, options: Mapping[str, object]) -> Scene:
+    """The scene with other settings, by the names in `OPTIONS`; None: not given. Raises InputError as `read_scene`."""
+    reading = Reading()
+    commanded = read_options(options, reading)
+    merged = None
+    if commanded:
+        places = {**scene.places, **reading.places}
+        merged = Merged(merge(values_of(scene), commanded), frozenset(commanded), places)
+        reading.problems.extend(check_settings(merged))
+    if reading.problems:
+        raise InputError(reading.problems)
+    return scene if merged is None else replace(scene, settings=settings_of(merged.values))
+
+
+def values_of(scene: Scene) -> dict[KeyPath, Any]:
+    """What the settings of a scene say beside the defaults, and what its text says of them."""
+    found: dict[KeyPath, Any] = {}
+    inner = scene.settings.projection
+    for way, record, plain in (((), scene.settings, Settings()), (("projection",), inner, ProjectionSettings())):
+        for each in fields(record):
+            path, value = (*way, each.name), getattr(record, each.name)
+            said = value != getattr(plain, each.name) or ("simulation", *path) in scene.places
+            if value is not None and said and path != ("projection",):
+                found[path] = value
+    return found
 
 
 def settings_to_run(scene: Scene) -> Settings:

@@ -9,7 +9,7 @@ import pytest
 from click.testing import CliRunner
 
 from mbproj.cli.main import COMMANDS, mbproj
-from mbproj.guide.pages import KINDS, ROOT, pages, search
+from mbproj.guide.pages import KINDS, ROOT, page_of, pages, search
 from mbproj.guide.terminal import WIDTH, rendered
 from mbproj.scene.solids.shapes import SHAPES
 from scripts.draw_guide import FIGURES, MEASURED
@@ -191,3 +191,9 @@ def test_a_question_finds_its_page_among_the_first_three(words, topic):
 def test_a_page_names_files_that_are_there(page):
     for path in re.findall(r"`((?:mbproj|scripts|tests)/[\w./-]*)`", page.text):
         assert (CHECKOUT / path).exists(), path
+
+
+@pytest.mark.parametrize("words", ["joints", "reference/joints", "joints/reference", "joints.md"])
+def test_a_page_is_found_by_its_topic_and_kind(words):
+    assert page_of([words]).topic == "joints"
+    assert page_of(["joints/tutorial"]) is None

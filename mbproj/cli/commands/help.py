@@ -11,7 +11,7 @@ import click
 from mbproj.cli.completion import Folder, one_of
 from mbproj.cli.explained import Part, explained, option
 from mbproj.errors import InputError
-from mbproj.guide.pages import KINDS, Page, pages, search
+from mbproj.guide.pages import KINDS, Page, page_of, pages, search
 
 #: Sections that a search shows at most.
 MOST_HITS = 12
@@ -41,8 +41,8 @@ def command(context: click.Context, words: tuple[str, ...], site: Path | None) -
         click.echo(f"written: {write_site(site)}", err=True)
     elif not words:
         click.echo(contents())
-    elif "_".join(words).replace("-", "_") in pages():
-        show(pages()["_".join(words).replace("-", "_")])
+    elif (page := page_of(words)) is not None:
+        show(page)
     elif len(words) == 1 and (asked := _command(context, words[0])) is not None:
         click.echo(asked.get_help(click.Context(asked, info_name=words[0], parent=context.parent)))
     else:

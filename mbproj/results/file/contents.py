@@ -53,6 +53,11 @@ class Contents:
     ) -> None:
         self.close()
 
+    @property
+    def is_open(self) -> bool:
+        """Whether it can be read."""
+        return bool(self._file)
+
     def close(self) -> None:
         """Close the file."""
         self._file.close()

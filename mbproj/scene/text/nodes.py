@@ -102,6 +102,18 @@ def block(values: Mapping[str, object]) -> str:
     return "".join(f"{_key(key)}: {_inner(from_value(value, Place('')))}\n" for key, value in values.items())
 
 
+def document(root: MappingNode) -> str:
+    """A document as YAML: its keys, and those of the mappings in it, have a line each."""
+    lines = []
+    for key, value in root.values.items():
+        if isinstance(value, MappingNode) and value.values:
+            lines.append(f"{_key(key)}:")
+            lines += [f"  {_key(name)}: {_inner(inner)}" for name, inner in value.values.items()]
+        else:
+            lines.append(f"{_key(key)}: {_inner(value)}")
+    return "\n".join(lines) + "\n"
+
+
 def _key(key: object) -> str:
     return _inner(ScalarNode(str(key), Place("")))
 

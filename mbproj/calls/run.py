@@ -1,0 +1,122 @@
+"""`mbproj.run`: a scene simulated and recorded, as `mbproj run` does it, in one call."""
+
+from __future__ import annotations
+
+import shutil
+import tempfile
+import weakref
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from time import perf_counter
+from typing import Any
+
+from mbproj.calls.given import Given, by_arguments, scene_of
+from mbproj.dynamics import unique_components
+from mbproj.errors import InputError, Place, Problem
+from mbproj.integrate import simulate
+from mbproj.integrate.outcome.report import summary
+from mbproj.integrate.simulate import Progress
+from mbproj.linear.equilibrium.started import start_state
+from mbproj.model import compile_system
+from mbproj.registry import EQUILIBRIUM
+from mbproj.results import Results, ResultsWriter, open_own_results
+from mbproj.scene.blocks.simulation import OPTIONS
+from mbproj.scene.problem_places import placed_in
+from mbproj.scene.records import Scene
+from mbproj.scene.settings import settings_to_run
+
+_NOTHING: Mapping[str, object] = {}
+
+
+def run(
+    scene: Given,
+    *,
+    duration: float | str | None = None,
+    step: float | str | None = None,
+    tolerance: float | str | None = None,
+    integrator: str | None = None,
+    projection: str | None = None,
+    formulation: str | None = None,
+    acceleration: str | None = None,
+    impact_law: str | None = None,
+    output_step: float | str | None = None,
+    break_times: Sequence[float] | None = None,
+    start: str | None = None,
+    projection_tolerance: float | None = None,
+    projection_test: str | None = None,
+    project_position: bool | None = None,
+    project_velocity: bool | None = None,
+    projection_fallback: str | None = None,
+    every: int | None = None,
+    threshold: float | None = None,
+    max_iterations: int | None = None,
+    alpha: float | None = None,
+    gains: Sequence[float] | None = None,
+    parameters: Mapping[str, object] = _NOTHING,
+    certify: bool = False,
+    limits: Sequence[float] = (),
+    from_equilibrium: bool = False,
+    output: str | Path | None = None,
+    progress: Progress | None = None,
+) -> Results:
+    """Simulates a scene, and gives what was recorded.
+
+    `scene` is a `Scene`, the path of a file, a text of several lines, or a mapping. Settings are those of `mbproj run`:
+    numbers in SI units, or text with a unit ("1 ms"). `parameters` changes parameters, or values by their paths, as
+    {"bodies.bar1.mass": 2}. `certify` computes a better solution too: `results.trust` says for how long each marker is
+    right to each of `limits` in m. `progress` is called with the time reached in s.
+
+    Results go to the file `output`; without, to a temporary file that is removed with the object. Raises InputError
+    where the scene is wrong, SimulationError where the run cannot go on; an `output` then keeps what was computed.
+    """
+    given = locals()
+    options = {name: given[name] for name in OPTIONS if given[name] is not None}
+    with by_arguments():
+        if limits and not certify:
+            raise InputError(Problem("it needs a certificate", Place("limits"), "add certify=True, or leave it out"))
+        if from_equilibrium:
+            options["start"] = EQUILIBRIUM
+        what = scene_of(scene, parameters, options)
+        wanted = _limits(limits) if certify else None
+        if output is not None:
+            return _recorded(what, Path(output), wanted, progress)
+        folder = Path(tempfile.mkdtemp(prefix="mbproj-"))
+        try:
+            results = _recorded(what, folder / "results.h5", wanted, progress)
+        except BaseException:
+            shutil.rmtree(folder, ignore_errors=True)
+            raise
+        weakref.finalize(results.contents, shutil.rmtree, folder, ignore_errors=True)
+        return results
+
+
+def _limits(limits: Sequence[float]) -> tuple[float, ...]:
+    """The limits to certify for, increasing, m."""
+    from mbproj.studies.certify.horizon import LIMITS
+
+    return tuple(sorted({float(limit) for limit in limits})) or LIMITS
+
+
+def _recorded(scene: Scene, path: Path, limits: tuple[float, ...] | None, progress: Progress | None) -> Results:
+    """The run in a file at `path`, opened."""
+    started, settings, system = perf_counter(), settings_to_run(scene), compile_system(scene)
+    with placed_in(scene):
+        state = start_state(scene, system)
+        unique = unique_components(system, state)
+        names = system.names.as_mapping()
+        with ResultsWriter(path, scene, names, unique, certified=limits) as recorder:
+            if limits is None:
+                report = simulate(system, state, settings, recorder, progress, keep=recorder.keep)
+            else:
+                from mbproj.studies.certify.certified import simulate_certified
+                from mbproj.studies.measure.mechanism import Mechanism
+
+                mechanism = Mechanism(scene, system, state)
+                report, _ = simulate_certified(
+                    mechanism, settings, recorder, progress, limits=limits, keep=recorder.keep
+                )
+            numbers: dict[str, Any] = summary(
+                str(scene.path or "scene"), str(path), report, total_seconds=perf_counter() - started
+            )
+            recorder.attributes(numbers)
+    return open_own_results(path)

@@ -1,0 +1,45 @@
+"""What the `simulation` block asks of a run: how the constraints are enforced, how time goes on, what is recorded."""
+
+from __future__ import annotations
+
+from dataclasses import field
+
+from mbproj.dataclass import dataclass
+
+
+@dataclass(frozen=True)
+class ProjectionSettings:
+    """How the constraints are enforced. `tolerance` None: max(1e-13, 4 ε × the largest coordinate) for the violation
+    test, 1e-12 for the paper's. `threshold` (violation) None: by `every` alone. `alpha`, `gains`: None where the
+    method has no such option."""
+
+    method: str = "gpopm"
+    tolerance: float | None = None
+    test: str = "violation"
+    every: int = 1
+    threshold: float | None = None
+    position: bool = True
+    velocity: bool = True
+    max_iterations: int = 25
+    alpha: float | None = None
+    gains: tuple[float, float] | None = None
+    fallback: str = "none"
+
+
+@dataclass(frozen=True)
+class Settings:
+    """The `simulation` block with defaults resolved. Exactly one of `step` and `tolerance` is set in a run; `duration`
+    and both may be None in a scene that leaves them to the command line. Steps end at `break_times` (s) too. `start` is
+    one of `registry.STARTS`."""
+
+    duration: float | None = None
+    step: float | None = None
+    tolerance: float | None = None
+    integrator: str = "rk4"
+    formulation: str = "auto"
+    acceleration: str = "bordered"
+    impact_law: str = "newton"
+    output_step: float | None = None
+    break_times: tuple[float, ...] = ()
+    start: str = "scene"
+    projection: ProjectionSettings = field(default_factory=ProjectionSettings)

@@ -1,0 +1,49 @@
+"""What `Scene.with_` and `Scene.to_yaml` do: a scene read again with changes, and written with them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+
+from mbproj.errors import Place
+from mbproj.scene.read import read_scene_text
+from mbproj.scene.records import KeyPath, Scene
+from mbproj.scene.settings import merge, settings_of, values_of
+from mbproj.scene.text.changes import changed
+from mbproj.scene.text.document import compose
+from mbproj.scene.text.nodes import MappingNode, document, flow, from_value
+
+
+def with_changes(scene: Scene, changes: Mapping[str, object]) -> Scene:
+    """The scene with these values. Settings that Python has given hold, unless the changes name them."""
+    again = _read(scene, {**scene.overrides, **changes})
+    named = {("simulation", *path) for path in values_of(again)} & {tuple(name.split(".")) for name in changes}
+    given = {path: value for path, value in _given(scene).items() if ("simulation", *path) not in named}
+    settings = settings_of(merge(values_of(again), given)) if given else again.settings
+    return replace(again, path=scene.path, settings=settings, elements=scene.elements)
+
+
+def to_yaml(scene: Scene) -> str:
+    """A text that reads the same. Comments are lost where something was changed. Raises InputError where no text can
+    say it: expectations after the end of a run that Python made shorter, for one."""
+    if scene.elements:
+        raise ValueError(f"elements from Python cannot be written: {', '.join(each.name for each in scene.elements)}")
+    settings = {".".join(map(str, ("simulation", *path))): value for path, value in _given(scene).items()}
+    changes = {**scene.overrides, **{path: flow(from_value(value, Place(""))) for path, value in settings.items()}}
+    if not changes:
+        return scene.text
+    root, _ = compose(scene.text, "scene")
+    assert isinstance(root, MappingNode)
+    text = document(changed(root, changes)[0])
+    read_scene_text(text, str(scene.path or "scene"))
+    return text
+
+
+def _given(scene: Scene) -> dict[KeyPath, object]:
+    """The settings that the scene has beside those of its text."""
+    own = values_of(_read(scene, scene.overrides))
+    return {path: value for path, value in values_of(scene).items() if own.get(path) != value}
+
+
+def _read(scene: Scene, changes: Mapping[str, object]) -> Scene:
+    return read_scene_text(scene.text, str(scene.path or "scene"), changes)
