@@ -52,7 +52,7 @@ MAY_IMPORT = {
         "results",
         "analysis",
     },
-    "calls": {"scene", "model", "dynamics", "integrate", "linear", "results", "studies"},
+    "calls": {"figures", "outputs", "pages", "scene", "model", "dynamics", "integrate", "linear", "results", "studies"},
     "pages": {"joints", "scene", "model", "dynamics", "results", "analysis"},
     "figures": {"outputs", "results", "analysis", "scene", "pages"},
     "cli": {

@@ -30,7 +30,7 @@ from mbproj.results.members import Body, Coordinate, Force, Friction, Joint, Mar
 from mbproj.results.stored_settings import UnfitSettings, settings_from
 from mbproj.results.trust import Poses, Trust
 from mbproj.results.verification import Verification
-from mbproj.results.views import shown
+from mbproj.results.views.doors import Shown
 from mbproj.scene.meshes import TriangleMesh
 from mbproj.scene.records import Settings, Vector
 from mbproj.scene.text.suggestions import choose_from
@@ -51,7 +51,7 @@ class View:
 
 
 @final
-class Results:
+class Results(Shown):
     """A run's results: `results["bodies/position"]`, `results.time`, `results.marker("tip").position`, ...
 
     Arrays are read from the file on first use, kept as far as they are not very large together, and read-only; the
@@ -80,13 +80,6 @@ class Results:
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
         self.close()
-
-    def __repr__(self) -> str:
-        return shown.as_text(self) if self.contents.is_open else f"Results of '{self.path}', closed"
-
-    def _repr_html_(self) -> str | None:
-        """What a notebook shows; None for its text."""
-        return shown.as_html(self) if self.contents.is_open else None
 
     def close(self) -> None:
         """Close the file; arrays that were read before stay valid."""

@@ -1,0 +1,107 @@
+"""`results.plot` and `results.animate`: the pictures and the page of the commands, shown where a notebook runs."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from functools import partial
+from html import escape
+from io import BytesIO
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, final
+
+from mbproj.errors import InputError, Problem
+from mbproj.figures.kinds import KINDS, draw, why_not
+from mbproj.figures.save import save
+from mbproj.outputs import PAGE, check_replaceable, write_text
+from mbproj.results import Results
+from mbproj.scene.text.suggestions import choose_from
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+#: The height of a page in a notebook, in pixels.
+HEIGHT = 560
+
+
+@final
+class Picture:
+    """A picture, which a notebook shows: `figure` and `axes` are Matplotlib's, `save` writes a file."""
+
+    def __init__(self, figure: Figure) -> None:
+        self.figure = figure
+
+    @property
+    def axes(self) -> Sequence[Axes]:
+        """The panels, from top to bottom."""
+        return tuple(self.figure.axes)
+
+    def save(self, path: str | Path, *, force: bool = False) -> Path:
+        """Writes it in the format of the name's ending. Raises InputError where something else stands there that
+        `force` does not replace."""
+        return save(self.figure, Path(path), force=force)
+
+    def _repr_png_(self) -> bytes:
+        image = BytesIO()
+        self.figure.savefig(image, format="png", dpi=100)
+        return image.getvalue()
+
+
+@final
+class Plots:
+    """The pictures of one run, by kind: `plot.energy()`, `plot.reactions("A", "B")`, `plot.markers("tip")`. Names are
+    those of joints or markers; without, all. `dir(plot)` lists the kinds."""
+
+    def __init__(self, results: Results) -> None:
+        self._results = results
+
+    def __dir__(self) -> list[str]:
+        return list(KINDS)
+
+    def __getattr__(self, kind: str) -> Any:
+        if kind not in KINDS:
+            raise AttributeError(f"there is no picture '{kind}'; {choose_from(kind, KINDS)}")
+        return partial(self._draw, kind)
+
+    def _draw(self, kind: str, *names: str, start: float | None = None, stop: float | None = None) -> Picture:
+        """The picture of a kind, of these joints or markers, between two times in s. Raises InputError where it does
+        not apply to the run, or has no such names."""
+        needs = KINDS[kind].needs
+        window = {key: value for key, value in {"start": start, "stop": stop}.items() if value is not None}
+        chosen: dict[str, Any] = dict(window)
+        if names:
+            if needs not in ("markers", "joints", "coordinates"):
+                raise InputError(Problem(f"the picture '{kind}' takes no names", hint="leave them out"))
+            chosen["markers" if needs == "markers" else "joints"] = names
+        results = self._results.select(**chosen)
+        reason = why_not(kind, [results]) or (None if len(results.time) else "there is no sample in this window")
+        if reason is not None:
+            raise InputError(Problem(f"no picture '{kind}': {reason}"))
+        return Picture(draw(kind, [results], [results.title or "run"]))
+
+
+@final
+class Page:
+    """A page on which a mechanism moves: `html` is the whole of it. A notebook shows it in a frame of its own."""
+
+    def __init__(self, html: str) -> None:
+        self.html = html
+
+    def save(self, path: str | Path, *, force: bool = False) -> Path:
+        """Writes the page, which any browser opens offline."""
+        check_replaceable(Path(path), PAGE, force=force)
+        write_text(Path(path), self.html, PAGE, force=force)
+        return Path(path)
+
+    def _repr_html_(self) -> str:
+        source = escape(self.html, quote=True)
+        return f'<iframe srcdoc="{source}" style="width: 100%; height: {HEIGHT}px; border: 0"></iframe>'
+
+
+def page(results: Results) -> Page:
+    """The page of a run. Raises InputError where the extra `animate` is not installed."""
+    from mbproj.pages.data.pages import page_of
+    from mbproj.pages.page.write import html
+
+    found = page_of([results], [results.title or "run"], False, None)
+    return Page(html(found.title, found.data, found.packer))

@@ -1,0 +1,81 @@
+"""`Shown`: what `Results` offers beside arrays: words for a prompt, tables for pandas and xarray, pictures, a page."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Mapping
+from importlib import import_module
+from typing import Any
+
+import numpy.typing as npt
+
+from mbproj.arrays import Array
+from mbproj.results.file.contents import Contents
+from mbproj.results.layout import Dataset
+from mbproj.results.views import frames, words
+
+
+class Shown(ABC):
+    """The part of `Results` that others show. What draws is imported when it is asked for: it stands above results."""
+
+    contents: Contents
+    attributes: Mapping[str, Any]
+
+    @abstractmethod
+    def __getitem__(self, path: str) -> npt.NDArray[Any]: ...
+
+    @abstractmethod
+    def names(self, kind: str) -> tuple[str, ...]:
+        """Names of the columns by kind."""
+
+    @property
+    @abstractmethod
+    def datasets(self) -> tuple[Dataset, ...]:
+        """What the file has of the layout."""
+
+    @property
+    @abstractmethod
+    def time(self) -> Array:
+        """(T), in s."""
+
+    @property
+    @abstractmethod
+    def title(self) -> str:
+        """Title of the scene."""
+
+    @property
+    @abstractmethod
+    def status(self) -> str:
+        """How the run ended."""
+
+    def __repr__(self) -> str:
+        if not self.contents.is_open:
+            return f"Results of '{self.contents.path}', closed"
+        return words.as_text(self.title, self._rows())
+
+    def _repr_html_(self) -> str | None:
+        """What a notebook shows; None for the text of closed results."""
+        return words.as_html(self.title, self._rows()) if self.contents.is_open else None
+
+    def _rows(self) -> list[tuple[str, str]]:
+        return words.rows(self.status, self.time, self.names, self.attributes)
+
+    def to_pandas(self) -> Any:
+        """A DataFrame: the index is time in s, columns are (kind, name, quantity): `["markers"]["tip"]["position_x"]`.
+        `attrs["units"]` has the unit of each column. Raises ImportError where pandas is not installed."""
+        return frames.to_pandas(self.datasets, self.names, self.__getitem__)
+
+    def to_xarray(self) -> Any:
+        """A Dataset with the dimensions time, body, joint, marker, ..., all with their names as coordinates. Raises
+        ImportError where xarray is not installed."""
+        about = {"title": self.title, "status": self.status}
+        return frames.to_xarray(self.datasets, self.names, self.__getitem__, about)
+
+    @property
+    def plot(self) -> Any:
+        """Pictures by kind, as `results.plot.reactions("A")`: see `mbproj.calls.pictures.Plots`."""
+        return import_module("mbproj.calls.pictures").Plots(self)
+
+    def animate(self) -> Any:
+        """The page of `mbproj animate`, which a notebook shows: see `mbproj.calls.pictures.Page`."""
+        return import_module("mbproj.calls.pictures").page(self)

@@ -1,0 +1,48 @@
+"""What a person sees of results in a prompt or a notebook: what was run, how far it got, what is recorded."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from html import escape
+from typing import Any
+
+from mbproj.arrays import Array
+
+KINDS = ("bodies", "joints", "markers", "forces", "motions", "stops", "frictions", "states")
+#: Numbers of the summary, with their words and units.
+NUMBERS = (
+    ("position_violation_max", "position violation", ""),
+    ("velocity_violation_max", "velocity violation", ""),
+    ("energy_drift", "energy drift", " J"),
+)
+#: So many names of a kind are shown.
+SHOWN = 6
+
+
+def rows(
+    status: str, time: Array, names: Callable[[str], tuple[str, ...]], attributes: Mapping[str, Any]
+) -> list[tuple[str, str]]:
+    """Lines of a table: a word, and what it is."""
+    span = f"{len(time)} from {time[0]:g} to {time[-1]:g} s" if len(time) else "none"
+    found = [("status", status), ("samples", span)]
+    found += [(kind, _listed(names(kind))) for kind in KINDS if names(kind)]
+    for key, word, unit in NUMBERS:
+        if key in attributes:
+            found.append((word, f"{float(attributes[key]):.2g}{unit}"))
+    return found
+
+
+def as_text(title: str, lines: Sequence[tuple[str, str]]) -> str:
+    """Some lines of text."""
+    return "\n".join([f"Results: {title}", *(f"  {word:18} {what}" for word, what in lines)])
+
+
+def as_html(title: str, lines: Sequence[tuple[str, str]]) -> str:
+    """A table; titles and names are escaped, because they may be from anybody."""
+    cells = (f"<tr><th>{escape(word)}</th><td>{escape(what)}</td></tr>" for word, what in lines)
+    return f"<table><caption>{escape(title)}</caption>{''.join(cells)}</table>"
+
+
+def _listed(names: tuple[str, ...]) -> str:
+    more = f", and {len(names) - SHOWN} more" if len(names) > SHOWN else ""
+    return ", ".join(names[:SHOWN]) + more

@@ -1,0 +1,89 @@
+"""Results for others: every number of a run is in the tables, the pictures and the page of a notebook."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+
+import mbproj
+from mbproj.results.views.frames import AXES, columns
+from tests.support import ROOT
+
+
+@pytest.fixture(scope="module")
+def results():
+    with mbproj.run(ROOT / "mechanisms" / "five_bar.yaml", duration=0.05) as found:
+        yield found
+
+
+def test_columns_hold_every_number_once(results):
+    found = list(columns(results.datasets, results.names, results.__getitem__))
+    assert len({each[:3] for each in found}) == len(found)
+    whole = sum(results[each.path].size for each in results.datasets if each.path != "time")
+    assert sum(each.values.size for each in found) == whole
+    by_name = {each[:3]: each for each in found}
+    assert np.array_equal(by_name["markers", "tip", "position_z"].values, results.marker("tip").position[:, 2])
+    assert by_name["joints", "A", "reaction_force_x"].unit == "N"
+
+
+def test_every_symbol_of_the_layout_has_a_dimension():
+    from mbproj.results.layout import DATASETS, LATER
+
+    assert {each.symbol for each in (*DATASETS, *LATER) if each.symbol} == set(AXES)
+
+
+def test_pandas(results):
+    pytest.importorskip("pandas")
+    frame = results.to_pandas()
+    assert np.array_equal(frame["markers"]["tip"]["position_x"], results.marker("tip").position[:, 0])
+    assert frame.index.name == "time"
+    assert frame.attrs["units"]["joints", "A", "reaction_torque_x"] == "N m"
+
+
+def test_xarray(results):
+    pytest.importorskip("xarray")
+    found = results.to_xarray()
+    tip = found.markers_position.sel(marker="tip", axis="z")
+    assert np.array_equal(tip, results.marker("tip").position[:, 2])
+    assert found.joints_reaction_force.dims == ("time", "joint", "axis")
+    assert set(found.coordinate_unit.values) == {"rad"}
+
+
+def test_what_is_missing_is_said(results, monkeypatch):
+    monkeypatch.setitem(sys.modules, "pandas", None)
+    with pytest.raises(ImportError, match=r"pip install 'mbproj\[tables\]'"):
+        results.to_pandas()
+
+
+def test_pictures_are_of_what_is_named(results):
+    drawn = results.plot.reactions("A")
+    assert "of A" in drawn.axes[0].get_ylabel()
+    line = results.plot.markers("tip").axes[0].lines[0]
+    assert np.array_equal(line.get_xdata(), results.time)
+    assert drawn._repr_png_().startswith(b"\x89PNG")
+    with pytest.raises(AttributeError, match="did you mean 'reactions'"):
+        results.plot.reaction("A")
+    with pytest.raises(mbproj.InputError, match="the results have no motions"):
+        results.plot.motions()
+    with pytest.raises(mbproj.InputError, match="takes no names"):
+        results.plot.energy("A")
+    with pytest.raises(mbproj.InputError, match="no sample in this window"):
+        results.plot.energy(start=1)
+
+
+def test_the_page_is_that_of_the_command(results, tmp_path):
+    pytest.importorskip("trimesh")
+    page = results.animate()
+    assert page.html.lower().startswith("<!doctype html>")
+    assert page._repr_html_().startswith('<iframe srcdoc="&lt;!')
+    assert page.save(tmp_path / "page.html").read_text(encoding="utf-8") == page.html
+
+
+def test_an_open_file_is_open_to_others(results):
+    """Another process reads it with h5py's defaults while it is open here."""
+    code = f"import h5py; print(h5py.File({str(results.path)!r}, 'r')['time'].shape[0])"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert int(done.stdout) == len(results.time)
