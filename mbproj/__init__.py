@@ -26,6 +26,8 @@ if TYPE_CHECKING:
     from mbproj.errors import InputError, SimulationError
     from mbproj.integrate import Report, simulate
     from mbproj.model import System, compile_system, initial_guess
+    from mbproj.projection import Projection
+    from mbproj.projection.plugin import register_projection
     from mbproj.results import Results, ResultsWriter, Trust, Verification, open_results
     from mbproj.scene import Scene, read_scene, read_scene_text, settings_to_run
     from mbproj.studies.certify.certified import simulate_certified
@@ -47,6 +49,8 @@ _HOMES = {
     "mbproj.errors": ("InputError", "SimulationError"),
     "mbproj.integrate": ("Report", "simulate"),
     "mbproj.model": ("System", "compile_system", "initial_guess"),
+    "mbproj.projection": ("Projection",),
+    "mbproj.projection.plugin": ("register_projection",),
     "mbproj.results": ("Results", "ResultsWriter", "Trust", "Verification", "open_results"),
     "mbproj.scene": ("Scene", "read_scene", "read_scene_text", "settings_to_run"),
     "mbproj.studies.certify.certified": ("simulate_certified",),
@@ -67,6 +71,7 @@ __all__ = [
     "Comparison",
     "InputError",
     "Mechanism",
+    "Projection",
     "Recommendation",
     "Reference",
     "Report",
@@ -97,6 +102,7 @@ __all__ = [
     "read_scene_text",
     "recommend",
     "reference",
+    "register_projection",
     "run",
     "sample_times",
     "settings_to_run",

@@ -8,19 +8,21 @@ did-you-mean, the tests and the README's tables ask here.
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from functools import cache
 from pathlib import Path
 from types import MappingProxyType
+from typing import Any
 
 from mbproj.dataclass import dataclass
+from mbproj.plugins import Registry
 
 
 @dataclass(frozen=True)
 class ProjectionEntry:
     """A projection method: its module in `mbproj.projection.methods`, the equations, one line on it, its own options;
     whether it corrects the state after a step, and the kernel's correction that is the same. Without one, the method
-    runs in the full formulation alone."""
+    runs in the full formulation alone. `factory` makes the method of a plug-in, which has no module here."""
 
     module: str
     equations: str
@@ -28,6 +30,7 @@ class ProjectionEntry:
     options: tuple[str, ...] = ()
     corrects: bool = True
     correction: str = ""
+    factory: Callable[..., Any] | None = None
 
     @property
     def compiled(self) -> bool:
@@ -36,7 +39,8 @@ class ProjectionEntry:
 
 
 #: In the kernel POPM and GPOPM are one: without masses in the way they are equal (Eq. 75).
-PROJECTIONS: Mapping[str, ProjectionEntry] = MappingProxyType(
+PROJECTIONS: Registry[ProjectionEntry] = Registry(
+    "projection method",
     {
         "none": ProjectionEntry("none", "14", "no correction: shows the drift", corrects=False, correction="none"),
         "baumgarte": ProjectionEntry(
@@ -61,7 +65,7 @@ PROJECTIONS: Mapping[str, ProjectionEntry] = MappingProxyType(
             "gpopm", "73, 74", "physical for singular M: the smallest correction in energy", correction="mass"
         ),
         "gpopm-pinv": ProjectionEntry("gpopm_pinv", "62-66", "GPOPM by a rank-revealing pseudo-inverse"),
-    }
+    },
 )
 
 #: How the coordinates are chosen; `auto` takes the planar ones where the joints allow, or the reduced ones.

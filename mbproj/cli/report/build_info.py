@@ -9,6 +9,7 @@ from typing import Any
 from mbproj.cli.report.table import table
 from mbproj.kernel import build_info, left_out
 from mbproj.kernel.absence import advice
+from mbproj.plugins import installed
 from mbproj.registry import FORMULATIONS
 from mbproj.version import __version__
 
@@ -26,6 +27,7 @@ def facts() -> dict[str, Any]:
         "numpy": np.__version__,
         "h5py": h5py.__version__,
         "formulations": ["full"] if isinstance(kernel, str) else [name for name in FORMULATIONS if name != "auto"],
+        "plugins": installed(),
         "kernel": {"built": True, **kernel} if isinstance(kernel, dict) else _absent(kernel),
     }
 
@@ -39,6 +41,9 @@ def lines() -> Iterator[str]:
     has = facts()
     kernel = has.pop("kernel")
     has["formulations"] = ", ".join(has["formulations"])
+    kinds = has.pop("plugins")
+    for kind, found in kinds.items():
+        has[f"{kind}s"] = ", ".join(f"{name} (from {module})" for name, module in found.items())
     has["kernel"] = kernel["instruction_set"] if kernel["built"] else f"none: {kernel['reason']}"
     yield from table(has)
     if not kernel["built"] and kernel["advice"]:

@@ -25,7 +25,8 @@ class Choice(Field[str]):
         return either(self.names())
 
     def read(self, node: Node, path: KeyPath, reading: Reading) -> str | None:
-        return _pick(self, node, path, reading, tuple(self.names()))
+        names = self.names()
+        return _pick(self, node, path, reading, names if isinstance(names, Collection) else tuple(names))
 
     def schema(self) -> Schema:
         names = tuple(self.names())

@@ -9,6 +9,7 @@ from collections.abc import Callable, Sequence
 from typing import Any, TypeVar
 
 from mbproj.kernel import build_info
+from mbproj.plugins import marks
 from mbproj.studies.store import database
 from mbproj.studies.store.encoding import decoded, encoded
 from mbproj.version import __version__
@@ -66,7 +67,7 @@ class Kept:
 
 
 def _study(what: Any) -> str:
-    return hashlib.sha256(json.dumps([__version__, build_info(), what], default=_plain).encode()).hexdigest()
+    return hashlib.sha256(json.dumps([__version__, build_info(), what, *marks()], default=_plain).encode()).hexdigest()
 
 
 def _plain(number: Any) -> Any:

@@ -7,6 +7,7 @@ import json
 from collections.abc import Sequence
 
 from mbproj.kernel import build_info
+from mbproj.plugins import marks
 from mbproj.scene.ranges import Item
 from mbproj.scene.records import Expectation
 from mbproj.version import __version__
@@ -19,7 +20,8 @@ class Keys:
     """The keys of cases of a scene's text in which these paths vary; mbproj's version and build are part of them."""
 
     def __init__(self, text: str, paths: Sequence[str]) -> None:
-        self._common = hashlib.blake2b(json.dumps([__version__, build_info(), text]).encode(), digest_size=SIZE)
+        common = json.dumps([__version__, build_info(), text, *marks()])
+        self._common = hashlib.blake2b(common.encode(), digest_size=SIZE)
         self._paths = tuple(paths)
 
     def of(self, values: Sequence[Item]) -> str:

@@ -1,0 +1,96 @@
+"""Plug-ins: what other packages add to the registries, by an entry point of the group `mbproj.plugins` or by a call.
+
+An entry point names a module, which registers what it has when it is imported, or a function that does so when it is
+called. Looking for them takes 10 ms, so that a name that mbproj itself has is found without.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import inspect
+from collections.abc import Callable, Iterator, Mapping
+from typing import Generic, TypeVar, final
+
+from mbproj.errors import InputError, Problem, warn_once
+
+GROUP = "mbproj.plugins"
+Entry = TypeVar("Entry")
+#: Of each plug-in, by kind and name: the package that it is from, and its code's checksum.
+_origins: dict[tuple[str, str], tuple[str, str]] = {}
+
+_looked_for: set[str] = set()
+
+
+@final
+class Registry(Mapping[str, Entry], Generic[Entry]):
+    """Entries by name: those of mbproj, then those of plug-ins in the order of their registration. `kind` is what they
+    are called, as in "projection method"."""
+
+    def __init__(self, kind: str, own: Mapping[str, Entry]) -> None:
+        self.kind, self._own, self._added = kind, own, dict[str, Entry]()
+
+    def add(self, name: str, entry: Entry, code: Callable[..., object]) -> None:
+        """Registers what `code` does; once more under the same name replaces it, as a notebook's cell does. Raises
+        InputError where the name cannot be one, or is mbproj's own."""
+        if not name.replace("-", "_").isidentifier() or name != name.lower():
+            hint = "take small letters, digits and hyphens"
+            raise InputError(Problem(f"'{name}' cannot be the name of a {self.kind}", hint=hint))
+        if name in self._own:
+            raise InputError(Problem(f"mbproj has a {self.kind} '{name}' itself", hint="choose another name"))
+        self._added[name] = entry
+        _origins[self.kind, name] = (code.__module__, _checksum(code))
+
+    def __getitem__(self, name: str) -> Entry:
+        if name in self._own:
+            return self._own[name]
+        load_installed()
+        return self._added[name]
+
+    def __iter__(self) -> Iterator[str]:
+        load_installed()
+        yield from (*self._own, *self._added)
+
+    def __len__(self) -> int:
+        load_installed()
+        return len(self._own) + len(self._added)
+
+
+def load_installed() -> None:
+    """Imports the plug-ins of installed packages, once. One that fails is a note, and the others are there."""
+    if GROUP in _looked_for:  # a plug-in may itself ask what there is
+        return
+    _looked_for.add(GROUP)
+    from importlib.metadata import entry_points
+
+    for point in entry_points(group=GROUP):
+        try:
+            found = point.load()
+            if inspect.isfunction(found):
+                found()
+        except Exception as error:  # whatever a package of others does, what has nothing to do with it runs
+            warn_once(f"the plug-in '{point.name}' ({point.value}) does not work: {type(error).__name__}: {error}")
+
+
+def installed() -> dict[str, dict[str, str]]:
+    """The module of each plug-in, by its kind and name."""
+    load_installed()
+    found: dict[str, dict[str, str]] = {}
+    for (kind, name), (module, _) in _origins.items():
+        found.setdefault(kind, {})[name] = module
+    return found
+
+
+def marks() -> list[list[str]]:
+    """What tells the plug-ins of two processes apart: a study that is kept is one of the same code."""
+    load_installed()
+    return [[*key, checksum] for key, (_, checksum) in sorted(_origins.items())]
+
+
+def _checksum(code: Callable[..., object]) -> str:
+    """Of the text of the module, or of the class alone where there is no such text; of its name in a prompt."""
+    for of in (inspect.getmodule(code), code):
+        try:
+            return hashlib.sha256(inspect.getsource(of).encode()).hexdigest()  # type: ignore[arg-type]
+        except (OSError, TypeError):
+            continue
+    return hashlib.sha256(repr(code).encode()).hexdigest()

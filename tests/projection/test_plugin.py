@@ -1,0 +1,127 @@
+"""A projection method from another package: it closes the joints, runs everywhere, and is an error where it is not."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import mbproj
+from mbproj import plugins
+from mbproj.guide.pages import pages
+from mbproj.registry import PROJECTIONS
+from tests.guide.fences import fences
+from tests.support import ROOT
+
+FIVE_BAR = str(ROOT / "mechanisms" / "five_bar.yaml")
+
+
+PENDULUM = """\
+mbproj: 1
+gravity: [0, 0, -9.81]
+bodies: {rod: {mass: 2, inertia: [0.1, 0.1, 0.1], position: [0.5, 0, 0]}}
+joints: {A: {type: revolute, bodies: [ground, rod], location: [0, 0, 0], axis: [0, 1, 0]}}
+simulation: {duration: 0.1, step: 0.01, projection: lumped}
+"""
+SWEEP = """\
+sweep: 1
+scene: scene.yaml
+vary: {bodies.rod.mass: {linspace: [1 kg, 2 kg, 2]}}
+measure: {open: {diagnostic: position_violation, at: maximum}}
+"""
+
+
+class Nearest(mbproj.Projection):
+    """GOPM's formula in other words."""
+
+    def correction(self, M, C_q, violation):
+        return -np.linalg.lstsq(C_q, violation, rcond=None)[0]
+
+
+@pytest.fixture
+def nearest(monkeypatch):
+    monkeypatch.setattr(PROJECTIONS, "_added", {})
+    monkeypatch.setattr(plugins, "_origins", {})
+    mbproj.register_projection("nearest", Nearest, summary="the smallest correction")
+
+
+@pytest.fixture
+def environment(tmp_path) -> dict[str, str]:
+    """A folder of installed packages with the one of the guide's page in it."""
+    site = tmp_path / "site"
+    about = site / "mbproj_lumped-1.0.dist-info"
+    about.mkdir(parents=True)
+    code = next(fence for fence in fences(pages()["write_a_plugin"]) if fence.language == "python")
+    assert len([line for line in code.text.splitlines() if line]) <= 40
+    (site / "lumped.py").write_text(code.text, encoding="utf-8")
+    (about / "METADATA").write_text("Metadata-Version: 2.1\nName: mbproj-lumped\nVersion: 1.0\n", encoding="utf-8")
+    (about / "entry_points.txt").write_text("[mbproj.plugins]\nlumped = lumped:register\n", encoding="utf-8")
+    return {"PYTHONPATH": f"{site}:{ROOT}", "MBPROJ_CACHE": str(tmp_path / "cache"), "OPENBLAS_NUM_THREADS": "1"}
+
+
+def command(folder: Path, environment: dict[str, str], *words: str) -> subprocess.CompletedProcess[str]:
+    line = [sys.executable, "-m", "mbproj", *words]
+    return subprocess.run(line, capture_output=True, text=True, cwd=folder, env=environment, check=False)
+
+
+def test_a_registered_method_moves_as_the_one_it_equals(nearest):
+    settings = {"duration": 0.1, "step": 0.01, "formulation": "full"}
+    with (
+        mbproj.run(FIVE_BAR, projection="nearest", **settings) as own,
+        mbproj.run(FIVE_BAR, projection="gopm", **settings) as gopm,
+    ):
+        assert own.attributes["position_violation_max"] < 1e-12
+        np.testing.assert_allclose(own["bodies/position"], gopm["bodies/position"], atol=1e-11)
+        assert own.settings.projection.method == "nearest"
+    with mbproj.run(FIVE_BAR, projection="nearest", duration=0.02) as automatic:
+        assert automatic.attributes["formulation"] == "full"
+
+
+def test_what_cannot_be_registered_is_said(nearest):
+    register = mbproj.register_projection
+    with pytest.raises(mbproj.InputError, match="mbproj has a projection method 'gopm' itself"):
+        register("gopm", Nearest, summary="")
+    with pytest.raises(mbproj.InputError, match="'My method' cannot be the name of a projection method"):
+        register("My method", Nearest, summary="")
+    with pytest.raises(TypeError, match=r"derived from mbproj\.Projection"):
+        register("dict", dict, summary="")
+    with pytest.raises(TypeError, match="Projection has no method 'correction'"):
+        register("empty", mbproj.Projection, summary="")
+    with pytest.raises(mbproj.InputError, match="a method has no option 'beta'; options are: alpha, gains"):
+        register("other", Nearest, summary="", options=["beta"])
+
+
+def test_another_code_is_another_study(nearest):
+    before = plugins.marks()
+    mbproj.register_projection("nearest", type("Other", (Nearest,), {"__module__": "elsewhere"}), summary="changed")
+    assert plugins.marks() != before
+
+
+def test_an_installed_method_runs_in_commands_and_workers(tmp_path, environment):
+    done = command(tmp_path, environment, "run", FIVE_BAR, "--projection", "lumped", "--duration", "0.05", "--json")
+    assert json.loads(done.stdout)["position_violation_max"] < 1e-12, done.stderr
+    assert "lumped" in command(tmp_path, environment, "run", "--help").stdout
+    built = json.loads(command(tmp_path, environment, "info", "--build", "--json").stdout)
+    assert built["plugins"] == {"projection method": {"lumped": "lumped"}}
+    (tmp_path / "scene.yaml").write_text(PENDULUM, encoding="utf-8")
+    (tmp_path / "spec.yaml").write_text(SWEEP, encoding="utf-8")
+    swept = command(tmp_path, environment, "sweep", "spec.yaml", "--jobs", "2", "--json")
+    assert json.loads(swept.stdout)["computed"] == 2, swept.stderr
+    assert json.loads(swept.stdout)["failed"] == 0
+
+
+def test_a_method_that_is_not_installed_is_an_error(tmp_path, environment):
+    alone = environment | {"PYTHONPATH": str(ROOT)}
+    done = command(tmp_path, alone, "run", FIVE_BAR, "--projection", "lumped")
+    assert (done.returncode, "unknown projection method 'lumped'" in done.stderr) == (2, True)
+
+
+def test_a_plug_in_that_fails_is_a_note(tmp_path, environment):
+    (tmp_path / "site" / "lumped.py").write_text("raise ValueError('no')\n", encoding="utf-8")
+    done = command(tmp_path, environment, "run", FIVE_BAR, "--duration", "0.02", "--formulation", "full")
+    assert done.returncode == 0
+    assert "note: the plug-in 'lumped' (lumped:register) does not work: ValueError: no" in done.stderr
