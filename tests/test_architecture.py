@@ -108,7 +108,7 @@ FOLDERS = {
         "tradeoff",
         "verify",
     ),
-    "formats": ("mjcf",),
+    "formats": ("mjcf", "urdf"),
     "analysis": ("contacts", "loads"),
     "linear": ("equilibrium", "state_space"),
     "pages": ("look", "data", "page"),

@@ -6,6 +6,7 @@ import re
 from collections.abc import Iterator, Mapping
 from dataclasses import field
 from enum import Enum
+from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -27,12 +28,13 @@ class Same(Enum):
 @dataclass(frozen=True)
 class Wishes:
     """What a user asks of an import: the keyframe, or the joint coordinates by name (rad, m), to start at; to `hold`:
-    springs in place of servos; `contacts`: stops where spheres may meet planes."""
+    springs in place of servos; `contacts`: stops where spheres may meet planes; the file where the `loops` stand."""
 
     key: str | None = None
     pose: Mapping[str, float] = field(default_factory=dict)
     hold: bool = False
     contacts: bool = False
+    loops: Path | None = None
 
 
 @dataclass(frozen=True)

@@ -7,10 +7,11 @@ from pathlib import Path
 from mbproj.errors import InputError, Problem
 from mbproj.formats.mechanism import Mechanism, Wishes
 from mbproj.formats.mjcf.read import read_mjcf
+from mbproj.formats.urdf.read import read_urdf
 from mbproj.formats.xml import Element, parse, read_text
 
 #: What reads a format, by the tag of the root element.
-READERS = {"mujoco": read_mjcf}
+READERS = {"mujoco": read_mjcf, "robot": read_urdf}
 
 
 def read_model(path: Path, wishes: Wishes | None = None) -> Mechanism:
@@ -23,9 +24,9 @@ def read_model(path: Path, wishes: Wishes | None = None) -> Mechanism:
 
 def _refuse_others(root: Element) -> None:
     """Raises InputError at the root of what is no model that can be read."""
-    if root.tag not in READERS:
-        what = f"<{root.tag[:40]}> begins no model that mbproj reads"
-        raise InputError(Problem(what, root.place, "a model is MJCF (<mujoco>), URDF (<robot>) or SDF (<sdf>)"))
     if any(element.tag.startswith("xacro:") for element in root.walk()):
         hint = "expand it first: xacro model.urdf.xacro > model.urdf"
         raise InputError(Problem("this is a xacro, from which a URDF is made", root.place, hint))
+    if root.tag not in READERS:
+        what = f"<{root.tag[:40]}> begins no model that mbproj reads"
+        raise InputError(Problem(what, root.place, "a model is MJCF (<mujoco>) or URDF (<robot>)"))

@@ -138,11 +138,12 @@ def _y(form, state):
 
 
 def _numbers(model, mechanism):
-    """MuJoCo's number of each body by the scene's name: bodies that move, in the same order."""
+    """MuJoCo's number of each body by the scene's name: that of the same name, or in the same order."""
     moving = [number for number in range(1, model.nbody) if model.body_weldid[number]]
     own = [name for name in mechanism.parts if name not in mechanism.between]
     assert len(moving) == len(own)
-    return dict(zip(own, moving, strict=True))
+    named = {model.body(number).name: number for number in moving}
+    return named if set(named) == set(own) else dict(zip(own, moving, strict=True))
 
 
 def _between(model, data, mechanism, scene, system, q, v, known) -> None:

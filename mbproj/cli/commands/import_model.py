@@ -1,4 +1,4 @@
-"""`mbproj import`: a model in MJCF, URDF or SDF as a scene, with a table of what has no counterpart."""
+"""`mbproj import`: a model in MJCF or URDF as a scene, with a table of what has no counterpart."""
 
 from __future__ import annotations
 
@@ -42,6 +42,13 @@ EXAMPLES = (
     metavar="FILE",
     help="Begin at the joint coordinates in FILE, lines as 'hinge: 0.3' in rad and m.",
 )
+@option(
+    Part.WHAT,
+    "--loops",
+    type=click.Path(path_type=Path),
+    metavar="FILE",
+    help="Of a URDF: the YAML file where its loops stand, unless it is beside it with its name.",
+)
 @option(Part.WHAT, "--hold", is_flag=True, help="Let servos hold their control signal: springs and dampers.")
 @option(Part.WHAT, "--contacts", is_flag=True, help="Make stops of spheres and capsules above planes.")
 @option(Part.OUTPUT, "--strict", is_flag=True, help="End with 4 where the scene's motion is not the model's.")
@@ -57,6 +64,7 @@ def command(
     output: Path | None,
     key: str | None,
     pose: Path | None,
+    loops: Path | None,
     hold: bool,
     contacts: bool,
     strict: bool,
@@ -64,7 +72,7 @@ def command(
     quiet: bool,
     force: bool,
 ) -> None:
-    """Makes a scene of MODEL, which is MJCF, URDF or SDF.
+    """Makes a scene of MODEL, which is MJCF or URDF.
 
     The table says of each element without a counterpart what happens with it, and whether the motion of the scene is
     still that of the model.
@@ -75,7 +83,7 @@ def command(
     from mbproj.outputs import SCENE, write_text
     from mbproj.version import __version__
 
-    wishes = Wishes(key, read_pose(pose) if pose else {}, hold, contacts)
+    wishes = Wishes(key, read_pose(pose) if pose else {}, hold, contacts, loops)
     mechanism = read_model(model, wishes)
     text = scene_text(mechanism, __version__)
     if output is None:

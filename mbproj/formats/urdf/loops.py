@@ -1,0 +1,159 @@
+"""Loops of a URDF, in the dialects that are in use.
+
+In the file:
+    <loop_joint name type><link1 link xyz rpy/><link2 link xyz rpy/><axis xyz/></loop_joint>    Isaac Sim, older Drake
+    <loop name type><predecessor link><origin/></predecessor><successor link><origin/></successor><axis/></loop>  URDF+
+    links closing_NAME_1 and closing_NAME_2, frames that meet                                     onshape-to-robot
+Beside the file, in YAML:
+    closed_loop: [[A, B], ..] with type: [3d, 6d, ..], frames of joints or links     example-parallel-robots
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+
+import numpy as np
+
+from mbproj.arrays import Array
+from mbproj.dataclass import dataclass
+from mbproj.errors import InputError, Place, Problem
+from mbproj.formats.geometry import IDENTITY, Pose
+from mbproj.formats.mechanism import Connection, Mechanism, Names, Same
+from mbproj.formats.urdf.model import Urdf, axis_of, origin_of
+from mbproj.formats.xml import Element
+from mbproj.scene.text.document import compose
+from mbproj.scene.text.nodes import MappingNode, Node, ScalarNode, SequenceNode
+from mbproj.scene.text.source import read_text
+from mbproj.scene.text.suggestions import choose_from
+
+#: The joint of the scene by the word of a dialect.
+TYPES = {
+    "spherical": "spherical",
+    "ball": "spherical",
+    "3d": "spherical",
+    "fixed": "fixed",
+    "6d": "fixed",
+    "revolute": "revolute",
+    "continuous": "revolute",
+    "prismatic": "prismatic",
+    "universal": "universal",
+}
+_CLOSING = re.compile(r"closing_(.+)_([12])")
+
+
+@dataclass(frozen=True, eq=False)
+class Loop:
+    """A joint that closes a loop: two links with a frame in each, and an axis in both frames."""
+
+    name: str
+    type: str
+    links: tuple[str, str]
+    frames: tuple[Pose, Pose]
+    axis: Array
+    place: Place
+
+
+def add_loops(
+    mechanism: Mechanism, loops: list[Loop], frames: Mapping[str, Pose], called: Mapping[str, str], names: Names
+) -> None:
+    """Adds their joints, with a point and an axis in each body."""
+    for loop in loops:
+        bodies = (called[loop.links[0]], called[loop.links[1]])
+        if bodies[0] == bodies[1]:
+            mechanism.say(f"loop '{loop.name}'", loop.place, f"left out: both ends are on '{bodies[0]}'", Same.YES)
+            continue
+        points, axes, turns = np.empty((2, 3)), np.empty((2, 3)), np.empty((2, 3, 3))
+        for side, (link, own) in enumerate(zip(loop.links, loop.frames, strict=True)):
+            held, part = frames[link].then(own), mechanism.part(bodies[side])
+            points[side], turns[side] = part.local(held.position), part.rotation.T @ held.rotation
+            axes[side] = turns[side] @ loop.axis
+        kind = TYPES[loop.type]
+        name = names.own(loop.name)
+        with_axis = axes if kind in ("revolute", "prismatic") else None
+        with_turns = turns if kind == "fixed" else None
+        mechanism.joints[name] = Connection(name, kind, bodies, points, with_axis, with_turns, {}, loop.place)
+
+
+def loops_in(root: Element, model: Urdf) -> Iterator[Loop]:
+    """Those that stand in the file itself."""
+    for element in root.all("loop_joint"):
+        yield _loop(element, [element.first("link1"), element.first("link2")], model, of_origin=False)
+    for element in root.all("loop"):
+        yield _loop(element, [element.first("predecessor"), element.first("successor")], model, of_origin=True)
+    yield from _closing(model)
+
+
+def _loop(element: Element, ends: list[Element | None], model: Urdf, of_origin: bool) -> Loop:
+    name, kind = element.get("name") or "loop", element.get("type", "spherical")
+    if kind not in TYPES or TYPES[kind] == "universal":
+        able = [word for word, joint in TYPES.items() if joint != "universal"]
+        raise InputError(Problem(f"a loop cannot be '{kind}'", element.place, choose_from(kind, able)))
+    links, frames = [], []
+    for end in ends:
+        if end is None or end.get("link") not in model.links:
+            found = "" if end is None else end.get("link")
+            what = f"loop '{name}' names no link" if end is None else f"unknown link '{found}'"
+            place = element.place if end is None else end.place
+            raise InputError(Problem(what, place, choose_from(found, list(model.links))))
+        links.append(end.get("link"))
+        frames.append(origin_of(end.first("origin") if of_origin else end))
+    axis = axis_of(element) if TYPES[kind] in ("revolute", "prismatic") else np.array([0.0, 0.0, 1.0])
+    return Loop(name, kind, (links[0], links[1]), (frames[0], frames[1]), axis, element.place)
+
+
+def _closing(model: Urdf) -> Iterator[Loop]:
+    """Links closing_NAME_1 and closing_NAME_2, whose origins meet."""
+    pairs: dict[str, dict[str, str]] = {}
+    for name in model.links:
+        found = _CLOSING.fullmatch(name)
+        if found:
+            pairs.setdefault(found[1], {})[found[2]] = name
+    for name, ends in pairs.items():
+        if len(ends) == 1:
+            (alone,) = ends.values()
+            what = f"the frame '{alone}' has no other that it meets"
+            raise InputError(Problem(what, model.links[alone].place, f"add closing_{name}_1 and closing_{name}_2"))
+        links = (ends["1"], ends["2"])
+        place = model.links[links[0]].place
+        yield Loop(f"closing_{name}", "3d", links, (IDENTITY, IDENTITY), np.array([0.0, 0.0, 1.0]), place)
+
+
+def loops_beside(path: Path, given: Path | None, model: Urdf) -> Iterator[Loop]:
+    """Those in the YAML file that the user names, or that stands beside the model with its name."""
+    if given is None:
+        beside = path.with_suffix(".yaml")
+        if not beside.is_file() or "closed_loop:" not in beside.read_text(encoding="utf-8", errors="replace")[:100_000]:
+            return
+        given = beside
+    root, problems = compose(read_text(given), str(given))
+    if problems:
+        raise InputError(problems)
+    found = root.values.get("closed_loop") if isinstance(root, MappingNode) else None
+    if not isinstance(root, MappingNode) or not isinstance(found, SequenceNode):
+        hint = "it lists pairs of frames: closed_loop: [[frame_1, frame_2]], and type: [3d]"
+        raise InputError(Problem("the file has no list 'closed_loop'", root.place, hint))
+    kinds = root.values.get("type")
+    words = [_text(each) for each in kinds.items] if isinstance(kinds, SequenceNode) else []
+    for at, pair in enumerate(found.items):
+        ends = [_text(each) for each in pair.items] if isinstance(pair, SequenceNode) else []
+        word = words[at].lower() if at < len(words) else "6d"
+        if len(ends) != 2 or word not in ("3d", "6d"):
+            raise InputError(Problem("a loop is a pair of frames, and 3d or 6d", pair.place, "as in [[a, b]], ['3d']"))
+        links = (_link_of(ends[0], model, pair.place), _link_of(ends[1], model, pair.place))
+        name = f"loop_{ends[0]}"
+        yield Loop(name, word, links, (IDENTITY, IDENTITY), np.array([0.0, 0.0, 1.0]), pair.place)
+
+
+def _text(node: Node) -> str:
+    return node.text if isinstance(node, ScalarNode) else ""
+
+
+def _link_of(name: str, model: Urdf, place: Place) -> str:
+    """The link whose frame a joint or a link names."""
+    if name in model.joints:
+        return model.joints[name].child
+    if name in model.links:
+        return name
+    raise InputError(Problem(f"unknown frame '{name}'", place, choose_from(name, [*model.joints, *model.links])))

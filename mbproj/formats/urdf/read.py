@@ -1,0 +1,154 @@
+"""A URDF as a mechanism: bodies and joints of the tree, what acts on them, then the loops."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+
+from mbproj.errors import InputError, Problem
+from mbproj.formats.chains import Coordinates, Single, connect
+from mbproj.formats.geometry import Pose, turn
+from mbproj.formats.mechanism import Connection, Mechanism, Names, Part, Same, Wishes, said_of
+from mbproj.formats.urdf.loops import add_loops, loops_beside, loops_in
+from mbproj.formats.urdf.model import Urdf, UrdfJoint, number, read_urdf_model
+from mbproj.formats.xml import Element
+from mbproj.scene.records import GROUND
+from mbproj.scene.text.suggestions import choose_from
+
+GRAVITY = np.array([0.0, 0.0, -9.81])
+#: A limit of so many turns or metres, and more, is none.
+NO_LIMIT = 1e5
+
+
+def read_urdf(root: Element, path: Path, wishes: Wishes) -> Mechanism:
+    """The model whose root element stands in the file at `path`; its root link is the ground."""
+    model = read_urdf_model(root)
+    loops = [*loops_in(root, model), *loops_beside(path, wishes.loops, model)]
+    frames = _frames(model, wishes.pose, root)
+    mechanism = Mechanism(root.get("name") or path.stem, "URDF", str(path), GRAVITY)
+    bodies, joints, coordinates = Names(frozenset({GROUND})), Names(), Coordinates()
+    called = {model.root: GROUND}
+    for joint in model.down():
+        still = called[joint.parent] == GROUND and joint.type == "fixed"
+        called[joint.child] = GROUND if still else bodies.own(joint.child)
+        if not still:
+            _add_part(mechanism, model, called[joint.child], joint.child, frames[joint.child])
+            _add_joint(mechanism, joint, frames, called, joints, coordinates, wishes.pose)
+    _add_mimics(mechanism, model, joints, coordinates, wishes.pose)
+    add_loops(mechanism, loops, frames, called, joints)
+    _say_rest(mechanism, root, model)
+    for kind, names in (("bodies", bodies), ("joints", joints)):
+        mechanism.said += said_of(mechanism, kind, names)
+    return mechanism
+
+
+def _frames(model: Urdf, pose: Mapping[str, float], root: Element) -> dict[str, Pose]:
+    """The frames of the links where joints have these coordinates, and zero where none is given."""
+    able = [name for name, joint in model.joints.items() if joint.type in ("revolute", "continuous", "prismatic")]
+    for name in pose:
+        if name not in able:
+            what = f"the pose names '{name}', which is no joint of the model with a coordinate"
+            raise InputError(Problem(what, root.place, choose_from(name, able)))
+    frames = {model.root: model.frames[model.root]}
+    for joint in model.down():
+        value = pose.get(joint.name, 0.0)
+        moved = (
+            Pose(value * joint.axis, np.eye(3))
+            if joint.type == "prismatic"
+            else Pose(np.zeros(3), turn(joint.axis, value) if value else np.eye(3))
+        )
+        frames[joint.child] = frames[joint.parent].then(joint.origin).then(moved)
+    return frames
+
+
+def _add_part(mechanism: Mechanism, model: Urdf, name: str, link: str, frame: Pose) -> None:
+    given = model.links[link]
+    centre = frame.position + frame.rotation @ given.centre
+    mechanism.parts[name] = Part(name, given.mass, given.inertia, centre, frame.rotation, given.place)
+    if not given.mass and not given.inertia.any():
+        mechanism.say(f"link '{link}'", given.place, "has neither mass nor inertia, and none in the scene", Same.YES)
+
+
+def _add_joint(
+    mechanism: Mechanism,
+    joint: UrdfJoint,
+    frames: Mapping[str, Pose],
+    called: Mapping[str, str],
+    names: Names,
+    coordinates: Coordinates,
+    pose: Mapping[str, float],
+) -> None:
+    ends, frame = (called[joint.parent], called[joint.child]), frames[joint.child]
+    axis = frame.rotation @ joint.axis
+    if joint.type == "fixed":
+        mechanism.join(names.own(joint.name), "fixed", ends, frame.position, place=joint.place)
+    elif joint.type == "planar":
+        mechanism.join(names.own(joint.name), "planar", ends, frame.position, axis, place=joint.place)
+    elif joint.type != "floating":
+        single = Single(joint.name, joint.type != "prismatic", frame.position, axis, place=joint.place)
+        connect(mechanism, ends, [_acted_on(mechanism, joint, single, pose)], names.own, coordinates)
+
+
+def _acted_on(mechanism: Mechanism, joint: UrdfJoint, single: Single, pose: Mapping[str, float]) -> Single:
+    """With the limits and the losses that the joint has."""
+    at, shown = pose.get(joint.name, 0.0), f"joint '{joint.name}'"
+    limit, dynamics = joint.element.first("limit"), joint.element.first("dynamics")
+    found = single
+    if (
+        limit is not None
+        and joint.type != "continuous"
+        and ("lower" in limit.attributes or "upper" in limit.attributes)
+    ):
+        low, high = number(limit, "lower", "0") - at, number(limit, "upper", "0") - at
+        if low <= 0.0 <= high and low < high:
+            found = replace(found, range=(None if low < -NO_LIMIT else low, None if high > NO_LIMIT else high))
+        else:
+            mechanism.say(f"limit of {shown}", limit.place, "left out: the pose is beyond it", Same.NO)
+    if limit is not None and ("effort" in limit.attributes or "velocity" in limit.attributes):
+        mechanism.say(f"effort and velocity of {shown}", limit.place, "left out: they are a motor's", Same.YES)
+    if dynamics is not None:
+        damping, friction = number(dynamics, "damping", "0"), number(dynamics, "friction", "0")
+        found = replace(found, damping=damping, dry=friction)
+    return found
+
+
+def _add_mimics(
+    mechanism: Mechanism, model: Urdf, names: Names, coordinates: Coordinates, pose: Mapping[str, float]
+) -> None:
+    """s = multiplier s' + offset, with both coordinates counted from the pose."""
+    for joint in model.joints.values():
+        mimic = joint.element.first("mimic")
+        if mimic is None:
+            continue
+        leader = mimic.get("joint")
+        if leader not in model.joints:
+            hint = choose_from(leader, list(model.joints))
+            raise InputError(Problem(f"unknown joint '{leader}'", mimic.place, hint))
+        if joint.name not in coordinates or leader not in coordinates:
+            mechanism.say(f"mimic of joint '{joint.name}'", mimic.place, "left out: a joint has no coordinate", Same.NO)
+            continue
+        multiplier, offset = number(mimic, "multiplier", "1"), number(mimic, "offset", "0")
+        constant = offset + multiplier * pose.get(leader, 0.0) - pose.get(joint.name, 0.0)
+        own, other = (".".join(coordinates[each]) for each in (joint.name, leader))
+        keys = {"of": {own: 1.0} | ({other: -multiplier} if multiplier else {})}
+        keys |= {"constant": constant} if constant else {}  # type: ignore[dict-item]
+        name = names.own(f"{joint.name}_mimic")
+        mechanism.joints[name] = Connection(name, "coupler", keys=keys, place=mimic.place)
+
+
+def _say_rest(mechanism: Mechanism, root: Element, model: Urdf) -> None:
+    """What has no say, or no counterpart."""
+    drawn = sum(len(link.element.all("visual")) for link in model.links.values())
+    if drawn:
+        mechanism.say(f"{drawn} visuals", None, "not drawn: add an 'appearance' by hand", Same.YES)
+    touching = sum(len(link.element.all("collision")) for link in model.links.values())
+    if touching:
+        mechanism.say(f"{touching} collision shapes", None, "left out: shapes pass through each other", Same.UNTIL)
+    known = ("link", "joint", "material", "loop_joint", "loop", "coupling")
+    for tag in dict.fromkeys(element.tag for element in root.children if element.tag not in known):
+        first = root.first(tag)
+        assert first is not None
+        mechanism.say(f"<{tag}>", first.place, "left out: it has no say in the motion", Same.YES)

@@ -1,0 +1,93 @@
+"""URDF: trees move as MuJoCo reads them, loops of each dialect close, and what is wrong is said at its line."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from mbproj.dynamics import mobility
+from mbproj.dynamics.equations.constraint_equations import constraint_at
+from mbproj.dynamics.equations.kinematics import pose_of
+from mbproj.errors import InputError
+from mbproj.formats import Wishes, read_model, scene_text
+from mbproj.linear.equilibrium.started import start_state
+from mbproj.model import compile_system
+from mbproj.scene import read_scene_text
+from tests.formats.agreement import agreement
+from tests.support import ROOT
+
+DATA = ROOT / "tests" / "data" / "formats"
+#: The joint of the scene that closes the loop, by file.
+DIALECTS = {"loop_joint": "revolute", "urdf_plus": "revolute", "closing": "spherical", "closed_loop": "spherical"}
+
+
+def test_a_tree_moves_as_mujoco_reads_it():
+    mujoco = pytest.importorskip("mujoco")
+    path = DATA / "chain.urdf"
+    kept = '<mujoco><compiler fusestatic="false"/></mujoco></robot>'
+    model = mujoco.MjModel.from_xml_string(path.read_text(encoding="utf-8").replace("</robot>", kept))
+    model.opt.gravity[:] = [0.0, 0.0, -9.81]
+    found = agreement(path, model=model)
+    assert found.mass < 1e-10
+    assert found.accelerations < 1e-10
+
+
+@pytest.mark.parametrize("name", DIALECTS)
+def test_a_loop_of_each_dialect_closes_and_leaves_one_freedom(name):
+    mechanism = read_model(DATA / f"{name}.urdf")
+    (loop,) = [joint for joint in mechanism.joints.values() if joint.name not in mechanism.tree]
+    assert loop.type == DIALECTS[name]
+    text = scene_text(mechanism, "1")
+    assert max(map(len, text.splitlines())) <= 100
+    scene = read_scene_text(text)
+    system = compile_system(scene)
+    state = start_state(scene, system)
+    assert np.abs(constraint_at(system, state.q)).max() < 1e-13
+    assert mobility(system, pose_of(state.q)).degrees_of_freedom == 1
+
+
+def test_the_same_loop_in_another_file_is_read_on_request(tmp_path):
+    other = tmp_path / "loops.yaml"
+    other.write_text("closed_loop: [[end_a, end_b]]\ntype: [6d]\n", encoding="utf-8")
+    mechanism = read_model(DATA / "closed_loop.urdf", Wishes(loops=other))
+    (loop,) = [joint for joint in mechanism.joints.values() if joint.name not in mechanism.tree]
+    assert loop.type == "fixed"
+
+
+def test_a_mimic_is_a_coupler_and_limits_count_from_the_pose():
+    mechanism = read_model(DATA / "chain.urdf", Wishes(pose={"shoulder": 0.4, "extend": 0.1}))
+    coupler = mechanism.joints["grip_mimic"]
+    assert coupler.keys["of"] == {"grip.angle": 1.0, "shoulder.angle": -0.5}
+    assert coupler.keys["constant"] == pytest.approx(0.1 + 0.5 * 0.4)
+    span = mechanism.joints["extend"].keys["limits"]["displacement"]["range"]
+    assert [each.value for each in span] == pytest.approx([-0.3, 0.2])
+    assert mechanism.forces["extend_friction"]["coulomb"]["force"].value == 0.1
+
+
+WRONG = {
+    '<link name="a"/>\n<link name="a"/>': "model.urdf:3: error: a second link 'a'",
+    '<link name="a"/>\n<link name="b"/>': "model.urdf:3: error: the model has 2 links without a parent",
+    '<link name="a">\n<inertial><mass value="nan"/></inertial></link>': "model.urdf:3: error: 'value' of <mass>",
+    '<link name="a"><inertial>\n<inertia ixx="-1" iyy="1" izz="1"/></inertial></link>': (
+        "model.urdf:3: error: the inertia has a negative principal moment"
+    ),
+    '<link name="a"/>\n<joint name="j" type="hinge"><parent link="a"/><child link="b"/></joint>': (
+        "model.urdf:3: error: unknown joint type 'hinge'"
+    ),
+    '<link name="a"/>\n<joint name="j" type="fixed"><parent link="a"/><child link="b"/></joint>': (
+        "model.urdf:3: error: unknown link 'b'"
+    ),
+    '<link name="a"/>\n<loop_joint type="fixed"><link1 link="a"/><link2 link="c"/></loop_joint>': (
+        "model.urdf:3: error: unknown link 'c'"
+    ),
+    '<link name="a"/>\n<xacro:if xmlns:xacro="x" value="1"/>': "model.urdf:1: error: this is a xacro",
+}
+
+
+@pytest.mark.parametrize("text", WRONG)
+def test_what_is_wrong_is_said_at_its_line(text, tmp_path):
+    path = tmp_path / "model.urdf"
+    path.write_text(f"<robot name='r'>\n{text}\n</robot>", encoding="utf-8")
+    with pytest.raises(InputError) as caught:
+        read_model(path)
+    assert caught.value.problems[0].line().replace(f"{tmp_path}/", "").startswith(WRONG[text])
