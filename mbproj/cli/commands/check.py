@@ -52,7 +52,7 @@ def command(scene: str, settings: tuple[str, ...], picture: Path | None, as_json
     from mbproj.cli.report.notes import notes_on, show_notes
     from mbproj.cli.start_picture import draw_start
     from mbproj.dynamics import mobility
-    from mbproj.dynamics.assembly.assemble import moved_by
+    from mbproj.dynamics.assembly.assemble import moved_from_scene
     from mbproj.dynamics.contact.driven import refuse_driven_beyond
     from mbproj.dynamics.equations.constraint_equations import constraint_at, constraint_velocity_at
     from mbproj.dynamics.equations.kinematics import pose_of
@@ -63,7 +63,7 @@ def command(scene: str, settings: tuple[str, ...], picture: Path | None, as_json
     from mbproj.integrate.stops.resting import frictions_at_start
     from mbproj.integrate.stops.start import gaps_at_start, refuse_penetration
     from mbproj.linear.equilibrium.started import start_state
-    from mbproj.model import compile_system, initial_guess
+    from mbproj.model import compile_system
     from mbproj.scene import read_scene
     from mbproj.scene.meshes import meshes_of
     from mbproj.scene.problem_places import placed, placed_in
@@ -71,7 +71,6 @@ def command(scene: str, settings: tuple[str, ...], picture: Path | None, as_json
     what = read_scene(scene, parameters(settings), overrides(options))
     meshes_of(what)  # a run records them
     system = compile_system(what)
-    guess = initial_guess(what, system)
     state = start_state(what, system)
     if picture is not None:
         draw_start(picture, what, system, state)
@@ -109,7 +108,7 @@ def command(scene: str, settings: tuple[str, ...], picture: Path | None, as_json
         "elimination": None if choice is None else choice.elimination,
         "position_violation": float(abs(constraint_at(system, state.q)).max()),
         "velocity_violation": float(abs(constraint_velocity_at(system, state.q, state.v)).max()),
-        "moved_by": moved_by(guess.q, state.q),
+        "moved_by": moved_from_scene(what, system, state.q),
         "coordinates_at_start": _coordinates(system, state),
         "stops_at_start": gaps_at_start(system, state),
         "frictions_at_start": rubs,
