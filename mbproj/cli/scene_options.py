@@ -78,6 +78,8 @@ _OPTIONS: tuple[tuple[Part, str, str, str], ...] = (
     (Part.INTEGRATION, "--break-times", "T[,T..]", "Times at which steps end besides those that the scene has."),
     (Part.OUTPUT, "--output-step", "TIME", "Time between recorded samples, a multiple of the step."),
 )
+#: Other names of the same.
+ALSO = {"--duration": ("--until",)}
 #: The names of these options.
 SCENE_OPTIONS = ("--set", *(name for _, name, _, _ in _OPTIONS))
 
@@ -94,7 +96,8 @@ def scene_options_without(*left_out: str) -> Callable[[Command], Command]:
         for part, name, metavar, text in reversed(_OPTIONS):
             if name not in left_out:
                 words = one_of(_words(metavar))
-                command = option(part, name, metavar=metavar, help=text, shell_complete=words)(command)
+                names = (name, *ALSO.get(name, ()), name.removeprefix("--").replace("-", "_"))
+                command = option(part, *names, metavar=metavar, help=text, shell_complete=words)(command)
         command = option(
             Part.WHAT,
             "--set",

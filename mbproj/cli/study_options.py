@@ -27,7 +27,13 @@ at = option(
     help="Markers whose error counts, or bodies of a scene without markers [default: all].",
 )
 until = option(
-    Part.WHAT, "--until", type=Positive("s"), metavar="TIME", help="End of the study [default: the duration]."
+    Part.WHAT,
+    "--until",
+    "--duration",
+    "until",
+    type=Positive("s"),
+    metavar="TIME",
+    help="End of the study [default: the duration].",
 )
 changes = option(
     Part.WHAT,

@@ -285,3 +285,12 @@ def test_a_killed_run_leaves_out_alone_and_its_part_readable(tmp_path):
     assert info.returncode == 0, info.stderr
     plots = mbproj("plot", "results.h5.part", "--kind", "violation", folder=tmp_path)
     assert plots.returncode == 0, plots.stderr
+
+
+@pytest.mark.parametrize("option", ["--until", "--duration"])
+def test_the_end_has_two_names_in_every_command(tmp_path, option):
+    done = mbproj("run", FIVE_BAR, option, "0.02", "--json", folder=tmp_path)
+    assert json.loads(done.stdout)["steps"] == 2
+    for command in ("verify", "threshold", "compare", "tradeoff", "recommend", "continue", "paper", "check"):
+        assert "--until" in mbproj(command, "--help", folder=tmp_path).stdout, command
+        assert "--duration" in mbproj(command, "--help", folder=tmp_path).stdout, command

@@ -9,7 +9,7 @@ import sys
 
 import pytest
 
-from mbproj.errors import Place
+from mbproj.errors import InputError, Place
 from mbproj.scene.records import Body, Joint, Marker, Pair, ProjectionSettings, Settings
 from tests.scene.good_scene import GOOD, changed, read, read_with
 
@@ -173,3 +173,15 @@ def test_what_was_read_is_not_searched_for_garbage_again_and_again():
         assert not gc.isenabled()
     finally:
         gc.enable()
+
+
+@pytest.mark.parametrize(("word", "vector"), [("y", "[0, 1, 0]"), ("-z", "[0, 0, -1]")])
+def test_a_direction_along_an_axis_has_a_name(word, vector):
+    text = (
+        "mbproj: 1\ngravity: [0, 0, 0]\nsimulation: {duration: 1 s, step: 1 ms}\n"
+        "bodies: {a: {mass: 1, inertia: [1, 1, 1], position: [1, 0, 0]}}\n"
+        "joints: {A: {type: revolute, bodies: [ground, a], location: [0, 0, 0], axis: WORD}}\n"
+    )
+    assert read(text.replace("WORD", word)).joints == read(text.replace("WORD", vector)).joints
+    with pytest.raises(InputError, match="unknown direction 'w'; give 3 numbers, or x, y, z, -x, -y, -z"):
+        read(text.replace("WORD", "w"))

@@ -27,6 +27,8 @@ EXAMPLES = (
 @option(
     Part.WHAT,
     "--until",
+    "--duration",
+    "until",
     type=Positive("s"),
     metavar="TIME",
     help="Where the run then ends, from its original start [default: its own end].",

@@ -31,6 +31,8 @@ EXAMPLES = (
 @option(
     Part.WHAT,
     "--duration",
+    "--until",
+    "duration",
     default="10 s",
     show_default=True,
     type=Positive("s"),

@@ -2,11 +2,29 @@
 
 from __future__ import annotations
 
-from typing import Any
+from collections.abc import Mapping
+from types import MappingProxyType
+from typing import Any, final
 
+from mbproj.dataclass import dataclass
 from mbproj.scene.fields.checks import direction
-from mbproj.scene.fields.fields import Converted, Field, List
+from mbproj.scene.fields.fields import Converted, Field, List, Schema
 from mbproj.scene.fields.quantities import Number
+from mbproj.scene.fields.reading import Reading
+from mbproj.scene.records import KeyPath, Vector
+from mbproj.scene.text.nodes import Node, ScalarNode
+
+#: Directions that have a name.
+NAMED: Mapping[str, Vector] = MappingProxyType(
+    {
+        "x": (1.0, 0.0, 0.0),
+        "y": (0.0, 1.0, 0.0),
+        "z": (0.0, 0.0, 1.0),
+        "-x": (-1.0, 0.0, 0.0),
+        "-y": (0.0, -1.0, 0.0),
+        "-z": (0.0, 0.0, -1.0),
+    }
+)
 
 
 def vector(unit: str | None) -> List[float]:
@@ -15,7 +33,43 @@ def vector(unit: str | None) -> List[float]:
 
 
 POINT: Field[Any] = vector("m")
-DIRECTION: Field[Any] = Converted(vector(None), direction)
+
+
+_BY_NUMBERS = Converted(vector(None), direction)
+
+
+@final
+@dataclass(frozen=True)
+class Direction(Field[Vector]):
+    """A unit vector: by 3 numbers of any length, or along an axis by its name. Messages ask for numbers."""
+
+    @property
+    def expects(self) -> str:
+        return _BY_NUMBERS.expects
+
+    def takes(self, node: Node) -> bool:
+        return _is_name(node) or _BY_NUMBERS.takes(node)
+
+    def fits(self, node: Node) -> bool:
+        return _is_name(node) or _BY_NUMBERS.fits(node)
+
+    def read(self, node: Node, path: KeyPath, reading: Reading) -> Vector | None:
+        if not isinstance(node, ScalarNode) or not node.text:
+            return _BY_NUMBERS.read(node, path, reading)
+        if node.text not in NAMED:
+            hint = f"give {self.expects}, or {', '.join(NAMED)}"
+            reading.report(f"unknown direction '{node.text}'", node.place, hint)
+        return NAMED.get(node.text)
+
+    def schema(self) -> Schema:
+        return {"description": self.expects, "anyOf": [_BY_NUMBERS.schema(), {"enum": list(NAMED)}]}
+
+
+def _is_name(node: Node) -> bool:
+    return isinstance(node, ScalarNode) and bool(node.text)
+
+
+DIRECTION: Field[Any] = Direction()
 
 
 def rows(unit: str) -> List[tuple[float, ...]]:
