@@ -22,6 +22,7 @@ from mbproj.version import __version__
 if TYPE_CHECKING:
     from mbproj.calls.linear import equilibrium, linearize, modes
     from mbproj.calls.run import run
+    from mbproj.calls.sweep import sweep
     from mbproj.dynamics import State, assemble, mobility, unique_components
     from mbproj.errors import InputError, SimulationError
     from mbproj.integrate import Report, simulate
@@ -45,6 +46,7 @@ if TYPE_CHECKING:
 _HOMES = {
     "mbproj.calls.linear": ("equilibrium", "linearize", "modes"),
     "mbproj.calls.run": ("run",),
+    "mbproj.calls.sweep": ("sweep",),
     "mbproj.dynamics": ("State", "assemble", "mobility", "unique_components"),
     "mbproj.errors": ("InputError", "SimulationError"),
     "mbproj.integrate": ("Report", "simulate"),
@@ -110,6 +112,7 @@ __all__ = [
     "simulate_certified",
     "solve",
     "stability",
+    "sweep",
     "threshold_study",
     "tradeoff",
     "unique_components",

@@ -147,7 +147,6 @@ SHORT_FILES = {
     "projection/solve/tolerance.py": "the tolerance of a row, which reports need too",
     "thresholds/entry.py": "the form of an entry, which all groups of them import",
     "scene/fields/given.py": "what the command line needs of the fields",
-    "scene/fields/vectors.py": "a kind of field is a file",
     "scene/schema.py": "imported alone, by `mbproj schema`",
     "studies/measure/measures.py": "the measures that all studies share",
     "studies/parallel/progress.py": "the words for progress, without what runs",

@@ -61,7 +61,7 @@ def columns(datasets: Sequence[Dataset], names: Names, read: Read) -> Iterator[C
 
 def to_pandas(datasets: Sequence[Dataset], names: Names, read: Read) -> Any:
     """See `Results.to_pandas`."""
-    pandas = _needed("pandas")
+    pandas = needed("pandas")
     found = list(columns(datasets, names, read))
     header = pandas.MultiIndex.from_tuples([each[:3] for each in found], names=["kind", "name", "quantity"])
     index = pandas.Index(read("time"), name="time")
@@ -72,7 +72,7 @@ def to_pandas(datasets: Sequence[Dataset], names: Names, read: Read) -> Any:
 
 def to_xarray(datasets: Sequence[Dataset], names: Names, read: Read, about: Mapping[str, str]) -> Any:
     """See `Results.to_xarray`."""
-    xarray = _needed("xarray")
+    xarray = needed("xarray")
     coordinates: dict[str, Any] = {"time": ("time", read("time"), {"units": "s"})}
     variables: dict[str, Any] = {}
     for dataset in datasets:
@@ -95,7 +95,8 @@ def to_xarray(datasets: Sequence[Dataset], names: Names, read: Read, about: Mapp
     return xarray.Dataset(variables, coordinates, dict(about))
 
 
-def _needed(name: str) -> Any:
+def needed(name: str) -> Any:
+    """A library that is optional. Raises ImportError with what to install where it is not there."""
     try:
         return import_module(name)
     except ImportError as error:

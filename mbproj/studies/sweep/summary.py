@@ -56,13 +56,14 @@ def headings(spec: Spec) -> list[str]:
 def write_table(spec: Spec, folder: Folder, force: bool = False) -> Path:
     """Writes summary.csv, whose checksum the store keeps. Raises InputError where it must not be replaced, unless
     `force`."""
-    cells = _cells(spec, folder)
-    path = write_csv(folder.table, headings(spec), cells, kind=KIND, force=force, hint=OTHER)
+    rows = cells(spec, folder)
+    path = write_csv(folder.table, headings(spec), rows, kind=KIND, force=force, hint=OTHER)
     folder.store.describe({TABLE: checksum_of(path)})
     return path
 
 
-def _cells(spec: Spec, folder: Folder) -> Iterator[Sequence[Any]]:
+def cells(spec: Spec, folder: Folder) -> Iterator[Sequence[Any]]:
+    """The rows of the table, as `headings` has the columns; None where a case has no number."""
     for number, entry in enumerate(entries(spec, folder)):
         row = entry.row or Row(Status.DONE)
         numbers = row.values or (None,) * len(spec.measures)
