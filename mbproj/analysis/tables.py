@@ -54,6 +54,7 @@ def tables(results: Results) -> Iterator[Table]:
             yield _table(results, f"{group}-{name}", quantities, open_)
     along = (
         ("force_units", "nf", "force"),
+        ("applied_units", "na", "applied"),
         ("motion_units", "nm", "motion"),
         ("stop_units", "ns", "stop"),
         ("friction_units", "nr", "friction"),
@@ -64,9 +65,10 @@ def tables(results: Results) -> Iterator[Table]:
         for column, unit in enumerate(results.names(kind)):
             parts = [(dataset.path, own_unit(dataset.unit, unit)) for dataset in columns_of]
             quantities = [(path.partition("/")[2], unit, path, column) for path, unit in parts]
-            name = results.names(f"{group}s")[column]
+            name = results.names("applied" if group == "applied" else f"{group}s")[column]
             shares = f"{group} '{name}'" in shared_at_contacts(results)
-            yield _table(results, f"{group}-{name}", quantities, ("force",) if shares else ())
+            shown = "force" if group == "applied" else group
+            yield _table(results, f"{shown}-{name}", quantities, ("force",) if shares else ())
     diagnostics = [entry for entry in DATASETS if entry.path.startswith("diagnostics/")]
     quantities = [(entry.path.partition("/")[2], entry.unit, entry.path, None) for entry in diagnostics]
     yield _table(results, "diagnostics", quantities)

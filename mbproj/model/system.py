@@ -39,6 +39,7 @@ class Names:
     and dry friction resists, m or rad.
     `forces` end with the reflected inertias, "joint.coordinate.inertia"; `stops` are "joint.coordinate.low" and
     "joint.coordinate.high", or the name of a force; `frictions` are the name of a force, or "force.coordinate".
+    `applied` are the forces and torques of given components on bodies: of unit m a force, of rad a torque.
     `states` of elements have any unit.
 
     `carriers` are what moves: the bodies, but for those that fixed joints have merged, which are called by their first.
@@ -58,6 +59,8 @@ class Names:
     stop_units: tuple[str, ...] = ()
     frictions: tuple[str, ...] = ()
     friction_units: tuple[str, ...] = ()
+    applied: tuple[str, ...] = ()
+    applied_units: tuple[str, ...] = ()
     states: tuple[str, ...] = ()
     state_units: tuple[str, ...] = ()
 

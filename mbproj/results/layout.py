@@ -75,6 +75,8 @@ NAMES = {
 
 #: The same of what a file has only where the scene has some.
 LATER_NAMES = {
+    "applied": NameList("na", "forces/applied_names", "names of the forces and torques of given components on bodies"),
+    "applied_units": NameList("na", "forces/applied_units", "rad of a torque, m of a force"),
     "stops": NameList("ns", "stops/names", "names of the stops: joint.coordinate.low or .high, or that of the force"),
     "stop_units": NameList("ns", "stops/units", "unit of what each stop limits, rad or m"),
     "frictions": NameList("nr", "friction/names", "names of the dry frictions: the force's, force.coordinate, stop.1"),
@@ -163,10 +165,15 @@ OF_FRICTIONS: tuple[Dataset, ...] = (
     Dataset("friction/state", ("nr",), "1", "1 or -1 where it slides up or down, in a plane the cosine, 0: sticks"),
     Dataset("friction/dissipation", ("nr",), "J", f"energy that it has lost {SINCE_START}"),
 )
+#: What a file has only where forces or torques of given components act on bodies.
+OF_APPLIED: tuple[Dataset, ...] = (
+    Dataset("forces/applied", ("na", 3), "N m or N", "torque or force of given components on a body", GLOBAL),
+    Dataset("forces/applied_power", ("na",), "W", "its power"),
+)
 #: What a file has only where elements have states of their own.
 OF_STATES = (Dataset("states/value", ("nx",), "any", "state of an element; unit per column in states/units"),)
 #: What a file has only where the scene has some.
-LATER: tuple[Dataset, ...] = (*OF_STOPS, *OF_FRICTIONS, *OF_STATES)
+LATER: tuple[Dataset, ...] = (*OF_STOPS, *OF_FRICTIONS, *OF_APPLIED, *OF_STATES)
 
 
 def datasets_for(sizes: Mapping[str, int]) -> tuple[Dataset, ...]:

@@ -28,10 +28,13 @@ class Swings(NamedTuple):
 def samples_of(results: Results, load: Load) -> Array:
     """The magnitudes (T,) of a load; of scalars the values with their sign."""
     quantity = "force" if load.quantity == "power" else load.quantity
-    source = next(each for each in SOURCES if (each.kind, each.quantity) == (load.kind, quantity))
+    able = [each for each in SOURCES if (each.kind, each.quantity) == (load.kind, quantity)]
+    source = next(each for each in able if load.name in results.names(each.names))
     column = results.names(source.names).index(load.name)
     values = results[source.path][:, column]
-    if load.quantity == "power" and source.rate is not None:
+    if load.quantity == "power" and source.power is not None:
+        values = results[source.power][:, column]
+    elif load.quantity == "power" and source.rate is not None:
         values = values * results[source.rate][:, column]
     return size(values.reshape(len(values), 1, -1))[:, 0]
 

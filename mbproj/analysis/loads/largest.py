@@ -24,7 +24,7 @@ def loads_of(results: Results, over: str | None = None) -> Sequence[Load]:
 def recorded_in(results: Results) -> Recorded:
     """What the loads are computed from."""
     kinds = {source.names for source in SOURCES}
-    units = {f"{kind.removesuffix('s')}_units" for kind in kinds - {"joints"}}
+    units = {source.units_of for source in SOURCES if source.names != "joints"}
     return Recorded(
         {kind: results.names(kind) for kind in kinds | units},
         lambda path, columns: results[path][:, columns],

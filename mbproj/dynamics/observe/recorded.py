@@ -38,6 +38,7 @@ from mbproj.dynamics.equations.kinematics import (
 from mbproj.dynamics.equations.motions import Drive, drive_at
 from mbproj.dynamics.equations.reflected import inertial_reaction
 from mbproj.dynamics.equations.teeth import Teeth, sums_at_start
+from mbproj.dynamics.observe.applied import APPLIED, applied_paths
 from mbproj.dynamics.observe.reactions import reactions
 from mbproj.dynamics.observe.samples import Samples, join, keep_freed_memory
 from mbproj.dynamics.observe.total_energy import account, of_elements, potential, total_energy
@@ -70,10 +71,8 @@ class Observer:
 @final
 class Observation(Mapping[str, npt.NDArray[Any]]):
     """Everything that is recorded at T samples, by the path of its dataset. What overflows, in a run that is lost, is
-    recorded so.
-
-    Within, time is the axis that is innermost in memory: sums over the others are then taken in one order for blocks
-    of any length, and quickly. A single sample has no such axis to NumPy, and is seen twice."""
+    recorded so. Within, time is the axis that is innermost in memory: sums over the others are then taken in one order
+    for blocks of any length, and quickly. A single sample has no such axis to NumPy, and is seen twice."""
 
     def __init__(self, observer: Observer, samples: Samples) -> None:
         self.observer, self.system, self.samples = observer, observer.system, samples
@@ -88,7 +87,7 @@ class Observation(Mapping[str, npt.NDArray[Any]]):
 
     def __iter__(self) -> Iterator[str]:
         yield from QUANTITIES
-        yield from (*self.contact_paths, *self.system.layout.recorded)
+        yield from (*self.contact_paths, *applied_paths(self.system), *self.system.layout.recorded)
         yield from (COUNTERS + name for name in self._seen.counters)
 
     def __len__(self) -> int:
@@ -97,8 +96,8 @@ class Observation(Mapping[str, npt.NDArray[Any]]):
     def _computed(self, path: str) -> npt.NDArray[Any]:
         if path in QUANTITIES:
             return QUANTITIES[path](self)
-        if path in self.contact_paths:
-            return self.contacts[path]
+        if path in (*self.contact_paths, *applied_paths(self.system)):
+            return APPLIED[path](self.instant) if path in APPLIED else self.contacts[path]
         block, seen = self.system.layout.recorded.get(path), self._seen
         return seen.counters[path.removeprefix(COUNTERS)] if block is None else seen.y[:, self.system.layout[block]]
 
@@ -138,8 +137,8 @@ class Observation(Mapping[str, npt.NDArray[Any]]):
 
     @cached_property
     def drive(self) -> Drive:
-        teeth = Teeth(self.observer.sums, self.coordinate) if self.system.couplings.size else None
-        return drive_at(self.system, self._seen.t, teeth)
+        own = self.system
+        return drive_at(own, self._seen.t, Teeth(self.observer.sums, self.coordinate) if own.couplings.size else None)
 
     @cached_property
     def C(self) -> Numbers:
@@ -178,9 +177,9 @@ class Observation(Mapping[str, npt.NDArray[Any]]):
 
     def open_by(self, *, length: bool) -> Numbers:
         """The largest violation of each joint's rows of lengths or of angles, (T, nj)."""
-        joints = self.system.joints
-        rows = np.abs(self.C[:, self.system.bodies :][:, : joints.size])
-        return _largest_by_joint(self.system, np.where(joints.is_length == length, rows, 0.0))
+        own = self.system
+        rows = np.abs(self.C[:, own.bodies :][:, : own.joints.size])
+        return _largest_by_joint(own, np.where(own.joints.is_length == length, rows, 0.0))
 
     def points(self, kind: str) -> tuple[Integers, Array]:
         """The carriers of markers or bodies, and where they are on these."""
@@ -208,8 +207,8 @@ class Observation(Mapping[str, npt.NDArray[Any]]):
     def stored(self) -> Numbers:
         """V of gravity, springs and compliant stops, (T,)."""
         own = potential(self.instant, self.laws)
-        stops = self.system.stops
-        return own if stops is None else own + stored_energy(stops, gaps(stops, self.pose, self._seen.turns))
+        at = self.system.stops
+        return own if at is None else own + stored_energy(at, gaps(at, self.pose, self._seen.turns))
 
     @cached_property
     def work(self) -> tuple[Numbers, Numbers]:

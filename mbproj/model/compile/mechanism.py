@@ -85,6 +85,8 @@ def _without_elements(scene: Scene) -> System:
             coordinate_units=tuple(units),
             forces=(*force_names, *(f"{coordinate_names[at]}.inertia" for at in turning)),
             force_units=(*forces.units, *(units[at] for at in turning)),
+            applied=tuple(forces.program_owners[own[0]] for own in forces.on_bodies.program),
+            applied_units=tuple("rad" if turns else "m" for turns in forces.on_bodies.is_torque),
             motions=motion_names,
             motion_units=tuple(units[at] for at in motions.joint_coordinate),
             stops=stop_names,

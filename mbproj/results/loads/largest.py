@@ -10,7 +10,6 @@ import numpy.typing as npt
 
 from mbproj.arrays import Array, Integers, may_overflow
 from mbproj.dataclass import dataclass
-from mbproj.results.layout import ALL_NAMES
 from mbproj.results.loads.between_samples import in_and_out, integrals, peaks, pieces, size
 
 #: Bytes of a dataset's columns that are looked at together.
@@ -22,28 +21,32 @@ NOTHING = float("nan")
 @dataclass(frozen=True)
 class Source:
     """A load of one kind: of "joint", ..., its quantity, its dataset, that of the rate along which it works, its unit
-    where the coordinate is an angle, and where it is a length."""
+    where the coordinate is an angle, and where it is a length, the kind of names of its columns, and the dataset of
+    its power where there is one."""
 
     kind: str
     quantity: str
     path: str
     rate: str | None
     units: tuple[str, str]
+    names: str
+    power: str | None = None
 
     @property
-    def names(self) -> str:
-        """The kind of names of its columns."""
-        return next(kind for kind, entry in ALL_NAMES.items() if entry.path == f"{self.path.partition('/')[0]}/names")
+    def units_of(self) -> str:
+        """The kind of names that has the units of its columns; of joints there is none."""
+        return "applied_units" if self.names == "applied" else f"{self.names.removesuffix('s')}_units"
 
 
 #: Every load that a run has.
 SOURCES = (
-    Source("joint", "reaction_force", "joints/reaction_force", None, ("N", "N")),
-    Source("joint", "reaction_torque", "joints/reaction_torque", None, ("N m", "N m")),
-    Source("motion", "force", "motions/force", "motions/rate", ("N m", "N")),
-    Source("force", "force", "forces/force", "forces/rate", ("N m", "N")),
-    Source("stop", "force", "stops/force", None, ("N m", "N")),
-    Source("friction", "force", "friction/force", "friction/rate", ("N m", "N")),
+    Source("joint", "reaction_force", "joints/reaction_force", None, ("N", "N"), "joints"),
+    Source("joint", "reaction_torque", "joints/reaction_torque", None, ("N m", "N m"), "joints"),
+    Source("motion", "force", "motions/force", "motions/rate", ("N m", "N"), "motions"),
+    Source("force", "force", "forces/force", "forces/rate", ("N m", "N"), "forces"),
+    Source("force", "force", "forces/applied", None, ("N m", "N"), "applied", "forces/applied_power"),
+    Source("stop", "force", "stops/force", None, ("N m", "N"), "stops"),
+    Source("friction", "force", "friction/force", "friction/rate", ("N m", "N"), "frictions"),
 )
 
 
@@ -126,15 +129,17 @@ def _of_source(recorded: Recorded, source: Source, piece: Integers, cycle: Cycle
         chosen = slice(first, min(first + width, len(names)))
         values = recorded.read(source.path, chosen)
         values = values.reshape(len(values), values.shape[1], -1)
-        units = recorded.names.get(source.names.removesuffix("s") + "_units", ())
+        units = recorded.names.get(source.units_of, ())
         angular = [not units or unit == "rad" for unit in units[chosen] or [""] * (chosen.stop - first)]
         unit = [source.units[0] if turns else source.units[1] for turns in angular]
         found = _rows(recorded.time, values, piece, cycle)
         for name, own, numbers, column in zip(names[chosen], unit, found, range(first, chosen.stop), strict=True):
             sure = marks is None or bool(marks[column].all())
             yield Load(source.kind, name, source.quantity, own, *numbers)._replace(unique=sure)
+        power = None if source.power is None else recorded.read(source.power, chosen)
         if source.rate is not None:
             power = values[..., 0] * recorded.read(source.rate, chosen)
+        if power is not None:
             works = zip(*in_and_out(recorded.time, power, piece), strict=True)
             peaks_of = _rows(recorded.time, power[..., None], piece, cycle)
             for name, numbers, (put_in, out) in zip(names[chosen], peaks_of, works, strict=True):

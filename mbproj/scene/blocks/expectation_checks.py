@@ -60,7 +60,7 @@ def of_forces(forces: Mapping[str, Force], expected: Expected) -> Iterator[Compl
         force = forces[item]
         able = OF_BUSHINGS if isinstance(force, Bushing) else OBSERVABLES["force"]
         if isinstance(force, BodyForce):
-            message = f"force '{item}' is an input, and nothing of it is recorded"
+            message = f"force '{item}' is an input, which a run does not find"
             yield Complaint(("expect", name, "force"), message, "expect an acceleration or a reaction")
         elif quantity not in able:
             what = f"force '{item}' is a bushing and" if isinstance(force, Bushing) else "a force"
