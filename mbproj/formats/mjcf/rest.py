@@ -43,13 +43,21 @@ def _actuators(
         where = coordinates.get(joint_name(compiled, joint, called[int(model.jnt_bodyid[joint])])) if on_joint else None
         shown = f"actuator '{name}'"
         fixed = int(model.actuator_dyntype[number]) == int(mujoco.mjtDyn.mjDYN_NONE)
-        if not affine or not (bias[1] or bias[2]):
+        own = int(model.actuator_biastype[number]) != int(mujoco.mjtBias.mjBIAS_NONE)
+        for word, values in (
+            ("armature", getattr(model, "actuator_armature", None)),
+            ("damping", getattr(model, "actuator_damping", None)),
+        ):
+            if values is not None and np.any(values[number]):
+                mechanism.say(f"{word} of {shown}", place, "left out: give it to the joint", Same.NO)
+        if not own or (affine and not bias[:3].any()):
             mechanism.say(shown, place, "left out: it exerts nothing without a control signal", Same.UNTIL)
         elif not wishes.hold:
             what = "left out: a servo needs a control signal; --hold makes a spring and a damper of it"
             mechanism.say(shown, place, what, Same.NO)
-        elif where is None or not fixed:
-            mechanism.say(shown, place, "left out: it has states, or acts on no coordinate of a joint", Same.NO)
+        elif where is None or not fixed or (not bias[1] and (bias[0] or gain[0] * data.ctrl[number])):
+            what = "left out: it has states, pushes without a spring, or acts on no coordinate of a joint"
+            mechanism.say(shown, place, what, Same.NO)
         else:
             gear = float(model.actuator_gear[number][0])
             stiffness, damping = -float(bias[1]) * gear**2, -float(bias[2]) * gear**2
@@ -168,6 +176,9 @@ def _surroundings(compiled: Compiled, mechanism: Mechanism) -> None:
     for count, what in ((model.nsensor, "sensors"), (model.ncam, "cameras")):
         if count:
             mechanism.say(f"{count} {what}", None, "left out: they have no say in the motion", Same.YES)
+    if model.nflex:
+        what = "left out: a scene has no flexible bodies, and their parts move apart"
+        mechanism.say(f"{model.nflex} flexible bodies", None, what, Same.NO)
     if model.nplugin:
         mechanism.say(f"{model.nplugin} plugins", None, "left out", Same.NO)
 
