@@ -13,10 +13,12 @@ from mbproj.dynamics.equations.kinematics import pose_of
 from mbproj.dynamics.equations.motions import NO_DRIVE
 from mbproj.dynamics.rank.row_policy import RowPolicy
 from mbproj.dynamics.rank.row_set import RowSet
+from mbproj.integrate.formulations.choice import choose
 from mbproj.integrate.formulations.full import FullFormulation
 from mbproj.integrate.loop.march import march
 from mbproj.integrate.outcome.tally import Tally
 from mbproj.scene import read_scene_text
+from tests.kernel.scenes import needs_kernel
 from tests.mechanisms.exact.parallelogram import PARALLELOGRAM
 from tests.support import REDUNDANT, ROOT
 
@@ -127,3 +129,16 @@ def test_recording_has_no_say_in_the_steps(name):
         ends.append(list(march(formulation, state, Tally()))[-1])
     np.testing.assert_array_equal(ends[0].state.q, ends[1].state.q)
     np.testing.assert_array_equal(ends[0].state.v, ends[1].state.v)
+
+
+@needs_kernel
+def test_a_walk_past_speeds_that_overflow_tells_the_rows(recwarn):
+    """A joint 4e11 m away: a push of the walk turns its body so fast that the squares of its speeds overflow."""
+    text = (ROOT / "mechanisms" / "quarter_car.yaml").read_text()
+    far = text.replace("location: [0, 0.4, 0.2175]", "location: [0, 4e11, 0.2175]")
+    assert far != text
+    scene = read_scene_text(far, "scene.yaml", {}, {})
+    system = compile_system(scene)
+    state = assemble(system, initial_guess(scene, system))
+    assert choose(system, state, settings_to_run(scene)).compiled is not None
+    assert not [each for each in recwarn if issubclass(each.category, RuntimeWarning)]

@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from mbproj.arrays import Array
+from mbproj.arrays import Array, may_overflow
 from mbproj.dynamics.assembly.assemble import State
 from mbproj.integrate.formulations.compiled import Compiled
 from mbproj.thresholds import THRESHOLDS
@@ -90,17 +90,30 @@ def _walk(
     t, q, v, rate, seconds = state.t, state.q, state.v, 1.0, 0.0
     for _ in range(length):
         push = v + 0.5 * rate * weights * rng.normal(size=len(v))
-        y = equations.corrected(compiled.state(q + seconds * v, push), t + seconds, left_out)
-        if y is None:
+        found = _corrected(compiled, equations, t + seconds, q + seconds * v, push, left_out)
+        if found is None:
             v = -v
             continue
         t += seconds
-        q, v = compiled.coordinates(y)
+        y, q, v = found
         yield y, t
         rate = float(np.abs(v / weights).max())
         if rate < THRESHOLDS.redundant_open:
             return  # nothing can move
         seconds = THRESHOLDS.walked / rate
+
+
+def _corrected(
+    compiled: Compiled, equations: Any, t: float, q: Array, v: Array, left_out: list[int] | None
+) -> tuple[Array, Array, Array] | None:
+    """The state y nearest to (q, v) that the rows held allow, and its coordinates; None where there is none, or where
+    its numbers are so large that their squares overflow."""
+    with may_overflow():
+        y = equations.corrected(compiled.state(q, v), t, left_out)
+        if y is None:
+            return None
+        q, v = compiled.coordinates(y)
+        return (y, q, v) if np.isfinite(q @ q + v @ v) else None
 
 
 def _stay_closed(compiled: Compiled, state: State, left_out: list[int]) -> bool:
@@ -112,22 +125,19 @@ def _stay_closed(compiled: Compiled, state: State, left_out: list[int]) -> bool:
 def _stays_closed(
     compiled: Compiled, equations: Any, left_out: list[int], state: State, rng: np.random.Generator
 ) -> bool:
-    def corrected(t: float, q: Array, v: Array) -> tuple[Array, Array] | None:
-        """The state nearest to (q, v) that the rows held allow."""
-        y = equations.corrected(compiled.state(q, v), t, left_out)
-        return None if y is None else compiled.coordinates(y)
-
     system = compiled.system
     weights = np.tile([system.length] * 3 + [1.0] * 4, system.bodies)
-    moving = corrected(state.t, state.q, state.v + weights * rng.normal(size=len(weights)))
+    push = state.v + weights * rng.normal(size=len(weights))
+    moving = _corrected(compiled, equations, state.t, state.q, push, left_out)
     if moving is None:
         return False
-    rate = float(np.abs(moving[1] / weights).max())
+    _, q, v = moving
+    rate = float(np.abs(v / weights).max())
     if rate < THRESHOLDS.redundant_open:
         return True  # nothing can move
     seconds = THRESHOLDS.redundant_moved / rate
-    moved = corrected(state.t + seconds, state.q + seconds * moving[1], moving[1])
+    moved = _corrected(compiled, equations, state.t + seconds, q + seconds * v, v, left_out)
     if moved is None:
         return False
-    C = equations.constraint(compiled.state(*moved), state.t + seconds)
+    C = equations.constraint(moved[0], state.t + seconds)
     return bool(np.all(np.abs(C) <= THRESHOLDS.redundant_open * compiled.row_scale))
