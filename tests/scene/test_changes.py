@@ -39,6 +39,15 @@ def test_a_tolerance_takes_the_place_of_the_step():
     assert (settings.step, settings.tolerance) == (None, 1e-8)
 
 
+def test_a_path_leads_to_a_key_with_a_dot():
+    """A coupler names a joint's coordinate where the joint has several: its weight is a value as any other."""
+    joints = "{type: coupler, of: {A: 2, B.angle: 1}}"
+    text = FIVE_BAR.read_text(encoding="utf-8").replace("joints:\n", f"joints:\n  pair: {joints}\n", 1)
+    scene = read_scene_text(text, "scene.yaml", {"joints.pair.of.B.angle": "-3", "joints.pair.of.A": "4"})
+    pair = next(joint for joint in scene.joints if joint.name == "pair")
+    assert list(pair.couples.of.values()) == [4.0, -3.0]
+
+
 def test_changes_are_what_a_scene_that_says_so_itself_has():
     text = FIVE_BAR.read_text(encoding="utf-8")
     by_hand = read_scene_text(text.replace("bar2: {mass: mass", "bar2: {mass: 3 * mass"))

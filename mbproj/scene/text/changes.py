@@ -98,10 +98,22 @@ def _inside(node: Node, keys: tuple[str, ...], depth: int, change: Change) -> No
         items[int(key)] = _inside(items[int(key)], keys, depth + 1, change)
         return replace(node, items=tuple(items))
     mapping = _mapping_at(node, keys[:depth])
+    keys = _with_dots(mapping, keys, depth)
+    key = keys[depth]
     there = mapping.values.get(key)
     if there is None:
         there = _new(mapping, keys, depth, change)
     return _put(mapping, key, _inside(there, keys, depth + 1, change), change.place)
+
+
+def _with_dots(mapping: MappingNode, keys: tuple[str, ...], depth: int) -> tuple[str, ...]:
+    """The path, where keys[depth:] begins with a key of the mapping that has dots itself, as coordinates of couplers."""
+    if keys[depth] not in mapping.values:
+        for end in range(len(keys), depth + 1, -1):
+            key = ".".join(keys[depth:end])
+            if key in mapping.values:
+                return (*keys[:depth], key, *keys[end:])
+    return keys
 
 
 def _mapping_at(node: Node, path: tuple[str, ...]) -> MappingNode:
