@@ -20,6 +20,7 @@ AXES = {
     "nj": ("joints", "joint"),
     "nc": ("coordinates", "coordinate"),
     "nf": ("forces", "force"),
+    "na": ("applied", "applied"),
     "nm": ("motions", "motion"),
     "ns": ("stops", "stop"),
     "nr": ("frictions", "friction"),

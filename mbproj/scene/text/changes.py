@@ -107,7 +107,7 @@ def _inside(node: Node, keys: tuple[str, ...], depth: int, change: Change) -> No
 
 
 def _with_dots(mapping: MappingNode, keys: tuple[str, ...], depth: int) -> tuple[str, ...]:
-    """The path, where keys[depth:] begins with a key of the mapping that has dots itself, as coordinates of couplers."""
+    """The path, where keys[depth:] begins with a key of the mapping that has dots itself, as a coupler's coordinate."""
     if keys[depth] not in mapping.values:
         for end in range(len(keys), depth + 1, -1):
             key = ".".join(keys[depth:end])

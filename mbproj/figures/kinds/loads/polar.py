@@ -11,13 +11,16 @@ from matplotlib.figure import Figure
 from mbproj.analysis.loads.largest import loads_of, recorded_in
 from mbproj.arrays import Array
 from mbproj.figures import panels, shown
-from mbproj.figures.style import WIDTH, line, styled
+from mbproj.figures.style import LABEL_SIZE, WIDTH, line, styled
+from mbproj.figures.words import fitted
 from mbproj.results import Results
 
 #: Where a force is largest.
 DOT = {"marker": "o", "markersize": 4}
 #: Height of the panel of the motions, as a part of that of the polar diagram.
 BELOW = 0.55
+#: Of the label below it, inches.
+ROOM = 0.8 * WIDTH
 
 
 @styled
@@ -30,7 +33,7 @@ def draw(results: Sequence[Results], labels: Sequence[str]) -> Figure:
     names, remark = shown.largest_joints(results, "joints/reaction_force", most)
     motions = shown.all_names(results, "motions")[:most]
     ratios = [1.0, BELOW] if motions else [1.0]
-    figure = Figure(figsize=(WIDTH, 0.85 * WIDTH * sum(ratios)), layout="constrained")
+    figure = Figure(figsize=(WIDTH, 0.65 * WIDTH * sum(ratios)), layout="constrained")
     polar, *below = figure.subplots(len(ratios), 1, height_ratios=ratios, squeeze=False)[:, 0]
     _polar(polar, results, labels, names)
     for axis in below:
@@ -79,7 +82,7 @@ def _over_the_cycle(
             text = f"{name} ({_unit(result, name)})" + ("" if len(results) == 1 else f", {label}")
             at, force = _by_turns(cycle.values, result.motion(name).force, angular=cycle.unit == "rad")
             panels.plot(axis, at, force, text, looks + place + number * len(motions))
-            axis.set_xlabel(f"{cycle.name} ({'°' if cycle.unit == 'rad' else cycle.unit})")
+            axis.set_xlabel(fitted(f"{cycle.name} ({'°' if cycle.unit == 'rad' else cycle.unit})", ROOM, LABEL_SIZE))
     axis.set_ylabel("force or torque of motions")
 
 
