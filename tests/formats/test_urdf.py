@@ -91,3 +91,18 @@ def test_what_is_wrong_is_said_at_its_line(text, tmp_path):
     with pytest.raises(InputError) as caught:
         read_model(path)
     assert caught.value.problems[0].line().replace(f"{tmp_path}/", "").startswith(WRONG[text])
+
+
+def test_what_would_act_on_the_motion_and_is_not_read_is_said_at_its_line(tmp_path):
+    """A coupling of URDF+ and a loop in Gazebo's words would; a motor's transmission and a colour do not."""
+    more = """<coupling name="pair"><predecessor link="a"/></coupling>
+<gazebo><joint name="closing" type="revolute"/></gazebo>
+<gazebo reference="a"><material>Gazebo/Red</material></gazebo>
+<transmission name="drive"><joint name="shoulder"/></transmission>
+</robot>"""
+    text = (DATA / "chain.urdf").read_text(encoding="utf-8").replace("</robot>", more)
+    path = tmp_path / "model.urdf"
+    path.write_text(text, encoding="utf-8")
+    first = text[: text.index("<coupling")].count("\n") + 1
+    said = {row.place.line: row.same.value for row in read_model(path).said if row.place is not None}
+    assert [said[first + after] for after in range(4)] == ["no", "no", "yes", "yes"]

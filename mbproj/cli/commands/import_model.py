@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -9,7 +10,7 @@ import click
 
 from mbproj.cli.explained import Part, explained, option
 from mbproj.cli.study_options import force as force_option
-from mbproj.errors import ExitCode
+from mbproj.errors import ExitCode, InputError, Problem
 
 if TYPE_CHECKING:
     from mbproj.errors import Place
@@ -86,6 +87,8 @@ def command(
     wishes = Wishes(key, read_pose(pose) if pose else {}, hold, contacts, loops)
     mechanism = read_model(model, wishes)
     text = scene_text(mechanism, __version__)
+    for problem in _refused(text, str(output or "scene.yaml")):
+        mechanism.say("the scene itself", problem.place, f"check refuses it: {problem.message}", Same.NO)
     if output is None:
         click.echo(text, nl=False)
     else:
@@ -100,6 +103,18 @@ def command(
             click.echo(written)
     if strict and any(row.same is Same.NO for row in mechanism.said):
         context.exit(int(ExitCode.CHECK_FAILED))
+
+
+def _refused(text: str, name: str) -> Sequence[Problem]:
+    """Why the scene cannot run, if so: a model may couple joints by ratios that no number of turns brings back."""
+    from mbproj.model import compile_system
+    from mbproj.scene import read_scene_text
+
+    try:
+        compile_system(read_scene_text(text, name))
+    except InputError as error:
+        return error.problems
+    return ()
 
 
 def _table(said: list[Said]) -> list[str]:

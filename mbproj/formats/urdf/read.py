@@ -21,6 +21,10 @@ from mbproj.scene.text.suggestions import choose_from
 GRAVITY = np.array([0.0, 0.0, -9.81])
 #: A limit of so many turns or metres, and more, is none.
 NO_LIMIT = 1e5
+#: What is read of a model, and tags of elements that would act on its motion: a coupling of URDF+; loops, springs and
+#: plug-ins of Gazebo.
+READ = ("link", "joint", "material", "loop_joint", "loop")
+MOVING = ("coupling", "joint", "gearbox", "plugin", "springReference", "springStiffness")
 
 
 def read_urdf(root: Element, path: Path, wishes: Wishes) -> Mechanism:
@@ -147,8 +151,13 @@ def _say_rest(mechanism: Mechanism, root: Element, model: Urdf) -> None:
     touching = sum(len(link.element.all("collision")) for link in model.links.values())
     if touching:
         mechanism.say(f"{touching} collision shapes", None, "left out: shapes pass through each other", Same.UNTIL)
-    known = ("link", "joint", "material", "loop_joint", "loop", "coupling")
-    for tag in dict.fromkeys(element.tag for element in root.children if element.tag not in known):
-        first = root.first(tag)
-        assert first is not None
-        mechanism.say(f"<{tag}>", first.place, "left out: it has no say in the motion", Same.YES)
+    for element in root.children:
+        if element.tag in READ:
+            continue
+        if element.tag == "transmission":
+            mechanism.say("<transmission>", element.place, "left out: it is a motor's", Same.YES)
+        elif any(each.tag in MOVING for each in element.walk()):
+            what = "left out: it is not read, and may act on the motion"
+            mechanism.say(f"<{element.tag}>", element.place, what, Same.NO)
+        else:
+            mechanism.say(f"<{element.tag}>", element.place, "left out: it has no say in the motion", Same.YES)
