@@ -22,16 +22,14 @@ from mbproj.integrate.stops.variants import Variants
 from mbproj.integrate.stops.watching import Meaning
 from mbproj.model.contacts import Contacts, at_walls, walls
 from mbproj.model.system import System
-from mbproj.registry import implicit_integrators
-from mbproj.scene.records import Settings
 from mbproj.thresholds import THRESHOLDS
 
 
-def meets_inside(choice: Choice, system: System, settings: Settings) -> bool:
+def meets_inside(choice: Choice, system: System) -> bool:
     """Whether the kernel's loop itself does what happens at stops and frictions: rigid stops without friction, with
-    Newton's law, and friction at joints, in explicit steps, where every motion has inertia."""
+    Newton's law, and friction at joints, where every motion has inertia."""
     stops, frictions = system.stops, system.frictions
-    if choice.compiled is None or settings.integrator in implicit_integrators():
+    if choice.compiled is None:
         return False
     if stops is not None and not (stops.impact_law == "newton" and stops.is_rigid.all()):
         return False

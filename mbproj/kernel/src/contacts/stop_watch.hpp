@@ -68,8 +68,9 @@ public:
              const std::vector<double>& lambda) {
         parts_.clear();
         look(pose, motion, turns, now_);
-        if (below(before_, now_, step.h, 0.0, 1.0) || gives_way(pose, lambda)) return true;
-        return closes_inside(step, turns, before_, now_, 0.0, 1.0, model_.thresholds.most_halves);
+        const bool found = below(before_, now_, step.h, 0.0, 1.0) || gives_way(pose, lambda);
+        if (found && is_below(now_)) return true;
+        return closes_inside(step, turns, before_, now_, 0.0, 1.0, model_.thresholds.most_halves) || found;
     }
     // The next step begins at the end of the one that was looked at last.
     void pass() { before_.swap(now_); }
@@ -99,17 +100,14 @@ public:
     const std::vector<WatchedGap>& gaps() const { return gaps_; }
     const std::vector<WatchedRow>& rows() const { return rows_; }
 
-    // Whether a force is beyond its bound within a step from t.
-    bool gives_way_inside(EquationsOfMotion<D>& equations, double t, const CubicStep& step) {
+    // Whether a force is beyond its bound within a step of size h: at a part of it, solve(part, λ) takes the multipliers there.
+    template <class Solve> bool gives_way_inside(double h, const Pose<D>& pose, const Solve& solve) {
         if (rows_.empty()) return false;
-        const int looks = std::max(1, static_cast<int>(std::min(std::ceil(step.h / spacing_), 1e6)) - 1);
-        Eigen::VectorXd rate(inside_.size());
+        const int looks = std::max(1, static_cast<int>(std::min(std::ceil(h / spacing_), 1e6)) - 1);
         std::vector<double> lambda(model_.all_multipliers());
         for (int look = 1; look <= looks; ++look) {
             const double x = look / (looks + 1.0);
-            step.at(x, inside_);
-            if (equations.derivative(t + x * step.h, inside_.data(), rate.data(), lambda.data()) &&
-                gives_way(equations.pose(), lambda))
+            if (solve(x, lambda) && gives_way(pose, lambda))
                 return parts_.insert(std::upper_bound(parts_.begin(), parts_.end(), x), x), true;
         }
         return false;
@@ -120,6 +118,11 @@ private:
     void only_rates(std::vector<Look>& found) const {
         for (std::size_t k = 0; k < gaps_.size(); ++k)
             if (gaps_[k].of_rate) found[k] = {found[k].rate, std::numeric_limits<double>::quiet_NaN()};
+    }
+    bool is_below(const std::vector<Look>& at) const {
+        for (std::size_t k = 0; k < gaps_.size(); ++k)
+            if ((gaps_[k].of_rate ? at[k].rate : at[k].value) < -gaps_[k].slack) return true;
+        return false;
     }
     bool gives_way(const Pose<D>& pose, const std::vector<double>& lambda) const {
         return std::any_of(rows_.begin(), rows_.end(),

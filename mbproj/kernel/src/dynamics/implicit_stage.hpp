@@ -15,7 +15,7 @@ public:
 
     explicit ImplicitStage(EquationsOfMotion<D>& equations)
         : equations_(equations), model_(equations.model()), shift_(model_.size() + 1, Point<D>::Zero()),
-          turn_(model_.size() + 1, Turn<D>::Zero()), none_(model_.all_rows(), 0.0), crossing_(equations) {}
+          turn_(model_.size() + 1, Turn<D>::Zero()), crossing_(equations) {}
 
     // Whether Newton's matrix is more than that of the masses.
     bool is_stiff() const { return !model_.stiff.empty(); }
@@ -112,13 +112,15 @@ private:
                 const Deflection<D> bent(bushing, pose);
                 bent.pull(-g * (bushing.stiffness * rate(bent)), applied.force, applied.torque);
             });
-        for (int b = 0; b < model_.size(); ++b) {
-            const Part<D> error(e, b);
-            const Turn<D> momentum = model_.bodies[b].inertia * error.omega();
-            solver.set_force(b, applied.force[b] + model_.bodies[b].mass * error.velocity(),
-                             applied.torque[b] + to_global(pose[b].rotation, momentum));
-        }
-        if (!solver.solve(none_.data())) return false;
+        const auto set_momentum = [&] {
+            for (int b = 0; b < model_.size(); ++b) {
+                const Part<D> error(e, b);
+                const Turn<D> momentum = model_.bodies[b].inertia * error.omega();
+                solver.set_force(b, applied.force[b] + model_.bodies[b].mass * error.velocity(),
+                                 applied.torque[b] + to_global(pose[b].rotation, momentum));
+            }
+        };
+        if (!equations_.respond(set_momentum)) return false;
         for (int b = 0; b < model_.size(); ++b) {
             WritablePart<D> error(e, b);
             error.velocity() = solver.shift(b);
@@ -171,7 +173,6 @@ private:
     const Model<D>& model_;
     std::vector<Point<D>> shift_;  // of all bodies, the ground's last, global axes
     std::vector<Turn<D>> turn_;
-    const std::vector<double> none_;
     StageCrossing<D> crossing_;
 };
 

@@ -155,8 +155,10 @@ private:
             applied.add(*model_.loads, pull.law, equations_.pose(), 1.0);
         else
             applied.add(*pull.force, pull.component, equations_.pose());
-        for (int b = 0; b < model_.size(); ++b) solver.set_force(b, applied.force[b], applied.torque[b]);
-        if (!solver.solve(none_.data(), multipliers)) return false;
+        const auto set = [&] {
+            for (int b = 0; b < model_.size(); ++b) solver.set_force(b, applied.force[b], applied.torque[b]);
+        };
+        if (!equations_.respond(set, multipliers)) return false;
         for (int b = 0; b < model_.size(); ++b) {
             shift_[b] = solver.shift(b);
             turn_[b] = solver.turn(b);

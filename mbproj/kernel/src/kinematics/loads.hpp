@@ -92,7 +92,7 @@ template <int D> struct Applied {
         if (by_channels) std::fill_n(by_channels, channels.size(), 0.0);
         if (law.program < 0) return found;
         const Seen now(loads, law, Coordinate<D>(loads.coordinates, l, pose), pose, motion, channels);
-        const double load = load_of(law) * now.part;
+        const double load = load_of(law) * now.part * (part.empty() ? 1.0 : part[l]);
         const Series* variables = channels.variables(now.at, now.speed);
         found.value = now.at;
         found.rate = now.rate;

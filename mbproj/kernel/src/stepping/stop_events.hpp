@@ -15,7 +15,7 @@ public:
     StopEvents(const Steps& steps, Standing& now, EquationsOfMotion<D>& equations, Stepper<D>& stepper,
                StepEnd<D>& step_end, Schedule& schedule, StepTrial<D>& trial)
         : steps_(steps), now_(now), equations_(equations), stepper_(stepper), step_end_(step_end), schedule_(schedule),
-          trial_(trial), watch_(equations.model()), policy_(equations), slope_(now.y),
+          trial_(trial), watch_(equations.model()), policy_(equations), slope_(now.y), inside_(now.y),
           lambda_(equations.model().all_multipliers()) {}
 
     StopWatch<D>& watch() { return watch_; }
@@ -48,8 +48,10 @@ public:
                                             const std::vector<double>& lambda) {
         const CubicStep step{now_.to.h, now_.y, stepper_.first(), now_.y_new, slope};
         const bool at_end = watch_.met(step, equations_.pose(), equations_.motion(), turns, lambda);
-        if (!watch_.gives_way_inside(equations_, now_.t, step) && !at_end) return watch_.pass(), false;
+        const auto solve = [&](double x, std::vector<double>& found) { return solve_inside(step, x, found); };
+        if (!watch_.gives_way_inside(now_.to.h, equations_.pose(), solve) && !at_end) return watch_.pass(), false;
         if (!inside()) return true;
+        lambda_ = lambda;
         return last_known_ = margins(now_.to.t, now_.y_new, turns, last_), true;
     }
 
@@ -129,11 +131,25 @@ private:
         Peaks peaks;
         if (step_end_.close(now_.t, now_.y, now_.to.t, now_.y_new, there, nullptr, counters, peaks).stops())
             return false;
+        if (stepper_.carries_slope()) stepper_.arrive(now_.y_new, slope_, lambda_.data());
         return margins(now_.to.t, now_.y_new, there.turns, found);
     }
 
+    // The multipliers within the step that was made. Stiff forces are those of its extension: of a state beside that they are
+    // far off.
+    bool solve_inside(const CubicStep& step, double x, std::vector<double>& lambda) {
+        const double t = now_.t + x * step.h;
+        if (stepper_.carries_slope()) {
+            stepper_.at(now_.y, step.h, x, inside_);
+            return stepper_.inside(t, step.h, x, inside_, slope_, lambda.data());
+        }
+        step.at(x, inside_);
+        return equations_.derivative(t, inside_.data(), slope_.data(), lambda.data());
+    }
+
+    // Of forces of a step whose slope is carried along, those are known that its last stage has.
     bool margins(double t, const Vector& y, const std::vector<long>& turns, MeetingSearch::Margins& found) {
-        if (watch_.rows().empty()) {
+        if (watch_.rows().empty() || stepper_.carries_slope()) {
             equations_.set_pose(t, y.data());
             equations_.set_velocities(y.data(), false);
         } else if (!equations_.derivative(t, y.data(), slope_.data(), lambda_.data())) {
@@ -152,7 +168,7 @@ private:
     StepTrial<D>& trial_;
     StopWatch<D> watch_;
     ContactPolicy<D> policy_;
-    Vector slope_;
+    Vector slope_, inside_;
     std::vector<double> lambda_;
     MeetingSearch::Margins last_;
     double spacing_ = 1.0;

@@ -176,6 +176,7 @@ private:
     [[gnu::noinline, gnu::cold]] bool
     meet_stop() {  // what happens there; velocities may jump, and with them branches of forces
         bool met = true;
+        if (!stepper_.before_jump(now_.t, now_.y)) return stop_at(now_.t), false;
         const bool goes_on = jump([&] { met = stops_.meet(counted_.turns); });
         if (!met) stop({Status::halted, now_.t});
         if (!met || !goes_on) return false;
