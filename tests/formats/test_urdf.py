@@ -99,10 +99,12 @@ def test_what_would_act_on_the_motion_and_is_not_read_is_said_at_its_line(tmp_pa
 <gazebo><joint name="closing" type="revolute"/></gazebo>
 <gazebo reference="a"><material>Gazebo/Red</material></gazebo>
 <transmission name="drive"><joint name="shoulder"/></transmission>
+<gazebo reference="a"><gravity>0</gravity></gazebo>
+<transmission name="heavy"><actuator name="m"><motorInertia>1</motorInertia></actuator></transmission>
 </robot>"""
     text = (DATA / "chain.urdf").read_text(encoding="utf-8").replace("</robot>", more)
     path = tmp_path / "model.urdf"
     path.write_text(text, encoding="utf-8")
     first = text[: text.index("<coupling")].count("\n") + 1
     said = {row.place.line: row.same.value for row in read_model(path).said if row.place is not None}
-    assert [said[first + after] for after in range(4)] == ["no", "no", "yes", "yes"]
+    assert [said[first + after] for after in range(6)] == ["no", "no", "yes", "yes", "no", "no"]

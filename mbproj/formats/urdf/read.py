@@ -22,9 +22,12 @@ GRAVITY = np.array([0.0, 0.0, -9.81])
 #: A limit of so many turns or metres, and more, is none.
 NO_LIMIT = 1e5
 #: What is read of a model, and tags of elements that would act on its motion: a coupling of URDF+; loops, springs and
-#: plug-ins of Gazebo.
+#: plug-ins of Gazebo, and bodies that its gravity does not move.
 READ = ("link", "joint", "material", "loop_joint", "loop")
-MOVING = ("coupling", "joint", "gearbox", "plugin", "springReference", "springStiffness")
+MOVING = (
+    *("coupling", "joint", "gearbox", "plugin", "springReference", "springStiffness"),
+    *("gravity", "turnGravityOff", "kinematic", "stopKp", "stopKd", "stopCfm", "stopErp"),
+)
 
 
 def read_urdf(root: Element, path: Path, wishes: Wishes) -> Mechanism:
@@ -154,9 +157,10 @@ def _say_rest(mechanism: Mechanism, root: Element, model: Urdf) -> None:
     for element in root.children:
         if element.tag in READ:
             continue
-        if element.tag == "transmission":
+        inertia = any(each.tag == "motorInertia" for each in element.walk())
+        if element.tag == "transmission" and not inertia:
             mechanism.say("<transmission>", element.place, "left out: it is a motor's", Same.YES)
-        elif any(each.tag in MOVING for each in element.walk()):
+        elif inertia or any(each.tag in MOVING for each in element.walk()):
             what = "left out: it is not read, and may act on the motion"
             mechanism.say(f"<{element.tag}>", element.place, what, Same.NO)
         else:
