@@ -164,8 +164,27 @@ public:
         for (int b = 0; b < model_.size(); ++b) solver.set_force(b, force_[b], torque_[b]);
         return solver.solve(c ? c : none_.data());
     }
+    // Solves for the accelerations that forces on the bodies alone make while the rows hold, by the factor at hand; `set` gives
+    // the forces to the solver. Multipliers on request. False where they are not unique.
+    template <class Set>
+    bool answer(const Pose<D>& pose, KktSolver<D>& solver, const Set& set, double* multipliers = nullptr) {
+        set();
+        if (!solver.solve(none_.data(), multipliers)) return false;
+        return !any() || answer_closed(pose, solver, set, multipliers);
+    }
 
 private:
+    // The same with what the rows bear.
+    template <class Set> [[gnu::noinline, gnu::cold]] bool answer_closed(const Pose<D>& pose, KktSolver<D>& solver,
+                                                                         const Set& set, double* multipliers) {
+        if (!factor(pose, solver)) return false;
+        set();
+        if (!solver.solve(none_.data())) return false;
+        settle(solver, nullptr);
+        set();
+        pull(solver);
+        return solver.solve(none_.data(), multipliers);
+    }
     // Forces and moments Nᵀ z on the bodies, about their centres of mass.
     void set_forces(const Vector& z) {
         for (auto& f : force_) f.setZero();

@@ -24,8 +24,7 @@ public:
         : model_(model), projection_(projection), pose_(model), motion_(model), solver_(model, projection.penalty()),
           policy_(model, solver_), gamma_(model.all_rows()), C_(model.all_rows()), C_dot_(model.all_rows()),
           lambda_(model.all_multipliers()), drive_(model), applied_(model), bearings_(model), contacts_(model),
-          couplings_(model), expected_(model.layout.followed.size), channels_(model), states_(model),
-          none_(model.all_rows(), 0.0) {}
+          couplings_(model), expected_(model.layout.followed.size), channels_(model), states_(model) {}
 
     // Of y.
     const Layout& layout() const { return model_.layout; }
@@ -80,14 +79,6 @@ public:
         if (contacts_.acts()) contacts_.tell(applied_, lambda_.data() + model_.all_rows());
         if (lambda) std::copy(lambda_.begin(), lambda_.end(), lambda);
         return true;
-    }
-
-    // What forces on the bodies alone make of the accelerations, by the factor at hand, while contacts hold; `set` gives them to
-    // the solver. Multipliers on request. False where it is not unique.
-    template <class Set> bool respond(const Set& set, double* multipliers = nullptr) {
-        set();
-        if (!solver_.solve(none_.data(), multipliers)) return false;
-        return !contacts_.any() || respond_closed(set, multipliers);
     }
 
     // The work in the last slope at another state, with that slope's multipliers; for scenes with loads.
@@ -269,17 +260,6 @@ private:
         return true;
     }
 
-    // The same with what contacts bear.
-    template <class Set> [[gnu::noinline, gnu::cold]] bool respond_closed(const Set& set, double* multipliers) {
-        if (!contacts_.factor(pose_, solver_)) return false;
-        set();
-        if (!solver_.solve(none_.data())) return false;
-        contacts_.settle(solver_, nullptr);
-        set();
-        contacts_.pull(solver_);
-        return solver_.solve(none_.data(), multipliers);
-    }
-
     bool broken(const double* y) {
         broken_ = true;
         broken_state_.assign(y, y + layout().size());
@@ -309,7 +289,6 @@ private:
     std::vector<double> expected_;  // the joints' coordinates as they are followed, to less than half a turn
     Channels<D> channels_;
     StateRates<D> states_;
-    const std::vector<double> none_;  // no right-hand sides
     std::vector<double> broken_state_;
     double t_ = std::numeric_limits<double>::quiet_NaN();
     bool factored_ = false, held_ = false, broken_ = false;
