@@ -43,6 +43,21 @@ class Folder(click.Path):
         return [CompletionItem(incomplete, type="dir")]
 
 
+class Words(click.types.StringParamType):
+    """A word of a registry, which is asked only where its words are shown: to look for those of plug-ins takes time."""
+
+    def __init__(self, words: Collection[str]) -> None:
+        self._words = words
+
+    def get_metavar(self, param: click.Parameter, ctx: click.Context | None = None) -> str:
+        """The words, as help shows what an option takes."""
+        return "|".join(self._words)
+
+    def shell_complete(self, ctx: click.Context, param: click.Parameter, incomplete: str) -> list[CompletionItem]:
+        """Those that begin so."""
+        return [CompletionItem(word) for word in self._words if word.startswith(incomplete)]
+
+
 def scene_file(**attributes: Any) -> File:
     """The type of an argument SCENE."""
     return File(".yaml", ".yml", **attributes)

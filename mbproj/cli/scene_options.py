@@ -10,7 +10,7 @@ from typing import Any, TypeVar
 
 import click
 
-from mbproj.cli.completion import one_of, scene_file
+from mbproj.cli.completion import Words, scene_file
 from mbproj.cli.explained import Part, option
 from mbproj.errors import InputError, Place, Problem
 from mbproj.registry import (
@@ -25,18 +25,16 @@ from mbproj.registry import (
 
 Command = TypeVar("Command", bound=Callable[..., Any])
 
-
-def _any(words: Collection[str]) -> str:
-    return "|".join(words)
-
-
-#: What an option decides, its name, what it takes, its help. The parameter's name is the key that the reader knows.
-_OPTIONS: tuple[tuple[Part, str, str, str], ...] = (
+#: What a flag of a scene takes.
+BOOL = ("true", "false")
+#: What an option decides, its name, what it takes or the words that it takes, its help. The parameter's name is the key
+#: that the reader knows.
+_OPTIONS: tuple[tuple[Part, str, str | Collection[str], str], ...] = (
     (Part.WHAT, "--duration", "TIME", "How long to simulate."),
     (
         Part.INTEGRATION,
         "--integrator",
-        _any(integrator_choices()),
+        integrator_choices(),
         "Runge-Kutta method; esdirk4 and radau5 are implicit, for stiff scenes; auto: as the run asks for.",
     ),
     (Part.INTEGRATION, "--step", "TIME", "Fixed step of the integrator; or give --tolerance."),
@@ -49,27 +47,27 @@ _OPTIONS: tuple[tuple[Part, str, str, str], ...] = (
     (
         Part.INTEGRATION,
         "--formulation",
-        _any(FORMULATIONS),
+        FORMULATIONS,
         "Coordinates to compute in; auto takes the fewest that fit.",
     ),
-    (Part.INTEGRATION, "--acceleration", _any(ACCELERATIONS), "Solve Eq. 14, or Eqs. 80-81 without multipliers."),
-    (Part.INTEGRATION, "--impact-law", _any(IMPACT_LAWS), "What the restitution of rigid stops is of."),
-    (Part.PROJECTION, "--projection", _any(PROJECTIONS), "How the constraints are enforced."),
+    (Part.INTEGRATION, "--acceleration", ACCELERATIONS, "Solve Eq. 14, or Eqs. 80-81 without multipliers."),
+    (Part.INTEGRATION, "--impact-law", IMPACT_LAWS, "What the restitution of rigid stops is of."),
+    (Part.PROJECTION, "--projection", PROJECTIONS, "How the constraints are enforced."),
     (Part.PROJECTION, "--projection-tolerance", "NUMBER", "Largest violation at which a position counts as closed."),
     (
         Part.PROJECTION,
         "--projection-test",
-        _any(STOP_TESTS),
+        STOP_TESTS,
         "What the projection tolerance limits: the violation, or the paper's norm.",
     ),
     (Part.PROJECTION, "--every", "K", "Project after every K-th step only."),
     (Part.PROJECTION, "--threshold", "NUMBER", "Project only when the violation exceeds this."),
-    (Part.PROJECTION, "--project-position", "BOOL", "Whether positions are projected."),
-    (Part.PROJECTION, "--project-velocity", "BOOL", "Whether velocities are projected."),
+    (Part.PROJECTION, "--project-position", BOOL, "Whether positions are projected."),
+    (Part.PROJECTION, "--project-velocity", BOOL, "Whether velocities are projected."),
     (
         Part.PROJECTION,
         "--projection-fallback",
-        _any(FALLBACKS),
+        FALLBACKS,
         "Method to try when a position projection does not converge.",
     ),
     (Part.PROJECTION, "--max-iterations", "N", "Largest number of iterations of one projection."),
@@ -93,11 +91,11 @@ def scene_options_without(*left_out: str) -> Callable[[Command], Command]:
     """The same without some of the options."""
 
     def add(command: Command) -> Command:
-        for part, name, metavar, text in reversed(_OPTIONS):
+        for part, name, takes, text in reversed(_OPTIONS):
             if name not in left_out:
-                words = one_of(_words(metavar))
                 names = (name, *ALSO.get(name, ()), name.removeprefix("--").replace("-", "_"))
-                command = option(part, *names, metavar=metavar, help=text, shell_complete=words)(command)
+                given = {"metavar": takes} if isinstance(takes, str) else {"type": Words(takes)}
+                command = option(part, *names, help=text, **given)(command)
         command = option(
             Part.WHAT,
             "--set",
@@ -109,11 +107,6 @@ def scene_options_without(*left_out: str) -> Callable[[Command], Command]:
         return click.argument("scene", type=scene_file())(command)
 
     return add
-
-
-def _words(metavar: str) -> Callable[[], Collection[str]]:
-    """The words that an option may take, for a shell to offer; none where it takes a number."""
-    return lambda: ("true", "false") if metavar == "BOOL" else metavar.split("|") if "|" in metavar else ()
 
 
 def overrides(options: Mapping[str, Any]) -> dict[str, str]:
