@@ -78,6 +78,7 @@ MAY_IMPORT = {
         "analysis",
         "linear",
         "studies",
+        "calls",
         "pages",
         "figures",
         "templates",
@@ -113,7 +114,7 @@ FOLDERS = {
     "linear": ("equilibrium", "state_space"),
     "pages": ("look", "data", "page"),
     "figures": ("pages", "kinds", "sweeps"),
-    "cli": ("report", "simulate", "loads", "studies", "linear", "commands"),
+    "cli": ("report", "simulate", "studies", "linear", "commands"),
 }
 #: The kernel's folders: a header includes only headers of its own folder and of those that stand before it.
 KERNEL_FOLDERS = (

@@ -16,7 +16,7 @@ from mbproj.analysis.reactions import shared_at_contacts
 from mbproj.arrays import Array
 from mbproj.dataclass import dataclass
 from mbproj.results import DATASETS, Results, Trust
-from mbproj.results.loads.largest import Load
+from mbproj.results.loads.largest import SOURCES, Load
 
 #: Rows that are lists in memory at one time.
 AT_ONCE = 1000
@@ -53,26 +53,24 @@ def tables(results: Results) -> Iterator[Table]:
             open_ = _not_unique(results, column, name) if kind == "joints" else ()
             yield _table(results, f"{group}-{name}", quantities, open_)
     along = (
-        ("force_units", "nf", "force"),
-        ("applied_units", "na", "applied"),
-        ("motion_units", "nm", "motion"),
-        ("stop_units", "ns", "stop"),
-        ("friction_units", "nr", "friction"),
-        ("state_units", "nx", "state"),
+        ("forces", "force_units", "nf", "force"),
+        ("applied", "applied_units", "na", "force"),
+        ("motions", "motion_units", "nm", "motion"),
+        ("stops", "stop_units", "ns", "stop"),
+        ("frictions", "friction_units", "nr", "friction"),
+        ("states", "state_units", "nx", "state"),
     )
-    for kind, symbol, group in along:
+    for kind, units, symbol, group in along:
         columns_of = [dataset for dataset in results.datasets if dataset.symbol == symbol]
-        for column, unit in enumerate(results.names(kind)):
+        for column, (name, unit) in enumerate(zip(results.names(kind), results.names(units), strict=True)):
             parts = [(dataset.path, own_unit(dataset.unit, unit)) for dataset in columns_of]
             quantities = [(path.partition("/")[2], unit, path, column) for path, unit in parts]
-            name = results.names("applied" if group == "applied" else f"{group}s")[column]
             shares = f"{group} '{name}'" in shared_at_contacts(results)
-            shown = "force" if group == "applied" else group
-            yield _table(results, f"{shown}-{name}", quantities, ("force",) if shares else ())
+            yield _table(results, f"{group}-{name}", quantities, ("force",) if shares else ())
     diagnostics = [entry for entry in DATASETS if entry.path.startswith("diagnostics/")]
     quantities = [(entry.path.partition("/")[2], entry.unit, entry.path, None) for entry in diagnostics]
     yield _table(results, "diagnostics", quantities)
-    if len(results.time) and any(map(results.names, ("joints", "forces", "motions"))):
+    if len(results.time) and any(results.names(source.names) for source in SOURCES):
         yield Table("loads", tuple(map(_heading, Load._fields)), partial(_loads, results))
     if results.events:
         yield _events(results)

@@ -8,22 +8,26 @@ import weakref
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from time import perf_counter
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from mbproj.calls.given import Given, by_arguments, scene_of
-from mbproj.dynamics import unique_components
+from mbproj.dynamics import State, unique_components
 from mbproj.errors import InputError, Place, Problem
-from mbproj.integrate import simulate
+from mbproj.integrate import Report, simulate
 from mbproj.integrate.outcome.report import summary
 from mbproj.integrate.simulate import Progress
 from mbproj.linear.equilibrium.started import start_state
-from mbproj.model import compile_system
+from mbproj.model import System, compile_system
 from mbproj.registry import EQUILIBRIUM
 from mbproj.results import Results, ResultsWriter, open_own_results
 from mbproj.scene.blocks.simulation import OPTIONS
 from mbproj.scene.problem_places import placed_in
 from mbproj.scene.records import Scene
 from mbproj.scene.settings import settings_to_run
+
+if TYPE_CHECKING:
+    from mbproj.results import Trust
+    from mbproj.studies.parallel.progress import Tell
 
 _NOTHING: Mapping[str, object] = {}
 
@@ -91,32 +95,44 @@ def run(
 
 
 def _limits(limits: Sequence[float]) -> tuple[float, ...]:
-    """The limits to certify for, increasing, m."""
-    from mbproj.studies.certify.horizon import LIMITS
+    """The limits to certify for, m."""
+    from mbproj.studies.certify.horizon import limits_of
 
-    return tuple(sorted({float(limit) for limit in limits})) or LIMITS
+    return limits_of(limits)
 
 
-def _recorded(scene: Scene, path: Path, limits: tuple[float, ...] | None, progress: Progress | None) -> Results:
+def _recorded(scene: Scene, path: Path, limits: Sequence[float] | None, progress: Progress | None) -> Results:
     """The run in a file at `path`, opened."""
-    started, settings, system = perf_counter(), settings_to_run(scene), compile_system(scene)
+    started, system = perf_counter(), compile_system(scene)
     with placed_in(scene):
         state = start_state(scene, system)
         unique = unique_components(system, state)
-        names = system.names.as_mapping()
-        with ResultsWriter(path, scene, names, unique, certified=limits) as recorder:
-            if limits is None:
-                report = simulate(system, state, settings, recorder, progress, keep=recorder.keep)
-            else:
-                from mbproj.studies.certify.certified import simulate_certified
-                from mbproj.studies.measure.mechanism import Mechanism
-
-                mechanism = Mechanism(scene, system, state)
-                report, _ = simulate_certified(
-                    mechanism, settings, recorder, progress, limits=limits, keep=recorder.keep
-                )
-            numbers: dict[str, Any] = summary(
-                str(scene.path or "scene"), str(path), report, total_seconds=perf_counter() - started
-            )
-            recorder.attributes(numbers)
+        with ResultsWriter(path, scene, system.names.as_mapping(), unique, certified=limits) as recorder:
+            report, _ = record(scene, system, state, recorder, progress, limits)
+            seconds = perf_counter() - started
+            recorder.attributes(summary(str(scene.path or "scene"), str(path), report, total_seconds=seconds))
     return open_own_results(path)
+
+
+def record(
+    scene: Scene,
+    system: System,
+    state: State,
+    recorder: ResultsWriter,
+    progress: Progress | None,
+    limits: Sequence[float] | None,
+    *,
+    tell: Tell | None = None,
+    resumed: Mapping[str, Any] = _NOTHING,
+) -> tuple[Report, Trust | None]:
+    """Simulates a scene from a state, or goes on from where a run was `resumed`, into a results file; with its
+    certificate for these limits in m, if any, on which `tell` says how far it is."""
+    settings = settings_to_run(scene)
+    if limits is None:
+        return simulate(system, state, settings, recorder, progress, keep=recorder.keep, resumed=resumed), None
+    from mbproj.studies.certify.certified import simulate_certified
+    from mbproj.studies.measure.mechanism import Mechanism
+    from mbproj.studies.parallel.progress import silent
+
+    mechanism = Mechanism(scene, system, state)
+    return simulate_certified(mechanism, settings, recorder, progress, limits, tell or silent, recorder.keep)

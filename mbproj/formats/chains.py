@@ -15,7 +15,7 @@ import numpy as np
 from mbproj.arrays import Array
 from mbproj.dataclass import dataclass
 from mbproj.errors import Place
-from mbproj.formats.mechanism import Mechanism, Part, Quantity
+from mbproj.formats.mechanism import Mechanism, Names, Part, Quantity
 
 #: Axes that are parallel or normal to each other up to this, rad, and lines that meet up to this part of a metre.
 EXACT = 1e-9
@@ -180,6 +180,4 @@ def _forces(mechanism: Mechanism, joint: str, single: Single, which: dict[str, s
 
 def free_name(mechanism: Mechanism, wanted: str) -> str:
     """A name for a force that no other has."""
-    from mbproj.formats.mechanism import Names
-
     return Names(frozenset(mechanism.forces)).own(wanted)

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import math
-
 import numpy as np
 
 from mbproj.arrays import Array
 from mbproj.dataclass import dataclass
 from mbproj.errors import InputError, Place, Problem
+from mbproj.scene.fields.rotations import from_axis_angle, from_euler, to_matrix
 
 
 @dataclass(frozen=True, eq=False)
@@ -22,50 +21,23 @@ class Pose:
         """A pose that is given in this frame, in the frame that this one is given in."""
         return Pose(self.position + self.rotation @ inner.position, self.rotation @ inner.rotation)
 
-    def inverse(self) -> Pose:
-        """The outer frame as this one sees it."""
-        return Pose(-self.rotation.T @ self.position, self.rotation.T)
-
 
 IDENTITY = Pose(np.zeros(3), np.eye(3))
 
 
 def from_rpy(roll: float, pitch: float, yaw: float) -> Array:
-    """URDF's and SDF's fixed axes: a roll about x, then a pitch about y, then a yaw about z."""
-    return (
-        turn(np.array([0.0, 0.0, 1.0]), yaw)
-        @ turn(np.array([0.0, 1.0, 0.0]), pitch)
-        @ turn(np.array([1.0, 0.0, 0.0]), roll)
-    )
-
-
-def to_rpy(rotation: Array) -> Array:
-    """Roll, pitch and yaw of a matrix, with a roll of zero where the pitch is a right angle."""
-    sine = -rotation[2, 0]
-    level = math.hypot(rotation[0, 0], rotation[1, 0])
-    pitch = math.atan2(sine, level)
-    if level < 1e-12:
-        return np.array([0.0, pitch, math.atan2(-rotation[0, 1], rotation[1, 1])])
-    return np.array([math.atan2(rotation[2, 1], rotation[2, 2]), pitch, math.atan2(rotation[1, 0], rotation[0, 0])])
+    """URDF's fixed axes: a roll about x, then a pitch about y, then a yaw about z."""
+    return np.array(to_matrix(from_euler((yaw, pitch, roll), "zyx")))
 
 
 def turn(axis: Array, angle: float) -> Array:
-    """The rotation about a unit vector (Rodrigues)."""
-    x, y, z = axis
-    cross = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
-    return np.asarray(np.eye(3) + math.sin(angle) * cross + 2.0 * math.sin(angle / 2.0) ** 2 * (cross @ cross))
+    """The rotation about a unit vector."""
+    return np.array(to_matrix(from_axis_angle(tuple(axis.tolist()), angle)))
 
 
 def from_quaternion(quaternion: Array) -> Array:
-    """The rotation of a quaternion (w, x, y, z)."""
-    w, x, y, z = quaternion / np.linalg.norm(quaternion)
-    return np.array(
-        [
-            [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
-            [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
-            [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
-        ]
-    )
+    """The rotation of a quaternion (w, x, y, z) of any length."""
+    return np.array(to_matrix(tuple(unit(quaternion).tolist())))
 
 
 def unit(vector: Array) -> Array:

@@ -9,14 +9,11 @@ import h5py
 import numpy as np
 
 from mbproj.arrays import Array
-from mbproj.results.file.checksums import NOT_YET, crc32, describe, stamp
 from mbproj.results.file.contents import Contents
+from mbproj.results.file.records import TEXT, create_records, room_for_records, write_records
 
 GROUP = "events"
-#: Bytes of the longest name and kind that are kept.
-LONGEST = 200
-TEXT = h5py.string_dtype("utf-8", LONGEST)
-#: By dataset: what an entry is in HDF5 and in NumPy, its unit, what it is.
+#: By dataset: what an entry is in HDF5, its unit, what it is.
 LAYOUT = {
     "time": ("f8", "s", "when"),
     "name": (TEXT, "", "whose: a force, a motion, the scene's break_times, or the integrator's"),
@@ -56,33 +53,18 @@ class RecordedEvent(NamedTuple):
 
 
 def create(file: h5py.File) -> None:
-    """The group without events. They come at the end, and the file's structure must be there from the start."""
-    for name, (dtype, unit, description) in LAYOUT.items():
-        data = file.create_dataset(f"{GROUP}/{name}", (0,), dtype, maxshape=(None,), chunks=(64,), fletcher32=True)
-        describe(data, {"units": unit, "description": description} if unit else {"description": description})
-        stamp(data, NOT_YET)
+    """The group without events. They come at the end."""
+    create_records(file, GROUP, LAYOUT)
 
 
 def room(events: Sequence[Happening]) -> int:
     """What `write` adds to the file at most, in bytes."""
-    return (len(events) + 64) * 2 * (LONGEST + 64)
+    return room_for_records(len(events), LAYOUT)
 
 
 def write(file: h5py.File, events: Sequence[Happening]) -> None:
     """Fill the group."""
-    for name, (dtype, _, _) in LAYOUT.items():
-        values = [getattr(event, name) for event in events]
-        data = np.array([cut(value) for value in values] if dtype is TEXT else values, dtype=dtype)
-        dataset = file[GROUP][name]
-        dataset.resize(data.shape)
-        if data.size:
-            dataset[...] = data
-        stamp(dataset, crc32(data))
-
-
-def cut(text: str) -> bytes:
-    """As much of the text as fits, no character in parts."""
-    return text.encode()[:LONGEST].decode(errors="ignore").encode()
+    write_records(file, GROUP, LAYOUT, events)
 
 
 def read(contents: Contents) -> tuple[RecordedEvent, ...]:

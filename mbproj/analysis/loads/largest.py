@@ -23,10 +23,9 @@ def loads_of(results: Results, over: str | None = None) -> Sequence[Load]:
 
 def recorded_in(results: Results) -> Recorded:
     """What the loads are computed from."""
-    kinds = {source.names for source in SOURCES}
-    units = {source.units_of for source in SOURCES if source.names != "joints"}
+    kinds = {kind for source in SOURCES for kind in (source.names, source.units_of) if kind is not None}
     return Recorded(
-        {kind: results.names(kind) for kind in kinds | units},
+        {kind: results.names(kind) for kind in kinds},
         lambda path, columns: results[path][:, columns],
         results.time,
         np.array([event.time for event in results.events]),

@@ -107,7 +107,7 @@ def command(
             click.echo(_json(said.facts(opened)) if as_json else "\n".join(said.lines(opened)))
             return int(ExitCode.DONE)
         if loads:
-            from mbproj.cli.loads import largest as report
+            from mbproj.cli.simulate import largest_loads as report
 
             words = _json(report.facts(opened, over, level, rainflow=rainflow)) if as_json else None
             click.echo(words or "\n".join(report.lines(opened, over, level, rainflow=rainflow)))

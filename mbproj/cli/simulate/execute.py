@@ -16,11 +16,7 @@ from mbproj.errors import Place, SimulationError, placed_at
 
 if TYPE_CHECKING:
     from mbproj.analysis import Outcome
-    from mbproj.dynamics import State
-    from mbproj.integrate import Report
-    from mbproj.integrate.simulate import Progress
-    from mbproj.model import System
-    from mbproj.results import Results, ResultsWriter, Trust
+    from mbproj.results import Results, ResultsWriter
     from mbproj.results.crash_safety.checkpoint import Checkpoint
     from mbproj.scene import Scene
 
@@ -49,12 +45,12 @@ def execute(
     """Simulates `scene`, writes `output` and prints the summary, which calls the scene `name`. `certified`: the errors
     (m) for which to say how long the run can be trusted; `facts`: what else the results file and --json contain;
     `earlier`: the run that this one goes on with."""
+    from mbproj.calls.run import record
     from mbproj.cli.report import expectations
-    from mbproj.cli.report.progress import progress_bar
+    from mbproj.cli.report.progress import progress_bar, telling
     from mbproj.cli.report.summary import print_summary
     from mbproj.cli.report.trust import as_numbers
     from mbproj.dynamics import unique_components
-    from mbproj.integrate import simulate
     from mbproj.integrate.outcome.report import summary
     from mbproj.linear.equilibrium.started import start_state
     from mbproj.model import compile_system
@@ -82,12 +78,9 @@ def execute(
             click.echo(f"note: '{was}', which a killed run had left, is kept as '{now}'", err=True)
         if earlier is not None and earlier.results is not None:
             _copy(earlier.results, recorder, until=float(earlier.checkpoint.state.get("t", "-inf")))
-        if certified is None:
-            resumed = earlier.checkpoint.state if earlier is not None else {}
-            report = simulate(system, state, settings, recorder, progress, keep=recorder.keep, resumed=resumed)
-            trust = None
-        else:
-            report, trust = _certified(scene, system, state, recorder, progress, certified)
+        resumed = earlier.checkpoint.state if earlier is not None else {}
+        with telling(hidden=progress is None or certified is None) as tell:
+            report, trust = record(scene, system, state, recorder, progress, certified, tell=tell, resumed=resumed)
         numbers = {**summary(name, output, report, total_seconds=perf_counter() - started), **facts}
         recorder.attributes(numbers)
     found = [] if earlier is not None and earlier.results is None else _expected(scene, output)
@@ -140,26 +133,6 @@ def _on_friction(scene: Scene, output: str) -> tuple[dict[str, Any], list[str]]:
     lines = [f"friction '{name}': {friction.in_words(each)}" for name, each in rubbed.items()]
     lines += [f"friction '{name}': {creep.in_words(each)}" for name, each in crept.items()]
     return {"frictions": rubbed, "creep": crept}, lines
-
-
-def _certified(
-    scene: Scene,
-    system: System,
-    state: State,
-    recorder: ResultsWriter,
-    progress: Progress | None,
-    limits: Sequence[float],
-) -> tuple[Report, Trust]:
-    """The run and its certificate. Progress is shown for both or for neither."""
-    from mbproj.cli.report.progress import telling
-    from mbproj.scene import settings_to_run
-    from mbproj.studies.certify.certified import simulate_certified
-    from mbproj.studies.measure.mechanism import Mechanism
-
-    with telling(hidden=progress is None) as tell:
-        return simulate_certified(
-            Mechanism(scene, system, state), settings_to_run(scene), recorder, progress, limits, tell, recorder.keep
-        )
 
 
 @contextmanager

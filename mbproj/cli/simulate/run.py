@@ -117,6 +117,6 @@ def _limits(certify: bool, limits: tuple[float, ...]) -> tuple[float, ...] | Non
         raise InputError(Problem("needs --certify", Place("--limit"), "add --certify, or leave out --limit"))
     if not certify:
         return None
-    from mbproj.studies.certify.horizon import LIMITS
+    from mbproj.studies.certify.horizon import limits_of
 
-    return tuple(sorted(set(limits))) or LIMITS
+    return limits_of(limits)

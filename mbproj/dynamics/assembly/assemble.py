@@ -27,13 +27,12 @@ from mbproj.dynamics.equations.constraint_equations import (
     time_derivative,
 )
 from mbproj.dynamics.equations.instant import Instant
-from mbproj.dynamics.equations.kinematics import Pose, pose_of, twist_of
+from mbproj.dynamics.equations.kinematics import Pose, attached, pose_of, twist_of
 from mbproj.dynamics.equations.motions import Drive, drive_at
 from mbproj.errors import InputError, Problem
 from mbproj.model.channels import NO_MOTIONS
-from mbproj.model.compile.frames import poses_of
 from mbproj.model.compile.guess import Guess
-from mbproj.model.euler_parameters import matrix_L, rotation_matrix
+from mbproj.model.euler_parameters import matrix_L, product
 from mbproj.model.layout import Layout
 from mbproj.model.system import Conditions, System
 from mbproj.scene.records import Scene
@@ -122,14 +121,10 @@ def moved_by(before: Array, after: Array) -> tuple[float, float]:
 def moved_from_scene(scene: Scene, system: System, q: Array) -> tuple[float, float]:
     """The same of all bodies of the scene, those included that joints make one: from its poses to those at q."""
     pose, carrier = pose_of(q), system.body_carrier
-    turn = pose.rotation[carrier]
-    position = pose.position[carrier] + (turn @ system.body_offset[..., None])[..., 0]
-    given = poses_of(scene)
-    old = [np.array([given[body.name][part] for body in scene.bodies]) for part in (0, 1)]
-    shift = float(np.linalg.norm(position - old[0], axis=1).max())
-    relative = np.swapaxes(old[1], -1, -2) @ turn @ rotation_matrix(system.body_turn)
-    sine = np.linalg.norm(relative - np.eye(3), axis=(1, 2)) / np.sqrt(8.0)
-    return shift, float(2.0 * np.arcsin(np.minimum(sine, 1.0)).max())
+    position = attached(pose, carrier, system.body_offset, np.ones(len(carrier)))
+    orientation = product(pose.orientation[carrier], system.body_turn)
+    given = np.array([(*body.position, *body.orientation) for body in scene.bodies])
+    return moved_by(given, np.concatenate([position, orientation], axis=1))
 
 
 def is_angle(system: System) -> Integers:

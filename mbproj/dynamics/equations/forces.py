@@ -183,19 +183,26 @@ def _along_coordinates(forces: Forces, pose: Pose, size: Numbers, bent: Deflecti
 
 
 def given_components(instant: Instant, held: Array | None = None) -> Array:
-    """The values of the programs of given forces and torques, (W, 3)."""
-    forces, variables = instant.system.forces, instant.variables()
-    each = [run(forces.programs, int(index), variables, held)[0] for index in forces.on_bodies.program.ravel()]
-    return np.array(each, dtype=float).reshape(-1, 3)
+    """The values of the programs of given forces and torques, (..., W, 3)."""
+    forces, variables, samples = instant.system.forces, instant.variables(), np.shape(instant.t)
+    programs = forces.on_bodies.program.ravel().tolist()
+    each = [np.broadcast_to(run(forces.programs, index, variables, held)[0], samples) for index in programs]
+    return np.moveaxis(np.array(each, dtype=float), 0, -1).reshape(*samples, len(programs) // 3, 3)
 
 
 def given_vectors(instant: Instant, held: Array | None = None) -> Array:
-    """The given forces and torques in global axes, (W, 3)."""
+    """The given forces and torques in global axes, (W, 3). Raises SimulationError where one is not finite."""
     given, vector = instant.system.forces.on_bodies, given_components(instant, held)
     if not np.all(np.isfinite(vector)):
         raise _program_fails(instant, int(given.program[~np.isfinite(vector)][0]), 0.0, 0.0)
+    return in_global_axes(instant, vector)
+
+
+def in_global_axes(instant: Instant, vector: Array) -> Array:
+    """Components (..., W, 3) of the given forces and torques, those in body axes turned into global ones."""
+    given = instant.system.forces.on_bodies
     carried = (given.turn @ vector[..., None])[..., 0]
-    turned = (instant.pose.rotation[given.body] @ carried[..., None])[..., 0]
+    turned = (instant.pose.rotation[..., given.body, :, :] @ carried[..., None])[..., 0]
     found: Array = np.where(given.in_body[:, None], turned, vector)
     return found
 

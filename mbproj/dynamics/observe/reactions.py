@@ -1,11 +1,15 @@
-"""Reactions: what the constraints of each joint exert on its second body."""
+"""What is exerted on bodies: by the constraints of each joint, and by forces and torques of given components."""
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 import numpy as np
 
-from mbproj.arrays import Array, Numbers, cross
-from mbproj.dynamics.equations.kinematics import Pose, attached
+from mbproj.arrays import Array, Numbers, cross, dot
+from mbproj.dynamics.equations.forces import given_components, in_global_axes
+from mbproj.dynamics.equations.instant import Instant
+from mbproj.dynamics.equations.kinematics import Pose, attached, attached_velocity, body_rates
 from mbproj.model.system import System
 
 
@@ -27,3 +31,15 @@ def reactions(system: System, pose: Pose, multipliers: Array) -> tuple[Numbers, 
     force: Numbers = np.add.reduceat(is_point * pull, first, axis=-2)
     torque: Numbers = np.add.reduceat(cross(arm, pull), first, axis=-2)
     return force, torque
+
+
+def applied_seen(instant: Instant) -> Mapping[str, Numbers]:
+    """By dataset: the forces in N and torques in N m, in global axes, (T, W, 3), and their power in W, (T, W), along
+    the velocity of the point or the angular velocity of the body."""
+    given, pose = instant.system.forces.on_bodies, instant.pose
+    vectors = in_global_axes(instant, given_components(instant))
+    velocity = attached_velocity(instant.twist, given.body, given.point, np.ones(given.size))
+    rates = body_rates(pose, instant.twist)[..., given.body, :]
+    omega = (pose.rotation[..., given.body, :, :] @ rates[..., None])[..., 0]
+    power = dot(vectors, np.where(given.is_torque[:, None], omega, velocity))
+    return {"forces/applied": vectors, "forces/applied_power": np.asarray(power)}

@@ -38,8 +38,7 @@ from mbproj.dynamics.equations.kinematics import (
 from mbproj.dynamics.equations.motions import Drive, drive_at
 from mbproj.dynamics.equations.reflected import inertial_reaction
 from mbproj.dynamics.equations.teeth import Teeth, sums_at_start
-from mbproj.dynamics.observe.applied import APPLIED, applied_paths
-from mbproj.dynamics.observe.reactions import reactions
+from mbproj.dynamics.observe.reactions import applied_seen, reactions
 from mbproj.dynamics.observe.samples import Samples, join, keep_freed_memory
 from mbproj.dynamics.observe.total_energy import account, of_elements, potential, total_energy
 from mbproj.model.euler_parameters import product, rotation_matrix
@@ -71,8 +70,10 @@ class Observer:
 @final
 class Observation(Mapping[str, npt.NDArray[Any]]):
     """Everything that is recorded at T samples, by the path of its dataset. What overflows, in a run that is lost, is
-    recorded so. Within, time is the axis that is innermost in memory: sums over the others are then taken in one order
-    for blocks of any length, and quickly. A single sample has no such axis to NumPy, and is seen twice."""
+    recorded so.
+
+    Within, time is the axis that is innermost in memory: sums over the others are then taken in one order for blocks
+    of any length, and quickly. A single sample has no such axis to NumPy, and is seen twice."""
 
     def __init__(self, observer: Observer, samples: Samples) -> None:
         self.observer, self.system, self.samples = observer, observer.system, samples
@@ -87,7 +88,7 @@ class Observation(Mapping[str, npt.NDArray[Any]]):
 
     def __iter__(self) -> Iterator[str]:
         yield from QUANTITIES
-        yield from (*self.contact_paths, *applied_paths(self.system), *self.system.layout.recorded)
+        yield from (*self.contact_paths, *self.applied, *self.system.layout.recorded)
         yield from (COUNTERS + name for name in self._seen.counters)
 
     def __len__(self) -> int:
@@ -96,8 +97,10 @@ class Observation(Mapping[str, npt.NDArray[Any]]):
     def _computed(self, path: str) -> npt.NDArray[Any]:
         if path in QUANTITIES:
             return QUANTITIES[path](self)
-        if path in (*self.contact_paths, *applied_paths(self.system)):
-            return APPLIED[path](self.instant) if path in APPLIED else self.contacts[path]
+        if path in self.contact_paths:
+            return self.contacts[path]
+        if path in self.applied:
+            return self.applied[path]
         block, seen = self.system.layout.recorded.get(path), self._seen
         return seen.counters[path.removeprefix(COUNTERS)] if block is None else seen.y[:, self.system.layout[block]]
 
@@ -137,8 +140,8 @@ class Observation(Mapping[str, npt.NDArray[Any]]):
 
     @cached_property
     def drive(self) -> Drive:
-        own = self.system
-        return drive_at(own, self._seen.t, Teeth(self.observer.sums, self.coordinate) if own.couplings.size else None)
+        teeth = Teeth(self.observer.sums, self.coordinate) if self.system.couplings.size else None
+        return drive_at(self.system, self._seen.t, teeth)
 
     @cached_property
     def C(self) -> Numbers:
@@ -172,19 +175,39 @@ class Observation(Mapping[str, npt.NDArray[Any]]):
         return tuple(np.concatenate(pair, axis=-1) for pair in pairs)
 
     @cached_property
+    def applied(self) -> Mapping[str, Numbers]:
+        """The forces and torques of given components, by dataset, where there are some."""
+        return applied_seen(self.instant) if self.system.forces.on_bodies.size else {}
+
+    @cached_property
     def reactions(self) -> tuple[Numbers, Numbers]:
         return reactions(self.system, self.pose, self._seen.multipliers)
 
     def open_by(self, *, length: bool) -> Numbers:
         """The largest violation of each joint's rows of lengths or of angles, (T, nj)."""
-        own = self.system
-        rows = np.abs(self.C[:, own.bodies :][:, : own.joints.size])
-        return _largest_by_joint(own, np.where(own.joints.is_length == length, rows, 0.0))
+        joints = self.system.joints
+        rows = np.abs(self.C[:, self.system.bodies :][:, : joints.size])
+        return _largest_by_joint(self.system, np.where(joints.is_length == length, rows, 0.0))
 
     def points(self, kind: str) -> tuple[Integers, Array]:
         """The carriers of markers or bodies, and where they are on these."""
         own = self.system
         return (own.marker_body, own.marker_local) if kind == "markers" else (own.body_carrier, own.body_offset)
+
+    def position(self, kind: str) -> Numbers:
+        """Of markers or bodies, (T, k, 3)."""
+        body, local = self.points(kind)
+        return attached(self.pose, body, local, np.ones(len(body)))
+
+    def velocity(self, kind: str) -> Numbers:
+        """The same."""
+        body, local = self.points(kind)
+        return attached_velocity(self.twist, body, local, np.ones(len(body)))
+
+    def acceleration(self, kind: str) -> Numbers:
+        """The same."""
+        body, local = self.points(kind)
+        return attached_velocity(self.change, body, local, np.ones(len(body))) + attached_bias(self.twist, body, local)
 
     def turning(self, change: Twist) -> Numbers:
         """Of each body, in its axes, ω or ω' = 2 L Λ'' (because L' Λ' = 0), (T, N, 3)."""
@@ -207,8 +230,8 @@ class Observation(Mapping[str, npt.NDArray[Any]]):
     def stored(self) -> Numbers:
         """V of gravity, springs and compliant stops, (T,)."""
         own = potential(self.instant, self.laws)
-        at = self.system.stops
-        return own if at is None else own + stored_energy(at, gaps(at, self.pose, self._seen.turns))
+        stops = self.system.stops
+        return own if stops is None else own + stored_energy(stops, gaps(stops, self.pose, self._seen.turns))
 
     @cached_property
     def work(self) -> tuple[Numbers, Numbers]:
@@ -220,44 +243,20 @@ class Observation(Mapping[str, npt.NDArray[Any]]):
         return self["diagnostics/total_energy"] - self.observer.energy - self.work[0] + self.work[1]
 
 
-def _position(kind: str) -> Callable[[Observation], Numbers]:
-    def found(seen: Observation) -> Numbers:
-        body, local = seen.points(kind)
-        return attached(seen.pose, body, local, np.ones(len(body)))
-
-    return found
-
-
-def _velocity(kind: str) -> Callable[[Observation], Numbers]:
-    def found(seen: Observation) -> Numbers:
-        body, local = seen.points(kind)
-        return attached_velocity(seen.twist, body, local, np.ones(len(body)))
-
-    return found
-
-
-def _acceleration(kind: str) -> Callable[[Observation], Numbers]:
-    def found(seen: Observation) -> Numbers:
-        body, local = seen.points(kind)
-        return attached_velocity(seen.change, body, local, np.ones(len(body))) + attached_bias(seen.twist, body, local)
-
-    return found
-
-
 #: The quantities beside the counters.
 COUNTERS = "diagnostics/"
 QUANTITIES: Mapping[str, Callable[[Observation], npt.NDArray[Any]]] = MappingProxyType(
     {
         "time": lambda seen: seen.samples.t,
-        "bodies/position": _position("bodies"),
-        "bodies/velocity": _velocity("bodies"),
-        "bodies/acceleration": _acceleration("bodies"),
+        "bodies/position": lambda seen: seen.position("bodies"),
+        "bodies/velocity": lambda seen: seen.velocity("bodies"),
+        "bodies/acceleration": lambda seen: seen.acceleration("bodies"),
         "bodies/orientation": Observation.orientation,
         "bodies/angular_velocity": lambda seen: seen.turning(seen.twist),
         "bodies/angular_acceleration": lambda seen: seen.turning(seen.change),
-        "markers/position": _position("markers"),
-        "markers/velocity": _velocity("markers"),
-        "markers/acceleration": _acceleration("markers"),
+        "markers/position": lambda seen: seen.position("markers"),
+        "markers/velocity": lambda seen: seen.velocity("markers"),
+        "markers/acceleration": lambda seen: seen.acceleration("markers"),
         "joints/violation": lambda seen: np.maximum(seen["joints/violation_length"], seen["joints/violation_angle"]),
         "joints/violation_length": lambda seen: seen.open_by(length=True),
         "joints/violation_angle": lambda seen: seen.open_by(length=False),

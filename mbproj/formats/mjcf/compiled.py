@@ -36,6 +36,17 @@ class Compiled:
         """Where an element stands."""
         return self.places.get((kind, number))
 
+    def disables(self, what: str) -> bool:
+        """Whether the model turns a part of the physics off: "GRAVITY", "CONTACT", .."""
+        import mujoco
+
+        return bool(self.model.opt.disableflags & getattr(mujoco.mjtDisableBit, f"mjDSBL_{what}"))
+
+    def place_in(self, section: str, name: str) -> Place | None:
+        """Where the element of a section with this name stands."""
+        elements = (element for each in self.source.root.all(section) for element in each.children)
+        return next((element.place for element in elements if element.get("name") == name), None)
+
 
 def compile_mjcf(source: Source, wishes: Wishes) -> Compiled:
     """Raises InputError where MuJoCo is missing, refuses the model, or a missing mesh would give a body its mass."""

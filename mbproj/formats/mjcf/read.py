@@ -8,7 +8,7 @@ import numpy as np
 
 from mbproj.formats.chains import Coordinates
 from mbproj.formats.mechanism import Mechanism, Names, Same, Wishes, said_of
-from mbproj.formats.mjcf.compiled import Compiled, compile_mjcf
+from mbproj.formats.mjcf.compiled import compile_mjcf
 from mbproj.formats.mjcf.equalities import add_equalities
 from mbproj.formats.mjcf.joints import add_joints
 from mbproj.formats.mjcf.looks import add_looks, add_markers
@@ -23,7 +23,7 @@ def read_mjcf(root: Element, path: Path, wishes: Wishes) -> Mechanism:
     """The model whose root element stands in the file at `path`. Raises InputError at the file's line."""
     compiled = compile_mjcf(source_of(root, path), wishes)
     gravity = np.array(compiled.model.opt.gravity)
-    if not _enabled(compiled, "GRAVITY"):
+    if compiled.disables("GRAVITY"):
         gravity = np.zeros(3)
     mechanism = Mechanism(root.get("model") or path.stem, "MJCF", str(path), gravity)
     bodies, joints, coordinates = Names(frozenset({GROUND})), Names(), Coordinates()
@@ -38,9 +38,3 @@ def read_mjcf(root: Element, path: Path, wishes: Wishes) -> Mechanism:
     for what, place, why in compiled.source.missing:
         mechanism.say(what, place, f"{why}: it is not drawn", Same.YES)
     return mechanism
-
-
-def _enabled(compiled: Compiled, what: str) -> bool:
-    import mujoco
-
-    return not compiled.model.opt.disableflags & getattr(mujoco.mjtDisableBit, f"mjDSBL_{what}")

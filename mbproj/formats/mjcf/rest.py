@@ -35,7 +35,7 @@ def _actuators(
     model, data = compiled.model, compiled.data
     for number in range(model.nu):
         name = compiled.name("actuator", number) or f"actuator_{number}"
-        place = _named(compiled, "actuator", name)
+        place = compiled.place_in("actuator", name)
         gain, bias = model.actuator_gainprm[number], model.actuator_biasprm[number]
         affine = int(model.actuator_biastype[number]) == int(mujoco.mjtBias.mjBIAS_AFFINE)
         joint = int(model.actuator_trnid[number][0])
@@ -89,7 +89,7 @@ def _contacts(compiled: Compiled, mechanism: Mechanism, called: Called, wishes: 
     model = compiled.model
     touching = np.flatnonzero((model.geom_contype != 0) | (model.geom_conaffinity != 0))
     moving = [geom for geom in touching if called[int(model.geom_bodyid[geom])] != GROUND]
-    if not moving or model.opt.disableflags & _disabled("CONTACT"):
+    if not moving or compiled.disables("CONTACT"):
         return
     stops = 0
     planes = [geom for geom in touching if int(model.geom_type[geom]) == PLANE and geom not in moving]
@@ -132,7 +132,7 @@ def _tendons(compiled: Compiled, mechanism: Mechanism) -> None:
     model = compiled.model
     for number in range(model.ntendon):
         name = compiled.name("tendon", number) or f"tendon_{number}"
-        place = _named(compiled, "tendon", name)
+        place = compiled.place_in("tendon", name)
         first = int(model.tendon_adr[number])
         path = int(model.wrap_type[first]) != int(mujoco.mjtWrap.mjWRAP_JOINT)
         acts = [
@@ -169,10 +169,8 @@ def _surroundings(compiled: Compiled, mechanism: Mechanism) -> None:
     place = option.place if option else None
     if model.opt.density or model.opt.viscosity:
         mechanism.say("medium with density or viscosity", place, "left out: a scene has none", Same.NO)
-    for number in range(model.njnt):
-        if int(model.jnt_type[number]) != FREE and model.jnt_actfrclimited[number] and wishes_any(model):
-            mechanism.say("limits of actuators' forces", None, "left out", Same.UNTIL)
-            break
+    if model.nu and np.any(model.jnt_actfrclimited[model.jnt_type != FREE]):
+        mechanism.say("limits of actuators' forces", None, "left out", Same.UNTIL)
     for count, what in ((model.nsensor, "sensors"), (model.ncam, "cameras")):
         if count:
             mechanism.say(f"{count} {what}", None, "left out: they have no say in the motion", Same.YES)
@@ -181,23 +179,3 @@ def _surroundings(compiled: Compiled, mechanism: Mechanism) -> None:
         mechanism.say(f"{model.nflex} flexible bodies", None, what, Same.NO)
     if model.nplugin:
         mechanism.say(f"{model.nplugin} plugins", None, "left out", Same.NO)
-
-
-def wishes_any(model: Any) -> bool:
-    """Whether the model has actuators at all."""
-    return bool(model.nu)
-
-
-def _disabled(what: str) -> int:
-    import mujoco
-
-    return int(getattr(mujoco.mjtDisableBit, f"mjDSBL_{what}"))
-
-
-def _named(compiled: Compiled, section: str, name: str) -> Any:
-    """Where an element of a section with this name stands."""
-    for each in compiled.source.root.all(section):
-        for element in each.children:
-            if element.get("name") == name:
-                return element.place
-    return None

@@ -21,8 +21,8 @@ NOTHING = float("nan")
 @dataclass(frozen=True)
 class Source:
     """A load of one kind: of "joint", ..., its quantity, its dataset, that of the rate along which it works, its unit
-    where the coordinate is an angle, and where it is a length, the kind of names of its columns, and the dataset of
-    its power where there is one."""
+    where the coordinate is an angle, and where it is a length, the kind of names of its columns, that of their units,
+    and the dataset of its power where there is one."""
 
     kind: str
     quantity: str
@@ -30,23 +30,19 @@ class Source:
     rate: str | None
     units: tuple[str, str]
     names: str
+    units_of: str | None = None
     power: str | None = None
-
-    @property
-    def units_of(self) -> str:
-        """The kind of names that has the units of its columns; of joints there is none."""
-        return "applied_units" if self.names == "applied" else f"{self.names.removesuffix('s')}_units"
 
 
 #: Every load that a run has.
 SOURCES = (
     Source("joint", "reaction_force", "joints/reaction_force", None, ("N", "N"), "joints"),
     Source("joint", "reaction_torque", "joints/reaction_torque", None, ("N m", "N m"), "joints"),
-    Source("motion", "force", "motions/force", "motions/rate", ("N m", "N"), "motions"),
-    Source("force", "force", "forces/force", "forces/rate", ("N m", "N"), "forces"),
-    Source("force", "force", "forces/applied", None, ("N m", "N"), "applied", "forces/applied_power"),
-    Source("stop", "force", "stops/force", None, ("N m", "N"), "stops"),
-    Source("friction", "force", "friction/force", "friction/rate", ("N m", "N"), "frictions"),
+    Source("motion", "force", "motions/force", "motions/rate", ("N m", "N"), "motions", "motion_units"),
+    Source("force", "force", "forces/force", "forces/rate", ("N m", "N"), "forces", "force_units"),
+    Source("force", "force", "forces/applied", None, ("N m", "N"), "applied", "applied_units", "forces/applied_power"),
+    Source("stop", "force", "stops/force", None, ("N m", "N"), "stops", "stop_units"),
+    Source("friction", "force", "friction/force", "friction/rate", ("N m", "N"), "frictions", "friction_units"),
 )
 
 
@@ -129,7 +125,7 @@ def _of_source(recorded: Recorded, source: Source, piece: Integers, cycle: Cycle
         chosen = slice(first, min(first + width, len(names)))
         values = recorded.read(source.path, chosen)
         values = values.reshape(len(values), values.shape[1], -1)
-        units = recorded.names.get(source.units_of, ())
+        units = recorded.names.get(source.units_of or "", ())
         angular = [not units or unit == "rad" for unit in units[chosen] or [""] * (chosen.stop - first)]
         unit = [source.units[0] if turns else source.units[1] for turns in angular]
         found = _rows(recorded.time, values, piece, cycle)

@@ -8,9 +8,9 @@ import h5py
 import numpy as np
 import numpy.typing as npt
 
-from mbproj.results.events import LONGEST, TEXT, Happening, cut
-from mbproj.results.file.checksums import NOT_YET, crc32, describe, stamp
+from mbproj.results.events import Happening
 from mbproj.results.file.contents import Contents
+from mbproj.results.file.records import TEXT, create_records, room_for_records, write_records
 from mbproj.results.loads.largest import Load, Recorded, loads
 
 GROUP = "summary/loads"
@@ -34,16 +34,13 @@ LAYOUT = {
 
 
 def create(file: h5py.File) -> None:
-    """The group without rows. They come at the end, and the file's structure must be there from the start."""
-    for name, (dtype, unit, description) in LAYOUT.items():
-        data = file.create_dataset(f"{GROUP}/{name}", (0,), dtype, maxshape=(None,), chunks=(64,), fletcher32=True)
-        describe(data, {"units": unit, "description": description} if unit else {"description": description})
-        stamp(data, NOT_YET)
+    """The group without rows. They come at the end."""
+    create_records(file, GROUP, LAYOUT)
 
 
 def room(names: Mapping[str, Sequence[str]]) -> int:
-    """What `write` adds to the file at most, in bytes, for a run with these names by kind."""
-    return (2 * sum(map(len, names.values())) + 64) * 4 * (LONGEST + 64)
+    """What `write` adds to the file at most, in bytes, for a run with these names by kind: two rows a name."""
+    return room_for_records(2 * sum(map(len, names.values())), LAYOUT)
 
 
 def recorded_loads(
@@ -65,14 +62,7 @@ def recorded_loads(
 
 def write(file: h5py.File, loads: Sequence[Load]) -> None:
     """Fill the group."""
-    for name, (dtype, _, _) in LAYOUT.items():
-        values = [getattr(load, name) for load in loads]
-        data = np.array([cut(value) for value in values] if dtype is TEXT else values, dtype=dtype)
-        dataset = file[GROUP][name]
-        dataset.resize(data.shape)
-        if data.size:
-            dataset[...] = data
-        stamp(dataset, crc32(data))
+    write_records(file, GROUP, LAYOUT, loads)
 
 
 def read(contents: Contents) -> tuple[Load, ...]:

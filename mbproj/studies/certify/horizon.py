@@ -8,7 +8,7 @@ far any solution in double precision may be from the truth, and horizons become 
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 
 import numpy as np
 
@@ -30,6 +30,11 @@ LIMITS = tuple(10.0**power for power in range(-9, 1))
 LOOSEST, FACTOR = 1e-8, 1e-2
 #: Part of the distance between the two tightest tolerances that the tightest may still be off, where all is smooth.
 LEFT = 0.1
+
+
+def limits_of(given: Iterable[float]) -> tuple[float, ...]:
+    """Each limit once, increasing; all of `LIMITS` where none is given."""
+    return tuple(sorted({float(limit) for limit in given})) or LIMITS
 
 
 def certify(
