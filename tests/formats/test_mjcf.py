@@ -96,3 +96,14 @@ def test_a_servo_that_holds_is_a_spring_to_its_control_signal(tmp_path):
     spring = forces["p"]
     assert (spring["stiffness"].value, spring["damping"].value) == (3.0, 0.5)
     assert spring["free_angle"].value == pytest.approx(-0.1)
+
+
+@pytest.mark.parametrize(
+    ("own", "same"),
+    [("", "yes"), ('solref="0.005 1"', "yes"), ('solref="0.5 1"', "no"), ('solimp="0.1 0.2 0.1"', "no")],
+)
+def test_an_equality_that_a_model_makes_softer_is_another_motion(tmp_path, own, same):
+    text = (DATA / "loops.xml").read_text(encoding="utf-8")
+    (tmp_path / "soft.xml").write_text(text.replace('<connect name="pin"', f'<connect {own} name="pin"'))
+    (row,) = [each for each in read_model(tmp_path / "soft.xml").said if each.element == "equality 'pin' (connect)"]
+    assert row.same.value == same

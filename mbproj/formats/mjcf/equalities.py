@@ -18,6 +18,8 @@ from mbproj.formats.mjcf.parts import Called
 from mbproj.formats.yaml_text import number
 
 CONNECT, WELD, JOINT, TENDON = range(4)
+#: MuJoCo's own softness of an equality: its time constant in s and its least impedance. A softer one gives way visibly.
+TIME_CONSTANT, IMPEDANCE = 0.02, 0.9
 WORDS = {CONNECT: "connect", WELD: "weld", JOINT: "joint", TENDON: "tendon"}
 
 
@@ -74,8 +76,17 @@ def _held(
     name = names.own(compiled.name("eq", at) or f"loop_{at + 1}")
     joint = Connection(name, kind, bodies, points, None, turns if kind == "fixed" else None, {}, place)
     mechanism.joints[name] = joint
-    what = f"a soft constraint in MuJoCo, a {kind} joint in the scene"
-    mechanism.say(shown, place, what, Same.YES)
+    _say_soft(compiled, mechanism, at, shown, place, f"{kind} joint")
+
+
+def _say_soft(compiled: Compiled, mechanism: Mechanism, at: int, shown: str, place: Place | None, becomes: str) -> None:
+    """An equality gives way in MuJoCo, and not in the scene: the same motion, unless the model makes it softer."""
+    constant, impedance = float(compiled.model.eq_solref[at][0]), float(compiled.model.eq_solimp[at][0])
+    if 0.0 < constant <= TIME_CONSTANT and impedance >= IMPEDANCE:
+        mechanism.say(shown, place, f"a soft constraint in MuJoCo, a {becomes} in the scene", Same.YES)
+    else:
+        what = f"a spring by its solref or solimp in MuJoCo, a rigid {becomes} in the scene"
+        mechanism.say(shown, place, what, Same.NO)
 
 
 def _frames_held(values: Array, weld: bool) -> tuple[Pose, Pose]:
@@ -124,7 +135,7 @@ def _coupled(
     keys = _row({names_of[j]: w for j, w in y.items()}, {names_of[j]: w for j, w in x.items()}, curve)  # type: ignore[misc]
     name = names.own(compiled.name("eq", at) or f"coupler_{at + 1}")
     mechanism.joints[name] = Connection(name, "coupler", keys=keys, place=place)
-    mechanism.say(shown, place, "a soft constraint in MuJoCo, a coupler in the scene", Same.YES)
+    _say_soft(compiled, mechanism, at, shown, place, "coupler")
 
 
 def _row(y: Mapping[str, float], x: Mapping[str, float], curve: Polynomial) -> dict[str, object]:
