@@ -120,8 +120,11 @@ def test_a_method_that_is_not_installed_is_an_error(tmp_path, environment):
     assert (done.returncode, "unknown projection method 'lumped'" in done.stderr) == (2, True)
 
 
-def test_a_plug_in_that_fails_is_a_note(tmp_path, environment):
+def test_a_plug_in_that_fails_is_a_note_where_it_is_asked_for(tmp_path, environment):
     (tmp_path / "site" / "lumped.py").write_text("raise ValueError('no')\n", encoding="utf-8")
-    done = command(tmp_path, environment, "run", FIVE_BAR, "--duration", "0.02", "--formulation", "full")
-    assert done.returncode == 0
-    assert "note: the plug-in 'lumped' (lumped:register) does not work: ValueError: no" in done.stderr
+    note = "note: the plug-in 'lumped' (lumped:register) does not work: ValueError: no"
+    asked = command(tmp_path, environment, "run", FIVE_BAR, "--projection", "lumped")
+    assert (asked.returncode, note in asked.stderr) == (2, True)
+    assert "unknown projection method 'lumped'" in asked.stderr
+    other = command(tmp_path, environment, "run", FIVE_BAR, "--duration", "0.02", "--formulation", "full")
+    assert (other.returncode, other.stderr) == (0, "")
