@@ -2,7 +2,7 @@
 
 A new projection method is one file under `mbproj/projection/methods` and one entry here; a new integrator is one
 tableau under `mbproj/integrate/steppers`, in `tableaus` or `implicit_tableaus`. The reader, the command line,
-did-you-mean, the tests and the README's tables ask here.
+did-you-mean and the tests ask here.
 """
 
 from __future__ import annotations

@@ -59,6 +59,11 @@ FIGURES: Mapping[str, tuple[tuple[str, ...], str]] = MappingProxyType(
             ("stability mechanisms/physical_pendulum.yaml --vary step",),
             "physical_pendulum-stability-step.png",
         ),
+        "tradeoff_five_bar": (("tradeoff mechanisms/five_bar.yaml --until 5",), "five_bar-tradeoff.png"),
+        "threshold_slider_crank": (
+            ("threshold mechanisms/spatial_slider_crank.yaml",),
+            "spatial_slider_crank-threshold.png",
+        ),
         "quick_return_markers": (
             (QUICK_RETURN, "plot quick_return.h5 --kind markers"),
             "quick_return-markers.png",

