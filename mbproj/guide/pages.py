@@ -68,9 +68,10 @@ def page_of(words: Sequence[str]) -> Page | None:
 
 def search(words: Sequence[str]) -> list[Hit]:
     """The sections that hold all words, as they are written or as parts of words, or else those that hold most of them.
-    First come those with the words in their heading or topic, then those where the words stand most often."""
+    First come those with the words in their heading or topic, then those that say how before those that say why, then
+    those where the words stand most often."""
     wanted = {word.casefold() for word in words}
-    found: list[tuple[tuple[int, int], Hit]] = []
+    found: list[tuple[tuple[int, bool, int], Hit]] = []
     for page in pages().values():
         for section in re.split(r"^(?=#+ )", _without_fences(page.text), flags=re.MULTILINE):
             text = section.casefold()
@@ -81,7 +82,7 @@ def search(words: Sequence[str]) -> list[Hit]:
             lines = (line for line in body.splitlines() if any(word in line.casefold() for word in present))
             hit = Hit(page, heading.lstrip("# "), _plain(next(lines, "")), len(present))
             named = sum(word in f"{page.topic} {hit.section}".casefold() for word in present)
-            found.append(((named, sum(map(text.count, present))), hit))
+            found.append(((named, page.kind != "explanation", sum(map(text.count, present))), hit))
     most = max((hit.words for _, hit in found), default=0)
     best = sorted((each for each in found if each[1].words == most), key=lambda each: each[0], reverse=True)
     return [hit for _, hit in best]
