@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
+from collections.abc import Mapping
+from types import MappingProxyType
 from typing import ClassVar, Literal
 
 from mbproj.arrays import Numbers
@@ -15,8 +17,8 @@ class Primitive(ABC):
 
     The arguments are the global points and vectors of k instances at once, `x` of shape (..., k, s, 3), where s is the
     number of `slots`. How x depends on the coordinates is not known here, so full, reduced and planar coordinates
-    share this one definition. What a primitive needs beside x are the fields of its class. Differentiated twice along
-    a motion x(t),
+    share this one definition. What a primitive needs beside x are the fields of its class; numbers among them are its
+    `parameters`, each in an SI unit, and a joint gives them by these names. Differentiated twice along a motion x(t),
 
         C' = rate(x, x') = gradient(x)·x',    C'' = rate(x, x'') + curvature(x, x').
 
@@ -26,6 +28,7 @@ class Primitive(ABC):
 
     rows: ClassVar[int]
     integrable: ClassVar[bool] = True
+    parameters: ClassVar[Mapping[str, str]] = MappingProxyType({})
 
     @property
     @abstractmethod

@@ -1,5 +1,5 @@
 """Joint types as data: `JOINTS` by name."""
 
-from mbproj.joints.table import COORDINATE_UNITS, INERTIA_UNITS, JOINTS, JointType
+from mbproj.joints.table import COORDINATE_UNITS, INERTIA_UNITS, JOINTS, JointType, Parameter
 
-__all__ = ["COORDINATE_UNITS", "INERTIA_UNITS", "JOINTS", "JointType"]
+__all__ = ["COORDINATE_UNITS", "INERTIA_UNITS", "JOINTS", "JointType", "Parameter"]

@@ -14,10 +14,11 @@ p1 to p2 has no component along a vector) and `distance` in m, `perpendicular` i
 `coordinates` are what the joint leaves free and can be counted, each a primitive whose value is the coordinate.
 `aligned` lists pairs of vectors that the rows make parallel, and that must not end up opposite. `kept` are rows that
 keep the value that they have at the scene's pose, or that of the parameter which they name. `parameters` are what else
-the joint takes, with units; those that no row keeps are required. A row that is a `coupling` `couples` coordinates that
-these primitives measure, and the field of its name gives their weights from the parameters. A joint that `merges` makes
-one rigid body of two unless its reaction is asked for. `dry` friction may act on the coordinates of some. `sketch` is
-the glyph in an animation, by default that of the frame.
+the joint takes; those that no row keeps are required. A primitive that has parameters takes those of their names. A row
+that is a `coupling` `couples` coordinates that these primitives measure, and the field of its name gives their weights
+from the parameters. `x_axis`: whether the scene may say the direction of x1 and x2, or has to. A joint that `merges`
+makes one rigid body of two unless its reaction is asked for. `dry` friction may act on the coordinates of some.
+`sketch` is the glyph in an animation, by default that of the frame.
 """
 
 from __future__ import annotations
@@ -26,7 +27,7 @@ import math
 from collections.abc import Callable, Mapping
 from dataclasses import field
 from types import MappingProxyType
-from typing import NamedTuple
+from typing import Literal, NamedTuple
 
 from mbproj.dataclass import dataclass
 
@@ -37,6 +38,15 @@ Row = tuple[str, ...]
 COORDINATE_UNITS = MappingProxyType({"angle": "rad", "along": "m"})
 #: Unit of the inertia of a coordinate by that of the coordinate.
 INERTIA_UNITS = MappingProxyType({"rad": "kg*m^2", "m": "kg"})
+
+
+class Parameter(NamedTuple):
+    """Numbers that a joint takes, in an SI unit ("": none): one, or so `many`, which messages call by `words`."""
+
+    unit: str
+    may_be: Literal["any", "positive", "nonzero", "teeth"] = "any"
+    many: int | None = None
+    words: str = "numbers"
 
 
 class Ratio(NamedTuple):
@@ -56,10 +66,11 @@ class JointType:
     aligned: tuple[tuple[str, str], ...] = ()
     separate: bool = False
     kept: Mapping[int, str | None] = field(default_factory=dict)
-    parameters: Mapping[str, str] = field(default_factory=dict)
+    parameters: Mapping[str, Parameter] = field(default_factory=dict)
     couples: tuple[str, ...] = ()
     coupling: Callable[..., Ratio] | None = None
     merges: bool = False
+    x_axis: Literal["none", "optional", "required"] = "none"
     dry: bool = False
     sketch: str = ""
 
@@ -72,6 +83,11 @@ class JointType:
     def turns(self) -> bool:
         """Whether it turns about an axis of both bodies."""
         return "angle" in self.coordinates
+
+    @property
+    def is_threaded(self) -> bool:
+        """Whether a row couples its own coordinates."""
+        return bool(self.couples) and self.frame != "joints"
 
     @property
     def is_rod(self) -> bool:
@@ -122,6 +138,7 @@ AXES_PARALLEL: tuple[Row, ...] = (("perpendicular", "x1", "z2"), ("perpendicular
 NO_TURN: tuple[Row, ...] = (*AXES_PARALLEL, ("perpendicular", "x1", "y2"))
 COUPLED: tuple[Row, ...] = (("coupling",),)
 TWO_ANGLES = ("angle", "angle")
+LENGTH = Parameter("m", "positive")
 ONE_AXIS, ONE_TRIAD = (("z1", "z2"),), (("z1", "z2"), ("x1", "x2"))
 
 JOINTS: Mapping[str, JointType] = MappingProxyType(
@@ -149,14 +166,21 @@ JOINTS: Mapping[str, JointType] = MappingProxyType(
             dry=True,
             sketch="sleeve",
         ),
-        "planar": JointType("axis", (SLIDE, *AXES_PARALLEL), {**IN_PLANE, "angle": TURN}, ONE_AXIS, sketch="puck"),
+        "planar": JointType(
+            "axis",
+            (SLIDE, *AXES_PARALLEL),
+            {**IN_PLANE, "angle": TURN},
+            ONE_AXIS,
+            x_axis="optional",
+            sketch="puck",
+        ),
         "fixed": JointType("point", (COINCIDENT, *NO_TURN), aligned=ONE_TRIAD, merges=True, sketch="weld"),
         "distance": JointType(
             "point",
             (("distance", "p1", "p2"),),
             separate=True,
             kept={0: "length"},
-            parameters={"length": "m"},
+            parameters={"length": LENGTH},
             sketch="two_balls",
         ),
         "revolute_spherical": JointType(
@@ -164,25 +188,43 @@ JOINTS: Mapping[str, JointType] = MappingProxyType(
             (SLIDE, ("distance", "p1", "p2")),
             separate=True,
             kept={0: None, 1: "length"},
-            parameters={"length": "m"},
+            parameters={"length": LENGTH},
             sketch="pin_and_ball",
         ),
-        "point_in_plane": JointType("normal", (SLIDE,), IN_PLANE),
+        "point_in_plane": JointType("normal", (SLIDE,), IN_PLANE, x_axis="optional"),
         "point_on_line": JointType("normal", (SLIDE_X, SLIDE_Y), {"displacement": SLIDE}, sketch="on_line"),
         "screw": JointType(
             "axis",
             (SLIDE_X, SLIDE_Y, *AXES_PARALLEL, ("coupling", *SLIDE[1:], *TURN[1:])),
             {"angle": TURN, "displacement": SLIDE},
             ONE_AXIS,
-            parameters={"pitch": "m"},
+            parameters={"pitch": Parameter("m", "nonzero")},
             couples=("along", "angle"),
             coupling=thread,
             dry=True,
             sketch="screw",
         ),
-        "gear": JointType("joints", COUPLED, parameters={"teeth": ""}, couples=TWO_ANGLES, coupling=mesh),
-        "rack": JointType("joints", COUPLED, parameters={"radius": "m"}, couples=("angle", "along"), coupling=pinion),
-        "belt": JointType("joints", COUPLED, parameters={"radii": "m"}, couples=TWO_ANGLES, coupling=wrap),
+        "gear": JointType(
+            "joints",
+            COUPLED,
+            parameters={"teeth": Parameter("", "teeth", 2, "numbers of teeth")},
+            couples=TWO_ANGLES,
+            coupling=mesh,
+        ),
+        "rack": JointType(
+            "joints",
+            COUPLED,
+            parameters={"radius": Parameter("m", "nonzero")},
+            couples=("angle", "along"),
+            coupling=pinion,
+        ),
+        "belt": JointType(
+            "joints",
+            COUPLED,
+            parameters={"radii": Parameter("m", "nonzero", 2, "radii")},
+            couples=TWO_ANGLES,
+            coupling=wrap,
+        ),
         "differential": JointType("joints", COUPLED, couples=(*TWO_ANGLES, "angle"), coupling=halve),
         "coupler": JointType("joints", COUPLED),
     }

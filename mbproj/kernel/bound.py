@@ -16,16 +16,15 @@ from mbproj.model.planar import PlanarSet
 from mbproj.model.primitive_set import PrimitiveSet
 from mbproj.model.system import System
 
-MOST_SLOTS = 3
-
 
 class Bound(NamedTuple):
-    """k instances in the order of their rows: kinds (k,), slots (k, 3), offsets, weights and owners (k,), and whether
-    one `joins` the row of the instance before, (k,); and what the slots number: S attachments' bodies (S,), `is_point`
-    (S,), local vectors (S, 3 or 2)."""
+    """k instances in the order of their rows: kinds (k,), slots (k, s) and parameters (k, p) with zeros behind those of
+    smaller ones, offsets, weights and owners (k,), and whether one `joins` the row of the instance before, (k,); and
+    what the slots number: S attachments' bodies (S,), `is_point` (S,), local vectors (S, 3 or 2)."""
 
     kind: Integers
     slots: Integers
+    parameters: Array
     offset: Array
     weight: Array
     joins: Integers
@@ -40,24 +39,39 @@ class Bound(NamedTuple):
 
 
 #: What `Bound` has of each instance.
-_OF_INSTANCES = ("kind", "slots", "offset", "weight", "joins", "owner")
+_OF_INSTANCES = ("kind", "slots", "parameters", "offset", "weight", "joins", "owner")
+
+
+class _Kernel(NamedTuple):
+    """What the kernel has: the number of each primitive, and the most slots and parameters that one of them takes."""
+
+    number: Mapping[type[Primitive], int]
+    slots: int
+    parameters: int
 
 
 @cache
-def _codes() -> Mapping[type[Primitive], int]:
-    """The kernel's number of each primitive that it has; a coupling is the instances of its coordinates."""
-    kernel = core()
-    return {} if kernel is None else {PRIMITIVES[name]: number for number, name in enumerate(kernel.primitives())}
+def _kernel() -> _Kernel:
+    """A coupling is the instances of its coordinates. Raises ValueError where a primitive is another in the kernel."""
+    kernel, number = core(), {}
+    forms = [] if kernel is None else kernel.primitives()
+    for at, (name, slots, parameters) in enumerate(forms):
+        kind = PRIMITIVES[name]
+        if (len(kind.slots), len(kind.parameters)) != (slots, parameters):  # type: ignore[arg-type]
+            raise ValueError(f"the primitive '{name}' of the kernel takes {slots} slots and {parameters} parameters")
+        number[kind] = at
+    most = np.array([form[1:] for form in forms] or [(0, 0)]).max(axis=0, initial=1)
+    return _Kernel(number, int(most[0]), int(most[1]))
 
 
 def without_form(system: System) -> str | None:
     """A primitive of the system that the kernel does not have, by its class; None where it has all."""
-    codes = _codes()
+    known = _kernel().number
     sets = [system.joints, system.coordinates]
     sets += [each.coordinates for each in (system.forces.laws, system.stops, system.frictions) if each is not None]
     for primitive in {group.primitive for bound in sets for group in bound.groups}:
         for part, *_ in _parts(primitive):
-            if type(part) not in codes:
+            if type(part) not in known:
                 return type(part).__name__
     return None
 
@@ -72,7 +86,7 @@ def joined(parts: Sequence[Bound]) -> Bound:
         owned += int(part.owner.max(initial=-1)) + 1
     rest = {
         name: np.concatenate([getattr(part, name) for part in parts])
-        for name in ("kind", "offset", "weight", "joins", "body", "is_point", "local")
+        for name in ("kind", "parameters", "offset", "weight", "joins", "body", "is_point", "local")
     }
     return Bound(slots=np.concatenate(slots), owner=np.concatenate(owners), **rest)
 
@@ -112,22 +126,29 @@ class _Instances(NamedTuple):
 
 def _instances(primitives: Sequence[Primitive], first_slots: Sequence[int]) -> _Instances:
     """The instances of primitives, one each and of couplings one a coordinate; the slots of each follow its first."""
-    code, slots, weight, joins, member = [], [], [], [], []
-    codes = _codes()
+    code, slots, parameters, weight, joins, member = [], [], [], [], [], []
+    kernel = _kernel()
     for number, (primitive, first) in enumerate(zip(primitives, first_slots, strict=True)):
         for part, (own, factor, taken) in enumerate(_parts(primitive)):
-            code.append(codes[type(own)])
-            slots.append([*range(first + taken.start, first + taken.stop), 0][:MOST_SLOTS])
+            code.append(kernel.number[type(own)])
+            slots.append(_filled([*range(first + taken.start, first + taken.stop)], kernel.slots))
+            parameters.append(_filled([getattr(own, name) for name in own.parameters], kernel.parameters))
             weight.append(factor)
             joins.append(part > 0)
             member.append(number)
     columns = {
         "kind": np.array(code, dtype=np.int64),
-        "slots": np.array(slots, dtype=np.int64).reshape(-1, MOST_SLOTS),
+        "slots": np.array(slots, dtype=np.int64).reshape(-1, kernel.slots),
+        "parameters": np.array(parameters, dtype=float).reshape(-1, kernel.parameters),
         "weight": np.array(weight, dtype=float),
         "joins": np.array(joins, dtype=np.int64),
     }
     return _Instances(np.array(member, dtype=np.intp), columns)
+
+
+def _filled(own: list[Any], length: int) -> list[Any]:
+    """With zeros up to this length."""
+    return [*own, *[0] * (length - len(own))]
 
 
 def _parts(primitive: Primitive) -> Iterable[tuple[Primitive, float, slice]]:
@@ -145,6 +166,7 @@ def primitives(kind: Any, bodies: int, bound: Bound) -> Any:
         local=np.ascontiguousarray(unique[:, 2:]),
         kind=bound.kind.astype(np.int64),
         slots=np.ascontiguousarray(slots, dtype=np.int64),
+        parameters=np.ascontiguousarray(bound.parameters, dtype=float),
         offset=np.ascontiguousarray(bound.offset, dtype=float),
         weight=np.ascontiguousarray(bound.weight, dtype=float),
         joins=bound.joins.astype(np.int64),

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from typing import Any
 
 from mbproj.functions.program import COORDINATE, Program, variable
 from mbproj.functions.standard import tabulated
-from mbproj.joints import COORDINATE_UNITS, INERTIA_UNITS, JOINTS, JointType
+from mbproj.joints import COORDINATE_UNITS, INERTIA_UNITS, JOINTS, JointType, Parameter
 from mbproj.scene.blocks.body import BODY
 from mbproj.scene.blocks.coordinates import COORDINATES, act_on_coordinates, drive_coordinates, on_bodies
 from mbproj.scene.blocks.couplings import Weights, couple_coordinates
@@ -26,6 +26,7 @@ from mbproj.scene.fields.checks import (
     Placed,
     different,
     nonzero,
+    not_along,
     of_these_bodies,
     pair_of,
     same_kind,
@@ -47,14 +48,8 @@ FRAME_KEYS: Mapping[str, Mapping[str, Field[Placed]]] = {
     "normal": {"axis": AXIS},
     "axes": {"axes": AXES},
 }
-#: What else a joint may take, by the names in the joint table.
-PARAMETERS: Mapping[str, Field[Any]] = {
-    "length": Number("m", above=0.0),
-    "pitch": Converted(Number("m"), nonzero),
-    "teeth": List(Converted(Number(), tooth_count), 2, "numbers of teeth"),
-    "radius": Converted(Number("m"), nonzero),
-    "radii": List(Converted(Number("m"), nonzero), 2, "radii"),
-}
+#: The rules on parameters of joints, by the words in the joint table.
+RULES: Mapping[str, Callable[[float], float]] = {"nonzero": nonzero, "teeth": tooth_count}
 
 NOWHERE = Pair((0.0, 0.0, 0.0), (0.0, 0.0, 0.0))
 JOINT_TYPE = Choice("joint type", lambda: JOINTS)
@@ -74,6 +69,14 @@ COUPLER: Mapping[str, Field[Any]] = {
 }
 
 
+def _parameter(given: Parameter) -> Field[Any]:
+    """What a parameter of the joint table is written as."""
+    number: Field[float] = Number(given.unit, above=0.0 if given.may_be == "positive" else None)
+    if given.may_be in RULES:
+        number = Converted(number, RULES[given.may_be])
+    return number if given.many is None else List(number, given.many, given.words)
+
+
 def _joint_variant(type_name: str, kind: JointType) -> Record[Joint]:
     """What a joint of this type is written as."""
     units = {name: COORDINATE_UNITS[row[0]] for name, row in kind.coordinates.items()}
@@ -81,14 +84,14 @@ def _joint_variant(type_name: str, kind: JointType) -> Record[Joint]:
     if kind.frame == "joints" and not kind.couples:
         return Record(f"a {type_name} joint", {"type": JOINT_TYPE, **COUPLER}, _coupler, ("type", "of"), named=True)
     if kind.frame == "joints":
-        own = {name: PARAMETERS[name] for name in kind.parameters}
+        own = {name: _parameter(each) for name, each in kind.parameters.items()}
         names = List(Reference("joint", "joints"), len(kind.couples), "names of joints")
         coupling = {"type": JOINT_TYPE, "joints": Converted(names, different), **own}
         return Record(f"a {type_name} joint", coupling, _coupling, tuple(coupling), named=True)
-    frame = FRAME_KEYS[kind.frame]
+    frame = {**FRAME_KEYS[kind.frame], **({"x_axis": AXIS} if kind.x_axis != "none" else {})}
     place = {"locations": TWO_POINTS} if kind.separate else {"location": JOINT_POINT}
     keys: dict[str, Field[Any]] = {"type": JOINT_TYPE, "bodies": TWO_BODIES, **place, **frame}
-    keys |= {name: PARAMETERS[name] for name in kind.parameters}
+    keys |= {name: _parameter(each) for name, each in kind.parameters.items()}
     if kind.merges:
         keys |= {"reaction": Flag(), "axes": FRAMES}
     if rates:
@@ -102,9 +105,11 @@ def _joint_variant(type_name: str, kind: JointType) -> Record[Joint]:
     checks = [Check(("bodies", point), of_these_bodies(point))]
     checks += [Check(("bodies", key), of_these_bodies(key, alone=kind.frame == "normal")) for key in frame]
     checks += [Check((point, key), same_kind(point, key)) for key in frame]
+    checks += [Check(("axis", "x_axis"), not_along("x_axis"))] if kind.x_axis != "none" else []
     if kind.merges:
         checks += [Check(("bodies", "axes"), of_these_bodies("axes")), Check((point, "axes"), same_kind(point, "axes"))]
-    needed = ("type", "bodies", point, *frame, *kind.required_parameters)
+    wanted = [key for key in frame if key != "x_axis" or kind.x_axis == "required"]
+    needed = ("type", "bodies", point, *wanted, *kind.required_parameters)
     return Record(f"a {type_name} joint", keys, _joint, needed, tuple(checks), named=True)
 
 
@@ -142,6 +147,7 @@ def _joint(
         reflected_inertia=given.get("reflected_inertia", {}),
         limits=given.get("limits", {}),
         frames=frames,
+        x_axis=pair("x_axis"),
     )
 
 

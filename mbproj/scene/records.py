@@ -81,7 +81,7 @@ class Joint:
     whether the reaction of a joint that merges its bodies is wanted, so that they stay two. `couples`: what a coupling
     couples; its `bodies` are then the second bodies of the first and the last of its joints. `reflected_inertia` (kg
     m², kg) and `limits` are by coordinate name. `frames`: what a joint that merges its bodies makes one, in the axes of
-    each; None: the global axes at the scene's pose.
+    each; None: the global axes at the scene's pose. `x_axis`: the direction of its x; None: any.
     """
 
     name: str
@@ -97,6 +97,7 @@ class Joint:
     reflected_inertia: Mapping[str, float] = field(default_factory=dict)
     limits: Mapping[str, Limit] = field(default_factory=dict)
     frames: Orientations | None = None
+    x_axis: Pair | None = None
 
 
 @dataclass(frozen=True)

@@ -26,6 +26,7 @@ def primitives(**changes: Any) -> Any:
         "local": np.array([[1.0, 0, 0], [-1, 0, 0], [0, 1, 0], [0, 0, 1]]),
         "kind": np.array([0, 1]),
         "slots": np.array([[0, 1, 0], [3, 2, 0]]),
+        "parameters": np.zeros((2, 1)),
         "offset": np.zeros(2),
         "weight": np.ones(2),
         "joins": np.zeros(2, int),
@@ -35,6 +36,7 @@ def primitives(**changes: Any) -> Any:
 
 def no_primitives() -> Any:
     nothing = {"kind": np.zeros(0, int), "slots": np.zeros((0, 3), int), "joins": np.zeros(0, int)}
+    nothing["parameters"] = np.zeros((0, 1))
     return primitives(**nothing, offset=np.zeros(0), weight=np.zeros(0))
 
 

@@ -34,6 +34,8 @@ WRONG_PRIMITIVES = [
     ({"kind": np.array([0, 99])}, "kind holds an index out of range"),
     ({"slots": np.zeros((2, 6), int)}, "slots has a wrong shape"),
     ({"slots": np.array([[0, 4, 0]] * 2)}, "slots holds an index out of range"),
+    ({"parameters": np.zeros((2, 3))}, "parameters has a wrong shape"),
+    ({"parameters": np.array([[0.0], [0.7]])}, "parameters has more than its kind takes"),
     ({"weight": np.full(2, INF)}, "weight holds a number that is not finite"),
     ({"joins": np.array([1, 0])}, "joins couples what is no coordinate"),
     ({"joins": np.array([0, 1])}, "joins couples what is no coordinate"),

@@ -46,6 +46,12 @@ def local_frames(joints: Sequence[Joint], poses: Mapping[str, Pose]) -> Array:
                 [pose @ rotation_matrix(np.array(own)) for pose, own in zip(rotation[at], pair, strict=True)]
             )
             x[at], z[at] = turned[:, :, 0], turned[:, :, 2]
+    given = np.array([joint.x_axis is not None for joint in joints])
+    if given.any():
+        chosen = [joint.x_axis for joint in joints if joint.x_axis is not None]
+        direction = _global(chosen, np.zeros_like(position[given]), rotation[given])
+        direction[frame[given] == "normal", 1] = direction[frame[given] == "normal", 0]
+        x[given] = _normal_part(direction, z[given])
     own = frame == "axes"
     if own.any():
         x[own] = _normal_part(z[own, ::-1], z[own])

@@ -11,6 +11,7 @@ from mbproj.arrays import Array
 from mbproj.dataclass import dataclass
 from mbproj.errors import Place
 from mbproj.functions.program import RATE, Code, Instruction, Op, Program, apply, number, variable
+from mbproj.joints import JOINTS
 from mbproj.model.bearings import Bearings
 from mbproj.model.frictions import Frictions
 from mbproj.model.primitive_set import Binding, bind
@@ -110,7 +111,7 @@ def _load(at: int, joint: Joint, unit: str, bearing: Bearing) -> _Load:
     radius = bearing.radius or 0.0
     if unit == "m":
         return _Load(at, 1.0, 0.0, bearing.length, bearing.preload)
-    if joint.type == "screw" and bearing.axial_radius is None:
+    if JOINTS[joint.type].is_threaded and bearing.axial_radius is None:
         return _Load(at, 0.0, radius, bearing.length, bearing.preload * radius)
     return _Load(at, radius, bearing.axial_radius or 0.0, bearing.length, bearing.preload * radius)
 

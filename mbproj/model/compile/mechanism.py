@@ -33,8 +33,7 @@ from mbproj.scene.records import Joint, Marker, Scene
 
 #: The points and vectors of a joint by symbol: body index, side, and the vector in that body's axes.
 Symbols = Mapping[str, tuple[int, int, Array]]
-#: The primitives that take nothing beside what they bind.
-_PLAIN = {name: kind() for name, kind in PRIMITIVES.items() if name != "coupling"}
+_PERPENDICULAR = PRIMITIVES["perpendicular"]()
 
 
 def compile_system(scene: Scene) -> System:
@@ -55,9 +54,9 @@ def _without_elements(scene: Scene) -> System:
     for owner, joint in enumerate(groups.joints):
         kind = JOINTS[joint.type]
         for pair in kind.aligned:
-            alignment.append(Binding(_PLAIN["perpendicular"], owner, tuple(_slots(("", *pair), symbols[joint.name]))))
+            alignment.append(Binding(_PERPENDICULAR, owner, tuple(_slots(("", *pair), symbols[joint.name]))))
         for name, row in kind.coordinates.items():
-            coordinates.append(Binding(_PLAIN[row[0]], owner, tuple(_slots(row, symbols[joint.name]))))
+            coordinates.append(Binding(_primitive(row, joint), owner, tuple(_slots(row, symbols[joint.name]))))
             coordinate_names.append(f"{joint.name}.{name}")
             units.append(COORDINATE_UNITS[row[0]])
     named = dict(zip(coordinate_names, coordinates, strict=True))
@@ -180,12 +179,12 @@ def _rows(
 
 
 def _primitive(row: Row, joint: Joint) -> Primitive:
-    """The row's primitive; that of a thread follows from the joint's parameters."""
-    coupling = JOINTS[joint.type].coupling
-    if coupling is None or row[0] != "coupling":
-        return _PLAIN[row[0]]
-    weights, period = coupling(**joint.parameters)
-    return Coupling(JOINTS[joint.type].couples, weights, period or 0.0)
+    """The row's primitive, with what it takes from the joint's parameters."""
+    kind, coupling = PRIMITIVES[row[0]], JOINTS[joint.type].coupling
+    if kind is Coupling and coupling is not None:
+        weights, period = coupling(**joint.parameters)
+        return Coupling(JOINTS[joint.type].couples, weights, period or 0.0)
+    return kind(**{name: joint.parameters[name] for name in kind.parameters})
 
 
 def _offset(

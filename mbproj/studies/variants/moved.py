@@ -65,14 +65,16 @@ class RigidMotion:
 
     def _joint(self, joint: Joint) -> Joint:
         """What a joint has in its bodies' axes stays; the ground's axes are the global ones, so they are turned."""
-        points, axes = joint.points, joint.axes
-        moved_points = [self._point(points.first), self._point(points.second)]
-        moved_axes = None if axes is None else [self._direction(axes.first), self._direction(axes.second)]
+        points = [self._point(joint.points.first), self._point(joint.points.second)]
         return replace(
             joint,
-            points=_of_ground(joint, points, moved_points),
-            axes=None if axes is None or moved_axes is None else _of_ground(joint, axes, moved_axes),
+            points=_of_ground(joint, joint.points, points),
+            axes=joint.axes and self._directions(joint, joint.axes),
+            x_axis=joint.x_axis and self._directions(joint, joint.x_axis),
         )
+
+    def _directions(self, joint: Joint, pair: Pair) -> Pair:
+        return _of_ground(joint, pair, [self._direction(pair.first), self._direction(pair.second)])
 
     def _marker(self, marker: Marker) -> Marker:
         stays = marker.local and marker.body != "ground"

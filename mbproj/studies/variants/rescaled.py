@@ -13,6 +13,7 @@ from mbproj.errors import InputError, Problem
 from mbproj.functions.program import COORDINATE, RATE, Program
 from mbproj.joints import COORDINATE_UNITS, JOINTS
 from mbproj.scene.coupled import Coupled
+from mbproj.scene.fields.quantities import dimension_of
 from mbproj.scene.friction import Bearing, DryFriction
 from mbproj.scene.records import (
     Body,
@@ -74,8 +75,8 @@ class _Larger:
         return replace(pair, first=self.vector(pair.first), second=self.vector(pair.second))
 
     def joint(self, joint: Joint) -> Joint:
-        units = JOINTS[joint.type].parameters
-        own = {name: self._length(value) if units[name] == "m" else value for name, value in joint.parameters.items()}
+        units = {name: each.unit for name, each in JOINTS[joint.type].parameters.items()}
+        own = {name: self._in(units[name], value) for name, value in joint.parameters.items()}
         return replace(
             joint,
             points=self.points(joint.points),
@@ -90,8 +91,10 @@ class _Larger:
             limits={name: self._limit(limit, self._unit(joint.name, name)) for name, limit in joint.limits.items()},
         )
 
-    def _length(self, value: float | tuple[float, ...]) -> float | tuple[float, ...]:
-        return tuple(self.k * each for each in value) if isinstance(value, tuple) else self.k * value
+    def _in(self, unit: str, value: float | tuple[float, ...]) -> float | tuple[float, ...]:
+        """A number, or several, in a unit that may have metres in it."""
+        factor = self.k ** dimension_of(unit).length
+        return tuple(factor * each for each in value) if isinstance(value, tuple) else factor * value
 
     def _coupled(self, coupled: Coupled) -> Coupled:
         """A row in m is k times as large, and a length in it counts as before."""

@@ -118,24 +118,16 @@ inline void check_implicit_tableau(const Tableau& t, int most_stages) {
     }
 }
 
-constexpr int slots_of(Kind kind) {
-    switch (kind) {
-        case Kind::coincident:
-        case Kind::perpendicular:
-        case Kind::distance: return 2;
-        default: return 3;
-    }
-}
-
-// Attachments (body, is_point, local), instances (kind, slots, offset, weight); rows follow one another, but an instance that
+// Attachments (body, is_point, local), instances (kind, slots, parameters, offset, weight); rows follow one another, but an instance that
 // `joins` is of the row before.
 template <int D> PrimitiveSet<D> primitive_set(std::size_t bodies, const Integers1& body, const Integers1& is_point,
                                                const Numbers2& local, const Integers1& kind, const Integers2& slots,
-                                               const Numbers1& offset, const Numbers1& weight, const Integers1& joins) {
+                                               const Numbers2& parameters, const Numbers1& offset, const Numbers1& weight, const Integers1& joins) {
     const std::size_t attachments = body.shape(0), instances = kind.shape(0);
     require(is_point, {attachments}, "is_point");
     require(local, {attachments, D}, "local");
     require(slots, {instances, most_slots}, "slots");
+    require(parameters, {instances, most_parameters}, "parameters");
     require(offset, {instances}, "offset");
     require(weight, {instances}, "weight");
     require(joins, {instances}, "joins");
@@ -148,10 +140,14 @@ template <int D> PrimitiveSet<D> primitive_set(std::size_t bodies, const Integer
     }
     for (std::size_t i = 0; i < instances; ++i) {
         Instance p{};
-        p.kind = static_cast<Kind>(index_below(kind.data()[i], kind_count, "kind"));
-        p.slot_count = slots_of(p.kind);
+        p.kind = static_cast<Kind>(index_below(kind.data()[i], std::size(forms), "kind"));
+        p.slot_count = form_of(p.kind).slots;
         for (int s = 0; s < p.slot_count; ++s)
             p.slots[s] = index_below(slots.data()[most_slots * i + s], attachments, "slots");
+        for (int k = 0; k < most_parameters; ++k) {
+            p.parameters[k] = parameters.data()[most_parameters * i + k];
+            if (k >= form_of(p.kind).parameters && p.parameters[k] != 0.0) refuse("parameters", "has more than its kind takes");
+        }
         p.coupled = joins.data()[i] != 0;
         p.rows = p.coupled ? 0 : p.kind == Kind::coincident ? D : 1;
         set.rows += p.rows;

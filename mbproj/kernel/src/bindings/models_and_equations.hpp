@@ -30,12 +30,12 @@ template <int D> void add_model(nb::module_& m, const char* primitives, const ch
         .def(
             "__init__",
             [](PrimitiveSet<D>* self, std::size_t bodies, Integers1 body, Integers1 is_point, Numbers2 local,
-               Integers1 kind, Integers2 slots, Numbers1 offset, Numbers1 weight, Integers1 joins) {
+               Integers1 kind, Integers2 slots, Numbers2 parameters, Numbers1 offset, Numbers1 weight, Integers1 joins) {
                 new (self) PrimitiveSet<D>(
-                    primitive_set<D>(bodies, body, is_point, local, kind, slots, offset, weight, joins));
+                    primitive_set<D>(bodies, body, is_point, local, kind, slots, parameters, offset, weight, joins));
             },
             nb::kw_only(), nb::arg("bodies"), nb::arg("body"), nb::arg("is_point"), nb::arg("local"), nb::arg("kind"),
-            nb::arg("slots"), nb::arg("offset"), nb::arg("weight"), nb::arg("joins"))
+            nb::arg("slots"), nb::arg("parameters"), nb::arg("offset"), nb::arg("weight"), nb::arg("joins"))
         .def_ro("rows", &PrimitiveSet<D>::rows);
     nb::class_<Model<D>>(m, model)
         .def(

@@ -219,8 +219,13 @@ NB_MODULE(_core, m) {
         throw nb::import_error("it was compiled for processors with AVX2 and FMA, and this one lacks them: install "
                                "mbproj on this machine, or with MBPROJ_PORTABLE=1");
     m.def(
-        "primitives", [] { return std::vector<std::string>(std::begin(kind_names), std::end(kind_names)); },
-        "The primitives that it has, by their numbers.");
+        "primitives",
+        [] {
+            std::vector<std::tuple<std::string, int, int>> found;
+            for (const Form& form : forms) found.emplace_back(form.name, form.slots, form.parameters);
+            return found;
+        },
+        "The primitives that it has by their numbers: name, how many points and vectors, how many parameters.");
     m.def("build_info", &build_info, "How this extension was compiled.");
     add_settings(m);
     m.def("contact_problem", &contact_problem_of, nb::arg("thresholds"), nb::arg("B"), nb::arg("b"), nb::arg("cones"),

@@ -1,6 +1,7 @@
 // The mechanism as the kernel keeps it: bodies, and primitives bound to points and vectors that are fixed in them.
 #pragma once
 
+#include <algorithm>
 #include <cmath>
 #include <iterator>
 #include <memory>
@@ -14,12 +15,21 @@
 
 namespace mbproj {
 
-// The primitives that the kernel has, and their names in mbproj.constraints. Couplings are instances of these.
+// The primitives that the kernel has: their names in mbproj.constraints, and how many points and vectors and how many
+// parameters each takes. Couplings are instances of these.
 enum class Kind : int { coincident, perpendicular, along, distance, angle };
-constexpr const char* kind_names[] = {"coincident", "perpendicular", "along", "distance", "angle"};
-constexpr int kind_count = static_cast<int>(std::size(kind_names));
-
-constexpr int most_slots = 3;
+struct Form {
+    const char* name;
+    int slots, parameters;
+};
+constexpr Form forms[] = {{"coincident", 2, 0}, {"perpendicular", 2, 0}, {"along", 3, 0}, {"distance", 2, 0}, {"angle", 3, 0}};
+constexpr const Form& form_of(Kind kind) { return forms[static_cast<int>(kind)]; }
+constexpr int most(int Form::* of) {
+    int found = 1;  // no array is empty
+    for (const Form& form : forms) found = std::max(found, form.*of);
+    return found;
+}
+constexpr int most_slots = most(&Form::slots), most_parameters = most(&Form::parameters);
 
 template <int D> struct Body {
     double mass;
@@ -42,6 +52,7 @@ struct Instance {
     Kind kind;
     int slots[most_slots];
     int slot_count;
+    double parameters[most_parameters];
     int row;
     int rows;
     double offset;

@@ -56,7 +56,7 @@ def _thread(joint: Joint, dry: DryFriction, path: KeyPath) -> Iterator[Complaint
     """Why moments do not count: a thread is pressed by the axial force."""
     pressed = dry.bearing
     alone = pressed is not None and pressed.axial_radius is None and not math.isinf(pressed.length)
-    if joint.type == "screw" and dry.unit == "rad" and alone:
+    if JOINTS[joint.type].is_threaded and dry.unit == "rad" and alone:
         said = f"'bearing_length' does nothing: 'radius' alone is that of the thread of joint '{joint.name}'"
         yield Complaint((*path, "bearing_length"), said, "'axial_radius' makes 'radius' the arm of the radial force")
 
