@@ -57,6 +57,6 @@ def distinct_rows(rows: Numbers) -> tuple[Numbers, Integers]:
 
 
 def may_overflow() -> np.errstate:
-    """Within, NumPy says nothing of numbers that overflow, as those of a step do that is far too large, and of what is
-    derived from a state that is lost. Whoever computes them looks whether what came out is finite, or records it."""
+    """Within this block NumPy does not warn of overflow. Numbers overflow in a step that is far too large, and in what
+    follows from a state that is lost. Whoever computes them looks whether what came out is finite, or records it."""
     return np.errstate(over="ignore", invalid="ignore")

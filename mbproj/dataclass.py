@@ -1,5 +1,5 @@
-"""`dataclass` as the standard library has it, but `__init__` is written when a class makes its first instance, and its
-fields are found when somebody asks for them.
+"""`dataclass` as the standard library has it, but late: a class gets its `__init__` when its first instance is made,
+and its fields are found when somebody asks for them.
 
 The standard decorator compiles up to six functions for each class, which takes 0.8 ms; a run imports 220 classes, makes
 instances of 90 and compares those of four. Here all classes share the functions that need not be fast.

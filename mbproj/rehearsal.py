@@ -41,8 +41,8 @@ ENDS: dict[int, str] = {signal.SIGXCPU: ENDLESS, signal.SIGKILL: "reading it tak
 def rehearse(act: Callable[[], object], path: Path) -> bool:
     """Do `act`, which reads the file at `path`, in a child process; whether that was done.
 
-    Raises the InputError that `act` raises, or one that says the file is damaged where the child does not come to its
-    end within the limits. Where a process cannot be forked (Windows) nothing is done.
+    Raises the InputError that `act` raises. Raises one that says the file is damaged where the child does not come to
+    its end within the limits. Where a process cannot be forked (Windows) nothing is done.
     """
     if resource is None or not hasattr(os, "fork"):
         return False

@@ -16,6 +16,8 @@ from tests.support import ROOT
 CLANG_FORMAT = shutil.which("clang-format")
 #: Places that the formatter leaves alone: tables that it would spread over a page.
 MOST_EXCEPTIONS = 30
+#: Words of a sentence in a docstring at most.
+LONGEST_SENTENCE = 25
 
 
 @pytest.mark.parametrize(
@@ -54,3 +56,21 @@ def test_tests_import_no_tests_and_skip_nothing_that_they_find_out():
         for node in ast.walk(ast.parse(text)):
             if isinstance(node, ast.Call) and isinstance(node.func, ast.Attribute) and node.func.attr == "skip":
                 assert not isinstance(node.func.value, ast.Name), f"{path}:{node.lineno}"
+
+
+def _sentences(text: str) -> list[str]:
+    """The sentences of a docstring, without tables, formulas and code, which stand deeper than the text."""
+    depth = min((len(line) - len(line.lstrip()) for line in text.splitlines()[1:] if line.strip()), default=0)
+    lines = [line if not line.startswith(" " * (depth + 2)) else "" for line in text.splitlines()]
+    return re.split(r"(?<=[.:;!?])\s+|\n\s*\n", "\n".join(lines))
+
+
+def test_sentences_of_docstrings_are_short():
+    """Words of two letters or more, and the article: what a formula adds is not counted."""
+    word = re.compile(r"[(`']*[A-Za-z'’_-]{2,}[)`'.,:;!?]*|[aAI],?")
+    for path in sorted((ROOT / "mbproj").rglob("*.py")):
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+            if isinstance(node, (ast.Module, ast.ClassDef, ast.FunctionDef)):
+                for sentence in _sentences(ast.get_docstring(node, clean=False) or ""):
+                    length = sum(word.fullmatch(each) is not None for each in sentence.split())
+                    assert length <= LONGEST_SENTENCE, f"{path}: {length} words: {' '.join(sentence.split())}"

@@ -22,8 +22,8 @@ SETTLED = 0.05
 
 @dataclass(frozen=True, eq=False)
 class Horizons:
-    """Times in s by point and limit, (k, E): the first sample at which the distance exceeds the limit, and the first
-    at which the true error can (`low`) and at which it must (`high`). Infinite where that does not happen."""
+    """Times in s by point and limit, (k, E): the first sample at which the distance exceeds the limit. `low`: the first
+    at which the true error can exceed it. `high`: the first at which it must. Infinite where that does not happen."""
 
     time: Array
     low: Array

@@ -1,4 +1,4 @@
-"""stdout and stderr for commands. Names from files cannot control the terminal, every encoding takes every text, and a
+"""stdout and stderr for commands. Names from files cannot control the terminal. Every encoding takes every text. A
 stream that is closed, full or no longer read causes no traceback."""
 
 from __future__ import annotations

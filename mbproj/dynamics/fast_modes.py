@@ -1,9 +1,9 @@
 """How fast the forces of a scene alone move a mechanism, and its elements' states change: the eigenvalues of their
 linear part at a state.
 
-Along the coordinates s of the laws and bushings that depend on them, forces F = -k δs - c δs' make δs'' = W F, with W
-what a unit force on one coordinate makes of the acceleration along another, joints closed: δs'' = -W (k δs + c δs').
-k and c are diagonal but for bushings, which couple their six coordinates. Gravity, spin, preloads, and what the bodies'
+Laws and bushings depend on coordinates s. Their forces F = -k δs - c δs' make δs'' = W F. An entry of W is the
+acceleration along one coordinate that a unit force along another causes, joints closed: δs'' = -W (k δs + c δs'). k and
+c are diagonal but for bushings, which couple their six coordinates. Gravity, spin, preloads, and what the bodies'
 motion changes in W are left out: a stiff force is faster than those. States have δx' = f_x δx.
 """
 

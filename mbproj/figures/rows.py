@@ -21,8 +21,8 @@ MAX_ROWS, LOWER = 8, 0.75
 
 @dataclass(frozen=True, eq=False)
 class Quantity:
-    """What a panel shows: words on its axis and a unit, values of a result in SI, (T) or (T, 1), or (T, k) with a name
-    and the number of its look for each of the `parts`; whether it is not unique, and grey, and whether the panel is
+    """What a panel shows: the words on its axis and its unit. Values are those of a result in SI: (T), (T, 1), or (T,
+    k) with a name and a look for each of the `parts`; whether it is not unique, and grey, and whether the panel is
     `held` to the scale of others, where hardly anything moves."""
 
     words: str

@@ -1,7 +1,7 @@
 """Several joints between two bodies, in a row: one joint of the scene where they are one, else massless bodies between.
 
-Robots' formats stack single turns and slides: two crossed turns are a universal joint, a slide along a turn's axis is a
-cylindrical one, two slides and a turn across them are a planar one.
+Robots' formats stack single turns and slides: two crossed turns are a universal joint; a slide along a turn's axis is a
+cylindrical one; two slides and a turn across them are a planar one.
 """
 
 from __future__ import annotations

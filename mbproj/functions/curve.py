@@ -41,8 +41,8 @@ class Curve:
         return any(not is_table or own.jumps(number)[:, :2].any() for is_table, number in found)
 
     def repeats(self, period: float, by: float) -> bool:
-        """Whether its value, but for multiples of `by`, its derivatives and its switches are the same from half a
-        period below 0 to half a period above."""
+        """Whether it repeats from half a period below 0 to half a period above: its derivatives, its switches, and its
+        value but for multiples of `by`."""
         ends = np.array([-0.5, 0.5]) * period
         change, size = np.array(self(ends)), np.abs(self(ends)).max()
         change = change[:, 1] - change[:, 0]

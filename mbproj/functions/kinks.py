@@ -1,10 +1,11 @@
-"""Where functions of time are not smooth: kinks of `abs min max sign floor ceil`, ends of smooth steps, rows of tables,
-and whatever else makes a value or a slope jump (the root of a square, a branch of an arc function).
+"""Where functions of time are not smooth: kinks of `abs min max sign floor ceil`; ends of smooth steps; rows of tables;
+any other jump of a value or a slope, as of the root of a square or between branches of an arc function.
 
-Kinks of the first kind follow from the program. Each such operation is on one of its branches at a time, and the time
-of a change is bisected between two samples down to the grain of time. Jumps of the second kind show between two samples
-as a change that the derivatives at both do not explain. Halving the interval makes that vanish where the function is
-smooth, and leaves it where it jumps. What changes twice between two of the times of `look_times` is not seen.
+Kinks of the first kind follow from the program. Each such operation is on one of its branches at a time. Where the
+branch changes between two samples, bisection finds the time, down to the grain of time. Jumps of the second kind show
+between two samples as a change that the derivatives at both do not explain. Halving the interval makes that vanish
+where the function is smooth, and leaves it where it jumps. What changes twice between two of the times of `look_times`
+is not seen.
 """
 
 from __future__ import annotations
@@ -111,8 +112,8 @@ class _Look:
     def _bisected(
         self, look: Callable[[Array], Array], found: Array, score: Callable[[Array, Array, Array, Array], Array]
     ) -> Array:
-        """The upper ends of the intervals, halved down to the grain of time, that have a score above 0, given their
-        ends and what `look` finds there; of many, those with the largest, or the earliest."""
+        """The upper ends of those intervals that have a score above 0, halved down to the grain of time. `look` gives
+        the score of an interval from what is at its ends; of many, those with the largest, or the earliest."""
         low, high, before, after = self.times[:-1], self.times[1:], found[:, :-1], found[:, 1:]
         while True:
             scores = score(low, high, before, after)

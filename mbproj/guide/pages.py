@@ -68,8 +68,8 @@ def page_of(words: Sequence[str]) -> Page | None:
 
 def search(words: Sequence[str]) -> list[Hit]:
     """The sections that hold all words, as they are written or as parts of words, or else those that hold most of them.
-    First come those with the words in their heading or topic, then those that say how before those that say why, then
-    those where the words stand most often."""
+    First come those with the words in their heading or topic. Pages that say how come before those that say why, and
+    sections in which the words stand more often before the others."""
     wanted = {word.casefold() for word in words}
     found: list[tuple[tuple[int, bool, int], Hit]] = []
     for page in pages().values():

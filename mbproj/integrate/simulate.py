@@ -106,9 +106,9 @@ def simulate(
     same system, state and settings but for the duration, it goes on from there: with the samples that follow, to the
     bits of one run.
 
-    Raises InputError where the settings do not fit the system or its equations have no unique solution, SimulationError
-    where the run cannot go on, and KeyboardInterrupt after SIGINT or SIGTERM; the last two after everything computed so
-    far was recorded.
+    Raises InputError where the settings do not fit the system or its equations have no unique solution. Raises
+    SimulationError where the run cannot go on, KeyboardInterrupt after SIGINT or SIGTERM; the last two after everything
+    computed so far was recorded.
     """
     _refuse_at_the_start(system, state, settings)
     choice = choose(system, state, settings)

@@ -25,8 +25,9 @@ HINT = "linearise beside the kink, or smooth the force"
 
 
 def refuse_kinks(reference: Reference) -> None:
-    """Raises InputError that names the forces which have no slope at the reference, two points that have met or the
-    root of a square, or another one on either side: a stop at its edge, dry friction at rest."""
+    """Raises InputError that names the forces which have no slope at the reference, or another one on either side. The
+    first are those of two points that have met, or of the root of a square: a stop at its edge, dry friction at
+    rest."""
     _refuse_touching(reference)
     refuse_loads(reference.system, "has no linear part here")
     problems = [

@@ -75,8 +75,8 @@ class Modes:
 
 def modes(reference: Reference, count: int | None = None) -> Modes:
     """All modes, or the `count` slowest; of large mechanisms few, and all that grow where they move. Raises InputError
-    where a force has a kink there, nothing holds a motion without mass, or a large mechanism that moves, or whose
-    elements have states, is too free."""
+    where a force has a kink there, or nothing holds a motion without mass. Raises it where a large mechanism that
+    moves, or whose elements have states, is too free."""
     refuse_kinks(reference)
     scale = reference.system.state_scale
     large = reference.system.bodies > THRESHOLDS.dense_modes

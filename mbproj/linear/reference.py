@@ -24,8 +24,8 @@ from mbproj.thresholds import THRESHOLDS
 
 @dataclass(frozen=True)
 class Imbalance:
-    """The largest force in N and torque in N m on a body that neither constraints nor a steady motion balance, and the
-    larger of both beside the largest that acts."""
+    """The largest force in N and torque in N m on a body that neither constraints nor a steady motion balance.
+    `relative` is the larger of both, beside the largest that acts."""
 
     force: float
     torque: float

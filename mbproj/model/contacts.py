@@ -24,14 +24,14 @@ TINY = 1e-60
 
 @dataclass(frozen=True)
 class Contacts:
-    """The stops that touch: rigid ones that are `held`, in their order; compliant ones that push, with the damping c
-    of each in s/m or s/rad, or of those with a restitution κ 2k / ((p + 1) m), m the mass that it sees. And the dry
+    """The stops that touch: rigid ones that are `held`, in their order; compliant ones that push, with the damping c of
+    each in s/m or s/rad, or of those with a restitution κ 2k / ((p + 1) m), m the mass that it sees. And the dry
     frictions: those that are `sliding`, with the sign of s', or the part of the direction along a tangent; those that
-    are `stuck` at this value of s; those that stick because others hold them, and are `bearing` this part, -1 to 1,
-    of their static force. Those in a plane that are `starting` or go `straight` to rest are slow, and keep their
-    direction. Where rows of stops that touch depend on each other only some are held: `shares` says of all of them
-    with which parts of the pushes that these would have alone each pushes, as pairs of a held stop and a part; those
-    that are `idle` touch and do not push. Whether the motion depends on how they share is `decides`."""
+    are `stuck` at this value of s; those that stick because others hold them, and are `bearing` this part, -1 to 1, of
+    their static force. Those in a plane that are `starting` or go `straight` to rest are slow, and keep their
+    direction. Where rows of stops that touch depend on each other only some are held: `shares` gives for each of them
+    pairs of a held stop and a part: its push is the sum of these parts of the pushes that the held ones would have
+    alone; those that are `idle` touch and do not push. Whether the motion depends on how they share is `decides`."""
 
     held: tuple[int, ...] = ()
     pushing: Mapping[int, float] = field(default_factory=dict)
@@ -89,9 +89,9 @@ def at_walls(system: System, contacts: Contacts, closed: Iterable[int]) -> Conta
 
 def in_contact(system: System, contacts: Contacts) -> System:
     """The mechanism with these contacts: after the joints' rows one for each stop that is held and then for each
-    friction that is stuck, as joints of their own; after the laws one for each stop that pushes and then for each
-    friction that slides or bears a force, of which what is lost is an integral of its own. The same system where
-    nothing touches."""
+    friction that is stuck, as joints of their own; after the laws one for each stop that pushes, then one for each
+    friction that slides or bears a force. Each of these has an integral of what is lost. The same system where nothing
+    touches."""
     stops, frictions, found = system.stops, system.frictions, system
     rows, laws = list[_Row](), list[AddedLaw]()
     if stops is not None:

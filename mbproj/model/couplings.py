@@ -17,8 +17,8 @@ from mbproj.model.primitive_set import Binding
 
 @dataclass(frozen=True, eq=False)
 class Couplings:
-    """k rows of the joints, each a sum of coordinates, less a function of the first of them where it has one, and less
-    a multiple of a period.
+    """k rows of the joints, each a sum of coordinates. Subtracted are a function of the first of them, where it has
+    one, and a multiple of a period.
 
     `row` (k,) of the joints' rows; `period` (k,) one tooth in rad, or one thread in m; 0 for none. `first` (k,): where
     the entries of each begin, which are `coordinate` (e,), numbers of the system's coordinates, and `weight` (e,).

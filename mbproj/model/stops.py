@@ -13,10 +13,9 @@ from mbproj.model.primitive_set import PrimitiveSet
 
 @dataclass(frozen=True, eq=False)
 class Stops:
-    """S one-sided limits on scalar coordinates s: the gap g = side (s - bound) is never negative at a rigid stop, and
-    a compliant one pushes while its penetration δ = -g is positive, with k δᵖ (1 + c δ') (Hunt & Crossley 1975), or
-    where it has a restitution with k δᵖ (1 + d δ' / √(δ'² + κ 2V/m)), where V is its energy and m the mass that it
-    sees.
+    """S one-sided limits on scalar coordinates s: the gap g = side (s - bound) is never negative at a rigid stop. A
+    compliant one pushes while its penetration δ = -g is positive, with k δᵖ (1 + c δ') (Hunt & Crossley 1975). With a
+    restitution it pushes with k δᵖ (1 + d δ' / √(δ'² + κ 2V/m)), where V is its energy and m the mass that it sees.
 
     `coordinates`: the s as primitives, S rows. `joint_coordinate` (S,): which of the system's coordinates s is, so
     that an angle counts its turns; -1 for the distance of two points, or of a point from a plane. `side` (S,): 1 for

@@ -67,8 +67,8 @@ class Stop:
 
 @dataclass(frozen=True)
 class Friction:
-    """The rate of what a dry friction resists (T) in m/s or rad/s, its force in N or torque in N m along it, its state,
-    1 or -1 where it slides up or down and 0 where it sticks, and the energy that it has lost in J."""
+    """The rate of what a dry friction resists (T) in m/s or rad/s, and its force in N or torque in N m along it. Its
+    state is 1 or -1 where it slides up or down, 0 where it sticks. Last comes the energy that it has lost in J."""
 
     rate: Array
     force: Array

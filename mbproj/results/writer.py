@@ -1,7 +1,7 @@
 """Writing a results file: blocks of samples are buffered, flushed about once a second, and renamed over OUT at the end.
 
 The file is in HDF5's SWMR mode from the first sample on: whatever the moment of a kill, OUT.part can be read up to the
-last flush, and `info` and `plot` can read it while the run goes on.
+last flush. `info` and `plot` can read it while the run goes on.
 """
 
 from __future__ import annotations

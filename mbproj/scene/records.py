@@ -239,7 +239,7 @@ class Expectation:
 @dataclass(frozen=True)
 class Scene:
     """A whole scene file. `text` is the file as read, `path` its path (None for text from elsewhere), `overrides` what
-    --set changed, `places` where each key stands, `notes` what was read that is legal but may be a mistake.
+    --set changed, and `places` where each key stands. `notes` is what was read that is legal but may be a mistake.
     `elements` come from Python; the file has none."""
 
     title: str

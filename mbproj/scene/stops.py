@@ -69,8 +69,8 @@ class DistanceStop:
 
 @dataclass(frozen=True)
 class PlaneFriction:
-    """Dry friction of a point on a plane: coefficients of the push while it slides and while it sticks, and the speed
-    in m/s over which the one falls to the other, None where it falls at once."""
+    """Dry friction of a point on a plane: coefficients of the push while it slides and while it sticks.
+    `stribeck_speed` in m/s is that over which the one falls to the other, None where it falls at once."""
 
     sliding: float
     static: float

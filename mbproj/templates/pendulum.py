@@ -64,8 +64,8 @@ def pendulum(values: Values) -> Iterator[str]:
 
 
 def closed_and_kept(drift: str, energy: str = "", size: float = 1.0) -> Iterator[str]:
-    """What every scene expects: joints closed as far as coordinates of `size` in m can say, and energy kept to the
-    part `drift` of `energy`, an expression in J, or where none is given of what the run exchanges."""
+    """What every scene expects: joints closed as far as coordinates of `size` in m can say. Energy is kept to the part
+    `drift` of `energy`, an expression in J; where none is given, of what the run exchanges."""
     bound = f"{max(1e-12, 2e-15 * size):.1e}"
     yield f"  closed: {{diagnostic: position_violation, at: maximum, below: {bound}, source: joints are closed}}"
     of, below = ("energy_drift", f"{drift} * {energy}") if energy else ("energy_drift_relative", drift)

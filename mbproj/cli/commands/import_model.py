@@ -75,7 +75,7 @@ def command(
 ) -> None:
     """Makes a scene of MODEL, which is MJCF or URDF.
 
-    The table says of each element without a counterpart what happens with it, and whether the motion of the scene is
+    The table lists each element without a counterpart: what happens with it, and whether the motion of the scene is
     still that of the model.
     """
     from mbproj.formats import Wishes, read_model, scene_text

@@ -38,8 +38,8 @@ def print_summary(
     outcomes: Sequence[Outcome] = (),
     frictions: Sequence[str] = (),
 ) -> None:
-    """Prints the summary for a reader on stdout, with the certificate, the `outcomes` of the scene's expectations and
-    lines on its dry `frictions`, and warnings on stderr."""
+    """Prints the summary for a reader on stdout: the certificate, the `outcomes` of the scene's expectations, lines on
+    its dry `frictions`. Warnings go to stderr."""
     counts, settings = report.counters, report.settings
     seconds = report.integration_seconds
     lines = [

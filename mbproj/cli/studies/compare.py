@@ -65,8 +65,8 @@ def command(
 ) -> None:
     """Compares projection methods, integrators and steps on SCENE.
 
-    Prints a table: violations, the error of the motion against a reference by another method, the energy drift that
-    the integrator and the projection cause, CPU time with its spread, counters. Writes CSV and a page of figures.
+    Prints a table: violations, the error of the motion against a reference by another method, the energy drift of
+    integrator and projection, CPU time with its spread, counters. Writes CSV and a page of figures.
     """
     from mbproj.cli.report.progress import telling
     from mbproj.cli.scene_options import parameters

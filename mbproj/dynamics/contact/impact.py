@@ -37,7 +37,8 @@ class Impact:
 @dataclass(frozen=True, eq=False)
 class Rubbing:
     """Friction along tangents of stops that touch: rows T (k, f), rates before (k,), the coefficient of each, the other
-    tangent of its plane, the number of its stop among those that touch, and its own of all frictions, (k,) each."""
+    tangent of its plane. `stop` is the number of its stop among those that touch, `friction` its own among all
+    frictions, (k,) each."""
 
     T: Array
     rate: Array

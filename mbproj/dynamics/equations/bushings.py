@@ -1,7 +1,7 @@
 """Bushings at a pose: six coordinates each, seen from the frame midway between both of theirs.
 
-With R the rotation from frame 1 to frame 2, φ its rotation vector and A the orientation of the frame that half of it
-leads to, the coordinates are x = Aᵀ d of the way d between the origins, and φ, which has the same components in all
+R is the rotation from frame 1 to frame 2, φ its rotation vector, and A the orientation of the frame that half of R
+leads to. The coordinates are x = Aᵀ d, with d the way between the origins, and φ. Its components are the same in all
 three frames. Neither body comes first. With angular velocities in the axes of the midway frame,
 
     φ' = H (ω2 - ω1),    H = n nᵀ + (θ/2) / sin(θ/2) (1 - n nᵀ),    θ = |φ|, n = φ / θ

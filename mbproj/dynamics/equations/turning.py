@@ -1,8 +1,8 @@
 """Turns of the joints' angles, counted from step to step.
 
-A pose knows an angle but for whole turns. Rates lead it to where it is after a step, by the trapezoidal rule or, where
-the pose is not there, by the stages of the step; its motion leads a driven one, however many turns that makes. Where
-the pose is not there either, the step is too coarse to tell the turns.
+A pose knows an angle but for whole turns. A step takes it on by its rates: by the trapezoidal rule or, where the pose
+is not known there, by the stages of the step; its motion leads a driven one, however many turns that makes. Where the
+pose is not there either, the step is too coarse to tell the turns.
 """
 
 from __future__ import annotations

@@ -28,10 +28,9 @@ HUGE, TINY = 1e200, float(np.finfo(float).tiny)
 
 @dataclass(frozen=True, eq=False)
 class Balance:
-    """S stops that touch and K frictions: rows A (S+K, f) and accelerations b (S+K,) without them. Of the frictions
-    the `static` and `sliding` force, (K,), to be multiplied by `loads(y)` (K,), the `direction` (K,) in which each
-    slides, 0 at rest, the `partner` (K,) with which it acts in a plane, and the number of the `stop` (K,) whose push is
-    its load; -1 for none."""
+    """S stops that touch and K frictions: rows A (S+K, f) and accelerations b (S+K,) without them. Arrays (K,) of the
+    frictions: `static` and `sliding` force, to be multiplied by `loads(y)`; the `direction` in which each slides, 0 at
+    rest; the `partner` with which it acts in a plane; the number of the `stop` whose push is its load; -1 for none."""
 
     A: Array
     b: Array

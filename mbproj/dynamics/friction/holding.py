@@ -19,9 +19,9 @@ from mbproj.thresholds import THRESHOLDS
 
 @dataclass(frozen=True, eq=False)
 class Balanced:
-    """The forces y (S+K,); of the frictions which are `stuck`, each by a row of its own, the `direction` in which each
-    slides, 0 of those at rest, and the `part` of its static force that one bears which others hold, (K,) each.
-    `shares`: how the stops that touch share their pushes, None where each has a row of its own."""
+    """The forces y (S+K,); arrays (K,) of the frictions: which are `stuck`, each by a row of its own; the `direction`
+    in which each slides, 0 at rest; and the `part` of its static force that one bears which others hold. `shares`: how
+    the stops that touch share their pushes, None where each has a row of its own."""
 
     y: Array
     stuck: Flags

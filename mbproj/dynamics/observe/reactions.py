@@ -34,8 +34,8 @@ def reactions(system: System, pose: Pose, multipliers: Array) -> tuple[Numbers, 
 
 
 def applied_seen(instant: Instant) -> Mapping[str, Numbers]:
-    """By dataset: the forces in N and torques in N m, in global axes, (T, W, 3), and their power in W, (T, W), along
-    the velocity of the point or the angular velocity of the body."""
+    """By dataset: the forces in N and torques in N m, in global axes, (T, W, 3), and their power in W, (T, W). The
+    power is that along the velocity of the point or the angular velocity of the body."""
     given, pose = instant.system.forces.on_bodies, instant.pose
     vectors = in_global_axes(instant, given_components(instant))
     velocity = attached_velocity(instant.twist, given.body, given.point, np.ones(given.size))

@@ -1,9 +1,10 @@
 """Biconnected components of a mechanism: the parts of its graph of bodies and joints that no single body separates
 (Tarjan 1972).
 
-Forces that balance each other go round loops, and no loop leaves its component: where two components share a body only,
-what one exerts on it must vanish by itself, because rows of C do not change when all bodies move as one. So rows depend
-on each other within components, those of a tree are single joints, and the rank is found component by component.
+Forces that balance each other go round loops, and no loop leaves its component: where two components share only one
+body, what one exerts on it must vanish by itself. The reason: rows of C do not change when all bodies move as one. So
+rows depend on each other within components, those of a tree are single joints, and the rank is found component by
+component.
 """
 
 from __future__ import annotations

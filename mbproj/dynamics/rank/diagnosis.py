@@ -15,8 +15,8 @@ def problems_of(system: System, found: Redundancy, *, runs: bool) -> list[Proble
     """Why a mechanism with these dependent sets cannot run, or, where its equations can be solved (`runs`), why what
     they ask for is impossible: rows in contradiction.
 
-    Rows of joints that depend on each other along the whole motion and without contradiction are no problem, and a set
-    that was not examined is given the benefit of the doubt.
+    Rows of joints that depend on each other along the whole motion, without contradiction, are no problem. A set that
+    was not examined is taken for such.
     """
     sets = [entry for entry in found.sets if entry.contradictory or not runs]
     joints = [entry for entry in sets if not entry.motions]

@@ -119,8 +119,8 @@ def massless_problem(system: System, motions: tuple[MasslessMotion, ...]) -> Pro
 
 
 def _weightless(system: System, below: float) -> Array:
-    """Directions (n, 6, 6) of (δr, δθ in body axes) of each body that take no kinetic energy, or no more than this part
-    of what the heaviest takes, and 0 for the others."""
+    """Directions (n, 6, 6) of (δr, δθ in body axes) of each body that take no kinetic energy, or no more than `part` of
+    the largest energy of all. Others are 0."""
     found = np.zeros((system.bodies, 6, 6))
     heaviest, widest = system.mass.max(initial=0.0), np.abs(system.inertia).max(initial=0.0)
     for body in range(system.bodies):
@@ -157,8 +157,8 @@ def _null_space(rows: Array) -> Array:
 
 
 def _simple(basis: Array, turns: npt.NDArray[np.bool_]) -> Array:
-    """The same space by reduced rows: Gauss and Jordan with the largest pivots, and these in turns where there are any,
-    as the motions of a body about a point are then turns about axes through it."""
+    """The same space by reduced rows: Gauss-Jordan elimination with the largest pivots, turns first: the motions of a
+    body about a point are then turns about axes through it."""
     rows, weight = basis.copy(), np.where(turns, 1.0, THRESHOLDS.no_motion)
     for index in range(len(rows)):
         row, column = np.unravel_index(np.argmax(np.abs(rows[index:]) * weight), rows[index:].shape)

@@ -48,8 +48,9 @@ def nearby(system: System, q: Array) -> Nearby:
 
 
 def _motions(system: System, pose: Pose) -> Array:
-    """An orthonormal basis (f, 6n) of the motions of (δr / length, δθ) that the joints allow. For many bodies it is
-    that of so many random motions, less what the rows resist of them, that they span no more than some of them do."""
+    """An orthonormal basis (f, 6n) of the motions of (δr / length, δθ) that the joints allow. For many bodies random
+    motions take its place, less what the rows resist of them. There are so many that they span no more than a part of
+    them does."""
     if system.bodies <= THRESHOLDS.dense_bodies:
         _, values, vectors = np.linalg.svd(_joint_rows(system, pose), full_matrices=True)
         return np.asarray(vectors[np.count_nonzero(values > THRESHOLDS.dependent) :], dtype=float)

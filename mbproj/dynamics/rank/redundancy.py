@@ -1,5 +1,5 @@
-"""Redundant rows of C_q: the smallest sets of joints' and motions' rows that depend on each other, and whether they do
-so along the whole motion or at one pose only, without contradiction or with it.
+"""Redundant rows of C_q: the smallest sets of rows of joints and motions that depend on each other. It tells whether
+they do so along the whole motion or at one pose only, and with a contradiction or without.
 
 A set is a circuit: leave one row out, and the others are independent. The basis is the earliest rows that are
 independent at the start, and those besides that are so at poses nearby; each other row depends on it for good, and each
@@ -32,8 +32,8 @@ class DependentSet:
     the start, 1 for the first.
 
     `permanent`: whether they depend on each other along the motion, or only at this pose; None where that was not
-    examined. `residual`: by how much the velocities and the accelerations that they ask for differ at the start, in
-    that unit per s and per s², 0 where it is round-off."""
+    examined. `residual`: the differences of the velocities and the accelerations that they ask for at the start, in
+    that unit per s and per s²; 0 where it is round-off."""
 
     rows: tuple[int, ...]
     unit: str

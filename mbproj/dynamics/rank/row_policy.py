@@ -4,10 +4,10 @@ The loop owns one policy. Within a step its answer, the `rows`, does not change;
 poses of the step come to singular ones (`see`). Between steps `after` makes the next answer. `save` and `restore` carry
 it from one run to the next.
 
-This is the reference. The kernel's policy of the same name decides by pivots of S, which are squares of distances in
-the metric of the masses, and leaves single rows out where this one leaves combinations out: near a singular pose both
-err by the distance σ of what is left out, and so may differ by that. It chooses the rows it holds, and may choose
-others where a step cannot be made with them; combinations need no choice.
+This is the reference. The kernel's policy of the same name decides by pivots of S: squares of distances in the metric
+of the masses. It leaves out single rows, this one combinations: near a singular pose both err by the distance σ of what
+is left out, and so may differ by that. It chooses the rows it holds, and may choose others where a step cannot be made
+with them; combinations need no choice.
 """
 
 from __future__ import annotations

@@ -1,13 +1,13 @@
 """Solve with these rows: which combinations of the rows of C_q are held at a pose, a function of what a step is given.
 
-All rows where they are independent, as many combinations as there are independent rows where some follow from the
-others, and near a singular pose those that still have a gradient. A `RowSet` is constant within a step: equal input has
+All rows, where they are independent. Where some follow from the others, as many combinations as there are independent
+rows. Near a singular pose, those that still have a gradient. A `RowSet` is constant within a step: equal input has
 equal bits in any order of calls. Which set a step is given is the answer of the `RowPolicy`.
 
 Near a singular pose a combination at the distance σ from dependence closes σ w + ½ κ w² = -c for the violation c:
-Newton's method finds the root of the branch that the motion is on only where c is small against σ² (Kantorovich), and
-an acceleration that divides what a stage violates by σ errs without bound. Its multiplier stays finite where the motion
-goes on, so that leaving the combination out errs by σ at most.
+Newton's method finds the root on the motion's own branch only where c is small against σ² (Kantorovich). An
+acceleration that divides a stage's violation by σ errs without bound. Its multiplier stays finite where the motion goes
+on, so that leaving the combination out errs by σ at most.
 """
 
 from __future__ import annotations

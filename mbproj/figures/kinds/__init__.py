@@ -18,10 +18,10 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Kind:
-    """A kind of picture: its module in this folder, one line on it, the names without which it does not apply,
-    whether most results have those, so that it is worth a note where they have not, whether it shows the motion, so
-    that what is not to be trusted is marked in it, the function of the module that draws it, whether it is drawn where
-    no kind is asked for, and whether it takes times."""
+    """A kind of picture: its module in this folder, one line on it, and the names (in `needs`) without which it does
+    not apply. `usual`: most results have those, so a note says where they are missing. `of_motion`: it shows the
+    motion, so what is not to be trusted is marked. `function`: what draws it in the module. `by_default`: it is drawn
+    where no kind is asked for. `timed`: it takes times."""
 
     module: str
     summary: str

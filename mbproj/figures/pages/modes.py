@@ -36,8 +36,8 @@ def eigenvalues(modes: StoredModes) -> Figure:
 
 @styled
 def shapes(modes: StoredModes) -> Figure:
-    """Of each mode, on the left how far each joint coordinate moves beside the largest, in phase or against it, on the
-    right the parts of its kinetic energy."""
+    """One row a mode. Left: how far each joint coordinate moves beside the largest, in phase or against it. Right: the
+    parts of its kinetic energy."""
     count = min(len(modes.eigenvalue), MOST_SHAPES)
     figure = Figure(figsize=(WIDTH, max(1, count) * 1.3 + AXIS_HEIGHT), layout="constrained")
     axes = figure.subplots(max(1, count), 2, squeeze=False)

@@ -22,9 +22,9 @@ By = Callable[[str, Marks, Tally, Looks | None], Iterator[Samples | None]]
 
 @dataclass
 class _Part:
-    """Scratch of the part of a leg that one method makes: its marks, the plan that belongs to the newest of them, the
-    mark that holds until it has one, and from where another method goes on. `final`: the mark that holds once the end
-    has had a say in the plan."""
+    """Scratch of the part of a leg that one method makes: its marks; the plan that belongs to the newest of them; the
+    mark that holds until there is one; from where another method goes on. `final`: the mark that holds once the end has
+    had a say in the plan."""
 
     marks: Marks
     plan: dict[str, Any]

@@ -118,8 +118,8 @@ def _force(watched: WatchedRow, multipliers: Array) -> float:
 
 
 def may_pass(value: Numbers, rate: Numbers, value_after: Numbers, rate_after: Numbers, h: float) -> Flags:
-    """Whether gaps that close as fast as at the start of a step, and open as fast as at its end, are passed on the way:
-    a body may have gone through another one."""
+    """Whether gaps are passed within a step, if they close as fast as at its start and open as fast as at its end: a
+    body may have gone through another one."""
     return np.asarray((value > 0.0) & (value + h * rate < 0.0) & (value_after - h * rate_after < 0.0))
 
 

@@ -1,7 +1,7 @@
 """Where fixed steps are split: a short move or pulse between two events is narrower than some steps, or than one.
 
-A method sees a function of time at its stages. Where its quadrature Σ b_i f(c_i) is wrong over such a stretch, by the
-steps at hand, the stretch is made in equal parts, so many that it is right. The grid of steps stays.
+A method sees a function of time at its stages. Over such a stretch the quadrature Σ b_i f(c_i) by the steps at hand may
+be wrong. Then the stretch is made in equal parts, as many as make it right. The grid of steps stays.
 """
 
 from __future__ import annotations

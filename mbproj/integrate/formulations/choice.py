@@ -56,9 +56,8 @@ class Choice:
 
 
 def choose(system: System, state: State, settings: Settings) -> Choice:
-    """The formulation for a run from `state`. Raises InputError where the one asked for is not available, or where the
-    equations have no unique solution at the start or a motion jumps or goes
-    beyond a rigid stop."""
+    """The formulation for a run from `state`. Raises InputError where the one asked for is not available, or the
+    equations have no unique solution at the start. Raises it, too, where a motion jumps or goes beyond a rigid stop."""
     refuse_jumps(system, state.t, state.t + (settings.duration or 0.0))
     refuse_driven_beyond(system, state.t, state.t + (settings.duration or 0.0))
     asked = settings.formulation

@@ -52,8 +52,8 @@ from mbproj.thresholds import THRESHOLDS
 @final
 @dataclass(frozen=True, eq=False)
 class FullFormulation:
-    """Constants of a run: the system, the settings, the projection method that they name, what gears and screws count
-    from, the window from within which functions of time are seen, and the branches that laws are held on."""
+    """Constants of a run: the system; the settings; the projection method that they name; what gears and screws count
+    from; the window from within which functions of time are seen; the branches that laws are held on."""
 
     system: System
     settings: Settings
@@ -252,9 +252,9 @@ class FullFormulation:
         return np.abs(constraint(system, pose, drive)), np.abs(constraint_velocity(system, pose, twist, drive))
 
     def check_branch(self, t: float, h: float, y: Array, projected: Projected) -> None:
-        """Raises SimulationError where, near a pose at which C_q loses its rank and branches of the motion cross at an
-        angle, the projection after a step of size h has changed the velocities of y by more than they can be wrong by,
-        or left open what has lost its gradient; or anywhere, where the step has lost the motion."""
+        """Raises SimulationError where the step has lost the motion. Near a pose at which C_q loses its rank, branches of
+        the motion may cross at an angle. There the projection may change the velocities of
+        y by more than a step of size h can err, or leave open what has lost its gradient: both count as lost."""
         v = self.parts(y)[1]
         part = self.change(v, projected.v)
         moved = float(np.linalg.norm(in_lengths(self.system, projected.v - v))) * h

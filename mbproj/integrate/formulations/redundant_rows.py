@@ -1,7 +1,7 @@
 """Which of the kernel's rows a run holds: those that follow from the others wherever a mechanism goes are left out.
 
-They are found before the run, of the scene alone: off the constraints each choice is another differential equation, so
-that a choice by the poses that a run has passed would give its derivative a history.
+They are found before the run, of the scene alone: off the constraints each choice of rows is another differential
+equation. A choice by the poses that a run has passed would give its derivative a history.
 """
 
 from __future__ import annotations
@@ -32,8 +32,9 @@ def settle_rows(compiled: Compiled, state: State) -> int | None:
 
 
 def count_redundant(compiled: Compiled, state: State) -> int | None:
-    """Tells the kernel's model how many of all rows depend on the others at `state` and stay so in motion, so that it
-    holds the best rows of each pose; how many. None where some do so at this pose only, so that it is singular."""
+    """Tells the kernel's model how many of all rows depend on the others at `state`, and stay so in motion. With that
+    number the kernel holds the best rows of each pose; how many. None where some do so at this pose only, so that it is
+    singular."""
     return None if _left_out(compiled, state) is None else compiled.model.rows.redundant
 
 

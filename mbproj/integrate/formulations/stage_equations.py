@@ -99,8 +99,8 @@ class StepStages:
         return Stages(k, multipliers, found[-1].nearness, evaluations, filtered)
 
     def beside(self, t: float, y: Array, g: float, slope: Array) -> Accelerations:
-        """What belongs to a state beside the step, whose slope is known but for a change by Newton's method, from the
-        known part of y = known + g y'."""
+        """The slope of a state beside the step, from the known part of y = known + g y'. Newton's method gives it, from
+        a slope that is nearly right."""
         times, states = np.array([t]), y[np.newaxis]
         terms, stiff = [self.formulation.terms(t, y)], self._stiff_at(times, states)
         _, (found,) = self._changed(times, terms, stiff, np.array([[g]]), states, slope[np.newaxis])

@@ -110,9 +110,9 @@ def locked(t: float, motion: str, at: str) -> SimulationError:
 
 
 class TurnsUntold(SimulationError):
-    """A step that cannot tell the turns of a joint's angle `where` ("A.angle"), and with it the teeth of gears and
-    threads of screws, where there are any: it turns by `turned` rad, and the pose comes out `off` rad from that (0: it
-    does not close). `step` (s) would do."""
+    """A step that cannot tell the turns of a joint's angle `where` ("A.angle"), nor then the teeth of gears and the
+    threads of screws: it turns by `turned` rad, and the pose comes out `off` rad from that (0: it does not close).
+    `step` (s) would do."""
 
     def __init__(self, t: float, where: str, turned: float, off: float, step: float, *, teeth: bool) -> None:
         self.step = step

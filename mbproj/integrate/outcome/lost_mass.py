@@ -22,8 +22,8 @@ from mbproj.thresholds import THRESHOLDS
 
 @contextmanager
 def naming_lost_mass(system: System, start: Array, reached: Callable[[], tuple[float, Array]]) -> Iterator[None]:
-    """A run that stops within raises an error that names the motion, where one moves mass at the `start` (7n,), and
-    hardly any near the last sample; `reached` gives that sample's time and q (7n,)."""
+    """An error of a run within this block names the motion that has lost its mass: one that moves mass at the `start`
+    (7n,), and hardly any near the last sample; `reached` gives that sample's time and q (7n,)."""
     try:
         yield
     except SimulationError as error:

@@ -45,23 +45,21 @@ class Report:
     """What a run did, and how well.
 
     `formulation` is the one that was used, and `why`; `redundant_rows` counts the constraints in space that follow from
-    the others, and `swamped` names motions of light bodies that round-off of heavy ones' forces may rule. The largest
-    violations are those over all steps, recorded or not;
-    `position_floor` and `velocity_floor` are what round-off alone leaves (m or rad, per s), and `fastest` the speed of
-    the fastest part in lengths of the mechanism and rad per s, the largest of the samples each.
-    `worst_joint` names the joint that was open most, None without joints. `energy_drift` in J, and relative to the
-    largest kinetic energy + |ΔV|; `energy`: where it came from and went. `integration_seconds` went into the steps
-    (`integration_cpu_seconds` of them with the processor, by the thread's own clock), `recording_seconds` into
-    observing and writing the samples.
-    `phases`: seconds by phase in a sample of the steps; empty where they were not measured. `stiffness`: which force
-    was too stiff for the step, and what to do; "" where none was. `events`: at how many times steps ended because of
-    what happens there; `crowded` names functions with so many kinks that not all count, `unresolved` short moves that
-    fixed steps are not split for finely enough. `passed`: which edges of laws
-    fixed steps passed over, and `halved` for want of what they were halved; "" where nothing is. `decided_by_shares`:
-    the stops on whose shares of a load, which rigid bodies leave open, the motion depends. `methods`: of
-    `integrator: auto` which method made the steps, line by line.
-    `round_off`: what it leaves of positions, in lengths of the mechanism or rad. `shared`: whose forces stops that
-    touch and frictions at rest shared arbitrarily at some time, and when first; "" where nothing is.
+    the others. `swamped` names motions of light bodies that round-off of heavy ones' forces may rule. The largest
+    violations are those over all steps, recorded or not; `position_floor` and `velocity_floor` are what round-off alone
+    leaves (m or rad, per s). `fastest` is the speed of the fastest part, in lengths of the mechanism and rad per s.
+    Each is the largest of the samples. `worst_joint` names the joint that was open most, None without joints.
+    `energy_drift` in J, and relative to the largest kinetic energy + |ΔV|; `energy`: where it came from and went.
+    `integration_seconds` went into the steps (`integration_cpu_seconds` of them with the processor, by the thread's own
+    clock), `recording_seconds` into observing and writing the samples. `phases`: seconds by phase in a sample of the
+    steps; empty where they were not measured. `stiffness`: which force was too stiff for the step, and what to do; ""
+    where none was. `events`: at how many times steps ended because of what happens there; `crowded` names functions
+    with so many kinks that not all count, `unresolved` short moves that fixed steps are not split for finely enough.
+    `passed`: which edges of laws fixed steps passed over, and `halved` for want of what they were halved; "" where
+    nothing is. `decided_by_shares`: the stops on whose shares of a load, which rigid bodies leave open, the motion
+    depends. `methods`: of `integrator: auto` which method made the steps, line by line. `round_off`: what it leaves of
+    positions, in lengths of the mechanism or rad. `shared`: whose forces stops that touch and frictions at rest shared
+    arbitrarily at some time, and when first; "" where nothing is.
     """
 
     formulation: str

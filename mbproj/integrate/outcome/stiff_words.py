@@ -14,8 +14,8 @@ from mbproj.thresholds import THRESHOLDS
 
 @dataclass(frozen=True)
 class Stiffness:
-    """The mode that set the limit: what makes it ("force 'coil'", "state 'current'"), |hλ| with the step h in s, up to
-    what the integrator is stable along the `direction` of λ, and by how much an error grows in a step."""
+    """The mode that set the limit: what makes it ("force 'coil'", "state 'current'"); |hλ| with the step h in s; the
+    largest |hλ| at which the integrator is stable along the `direction` of λ; the growth of an error in a step."""
 
     where: str
     omega_h: float

@@ -60,10 +60,10 @@ def with_another(halved: Sequence[Halved], one: Halved) -> list[Halved]:
 
 @dataclass
 class Tally:
-    """Counters since the start, the peaks of |C|, of |C'|, and of |C| over the joints' rows alone, and the seconds that
-    each phase of the steps took, where they were measured (a sample of the steps). `met`: the events in the state where
-    steps ended; `passed`: what fixed steps passed over; `halved`: for want of what they were halved; `reached`: where a
-    run is that came back without samples, s."""
+    """Counters since the start; the peaks of |C|, of |C'|, and of |C| over the joints' rows alone; the seconds of each
+    phase of the steps, where they were measured, in a sample of the steps. `met`: the events in the state where steps
+    ended; `passed`: what fixed steps passed over; `halved`: for want of what they were halved; `reached`: where a run
+    is that came back without samples, s."""
 
     steps: int = 0
     rejected_steps: int = 0

@@ -1,9 +1,9 @@
 """Implicit Runge-Kutta steps for stiff mechanisms, their filtered error estimates and continuous extensions.
 
 Accelerations and multipliers are the unknowns of the stages, which meet the constraints at the level of accelerations.
-The first stage is the slope that the last step has left: evaluating it anew at the projected state would turn the
-projection's correction of the positions into a force, as many times larger as stiff forces are stiff. For the same
-reason a point takes its accelerations and multipliers from the last stage; between two points they follow from the
+The first stage is the slope that the last step has left: evaluated anew at the projected state, it would turn the
+projection's correction of the positions into a force. The stiffer the forces are, the larger that one would be. For the
+same reason a point takes its accelerations and multipliers from the last stage; between two points they follow from the
 slope of the extension by one more step of Newton's method.
 """
 

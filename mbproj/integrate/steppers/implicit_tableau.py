@@ -15,8 +15,8 @@ from mbproj.registry import integrators
 
 @dataclass(frozen=True, eq=False)
 class ImplicitTableau:
-    """Coefficients of a stiffly accurate method of s stages, of which the first is f at the start of the step, carried
-    over from the step before (Hairer & Wanner 1996, sect. IV.5, IV.6 and IV.8).
+    """Coefficients of a stiffly accurate method of s stages. The first is f at the start of the step, carried over from
+    the step before (Hairer & Wanner 1996, sect. IV.5, IV.6 and IV.8).
 
     `a` (s, s), `b` (s,) is its last row, `c` (s,). `error` (s,): weights of the stages in the estimate of the local
     error, which is filtered by (I - h `gamma` ∂f/∂y)⁻¹; it is of order `error_order` + 1 in h. `dense` (s, d): the

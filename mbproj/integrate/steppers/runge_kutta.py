@@ -20,8 +20,8 @@ RightHandSide = Callable[[float, Array], Array]
 @dataclass(frozen=True, eq=False)
 class Step:
     """A step from (t, y) over h to `y_new` (N,), with its stages k (s, N), and f at the new point where its error was
-    estimated. Of an implicit step: `multipliers` (s, m) of the stages, how near the last is to a singular pose, how
-    many evaluations it took, the `estimate` (N,) of its error, and what filters one, e (N,) -> (I - hγ ∂f/∂y)⁻¹ e."""
+    estimated. Of an implicit step: `multipliers` (s, m) of the stages; how near the last is to a singular pose; how
+    many evaluations it took; the `estimate` (N,) of its error; what filters one, e (N,) -> (I - hγ ∂f/∂y)⁻¹ e."""
 
     t: float
     h: float

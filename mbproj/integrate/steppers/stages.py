@@ -12,9 +12,9 @@ from mbproj.errors import SimulationError
 
 @dataclass(frozen=True, eq=False)
 class Stages:
-    """Solved stages: y' (s, N) and λ (s, m) at each, how near the last is to a singular pose, how many evaluations of
-    the accelerations they took, and what filters an estimate e (N,) of the error: (e, hγ) -> (I - hγ ∂f/∂y)⁻¹ e, for
-    stiff forces alone."""
+    """Solved stages: y' (s, N) and λ (s, m) at each; how near the last is to a singular pose; how many evaluations of
+    the accelerations they took; what filters an estimate e (N,) of the error: (e, hγ) -> (I - hγ ∂f/∂y)⁻¹ e, for stiff
+    forces alone."""
 
     k: Array
     multipliers: Array

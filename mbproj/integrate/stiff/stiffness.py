@@ -96,8 +96,8 @@ class StiffnessWatch:
             raise too_stiff(error, found) from error
 
     def _led_off(self, error: TurnsUntold | LostStep) -> Stiffness | None:
-        """What has led a step off, or made turns too fast to be told where a step that is short enough for these would
-        still be too long for it: errors grow to whole turns in a few steps."""
+        """What has led a step off, or makes turns too fast to be told. The latter counts where a step that is short
+        enough for the forces would still be too long for the turns: errors grow to whole turns in a few steps."""
         if not self._kept or self._settings.step is None:
             return None
         found = self._at(self._kept[-1], gains=True)
@@ -168,8 +168,8 @@ class StiffnessWatch:
 
     def _is_smooth(self, kept: _Kept) -> bool:
         """Whether the motion of the next `smooth_span` steps is a polynomial of the degree that one step of the method
-        resolves, but for what the control of the error leaves of a mode at the limit of stability: accuracy alone would
-        let the step grow."""
+        resolves. A mode at the limit of stability may stay as large as the control of the error leaves it: accuracy
+        alone would let the step grow."""
         tolerance, order = self._settings.tolerance, self._tableau.error_order
         assert tolerance is not None
         span = THRESHOLDS.smooth_span * kept.step

@@ -46,8 +46,8 @@ def is_of_the_march(mark: Mark, system: System, contacts: Contacts) -> bool:
 
 
 def _is_simple(system: System, contacts: Contacts) -> bool:
-    """Whether stops and frictions share no load but at walls, and each friction slides or sticks by itself, so that the
-    kernel's loop knows these contacts."""
+    """Whether the kernel's loop knows these contacts: stops and frictions share no load but at walls, and each friction
+    slides or sticks by itself."""
     frictions = len(contacts.sliding) + len(contacts.stuck) + len(contacts.bearing)
     alone = Contacts(contacts.held, sliding=contacts.sliding, stuck=contacts.stuck, bearing=contacts.bearing)
     at_walls = set(walls(system, contacts).values()) == {*contacts.bearing}

@@ -84,9 +84,9 @@ class Reached:
 
 
 def one_step(variant: Variant, state: State, settings: Settings, whole: Leg, h: float, tally: Tally) -> Reached:
-    """A single step of size h, tried. Raises SimulationError where there is none. An implicit one leaves of Newton's
-    method what the tolerance allows, as the one that the run makes then, or the gap would not be that which was found;
-    but for steps near round-off, which error control refuses."""
+    """A single step of size h, tried. Raises SimulationError where there is none. Newton's method of an implicit step
+    ends at the tolerance. It must end here as in the run, or the gap would not be that which was found; but for steps
+    near round-off, which error control refuses."""
     leg = Leg(state.t, h, whole.interval, whole.breaks, step=h, count=1)
     single = replace(settings, duration=h, step=h, tolerance=None)
     grain = float(np.finfo(float).eps) * max(abs(state.t), whole.interval)

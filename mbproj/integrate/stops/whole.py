@@ -135,8 +135,8 @@ def row_of_the_whole(system: System, contacts: Contacts, row: int, before: int) 
 def least_shares(
     variant: Variant, stops: Stops, frictions: Frictions, samples: Samples, press: Array, force: Array
 ) -> tuple[Array, Array]:
-    """The pushes (T, S) and the forces of frictions (T, K) of the least-norm share of what rests on stops by friction,
-    from those of any share, as a run keeps it; the same where there is one."""
+    """The pushes (T, S) and the forces of frictions (T, K) of the least-norm share, where something rests on stops by
+    friction. They follow from any share, as a run keeps one; the same where there is one."""
     contacts = variant.contacts
     resting = np.flatnonzero(np.isin(frictions.stop, contacts.touching))
     resting = resting[[k not in contacts.sliding for k in resting.tolist()]]

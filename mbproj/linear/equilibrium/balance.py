@@ -57,10 +57,10 @@ REST = Turning(AT_REST, AT_REST)
 
 @dataclass(frozen=True, eq=False)
 class Problem:
-    """What is to be balanced: a system at time `t` with its motions held where `drive` says, joint coordinates that are
-    `held` as rows of their own, the states of elements at `x` (K,), and how it turns. `reach` (m): how far the
-    mechanism goes. Shifts are measured beside it: beside the links of a long chain they would be so large that each
-    step had to be a small one."""
+    """What is to be balanced: a system at time `t`, with its motions held where `drive` says. Joint coordinates that
+    are `held` are rows of their own. `x` (K,) are the states of elements, `turning` says how it turns. `reach` (m): how
+    far the mechanism goes. Shifts are measured beside it: beside the links of a long chain they would be so large that
+    each step had to be a small one."""
 
     system: System
     t: float
@@ -161,8 +161,8 @@ def largest_acting(at: AnyBalance) -> float:
 
 @dataclass(frozen=True, eq=False)
 class Balance:
-    """The forces (6n,) at a pose, the multipliers that balance what they can, of the rows of joints and motions and
-    then of what is held, and the tangent space."""
+    """The forces (6n,) at a pose and the tangent space there. The multipliers are those that balance what they can:
+    first of the rows of joints and motions, then of what is held."""
 
     problem: Problem
     motion: Motion

@@ -70,8 +70,8 @@ def equilibrium(
 ) -> Equilibrium:
     """Where the mechanism rests from an assembled start, its motions held where they are at time t; or where it turns
     steadily. Dry friction holds its coordinates as they are at the start. Raises NoEquilibrium where nothing balances
-    the forces, InputError where a motion is not constant then, dry friction would have to bear more than it can, or a
-    large mechanism that turns, or whose elements have states, is too free."""
+    the forces. Raises InputError where a motion is not constant then, or dry friction would have to bear more than it
+    can. Raises it where a large mechanism that turns, or whose elements have states, is too free."""
     _refuse(system, t, steadily=turning is not None)
     here = held_at(system, start, resting=True)
     q, expected = _led_to(here.system, start, t)

@@ -80,8 +80,8 @@ class BalanceWithStates:
         return max(forces, float(self.drift.max(initial=0.0)))
 
     def stiffness(self) -> tuple[Array, Array]:
-        """How the residual falls with steps along the tangent space, and of states by their scales, (f + K, f + K), and
-        what its terms sum up to without their signs."""
+        """How the residual falls with steps along the tangent space and with steps of the states by their scales, (f +
+        K, f + K). Then what its terms sum up to without their signs."""
         (equations, N), scale = self.at.linear(), self.at.problem.system.state_scale
         K, sizes = self.at.stiffness()
         states, unit = equations.states, 1.0 / (scale * self.speed)[:, None]
@@ -120,7 +120,7 @@ def solve_with_states(problem: Problem, q: Array, expected: Array) -> Solved:
 
 
 def at_rest(problem: Problem, q: Array, expected: Array) -> Array:
-    """The states (K,) where they come to rest from those of the problem while the bodies stay, by implicit steps that
+    """The states (K,) at rest, reached from those of the problem while the bodies stay. Implicit steps lead there, and
     grow as the rates fall (Kelley and Keyes 1998); those of the problem where they do not."""
     scale, x, damping = problem.system.state_scale, problem.x, np.inf
 

@@ -1,7 +1,7 @@
 """An equilibrium written into its scene file: the joints' coordinates at the start, the rest of the text as it was.
 
-Points and axes of a scene are given at the pose of its bodies, so that this pose stays, and the joints say how far the
-mechanism is from it.
+A scene gives points and axes at the pose of its bodies. So that pose stays, and the joints say how far the mechanism is
+from it.
 """
 
 from __future__ import annotations

@@ -1,5 +1,5 @@
-"""The linear model: states are displacements and speeds along the tangent space, value and rate of each motion that is
-an input, whose second derivative the input is, and the states s of elements.
+"""The linear model: its states are displacements and speeds along the tangent space, value and rate of each motion that
+is an input, and the states s of elements. The input is the motion's second derivative.
 
 With ξ = N η + B w, where B w is the smallest displacement that motions ask for, and Φ s what states push with,
 
@@ -56,8 +56,8 @@ class LinearModel:
 
 
 def linear_model(reference: Reference, inputs: Sequence[str], outputs: Sequence[str]) -> LinearModel:
-    """The model at a reference that does not turn its tangent space. Raises InputError for names that there are not,
-    where the mechanism moves or is too free, and where motions without mass are damped, or held by nothing."""
+    """The model at a reference that does not turn its tangent space. Raises InputError for unknown names, where the
+    mechanism moves or is too free, and where motions without mass are damped, or held by nothing."""
     refuse_kinks(reference)
     with placed_at(Place("--inputs")):
         u = inputs_named(reference, inputs)
@@ -147,8 +147,9 @@ def _rates_of_states(
 def _without_mass(
     here: Projected, N: Array, B_w: Array, K: Array | csr_matrix, push: Array, force: Array
 ) -> tuple[Array, Array, Array, Array, Array]:
-    """N and B with what moves no mass in its place, the directions that move some, and what moves at once with the
-    states of elements, which exert `push` (6n, K), and with the inputs, (6n, p)."""
+    """Motions that move no mass are eliminated. Returned are N and B with what these motions do in their place, the
+    directions that move some mass, and what moves at once. It moves at once with the states of elements, which exert
+    `push` (6n, K), and with the inputs, (6n, p)."""
     U, light = heavy_and_light(here.reduced)
     if not light.size:
         return N, N, B_w, np.zeros_like(push), np.zeros_like(force)

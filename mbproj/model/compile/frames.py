@@ -22,8 +22,8 @@ _NO_AXIS = Pair((0.0, 0.0, 1.0), (0.0, 0.0, 1.0), local=False)
 def local_frames(joints: Sequence[Joint], poses: Mapping[str, Pose]) -> Array:
     """The joints' `SYMBOLS`, (joints, 8, 3), each in the axes of its own body; of joints that couple none others.
 
-    At the scene's pose x1 and x2 are the same direction (turned as little as possible where the axes do not agree yet),
-    which makes it the zero of the joint's angle.
+    At the scene's pose x1 and x2 are the same direction, which makes it the zero of the joint's angle. Where the axes
+    do not agree yet, one is turned to the other by the least angle.
     """
     if not joints:
         return np.zeros((0, len(SYMBOLS), 3))

@@ -91,8 +91,8 @@ def rigid_groups(scene: Scene) -> RigidGroups:
 
 
 def _merging(scene: Scene) -> list[Joint]:
-    """The joints to carry out: not those of a group that another joint connects with itself, whose rows would then hold
-    one body to itself, without a gradient that could tell that they are redundant."""
+    """The joints to carry out: not those of a group that another joint connects with itself. Its rows would then hold
+    one body to itself, and have no gradient that could show them as redundant."""
     merging = [joint for joint in scene.joints if JOINTS[joint.type].merges and not joint.reaction]
     group = {name: name for name in (GROUND, *(body.name for body in scene.bodies))}
     for joint in merging:

@@ -71,8 +71,8 @@ def joined(first: Frictions | None, second: Frictions | None) -> Frictions | Non
 def _tangents(
     force: PlaneStop, seats: Mapping[str, Seat], poses: Mapping[str, Pose]
 ) -> list[tuple[tuple[int, int, Array], ...]]:
-    """What the rows along both tangents bind: the first as near as can be to the global axis that the plane leans on
-    least, so that planes along global axes have theirs along these."""
+    """What the rows along both tangents bind: the first as near as can be to the global axis to which the plane's
+    normal leans least. So planes along global axes have their tangents along these."""
     rotation, seat = poses[force.normal.body][1], seats[force.normal.body]
     normal = np.array(force.normal.vector)
     normal = rotation @ normal if force.normal.local else normal

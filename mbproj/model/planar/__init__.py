@@ -5,11 +5,11 @@
     q, v, acceleration = plane.expand(p, u, u_dot)      # and back
 
 Rows that act in the plane stay, as they are, on 2-vectors; rows that hold the bodies in the plane fall away with the
-motions out of it. Of the inertia only J_nn = nᵀJn is left, whatever the products of inertia. For the equations of the
-motions in the plane are these rows of M q'' + Cᵀλ = Q, and in them the accelerations out of the plane do not appear,
-because the joints forbid them; the multipliers of the rows that hold the bodies do not, because those rows have no
-gradient in the plane; and of the gyroscopic torque ω × Jω nothing is along n, because ω is. Products of inertia, and
-forces along n, load the joints only.
+motions out of it. Of the inertia only J_nn = nᵀJn is left, whatever the products of inertia. The equations of motion in
+the plane are rows of M q'' + Cᵀλ = Q. The accelerations out of the plane do not appear in them, because the joints
+forbid them; the multipliers of the rows that hold the bodies do not, because those rows have no gradient in the plane;
+and of the gyroscopic torque ω × Jω nothing is along n, because ω is. Products of inertia, and forces along n, load the
+joints only.
 """
 
 from mbproj.model.planar.bushings import bushings_in_plane

@@ -19,9 +19,9 @@ def candidate_normals(joints: PrimitiveSet, rotation: Array) -> Array:
     """Unit vectors (k, 3): the directions of the joints' vectors at a pose with rotation (n+1, 3, 3), then the normals
     of pairs of them.
 
-    In a planar scene each joint has the normal among its vectors, or a vector in the plane, or two whose normal is in
-    the plane or the plane's own; so two joints that are not alike give the normal, and for joints that are all alike
-    any of their own directions across the common one will do.
+    In a planar scene each joint has the normal among its vectors, or a vector in the plane, or two vectors. The normal
+    of the two is in the plane, or the plane's own; so two joints that are not alike give the normal. If all joints are
+    alike, any of their own directions across the common one will do.
     """
     vectors = np.flatnonzero(joints.is_point == 0.0)
     found = _distinct((rotation[joints.body[vectors]] @ joints.local[vectors, :, None])[..., 0], DIRECTIONS)

@@ -16,12 +16,12 @@ from mbproj.model.primitive_set import Member, PrimitiveSet
 class PlanarSet:
     """k primitives on S attachments, with m rows: those of a spatial set that act in the plane.
 
-    Per primitive: `primitives` (k,), `first_slot` (k,) its first attachment (the others follow),
-    `row` (k,) its first row (a coincident one has two, along e1 and e2, the others one), `owner` (k,) the joint.
-    Per attachment: `body` (S,) (the ground is the last index), `local` (S, 2) in the body's planar axes, which are e1
-    and e2 at angle zero, `is_point` (S,) 1 for points and 0 for vectors. Per row: `offset` (m,). `source` makes the
-    rows from the spatial set's, and the spatial set's multipliers from theirs. Of a vector that is not in the plane (a
-    prismatic joint's can be so) `local` is the part that is, and `offset` takes up the constant that the rest adds.
+    Per primitive: `primitives` (k,), `first_slot` (k,) its first attachment (the others follow), `row` (k,) its first
+    row (a coincident one has two, along e1 and e2, the others one), `owner` (k,) the joint. Per attachment: `body` (S,)
+    (the ground is the last index), `local` (S, 2) in the body's planar axes, which are e1 and e2 at angle zero,
+    `is_point` (S,) 1 for points and 0 for vectors. Per row: `offset` (m,). `source` makes the rows from the spatial
+    set's, and the spatial set's multipliers from theirs. A vector may point out of the plane, as those of a prismatic
+    joint can. Then `local` is its part in the plane, and `offset` takes up the constant that the rest adds.
     """
 
     primitives: tuple[Primitive, ...]

@@ -1,11 +1,11 @@
 """Whether the rows outside hold every body in the plane: full column rank in the motions out of it.
 
 Out of the plane a body has three motions: a shift along n and turns about e1 and e2. The rows are those of
-`dynamics/rank.py`: lengths in units of the system's length, rows of unit length, and a row counts where it stands off
-from the span of those before it. A walk from the ground takes bodies one by one: a body whose rows to bodies that are
-already held have rank 3 is held too (the matrix is block triangular). It costs linear time and settles trees, and loops
-that close joint by joint; only what it leaves, piece by connected piece, needs a factor: dense, or sparse where there
-are many bodies.
+`dynamics/rank.py`: lengths are in units of the system's length, and rows have unit length. A row counts where it stands
+off from the span of those before it. A walk from the ground takes bodies one by one: a body whose rows to bodies that
+are already held have rank 3 is held too (the matrix is block triangular). It costs linear time and settles trees, and
+loops that close joint by joint; only what it leaves, piece by connected piece, needs a factor: dense, or sparse where
+there are many bodies.
 """
 
 from __future__ import annotations

@@ -53,9 +53,9 @@ class RowMap:
 
 @dataclass(frozen=True, eq=False)
 class Seen:
-    """A set's attachments in plane axes: `arm` (..., S, 3) from the body's centre of mass, with vectors that are in the
-    plane or along n up to round-off made exactly so, and `x` (..., S, 3), where points are from the origin. `extent` in
-    m is what depths are measured against."""
+    """A set's attachments in plane axes: `arm` (..., S, 3) from the body's centre of mass, `x` (..., S, 3) from the
+    origin. Vectors that are in the plane or along n up to round-off are made exactly so. `extent` in m is what depths
+    are measured against."""
 
     arm: Array
     x: Array

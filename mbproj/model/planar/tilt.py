@@ -1,6 +1,6 @@
 """Rows that are neither inside nor outside on their own, but in combination.
 
-A prismatic joint's vectors x and y stand across its axis at any angle to the plane's normal n, so that none of its rows
+A prismatic joint's vectors x and y stand across its axis, at any angle to the plane's normal n. So none of its rows
 need be inside or outside. The rows of a joint that share all but their vector (`along`), or their two bodies
 (`perpendicular`), are a block: they lock shifts along, or turns about, the directions that theirs span. Where n is one
 of these directions, the block splits: as many rows as there is motion in the plane for them to lock are inside, and the

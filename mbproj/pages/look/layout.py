@@ -22,9 +22,9 @@ STOUTEST = 0.1
 @dataclass(frozen=True, eq=False)
 class Layout:
     """By name: `number` of each body (the ground is -1), `bodies` of each joint by number, `frames` of each joint (the
-    symbols p1, x1, y1, z1, p2, .. in the axes of their bodies), `markers` and `springs` as points of bodies, m.
-    `held`: the points at which joints hold a body, by its number, those to the ground first, and `axes` about which
-    they turn, None for a joint that is no hinge.
+    symbols p1, x1, y1, z1, p2, .. in the axes of their bodies), `markers` and `springs` as points of bodies, m. `held`:
+    the points at which joints hold a body, by its number, those to the ground first. `axes` are those about which they
+    turn, None for a joint that is no hinge.
 
     `size` is the largest extent of the mechanism at the start in m, `thickness` the radius of a link."""
 

@@ -106,8 +106,8 @@ class StoredDataset:
         return self.filters == {h5z.FILTER_FLETCHER32} and first <= rows < first + self.chunk_rows
 
     def read_without_the_last_checksum(self, window: slice) -> npt.NDArray[Any]:
-        """The rows of a window. A chunk that grows is written anew with each flush, and a kill can fall between its
-        rows, of which new ones stand behind the old, and its checksum."""
+        """The rows of a window. A chunk that grows is written anew with each flush. A kill can fall between its rows,
+        of which new ones then stand behind the old, and its checksum."""
         shape, first = self._dataset.chunks, self._last_chunk(window)
         full = max(window.start, first)
         stored = self._dataset.id.read_direct_chunk((first, *(0 for _ in shape[1:])))[1]

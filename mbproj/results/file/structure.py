@@ -15,8 +15,8 @@ LINKS = {h5l.TYPE_SOFT: "a soft link", h5l.TYPE_EXTERNAL: "an external link"}
 
 
 def check_structure(file: h5py.File, path: Path) -> None:
-    """Raises InputError with the name of the first link that is not to an object of the file itself, or dataset whose
-    numbers stand in another file. Nothing that they lead to is opened."""
+    """Raises InputError that names the first link out of the file, or the first dataset whose numbers stand in another.
+    Nothing that they lead to is opened."""
     for name, what in _ways_out(file.id):
         message = f"'{path}': '{name}' is {what}, which could lead to another file"
         raise InputError(Problem(message, hint="a results file holds all of its data itself; repeat the run"))

@@ -20,9 +20,9 @@ NOTHING = float("nan")
 
 @dataclass(frozen=True)
 class Source:
-    """A load of one kind: of "joint", ..., its quantity, its dataset, that of the rate along which it works, its unit
-    where the coordinate is an angle, and where it is a length, the kind of names of its columns, that of their units,
-    and the dataset of its power where there is one."""
+    """A load of one kind: of "joint", ..., with its quantity and its dataset. `rate` is the dataset of the rate along
+    which it works. `units`: its unit where the coordinate is an angle, and where it is a length. `names` is the kind
+    of names of its columns, `units_of` that of their units. `power` is the dataset of its power, where there is one."""
 
     kind: str
     quantity: str
@@ -89,8 +89,8 @@ class Cycle(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Recorded:
-    """What the loads are computed from: the names by kind, what reads the columns `slice` of a dataset (T, C, ...),
-    the times of events, which components of a dataset's reactions (nj, 3) are unique (None: not known)."""
+    """What the loads are computed from: the names by kind; what reads the columns `slice` of a dataset (T, C, ...); the
+    times of events; which components of a dataset's reactions (nj, 3) are unique (None: not known)."""
 
     names: Mapping[str, Sequence[str]]
     read: Callable[[str, slice], npt.NDArray[Any]]

@@ -6,8 +6,8 @@
                                            several, each with its own mass or density
 
 `shapes` stand in a frame of their own, along the body axes, whose origin need not be the centre of mass. Where the body
-is follows from `position`, which is the global position of its centre of mass here as everywhere, or from `origin`, the
-global position of that frame's origin. Points in a body's axes (of joints, markers) are always from its centre of mass.
+is follows from `position`, the global position of its centre of mass, or from `origin`, the global position of that
+frame's origin. Points in a body's axes (of joints, markers) are always from its centre of mass.
 """
 
 from __future__ import annotations

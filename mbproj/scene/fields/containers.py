@@ -28,8 +28,8 @@ class Complaint(NamedTuple):
 
 @dataclass(frozen=True)
 class Check:
-    """A rule on several values of a record: `find` gets those of `keys` by position, where all are given and right,
-    and those of `besides`, which are empty mappings where they are not given."""
+    """A rule on several values of a record: `find` gets the values of `keys` by position, where all are given and
+    right, and those of `besides`. The latter are empty mappings where they are not given."""
 
     keys: tuple[str, ...]
     find: Callable[..., Iterable[Complaint]]

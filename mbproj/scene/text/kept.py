@@ -22,8 +22,8 @@ WORD = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")
 
 
 class _Entry(NamedTuple):
-    """A value that was read without a problem, what it was read from, the notes on it, and the words in its texts that
-    are names of parameters."""
+    """A value that was read without a problem; what it was read from; the notes on it; the words in its texts that are
+    names of parameters."""
 
     field: Any
     node: Node

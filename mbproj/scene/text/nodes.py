@@ -14,8 +14,8 @@ from mbproj.errors import Place
 
 @dataclass(frozen=True)
 class ScalarNode:
-    """A piece of text. `column` (from 1) is where it begins in its line, None where it is not in the file as it reads
-    (several lines, escapes) or comes from the command line."""
+    """A piece of text. `column` (from 1) is where it begins in its line. It is None where it is not in the file as it
+    reads (several lines, escapes), or comes from the command line."""
 
     text: str
     place: Place
@@ -73,8 +73,8 @@ def plain(value: object) -> object:
 
 
 def from_value(value: object, place: Place) -> Node:
-    """What was given on the command line or by a Python caller (text, number, flag, list or mapping of them, also of
-    NumPy) as a node."""
+    """What was given on the command line or by a Python caller, as a node. It may be text, a number, a flag, a list or
+    a mapping of them, also of NumPy."""
     value = plain(value)
     if isinstance(value, Mapping):
         values = {str(key): from_value(inner, place) for key, inner in value.items()}

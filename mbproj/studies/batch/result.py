@@ -31,9 +31,9 @@ class Task:
 
 @dataclass(frozen=True)
 class SceneResult:
-    """What came of a scene: the exit code that it would have alone, what is wrong with it (a whole message), the
-    `outcomes` of its expectations in their order, how long it took, in s of the clock, where its results are kept, and
-    the formulation that ran; None where none did, or the process was lost.
+    """What came of a scene: the exit code that it would have alone; what is wrong with it (a whole message); the
+    `outcomes` of its expectations in their order; how long it took, in s of the clock. `output` is where its results
+    are kept, `formulation` the one that ran; None where none did, or the process was lost.
     """
 
     scene: Path

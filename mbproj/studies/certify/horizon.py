@@ -1,9 +1,9 @@
 """The trust horizon: a run, a better solution of the same equations, and how long the two agree.
 
-The better solution is DOP853 with GPOPM in the quickest formulation, at tolerances that fall a hundredfold until what
-it says does not depend on them any more: its distance to the one before bounds its own error, some fifty times too
-large where the method keeps its order. Where round-off comes first, runs from starts that differ by round-off show how
-far any solution in double precision may be from the truth, and horizons become ranges.
+The better solution is DOP853 with GPOPM in the quickest formulation. Its tolerances fall a hundredfold until what it
+says does not depend on them any more: its distance to the one before bounds its own error, some fifty times too large
+where the method keeps its order. Where round-off comes first, runs from starts that differ by round-off show how far
+any solution in double precision may be from the truth. Horizons then become ranges.
 """
 
 from __future__ import annotations

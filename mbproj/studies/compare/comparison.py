@@ -37,8 +37,8 @@ COUNTERS = ("steps", "evaluations", "projections", "projection_iterations", "vel
 
 @dataclass(frozen=True, eq=False)
 class Entry:
-    """One setting of a comparison: what it achieved, its solution, its error (T, k) in m, whose the energy drift is
-    (None where the run failed), and what it cost (None where costs are not compared in time, or the run failed)."""
+    """One setting of a comparison: what it achieved; its solution; its error (T, k) in m; whose the energy drift is
+    (None where the run failed); what it cost (None where costs are not compared in time, or the run failed)."""
 
     label: str
     measurement: Measurement

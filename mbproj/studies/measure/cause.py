@@ -20,8 +20,8 @@ CHAOS = 1e3
 def why_not(mechanism: Mechanism, reference: Reference, goal: float, until: float, tell: Tell = silent) -> str:
     """What keeps an error of `goal` (m) from being kept, or known, after the time `until` (s), in words.
 
-    Starts that differ by round-off tell: where they part by a fair part of the goal, or of what the reference is
-    uncertain by, round-off is the reason, and chaos where they part exponentially.
+    Starts that differ by round-off tell: where they part by a fair part of the goal, or of the reference's uncertainty,
+    round-off is the reason. Where they part exponentially, it is chaos.
     """
     uncertainty, times = reference.uncertainty.max(axis=1), reference.times
     ended = np.flatnonzero(~np.isfinite(uncertainty))

@@ -18,11 +18,11 @@ from mbproj.studies.measure.solve import Solution
 
 @dataclass(frozen=True)
 class Measurement:
-    """A setting with its largest error by point (m) and when it was that large (s), its largest violations (m or rad,
-    and per s), its energy drift (J, and relative), its counters, the seconds its steps took (of processor time, on a
-    machine that others used too), its formulation. Where it did not get to the end, `failure` is the cause, what was
-    measured is infinite, and nothing was counted. `drifts`: whether `mbproj run` would say that its energy tells of a
-    wrong motion."""
+    """A setting; its largest error by point (m), and when it was that large (s); its largest violations (m or rad, and
+    per s); its energy drift (J, and relative); its counters; its formulation. `seconds` its steps took, of processor
+    time, on a machine that others used too. Where it did not get to the end, `failure` is the cause, what was measured
+    is infinite, and nothing was counted. `drifts`: whether `mbproj run` would say that its energy tells of a wrong
+    motion."""
 
     setting: Setting
     error: Mapping[str, float]

@@ -1,15 +1,15 @@
 """A reference for trajectories, with its own uncertainty: two fine solutions that have as little in common as can be.
 
-Each is computed with fixed steps, halved until the solution no longer moves by less than half as much as before (which
-is round-off), or the time for it is up: one by Dormand-Prince 5, one by Dormand-Prince 8, and where the mechanism has
+Each is computed with fixed steps. They are halved until the solution moves by half as much as before or more, which
+is round-off, or the time for it is up: one by Dormand-Prince 5, one by Dormand-Prince 8, and where the mechanism has
 two formulations in the kernel each in its own. How far they are apart, and how far the check moved at its last halving,
 is what the reference is uncertain by.
 
 Where a force or a motion is not smooth, fixed steps hit its kinks anywhere and converge by luck. Two solutions with
 error control, whose steps shrink there, take their place if they agree better; where they are farther from those with
-fixed steps than these are uncertain, one of the two has missed something, and that distance is the uncertainty.
+fixed steps than these are uncertain, one of the two has missed something. Then that distance is the uncertainty.
 
-Where stability alone asks explicit methods for more steps than there is time for, the two are implicit methods that
+Stability alone may ask explicit methods for more steps than there is time for. Then the two are implicit methods that
 differ, to tolerances that fall until the time is up.
 """
 

@@ -87,8 +87,8 @@ _NONE: Any = object()
 
 @dataclass(eq=False)
 class _Task:
-    """An item that is out: its number, when it was sent, how long it may take (s; None: as long as it takes), whether
-    no other is out beside it, how often Dask gave it up, and since when a worker has had it, as far as that was looked
+    """An item that is out: its number, when it was sent, how long it may take (s; None: as long as it takes); whether
+    no other is out beside it; how often Dask gave it up; since when a worker has had it, as far as that was looked
     at."""
 
     index: int

@@ -50,11 +50,11 @@ def in_parallel(
     """(index, function(shared, item)) for every item, in the order in which they come to an end.
 
     `function` is a module's own; `shared` is sent to each process once. Where one process is enough everything happens
-    in this one. With `lost`, all items run elsewhere, and `lost(item, why, seconds)` is the result of one whose process
-    dies, or takes longer than `timeout` in s (of the item); without, that is a RuntimeError. On a cluster an item that
-    is `blamed` for that is lost only when it was out alone. Few items are out at a
-    time, so that there may be any number; an iterator that had no more is asked again as long as some are out. Leaving
-    the iterator early ends the processes; SIGINT and SIGTERM raise KeyboardInterrupt.
+    in this one. With `lost`, all items run elsewhere. `lost(item, why, seconds)` is the result of an item whose process
+    dies, or takes longer than its `timeout` in s; without, that is a RuntimeError. On a cluster an item that is
+    `blamed` for that is lost only when it was out alone. Few items are out at a time, so that there may be any number;
+    an iterator that had no more is asked again as long as some are out. Leaving the iterator early ends the processes;
+    SIGINT and SIGTERM raise KeyboardInterrupt.
     """
     if isinstance(where, Cluster):
         yield from on_cluster(function, shared, items, where, lost, timeout, blamed)

@@ -1,9 +1,9 @@
 """Workers: processes of one BLAS thread each, to which a function and its arguments are sent.
 
-They are programs of their own (`mbproj.studies.parallel.worker`), so that a script or a notebook that starts a study
-needs no guard of its main module, and numbers do not depend on what the caller's process has loaded. They run the
-caller's mbproj, package and kernel, whatever the current folder holds. Tasks and results are pickled through the pipes
-between the two, which nobody else can write to; no file is ever unpickled.
+They are programs of their own (`mbproj.studies.parallel.worker`). So a script or a notebook that starts a study needs
+no guard of its main module. Nor do numbers depend on what the caller's process has loaded. They run the caller's
+mbproj, package and kernel, whatever the current folder holds. Tasks and results are pickled through the pipes between
+the two, which nobody else can write to; no file is ever unpickled.
 """
 
 from __future__ import annotations

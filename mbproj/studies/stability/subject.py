@@ -17,8 +17,8 @@ HOLDS, DEGRADES, FAILS = "holds", "degrades", "fails"
 
 @dataclass(frozen=True)
 class Limits:
-    """A run holds while joints are open by no more than `closed` (the mechanism's lengths, rad) and the energy balance
-    is off by no more than `energy` (of the largest kinetic energy, |ΔV| and work); it fails where it stops, or is
+    """A run holds while joints are open by no more than `closed` (the mechanism's lengths, rad). The energy balance may
+    be off by no more than `energy`, a part of the largest kinetic energy, |ΔV| and work; it fails where it stops, or is
     beyond `open` or `lost`; in between it degrades."""
 
     closed: float = 1e-6

@@ -40,8 +40,8 @@ SCENES = 4
 
 @dataclass(frozen=True)
 class Work:
-    """What all cases share: the scene's text and what messages call it, the paths of what varies, what is measured, for
-    how long (s) a case may run, what results files are kept of ("none", "failed", "all") and where."""
+    """What all cases share: the scene's text and what messages call it; the paths of what varies; what is measured; for
+    how long (s) a case may run; what results files are kept of ("none", "failed", "all"), and where."""
 
     text: str
     name: str

@@ -23,9 +23,9 @@ class Status(str, Enum):
 
 @dataclass(frozen=True)
 class Row:
-    """The status of a case, its measures in their order (empty where it is not done), why it failed, when in s and at
-    which joint, where that is known; the formulation that ran; how long it took, in s of the clock; whether its results
-    file is kept."""
+    """The status of a case; its measures in their order (empty where it is not done). Where it failed: why, when in s
+    and at which joint, as far as that is known; the formulation that ran; how long it took, in s of the clock; whether
+    its results file is kept."""
 
     status: Status
     values: tuple[float, ...] = ()

@@ -36,10 +36,10 @@ SAVES = 0.01
 
 @dataclass(frozen=True, eq=False)
 class ThresholdStudy:
-    """Trials and timings (None where the run failed) of a setting that projects after every step, of the same above
-    each threshold, increasing, and of the same without projection. `recommended` is the index of the largest threshold
-    whose error is within a tenth of that with all projections, None where that saves hardly any; `exceeded` are the
-    indices of smaller ones whose error is not: errors do not grow evenly."""
+    """Trials and timings (None where the run failed) of a setting: projected after every step, above each threshold, in
+    rising order, and never. `recommended` is the index of the largest threshold whose error is within a tenth of that
+    with all projections, None where that saves hardly any; `exceeded` are the indices of smaller ones whose error is
+    not: errors do not grow evenly."""
 
     title: str
     trials: tuple[Measurement, ...]
@@ -142,8 +142,8 @@ def _without(own: Setting) -> Setting:
 def _recommended(
     trials: Sequence[Measurement], at: tuple[str, ...], floor: float
 ) -> tuple[int | None, tuple[int, ...]]:
-    """The last of the thresholds (index from 1) whose error exceeds the first by no more than is tolerated, None where
-    it saves hardly any, and the ones before it that exceed it by more."""
+    """The last of the thresholds (index from 1) whose error exceeds the first's by no more than is tolerated; None
+    where it saves hardly any. Then those before it that exceed it by more."""
     errors = [trial.at(at) for trial in trials]
     limit = max(TOLERATED * errors[0], errors[0] + floor)
     last = max(index for index in range(len(errors)) if errors[index] <= limit)

@@ -20,8 +20,8 @@ PATIENCE, FALLING = 3, 0.7
 
 @dataclass(frozen=True)
 class Track:
-    """What every sweep has: what its trials are held against, the error (m) at which it may end, and the seconds that a
-    run may take for a finer one to be tried."""
+    """What every sweep has: what its trials are held against; the error (m) at which it may end; the seconds that a run
+    may take for a finer one to be tried."""
 
     yardstick: Yardstick
     goal: float

@@ -146,9 +146,9 @@ def _reflected(case: Case) -> tuple[Array, Array, Array]:
 
 
 def _wrenches(case: Case, *, sizes: bool = False) -> Array:
-    """The gradients of the rows but the norm rows, and then of the coordinates that have a reflected inertia, on each
-    body and the ground, as a force and a torque about the origin in global axes, (m, n+1, 6); `sizes`: what they are
-    sums of, without signs."""
+    """The gradients of the rows but the norm rows, and then of the coordinates that have a reflected inertia. Each acts
+    on each body and the ground as a force and a torque about the origin in global axes, (m, n+1, 6); `sizes`: what they
+    are sums of, without signs."""
     pose = pose_of(case.state.q)
     sets = case.system.rows, case.system.reflected.rows
     G = np.concatenate([tangent_jacobian(bound, pose) for bound in sets])

@@ -72,7 +72,7 @@ class Case:
         return self._moving(1.0, 1.0)
 
     def _moving(self, translating: float, rotating: float) -> State:
-        """The start, with a random velocity added that is as near to these parts of translation and rotation as the
+        """The start, with a random velocity added. It is as near to these parts of translation and rotation as the
         joints, and rigid stops that touch, allow: of the size of that of a fall through the mechanism's length, or of
         what moves already."""
         system, start = self.system, self.mechanism.state

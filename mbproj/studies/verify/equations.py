@@ -93,8 +93,8 @@ def _terms(system: System, state: State, q: Array, v: Array) -> tuple[Array, Arr
 
 
 def _neighbour(system: System, state: State, random: np.random.Generator) -> tuple[Array, Array]:
-    """q and v with each number off by up to ε of what it is computed from, the largest coordinate or speed, or by as
-    much as the state leaves the joints open and moving apart: redundant rows differ on that."""
+    """q and v with each number off by as much as it is uncertain. That is ε of what it is computed from, the largest
+    coordinate or speed, or what the state leaves the joints open and moving apart by: redundant rows differ on that."""
     q, v = state.q.reshape(-1, 7), state.v.reshape(-1, 7)
     violations = constraint_at(system, state.q, state.t), constraint_velocity_at(system, state.q, state.v, state.t)
     left, apart = (float(np.abs(violation / system.row_scale).max()) for violation in violations)

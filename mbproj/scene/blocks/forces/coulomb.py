@@ -61,8 +61,8 @@ CHOICES = (
 
 
 def not_less(key: str) -> Callable[..., Iterator[Complaint]]:
-    """A check that what holds is not less than what slides, and that what says how it falls from one to the other has
-    something to say."""
+    """A check that the static value is not less than the sliding one. Where they are equal, a key for the fall from one
+    to the other says nothing, and is refused."""
 
     def find(sliding: float, static: Any, stribeck_speed: Any, regularised: Any) -> Iterator[Complaint]:
         unit = f" {KEYS[key].unit}" if KEYS[key].unit else ""  # type: ignore[attr-defined]
