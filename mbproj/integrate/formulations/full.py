@@ -252,9 +252,9 @@ class FullFormulation:
         return np.abs(constraint(system, pose, drive)), np.abs(constraint_velocity(system, pose, twist, drive))
 
     def check_branch(self, t: float, h: float, y: Array, projected: Projected) -> None:
-        """Raises SimulationError where the step has lost the motion. Near a pose at which C_q loses its rank, branches of
-        the motion may cross at an angle. There the projection may change the velocities of
-        y by more than a step of size h can err, or leave open what has lost its gradient: both count as lost."""
+        """Raises SimulationError where the step has lost the motion. Near a pose at which C_q loses its rank,
+        branches of the motion may cross at an angle. There the projection may change the velocities of y by more
+        than a step of size h can err, or leave open what has lost its gradient: both count as lost."""
         v = self.parts(y)[1]
         part = self.change(v, projected.v)
         moved = float(np.linalg.norm(in_lengths(self.system, projected.v - v))) * h
